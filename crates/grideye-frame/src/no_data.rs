@@ -1,0 +1,123 @@
+use core::fmt;
+use core::str::FromStr;
+
+/// A frame of the sensor, or the reason why there is none. Never a magic temperature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading<T> {
+    /// The frame was read.
+    Frame(T),
+    /// The sensor measured, or should have, and nothing was read.
+    NoData(NoData),
+}
+
+impl<T> Reading<T> {
+    /// The frame, if there is one.
+    pub const fn frame(&self) -> Option<&T> {
+        match self {
+            Self::Frame(frame) => Some(frame),
+            Self::NoData(_) => None,
+        }
+    }
+
+    /// The same reading with its frame turned into something else.
+    pub fn map<U>(self, turn: impl FnOnce(T) -> U) -> Reading<U> {
+        match self {
+            Self::Frame(frame) => Reading::Frame(turn(frame)),
+            Self::NoData(reason) => Reading::NoData(reason),
+        }
+    }
+}
+
+macro_rules! reasons {
+    ($($(#[doc = $doc:literal])+ $variant:ident = $name:literal,)+) => {
+        /// Why there is no frame. The names are what the wire and the recordings carry.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum NoData {
+            $($(#[doc = $doc])+ $variant,)+
+        }
+
+        impl NoData {
+            /// Every reason.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+
+            /// The reason's name on the wire and in files: lower case, words joined by hyphens.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),+ }
+            }
+        }
+    };
+}
+
+reasons! {
+    /// The sensor did not acknowledge its address or a byte (EREMOTEIO, ENXIO).
+    Nack = "nack",
+    /// The controller reported a fault of the bus (EIO, EAGAIN).
+    BusError = "bus-error",
+    /// The transfer did not end in time: the bus is held low or stretched (ETIMEDOUT).
+    BusTimeout = "bus-timeout",
+    /// The adapter itself is gone (ENODEV, ENOTCONN).
+    Unplugged = "unplugged",
+    /// Fewer messages or bytes came than were asked for.
+    ShortTransfer = "short-transfer",
+    /// The sensor renewed its registers while the host was kept from reading them.
+    HostStalled = "host-stalled",
+    /// The sensor was asleep, starting or being set up again after a reset.
+    NotReady = "not-ready",
+    /// Every pixel word had all bits set: the data line is stuck high.
+    StuckHigh = "stuck-high",
+    /// Every pixel word was zero: a dead link, or a sensor that has not measured yet.
+    AllZero = "all-zero",
+    /// The registers did not change for many frames: a sensor that has stopped measuring.
+    Frozen = "frozen",
+    /// The sensor's settings were not the ones asked for.
+    WrongConfiguration = "wrong-configuration",
+}
+
+impl fmt::Display for NoData {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}
+
+/// A name that is no reason of [`NoData`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct UnknownNoData;
+
+impl fmt::Display for UnknownNoData {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("no such reason for a missing frame; expected one of")?;
+        for reason in NoData::ALL {
+            write!(formatter, " {reason}")?;
+        }
+        Ok(())
+    }
+}
+
+impl core::error::Error for UnknownNoData {}
+
+impl FromStr for NoData {
+    type Err = UnknownNoData;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|reason| reason.name() == name)
+            .ok_or(UnknownNoData)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_is_found_again_by_its_name() {
+        for reason in NoData::ALL {
+            assert_eq!(reason.name().parse(), Ok(*reason));
+        }
+        assert_eq!("".parse::<NoData>(), Err(UnknownNoData));
+        assert_eq!("Nack".parse::<NoData>(), Err(UnknownNoData));
+    }
+}

@@ -1,0 +1,68 @@
+use crate::PIXELS;
+use core::fmt;
+
+/// A temperature in degrees Celsius.
+///
+/// Single precision holds every value that the sensor can report (multiples of 1/4 and 1/16 of a degree) exactly.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+pub struct Celsius(f32);
+
+impl Celsius {
+    /// Degrees Celsius, taken as they are; not-a-number is representable and is the caller's to refuse.
+    #[must_use]
+    pub const fn new(celsius: f32) -> Self {
+        Self(celsius)
+    }
+
+    /// The temperature as a number of degrees Celsius.
+    #[must_use]
+    pub const fn get(self) -> f32 {
+        self.0
+    }
+}
+
+impl fmt::Display for Celsius {
+    /// Degrees without the unit; honours the precision asked for.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.0, formatter)
+    }
+}
+
+/// One pixel register pair as the bus delivered it: 16 bits, low byte first on the wire.
+///
+/// All 16 bits are kept, the unspecified upper four too, so that a decoding fault can be repaired in old recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct PixelWord(pub u16);
+
+/// The thermistor's register pair as the bus delivered it: 16 bits, low byte first on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct ThermistorWord(pub u16);
+
+/// What the bus said for one sensor frame: 64 pixel words in register order, and the thermistor read beside them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct RawFrame {
+    /// The thermistor's word, read right after the pixels.
+    pub thermistor: ThermistorWord,
+    /// The words of pixels 1 to 64, in register order.
+    pub pixels: [PixelWord; PIXELS],
+}
+
+/// One frame in degrees: 64 pixels in register order, and the thermistor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// The thermistor: the chip's own temperature, several degrees above the room's by self-heating.
+    pub thermistor: Celsius,
+    /// The temperatures of pixels 1 to 64, in register order.
+    pub pixels: [Celsius; PIXELS],
+}
+
+impl Frame {
+    /// A frame whose pixels and thermistor all have one temperature.
+    #[must_use]
+    pub const fn uniform(temperature: Celsius) -> Self {
+        Self {
+            thermistor: temperature,
+            pixels: [temperature; PIXELS],
+        }
+    }
+}
