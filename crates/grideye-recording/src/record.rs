@@ -1,5 +1,8 @@
 //! One sensor frame as it is kept: who measured it, which one it is, when, and what the bus said.
 
+use crate::text::quoted;
+use core::fmt;
+use core::str::FromStr;
 use grideye_frame::{RawFrame, Reading};
 
 /// Whose frames: the part of a frame's identity that a whole stream shares.
@@ -26,10 +29,50 @@ pub enum ClockState {
     Stepped,
 }
 
+impl ClockState {
+    /// Every state.
+    pub const ALL: [Self; 3] = [Self::Unsynced, Self::Synced, Self::Stepped];
+
+    /// The state's name on the wire and in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unsynced => "unsynced",
+            Self::Synced => "synced",
+            Self::Stepped => "stepped",
+        }
+    }
+}
+
+impl fmt::Display for ClockState {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}
+
+impl FromStr for ClockState {
+    type Err = UnknownClockState;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL
+            .into_iter()
+            .find(|state| state.name() == name)
+            .ok_or(UnknownClockState)
+    }
+}
+
+/// A name that is no [`ClockState`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("no such clock state; expected {CLOCK_STATES}")]
+pub struct UnknownClockState;
+
+/// What an error message expects in a clock's place.
+pub(crate) const CLOCK_STATES: &str = "one of unsynced synced stepped";
+
 /// When a frame was read. Wall time is never a key and never an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Stamp {
-    /// `CLOCK_BOOTTIME` of the device, in nanoseconds.
+    /// `CLOCK_BOOTTIME` of the device, in nanoseconds; at most [`COUNT_MAX`] on the wire and in files.
     pub t_boot_ns: u64,
     /// Wall clock of the device, in nanoseconds since 1970-01-01 UTC.
     pub t_utc_ns: i64,
@@ -40,10 +83,123 @@ pub struct Stamp {
 /// One sensor frame, read or missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Record {
-    /// Counts sensor frames from 0 within a stream; a jump is a gap.
+    /// Counts sensor frames from 0 within a stream; a jump is a gap. At most [`COUNT_MAX`] on the wire and in files.
     pub seq: u64,
     /// When it was read, or found to be missing.
     pub stamp: Stamp,
     /// What the bus said, or why it said nothing.
     pub reading: Reading<RawFrame>,
+}
+
+/// The largest sequence number, boot time or count on the wire and in files: 2^63 - 1.
+///
+/// SQLite, PostgreSQL and pandas keep integers as signed 64-bit numbers. At 10 frames a second this lasts for 29 billion years.
+pub const COUNT_MAX: u64 = i64::MAX.unsigned_abs();
+
+/// The longest name of a device, sensor, boot, or of a reason in an account, in characters.
+pub const NAME_CHARS_MAX: usize = 64;
+
+/// Whether a name of a device, a sensor or a boot can go onto the wire and into files.
+///
+/// A name has 1 to [`NAME_CHARS_MAX`] characters out of `A-Z a-z 0-9 . _ : -` and begins with a letter or a digit. No
+/// such name needs quoting in CSV, JSON or a shell; none is a formula to a spreadsheet; none is a path out of a folder.
+///
+/// ```
+/// assert!(grideye_recording::check_name("i2c-1:0x69").is_ok());
+/// assert!(grideye_recording::check_name("=cmd()").is_err());
+/// assert!(grideye_recording::check_name("..").is_err());
+/// ```
+///
+/// # Errors
+///
+/// [`NameError`] with the name, cut when long.
+pub fn check_name(name: &str) -> Result<(), NameError> {
+    let begins_well = name
+        .bytes()
+        .next()
+        .is_some_and(|byte| byte.is_ascii_alphanumeric());
+    let goes_on_well = name
+        .bytes()
+        .all(|byte| byte.is_ascii_alphanumeric() || b"._:-".contains(&byte));
+    if begins_well && goes_on_well && name.len() <= NAME_CHARS_MAX {
+        return Ok(());
+    }
+    Err(NameError {
+        found: match name.chars().count() {
+            chars if chars > NAME_CHARS_MAX => format!("{chars} characters: {}", quoted(name)),
+            _ => quoted(name),
+        },
+    })
+}
+
+/// A name that [`check_name`] refuses.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected {NAME_RULE}, found {found}")]
+pub struct NameError {
+    /// The name between quotation marks, cut when long.
+    pub found: String,
+}
+
+/// What an error message expects in a name's place.
+pub(crate) const NAME_RULE: &str =
+    "a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_clock_state_is_found_again_by_its_name_and_named_to_those_who_miss() {
+        for state in ClockState::ALL {
+            assert_eq!(state.name().parse(), Ok(state));
+            assert!(CLOCK_STATES.contains(state.name()));
+        }
+        assert_eq!("Synced".parse::<ClockState>(), Err(UnknownClockState));
+    }
+
+    #[test]
+    fn names_are_bounded_and_of_one_alphabet() {
+        let longest = "x".repeat(NAME_CHARS_MAX);
+        for good in [
+            "p",
+            "9",
+            "pi-1",
+            "i2c-1:0x69",
+            "A.b_c:d-e",
+            longest.as_str(),
+        ] {
+            assert_eq!(check_name(good), Ok(()), "{good}");
+        }
+        let too_long = "x".repeat(NAME_CHARS_MAX + 1);
+        let bad = [
+            "",
+            "=1",
+            "+1",
+            "-1",
+            "@a",
+            ".",
+            "..",
+            "_a",
+            ":a",
+            "a b",
+            "a,b",
+            "a\"b",
+            "a/b",
+            "a\nb",
+            "a\0",
+            "é",
+            "aé",
+            too_long.as_str(),
+        ];
+        for bad in bad {
+            assert!(check_name(bad).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn the_rule_in_the_message_states_the_limit() {
+        assert!(NAME_RULE.contains(&format!("1 to {NAME_CHARS_MAX} characters")));
+        let found = check_name(&"x".repeat(70)).unwrap_err().found;
+        assert!(found.starts_with("70 characters: \"xxx"), "{found}");
+    }
 }

@@ -1,4 +1,26 @@
 //! The body of `POST /v1/frames` and of its answer: one batch per device and half second.
+//!
+//! ```
+//! use grideye_recording::wire::{Batch, Limits};
+//!
+//! let body = br#"{"device":"pi-1","boot":"5f0c","sensors":[{"sensor":"i2c-1:0x69","frames":[
+//!     {"seq":17,"t_boot_ns":81000000000,"t_utc_ns":1625163247274925000,"clock":"synced","missing":"nack"}]}]}"#;
+//! let batch = Batch::from_json(body, &Limits::default()).unwrap();
+//! assert_eq!(batch.sensors[0].frames[0].seq, 17);
+//!
+//! let error = Batch::from_json(br#"{"device":"=pi","boot":"5f0c","sensors":[]}"#, &Limits::default()).unwrap_err();
+//! assert_eq!(error.path(), "device");
+//! ```
+//!
+//! A body is refused as a whole or taken as a whole. Unknown and repeated fields, `null`, fractions, and anything that
+//! is not asked for are refused, so that a slip of the sender shows at once and not as frames that are quietly wrong.
+
+mod check;
+mod decode;
+mod encode;
+mod error;
+
+pub use error::WireError;
 
 use crate::Record;
 use std::collections::BTreeMap;
@@ -60,4 +82,88 @@ pub struct Gap {
     pub from: u64,
     /// Last missing number.
     pub to: u64,
+}
+
+/// How much one body may hold. What is beyond is refused while it is read, before it is kept.
+///
+/// The size of the body itself is for whoever receives it to limit: a frame takes at most [`FRAME_BYTES_MAX`] of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Sensors in a batch, or in `durable_through` of an answer.
+    pub sensors: usize,
+    /// Frames in a batch, those of all its sensors together.
+    pub frames: usize,
+    /// Reasons in `dropped`, and in `errors`, of one account.
+    pub reasons: usize,
+    /// Gaps in an answer.
+    pub gaps: usize,
+}
+
+/// Default of [`Limits::sensors`]: two on each of the buses of a Raspberry Pi, and a multiplexer's worth beside.
+pub const SENSORS_MAX: usize = 32;
+/// Default of [`Limits::frames`]: nearly seven minutes of one sensor at 10 frames a second, for catching up.
+pub const FRAMES_MAX: usize = 4096;
+/// Default of [`Limits::reasons`]: some five times the kinds of faults that there are.
+pub const REASONS_MAX: usize = 64;
+/// Default of [`Limits::gaps`]: one for each frame of the largest batch.
+pub const GAPS_MAX: usize = FRAMES_MAX;
+/// The longest that one frame is as this crate writes it, in bytes, with the comma that follows.
+pub const FRAME_BYTES_MAX: usize = 544;
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            sensors: SENSORS_MAX,
+            frames: FRAMES_MAX,
+            reasons: REASONS_MAX,
+            gaps: GAPS_MAX,
+        }
+    }
+}
+
+impl Batch {
+    /// Reads the body of a post.
+    ///
+    /// # Errors
+    ///
+    /// [`WireError`] for the first fault, with the path of the field, what was expected there and what was found.
+    pub fn from_json(json: &[u8], limits: &Limits) -> Result<Self, WireError> {
+        let batch = decode::batch(json, limits)?;
+        check::batch(&batch)?;
+        Ok(batch)
+    }
+
+    /// Writes the body of a post, without white space.
+    ///
+    /// # Errors
+    ///
+    /// [`WireError`] for what [`Batch::from_json`] would refuse whatever its limits: names, order, repeated sensors, and
+    /// counts beyond [`COUNT_MAX`](crate::COUNT_MAX).
+    pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
+        check::batch(self)?;
+        encode::batch(self)
+    }
+}
+
+impl Acknowledgement {
+    /// Reads the answer to a post.
+    ///
+    /// # Errors
+    ///
+    /// [`WireError`] for the first fault, with the path of the field, what was expected there and what was found.
+    pub fn from_json(json: &[u8], limits: &Limits) -> Result<Self, WireError> {
+        let acknowledgement = decode::acknowledgement(json, limits)?;
+        check::acknowledgement(&acknowledgement)?;
+        Ok(acknowledgement)
+    }
+
+    /// Writes the answer to a post, without white space.
+    ///
+    /// # Errors
+    ///
+    /// [`WireError`] for what [`Acknowledgement::from_json`] would refuse whatever its limits.
+    pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
+        check::acknowledgement(self)?;
+        encode::acknowledgement(self)
+    }
 }

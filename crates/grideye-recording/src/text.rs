@@ -1,0 +1,40 @@
+//! Text from strangers, made fit for an error message.
+
+/// Characters of a foreign text that an error message repeats.
+const SHOWN_CHARS_MAX: usize = 48;
+
+/// A foreign text between quotation marks: control characters escaped, cut when long.
+pub(crate) fn quoted(text: &str) -> String {
+    format!("\"{}\"", shortened(text))
+}
+
+/// A foreign text: control characters escaped, cut when long.
+pub(crate) fn shortened(text: &str) -> String {
+    let mut shown = String::new();
+    for (index, character) in text.chars().enumerate() {
+        if index == SHOWN_CHARS_MAX {
+            shown.push('…');
+            break;
+        }
+        if character.is_control() || !(character == ' ' || character.is_ascii_graphic()) {
+            shown.extend(character.escape_default());
+        } else {
+            shown.push(character);
+        }
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_stranger_wrote_can_neither_flood_nor_steer_a_terminal() {
+        assert_eq!(quoted("pi-1"), "\"pi-1\"");
+        assert_eq!(shortened("a\u{1b}[2Jb\r\n"), "a\\u{1b}[2Jb\\r\\n");
+        assert_eq!(shortened("\u{202e}"), "\\u{202e}");
+        let cut = shortened(&"x".repeat(1_000_000));
+        assert_eq!(cut, format!("{}…", "x".repeat(48)));
+    }
+}

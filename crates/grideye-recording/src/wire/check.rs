@@ -1,0 +1,108 @@
+//! What must hold between the fields of a body, whichever way it goes.
+
+use super::{Account, Acknowledgement, Batch, SensorBatch, WireError};
+use crate::Record;
+use crate::record::{COUNT_MAX, NAME_RULE, check_name};
+use std::collections::{BTreeMap, BTreeSet};
+
+pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {
+    name(&batch.device, || "device".to_owned())?;
+    name(&batch.boot, || "boot".to_owned())?;
+    if let Some(sent) = batch.t_sent_boot_ns {
+        count(sent, || "t_sent_boot_ns".to_owned())?;
+    }
+    let mut seen = BTreeSet::new();
+    for (index, sensor) in batch.sensors.iter().enumerate() {
+        let path = format!("sensors[{index}]");
+        sensor_batch(sensor, &path)?;
+        if !seen.insert(sensor.sensor.as_str()) {
+            return Err(WireError::WrongValue {
+                path: format!("{path}.sensor"),
+                expected: "each sensor once".to_owned(),
+                found: format!("{} a second time", sensor.sensor),
+            });
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn acknowledgement(acknowledgement: &Acknowledgement) -> Result<(), WireError> {
+    counts(&acknowledgement.durable_through, "durable_through")?;
+    for (index, gap) in acknowledgement.gaps.iter().enumerate() {
+        name(&gap.sensor, || format!("gaps[{index}].sensor"))?;
+        count(gap.to, || format!("gaps[{index}].to"))?;
+        if gap.from > gap.to {
+            return Err(WireError::WrongValue {
+                path: format!("gaps[{index}].to"),
+                expected: format!("{} or more, as `from` says", gap.from),
+                found: gap.to.to_string(),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn sensor_batch(sensor: &SensorBatch, path: &str) -> Result<(), WireError> {
+    name(&sensor.sensor, || format!("{path}.sensor"))?;
+    if let Some(of_agent) = &sensor.account {
+        account(of_agent, &format!("{path}.account"))?;
+    }
+    let mut previous = None;
+    for (index, frame) in sensor.frames.iter().enumerate() {
+        record(frame, previous, || format!("{path}.frames[{index}]"))?;
+        previous = Some(frame.seq);
+    }
+    Ok(())
+}
+
+fn account(account: &Account, path: &str) -> Result<(), WireError> {
+    count(account.read, || format!("{path}.read"))?;
+    count(account.missing, || format!("{path}.missing"))?;
+    count(account.spooled, || format!("{path}.spooled"))?;
+    counts(&account.dropped, &format!("{path}.dropped"))?;
+    counts(&account.errors, &format!("{path}.errors"))
+}
+
+fn counts(by_name: &BTreeMap<String, u64>, path: &str) -> Result<(), WireError> {
+    for (key, value) in by_name {
+        name(key, || format!("{path}, a key"))?;
+        count(*value, || format!("{path}.{key}"))?;
+    }
+    Ok(())
+}
+
+fn record(
+    record: &Record,
+    previous: Option<u64>,
+    path: impl Fn() -> String,
+) -> Result<(), WireError> {
+    count(record.seq, || format!("{}.seq", path()))?;
+    count(record.stamp.t_boot_ns, || format!("{}.t_boot_ns", path()))?;
+    match previous {
+        Some(previous) if record.seq <= previous => Err(WireError::WrongValue {
+            path: format!("{}.seq", path()),
+            expected: format!("more than {previous}, the seq before it"),
+            found: record.seq.to_string(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn name(name: &str, path: impl Fn() -> String) -> Result<(), WireError> {
+    check_name(name).map_err(|error| WireError::WrongValue {
+        path: path(),
+        expected: NAME_RULE.to_owned(),
+        found: error.found,
+    })
+}
+
+fn count(count: u64, path: impl Fn() -> String) -> Result<(), WireError> {
+    if count <= COUNT_MAX {
+        return Ok(());
+    }
+    Err(WireError::WrongValue {
+        path: path(),
+        expected: format!("an integer from 0 to {COUNT_MAX}"),
+        found: count.to_string(),
+    })
+}

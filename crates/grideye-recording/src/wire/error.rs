@@ -1,0 +1,173 @@
+use crate::text::shortened;
+
+/// Why a body was refused. `path` is the field's place, for example `sensors[0].frames[3].pixels_raw[63]`, or `body`.
+///
+/// `found` repeats what the sender wrote: escaped, and cut when long.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum WireError {
+    /// Not JSON at all, or cut short.
+    #[error("{path}: expected JSON, found a fault at line {line} column {column}: {found}")]
+    NotJson {
+        /// How far the reader came.
+        path: String,
+        /// Line of the fault, from 1.
+        line: usize,
+        /// Column of the fault, from 1.
+        column: usize,
+        /// What is wrong with the text there.
+        found: String,
+    },
+    /// A field that the format does not have.
+    #[error("{path}: expected {expected}, found an unknown field")]
+    UnknownField {
+        /// The field.
+        path: String,
+        /// The fields that there are.
+        expected: String,
+    },
+    /// A field that the format asks for is not there.
+    #[error("{path}: expected a value, found none")]
+    MissingField {
+        /// The field.
+        path: String,
+    },
+    /// One field or one key, twice.
+    #[error("{path}: expected at most once, found twice")]
+    Repeated {
+        /// The field.
+        path: String,
+    },
+    /// A value of the wrong type, beyond its range, out of order, or of the wrong number of elements.
+    #[error("{path}: expected {expected}, found {found}")]
+    WrongValue {
+        /// The field.
+        path: String,
+        /// What belongs there.
+        expected: String,
+        /// What was there.
+        found: String,
+    },
+    /// More elements than the receiver takes in one body.
+    #[error("{path}: expected at most {limit}, found more\nhint: send smaller batches")]
+    TooMany {
+        /// The field.
+        path: String,
+        /// The limit and what it counts, for example `4096 frames in all`.
+        limit: String,
+    },
+}
+
+impl WireError {
+    /// The field's place, for example `sensors[0].frames[3].pixels_raw[63]`; `body` for the whole.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        match self {
+            Self::NotJson { path, .. }
+            | Self::UnknownField { path, .. }
+            | Self::MissingField { path }
+            | Self::Repeated { path }
+            | Self::WrongValue { path, .. }
+            | Self::TooMany { path, .. } => path,
+        }
+    }
+
+    /// From the parser's error and the place that it had come to.
+    pub(super) fn from_parser(
+        place: &serde_path_to_error::Path,
+        error: &serde_json::Error,
+    ) -> Self {
+        let path = shown(place);
+        let whole = error.to_string();
+        let position = format!(" at line {} column {}", error.line(), error.column());
+        let message = whole.strip_suffix(&position).unwrap_or(&whole);
+        if !error.is_data() {
+            return Self::NotJson {
+                path,
+                line: error.line(),
+                column: error.column(),
+                found: shortened(message),
+            };
+        }
+        from_message(path, message)
+    }
+}
+
+/// What stands before the limit in a message of [`too_many`].
+const TOO_MANY: &str = "too many, expected at most ";
+
+/// The parser's error for an array or a map beyond its limit.
+pub(super) fn too_many<E: serde::de::Error>(limit: usize, of: &str) -> E {
+    E::custom(format_args!("{TOO_MANY}{limit} {of}"))
+}
+
+/// The parser's error for a key that a map holds twice.
+pub(super) fn repeated<E: serde::de::Error>(key: &str) -> E {
+    E::custom(format_args!("duplicate field `{key}`"))
+}
+
+/// The longest path in an error: keys of a map come from strangers.
+const PATH_CHARS_MAX: usize = 160;
+
+fn shown(place: &serde_path_to_error::Path) -> String {
+    let path: String = place
+        .to_string()
+        .chars()
+        .take(PATH_CHARS_MAX)
+        .flat_map(|character| match character {
+            ' '..='~' => vec![character],
+            _ => character.escape_default().collect(),
+        })
+        .collect();
+    match path.as_str() {
+        "." => "body".to_owned(),
+        _ => path,
+    }
+}
+
+/// Tells serde's messages apart by their beginnings, which its trait `de::Error` lays down.
+fn from_message(path: String, message: &str) -> WireError {
+    if let Some(limit) = message.strip_prefix(TOO_MANY) {
+        return WireError::TooMany {
+            path,
+            limit: limit.to_owned(),
+        };
+    }
+    if let Some(field) = message.strip_prefix("missing field ") {
+        return WireError::MissingField {
+            path: below(&path, field),
+        };
+    }
+    if let Some(field) = message.strip_prefix("duplicate field ") {
+        return WireError::Repeated {
+            path: below(&path, field),
+        };
+    }
+    let (found, expected) = message
+        .rsplit_once(", expected ")
+        .unwrap_or((message, "a value of the format"));
+    if found.starts_with("unknown field") {
+        return WireError::UnknownField {
+            path,
+            expected: expected.to_owned(),
+        };
+    }
+    let found = ["invalid type: ", "invalid value: ", "invalid length "]
+        .iter()
+        .find_map(|beginning| found.strip_prefix(beginning))
+        .unwrap_or(found);
+    WireError::WrongValue {
+        path,
+        expected: expected.to_owned(),
+        found: shortened(found),
+    }
+}
+
+/// The path of a field that a message names between backticks.
+fn below(parent: &str, field: &str) -> String {
+    let field = shortened(field.trim_matches('`'));
+    if parent == "body" {
+        field
+    } else {
+        format!("{parent}.{field}")
+    }
+}
