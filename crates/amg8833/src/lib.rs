@@ -1,7 +1,30 @@
-//! Driver of the Panasonic Grid-EYE AMG8833, an array of 8 x 8 thermopiles on I2C.
+#![doc = include_str!("../README.md")]
 #![no_std]
 
 #[cfg(test)]
 extern crate std;
 
+mod address;
+pub mod asynch;
+mod blocking;
+mod error;
+mod levels;
+mod pixel_set;
+mod power;
+mod protocol;
+mod register;
+mod settings;
+mod status;
+pub mod timing;
 pub mod word;
+
+pub use address::{Address, UnknownAddress};
+pub use blocking::Amg8833;
+pub use error::Error;
+pub use levels::{InterruptLevels, InvalidLevels};
+pub use pixel_set::PixelSet;
+pub use power::{PowerMode, Standby, UndefinedPowerMode};
+pub use settings::{
+    Configuration, Deviation, FrameRate, InterruptControl, InterruptMode, MovingAverage, Settings,
+};
+pub use status::Status;

@@ -92,6 +92,11 @@ pub fn frame(raw: &RawFrame) -> Frame {
     }
 }
 
+/// The word of an interrupt level as read back, without the unspecified bits, so that it compares with the one written.
+pub(crate) const fn level(word: u16) -> PixelWord {
+    PixelWord(word & VALUE_BITS)
+}
+
 /// A temperature that the word of its register cannot hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutOfRange {

@@ -1,0 +1,379 @@
+use crate::levels::InterruptLevels;
+use crate::power::PowerMode;
+use crate::register::{average, frame_rate, interrupt};
+use crate::timing::{SETTLING_FRAMES, SLOW_CLOCK_PERCENT};
+use core::fmt;
+use core::time::Duration;
+
+/// Everything about the sensor that a program chooses, but for its power mode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Settings {
+    /// Frames a second.
+    pub frame_rate: FrameRate,
+    /// Whether each frame is averaged with the one before.
+    pub moving_average: MovingAverage,
+    /// What is compared for the interrupt, and whether its pin is active.
+    pub interrupt: InterruptControl,
+    /// When a pixel enters and leaves the interrupt table.
+    pub levels: InterruptLevels,
+}
+
+impl Default for Settings {
+    /// As after power-on (AMG88 spec §4-10), but with [`InterruptLevels::NEVER`].
+    fn default() -> Self {
+        Self {
+            frame_rate: FrameRate::Ten,
+            moving_average: MovingAverage::Off,
+            interrupt: InterruptControl::default(),
+            levels: InterruptLevels::NEVER,
+        }
+    }
+}
+
+/// How often the sensor renews its registers (AMG88 spec §4-11-3). There are these two rates and no others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FrameRate {
+    /// 10 frames a second, as after power-on.
+    Ten,
+    /// 1 frame a second, each the mean of ten: a third of the noise (AMG88 spec §4-4: 0.05 against 0.16 °C).
+    One,
+}
+
+impl FrameRate {
+    /// The rate with this many frames a second; `None` unless 1 or 10.
+    #[must_use]
+    pub const fn from_fps(fps: u8) -> Option<Self> {
+        match fps {
+            1 => Some(Self::One),
+            10 => Some(Self::Ten),
+            _ => None,
+        }
+    }
+
+    /// Frames a second, nominal.
+    #[must_use]
+    pub const fn fps(self) -> u8 {
+        match self {
+            Self::Ten => 10,
+            Self::One => 1,
+        }
+    }
+
+    /// From one frame to the next, nominal: real clocks are off by several per cent.
+    #[must_use]
+    pub const fn period(self) -> Duration {
+        match self {
+            Self::Ten => Duration::from_millis(100),
+            Self::One => Duration::from_secs(1),
+        }
+    }
+
+    /// How long to wait after a wake, a reset or power-on before the first read:
+    /// [`SETTLING_FRAMES`] of a sensor whose clock is slow by [`SLOW_CLOCK_PERCENT`].
+    ///
+    /// 220 ms at 10 frames a second, 2.2 s at 1.
+    #[must_use]
+    pub fn settling_time(self) -> Duration {
+        self.period() * SETTLING_FRAMES * (100 + SLOW_CLOCK_PERCENT) / 100
+    }
+
+    pub(crate) const fn byte(self) -> u8 {
+        match self {
+            Self::Ten => 0,
+            Self::One => frame_rate::ONE_FPS,
+        }
+    }
+
+    /// Only the one bit that the datasheet defines is looked at.
+    pub(crate) const fn from_byte(byte: u8) -> Self {
+        if byte & frame_rate::ONE_FPS == 0 {
+            Self::Ten
+        } else {
+            Self::One
+        }
+    }
+}
+
+impl fmt::Display for FrameRate {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} fps", self.fps())
+    }
+}
+
+/// Whether each frame is the mean of itself and the one before (AMG88 spec §4-11-7).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum MovingAverage {
+    /// Frames as measured, as after power-on.
+    Off,
+    /// "Twice moving average": noise falls by a factor of √2, and a step takes one frame longer.
+    Twice,
+}
+
+impl MovingAverage {
+    pub(crate) const fn byte(self) -> u8 {
+        match self {
+            Self::Off => 0,
+            Self::Twice => average::TWICE,
+        }
+    }
+
+    pub(crate) const fn from_byte(byte: u8) -> Self {
+        if byte & average::TWICE == 0 {
+            Self::Off
+        } else {
+            Self::Twice
+        }
+    }
+}
+
+/// The interrupt's pin and mode (AMG88 spec §4-11-4).
+///
+/// The pin has no polarity to set: it is at VDD when idle and at GND while a pixel is in the table (AMG88 spec §4-7).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct InterruptControl {
+    /// Whether the pin INT is active. The table and the flag follow the levels in either case.
+    pub pin_active: bool,
+    /// What is compared with the levels.
+    pub mode: InterruptMode,
+}
+
+/// What is compared with the interrupt levels (AMG88 spec §4-11-4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum InterruptMode {
+    /// The change of a pixel since the previous frame, as after power-on.
+    #[default]
+    Difference,
+    /// The temperature of a pixel.
+    Absolute,
+}
+
+impl InterruptControl {
+    pub(crate) const fn byte(self) -> u8 {
+        let pin = if self.pin_active { interrupt::PIN } else { 0 };
+        match self.mode {
+            InterruptMode::Difference => pin,
+            InterruptMode::Absolute => pin | interrupt::ABSOLUTE,
+        }
+    }
+
+    pub(crate) const fn from_byte(byte: u8) -> Self {
+        let mode = if byte & interrupt::ABSOLUTE == 0 {
+            InterruptMode::Difference
+        } else {
+            InterruptMode::Absolute
+        };
+        Self {
+            pin_active: byte & interrupt::PIN != 0,
+            mode,
+        }
+    }
+}
+
+impl fmt::Display for InterruptControl {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mode = match self.mode {
+            InterruptMode::Difference => "difference",
+            InterruptMode::Absolute => "absolute",
+        };
+        let pin = if self.pin_active {
+            "active"
+        } else {
+            "inactive"
+        };
+        write!(formatter, "{mode} with the pin {pin}")
+    }
+}
+
+/// What the sensor's registers say about its set-up, read back in one transaction.
+///
+/// A sensor whose supply failed for a moment comes back by itself with its power-on settings and goes on measuring:
+/// only its registers tell. Compare them every few seconds with [`deviation`](Self::deviation).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Configuration {
+    /// What the sensor is doing. Unreliable in sleep, when reads are invalid (AMG88 spec §4-11-1).
+    pub power: PowerMode,
+    /// Frames a second.
+    pub frame_rate: FrameRate,
+    /// The moving average as read back; on parts in the field it was seen to read as off for ever.
+    pub moving_average: MovingAverage,
+    /// The interrupt's pin and mode.
+    pub interrupt: InterruptControl,
+    /// The interrupt's levels, which need not be ones that [`InterruptLevels::new`] would take.
+    pub levels: InterruptLevels,
+}
+
+impl Configuration {
+    /// The first register that is not as `settings` ask for in normal mode; `None` if all are.
+    ///
+    /// The moving average is left out, because it is not known to read back. Nothing is missed by that: a failing
+    /// supply resets all registers (AMG88 spec §4-11-2), the levels among them, as long as `settings` hold levels
+    /// other than those of power-on, which are 0 °C. [`InterruptLevels::NEVER`] is such a setting.
+    #[must_use]
+    pub fn deviation(&self, settings: &Settings) -> Option<Deviation> {
+        let (expected, found) = (PowerMode::Normal, self.power);
+        if found != expected {
+            return Some(Deviation::Power { expected, found });
+        }
+        let (expected, found) = (settings.frame_rate, self.frame_rate);
+        if found != expected {
+            return Some(Deviation::FrameRate { expected, found });
+        }
+        let (expected, found) = (settings.interrupt, self.interrupt);
+        if found != expected {
+            return Some(Deviation::Interrupt { expected, found });
+        }
+        let (expected, found) = (settings.levels, self.levels);
+        (found != expected).then_some(Deviation::Levels { expected, found })
+    }
+}
+
+/// A setting that the sensor does not have, though it was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Deviation {
+    /// The power mode differs.
+    Power {
+        /// The mode asked for.
+        expected: PowerMode,
+        /// The mode read back.
+        found: PowerMode,
+    },
+    /// The frame rate differs.
+    FrameRate {
+        /// The rate asked for.
+        expected: FrameRate,
+        /// The rate read back.
+        found: FrameRate,
+    },
+    /// The interrupt's pin or mode differs.
+    Interrupt {
+        /// The setting asked for.
+        expected: InterruptControl,
+        /// The setting read back.
+        found: InterruptControl,
+    },
+    /// A level or the hysteresis differs: 0 °C in all three is the mark of a reset.
+    Levels {
+        /// The levels asked for.
+        expected: InterruptLevels,
+        /// The levels read back.
+        found: InterruptLevels,
+    },
+}
+
+impl fmt::Display for Deviation {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Power { expected, found } => {
+                write!(formatter, "power mode: expected {expected}, found {found}")
+            }
+            Self::FrameRate { expected, found } => {
+                write!(formatter, "frame rate: expected {expected}, found {found}")
+            }
+            Self::Interrupt { expected, found } => {
+                write!(formatter, "interrupt: expected {expected}, found {found}")
+            }
+            Self::Levels { expected, found } => write!(
+                formatter,
+                "interrupt levels: expected {expected}, found {found}"
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{Celsius, PixelWord};
+    use std::string::ToString;
+
+    const POWER_ON: Configuration = Configuration {
+        power: PowerMode::Normal,
+        frame_rate: FrameRate::Ten,
+        moving_average: MovingAverage::Off,
+        interrupt: InterruptControl {
+            pin_active: false,
+            mode: InterruptMode::Difference,
+        },
+        levels: InterruptLevels {
+            upper: PixelWord(0),
+            lower: PixelWord(0),
+            hysteresis: PixelWord(0),
+        },
+    };
+
+    #[test]
+    fn two_frames_of_a_slow_sensor_are_waited_for() {
+        assert_eq!(FrameRate::Ten.settling_time(), Duration::from_millis(220));
+        assert_eq!(FrameRate::One.settling_time(), Duration::from_millis(2200));
+    }
+
+    #[test]
+    fn only_one_and_ten_are_frame_rates() {
+        for fps in 0..=u8::MAX {
+            let rate = FrameRate::from_fps(fps);
+            assert_eq!(rate.is_some(), fps == 1 || fps == 10);
+            if let Some(rate) = rate {
+                assert_eq!(rate.fps(), fps);
+                assert_eq!(rate.period() * u32::from(fps), Duration::from_secs(1));
+            }
+        }
+    }
+
+    #[test]
+    fn a_sensor_that_was_reset_deviates_from_the_default_settings() {
+        let deviation = POWER_ON.deviation(&Settings::default()).unwrap();
+        assert_eq!(
+            deviation.to_string(),
+            "interrupt levels: expected above 511.75 or below -512 °C with 0 °C of hysteresis, \
+             found above 0 or below 0 °C with 0 °C of hysteresis"
+        );
+    }
+
+    #[test]
+    fn every_register_but_the_average_is_compared() {
+        let settings = Settings::default();
+        let good = Configuration {
+            levels: settings.levels,
+            ..POWER_ON
+        };
+        assert_eq!(good.deviation(&settings), None);
+        let averaged = Configuration {
+            moving_average: MovingAverage::Twice,
+            ..good
+        };
+        assert_eq!(averaged.deviation(&settings), None);
+
+        let deviation = |found: Configuration| found.deviation(&settings).unwrap().to_string();
+        assert_eq!(
+            deviation(Configuration {
+                power: PowerMode::Sleep,
+                ..good
+            }),
+            "power mode: expected normal, found sleep"
+        );
+        assert_eq!(
+            deviation(Configuration {
+                frame_rate: FrameRate::One,
+                ..good
+            }),
+            "frame rate: expected 10 fps, found 1 fps"
+        );
+        assert_eq!(
+            deviation(Configuration {
+                interrupt: InterruptControl {
+                    pin_active: true,
+                    mode: InterruptMode::Absolute
+                },
+                ..good
+            }),
+            "interrupt: expected difference with the pin inactive, found absolute with the pin active"
+        );
+        let levels =
+            InterruptLevels::new(Celsius::new(30.0), Celsius::new(-5.0), Celsius::new(1.0))
+                .unwrap();
+        assert!(
+            deviation(Configuration { levels, ..good })
+                .ends_with("found above 30 or below -5 °C with 1 °C of hysteresis")
+        );
+    }
+}

@@ -1,0 +1,30 @@
+//! The waits that the sensor needs, by name.
+
+use core::time::Duration;
+
+/// From power-on until the sensor answers on the bus, typical (AMG88 spec §4-4).
+pub const POWER_ON: Duration = Duration::from_millis(50);
+
+/// From power-on until the temperatures are stable, typical (AMG88 spec §4-4).
+pub const STABLE_OUTPUT: Duration = Duration::from_secs(15);
+
+/// From the command for normal mode to the initial reset, at least (AMG88 spec §4-11-1).
+pub const WAKE: Duration = Duration::from_millis(50);
+
+/// From the initial reset to the flag reset, at least (AMG88 spec §4-11-2).
+pub const INITIAL_RESET: Duration = Duration::from_millis(2);
+
+/// From the command for sleep to any command for normal mode.
+///
+/// The datasheet is silent; the authors of Linux' `video-i2c` found that a sensor which is woken at once now and then
+/// never renews its registers again, and wait as long as this. It is the best known cause of frozen frames.
+pub const SLEEP_ENTRY: Duration = Duration::from_millis(100);
+
+/// Frames to wait after a wake, a reset or power-on before temperatures (AMG88 spec §4-11-2) and the interrupt flag
+/// (AMG88 spec §4-11-5) may be trusted: until then the pixels may read 0.
+pub const SETTLING_FRAMES: u32 = 2;
+
+/// How much slower than nominal the sensor's clock is taken to be where frames are waited for, in per cent.
+///
+/// The datasheet gives no tolerance; 9.57 Hz was measured on a part set to 10 Hz.
+pub const SLOW_CLOCK_PERCENT: u32 = 10;
