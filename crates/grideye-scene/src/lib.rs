@@ -1,1 +1,84 @@
-//! placeholder
+//! Scene files in, thermal frames out: what a low-resolution infrared sensor sees in a room, at any moment.
+//!
+//! ```text
+//!  scene file (TOML) ──parse──▶ Scene ──Simulator::new(sensor)──▶ image(t)     noise-free degrees
+//!  trajectories (CSV) ───┘     room                               noisy(t, seed)  one sensor frame
+//!                              objects    sampling grid           truth(t)     share of each pixel on the agent
+//!                              agent      nearest surface wins
+//!                              sensors    perceived temperature ─▶ resample to the sensor's pixels ─▶ noise
+//! ```
+//!
+//! | module | subject | source |
+//! |---|---|---|
+//! | [`Scene`], [`Sensor`], [`Pose`] | the file and its geometry | `scenes/README.md` |
+//! | [`perceived`] | what a surface looks like from a distance | PeerJ CS 11:e3124, "Perceived temperature calculation" |
+//! | [`resample`] | sampling grid to pixels, as MATLAB's `imresize` does | the same, "Interpolation" |
+//! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
+//!
+//! The library opens no file, reads no clock and owns no randomness: a scene asks for its trajectories through
+//! [`Files`], time and seed are arguments.
+//!
+//! # What is guaranteed to repeat
+//! A frame is a pure function of (scene, time, seed): the same bytes on any number of threads and in any order of
+//! calls. Only additions, multiplications, divisions and square roots, which IEEE 754 fixes to the last bit, and the
+//! portable functions of the `libm` crate touch a temperature, so that the bytes are the same on every machine with
+//! IEEE double precision (x86-64 and ARM; not the x87 unit of 32-bit x86). A test pins the bits of one frame.
+//!
+//! ```
+//! use grideye_scene::{Scene, Simulator};
+//! use std::time::Duration;
+//!
+//! let text = r#"
+//!     [room]
+//!     size_mm = [4000, 6000, 2700]
+//!     ambient_c = 20
+//!
+//!     [[agent]]
+//!     name = "person"
+//!     size_mm = [200, 500, 1750]
+//!     temperature_c = 31
+//!     trajectory = "walk.csv"
+//!     speed_mm_per_s = 800
+//!
+//!     [[sensor]]
+//!     name = "ceiling"
+//!     preset = "grid-eye"
+//!     position_mm = [2000, 3000, 2700]
+//!     elevation_deg = 90
+//!     azimuth_deg = -90
+//! "#;
+//! let files = |_: &str| Ok("x_mm,y_mm,z_mm\n1000,3000,0\n3000,3000,0\n".to_owned());
+//! let loaded = Scene::parse(text, "room.toml", &files)?;
+//! assert!(loaded.warnings.is_empty());
+//!
+//! let simulator = Simulator::new(&loaded.scene, "ceiling")?;
+//! let image = simulator.image(Duration::from_millis(1250));
+//! assert_eq!((image.columns, image.rows), (8, 8));
+//! assert!(image.at(3, 3) > 24.0, "the person stands below the sensor");
+//! assert_eq!(image.at(0, 0), 20.0, "nothing but the room in the corner");
+//! # Ok::<(), grideye_scene::SceneError>(())
+//! ```
+
+mod angle;
+mod check;
+mod count;
+mod cuboid;
+mod document;
+mod error;
+mod files;
+mod noise;
+pub mod perceived;
+mod pose;
+pub mod resample;
+mod scene;
+mod simulator;
+mod trajectory;
+mod view;
+
+pub use cuboid::Cuboid;
+pub use error::{Place, SceneError, Warning};
+pub use files::Files;
+pub use pose::Pose;
+pub use scene::{Agent, Body, Loaded, Room, Scene, Sensor, limits};
+pub use simulator::{Image, Mask, Simulator};
+pub use trajectory::Trajectory;

@@ -1,0 +1,215 @@
+use std::fmt;
+use std::io;
+
+/// A place in a file: line and column count from 1, columns in characters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file as the caller named it, or as the scene names it.
+    pub file: Box<str>,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+impl Place {
+    /// The place of a byte in a text.
+    pub(crate) fn of_byte(file: &str, text: &str, byte: usize) -> Self {
+        let before = text.get(..byte).unwrap_or(text);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        Self {
+            file: file.into(),
+            line: before.matches('\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}:{}:{}", self.file, self.line, self.column)
+    }
+}
+
+/// Why a scene was refused: each names the place, the key, what was found there and what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Not TOML, an unknown key, a missing key, or a value of the wrong type.
+    #[error("{place}: {message}\nhint: {hint}")]
+    Malformed {
+        /// Where.
+        place: Place,
+        /// What the TOML reader says of it.
+        message: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A value that a scene cannot have: out of range, not a number, not built.
+    #[error("{place}: `{key}` is {found}, expected {expected}\nhint: {hint}")]
+    Value {
+        /// Where.
+        place: Place,
+        /// The key, as the file spells it.
+        key: &'static str,
+        /// The value in the file.
+        found: String,
+        /// The values there may be.
+        expected: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A key that this table must have, given its other keys.
+    #[error("{place}: {table} has no `{key}`\nhint: {hint}")]
+    MissingKey {
+        /// The table's place.
+        place: Place,
+        /// The table, with its name.
+        table: String,
+        /// The key that is missing.
+        key: &'static str,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// Two keys of which a table may have only one.
+    #[error("{place}: {table} has both `{key}` and `{other}`\nhint: {hint}")]
+    KeysConflict {
+        /// The table's place.
+        place: Place,
+        /// The table, with its name.
+        table: String,
+        /// One key.
+        key: &'static str,
+        /// The other.
+        other: &'static str,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// Two things of one name.
+    #[error(
+        "{place}: the name `{name}` is taken by line {first_line}\nhint: give each {kind} a name of its own"
+    )]
+    DuplicateName {
+        /// The second one's place.
+        place: Place,
+        /// The name.
+        name: String,
+        /// Line of the first one.
+        first_line: usize,
+        /// `sensor`, or `object and agent`.
+        kind: &'static str,
+    },
+    /// More of something than a scene may have.
+    #[error("{place}: {found} {what}, expected at most {limit}\nhint: {hint}")]
+    TooMany {
+        /// Where the first one too many is.
+        place: Place,
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        limit: usize,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A sensor that is not in the room.
+    #[error(
+        "{place}: sensor `{name}` at {found_mm} mm is outside the room of {room_mm} mm\nhint: the room's origin is its bottom-left corner; move the sensor or enlarge the room"
+    )]
+    SensorOutsideRoom {
+        /// Where.
+        place: Place,
+        /// The sensor.
+        name: String,
+        /// Its position.
+        found_mm: String,
+        /// The room's size.
+        room_mm: String,
+    },
+    /// An agent that sticks out of the room at some point of its way.
+    #[error(
+        "{place}: agent `{name}` leaves the room of {room_mm} mm: its body reaches {reach_mm} mm there\nhint: a position is the middle of the underside; move the way-point or shrink the body"
+    )]
+    AgentLeavesRoom {
+        /// The row of the trajectory, or the position in the scene file.
+        place: Place,
+        /// The agent.
+        name: String,
+        /// From the lowest to the highest corner of the body there.
+        reach_mm: String,
+        /// The room's size.
+        room_mm: String,
+    },
+    /// A trajectory file that could not be read.
+    #[error(
+        "{place}: cannot read the trajectory `{path}`: {source}\nhint: the path is taken from the scene file's folder"
+    )]
+    TrajectoryUnreadable {
+        /// The key that names it.
+        place: Place,
+        /// The path in the scene.
+        path: String,
+        /// What kept it from being read.
+        source: io::Error,
+    },
+    /// A row of a trajectory that is no way-point.
+    #[error(
+        "{place}: found {found}, expected {expected}\nhint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row"
+    )]
+    TrajectoryRow {
+        /// The row, and the column of the field in it.
+        place: Place,
+        /// What is there.
+        found: String,
+        /// What should be.
+        expected: String,
+    },
+    /// A sensor that the scene has not.
+    #[error("no sensor `{name}` in this scene\nhint: {}", known_names(known))]
+    UnknownSensor {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+}
+
+fn known_names(known: &[String]) -> String {
+    if known.is_empty() {
+        return "it has none; add a [[sensor]] table".to_owned();
+    }
+    format!("it has {}", known.join(", "))
+}
+
+/// What the reader of a scene should know of, although the scene was accepted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The object sticks out of the room and was removed, as the paper does ("Object placement").
+    ObjectOutsideRoom {
+        /// Where the object is in the file.
+        place: Place,
+        /// Its name.
+        name: String,
+        /// From the lowest to the highest corner of the object.
+        reach_mm: String,
+        /// The room's size.
+        room_mm: String,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::ObjectOutsideRoom {
+            place,
+            name,
+            reach_mm,
+            room_mm,
+        } = self;
+        write!(
+            formatter,
+            "{place}: object `{name}` was removed: it reaches {reach_mm} mm, beyond the room of {room_mm} mm\nhint: a position is the middle of the underside; move or shrink the object"
+        )
+    }
+}

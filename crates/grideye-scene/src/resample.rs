@@ -1,0 +1,266 @@
+//! The sampling grid to the sensor's pixels, as MATLAB's `imresize(A, [rows columns], 'bilinear')` does it
+//! (PeerJ CS 11:e3124, "Interpolation").
+//!
+//! Shrinking widens the triangle kernel to the spacing of the output, so that nothing between two pixels is lost:
+//! 300 points to 8 pixels give kernels of 37.5 points to either side, neighbours overlapping by half. Growing uses
+//! the plain triangle. Weights are normalised before the border is handled; taps beyond the border fall on the
+//! mirrored picture. The two axes are independent.
+//!
+//! ```
+//! use grideye_scene::resample::Resampler;
+//! let ramp: Vec<f64> = (0..300 * 300).map(|index| f64::from(index % 300 + 1)).collect();
+//! let pixels = Resampler::new((300, 300), (8, 8)).apply(&ramp);
+//! assert!((pixels[0] - 20.813867).abs() < 1e-6);
+//! ```
+
+use crate::count;
+use std::ops::Range;
+
+/// Weights from one size of picture to another.
+#[derive(Debug, Clone)]
+pub struct Resampler {
+    horizontal: Axis,
+    vertical: Axis,
+}
+
+impl Resampler {
+    /// Weights from `input` to `output`, each (columns, rows) and at least 1.
+    #[must_use]
+    pub fn new(input: (usize, usize), output: (usize, usize)) -> Self {
+        Self {
+            horizontal: Axis::new(input.0, output.0),
+            vertical: Axis::new(input.1, output.1),
+        }
+    }
+
+    /// The picture in its new size, row by row.
+    ///
+    /// # Panics
+    /// If `picture` has not the input's number of points.
+    #[must_use]
+    pub fn apply(&self, picture: &[f64]) -> Vec<f64> {
+        let columns = self.horizontal.inputs();
+        assert_eq!(
+            picture.len(),
+            columns * self.vertical.inputs(),
+            "points of the picture"
+        );
+        let mut pixels = vec![0.0; self.horizontal.outputs * self.vertical.outputs];
+        let mut row_sums = vec![0.0; self.horizontal.outputs];
+        for (row, points) in picture.chunks_exact(columns.max(1)).enumerate() {
+            for (column, value) in points.iter().enumerate() {
+                self.gather(column, *value, &mut row_sums);
+            }
+            self.spread(row, &mut row_sums, &mut pixels);
+        }
+        pixels
+    }
+
+    /// Adds one point of a row to the row's sums: one sum for each output column.
+    #[inline]
+    pub(crate) fn gather(&self, column: usize, value: f64, row_sums: &mut [f64]) {
+        let (outputs, weights) = self.horizontal.of_input(column);
+        for (sum, weight) in row_sums[outputs].iter_mut().zip(weights) {
+            *sum += weight * value;
+        }
+    }
+
+    /// Adds a row's sums to the pixels and clears them for the next row.
+    pub(crate) fn spread(&self, row: usize, row_sums: &mut [f64], pixels: &mut [f64]) {
+        let (outputs, weights) = self.vertical.of_input(row);
+        let rows = pixels
+            .chunks_exact_mut(self.horizontal.outputs)
+            .skip(outputs.start);
+        for (pixel_row, weight) in rows.zip(weights) {
+            for (pixel, sum) in pixel_row.iter_mut().zip(row_sums.iter()) {
+                *pixel += weight * sum;
+            }
+        }
+        row_sums.fill(0.0);
+    }
+
+    /// How many output columns there are.
+    pub(crate) const fn output_columns(&self) -> usize {
+        self.horizontal.outputs
+    }
+}
+
+/// One axis: for each input point, the run of outputs that it reaches and its weight in each.
+#[derive(Debug, Clone)]
+struct Axis {
+    outputs: usize,
+    first_outputs: Vec<usize>,
+    /// Where each input's weights begin in `weights`; one more at the end.
+    starts: Vec<usize>,
+    weights: Vec<f64>,
+}
+
+impl Axis {
+    fn new(inputs: usize, outputs: usize) -> Self {
+        let mut dense = vec![0.0; inputs * outputs];
+        for output in 0..outputs {
+            for (input, weight) in taps(inputs, outputs, output) {
+                dense[input * outputs + output] += weight;
+            }
+        }
+        let mut axis = Self {
+            outputs,
+            first_outputs: Vec::new(),
+            starts: vec![0],
+            weights: Vec::new(),
+        };
+        for row in dense.chunks_exact(outputs.max(1)) {
+            let first = row.iter().position(|weight| *weight != 0.0).unwrap_or(0);
+            let end = row
+                .iter()
+                .rposition(|weight| *weight != 0.0)
+                .map_or(first, |last| last + 1);
+            axis.first_outputs.push(first);
+            axis.weights.extend_from_slice(&row[first..end]);
+            axis.starts.push(axis.weights.len());
+        }
+        axis
+    }
+
+    fn inputs(&self) -> usize {
+        self.first_outputs.len()
+    }
+
+    #[inline]
+    fn of_input(&self, input: usize) -> (Range<usize>, &[f64]) {
+        let first = self.first_outputs[input];
+        let weights = &self.weights[self.starts[input]..self.starts[input + 1]];
+        (first..first + weights.len(), weights)
+    }
+}
+
+/// The inputs of one output with their weights, which sum to 1; an input may come more than once.
+fn taps(inputs: usize, outputs: usize, output: usize) -> Vec<(usize, f64)> {
+    let scale = count::float(outputs) / count::float(inputs);
+    let half_width = if scale < 1.0 { 1.0 / scale } else { 1.0 };
+    // Positions count from 1, as in MATLAB: half-integers then round the same way.
+    let centre = count::float(output + 1) / scale + 0.5 * (1.0 - 1.0 / scale);
+    let first = (centre - half_width).floor();
+    let tap_count = count::floor((2.0 * half_width).ceil()) + 2;
+    let weighted: Vec<(usize, f64)> = (0..tap_count)
+        .map(|tap| {
+            let position = first + count::float(tap);
+            let weight = (1.0 - ((centre - position) / half_width).abs()).max(0.0);
+            (mirrored(position, inputs), weight)
+        })
+        .collect();
+    let total: f64 = weighted.iter().map(|(_, weight)| weight).sum();
+    weighted
+        .into_iter()
+        .map(|(input, weight)| (input, weight / total))
+        .collect()
+}
+
+/// The index, from 0, of a position, from 1, in a picture that is mirrored at its borders, edge point repeated.
+fn mirrored(position: f64, inputs: usize) -> usize {
+    let period = 2 * inputs;
+    let index = count::floor((position - 1.0).rem_euclid(count::float(period)));
+    if index < inputs {
+        index
+    } else {
+        period - 1 - index.min(period - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const N: usize = 300;
+
+    fn resized(value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+        let picture: Vec<f64> = (0..N * N)
+            .map(|index| value(index / N + 1, index % N + 1))
+            .collect();
+        Resampler::new((N, N), (8, 8)).apply(&picture)
+    }
+
+    fn assert_row(found: &[f64], expected: [f64; 8]) {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(
+                (found - expected).abs() < 1e-6,
+                "{found} instead of {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn reference_vectors_of_ramp_and_steps() {
+        let ramp = [
+            20.813867, 56.750044, 94.249956, 131.750044, 169.249956, 206.750044, 244.249956,
+            280.186133,
+        ];
+        let across = resized(|_, column| count::float(column));
+        let down = resized(|row, _| count::float(row));
+        for pixel_row in 0..8 {
+            assert_row(&across[pixel_row * 8..][..8], ramp);
+            assert_row(&down[pixel_row * 8..][..8], [ramp[pixel_row]; 8]);
+        }
+        let step = |edge: usize| resized(|_, column| if column > edge { 1.0 } else { 0.0 });
+        assert_row(
+            &step(150)[..8],
+            [0.0, 0.0, 0.0, 0.124978, 0.875022, 1.0, 1.0, 1.0],
+        );
+        assert_row(
+            &step(160)[56..],
+            [0.0, 0.0, 0.0, 0.027200, 0.706133, 1.0, 1.0, 1.0],
+        );
+    }
+
+    #[test]
+    fn reference_vectors_of_points() {
+        let point = |at_row, at_column| {
+            resized(move |row, column| {
+                if (row, column) == (at_row, at_column) {
+                    90_000.0
+                } else {
+                    0.0
+                }
+            })
+        };
+        let inside = point(100, 120);
+        assert_row(
+            &inside[16..24],
+            [0.0, 0.0, 16.978489, 37.208178, 0.0, 0.0, 0.0, 0.0],
+        );
+        assert!((inside.iter().sum::<f64>() - 64.0).abs() < 1e-6);
+        assert!((point(5, 5)[0] - 64.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_uniform_picture_stays_uniform_at_every_size() {
+        for (input, output) in [
+            ((300, 300), (8, 8)),
+            ((250, 250), (80, 60)),
+            ((5, 3), (8, 8)),
+            ((1, 1), (4, 2)),
+            ((7, 9), (1, 1)),
+        ] {
+            let pixels = Resampler::new(input, output).apply(&vec![3.5; input.0 * input.1]);
+            assert_eq!(pixels.len(), output.0 * output.1);
+            for pixel in pixels {
+                assert!(
+                    (pixel - 3.5).abs() < 1e-12,
+                    "{input:?} to {output:?}: {pixel}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn growing_is_plain_bilinear_with_mirrored_borders() {
+        // imresize([0 4], [1 4], 'bilinear') of GNU Octave's image package: 0 1 3 4.
+        let pixels = Resampler::new((2, 1), (4, 1)).apply(&[0.0, 4.0]);
+        assert_eq!(pixels, [0.0, 1.0, 3.0, 4.0]);
+        // The same size leaves a picture as it is.
+        assert_eq!(
+            Resampler::new((3, 1), (3, 1)).apply(&[1.0, 5.0, 2.0]),
+            [1.0, 5.0, 2.0]
+        );
+    }
+}

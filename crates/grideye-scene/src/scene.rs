@@ -1,0 +1,228 @@
+use crate::check;
+use crate::cuboid::Cuboid;
+use crate::error::{SceneError, Warning};
+use crate::files::Files;
+use crate::perceived::{Law, Surface};
+use crate::pose::Pose;
+use crate::trajectory::Trajectory;
+use glam::{DVec2, DVec3, USizeVec2};
+use grideye_frame::Celsius;
+use std::time::Duration;
+
+/// What a scene may have at most: each bound has a test that reaches it.
+pub mod limits {
+    /// Bytes of a scene file, or of a trajectory.
+    pub const TEXT_BYTES_MAX: usize = 16 * 1024 * 1024;
+    /// Objects of a scene; the paper's largest has 1,056.
+    pub const OBJECTS_MAX: usize = 10_000;
+    /// Sensors of a scene.
+    pub const SENSORS_MAX: usize = 1_000;
+    /// Moving agents of a scene.
+    pub const AGENTS_MAX: usize = 1;
+    /// Way-points of a trajectory.
+    pub const WAY_POINTS_MAX: usize = 100_000;
+    /// Points of a sensor's sampling grid on one axis: field of view times points a degree.
+    pub const GRID_POINTS_MAX: usize = 2_048;
+    /// Pixels of a sensor on one axis.
+    pub const PIXELS_PER_AXIS_MAX: usize = 1_024;
+    /// Days that an agent may be on its way.
+    pub const WALK_DAYS_MAX: u64 = 366;
+}
+
+/// A room with what is in it, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    pub(crate) room: Room,
+    pub(crate) objects: Vec<Body>,
+    pub(crate) agents: Vec<Agent>,
+    pub(crate) sensors: Vec<Sensor>,
+    pub(crate) law: Law,
+}
+
+/// A scene, and what was changed or deserves a look.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// What the reader should be told, in the order of the file.
+    pub warnings: Vec<Warning>,
+}
+
+/// The room: a cuboid from the origin, its bottom-left corner, to `size_m`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Room {
+    /// Width to the right (x), depth to the back (y), height (z), metres.
+    pub size_m: DVec3,
+    /// Temperature of walls and air, °C.
+    pub ambient_c: f64,
+}
+
+/// A thing of one temperature, standing or at the start of its way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Its name in the file.
+    pub name: String,
+    /// Its place and shape.
+    pub shape: Cuboid,
+    /// Its temperature and emissivity.
+    pub surface: Surface,
+}
+
+/// The one body that may move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Agent {
+    /// Its body, at the start of its way.
+    pub body: Body,
+    /// Its way, or `None` if it stands still.
+    pub trajectory: Option<Trajectory>,
+}
+
+/// A sensor: what it is and how it is mounted.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Sensor {
+    /// Its name in the file.
+    pub name: String,
+    /// Pixels in a row.
+    pub columns: usize,
+    /// Pixels in a column.
+    pub rows: usize,
+    /// Full angle of view on each axis, radians, below π.
+    pub field_of_view_rad: DVec2,
+    /// Points of the sampling grid on each axis: field of view times points a degree, at least 1.
+    pub grid_points: USizeVec2,
+    /// Standard deviation of the noise of one pixel in one frame, °C.
+    pub noise_sigma: f64,
+    /// Frames a second.
+    pub sampling_hz: f64,
+    /// Distance up to which the sensor is meant to work, metres; the law's linear branch needs it.
+    pub operating_distance_m: f64,
+    /// Where it is and which way it looks.
+    pub pose: Pose,
+}
+
+impl Scene {
+    /// Reads a scene; `origin` is the file's name in messages, `files` hands over the trajectories it names.
+    ///
+    /// # Errors
+    /// What makes the scene unfit to be simulated, with its place and a hint.
+    pub fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loaded, SceneError> {
+        check::parse(text, origin, files)
+    }
+
+    /// The room.
+    #[must_use]
+    pub const fn room(&self) -> &Room {
+        &self.room
+    }
+
+    /// The temperature of the room.
+    #[must_use]
+    #[expect(
+        clippy::as_conversions,
+        clippy::cast_possible_truncation,
+        reason = "single precision is what the vocabulary has, 2 µK at 20 °C"
+    )]
+    pub const fn ambient(&self) -> Celsius {
+        Celsius::new(self.room.ambient_c as f32)
+    }
+
+    /// The objects that stand in the room, without those that were removed.
+    #[must_use]
+    pub fn objects(&self) -> &[Body] {
+        &self.objects
+    }
+
+    /// The agents, at most [`limits::AGENTS_MAX`].
+    #[must_use]
+    pub fn agents(&self) -> &[Agent] {
+        &self.agents
+    }
+
+    /// The sensors, in the order of the file.
+    #[must_use]
+    pub fn sensors(&self) -> &[Sensor] {
+        &self.sensors
+    }
+
+    /// The sensor of that name.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownSensor`], which lists the names there are.
+    pub fn sensor(&self, name: &str) -> Result<&Sensor, SceneError> {
+        self.sensors
+            .iter()
+            .find(|sensor| sensor.name == name)
+            .ok_or_else(|| SceneError::UnknownSensor {
+                name: name.to_owned(),
+                known: self
+                    .sensors
+                    .iter()
+                    .map(|sensor| sensor.name.clone())
+                    .collect(),
+            })
+    }
+
+    /// The reading of the paper's formula that the scene asks for.
+    #[must_use]
+    pub const fn law(&self) -> Law {
+        self.law
+    }
+
+    /// Whether nothing moves.
+    #[must_use]
+    pub fn is_static(&self) -> bool {
+        self.duration().is_zero()
+    }
+
+    /// The time that the agent takes for its way: zero if nothing moves.
+    #[must_use]
+    pub fn duration(&self) -> Duration {
+        self.agents
+            .iter()
+            .map(Agent::duration)
+            .max()
+            .unwrap_or_default()
+    }
+
+    /// How many frames the sensor takes while the agent is on its way, the first at its start: 1 if nothing moves.
+    #[must_use]
+    pub fn frame_count(&self, sensor: &Sensor) -> u64 {
+        // A hair's breadth keeps the last frame in, if the way ends on it but for rounding.
+        let last = (self.duration().as_secs_f64() * sensor.sampling_hz + 1e-6).floor();
+        u64::try_from(crate::count::floor(last)).map_or(u64::MAX, |last| last.saturating_add(1))
+    }
+}
+
+impl Agent {
+    /// Where the middle of the agent's underside is at `time`, metres.
+    #[must_use]
+    pub fn position_m(&self, time: Duration) -> DVec3 {
+        self.trajectory.as_ref().map_or_else(
+            || self.body.shape.base_m(),
+            |trajectory| trajectory.position_m(time),
+        )
+    }
+
+    /// The agent's shape where it is at `time`.
+    #[must_use]
+    pub fn shape(&self, time: Duration) -> Cuboid {
+        self.body.shape.moved_to(self.position_m(time))
+    }
+
+    /// The time it takes for its way: zero if it stands still.
+    #[must_use]
+    pub fn duration(&self) -> Duration {
+        self.trajectory
+            .as_ref()
+            .map_or(Duration::ZERO, Trajectory::duration)
+    }
+}
+
+impl Sensor {
+    /// The moment of frame `index`, the first being 0: `index / sampling_hz`, to the nearest nanosecond.
+    #[must_use]
+    pub fn frame_time(&self, index: u32) -> Duration {
+        Duration::try_from_secs_f64(f64::from(index) / self.sampling_hz).unwrap_or(Duration::MAX)
+    }
+}

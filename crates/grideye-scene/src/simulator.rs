@@ -1,0 +1,281 @@
+use crate::cuboid::Cuboid;
+use crate::error::SceneError;
+use crate::noise::add_noise;
+use crate::perceived::{Air, Glow};
+use crate::resample::Resampler;
+use crate::scene::{Agent, Scene, Sensor};
+use crate::view::{Hit, View};
+use grideye_frame::{COLUMNS, Celsius, Frame, ROWS};
+use std::time::Duration;
+
+/// One sensor of a scene, ready to be asked for frames at any time, in any order, from any thread.
+///
+/// What stands still is cast once, when the simulator is made; a frame then costs the cells that the agent covers.
+#[derive(Debug, Clone)]
+pub struct Simulator {
+    sensor: Sensor,
+    ambient_c: f64,
+    air: Air,
+    view: View,
+    resampler: Resampler,
+    /// The nearest standing surface of each cell.
+    backdrop: Backdrop,
+    /// The pixels with nothing but what stands still.
+    still_c: Vec<f64>,
+    agents: Vec<(Agent, Glow)>,
+}
+
+/// A picture in degrees, row by row: row 0 is the top, column 0 the left of what the sensor sees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub columns: usize,
+    /// Pixels in a column.
+    pub rows: usize,
+    /// °C, row by row from the top left.
+    pub celsius: Vec<f64>,
+}
+
+/// How much of each pixel is the agent, laid out as the [`Image`] is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mask {
+    /// Pixels in a row.
+    pub columns: usize,
+    /// Pixels in a column.
+    pub rows: usize,
+    /// Share of the pixel's response (weight of the resampling kernel) that falls on a visible part of the agent,
+    /// 0 to 1.
+    pub share: Vec<f64>,
+}
+
+impl Simulator {
+    /// A simulator for the sensor of that name.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownSensor`].
+    pub fn new(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
+        let sensor = scene.sensor(sensor_name)?.clone();
+        let ambient_c = scene.room.ambient_c;
+        let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
+        let view = View::new(&sensor);
+        let resampler =
+            Resampler::new((view.columns(), view.rows()), (sensor.columns, sensor.rows));
+        let mut backdrop = Backdrop::new(view.columns(), view.rows());
+        for object in &scene.objects {
+            backdrop.put(&view, &air, &object.shape, &air.glow(object.surface));
+        }
+        let still_c = resampler
+            .apply(&backdrop.excess_c)
+            .iter()
+            .map(|excess| ambient_c + excess)
+            .collect();
+        let agents = scene
+            .agents
+            .iter()
+            .map(|agent| (agent.clone(), air.glow(agent.body.surface)))
+            .collect();
+        Ok(Self {
+            sensor,
+            ambient_c,
+            air,
+            view,
+            resampler,
+            backdrop,
+            still_c,
+            agents,
+        })
+    }
+
+    /// The sensor that is simulated.
+    #[must_use]
+    pub const fn sensor(&self) -> &Sensor {
+        &self.sensor
+    }
+
+    /// The temperature of the room, °C.
+    #[must_use]
+    pub const fn ambient_c(&self) -> f64 {
+        self.ambient_c
+    }
+
+    /// What the sensor would report at `time` if it had no noise.
+    #[must_use]
+    pub fn image(&self, time: Duration) -> Image {
+        let mut celsius = self.still_c.clone();
+        self.each_agent_cell(time, &mut celsius, |covered| {
+            covered.excess_c - covered.backdrop_excess_c
+        });
+        Image {
+            columns: self.sensor.columns,
+            rows: self.sensor.rows,
+            celsius,
+        }
+    }
+
+    /// What the sensor reports at `time`: the image and one draw of N(0, [`Sensor::noise_sigma`]) on each pixel.
+    ///
+    /// The noise depends on the seed, the sensor's name and the time, and on nothing else; frames of other times or
+    /// other sensors are independent of it. It is drawn by ChaCha with 12 rounds: bytes 0 to 7 of the key are the
+    /// seed, 8 to 15 the FNV-1a hash of the name, 16 to 23 the high half of the time in nanoseconds, 24 to 31 the
+    /// tag `grideye1`; the low half of the time is the stream; numbers are little-endian.
+    #[must_use]
+    pub fn noisy(&self, time: Duration, seed: u64) -> Image {
+        let mut image = self.image(time);
+        add_noise(
+            &mut image.celsius,
+            self.sensor.noise_sigma,
+            seed,
+            &self.sensor.name,
+            time,
+        );
+        image
+    }
+
+    /// How much of each pixel is the agent at `time`.
+    #[must_use]
+    pub fn truth(&self, time: Duration) -> Mask {
+        let mut share = vec![0.0; self.still_c.len()];
+        self.each_agent_cell(time, &mut share, |_| 1.0);
+        // The weights of a whole pixel sum to 1 but for rounding.
+        share.iter_mut().for_each(|share| *share = share.min(1.0));
+        Mask {
+            columns: self.sensor.columns,
+            rows: self.sensor.rows,
+            share,
+        }
+    }
+
+    /// Resamples a value of each cell in which the agent is seen, and adds it to the pixels.
+    fn each_agent_cell(&self, time: Duration, pixels: &mut [f64], value: impl Fn(&Covered) -> f64) {
+        let mut row_sums = vec![0.0; self.resampler.output_columns()];
+        // A scene has one agent at most; several would have to hide each other first.
+        for (agent, glow) in &self.agents {
+            let shape = agent.shape(time);
+            let Some(window) = self.view.window(&shape) else {
+                continue;
+            };
+            for row in window.rows {
+                let first_meeting = self.view.row_of_rays(&shape, row);
+                for column in window.columns.clone() {
+                    let Some(hit) = first_meeting(column) else {
+                        continue;
+                    };
+                    if let Some(covered) = self.backdrop.before(&self.air, row, column, hit, glow) {
+                        self.resampler
+                            .gather(column, value(&covered), &mut row_sums);
+                    }
+                }
+                self.resampler.spread(row, &mut row_sums, pixels);
+            }
+        }
+    }
+}
+
+impl Image {
+    /// The temperature of one pixel, °C.
+    ///
+    /// # Panics
+    /// If the picture has no such pixel.
+    #[must_use]
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        assert!(
+            row < self.rows && column < self.columns,
+            "no pixel {row}, {column}"
+        );
+        self.celsius[row * self.columns + column]
+    }
+
+    /// The picture as a frame of an 8 x 8 sensor, in the same order; `None` if it has another size.
+    #[must_use]
+    #[expect(
+        clippy::as_conversions,
+        clippy::cast_possible_truncation,
+        reason = "single precision is what a frame has, 2 µK at 20 °C"
+    )]
+    pub fn to_frame(&self, thermistor: Celsius) -> Option<Frame> {
+        if (self.columns, self.rows) != (COLUMNS, ROWS) {
+            return None;
+        }
+        let mut frame = Frame::uniform(thermistor);
+        for (pixel, celsius) in frame.pixels.iter_mut().zip(&self.celsius) {
+            *pixel = Celsius::new(*celsius as f32);
+        }
+        Some(frame)
+    }
+}
+
+impl Mask {
+    /// The pixels of which at least `share_min` is the agent, in the picture's order.
+    #[must_use]
+    pub fn foreground(&self, share_min: f64) -> Vec<bool> {
+        self.share
+            .iter()
+            .map(|share| *share > 0.0 && *share >= share_min)
+            .collect()
+    }
+}
+
+/// The nearest standing surface of each cell: how far it is, and how much warmer than ambient it seems.
+#[derive(Debug, Clone)]
+struct Backdrop {
+    columns: usize,
+    depth_m: Vec<f64>,
+    excess_c: Vec<f64>,
+}
+
+/// A cell in which the agent is seen.
+struct Covered {
+    excess_c: f64,
+    backdrop_excess_c: f64,
+}
+
+impl Backdrop {
+    fn new(columns: usize, rows: usize) -> Self {
+        Self {
+            columns,
+            depth_m: vec![f64::INFINITY; columns * rows],
+            excess_c: vec![0.0; columns * rows],
+        }
+    }
+
+    fn put(&mut self, view: &View, air: &Air, shape: &Cuboid, glow: &Glow) {
+        let Some(window) = view.window(shape) else {
+            return;
+        };
+        for row in window.rows {
+            let first_meeting = view.row_of_rays(shape, row);
+            for column in window.columns.clone() {
+                let Some(hit) = first_meeting(column) else {
+                    continue;
+                };
+                if let Some(covered) = self.before(air, row, column, hit, glow) {
+                    self.depth_m[row * self.columns + column] = hit.depth_m;
+                    self.excess_c[row * self.columns + column] = covered.excess_c;
+                }
+            }
+        }
+    }
+
+    /// The cell with the new surface, if that lies before the one there is. Of two at one depth the warmer is seen,
+    /// so that their order does not matter.
+    #[inline]
+    fn before(
+        &self,
+        air: &Air,
+        row: usize,
+        column: usize,
+        hit: Hit,
+        glow: &Glow,
+    ) -> Option<Covered> {
+        let cell = row * self.columns + column;
+        if hit.depth_m > self.depth_m[cell] {
+            return None;
+        }
+        let covered = Covered {
+            excess_c: air.excess(glow, hit.distance_m2),
+            backdrop_excess_c: self.excess_c[cell],
+        };
+        (hit.depth_m < self.depth_m[cell] || covered.excess_c > covered.backdrop_excess_c)
+            .then_some(covered)
+    }
+}
