@@ -1,0 +1,10 @@
+//! The validator's public behaviour, on frames made here: a warm blob in a room, seen by a sensor with noise, steps,
+//! fixed pattern and offset. The simulator has no part in it.
+#![expect(
+    clippy::unwrap_used,
+    reason = "a test that cannot set up its frames has failed"
+)]
+
+mod properties;
+mod toy;
+mod verdicts;

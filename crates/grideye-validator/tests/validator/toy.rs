@@ -1,0 +1,122 @@
+//! A sensor and a simulator of a few lines, independent of each other and of grideye-scene.
+
+use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use std::time::Duration;
+
+pub(crate) const SHAPE: Shape = Shape {
+    columns: 8,
+    rows: 8,
+};
+pub(crate) const AMBIENT_C: f64 = 21.0;
+const STEP_C: f64 = 0.25;
+
+/// What stands in the room, in pixels from the corner of the image, and how warm it looks above ambient.
+#[derive(Clone, Copy)]
+pub(crate) struct Blob {
+    pub(crate) column: f64,
+    pub(crate) row: f64,
+    pub(crate) contrast_c: f64,
+}
+
+pub(crate) const PERSON: Blob = Blob {
+    column: 2.2,
+    row: 4.6,
+    contrast_c: 2.6,
+};
+
+/// What the unit does to the scene.
+#[derive(Clone, Copy)]
+pub(crate) struct Unit {
+    pub(crate) noise_c: f64,
+    pub(crate) pattern_c: f64,
+    pub(crate) offset_c: f64,
+}
+
+pub(crate) const UNIT: Unit = Unit {
+    noise_c: 0.25,
+    pattern_c: 0.15,
+    offset_c: 0.0,
+};
+
+/// The scene without noise.
+pub(crate) fn clean(blobs: &[Blob]) -> Vec<f64> {
+    let at = |index: u32| {
+        let (row, column) = (f64::from(index / 8), f64::from(index % 8));
+        let warmth = |blob: &Blob| {
+            let squared = (row - blob.row).powi(2) + (column - blob.column).powi(2);
+            blob.contrast_c * (-squared / (2.0 * 1.1 * 1.1)).exp()
+        };
+        AMBIENT_C + blobs.iter().map(warmth).sum::<f64>()
+    };
+    (0..64).map(at).collect()
+}
+
+fn noisy(clean: &[f64], sigma: f64, generator: &mut ChaCha8Rng) -> Vec<f64> {
+    let noise = Normal::new(0.0, sigma).unwrap();
+    clean
+        .iter()
+        .map(|value| value + noise.sample(generator))
+        .collect()
+}
+
+/// Real frames of a scene that may move, each with its repeat three frames later.
+pub(crate) fn recording(
+    frames: u32,
+    unit: Unit,
+    seed: u64,
+    scene: impl Fn(u32) -> Vec<Blob>,
+) -> Vec<RealFrame> {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    let pattern = noisy(&[unit.offset_c; 64], unit.pattern_c, &mut generator);
+    let mut measure = |index: u32| -> Vec<f64> {
+        let seen: Vec<f64> = clean(&scene(index))
+            .iter()
+            .zip(&pattern)
+            .map(|(scene, fixed)| scene + fixed)
+            .collect();
+        noisy(&seen, unit.noise_c, &mut generator)
+            .iter()
+            .map(|value| (value / STEP_C).round() * STEP_C)
+            .collect()
+    };
+    (0..frames)
+        .map(|index| RealFrame {
+            time: time(index),
+            celsius: measure(index),
+            later: Some(measure(index + 3)),
+        })
+        .collect()
+}
+
+/// Simulated frames with noise of 0.2 degrees, as the paper sets it.
+pub(crate) fn simulation(
+    frames: u32,
+    seed: u64,
+    scene: impl Fn(u32) -> Vec<Blob>,
+) -> Vec<SimulatedFrame> {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed ^ 0x5117);
+    (0..frames)
+        .map(|index| {
+            let noise_free = clean(&scene(index));
+            SimulatedFrame {
+                time: time(index),
+                celsius: noisy(&noise_free, 0.2, &mut generator),
+                noise_free,
+            }
+        })
+        .collect()
+}
+
+pub(crate) fn settings(protocol: Protocol) -> Settings {
+    Settings {
+        shuffles: 20,
+        ..Settings::new(protocol, AMBIENT_C, STEP_C)
+    }
+}
+
+fn time(index: u32) -> Duration {
+    Duration::from_millis(100) * index
+}

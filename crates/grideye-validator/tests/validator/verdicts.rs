@@ -1,0 +1,349 @@
+use crate::toy::{Blob, PERSON, SHAPE, UNIT, Unit, recording, settings, simulation};
+use grideye_validator::{
+    Comparison, FRAMES_MAX, Measure, Protocol, SHUFFLES_MAX, Settings, Side, ValidatorError,
+    Verdict, compare,
+};
+
+fn compare_static(real: &[Blob], claimed: &[Blob], unit: Unit, seed: u64) -> Comparison {
+    let real = recording(10, unit, seed, |_| real.to_vec());
+    let simulated = simulation(10, seed + 1_000, |_| claimed.to_vec());
+    compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap()
+}
+
+#[track_caller]
+fn verdict_over_seeds(expected: Verdict, real: &[Blob], claimed: &[Blob], unit: Unit) {
+    for seed in 0..50 {
+        let judgement = compare_static(real, claimed, unit, seed).judgement;
+        assert_eq!(
+            judgement.verdict, expected,
+            "seed {seed}: {:#?}",
+            judgement.reasons
+        );
+    }
+}
+
+#[test]
+fn the_right_scene_agrees_over_50_seeds() {
+    verdict_over_seeds(Verdict::Agrees, &[PERSON], &[PERSON], UNIT);
+}
+
+#[test]
+fn the_right_scene_agrees_on_a_unit_that_is_a_degree_off() {
+    let unit = Unit {
+        offset_c: -1.2,
+        ..UNIT
+    };
+    verdict_over_seeds(Verdict::Agrees, &[PERSON], &[PERSON], unit);
+    let unit = Unit {
+        offset_c: 1.2,
+        ..UNIT
+    };
+    verdict_over_seeds(Verdict::Agrees, &[PERSON], &[PERSON], unit);
+}
+
+#[test]
+fn a_mirrored_scene_disagrees() {
+    let mirrored = Blob {
+        column: 7.0 - PERSON.column,
+        ..PERSON
+    };
+    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[mirrored], UNIT);
+}
+
+#[test]
+fn a_transposed_scene_disagrees() {
+    let transposed = Blob {
+        column: PERSON.row,
+        row: PERSON.column,
+        ..PERSON
+    };
+    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[transposed], UNIT);
+}
+
+/// From 2.5 m above the floor a metre is 2.8 pixels of an 8 x 8 sensor of 60 degrees.
+#[test]
+fn a_person_moved_by_a_metre_disagrees() {
+    let moved = Blob {
+        column: PERSON.column + 2.8,
+        ..PERSON
+    };
+    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[moved], UNIT);
+}
+
+#[test]
+fn nobody_where_somebody_stands_disagrees() {
+    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[], UNIT);
+}
+
+#[test]
+fn a_radiator_too_many_disagrees() {
+    let radiator = Blob {
+        column: 7.0,
+        row: 1.0,
+        contrast_c: 4.0,
+    };
+    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[PERSON, radiator], UNIT);
+}
+
+#[test]
+fn a_person_twice_as_warm_disagrees() {
+    let hot = Blob {
+        contrast_c: 2.2 * PERSON.contrast_c,
+        ..PERSON
+    };
+    verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[hot], UNIT);
+}
+
+#[test]
+fn an_empty_room_cannot_tell() {
+    verdict_over_seeds(Verdict::CannotTell, &[], &[], UNIT);
+    verdict_over_seeds(Verdict::CannotTell, &[], &[PERSON], UNIT);
+    let judgement = compare_static(&[], &[PERSON], UNIT, 1).judgement;
+    assert!(
+        judgement.reasons[0].contains("shows nothing warm"),
+        "{:?}",
+        judgement.reasons
+    );
+    assert!(
+        judgement.reasons[0].contains("the scene claims"),
+        "{:?}",
+        judgement.reasons
+    );
+}
+
+#[test]
+fn an_offset_of_three_degrees_is_noticed_either_way() {
+    for offset_c in [3.0, -3.0] {
+        let unit = Unit { offset_c, ..UNIT };
+        verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[PERSON], unit);
+        let comparison = compare_static(&[PERSON], &[PERSON], unit, 3);
+        assert!(
+            (comparison.offset_c - offset_c).abs() < 0.2,
+            "{}",
+            comparison.offset_c
+        );
+        let direction = if offset_c > 0.0 { "warmer" } else { "colder" };
+        let reason = &comparison.judgement.reasons[0];
+        assert!(
+            reason.contains(direction) && reason.contains("beyond the 2.5 °C"),
+            "{reason}"
+        );
+    }
+}
+
+fn walk(speed: f64, start: f64) -> impl Fn(u32) -> Vec<Blob> {
+    move |index| {
+        vec![Blob {
+            column: start + speed * f64::from(index),
+            ..PERSON
+        }]
+    }
+}
+
+fn compare_walk(
+    real: impl Fn(u32) -> Vec<Blob>,
+    claimed: impl Fn(u32) -> Vec<Blob>,
+    seed: u64,
+) -> Comparison {
+    let real = recording(70, UNIT, seed, real);
+    let simulated = simulation(70, seed + 1_000, claimed);
+    compare(SHAPE, &real, &simulated, &settings(Protocol::Dynamic)).unwrap()
+}
+
+#[test]
+fn a_walk_agrees_with_itself_and_not_with_another() {
+    for seed in 0..10 {
+        let verdict = |real: (f64, f64), claimed: (f64, f64)| {
+            compare_walk(walk(real.0, real.1), walk(claimed.0, claimed.1), seed)
+                .judgement
+                .verdict
+        };
+        assert_eq!(verdict((0.12, -0.5), (0.12, -0.5)), Verdict::Agrees);
+        assert_eq!(verdict((0.12, -0.5), (-0.12, 7.5)), Verdict::Disagrees);
+        assert_eq!(verdict((0.12, -0.5), (0.12, 2.3)), Verdict::Disagrees);
+    }
+}
+
+/// The moving person must not be compared by all pairs: the same walk under the static protocol does not agree.
+#[test]
+fn a_walk_under_the_static_protocol_does_not_agree() {
+    let real = recording(70, UNIT, 1, walk(0.12, -0.5));
+    let simulated = simulation(70, 2, walk(0.12, -0.5));
+    let comparison = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
+    assert_eq!(comparison.pairs, 4_900);
+    assert_ne!(comparison.judgement.verdict, Verdict::Agrees);
+}
+
+#[test]
+fn one_frame_or_no_repeat_cannot_tell() {
+    let simulated = simulation(10, 2, |_| vec![PERSON]);
+    let mut real = recording(10, UNIT, 1, |_| vec![PERSON]);
+    let one = compare(SHAPE, &real[..1], &simulated, &settings(Protocol::Static)).unwrap();
+    assert_eq!(one.judgement.verdict, Verdict::CannotTell);
+    assert!(one.judgement.reasons[0].contains("1 frame(s)"));
+    for frame in &mut real {
+        frame.later = None;
+    }
+    let alone = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
+    assert_eq!(alone.judgement.verdict, Verdict::CannotTell);
+    assert!(
+        alone.judgement.reasons[0].contains("has no ceiling"),
+        "{:?}",
+        alone.judgement.reasons
+    );
+    assert_eq!(alone.noise_sigma_c, None);
+}
+
+/// A recording whose next frames have nothing in common with it: somebody is somewhere else in each.
+#[test]
+fn a_recording_that_does_not_resemble_itself_cannot_tell() {
+    let mut real = recording(10, UNIT, 1, |_| vec![PERSON]);
+    let elsewhere = recording(10, UNIT, 2, |_| {
+        vec![Blob {
+            column: 6.0,
+            row: 0.5,
+            ..PERSON
+        }]
+    });
+    for (frame, other) in real.iter_mut().zip(elsewhere) {
+        frame.later = Some(other.celsius);
+    }
+    let simulated = simulation(10, 2, |_| vec![PERSON]);
+    let judgement = compare(SHAPE, &real, &simulated, &settings(Protocol::Static))
+        .unwrap()
+        .judgement;
+    assert_eq!(
+        judgement.verdict,
+        Verdict::CannotTell,
+        "{:?}",
+        judgement.reasons
+    );
+    assert!(judgement.reasons[0].contains("does not even resemble itself"));
+}
+
+#[test]
+fn the_same_input_gives_the_same_comparison() {
+    assert_eq!(
+        compare_static(&[PERSON], &[PERSON], UNIT, 4),
+        compare_static(&[PERSON], &[PERSON], UNIT, 4)
+    );
+}
+
+/// What `thermal-model.md` section 6 says the paper's measures hide, on a scene like the paper's.
+#[test]
+fn floors_and_ceilings_show_what_the_papers_measures_hide() {
+    let comparison = compare_static(&[PERSON], &[PERSON], UNIT, 5);
+    let similarity = comparison.score(Measure::ImageSimilarity);
+    assert!(similarity.blank.unwrap() > 0.85);
+    assert!(similarity.value.unwrap() > similarity.blank.unwrap());
+    let grey = comparison.score(Measure::MutualInformationGrey);
+    let step = comparison.score(Measure::MutualInformationStep);
+    let parts =
+        |score: grideye_validator::Score| score.value.unwrap() - score.shuffled.unwrap().mean;
+    assert!(parts(grey) < 0.3 * parts(step), "{grey:?} {step:?}");
+    let correlation = comparison.score(Measure::Correlation);
+    assert_eq!(correlation.blank, None);
+    assert!(correlation.shuffled.unwrap().mean.abs() < 0.1);
+    assert!(correlation.shuffled.unwrap().p95 > 0.1);
+}
+
+/// Noise of 0.25 degrees and steps of 0.25 (their own deviation 0.072) are what the repeat must give back.
+#[test]
+fn noise_is_found_and_counted_once_in_the_ceiling() {
+    let comparison = compare_static(
+        &[PERSON],
+        &[PERSON],
+        Unit {
+            pattern_c: 0.0,
+            ..UNIT
+        },
+        6,
+    );
+    let expected = 0.25_f64.hypot(0.072);
+    assert!((comparison.noise_sigma_c.unwrap() - expected).abs() < 0.03);
+    let ceiling = comparison.score(Measure::Rmse).ceiling.unwrap();
+    assert!((ceiling - expected).abs() < 0.03, "{ceiling}");
+    // The simulation brings noise of its own, 0.2 degrees, on top of the sensor's.
+    let value = comparison.score(Measure::Rmse).value.unwrap();
+    assert!((value - expected.hypot(0.2)).abs() < 0.03, "{value}");
+}
+
+#[test]
+fn bad_input_is_refused_with_its_place() {
+    let real = recording(3, UNIT, 1, |_| vec![PERSON]);
+    let simulated = simulation(3, 1, |_| vec![PERSON]);
+    let run = |real: &[_], simulated: &[_], settings: &Settings| {
+        compare(SHAPE, real, simulated, settings).unwrap_err()
+    };
+    let fixed = settings(Protocol::Static);
+
+    assert_eq!(
+        run(&[], &simulated, &fixed),
+        ValidatorError::NoFrames { side: Side::Real }
+    );
+    assert_eq!(
+        run(&real, &[], &fixed),
+        ValidatorError::NoFrames {
+            side: Side::Simulated
+        }
+    );
+    let dynamic = settings(Protocol::Dynamic);
+    assert_eq!(
+        run(&real, &simulated[..2], &dynamic),
+        ValidatorError::Unpaired {
+            real: 3,
+            simulated: 2
+        }
+    );
+
+    let mut holed = real.clone();
+    holed[2].celsius[17] = f64::NAN;
+    let error = run(&holed, &simulated, &fixed);
+    assert_eq!(
+        error,
+        ValidatorError::NotFinite {
+            side: Side::Real,
+            index: 2,
+            pixel: 17
+        }
+    );
+    assert!(
+        error
+            .to_string()
+            .starts_with("pixel index 17 of real frame 2 is not a finite number\nhint: ")
+    );
+    let mut short = simulated.clone();
+    short[1].noise_free.pop();
+    let expected = ValidatorError::FrameSize {
+        side: Side::Simulated,
+        index: 1,
+        expected: 64,
+        found: 63,
+    };
+    assert_eq!(run(&real, &short, &fixed), expected);
+
+    let many = vec![real[0].clone(); FRAMES_MAX + 1];
+    let expected = ValidatorError::TooManyFrames {
+        side: Side::Real,
+        limit: FRAMES_MAX,
+        found: FRAMES_MAX + 1,
+    };
+    assert_eq!(run(&many, &simulated, &fixed), expected);
+    for shuffles in [0, SHUFFLES_MAX + 1] {
+        let error = run(&real, &simulated, &Settings { shuffles, ..fixed });
+        assert!(matches!(
+            error,
+            ValidatorError::Setting {
+                name: "shuffles",
+                ..
+            }
+        ));
+    }
+    for step_c in [0.0, f64::NAN] {
+        let error = run(&real, &simulated, &Settings { step_c, ..fixed });
+        assert!(matches!(
+            error,
+            ValidatorError::Setting { name: "step_c", .. }
+        ));
+    }
+}
