@@ -1,10 +1,57 @@
-//! Recording and wire formats.
+//! Sensor frames on the wire and on disk: what a record is, and the formats that carry it.
+//!
+//! ```text
+//!  agent ──▶ wire::Batch ──JSON──▶ collector ──▶ csv::Writer ──▶ recording.csv ──▶ csv::Reader ──▶ Row
+//!        ◀── wire::Acknowledgement ◀──┘                          LINAIGE file ──▶ linaige::Reader ──▶ Row + labels
+//! ```
+//!
+//! | format | carries | keeps of a word | refuses with |
+//! |---|---|---|---|
+//! | [`wire`] (JSON) | one batch per device and half second, and its answer | all 16 bits | [`wire::WireError`]: path, expected, found |
+//! | [`mod@csv`] (`recordings/README.md`) | one row a sensor frame, missing ones with a reason | the 12 bits that mean degrees | [`RecordingError`]: line, column, expected, found |
+//! | [`linaige`] (read only) | frames with labels | as above | [`RecordingError`] |
+//!
+//! Everything works on the readers, writers and bytes that it is handed: no files, sockets or clocks. Recordings of any
+//! length are read and written in the same memory. What a word means in degrees is said by `amg8833::word` alone.
+//!
+//! ```
+//! use grideye_recording::csv::{Reader, Writer};
+//! use grideye_recording::linaige::{self, Date, stream_from_file_name};
+//!
+//! // A LINAIGE session, cut down to one frame, becomes a recording and is read back.
+//! let name = "Session2_2021-07-01_RoomB_v2.csv";
+//! let session = format!("{}\n18_14_07.274925,30.625{},0,e\n", linaige::header(), ",26.5".repeat(64));
+//! let rows = linaige::Reader::new(session.as_bytes(), Date::from_file_name(name)?, stream_from_file_name(name))?;
+//!
+//! let mut writer = Writer::new(Vec::new())?;
+//! for labelled in rows {
+//!     writer.write(&labelled?.row)?;
+//! }
+//! let recording = writer.finish()?;
+//!
+//! let row = Reader::new(recording.as_slice())?.next().expect("one row was written")?;
+//! assert_eq!(row.record.seq, 0);
+//! assert_eq!(row.record.stamp.t_utc_ns, 1_625_163_247_274_925_000);
+//! let frame = amg8833::word::frame(row.record.reading.frame().expect("the frame is not missing"));
+//! assert_eq!(frame.pixels[0].get(), 26.5);
+//! # Ok::<(), grideye_recording::RecordingError>(())
+//! ```
 
+mod cell;
+mod error;
+mod layout;
+mod lines;
 mod text;
 
+pub mod csv;
+pub mod linaige;
 pub mod record;
 pub mod wire;
 
+pub use csv::Row;
+pub use error::RecordingError;
+pub use layout::{Layout, sniff};
 pub use record::{
-    COUNT_MAX, ClockState, NAME_CHARS_MAX, NameError, Record, Stamp, StreamId, check_name,
+    COUNT_MAX, ClockState, NAME_CHARS_MAX, NameError, Record, Stamp, StreamId, UnknownClockState,
+    check_name,
 };

@@ -108,7 +108,7 @@ pub const REASONS_MAX: usize = 64;
 /// Default of [`Limits::gaps`]: one for each frame of the largest batch.
 pub const GAPS_MAX: usize = FRAMES_MAX;
 /// The longest that one frame is as this crate writes it, in bytes, with the comma that follows.
-pub const FRAME_BYTES_MAX: usize = 544;
+pub const FRAME_BYTES_MAX: usize = 533;
 
 impl Default for Limits {
     fn default() -> Self {

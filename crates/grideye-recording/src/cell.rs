@@ -1,0 +1,274 @@
+//! One cell of a text layout, and what may stand in it.
+
+use crate::RecordingError;
+use crate::record::{COUNT_MAX, NAME_RULE, check_name};
+use crate::text::quoted;
+use amg8833::word::{self, OutOfRange};
+use core::fmt;
+use grideye_frame::{Celsius, PixelWord, ThermistorWord};
+
+/// The longest temperature in characters: few enough that double precision tells any two of that length apart.
+const DEGREE_CHARS_MAX: usize = 16;
+
+/// A cell with its place, for the error.
+pub(crate) struct Cell<'c> {
+    pub(crate) line: u64,
+    pub(crate) column: Column,
+    pub(crate) text: &'c str,
+}
+
+/// The column that a cell stands in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Column {
+    Named(&'static str),
+    /// A pixel, numbered as the layout numbers it.
+    Pixel(usize),
+}
+
+impl fmt::Display for Column {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Named(name) => formatter.write_str(name),
+            Self::Pixel(number) => write!(formatter, "pixel{number}"),
+        }
+    }
+}
+
+impl Cell<'_> {
+    /// The error that something else was expected.
+    pub(crate) fn refused(&self, expected: impl Into<String>) -> RecordingError {
+        RecordingError::Cell {
+            line: self.line,
+            column: self.column.to_string(),
+            expected: expected.into(),
+            found: match self.text {
+                "" => "an empty cell".to_owned(),
+                text => quoted(text),
+            },
+        }
+    }
+
+    pub(crate) fn name(&self) -> Result<String, RecordingError> {
+        check_name(self.text)
+            .map(|()| self.text.to_owned())
+            .map_err(|error| RecordingError::Cell {
+                line: self.line,
+                column: self.column.to_string(),
+                expected: NAME_RULE.to_owned(),
+                found: error.found,
+            })
+    }
+
+    /// Digits alone, up to [`COUNT_MAX`].
+    pub(crate) fn count(&self) -> Result<u64, RecordingError> {
+        let refused = || self.refused(format!("an integer from 0 to {COUNT_MAX}"));
+        if !self.text.bytes().all(|byte| byte.is_ascii_digit()) {
+            return Err(refused());
+        }
+        match self.text.parse() {
+            Ok(count) if count <= COUNT_MAX => Ok(count),
+            _ => Err(refused()),
+        }
+    }
+
+    /// Nanoseconds of a wall clock: digits with or without a minus sign.
+    pub(crate) fn nanoseconds(&self) -> Result<i64, RecordingError> {
+        let refused = || self.refused("an integer of 64 bits with sign");
+        // The standard parser takes a plus sign too.
+        if self.text.starts_with('+') {
+            return Err(refused());
+        }
+        self.text.parse().ok().ok_or_else(refused)
+    }
+
+    pub(crate) fn pixel(&self) -> Result<PixelWord, RecordingError> {
+        self.word(word::pixel_word, word::pixel_celsius, word::PIXEL_STEP)
+    }
+
+    pub(crate) fn thermistor(&self) -> Result<ThermistorWord, RecordingError> {
+        self.word(
+            word::thermistor_word,
+            word::thermistor_celsius,
+            word::THERMISTOR_STEP,
+        )
+    }
+
+    /// The word that means exactly the temperature in the cell.
+    fn word<W: Copy>(
+        &self,
+        encode: impl Fn(Celsius) -> Result<W, OutOfRange>,
+        decode: impl Fn(W) -> Celsius,
+        step: Celsius,
+    ) -> Result<W, RecordingError> {
+        let written = self.degrees()?;
+        #[expect(
+            clippy::as_conversions,
+            clippy::cast_possible_truncation,
+            reason = "what single precision cannot hold is no multiple of a step, and is refused below"
+        )]
+        let nearest = encode(Celsius::new(written as f32)).map_err(|range| {
+            self.refused(format!(
+                "{} to {} degrees Celsius",
+                range.lowest, range.highest
+            ))
+        })?;
+        let meant = f64::from(decode(nearest).get());
+        // Bit for bit, since the thermistor tells -0 from 0.
+        if meant.to_bits() == written.to_bits() {
+            Ok(nearest)
+        } else {
+            let nearby = decode(nearest);
+            Err(self.refused(format!(
+                "a multiple of {step} degrees Celsius that the sensor can say, such as {nearby}"
+            )))
+        }
+    }
+
+    /// A plain decimal number: an optional minus sign, digits, and optionally a point and more digits.
+    fn degrees(&self) -> Result<f64, RecordingError> {
+        let refused = || self.refused("degrees Celsius as a plain decimal number");
+        let unsigned = self.text.strip_prefix('-').unwrap_or(self.text);
+        let (whole, fraction) = unsigned.split_once('.').unwrap_or((unsigned, "0"));
+        let digits =
+            |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+        if self.text.len() > DEGREE_CHARS_MAX || !digits(whole) || !digits(fraction) {
+            return Err(refused());
+        }
+        self.text.parse().ok().ok_or_else(refused)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn cell(text: &str) -> Cell<'_> {
+        Cell {
+            line: 7,
+            column: Column::Pixel(3),
+            text,
+        }
+    }
+
+    fn fault(text: &str) -> String {
+        cell(text).pixel().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_datasheet_rows_are_read_as_printed() {
+        // AMG88 spec §4-11-11.
+        let rows = [
+            ("125", 0x1F4),
+            ("25", 0x064),
+            ("0.25", 0x001),
+            ("0", 0),
+            ("-0.25", 0xFFF),
+            ("-25", 0xF9C),
+            ("-55", 0xF24),
+        ];
+        for (text, word) in rows {
+            assert_eq!(cell(text).pixel().unwrap(), PixelWord(word), "{text}");
+        }
+        // AMG88 spec §4-11-9, and the sign bit alone.
+        let rows = [
+            ("127.9375", 0x7FF),
+            ("-59.6875", 0xBBB),
+            ("25", 0x190),
+            ("-0.25", 0x804),
+            ("0", 0x000),
+            ("-0", 0x800),
+        ];
+        for (text, word) in rows {
+            assert_eq!(
+                cell(text).thermistor().unwrap(),
+                ThermistorWord(word),
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
+    fn zeros_that_a_table_program_adds_are_taken() {
+        assert_eq!(cell("18.0").pixel().unwrap(), cell("18").pixel().unwrap());
+        assert_eq!(cell("-0.250000").pixel().unwrap(), PixelWord(0xFFF));
+    }
+
+    #[test]
+    fn what_is_no_temperature_of_the_sensor_is_refused_with_the_place() {
+        let plain =
+            "line 7, column pixel3: expected degrees Celsius as a plain decimal number, found";
+        for text in [
+            "NaN",
+            "nan",
+            "inf",
+            "-inf",
+            "1e1",
+            "+1",
+            "1.",
+            ".5",
+            "-",
+            "--1",
+            "0x10",
+            " 1",
+            "1 ",
+            "1,5",
+            "23.2500000000000000001",
+        ] {
+            assert_eq!(fault(text), format!("{plain} {}", quoted(text)));
+        }
+        assert_eq!(fault(""), format!("{plain} an empty cell"));
+        let range = "line 7, column pixel3: expected -512 to 511.75 degrees Celsius, found";
+        for text in ["512", "-512.25", "999999999999999"] {
+            assert_eq!(fault(text), format!("{range} \"{text}\""));
+        }
+        let step = "line 7, column pixel3: expected a multiple of 0.25 degrees Celsius that the sensor can say, such as";
+        for (text, nearby) in [
+            ("23.3", "23.25"),
+            ("23.0625", "23"),
+            ("23.250000000001", "23.25"),
+            ("-0", "0"),
+            ("511.75000000001", "511.75"),
+        ] {
+            assert_eq!(fault(text), format!("{step} {nearby}, found \"{text}\""));
+        }
+    }
+
+    #[test]
+    fn integers_are_digits_within_64_bits_with_sign() {
+        assert_eq!(cell("9223372036854775807").count().unwrap(), COUNT_MAX);
+        assert_eq!(
+            cell("-9223372036854775808").nanoseconds().unwrap(),
+            i64::MIN
+        );
+        for text in [
+            "",
+            "+1",
+            "-1",
+            "1.0",
+            "9223372036854775808",
+            "99999999999999999999",
+            "١",
+        ] {
+            assert!(cell(text).count().is_err(), "{text}");
+        }
+        for text in ["", "+1", "1.0", "9223372036854775808", "-", "--1"] {
+            assert!(cell(text).nanoseconds().is_err(), "{text}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_taken_or_refused_without_a_panic(text in ".{0,24}") {
+            let _ = (cell(&text).pixel(), cell(&text).thermistor(), cell(&text).count(), cell(&text).nanoseconds(), cell(&text).name());
+        }
+
+        #[test]
+        fn every_word_comes_back_from_its_shortest_decimal(word in 0_u16..=0xFFF) {
+            let pixel = PixelWord(word);
+            prop_assert_eq!(cell(&word::pixel_celsius(pixel).to_string()).pixel().unwrap(), pixel);
+            let thermistor = ThermistorWord(word);
+            prop_assert_eq!(cell(&word::thermistor_celsius(thermistor).to_string()).thermistor().unwrap(), thermistor);
+        }
+    }
+}

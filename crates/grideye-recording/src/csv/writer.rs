@@ -1,0 +1,172 @@
+use super::{Row, Sequences, header};
+use crate::record::{COUNT_MAX, NAME_RULE, check_name};
+use crate::{Record, RecordingError, StreamId};
+use amg8833::word;
+use core::fmt::Write as _;
+use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
+use std::io::Write;
+
+/// Writes a recording row by row.
+///
+/// Each row goes out in one call of `write_all`, whole with its newline, so that a program that is killed leaves at most
+/// one cut row behind. Hand over a `BufWriter` where speed counts more, and call [`Writer::finish`].
+#[derive(Debug)]
+pub struct Writer<W> {
+    output: W,
+    /// The row in the making; kept for its memory.
+    buffer: String,
+    sequences: Sequences,
+    /// Lines written, the header included.
+    lines: u64,
+    /// The line that could not be written.
+    broken_at: Option<u64>,
+}
+
+impl<W: Write> Writer<W> {
+    /// Writes the header at once, so that a recording without a frame is a recording too.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::Io`] if the header cannot be written.
+    pub fn new(output: W) -> Result<Self, RecordingError> {
+        let mut writer = Self {
+            output,
+            buffer: header(),
+            sequences: Sequences::default(),
+            lines: 0,
+            broken_at: None,
+        };
+        writer.send_line()?;
+        Ok(writer)
+    }
+
+    /// Writes one row.
+    ///
+    /// Degrees are the driver's decoding of the words. The upper four bits of a word, which the datasheet leaves
+    /// unspecified, have no place in degrees: they are 0 when the row is read again. The store keeps them.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError`] for whatever a [`Reader`](super::Reader) would refuse: names, order, integers beyond 63 bits, too
+    /// many streams; nothing is written then, and the next row may be. [`RecordingError::Io`] if the row cannot be written;
+    /// from then on every call fails with [`RecordingError::WriterBroken`].
+    pub fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
+        if let Some(line) = self.broken_at {
+            return Err(RecordingError::WriterBroken { line });
+        }
+        let line = self.lines + 1;
+        check_stream(line, &row.stream)?;
+        check_count(line, "seq", row.record.seq)?;
+        check_count(line, "t_boot_ns", row.record.stamp.t_boot_ns)?;
+        self.sequences.admit(line, row)?;
+        self.buffer.clear();
+        compose(&mut self.buffer, row);
+        self.send_line()
+    }
+
+    /// Flushes, and gives back what was handed to [`Writer::new`].
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::Io`] if flushing fails, [`RecordingError::WriterBroken`] if an earlier row could not be written.
+    pub fn finish(mut self) -> Result<W, RecordingError> {
+        if let Some(line) = self.broken_at {
+            return Err(RecordingError::WriterBroken { line });
+        }
+        let line = self.lines;
+        self.output
+            .flush()
+            .map_err(|source| RecordingError::Io { line, source })?;
+        Ok(self.output)
+    }
+
+    /// Rows written so far.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        self.lines.saturating_sub(1)
+    }
+
+    fn send_line(&mut self) -> Result<(), RecordingError> {
+        let line = self.lines + 1;
+        self.buffer.push('\n');
+        match self.output.write_all(self.buffer.as_bytes()) {
+            Ok(()) => {
+                self.lines = line;
+                Ok(())
+            }
+            Err(source) => {
+                self.broken_at = Some(line);
+                Err(RecordingError::Io { line, source })
+            }
+        }
+    }
+}
+
+fn check_stream(line: u64, stream: &StreamId) -> Result<(), RecordingError> {
+    let named = [
+        ("device", &stream.device),
+        ("sensor", &stream.sensor),
+        ("boot", &stream.boot),
+    ];
+    for (column, name) in named {
+        check_name(name).map_err(|error| RecordingError::Cell {
+            line,
+            column: column.to_owned(),
+            expected: NAME_RULE.to_owned(),
+            found: error.found,
+        })?;
+    }
+    Ok(())
+}
+
+fn check_count(line: u64, column: &str, count: u64) -> Result<(), RecordingError> {
+    if count <= COUNT_MAX {
+        return Ok(());
+    }
+    Err(RecordingError::Cell {
+        line,
+        column: column.to_owned(),
+        expected: format!("an integer from 0 to {COUNT_MAX}"),
+        found: count.to_string(),
+    })
+}
+
+/// Appends the row without its newline. Writing to a `String` cannot fail.
+fn compose(text: &mut String, row: &Row) {
+    let StreamId {
+        device,
+        sensor,
+        boot,
+    } = &row.stream;
+    let Record {
+        seq,
+        stamp,
+        reading,
+    } = &row.record;
+    let _ = write!(
+        text,
+        "{device},{sensor},{boot},{seq},{},{},{},",
+        stamp.t_boot_ns, stamp.t_utc_ns, stamp.clock
+    );
+    if let Some(arrival) = row.t_arrival_ns {
+        let _ = write!(text, "{arrival}");
+    }
+    match reading {
+        Reading::Frame(frame) => compose_frame(text, frame),
+        Reading::NoData(reason) => compose_missing(text, *reason),
+    }
+}
+
+fn compose_frame(text: &mut String, raw: &RawFrame) {
+    let frame = word::frame(raw);
+    // The shortest decimal that names a number is exact here: every step is a power of two.
+    let _ = write!(text, ",,{}", frame.thermistor);
+    for pixel in frame.pixels {
+        let _ = write!(text, ",{pixel}");
+    }
+}
+
+fn compose_missing(text: &mut String, reason: NoData) {
+    let _ = write!(text, ",{reason},");
+    text.extend(core::iter::repeat_n(',', PIXELS));
+}

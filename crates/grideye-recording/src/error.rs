@@ -1,0 +1,131 @@
+use std::io;
+
+/// Why a recording could not be read or written. Lines count from 1, the header included.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// Reading or writing failed.
+    #[error("line {line}: {source}")]
+    Io {
+        /// The line being read or written.
+        line: u64,
+        /// What the reader or writer that was handed over said.
+        source: io::Error,
+    },
+    /// Not even a header.
+    #[error(
+        "line 1: expected a header that begins with {expected}, found nothing\nhint: the file is empty; its writer was stopped before it began"
+    )]
+    Empty {
+        /// The first columns of the layout.
+        expected: &'static str,
+    },
+    /// The first line is another layout's, or no header.
+    #[error(
+        "line 1, field {field}: expected the column name {expected}, found {found}\nhint: recordings/README.md states the columns of each layout"
+    )]
+    UnknownHeader {
+        /// The first field that is different, from 1.
+        field: usize,
+        /// The name that belongs there, or that the line ends there.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// The file ends in mid-line.
+    #[error(
+        "line {line}: expected a newline at its end, found the end of the file after {bytes} bytes\nhint: the file was cut here; the lines before are whole, and nothing of this line was used"
+    )]
+    CutLine {
+        /// The line that is cut.
+        line: u64,
+        /// How many bytes of it are there.
+        bytes: usize,
+    },
+    /// A line longer than any of the layout can be.
+    #[error("line {line}: expected at most {limit} bytes, found more")]
+    LineTooLong {
+        /// The line.
+        line: u64,
+        /// The limit in bytes.
+        limit: usize,
+    },
+    /// Bytes that are no text.
+    #[error("line {line}: expected text in UTF-8, found byte {byte:#04x} at column {column}")]
+    NotText {
+        /// The line.
+        line: u64,
+        /// The place of the first such byte in the line, from 1.
+        column: usize,
+        /// The byte.
+        byte: u8,
+    },
+    /// Too few fields or too many.
+    #[error("line {line}: expected {expected} fields, found {found}{}", field_count_hint(*.expected, *.found))]
+    FieldCount {
+        /// The line.
+        line: u64,
+        /// How many the layout has.
+        expected: usize,
+        /// How many the line has.
+        found: usize,
+    },
+    /// A cell that does not hold what its column asks for.
+    #[error("line {line}, column {column}: expected {expected}, found {found}")]
+    Cell {
+        /// The line.
+        line: u64,
+        /// The column's name, for example `pixel17`.
+        column: String,
+        /// What belongs there.
+        expected: String,
+        /// What is there: escaped, and cut when long.
+        found: String,
+    },
+    /// Sequence numbers that do not rise within their stream.
+    #[error(
+        "line {line}, column seq: expected more than {previous} in stream {stream}, found {found}\nhint: a frame stands in a recording once, and in order; was the file joined from two?"
+    )]
+    NotAscending {
+        /// The line.
+        line: u64,
+        /// Device, sensor and boot.
+        stream: String,
+        /// The stream's number before.
+        previous: u64,
+        /// The number found.
+        found: u64,
+    },
+    /// More streams than one recording may hold.
+    #[error(
+        "line {line}: expected at most {limit} streams in one recording, found one more\nhint: record fewer sensors at a time"
+    )]
+    TooManyStreams {
+        /// The line.
+        line: u64,
+        /// The limit.
+        limit: usize,
+    },
+    /// A file name without the date that the LINAIGE layout leaves out of its rows.
+    #[error(
+        "file name {found}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout tell the time of day only; the date is taken from the name"
+    )]
+    FileNameWithoutDate {
+        /// The name.
+        found: String,
+    },
+    /// Something failed while an earlier row was written; what is in the file ends there.
+    #[error("line {line}: expected a sound file to write to, found one whose last row failed")]
+    WriterBroken {
+        /// The line that failed.
+        line: u64,
+    },
+}
+
+fn field_count_hint(expected: usize, found: usize) -> String {
+    match expected.checked_sub(found) {
+        Some(missing @ 1..=63) => {
+            format!("\nhint: {missing} short: every row has all 64 pixels, empty ones included")
+        }
+        _ => String::new(),
+    }
+}

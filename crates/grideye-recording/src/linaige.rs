@@ -1,0 +1,428 @@
+//! The layout of the LINAIGE data set (Xie, Daghero et al., arXiv 2304.06059): real Grid-EYE recordings with labels.
+//!
+//! ```text
+//! timestamp,thermistor,pixel0,…,pixel63,people_number,confidence
+//! 18_14_07.274925,30.625,26.5,…,25.5,0,e
+//! ```
+//!
+//! What the layout does not say, and what is made of it here:
+//!
+//! - **The date** stands in the file's name: [`Date::from_file_name`].
+//! - **The time zone** stands nowhere. The printed time is taken as UTC and the clock is called
+//!   [`Unsynced`](ClockState::Unsynced): the differences are good, the hour is not.
+//! - **Sequence numbers** count rows from 0. The layout has no way to tell of a frame that was missed.
+//! - **Boot time** starts at 0 with the first row and follows the printed times. Where these jump back (session 3 does,
+//!   by 804 s, after its row 1055) `t_utc_ns` stays as printed, the row's clock is [`Stepped`](ClockState::Stepped), and
+//!   boot time goes on by [`ASSUMED_INTERVAL_NS`]: how long the pause really was is not known. A session that runs past
+//!   midnight shows the same way.
+//! - **The last line** may lack its newline, as it does in the published files. It is taken all the same: its last field
+//!   is one letter, so that a row which was cut cannot look whole.
+
+use crate::cell::{Cell, Column};
+use crate::csv::{Row, check_header};
+use crate::lines::{Line, Lines};
+use crate::text::quoted;
+use crate::{ClockState, Record, RecordingError, Stamp, StreamId, check_name};
+use core::iter::FusedIterator;
+use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading};
+use std::io::Read;
+
+/// What boot time goes on by where the printed time jumps back: the sensor's period, as the data set was recorded at 10 Hz.
+pub const ASSUMED_INTERVAL_NS: u64 = 100_000_000;
+
+/// Fields of a row: time, thermistor, pixels, two labels.
+const COLUMNS: usize = PIXELS + 4;
+
+/// One row with its labels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LinaigeRow {
+    /// The row as a recording has it; `t_arrival_ns` is not known.
+    pub row: Row,
+    /// `people_number`: how many people the data set's makers saw in the sensor's view.
+    pub people: u32,
+    /// `confidence`: how sure they were.
+    pub confidence: Confidence,
+}
+
+/// The column `confidence`. The files do not say what its letters stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Confidence {
+    /// `e`, the common one: probably "easy".
+    E,
+    /// `h`: probably "hard".
+    H,
+}
+
+/// A day of the Gregorian calendar, from 1970 to 2199.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Date {
+    days_since_1970: i64,
+}
+
+impl Date {
+    /// A day by its year, month (1 to 12) and day (1 to 31); `None` if there is no such day, or not from 1970 to 2199.
+    #[must_use]
+    pub fn new(year: i64, month: i64, day: i64) -> Option<Self> {
+        let valid = (1970..=2199).contains(&year)
+            && (1..=12).contains(&month)
+            && (1..=days_in_month(year, month)).contains(&day);
+        valid.then(|| Self {
+            days_since_1970: days_before_year(year) - days_before_year(1970)
+                + (1..month)
+                    .map(|earlier| days_in_month(year, earlier))
+                    .sum::<i64>()
+                + (day - 1),
+        })
+    }
+
+    /// The date in a file's name: four digits, two and two, joined by hyphens.
+    ///
+    /// ```
+    /// use grideye_recording::linaige::Date;
+    /// assert_eq!(Date::from_file_name("Session2_2021-07-01_RoomB_v2.csv").ok(), Date::new(2021, 7, 1));
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::FileNameWithoutDate`] if there is none.
+    pub fn from_file_name(name: &str) -> Result<Self, RecordingError> {
+        name.as_bytes()
+            .windows("2021-07-01".len())
+            .find_map(|window| match window {
+                [y1, y2, y3, y4, b'-', m1, m2, b'-', d1, d2] => Self::new(
+                    digits(&[*y1, *y2, *y3, *y4])?,
+                    digits(&[*m1, *m2])?,
+                    digits(&[*d1, *d2])?,
+                ),
+                _ => None,
+            })
+            .ok_or_else(|| RecordingError::FileNameWithoutDate {
+                found: quoted(name),
+            })
+    }
+
+    /// Midnight at the day's beginning, in nanoseconds since 1970-01-01 UTC.
+    #[must_use]
+    pub const fn midnight_utc_ns(self) -> i64 {
+        self.days_since_1970 * 86_400 * NS_PER_S
+    }
+}
+
+/// The stream that a file of this layout becomes: device `linaige`, sensor `grid-eye`, and the file's name as the boot.
+///
+/// Characters that a name may not have are left out; a name of nothing else becomes `session`.
+#[must_use]
+pub fn stream_from_file_name(name: &str) -> StreamId {
+    let stem = name.strip_suffix(".csv").unwrap_or(name);
+    let boot: String = stem
+        .chars()
+        .filter(|character| character.is_ascii_alphanumeric() || "._:-".contains(*character))
+        .skip_while(|character| !character.is_ascii_alphanumeric())
+        .take(crate::NAME_CHARS_MAX)
+        .collect();
+    StreamId {
+        device: "linaige".to_owned(),
+        sensor: "grid-eye".to_owned(),
+        boot: match check_name(&boot) {
+            Ok(()) => boot,
+            Err(_) => "session".to_owned(),
+        },
+    }
+}
+
+/// The first line of a file of this layout, without its newline.
+#[must_use]
+pub fn header() -> String {
+    let mut names = vec!["timestamp".to_owned(), "thermistor".to_owned()];
+    names.extend((0..PIXELS).map(|index| format!("pixel{index}")));
+    names.extend(["people_number".to_owned(), "confidence".to_owned()]);
+    names.join(",")
+}
+
+/// Reads a file of this layout row by row, as an iterator. The first error is the last item.
+pub struct Reader<R> {
+    lines: Lines<R>,
+    date: Date,
+    stream: StreamId,
+    /// The stamp of the row before, and the number of the next one.
+    previous: Option<Stamp>,
+    seq: u64,
+    ended: bool,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads the header at once. Reads in blocks: a `BufReader` around the input is not needed.
+    ///
+    /// `stream` names the rows, as the layout does not: [`stream_from_file_name`] makes one.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError`] if the first line is not the header of this layout.
+    pub fn new(input: R, date: Date, stream: StreamId) -> Result<Self, RecordingError> {
+        let mut lines = Lines::new(input);
+        check_header(&mut lines, &header(), "timestamp,thermistor,pixel0")?;
+        Ok(Self {
+            lines,
+            date,
+            stream,
+            previous: None,
+            seq: 0,
+            ended: false,
+        })
+    }
+
+    fn row(&mut self) -> Result<Option<LinaigeRow>, RecordingError> {
+        let Some(line) = self.lines.next()? else {
+            return Ok(None);
+        };
+        let parsed = parse(&line).map_err(|error| if line.ended { error } else { line.cut() })?;
+        let stamp = stamp(
+            self.previous,
+            self.date.midnight_utc_ns() + parsed.time_of_day_ns,
+        );
+        let record = Record {
+            seq: self.seq,
+            stamp,
+            reading: Reading::Frame(parsed.frame),
+        };
+        self.previous = Some(stamp);
+        self.seq += 1;
+        Ok(Some(LinaigeRow {
+            row: Row {
+                stream: self.stream.clone(),
+                record,
+                t_arrival_ns: None,
+            },
+            people: parsed.people,
+            confidence: parsed.confidence,
+        }))
+    }
+}
+
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<LinaigeRow, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let item = self.row().transpose();
+        self.ended = !matches!(item, Some(Ok(_)));
+        item
+    }
+}
+
+impl<R: Read> FusedIterator for Reader<R> {}
+
+impl<R> core::fmt::Debug for Reader<R> {
+    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        formatter
+            .debug_struct("Reader")
+            .field("stream", &self.stream)
+            .field("seq", &self.seq)
+            .field("ended", &self.ended)
+            .finish_non_exhaustive()
+    }
+}
+
+const NS_PER_S: i64 = 1_000_000_000;
+
+struct Parsed {
+    time_of_day_ns: i64,
+    frame: RawFrame,
+    people: u32,
+    confidence: Confidence,
+}
+
+fn parse(line: &Line<'_>) -> Result<Parsed, RecordingError> {
+    let fields: [&str; COLUMNS] = line.fields()?;
+    let field = |index: usize| fields.get(index).copied().unwrap_or_default();
+    let cell = |column, index| Cell {
+        line: line.number,
+        column,
+        text: field(index),
+    };
+    let named = |name, index| cell(Column::Named(name), index);
+    let time = named("timestamp", 0);
+    let mut frame = RawFrame {
+        thermistor: named("thermistor", 1).thermistor()?,
+        pixels: [PixelWord(0); PIXELS],
+    };
+    for (index, word) in frame.pixels.iter_mut().enumerate() {
+        *word = cell(Column::Pixel(index), 2 + index).pixel()?;
+    }
+    let people = named("people_number", COLUMNS - 2);
+    let confidence = named("confidence", COLUMNS - 1);
+    Ok(Parsed {
+        time_of_day_ns: time_of_day_ns(time.text)
+            .ok_or_else(|| time.refused("a time of day as 18_14_07.274925"))?,
+        frame,
+        people: u32::try_from(people.count()?)
+            .ok()
+            .ok_or_else(|| people.refused("a number of people"))?,
+        confidence: match confidence.text {
+            "e" => Confidence::E,
+            "h" => Confidence::H,
+            _ => return Err(confidence.refused("e or h")),
+        },
+    })
+}
+
+fn stamp(previous: Option<Stamp>, t_utc_ns: i64) -> Stamp {
+    let (t_boot_ns, clock) = match previous {
+        None => (0, ClockState::Unsynced),
+        Some(before) => match u64::try_from(t_utc_ns - before.t_utc_ns) {
+            Ok(passed) => (before.t_boot_ns + passed, ClockState::Unsynced),
+            // The difference is negative: the clock was set back.
+            Err(_) => (before.t_boot_ns + ASSUMED_INTERVAL_NS, ClockState::Stepped),
+        },
+    };
+    Stamp {
+        t_boot_ns,
+        t_utc_ns,
+        clock,
+    }
+}
+
+/// `HH_MM_SS.ffffff` in nanoseconds since midnight.
+fn time_of_day_ns(text: &str) -> Option<i64> {
+    let [h1, h2, b'_', m1, m2, b'_', s1, s2, b'.', micros @ ..] = text.as_bytes() else {
+        return None;
+    };
+    let (hours, minutes, seconds) = (
+        digits(&[*h1, *h2])?,
+        digits(&[*m1, *m2])?,
+        digits(&[*s1, *s2])?,
+    );
+    if hours > 23 || minutes > 59 || seconds > 59 || micros.len() != 6 {
+        return None;
+    }
+    Some(((hours * 60 + minutes) * 60 + seconds) * NS_PER_S + digits(micros)? * 1000)
+}
+
+/// A short number of nothing but digits.
+fn digits(text: &[u8]) -> Option<i64> {
+    text.iter().try_fold(0, |number, byte| {
+        byte.is_ascii_digit()
+            .then(|| number * 10 + i64::from(byte - b'0'))
+    })
+}
+
+const fn is_leap_year(year: i64) -> bool {
+    year % 4 == 0 && (year % 100 != 0 || year % 400 == 0)
+}
+
+const fn days_in_month(year: i64, month: i64) -> i64 {
+    match month {
+        4 | 6 | 9 | 11 => 30,
+        2 if is_leap_year(year) => 29,
+        2 => 28,
+        _ => 31,
+    }
+}
+
+/// Days from the first of January of the year 1 to that of this one.
+const fn days_before_year(year: i64) -> i64 {
+    let full = year - 1;
+    full * 365 + full / 4 - full / 100 + full / 400
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        // From `date -u -d DATE +%s` divided by 86400.
+        let days = [
+            ((1970, 1, 1), 0),
+            ((2000, 2, 29), 11_016),
+            ((2000, 3, 1), 11_017),
+            ((2021, 7, 1), 18_809),
+            ((2100, 3, 1), 47_541),
+            ((2199, 12, 31), 84_005),
+        ];
+        for ((year, month, day), expected) in days {
+            let date = Date::new(year, month, day).unwrap();
+            assert_eq!(
+                date.midnight_utc_ns(),
+                expected * 86_400 * NS_PER_S,
+                "{year}-{month}-{day}"
+            );
+        }
+        let none = [
+            (1969, 12, 31),
+            (2200, 1, 1),
+            (2021, 2, 29),
+            (2100, 2, 29),
+            (2021, 13, 1),
+            (2021, 0, 1),
+            (2021, 4, 31),
+            (2021, 4, 0),
+        ];
+        for (year, month, day) in none {
+            assert_eq!(Date::new(year, month, day), None, "{year}-{month}-{day}");
+        }
+    }
+
+    #[test]
+    fn the_date_is_found_wherever_it_stands_in_a_name() {
+        for name in [
+            "2021-07-06.csv",
+            "a/2021-07-06",
+            "x12021-07-06y",
+            "1-2021-07-06",
+        ] {
+            assert_eq!(
+                Date::from_file_name(name).unwrap(),
+                Date::new(2021, 7, 6).unwrap(),
+                "{name}"
+            );
+        }
+        for name in [
+            "",
+            "session.csv",
+            "2021-13-01.csv",
+            "2021_07_06.csv",
+            "é2021-07-0é",
+        ] {
+            let error = Date::from_file_name(name).unwrap_err();
+            assert!(
+                matches!(error, RecordingError::FileNameWithoutDate { .. }),
+                "{name}: {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn times_of_day_are_exact_and_strict() {
+        assert_eq!(time_of_day_ns("00_00_00.000001"), Some(1_000));
+        assert_eq!(time_of_day_ns("18_14_07.274925"), Some(65_647_274_925_000));
+        assert_eq!(time_of_day_ns("23_59_59.999999"), Some(86_399_999_999_000));
+        for text in [
+            "",
+            "18:14:07.274925",
+            "24_00_00.000000",
+            "18_60_00.000000",
+            "18_14_60.000000",
+            "18_14_07",
+            "18_14_07.27492",
+            "18_14_07.2749250",
+            "18_14_07.27492x",
+            "-1_14_07.274925",
+        ] {
+            assert_eq!(time_of_day_ns(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_stream_is_named_after_its_file() {
+        assert_eq!(
+            stream_from_file_name("Session2_2021-07-01_RoomB_v2.csv").boot,
+            "Session2_2021-07-01_RoomB_v2"
+        );
+        assert_eq!(stream_from_file_name("_ö=a b.csv").boot, "ab");
+        assert_eq!(stream_from_file_name("ö").boot, "session");
+        assert_eq!(stream_from_file_name(&"x".repeat(100)).boot.len(), 64);
+    }
+}

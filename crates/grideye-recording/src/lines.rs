@@ -1,0 +1,118 @@
+//! Lines of a text file, one at a time: bounded, counted, and a cut one told from a whole one.
+
+use crate::RecordingError;
+use std::io::{BufRead, BufReader, Read};
+
+/// The longest line of any layout here, in bytes: several times the longest that can be written.
+pub(crate) const LINE_BYTES_MAX: usize = 4096;
+
+pub(crate) struct Lines<R> {
+    input: BufReader<R>,
+    buffer: Vec<u8>,
+    number: u64,
+}
+
+/// One line without its end.
+pub(crate) struct Line<'l> {
+    /// From 1.
+    pub(crate) number: u64,
+    pub(crate) text: &'l str,
+    /// Whether a newline followed; without one the file may have been cut within this line.
+    pub(crate) ended: bool,
+}
+
+impl<R: Read> Lines<R> {
+    pub(crate) fn new(input: R) -> Self {
+        Self {
+            input: BufReader::new(input),
+            buffer: Vec::new(),
+            number: 0,
+        }
+    }
+
+    /// The next line; `None` at the end of the file.
+    pub(crate) fn next(&mut self) -> Result<Option<Line<'_>>, RecordingError> {
+        let line = self.number + 1;
+        self.buffer.clear();
+        self.fill(line)?;
+        if self.buffer.is_empty() {
+            return Ok(None);
+        }
+        self.number = line;
+        let ended = self.buffer.last() == Some(&b'\n');
+        let mut bytes = self.buffer.as_slice();
+        if ended {
+            bytes = bytes.strip_suffix(b"\n").unwrap_or(bytes);
+            // A spreadsheet saves with both.
+            bytes = bytes.strip_suffix(b"\r").unwrap_or(bytes);
+        }
+        match core::str::from_utf8(bytes) {
+            Ok(text) => Ok(Some(Line {
+                number: line,
+                text,
+                ended,
+            })),
+            Err(error) => Err(RecordingError::NotText {
+                line,
+                column: error.valid_up_to() + 1,
+                byte: bytes.get(error.valid_up_to()).copied().unwrap_or_default(),
+            }),
+        }
+    }
+
+    /// Reads up to and with the next newline into the buffer.
+    fn fill(&mut self, line: u64) -> Result<(), RecordingError> {
+        loop {
+            let available = match self.input.fill_buf() {
+                Ok(available) => available,
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+                Err(source) => return Err(RecordingError::Io { line, source }),
+            };
+            let newline = available.iter().position(|byte| *byte == b'\n');
+            let taken = newline.map_or(available.len(), |place| place + 1);
+            if self.buffer.len() + taken > LINE_BYTES_MAX {
+                return Err(RecordingError::LineTooLong {
+                    line,
+                    limit: LINE_BYTES_MAX,
+                });
+            }
+            self.buffer
+                .extend_from_slice(available.get(..taken).unwrap_or(available));
+            self.input.consume(taken);
+            if newline.is_some() || taken == 0 {
+                return Ok(());
+            }
+        }
+    }
+}
+
+impl Line<'_> {
+    /// The error for a line that the end of the file cut.
+    pub(crate) fn cut(&self) -> RecordingError {
+        RecordingError::CutLine {
+            line: self.number,
+            bytes: self.text.len(),
+        }
+    }
+
+    /// The fields between the commas, when there are as many as the layout has.
+    pub(crate) fn fields<const N: usize>(&self) -> Result<[&str; N], RecordingError> {
+        let mut fields = [""; N];
+        let mut found = 0;
+        for field in self.text.split(',') {
+            if let Some(slot) = fields.get_mut(found) {
+                *slot = field;
+            }
+            found += 1;
+        }
+        if found == N {
+            Ok(fields)
+        } else {
+            Err(RecordingError::FieldCount {
+                line: self.number,
+                expected: N,
+                found,
+            })
+        }
+    }
+}

@@ -1,0 +1,530 @@
+//! The CSV recording format against its golden file, damaged files, hostile readers and arbitrary rows.
+
+use crate::golden;
+use crate::wire::any_records;
+use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::csv::{COLUMNS, Reader, STREAMS_MAX, Writer, header};
+use grideye_recording::{COUNT_MAX, Layout, Record, RecordingError, Row, StreamId, sniff};
+use proptest::prelude::*;
+use std::io::{self, Read, Write};
+
+const GOLDEN: &str = include_str!("../../../../recordings/golden/two-sensors.csv");
+
+fn write(rows: &[Row]) -> Result<String, RecordingError> {
+    let mut writer = Writer::new(Vec::new())?;
+    for row in rows {
+        writer.write(row)?;
+    }
+    Ok(String::from_utf8(writer.finish()?).unwrap())
+}
+
+/// The rows up to the first error, and that error's message.
+fn read(text: &str) -> (Vec<Row>, Option<String>) {
+    let reader = match Reader::new(text.as_bytes()) {
+        Ok(reader) => reader,
+        Err(error) => return (Vec::new(), Some(error.to_string())),
+    };
+    let mut rows = Vec::new();
+    let mut faults = Vec::new();
+    for item in reader {
+        match item {
+            Ok(row) => rows.push(row),
+            Err(error) => faults.push(error.to_string()),
+        }
+    }
+    assert!(
+        faults.len() <= 1,
+        "a reader stops at the first error: {faults:?}"
+    );
+    (rows, faults.pop())
+}
+
+/// The message for the golden file with the first occurrence of a piece replaced.
+fn refusal(from: &str, to: &str) -> String {
+    assert!(GOLDEN.contains(from), "{from} is not in the golden file");
+    read(&GOLDEN.replacen(from, to, 1)).1.unwrap_or_default()
+}
+
+#[test]
+fn the_golden_file_is_written_byte_for_byte() {
+    assert_eq!(write(&golden::rows()).unwrap(), GOLDEN);
+}
+
+#[test]
+fn the_golden_file_is_read_back_word_for_word() {
+    assert_eq!(read(GOLDEN), (golden::rows(), None));
+}
+
+/// The strings are those that the datasheet prints for the words (AMG88 spec §4-11-11), and the format's two ends.
+#[test]
+fn the_golden_file_says_what_the_datasheet_says() {
+    let printed = [
+        "25", "0.25", "0", "-0.25", "125", "-25", "-55", "511.75", "-512",
+    ];
+    let mut independent = csv::Reader::from_reader(GOLDEN.as_bytes());
+    let names = independent.headers().unwrap().clone();
+    assert_eq!((names.len(), COLUMNS), (74, 74));
+    assert_eq!((&names[10], &names[73]), ("pixel1", "pixel64"));
+    let records: Vec<csv::StringRecord> = independent.records().map(Result::unwrap).collect();
+    for (turn, record) in [(0, &records[0]), (1, &records[2]), (2, &records[4])] {
+        for pixel in 0..64 {
+            assert_eq!(&record[10 + pixel], printed[(pixel + turn) % 9]);
+        }
+    }
+    let thermistors: Vec<&str> = records.iter().map(|record| &record[9]).collect();
+    assert_eq!(thermistors, ["25", "25.0625", "-0.25", "", "-0", "25.0625"]);
+    assert_eq!(&records[3][8], "nack");
+    assert!(records[3].iter().skip(9).all(str::is_empty));
+}
+
+#[test]
+fn the_specification_shows_rows_of_the_golden_file_and_names_every_reason() {
+    let specification = include_str!("../../../../recordings/README.md");
+    let mut shown = 0;
+    for example in specification
+        .lines()
+        .filter(|line| line.starts_with("pi-1,"))
+    {
+        let beginning = example.trim_end_matches('…');
+        assert!(
+            GOLDEN.lines().any(|line| line.starts_with(beginning)),
+            "{example}"
+        );
+        shown += 1;
+    }
+    assert_eq!(shown, 3);
+    for reason in NoData::ALL {
+        assert!(specification.contains(&format!("`{reason}`")), "{reason}");
+    }
+    for column in header().split(',').take(10) {
+        assert!(
+            specification.contains(&format!("\n| `{column}` |")),
+            "{column}"
+        );
+    }
+}
+
+#[test]
+fn a_file_cut_at_any_byte_is_read_up_to_the_cut_and_the_place_is_named() {
+    let rows = golden::rows();
+    for cut in 0..GOLDEN.len() {
+        let whole_lines = GOLDEN[..cut].matches('\n').count();
+        let into_line = cut - GOLDEN[..cut].rfind('\n').map_or(0, |newline| newline + 1);
+        let (read, fault) = read(&GOLDEN[..cut]);
+        assert_eq!(read, rows[..whole_lines.saturating_sub(1)], "cut at {cut}");
+        let line = whole_lines + 1;
+        let expected = match (whole_lines, into_line) {
+            (0, 0) => Some("line 1: expected a header that begins with device,sensor,boot,seq, found nothing\nhint: the file is empty; its writer was stopped before it began".to_owned()),
+            (_, 0) => None,
+            _ => Some(format!("line {line}: expected a newline at its end, found the end of the file after {into_line} bytes\nhint: the file was cut here; the lines before are whole, and nothing of this line was used")),
+        };
+        assert_eq!(fault, expected, "cut at {cut}");
+    }
+}
+
+#[test]
+fn each_fault_in_a_row_is_named_with_line_and_column() {
+    let name =
+        "a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit";
+    let count = "an integer from 0 to 9223372036854775807";
+    let cases = [
+        ("\npi-1,", "\n=pi,", format!("line 2, column device: expected {name}, found \"=pi\"")),
+        ("i2c-1:0x68", "@x", format!("line 2, column sensor: expected {name}, found \"@x\"")),
+        ("5f0c", "", format!("line 2, column boot: expected {name}, found \"\"")),
+        ("5f0c,0,", "5f0c,+0,", format!("line 2, column seq: expected {count}, found \"+0\"")),
+        ("81000000000", "-1", format!("line 2, column t_boot_ns: expected {count}, found \"-1\"")),
+        (",-1,", ",-1.5,", "line 2, column t_utc_ns: expected an integer of 64 bits with sign, found \"-1.5\"".to_owned()),
+        ("unsynced", "set", "line 2, column clock: expected one of unsynced synced stepped, found \"set\"".to_owned()),
+        (",1625163247250000000,", ",soon,", "line 2, column t_arrival_ns: expected an integer of 64 bits with sign, found \"soon\"".to_owned()),
+        (",nack,", ",sulking,", format!("line 5, column missing: expected nothing, or one of {}, found \"sulking\"", NoData::ALL.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))),
+        (",nack,,", ",nack,25,", "line 5, column thermistor: expected an empty cell, since the frame is missing (nack), found \"25\"".to_owned()),
+        (",,\npi-1,i2c-1:0x68,5f0c,2", ",,7\npi-1,i2c-1:0x68,5f0c,2", "line 5, column pixel64: expected an empty cell, since the frame is missing (nack), found \"7\"".to_owned()),
+        (",nack,", ",,", "line 5, column thermistor: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
+        ("25.0625", "25.06", "line 3, column thermistor: expected a multiple of 0.0625 degrees Celsius that the sensor can say, such as 25.0625, found \"25.06\"".to_owned()),
+        ("25.0625", "128", "line 3, column thermistor: expected -127.9375 to 127.9375 degrees Celsius, found \"128\"".to_owned()),
+        (",511.75,", ",512,", "line 2, column pixel8: expected -512 to 511.75 degrees Celsius, found \"512\"".to_owned()),
+        (",-512,", ",-512.25,", "line 2, column pixel9: expected -512 to 511.75 degrees Celsius, found \"-512.25\"".to_owned()),
+        (",23.25,", ",23.3,", "line 3, column pixel1: expected a multiple of 0.25 degrees Celsius that the sensor can say, such as 23.25, found \"23.3\"".to_owned()),
+        (",23.25,", ",NaN,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"NaN\"".to_owned()),
+        (",23.25,", ",,", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found an empty cell".to_owned()),
+        (",23.25,", ",\"23.25\",", "line 3, column pixel1: expected degrees Celsius as a plain decimal number, found \"\"23.25\"\"".to_owned()),
+        (",23.25,", ",", "line 3: expected 74 fields, found 73\nhint: 1 short: every row has all 64 pixels, empty ones included".to_owned()),
+        (",23.25,", ",23.25,23.25,", "line 3: expected 74 fields, found 75".to_owned()),
+        ("\npi-1,i2c-1:0x69", "\n\npi-1,i2c-1:0x69", "line 3: expected 74 fields, found 1".to_owned()),
+        ("0x68,5f0c,1,", "0x68,5f0c,0,", "line 4, column seq: expected more than 0 in stream pi-1 i2c-1:0x68 5f0c, found 0\nhint: a frame stands in a recording once, and in order; was the file joined from two?".to_owned()),
+        (",pixel64\n", "\n", "line 1, field 74: expected the column name pixel64, found the end of the line\nhint: recordings/README.md states the columns of each layout".to_owned()),
+        (",pixel64\n", ",pixel64,x\n", "line 1, field 75: expected the column name none: the line ends here, found \"x\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
+        ("device,", "\u{feff}device,", "line 1, field 1: expected the column name device, found \"\\u{feff}device\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
+        ("boot", "start", "line 1, field 3: expected the column name boot, found \"start\"\nhint: recordings/README.md states the columns of each layout".to_owned()),
+    ];
+    for (from, to, message) in cases {
+        assert_eq!(refusal(from, to), message, "{from:?} -> {to:?}");
+    }
+}
+
+#[test]
+fn rows_before_a_fault_are_given_and_none_after() {
+    let (rows, fault) = read(&GOLDEN.replacen(",nack,", ",sulking,", 1));
+    assert_eq!(rows, golden::rows()[..3]);
+    assert!(fault.is_some());
+}
+
+#[test]
+fn the_same_seq_may_come_again_in_another_stream() {
+    let mut rows = golden::rows();
+    for index in 0..3 {
+        let mut other = rows[index].clone();
+        other.stream.boot = format!("boot-{index}");
+        rows.push(other);
+    }
+    assert_eq!(read(&write(&rows).unwrap()), (rows, None));
+}
+
+#[test]
+fn a_recording_without_frames_is_a_header() {
+    let empty = write(&[]).unwrap();
+    assert_eq!(empty, header() + "\n");
+    assert_eq!(read(&empty), (Vec::new(), None));
+}
+
+#[test]
+fn what_a_spreadsheet_or_a_table_program_saves_is_read() {
+    let spreadsheet = GOLDEN.replace('\n', "\r\n");
+    assert_eq!(read(&spreadsheet), (golden::rows(), None));
+    let table = GOLDEN.replace(",25,", ",25.0,").replace(",-0,", ",-0.0,");
+    assert_eq!(read(&table), (golden::rows(), None));
+}
+
+#[test]
+fn a_file_of_bytes_that_are_no_text_is_refused_with_the_place() {
+    let mut bytes = GOLDEN.as_bytes().to_vec();
+    bytes[header().len() + 3] = 0xFF;
+    let error = Reader::new(bytes.as_slice())
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "line 2: expected text in UTF-8, found byte 0xff at column 3"
+    );
+}
+
+#[test]
+fn a_line_without_end_is_given_up_at_the_limit() {
+    let error = Reader::new(io::repeat(b'x')).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "line 1: expected at most 4096 bytes, found more"
+    );
+    let endless = GOLDEN.as_bytes().chain(io::repeat(b'7'));
+    let items: Vec<_> = Reader::new(endless).unwrap().collect();
+    assert_eq!(items.len(), golden::rows().len() + 1);
+    assert!(matches!(
+        items.last(),
+        Some(Err(RecordingError::LineTooLong {
+            line: 8,
+            limit: 4096
+        }))
+    ));
+    // The widest row that can be written stays far below.
+    let name = "x".repeat(64);
+    let widest = Row {
+        stream: StreamId {
+            device: name.clone(),
+            sensor: name.clone(),
+            boot: name,
+        },
+        record: Record {
+            seq: COUNT_MAX,
+            stamp: grideye_recording::Stamp {
+                t_boot_ns: COUNT_MAX,
+                t_utc_ns: i64::MIN,
+                ..golden::rows()[0].record.stamp
+            },
+            reading: Reading::Frame(RawFrame {
+                thermistor: ThermistorWord(0xFFF),
+                pixels: [PixelWord(0x801); 64],
+            }),
+        },
+        t_arrival_ns: Some(i64::MIN),
+    };
+    let row = write(&[widest]).unwrap().len() - header().len() - 1;
+    assert_eq!(row, 3 * 65 + 20 + 20 + 21 + 9 + 21 + 1 + 10 + 64 * 8);
+}
+
+#[test]
+fn the_number_of_streams_is_limited_for_writer_and_reader() {
+    let row = |number: usize| {
+        let mut row = golden::rows().remove(3);
+        row.stream.boot = format!("b{number}");
+        row
+    };
+    let rows: Vec<Row> = (0..STREAMS_MAX).map(row).collect();
+    let most = write(&rows).unwrap();
+    assert_eq!(read(&most), (rows, None));
+    let mut writer = Writer::new(Vec::new()).unwrap();
+    for number in 0..STREAMS_MAX {
+        writer.write(&row(number)).unwrap();
+    }
+    let message = "line 4098: expected at most 4096 streams in one recording, found one more\nhint: record fewer sensors at a time";
+    assert_eq!(
+        writer.write(&row(STREAMS_MAX)).unwrap_err().to_string(),
+        message
+    );
+    let last = most.lines().last().unwrap().replace(",b4095,", ",c,");
+    assert_eq!(read(&format!("{most}{last}\n")).1.as_deref(), Some(message));
+}
+
+#[test]
+fn the_writer_refuses_what_the_reader_would_and_goes_on() {
+    let mut writer = Writer::new(Vec::new()).unwrap();
+    let rows = golden::rows();
+    writer.write(&rows[2]).unwrap();
+    let spoilt = |spoil: &dyn Fn(&mut Row)| {
+        let mut row = rows[4].clone();
+        spoil(&mut row);
+        row
+    };
+    let refused = [
+        (
+            spoilt(&|row| row.stream.device = "a,b".to_owned()),
+            "line 3, column device: ",
+        ),
+        (
+            spoilt(&|row| row.stream.sensor = "+1".to_owned()),
+            "line 3, column sensor: ",
+        ),
+        (
+            spoilt(&|row| row.stream.boot = "a\nb".to_owned()),
+            "line 3, column boot: ",
+        ),
+        (
+            spoilt(&|row| row.record.seq = COUNT_MAX + 1),
+            "line 3, column seq: ",
+        ),
+        (
+            spoilt(&|row| row.record.stamp.t_boot_ns = u64::MAX),
+            "line 3, column t_boot_ns: ",
+        ),
+        (
+            rows[2].clone(),
+            "line 3, column seq: expected more than 1 in stream",
+        ),
+        (
+            rows[0].clone(),
+            "line 3, column seq: expected more than 1 in stream",
+        ),
+    ];
+    for (row, beginning) in refused {
+        let message = writer.write(&row).unwrap_err().to_string();
+        assert!(message.starts_with(beginning), "{message}");
+    }
+    writer.write(&rows[4]).unwrap();
+    assert_eq!(writer.rows(), 2);
+    let text = String::from_utf8(writer.finish().unwrap()).unwrap();
+    assert_eq!(read(&text), (vec![rows[2].clone(), rows[4].clone()], None));
+}
+
+/// A disk with so many bytes left.
+#[derive(Debug)]
+struct NearlyFull(usize);
+
+impl Write for NearlyFull {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let taken = bytes.len().min(self.0);
+        self.0 -= taken;
+        match taken {
+            0 => Err(io::Error::new(
+                io::ErrorKind::StorageFull,
+                "no space left on device",
+            )),
+            _ => Ok(taken),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn after_half_a_row_nothing_more_is_written() {
+    let mut writer = Writer::new(NearlyFull(GOLDEN.len() - 200)).unwrap();
+    let rows = golden::rows();
+    for row in &rows[..5] {
+        writer.write(row).unwrap();
+    }
+    assert_eq!(
+        writer.write(&rows[5]).unwrap_err().to_string(),
+        "line 7: no space left on device"
+    );
+    let broken = "line 7: expected a sound file to write to, found one whose last row failed";
+    assert_eq!(writer.write(&rows[5]).unwrap_err().to_string(), broken);
+    assert_eq!(writer.finish().unwrap_err().to_string(), broken);
+    assert!(matches!(
+        Writer::new(NearlyFull(3)),
+        Err(RecordingError::Io { line: 1, .. })
+    ));
+}
+
+/// Gives one byte at a time, and is interrupted before each; counts what it gave.
+struct Dribble<'b> {
+    bytes: &'b [u8],
+    interrupted: bool,
+}
+
+impl Read for Dribble<'_> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        self.interrupted = !self.interrupted;
+        if self.interrupted {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
+        self.bytes.read(&mut into[..1])
+    }
+}
+
+#[test]
+fn how_the_bytes_arrive_does_not_matter() {
+    let dribble = Dribble {
+        bytes: GOLDEN.as_bytes(),
+        interrupted: false,
+    };
+    let rows: Result<Vec<Row>, _> = Reader::new(dribble).unwrap().collect();
+    assert_eq!(rows.unwrap(), golden::rows());
+}
+
+#[test]
+fn a_disk_that_fails_is_reported_with_the_line() {
+    struct Failing;
+    impl Read for Failing {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::Error::other("input/output error"))
+        }
+    }
+    let items: Vec<_> = Reader::new(GOLDEN.as_bytes().chain(Failing))
+        .unwrap()
+        .collect();
+    assert_eq!(items.len(), 7);
+    assert_eq!(
+        items[6].as_ref().unwrap_err().to_string(),
+        "line 8: input/output error"
+    );
+}
+
+/// A recording that is made while it is read, and tells how many rows were asked for.
+struct Endless<'c> {
+    rows_made: &'c std::cell::Cell<u64>,
+    waiting: Vec<u8>,
+}
+
+impl Read for Endless<'_> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        if self.waiting.is_empty() {
+            let seq = self.rows_made.get();
+            let row = format!("d,s,b,{seq},0,0,synced,,,25{}\n", ",-0.25".repeat(64));
+            self.waiting = row.into_bytes();
+            self.rows_made.set(seq + 1);
+        }
+        let taken = self.waiting.len().min(into.len());
+        into[..taken].copy_from_slice(&self.waiting[..taken]);
+        self.waiting.drain(..taken);
+        Ok(taken)
+    }
+}
+
+/// An hour at 10 frames a second. Were rows gathered before they are given out, this would not end.
+#[test]
+fn a_recording_of_any_length_is_read_as_it_comes() {
+    let rows_made = std::cell::Cell::new(0);
+    let endless = Endless {
+        rows_made: &rows_made,
+        waiting: Vec::new(),
+    };
+    let file = header() + "\n";
+    let reader = Reader::new(file.as_bytes().chain(endless)).unwrap();
+    for (seq, row) in (0..36_000).zip(reader) {
+        assert_eq!(row.unwrap().record.seq, seq);
+        assert!(rows_made.get() - seq < 64, "read ahead of row {seq}");
+    }
+}
+
+#[test]
+fn the_layout_is_told_by_the_first_line() {
+    assert_eq!(sniff(GOLDEN), Some(Layout::Recording));
+    assert_eq!(sniff(b"\x89PNG"), None);
+    assert_eq!(sniff(""), None);
+}
+
+/// What the format keeps of a row.
+fn kept(mut row: Row) -> Row {
+    row.record.reading = row.record.reading.map(|frame| RawFrame {
+        thermistor: ThermistorWord(frame.thermistor.0 & 0xFFF),
+        pixels: frame.pixels.map(|word| PixelWord(word.0 & 0xFFF)),
+    });
+    row
+}
+
+fn any_rows() -> impl Strategy<Value = Vec<Row>> {
+    let name = "[A-Za-z0-9][A-Za-z0-9._:-]{0,63}";
+    let stream = (name, name, name, any_records(), any::<Option<i64>>());
+    prop::collection::vec(stream, 0..3).prop_map(|streams| {
+        let mut rows = Vec::new();
+        for (number, (device, sensor, boot, records, t_arrival_ns)) in
+            streams.into_iter().enumerate()
+        {
+            // A number of its own keeps two streams from having one name.
+            let device = format!("{number}{}", &device[..device.len().min(63)]);
+            let stream = StreamId {
+                device,
+                sensor,
+                boot,
+            };
+            rows.extend(records.into_iter().map(|record| Row {
+                stream: stream.clone(),
+                record,
+                t_arrival_ns,
+            }));
+        }
+        rows
+    })
+}
+
+proptest! {
+    #[test]
+    fn rows_come_back_but_for_the_upper_four_bits(rows in any_rows()) {
+        let text = write(&rows).unwrap();
+        let kept: Vec<Row> = rows.into_iter().map(kept).collect();
+        prop_assert_eq!(read(&text), (kept, None));
+    }
+
+    #[test]
+    fn a_long_recording_cut_anywhere_loses_the_cut_row_alone(rows in any_rows(), cut in any::<prop::sample::Index>()) {
+        let text = write(&rows).unwrap();
+        let cut = cut.index(text.len());
+        let (read, fault) = read(&text[..cut]);
+        let whole = text[..cut].matches('\n').count();
+        prop_assert_eq!(read.len(), whole.saturating_sub(1));
+        prop_assert_eq!(fault.is_none(), text[..cut].ends_with('\n'));
+    }
+
+    #[test]
+    fn a_file_with_bytes_replaced_is_refused_or_still_sound(
+        faults in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+    ) {
+        let mut bytes = GOLDEN.as_bytes().to_vec();
+        for (place, byte) in faults {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        let Ok(reader) = Reader::new(bytes.as_slice()) else { return Ok(()) };
+        let rows: Vec<Row> = reader.map_while(Result::ok).collect();
+        prop_assert_eq!(read(&write(&rows).unwrap()), (rows, None));
+    }
+
+    #[test]
+    fn arbitrary_bytes_after_the_header_are_refused_without_a_panic(bytes in prop::collection::vec(any::<u8>(), 1..400)) {
+        let file = [(header() + "\n").into_bytes(), bytes].concat();
+        prop_assert!(Reader::new(file.as_slice()).unwrap().any(|row| row.is_err()));
+    }
+}

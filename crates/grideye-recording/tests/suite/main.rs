@@ -1,0 +1,10 @@
+//! The crate from outside: the wire format, the CSV recording format and the LINAIGE layout.
+
+#[cfg(test)]
+mod csv;
+#[cfg(test)]
+mod golden;
+#[cfg(test)]
+mod linaige;
+#[cfg(test)]
+mod wire;
