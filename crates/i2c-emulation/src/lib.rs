@@ -1,1 +1,5 @@
-//! placeholder
+#![doc = include_str!("../README.md")]
+
+pub mod adapter;
+pub mod fuse;
+pub mod ioctl;

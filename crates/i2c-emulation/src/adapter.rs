@@ -1,0 +1,310 @@
+//! What every transport drives: an adapter that carries out the messages of one transfer.
+
+use embedded_hal::i2c::{Error, ErrorKind, I2c, NoAcknowledgeSource, Operation};
+
+/// The highest address that seven bits hold.
+pub const SEVEN_BIT_ADDRESS_MAX: u16 = 0x7F;
+
+/// What went wrong on the bus, before any operating system has given it a number.
+///
+/// [`AdapterMode`](crate::ioctl::AdapterMode) turns it into the errno of one kind of adapter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fault {
+    /// Nobody acknowledged the address.
+    NackAddress,
+    /// The target acknowledged its address, but not a byte of data.
+    NackData,
+    /// Misplaced start or stop, a wrong length, or anything that has no name of its own.
+    Bus,
+    /// Another controller won the bus.
+    ArbitrationLost,
+    /// The bus was held low for longer than the adapter waits.
+    Timeout,
+    /// The adapter itself is no longer there.
+    Gone,
+}
+
+/// An error of a bus that knows which [`Fault`] it stands for.
+///
+/// There is no blanket implementation, so a bus's own error type can implement it as it sees fit;
+/// for a foreign error type hand a closure to [`HalAdapter::with_faults`] instead.
+pub trait BusFault {
+    /// The fault that this error stands for.
+    fn fault(&self) -> Fault;
+}
+
+impl BusFault for Fault {
+    fn fault(&self) -> Fault {
+        *self
+    }
+}
+
+impl BusFault for ErrorKind {
+    /// embedded-hal has no kind for a timeout or a vanished adapter: those arrive as `Other`, hence as [`Fault::Bus`].
+    fn fault(&self) -> Fault {
+        match self {
+            ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data) => Fault::NackData,
+            ErrorKind::NoAcknowledge(_) => Fault::NackAddress,
+            ErrorKind::ArbitrationLoss => Fault::ArbitrationLost,
+            _ => Fault::Bus,
+        }
+    }
+}
+
+/// One message of a transfer: everything between a start (or repeated start) and the next.
+#[derive(Debug)]
+pub struct Message<'a> {
+    /// Seven bits, or ten if [`ten_bit`](Self::ten_bit) is set; more bits than that are possible, and nobody answers to them.
+    pub address: u16,
+    /// Whether the address is sent as a ten-bit address.
+    pub ten_bit: bool,
+    /// The bytes to send, or the buffer to fill. An empty one is the address alone (SMBus quick).
+    pub operation: Operation<'a>,
+}
+
+/// A transfer that ended early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TransferError {
+    /// Messages that were carried out in full before the fault.
+    pub completed: usize,
+    /// What stopped the transfer.
+    pub fault: Fault,
+}
+
+/// A bus that carries out transfers. All transports speak to this.
+///
+/// A transfer is atomic: the caller holds the adapter for its whole length.
+pub trait EmulatedAdapter {
+    /// Carries out all messages in order.
+    ///
+    /// # Errors
+    /// The fault, and how many messages came before it.
+    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError>;
+}
+
+impl<A: EmulatedAdapter + ?Sized> EmulatedAdapter for &mut A {
+    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+        (**self).transfer(messages)
+    }
+}
+
+/// Any [`embedded_hal::i2c::I2c`] as an [`EmulatedAdapter`].
+///
+/// A write followed by a read of the same target becomes one embedded-hal transaction, with a repeated start between
+/// them. embedded-hal joins neighbouring operations of one direction into one message, which Linux never does; so two
+/// writes, or two reads, in a row become two transactions. On the wire that is a stop and a start where a real adapter
+/// sends a repeated start.
+#[derive(Debug)]
+pub struct HalAdapter<B, F> {
+    bus: B,
+    fault_of: F,
+}
+
+impl<B: I2c> HalAdapter<B, fn(&B::Error) -> Fault> {
+    /// Tells faults apart by [`embedded_hal::i2c::Error::kind`] alone: no timeout, no vanished adapter.
+    pub fn new(bus: B) -> Self {
+        Self::with_faults(bus, |error| error.kind().fault())
+    }
+
+    /// For a bus whose error implements [`BusFault`].
+    pub fn with_bus_faults(bus: B) -> Self
+    where
+        B::Error: BusFault,
+    {
+        Self::with_faults(bus, BusFault::fault)
+    }
+}
+
+impl<B: I2c, F: FnMut(&B::Error) -> Fault> HalAdapter<B, F> {
+    /// Asks `fault_of` which fault an error of the bus is.
+    pub fn with_faults(bus: B, fault_of: F) -> Self {
+        Self { bus, fault_of }
+    }
+
+    /// The bus, for example to read its counters.
+    pub fn bus(&mut self) -> &mut B {
+        &mut self.bus
+    }
+
+    /// Gives the bus back.
+    pub fn into_bus(self) -> B {
+        self.bus
+    }
+
+    fn transaction(&mut self, messages: &mut [Message<'_>]) -> Result<(), Fault> {
+        let address = match messages.first() {
+            Some(message) if message.ten_bit || message.address > SEVEN_BIT_ADDRESS_MAX => {
+                return Err(Fault::NackAddress);
+            }
+            Some(message) => u8::try_from(message.address).unwrap_or(u8::MAX),
+            None => return Ok(()),
+        };
+        let mut operations: Vec<Operation<'_>> = messages
+            .iter_mut()
+            .map(|message| match &mut message.operation {
+                Operation::Read(buffer) => Operation::Read(buffer),
+                Operation::Write(bytes) => Operation::Write(bytes),
+            })
+            .collect();
+        self.bus
+            .transaction(address, &mut operations)
+            .map_err(|error| (self.fault_of)(&error))
+    }
+}
+
+impl<B: I2c, F: FnMut(&B::Error) -> Fault> EmulatedAdapter for HalAdapter<B, F> {
+    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+        let mut completed = 0;
+        while let Some(rest) = messages
+            .get_mut(completed..)
+            .filter(|rest| !rest.is_empty())
+        {
+            let length = transaction_length(rest);
+            self.transaction(&mut rest[..length])
+                .map_err(|fault| TransferError { completed, fault })?;
+            completed += length;
+        }
+        Ok(())
+    }
+}
+
+/// How many of the first messages one embedded-hal transaction can carry unchanged.
+fn transaction_length(messages: &[Message<'_>]) -> usize {
+    let joins = |pair: &[Message<'_>]| {
+        pair[0].address == pair[1].address
+            && pair[0].ten_bit == pair[1].ten_bit
+            && is_read(&pair[0].operation) != is_read(&pair[1].operation)
+    };
+    1 + messages.windows(2).take_while(|pair| joins(pair)).count()
+}
+
+pub(crate) fn is_read(operation: &Operation<'_>) -> bool {
+    matches!(operation, Operation::Read(_))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::convert::Infallible;
+
+    /// Writes down each transaction as text.
+    #[derive(Default)]
+    struct Notebook(Vec<String>);
+
+    impl embedded_hal::i2c::ErrorType for Notebook {
+        type Error = Infallible;
+    }
+
+    impl I2c for Notebook {
+        fn transaction(
+            &mut self,
+            address: u8,
+            operations: &mut [Operation<'_>],
+        ) -> Result<(), Infallible> {
+            let mut line = format!("{address:02x}");
+            for operation in operations {
+                match operation {
+                    Operation::Write(bytes) => line += &format!(" W{bytes:02x?}"),
+                    Operation::Read(buffer) => {
+                        buffer.fill(0xA5);
+                        line += &format!(" R{}", buffer.len());
+                    }
+                }
+            }
+            self.0.push(line);
+            Ok(())
+        }
+    }
+
+    fn write(address: u16, bytes: &[u8]) -> Message<'_> {
+        Message {
+            address,
+            ten_bit: false,
+            operation: Operation::Write(bytes),
+        }
+    }
+
+    fn read(address: u16, buffer: &mut [u8]) -> Message<'_> {
+        Message {
+            address,
+            ten_bit: false,
+            operation: Operation::Read(buffer),
+        }
+    }
+
+    fn adapter() -> HalAdapter<Notebook, fn(&Infallible) -> Fault> {
+        HalAdapter::with_faults(Notebook::default(), |error| match *error {})
+    }
+
+    #[test]
+    fn a_write_and_a_read_of_one_target_are_one_transaction() {
+        let mut adapter = adapter();
+        let mut buffer = [0; 2];
+        adapter
+            .transfer(&mut [write(0x69, &[0x80]), read(0x69, &mut buffer)])
+            .unwrap();
+        assert_eq!(adapter.into_bus().0, ["69 W[80] R2"]);
+        assert_eq!(buffer, [0xA5; 2]);
+    }
+
+    #[test]
+    fn two_writes_in_a_row_are_never_joined_into_one_message() {
+        let mut adapter = adapter();
+        let mut buffer = [0; 1];
+        adapter
+            .transfer(&mut [
+                write(0x69, &[1, 2]),
+                write(0x69, &[3]),
+                read(0x69, &mut buffer),
+            ])
+            .unwrap();
+        assert_eq!(adapter.into_bus().0, ["69 W[01, 02]", "69 W[03] R1"]);
+    }
+
+    #[test]
+    fn another_address_begins_another_transaction() {
+        let mut adapter = adapter();
+        let mut buffer = [0; 1];
+        adapter
+            .transfer(&mut [write(0x68, &[3]), read(0x69, &mut buffer)])
+            .unwrap();
+        assert_eq!(adapter.into_bus().0, ["68 W[03]", "69 R1"]);
+    }
+
+    #[test]
+    fn nobody_answers_to_ten_bits_or_to_an_address_of_eight() {
+        for (address, ten_bit) in [(0x69, true), (0x80, false), (u16::MAX, false)] {
+            let mut adapter = adapter();
+            let message = Message {
+                address,
+                ten_bit,
+                operation: Operation::Write(&[]),
+            };
+            let outcome = adapter.transfer(&mut [write(0x10, &[1]), message]);
+            assert_eq!(
+                outcome,
+                Err(TransferError {
+                    completed: 1,
+                    fault: Fault::NackAddress
+                })
+            );
+            assert_eq!(adapter.into_bus().0, ["10 W[01]"]);
+        }
+    }
+
+    #[test]
+    fn kinds_of_embedded_hal_become_faults() {
+        use NoAcknowledgeSource::{Address, Data, Unknown};
+        for (kind, fault) in [
+            (ErrorKind::NoAcknowledge(Address), Fault::NackAddress),
+            (ErrorKind::NoAcknowledge(Unknown), Fault::NackAddress),
+            (ErrorKind::NoAcknowledge(Data), Fault::NackData),
+            (ErrorKind::ArbitrationLoss, Fault::ArbitrationLost),
+            (ErrorKind::Bus, Fault::Bus),
+            (ErrorKind::Overrun, Fault::Bus),
+            (ErrorKind::Other, Fault::Bus),
+        ] {
+            assert_eq!(kind.fault(), fault, "{kind:?}");
+        }
+    }
+}

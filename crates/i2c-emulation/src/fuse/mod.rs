@@ -1,0 +1,466 @@
+//! Way 3: `/dev/i2c-N` for one program, by FUSE on a single file in a private mount namespace.
+//!
+//! ```text
+//!  calling thread                 helper thread                        the program
+//!  ──────────────                 ─────────────                        ───────────
+//!  run() ───────────────────────▶ own mount namespace: /dev rebuilt,
+//!                                 FUSE mounted on /dev/i2c-N
+//!                                 starts the program from there ─────▶ open("/dev/i2c-N"), ioctl(…)
+//!  answers every request ◀──────────── /dev/fuse ◀──────────────────── (the kernel waits for the answer)
+//!     │  its buffers: process_vm_readv/writev ───────────────────────▶
+//!                                 waits for the program's end ◀─────── exit
+//!  returns the exit status ◀───── wakes the calling thread
+//! ```
+//!
+//! The numbers of i2c-dev's ioctls carry no size, so the kernel hands them on with the raw pointer and the caller's
+//! number, and the buffers are fetched from the caller's memory.
+//!
+//! What a program can notice: `stat` says regular file; there is no `/sys/class/i2c-dev`, so `i2cdetect -l` lists nothing;
+//! a `write` or `read` of no bytes never reaches the bus; a program that starts others leaves them with ENOTCONN when
+//! it ends; a program that gives up being inspected (set-user-ID, `PR_SET_DUMPABLE`) gets EPERM from ioctl unless the server is root.
+
+mod caller;
+mod namespace;
+mod session;
+mod sys;
+mod wire;
+
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, mpsc};
+use std::thread;
+
+pub use namespace::DEV_ENTRIES_MAX;
+pub use session::OPEN_FILES_MAX;
+
+use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
+use crate::ioctl::{AdapterMode, CallerMemory, Errno};
+use caller::ProcessMemory;
+use namespace::{Plan, Right, StepFailed};
+use session::{Reply, Session};
+
+/// Where the device appears and how it behaves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// The device's path in the program's eyes, usually `/dev/i2c-1`. If no such file exists it must lie directly in
+    /// `/dev`; one that exists, a real adapter for instance, is covered for the program and untouched for all others.
+    pub device: PathBuf,
+    /// Which adapter to be like.
+    pub mode: AdapterMode,
+    /// The kernel's FUSE device, `/dev/fuse`.
+    pub fuse_device: PathBuf,
+}
+
+impl Options {
+    /// A device at `device` that behaves as a Raspberry Pi's.
+    #[must_use]
+    pub fn new(device: impl Into<PathBuf>) -> Self {
+        Self {
+            device: device.into(),
+            mode: AdapterMode::default(),
+            fuse_device: PathBuf::from("/dev/fuse"),
+        }
+    }
+}
+
+/// Why the program could not be run with an emulated device, or not to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The kernel's FUSE device is missing.
+    #[error(
+        "cannot open {}: {source}\nhint: load the kernel module with `modprobe fuse`, or hand the device to the container with `--device /dev/fuse`",
+        path.display()
+    )]
+    NoFuse {
+        /// The path that was tried.
+        path: PathBuf,
+        /// What the kernel said.
+        source: io::Error,
+    },
+    /// The machine could do it, but not for this user.
+    #[error(
+        "not permitted: {step}: {source}\nhint: run as root, or allow user namespaces (user.max_user_namespaces above 0) and /dev/fuse for everyone (chmod 0666 /dev/fuse); a container needs --cap-add SYS_ADMIN --device /dev/fuse --security-opt apparmor=unconfined"
+    )]
+    NotPermitted {
+        /// What was being done.
+        step: String,
+        /// What the kernel said.
+        source: io::Error,
+    },
+    /// A step of the preparation failed for another reason than permission.
+    #[error(
+        "{step}: {source}\nhint: this needs Linux 5.6 or newer with FUSE, tmpfs and a mounted /proc"
+    )]
+    Setup {
+        /// What was being done.
+        step: String,
+        /// What the kernel said.
+        source: io::Error,
+    },
+    /// The device's file is missing, and outside `/dev` none is made.
+    #[error("there is no {}\nhint: name a device directly in /dev, such as /dev/i2c-1, or make an empty file at this path first", device.display())]
+    DeviceMissing {
+        /// The path that was asked for.
+        device: PathBuf,
+    },
+    /// A folder stands where the device should appear.
+    #[error("{} is a folder\nhint: name a file, such as /dev/i2c-1", device.display())]
+    DeviceIsFolder {
+        /// The path that was asked for.
+        device: PathBuf,
+    },
+    /// A path holds a byte 0.
+    #[error("a path with a zero byte in it: {}\nhint: name a file, such as /dev/i2c-1", path.display())]
+    PathWithZero {
+        /// The path.
+        path: PathBuf,
+    },
+    /// `/dev` has more entries than are copied.
+    #[error(
+        "/dev has more than {entries_max} entries\nhint: make an empty file at the device's path, then /dev is left as it is"
+    )]
+    DevTooFull {
+        /// The limit, [`DEV_ENTRIES_MAX`].
+        entries_max: usize,
+    },
+    /// There is no such program.
+    #[error(
+        "program not found: {program}\nhint: check the spelling and PATH; a relative path counts from the program's working directory"
+    )]
+    ProgramNotFound {
+        /// The program's name.
+        program: String,
+    },
+    /// The program is there but does not start.
+    #[error(
+        "cannot start {program}: {source}\nhint: is the file executable, and made for this machine?"
+    )]
+    ProgramNotStarted {
+        /// The program's name.
+        program: String,
+        /// What the kernel said.
+        source: io::Error,
+    },
+    /// The kernel speaks another version of the FUSE protocol.
+    #[error(
+        "the kernel speaks FUSE {major}.{minor}, needed is 7.28 or newer\nhint: Linux 4.20 or newer"
+    )]
+    FuseTooOld {
+        /// The kernel's major version of the protocol.
+        major: u32,
+        /// The kernel's minor version of the protocol.
+        minor: u32,
+    },
+    /// The connection to the kernel failed while the program ran; the program has found its device dead.
+    #[error("the emulated device failed: {source}\nhint: see the kernel's log (dmesg)")]
+    Serve {
+        /// What the kernel said.
+        source: io::Error,
+    },
+    /// The end of the program could not be waited for.
+    #[error(
+        "cannot wait for {program}: {source}\nhint: does something else in this process collect its children?"
+    )]
+    Wait {
+        /// The program's name.
+        program: String,
+        /// What the kernel said.
+        source: io::Error,
+    },
+}
+
+/// Runs `command` to its end with `adapter` as its device, and returns how it ended.
+///
+/// The program, and whatever it starts, sees the device at [`Options::device`]; nothing else on the machine does. It is
+/// served until the program ends, then nothing is left of it, also if this process or the program is killed. Signals are
+/// left alone: on Ctrl-C a terminal signals both, and a caller that wants to outlive its program must ignore SIGINT itself.
+///
+/// The adapter is locked for one transfer at a time, so that the caller may use it meanwhile. A transfer that never
+/// returns keeps the program and this function waiting.
+///
+/// # Errors
+/// [`RunError`]: before the program starts, what this machine or this user lacks; after that, only
+/// [`RunError::Serve`] and [`RunError::Wait`].
+pub fn run<A: EmulatedAdapter + Send>(
+    adapter: &Mutex<A>,
+    options: &Options,
+    command: &mut Command,
+) -> Result<ExitStatus, RunError> {
+    // Closing the one end wakes whoever waits for the other.
+    let (wake, awake) = socket_pair()?;
+    let (arrivals, mounted) = mpsc::sync_channel(1);
+    thread::scope(|scope| {
+        let program = scope.spawn(move || {
+            let outcome = run_program(options, command, &arrivals);
+            drop(awake);
+            outcome
+        });
+        let served = match mounted.recv() {
+            Ok(Mounted {
+                fuse,
+                owner: (user, group),
+            }) => {
+                let mut session = Session::new(options.mode, user, group);
+                serve(&fuse, wake.as_fd(), &mut session, adapter)
+            }
+            // The helper thread gave up before it had mounted anything; it knows why.
+            Err(mpsc::RecvError) => Ok(()),
+        };
+        let status = program
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        served.map(|()| status)
+    })
+}
+
+/// Tells whether [`run`] can work here, by running the program `true` with a device that nobody answers on.
+///
+/// # Errors
+/// What [`run`] would say.
+pub fn probe() -> Result<(), RunError> {
+    let not_reached = |errno: Errno| RunError::NotPermitted {
+        step: "reading another process's memory (process_vm_readv)".to_owned(),
+        source: io::Error::from_raw_os_error(errno.raw()),
+    };
+    let witness = [0x5Au8; 1];
+    let address = u64::try_from(witness.as_ptr().expose_provenance()).unwrap_or(0);
+    ProcessMemory::of_this_process()
+        .read(address, &mut [0; 1])
+        .map_err(not_reached)?;
+    run(
+        &Mutex::new(EmptyBus),
+        &Options::new("/dev/i2c-emulation-probe"),
+        &mut Command::new("true"),
+    )
+    .map(drop)
+}
+
+/// A bus without targets.
+struct EmptyBus;
+
+impl EmulatedAdapter for EmptyBus {
+    fn transfer(&mut self, _messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+        Err(TransferError {
+            completed: 0,
+            fault: Fault::NackAddress,
+        })
+    }
+}
+
+/// The device is there; requests will arrive at `fuse`.
+struct Mounted {
+    fuse: OwnedFd,
+    owner: (u32, u32),
+}
+
+/// The helper thread: mounts, starts, waits. Its mount namespace ends with it and with the program.
+fn run_program(
+    options: &Options,
+    command: &mut Command,
+    arrivals: &mpsc::SyncSender<Mounted>,
+) -> Result<ExitStatus, RunError> {
+    let plan = Plan::new(options, Right::Own)?;
+    let mut child = match plan.prepare() {
+        Ok(()) => {
+            let mounted = Mounted {
+                fuse: plan.into_fuse(),
+                owner: Right::Own.owner(),
+            };
+            // The receiver waits in `run` for exactly this.
+            let _ = arrivals.send(mounted);
+            command
+                .spawn()
+                .map_err(|source| not_started(command, source))?
+        }
+        Err(StepFailed {
+            step: 0,
+            errno: libc::EPERM,
+        }) => start_in_user_namespace(options, command, arrivals)?,
+        Err(failed) => return Err(plan.explain(failed, options)),
+    };
+    child.wait().map_err(|source| RunError::Wait {
+        program: program_of(command),
+        source,
+    })
+}
+
+/// Starts the program in a process that makes its own user and mount namespaces before it becomes the program.
+fn start_in_user_namespace(
+    options: &Options,
+    command: &mut Command,
+    arrivals: &mpsc::SyncSender<Mounted>,
+) -> Result<Child, RunError> {
+    let (user, group) = sys::effective_ids();
+    let right = Right::NewUserNamespace { user, group };
+    let plan = Arc::new(Plan::new(options, right)?);
+    let (ours, theirs) = socket_pair()?;
+    let theirs = Arc::new(theirs);
+    let armed = Arc::new(AtomicBool::new(true));
+    arrange_in_child(command, &plan, &theirs, &armed);
+
+    let (spawned, greeted) = thread::scope(|scope| {
+        let greeting = scope.spawn(|| greet_child(&ours, &plan, right.owner(), arrivals));
+        let spawned = command.spawn();
+        // The child is past exec, or dead: wake the greeting if it still waits for it. A command that is run again must not repeat all this.
+        armed.store(false, Ordering::SeqCst);
+        let _ = theirs.shutdown(std::net::Shutdown::Both);
+        let greeted = greeting
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        (spawned, greeted)
+    });
+    match (greeted, spawned) {
+        (Err(failed), _) => Err(plan.explain(failed, options)),
+        (Ok(()), Err(source)) => Err(not_started(command, source)),
+        (Ok(()), Ok(child)) => Ok(child),
+    }
+}
+
+/// What the child reports: the step that failed or 0, its errno or 0, its own number.
+type Report = [i32; 3];
+const REPORT_BYTES: usize = size_of::<Report>();
+
+#[expect(
+    unsafe_code,
+    reason = "the namespaces of an unprivileged program can only be made in its own process"
+)]
+fn arrange_in_child(
+    command: &mut Command,
+    plan: &Arc<Plan>,
+    socket: &Arc<UnixStream>,
+    armed: &Arc<AtomicBool>,
+) {
+    let (plan, socket, armed) = (Arc::clone(plan), Arc::clone(socket), Arc::clone(armed));
+    let work = move || {
+        if armed.load(Ordering::SeqCst) {
+            arrange(&plan, &socket)
+        } else {
+            Ok(())
+        }
+    };
+    // SAFETY: `arrange` makes system calls on what was laid out before the fork; it neither allocates nor locks.
+    unsafe { sys::before_exec(command, work) };
+}
+
+/// Runs between fork and exec: prepares, reports, waits until the server has /dev/fuse, finishes.
+fn arrange(plan: &Plan, socket: &UnixStream) -> io::Result<()> {
+    let prepared = plan.prepare();
+    let (step, errno) = match prepared {
+        Ok(()) => (0, 0),
+        Err(failed) => (i32::try_from(failed.step).unwrap_or(i32::MAX), failed.errno),
+    };
+    let mut bytes = [0; REPORT_BYTES];
+    for (to, from) in bytes.chunks_exact_mut(4).zip([step, errno, sys::own_pid()]) {
+        to.copy_from_slice(&from.to_ne_bytes());
+    }
+    sys::write(socket.as_fd(), &bytes)?;
+    prepared.map_err(|failed| io::Error::from_raw_os_error(failed.errno))?;
+    if sys::read(socket.as_fd(), &mut [0])? == 0 {
+        return Err(io::Error::from_raw_os_error(libc::ECANCELED));
+    }
+    plan.finish()
+        .map_err(|failed| io::Error::from_raw_os_error(failed.errno))
+}
+
+/// Takes over the child's /dev/fuse once it has mounted it, and lets it go on.
+fn greet_child(
+    socket: &UnixStream,
+    plan: &Plan,
+    owner: (u32, u32),
+    arrivals: &mpsc::SyncSender<Mounted>,
+) -> Result<(), StepFailed> {
+    let mut bytes = [0; REPORT_BYTES];
+    if !matches!(sys::read(socket.as_fd(), &mut bytes), Ok(REPORT_BYTES)) {
+        // The child failed before it came to its namespaces; the error of spawn tells why.
+        return Ok(());
+    }
+    let mut report: Report = [0; 3];
+    for (to, from) in report.iter_mut().zip(bytes.chunks_exact(4)) {
+        *to = from.first_chunk().copied().map_or(0, i32::from_ne_bytes);
+    }
+    let [step, errno, pid] = report;
+    if errno != 0 {
+        return Err(StepFailed {
+            step: usize::try_from(step).unwrap_or(usize::MAX),
+            errno,
+        });
+    }
+    let fuse = sys::take_descriptor_of(pid, plan.fuse_number()).map_err(|error| StepFailed {
+        step: usize::MAX,
+        errno: error.raw_os_error().unwrap_or(libc::EIO),
+    })?;
+    let _ = arrivals.send(Mounted { fuse, owner });
+    // If the child is gone by now, spawn tells.
+    let _ = sys::write(socket.as_fd(), &[1]);
+    Ok(())
+}
+
+/// Answers the kernel until the program has ended (`wake`), or until the kernel has taken the file system away.
+fn serve<A: EmulatedAdapter>(
+    fuse: &OwnedFd,
+    wake: BorrowedFd<'_>,
+    session: &mut Session,
+    adapter: &Mutex<A>,
+) -> Result<(), RunError> {
+    let failed = |source| RunError::Serve { source };
+    let mut buffer = vec![0; wire::REQUEST_BYTES_MAX];
+    loop {
+        let [request, ended] = sys::wait_for_either(fuse.as_fd(), wake).map_err(failed)?;
+        if ended {
+            return Ok(());
+        }
+        if !request {
+            continue;
+        }
+        let length = match sys::read(fuse.as_fd(), &mut buffer) {
+            Ok(length) => length,
+            Err(error) => match error.raw_os_error() {
+                Some(libc::ENODEV) => return Ok(()),
+                // The request was taken back, or another signal came first.
+                Some(libc::ENOENT | libc::EINTR | libc::EAGAIN) => continue,
+                _ => return Err(failed(error)),
+            },
+        };
+        let mut memory_of =
+            |pid, width| -> Box<dyn CallerMemory> { Box::new(ProcessMemory::new(pid, width)) };
+        match session.answer(&buffer[..length], &mut memory_of, adapter) {
+            Reply::Nothing => {}
+            Reply::Bytes(bytes) => send(fuse, &bytes).map_err(failed)?,
+            Reply::Incompatible { major, minor } => {
+                return Err(RunError::FuseTooOld { major, minor });
+            }
+        }
+    }
+}
+
+fn send(fuse: &OwnedFd, bytes: &[u8]) -> io::Result<()> {
+    match sys::write(fuse.as_fd(), bytes) {
+        // Who asked was killed meanwhile.
+        Err(error) if error.raw_os_error() == Some(libc::ENOENT) => Ok(()),
+        outcome => outcome,
+    }
+}
+
+fn socket_pair() -> Result<(UnixStream, UnixStream), RunError> {
+    UnixStream::pair().map_err(|source| RunError::Setup {
+        step: "making a socket pair".to_owned(),
+        source,
+    })
+}
+
+fn not_started(command: &Command, source: io::Error) -> RunError {
+    let program = program_of(command);
+    if source.kind() == io::ErrorKind::NotFound {
+        RunError::ProgramNotFound { program }
+    } else {
+        RunError::ProgramNotStarted { program, source }
+    }
+}
+
+fn program_of(command: &Command) -> String {
+    command.get_program().to_string_lossy().into_owned()
+}

@@ -1,0 +1,171 @@
+//! The system calls that std has no wrapper for, each one line of unsafe.
+//!
+//! None of them allocates or locks, so that they may run between fork and exec.
+#![expect(
+    unsafe_code,
+    reason = "mounts, namespaces, poll and passed descriptors have no wrapper in std"
+)]
+
+use std::ffi::CStr;
+use std::io;
+use std::mem::MaybeUninit;
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd, RawFd};
+use std::os::unix::process::CommandExt;
+use std::process::Command;
+use std::ptr;
+
+/// Gives the calling thread namespaces of its own.
+pub(super) fn unshare(flags: libc::c_int) -> io::Result<()> {
+    // SAFETY: no pointers are involved; the thread shares no state with Rust that the namespaces hold.
+    check(unsafe { libc::unshare(flags) })
+}
+
+/// mount(2).
+pub(super) fn mount(
+    source: Option<&CStr>,
+    target: &CStr,
+    kind: Option<&CStr>,
+    flags: libc::c_ulong,
+    data: Option<&CStr>,
+) -> io::Result<()> {
+    let or_null = |text: Option<&CStr>| text.map_or(ptr::null(), CStr::as_ptr);
+    // SAFETY: every pointer is null, where mount allows it, or a C string that outlives the call.
+    check(unsafe {
+        libc::mount(
+            or_null(source),
+            target.as_ptr(),
+            or_null(kind),
+            flags,
+            or_null(data).cast(),
+        )
+    })
+}
+
+/// mkdir(2), for everyone to look into.
+pub(super) fn make_folder(path: &CStr) -> io::Result<()> {
+    // SAFETY: `path` is a C string that outlives the call.
+    check(unsafe { libc::mkdir(path.as_ptr(), 0o755) })
+}
+
+/// symlink(2).
+pub(super) fn make_link(text: &CStr, path: &CStr) -> io::Result<()> {
+    // SAFETY: both are C strings that outlive the call.
+    check(unsafe { libc::symlink(text.as_ptr(), path.as_ptr()) })
+}
+
+/// open(2), closed on exec. A file that is created may be read and written by everyone.
+pub(super) fn open(path: &CStr, flags: libc::c_int) -> io::Result<OwnedFd> {
+    let mode: libc::c_uint = 0o666;
+    // SAFETY: `path` is a C string that outlives the call.
+    let descriptor = unsafe { libc::open(path.as_ptr(), flags | libc::O_CLOEXEC, mode) };
+    check(descriptor)?;
+    // SAFETY: the descriptor was opened just now, and nothing else owns it.
+    Ok(unsafe { OwnedFd::from_raw_fd(descriptor) })
+}
+
+/// Makes the number `to` stand for what `from` stands for.
+pub(super) fn put_at(from: &OwnedFd, to: RawFd) -> io::Result<()> {
+    // SAFETY: no pointers are involved. `to` is a number that the caller reserved, so no other owner loses its file.
+    check(unsafe { libc::dup3(from.as_raw_fd(), to, libc::O_CLOEXEC) })
+}
+
+/// Writes one piece of text to a file that exists.
+pub(super) fn write_file(path: &CStr, text: &[u8]) -> io::Result<()> {
+    write(open(path, libc::O_WRONLY)?.as_fd(), text)
+}
+
+/// Waits until one of two descriptors has something to say, and tells which.
+pub(super) fn wait_for_either(
+    first: BorrowedFd<'_>,
+    second: BorrowedFd<'_>,
+) -> io::Result<[bool; 2]> {
+    let wanted = |descriptor: BorrowedFd<'_>| libc::pollfd {
+        fd: descriptor.as_raw_fd(),
+        events: libc::POLLIN,
+        revents: 0,
+    };
+    let mut both = [wanted(first), wanted(second)];
+    loop {
+        // SAFETY: pointer and count describe `both`, which is borrowed for the whole call.
+        match check(unsafe { libc::poll(both.as_mut_ptr(), 2, -1) }) {
+            Ok(()) => return Ok(both.map(|entry| entry.revents != 0)),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// The numeric user and group that this process acts as.
+pub(super) fn effective_ids() -> (u32, u32) {
+    // SAFETY: both calls take nothing and cannot fail.
+    unsafe { (libc::geteuid(), libc::getegid()) }
+}
+
+/// Asks the file system for a file's attributes, and forgets them.
+pub(super) fn look_at(path: &CStr) -> io::Result<()> {
+    let mut attributes = MaybeUninit::<libc::stat>::uninit();
+    // SAFETY: `path` is a C string that outlives the call, and `attributes` has room for what is written.
+    check(unsafe { libc::stat(path.as_ptr(), attributes.as_mut_ptr()) })
+}
+
+/// The process number of the caller; unlike std's it is right also between fork and exec.
+pub(super) fn own_pid() -> libc::pid_t {
+    // SAFETY: the call takes nothing and cannot fail.
+    unsafe { libc::getpid() }
+}
+
+/// Takes a duplicate of another process's open file.
+pub(super) fn take_descriptor_of(pid: libc::pid_t, number: RawFd) -> io::Result<OwnedFd> {
+    const NO_FLAGS: libc::c_uint = 0;
+    // SAFETY: no pointers are involved.
+    let process = new_descriptor(unsafe { libc::syscall(libc::SYS_pidfd_open, pid, NO_FLAGS) })?;
+    // SAFETY: no pointers are involved; `process` is open for the whole call.
+    new_descriptor(unsafe {
+        libc::syscall(libc::SYS_pidfd_getfd, process.as_raw_fd(), number, NO_FLAGS)
+    })
+}
+
+/// Reads what has arrived, without waiting for more than the descriptor itself makes it wait.
+pub(super) fn read(from: BorrowedFd<'_>, into: &mut [u8]) -> io::Result<usize> {
+    // SAFETY: pointer and length describe `into`, which is borrowed for the whole call.
+    let arrived = unsafe { libc::read(from.as_raw_fd(), into.as_mut_ptr().cast(), into.len()) };
+    usize::try_from(arrived).map_err(|_negative| io::Error::last_os_error())
+}
+
+/// Writes all in one go, as /dev/fuse demands.
+pub(super) fn write(to: BorrowedFd<'_>, bytes: &[u8]) -> io::Result<()> {
+    // SAFETY: pointer and length describe `bytes`, which outlives the call.
+    let written = unsafe { libc::write(to.as_raw_fd(), bytes.as_ptr().cast(), bytes.len()) };
+    if written < 0 {
+        Err(io::Error::last_os_error())
+    } else {
+        Ok(())
+    }
+}
+
+/// Lets `work` run in the child of `command`, between fork and exec.
+///
+/// # Safety
+/// `work` must neither allocate, nor take a lock, nor touch what another thread may have left half done.
+pub(super) unsafe fn before_exec(
+    command: &mut Command,
+    work: impl FnMut() -> io::Result<()> + Send + Sync + 'static,
+) {
+    // SAFETY: the caller vouches for `work`.
+    unsafe { command.pre_exec(work) };
+}
+
+fn new_descriptor(number: libc::c_long) -> io::Result<OwnedFd> {
+    let number = RawFd::try_from(number).map_err(io::Error::other)?;
+    check(number)?;
+    // SAFETY: the kernel opened the descriptor just now, and nothing else owns it.
+    Ok(unsafe { OwnedFd::from_raw_fd(number) })
+}
+
+fn check(result: libc::c_int) -> io::Result<()> {
+    if result < 0 {
+        Err(io::Error::last_os_error())
+    } else {
+        Ok(())
+    }
+}

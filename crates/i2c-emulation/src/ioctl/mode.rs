@@ -1,0 +1,229 @@
+//! Which real adapter the emulated one behaves like.
+
+use core::fmt;
+use core::str::FromStr;
+
+use super::Errno;
+use super::uapi::functionality as func;
+use crate::adapter::{Fault, Message, is_read};
+
+/// A kind of adapter: what it offers, what it refuses, and how it names a fault.
+///
+/// | mode | offers | refuses | nobody answers | timeout | arbitration lost | else |
+/// |---|---|---|---|---|---|---|
+/// | `pi` | I2C, emulated SMBus | a read that is not the last message (EOPNOTSUPP 95) | EREMOTEIO 121 | ETIMEDOUT 110 | EIO 5 | EIO 5 |
+/// | `pi5` | I2C, 10-bit, SMBus with block reads | | EREMOTEIO 121 | ETIMEDOUT 110 | EAGAIN 11, after 3 retries | EIO 5 |
+/// | `usb` | I2C, emulated SMBus | a read of no bytes (EOPNOTSUPP 95) | ENXIO 6 | EIO 5 | EIO 5 | EIO 5 |
+/// | `smbus-only` | SMBus with block reads | I2C_RDWR, read(), write() (EOPNOTSUPP 95) | ENXIO 6 | ETIMEDOUT 110 | EAGAIN 11 | EIO 5 |
+/// | `busy` | as `pi` | I2C_SLAVE at every address (EBUSY 16) | as `pi` | | | |
+/// | `gone` | as `pi` | every transfer (ENODEV 19) | | | | |
+/// | `virtio` | I2C, emulated SMBus | | **fewer messages than asked, no errno** | the same | the same | the same |
+///
+/// A bus that reports [`Fault::Gone`] gives ENODEV 19 in every mode. Sources: the kernel's drivers i2c-bcm2835,
+/// i2c-designware, i2c-tiny-usb, i2c-i801 and i2c-virtio.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum AdapterMode {
+    /// Raspberry Pi 0 to 4 (i2c-bcm2835).
+    #[default]
+    Pi,
+    /// Raspberry Pi 5 (i2c-designware).
+    Pi5,
+    /// A USB adapter (i2c-tiny-usb).
+    Usb,
+    /// The SMBus controller of a PC's chipset (i2c-i801).
+    SmbusOnly,
+    /// As [`Pi`](Self::Pi), with a kernel driver bound to every address.
+    Busy,
+    /// An adapter that was pulled out while the file was open.
+    Gone,
+    /// A virtual machine's adapter (i2c-virtio), which hides faults in the message count.
+    Virtio,
+}
+
+impl AdapterMode {
+    /// All modes, in the order of the table.
+    pub const ALL: [Self; 7] = [
+        Self::Pi,
+        Self::Pi5,
+        Self::Usb,
+        Self::SmbusOnly,
+        Self::Busy,
+        Self::Gone,
+        Self::Virtio,
+    ];
+
+    /// The name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pi => "pi",
+            Self::Pi5 => "pi5",
+            Self::Usb => "usb",
+            Self::SmbusOnly => "smbus-only",
+            Self::Busy => "busy",
+            Self::Gone => "gone",
+            Self::Virtio => "virtio",
+        }
+    }
+
+    /// The bits that I2C_FUNCS tells.
+    #[must_use]
+    pub const fn functionality(self) -> u32 {
+        match self {
+            Self::Pi | Self::Busy | Self::Gone | Self::Usb | Self::Virtio => {
+                func::I2C | func::SMBUS_EMULATED
+            }
+            Self::Pi5 => func::I2C | func::TEN_BIT | func::SMBUS_WITH_BLOCK_READ,
+            Self::SmbusOnly => func::SMBUS_WITH_BLOCK_READ | func::SMBUS_PEC,
+        }
+    }
+
+    /// The errno of a fault, or `None` if the adapter only returns a smaller count of messages.
+    #[must_use]
+    pub const fn errno(self, fault: Fault) -> Option<Errno> {
+        if matches!(fault, Fault::Gone) {
+            return Some(Errno::ENODEV);
+        }
+        Some(match self {
+            Self::Pi | Self::Busy => match fault {
+                Fault::NackAddress | Fault::NackData => Errno::EREMOTEIO,
+                Fault::Timeout => Errno::ETIMEDOUT,
+                _ => Errno::EIO,
+            },
+            Self::Pi5 => match fault {
+                Fault::NackAddress | Fault::NackData => Errno::EREMOTEIO,
+                Fault::Timeout => Errno::ETIMEDOUT,
+                Fault::ArbitrationLost => Errno::EAGAIN,
+                _ => Errno::EIO,
+            },
+            Self::Usb => match fault {
+                Fault::NackAddress => Errno::ENXIO,
+                _ => Errno::EIO,
+            },
+            Self::SmbusOnly => match fault {
+                Fault::NackAddress | Fault::NackData => Errno::ENXIO,
+                Fault::Timeout => Errno::ETIMEDOUT,
+                Fault::ArbitrationLost => Errno::EAGAIN,
+                _ => Errno::EIO,
+            },
+            Self::Gone => Errno::ENODEV,
+            Self::Virtio => return None,
+        })
+    }
+
+    pub(super) const fn offers(self, bits: u32) -> bool {
+        self.functionality() & bits == bits
+    }
+
+    pub(super) const fn retries_at_first(self) -> u32 {
+        match self {
+            Self::Pi5 => 3,
+            _ => 0,
+        }
+    }
+
+    /// What the adapter's driver refuses before anything reaches the bus.
+    pub(super) fn check(self, messages: &[Message<'_>]) -> Result<(), Errno> {
+        let refused = match self {
+            Self::Gone => return Err(Errno::ENODEV),
+            Self::Pi | Self::Busy => messages
+                .iter()
+                .rev()
+                .skip(1)
+                .any(|message| is_read(&message.operation)),
+            Self::Usb => messages.iter().any(|message| match &message.operation {
+                embedded_hal::i2c::Operation::Read(buffer) => buffer.is_empty(),
+                embedded_hal::i2c::Operation::Write(_) => false,
+            }),
+            Self::Pi5 | Self::SmbusOnly | Self::Virtio => false,
+        };
+        if refused {
+            Err(Errno::EOPNOTSUPP)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+impl fmt::Display for AdapterMode {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}
+
+/// A name that is no [`AdapterMode`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "unknown adapter mode {found:?}\nhint: one of pi, pi5, usb, smbus-only, busy, gone, virtio"
+)]
+pub struct UnknownMode {
+    /// What was given.
+    pub found: String,
+}
+
+impl FromStr for AdapterMode {
+    type Err = UnknownMode;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMode> {
+        Self::ALL
+            .into_iter()
+            .find(|mode| mode.name() == name)
+            .ok_or_else(|| UnknownMode {
+                found: name.to_owned(),
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_leads_back_to_its_mode() {
+        for mode in AdapterMode::ALL {
+            assert_eq!(mode.to_string().parse(), Ok(mode));
+        }
+        let error = "pi4".parse::<AdapterMode>().unwrap_err().to_string();
+        for mode in AdapterMode::ALL {
+            assert!(error.contains(mode.name()), "{error}");
+        }
+    }
+
+    /// The numbers are those of reference drivers, written out so that a slip in the table shows.
+    #[test]
+    fn each_mode_names_each_fault_as_its_driver_does() {
+        use Fault::{ArbitrationLost, Bus, Gone, NackAddress, NackData, Timeout};
+        let numbers = |mode: AdapterMode| {
+            [NackAddress, NackData, Bus, ArbitrationLost, Timeout, Gone]
+                .map(|fault| mode.errno(fault).map(Errno::raw))
+        };
+        assert_eq!(
+            numbers(AdapterMode::Pi),
+            [121, 121, 5, 5, 110, 19].map(Some)
+        );
+        assert_eq!(
+            numbers(AdapterMode::Pi5),
+            [121, 121, 5, 11, 110, 19].map(Some)
+        );
+        assert_eq!(numbers(AdapterMode::Usb), [6, 5, 5, 5, 5, 19].map(Some));
+        assert_eq!(
+            numbers(AdapterMode::SmbusOnly),
+            [6, 6, 5, 11, 110, 19].map(Some)
+        );
+        assert_eq!(numbers(AdapterMode::Busy), numbers(AdapterMode::Pi));
+        assert_eq!(numbers(AdapterMode::Gone), [19; 6].map(Some));
+        assert_eq!(
+            numbers(AdapterMode::Virtio),
+            [None, None, None, None, None, Some(19)]
+        );
+    }
+
+    /// `0x0EFF_0009` is what `i2cdetect -F` shows on a Raspberry Pi: I2C_FUNC_I2C | I2C_FUNC_SMBUS_EMUL of linux/i2c.h.
+    #[test]
+    fn functionality_is_that_of_the_driver() {
+        assert_eq!(AdapterMode::Pi.functionality(), 0x0EFF_0009);
+        assert_eq!(AdapterMode::Virtio.functionality(), 0x0EFF_0009);
+        assert_eq!(AdapterMode::Pi5.functionality(), 0x0F7F_0003);
+        assert_eq!(AdapterMode::SmbusOnly.functionality() & 1, 0);
+    }
+}

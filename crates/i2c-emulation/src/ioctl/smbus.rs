@@ -1,0 +1,250 @@
+//! I2C_SMBUS, made out of plain messages as the kernel's `i2c_smbus_xfer_emulated` does.
+
+use super::uapi::{SMBUS_DATA_BYTES, SmbusArgument, smbus_size as size};
+use super::{CallerMemory, Errno, OpenFile, SMBUS_BLOCK_MAX, Segment, functionality};
+use crate::adapter::EmulatedAdapter;
+
+const WRITE: u8 = 0;
+const READ: u8 = 1;
+
+/// `union i2c_smbus_data`: a byte, a word with its low byte first, or a block with its length in front.
+type Data = [u8; SMBUS_DATA_BYTES];
+
+impl OpenFile {
+    pub(super) fn smbus(
+        &self,
+        argument: u64,
+        memory: &mut dyn CallerMemory,
+        bus: &mut dyn EmulatedAdapter,
+    ) -> Result<i32, Errno> {
+        let width = memory.pointer_width();
+        let mut bytes = vec![0; SmbusArgument::bytes(width)];
+        memory.read(argument, &mut bytes)?;
+        let mut call = SmbusArgument::parse(&bytes, width);
+        check_ranges(&call)?;
+
+        let mut data: Data = [0; SMBUS_DATA_BYTES];
+        if uses_data(&call) {
+            if call.data == 0 {
+                return Err(Errno::EINVAL);
+            }
+            if goes_in(&call) {
+                memory.read(call.data, &mut data[..data_length(call.size)])?;
+            }
+        }
+        let length_of_data = data_length(call.size);
+        if call.size == size::I2C_BLOCK_BROKEN {
+            call.size = size::I2C_BLOCK_DATA;
+            if call.read_write == READ {
+                data[0] = 32;
+            }
+        }
+        self.smbus_transfer(&call, &mut data, bus)?;
+        if uses_data(&call) && comes_back(&call) {
+            memory.write(call.data, &data[..length_of_data])?;
+        }
+        Ok(0)
+    }
+
+    fn smbus_transfer(
+        &self,
+        call: &SmbusArgument,
+        data: &mut Data,
+        bus: &mut dyn EmulatedAdapter,
+    ) -> Result<(), Errno> {
+        let checksum = self.pec && !matches!(call.size, size::QUICK | size::I2C_BLOCK_DATA);
+        let mut segments = self.smbus_messages(call, data)?;
+        if checksum {
+            add_checksum(&mut segments);
+        }
+        if self.transfer_segments(&mut segments, bus)? != segments.len() {
+            return Err(Errno::EIO);
+        }
+        if checksum {
+            check_checksum(&mut segments)?;
+        }
+        if let Some(last) = segments.last().filter(|last| last.read) {
+            take_answer(call.size, last, data)?;
+        }
+        Ok(())
+    }
+
+    /// The messages of one call, before any checksum.
+    fn smbus_messages(&self, call: &SmbusArgument, data: &Data) -> Result<Vec<Segment>, Errno> {
+        let block = usize::from(data[0]);
+        let with_payload = |length: usize| [&[call.command], &data[..length]].concat();
+        let is_read = call.read_write == READ;
+        Ok(match (call.size, is_read) {
+            (size::QUICK, _) => vec![self.segment(is_read, Vec::new())],
+            (size::BYTE, true) => vec![self.segment(true, vec![0])],
+            (size::BYTE, false) => vec![self.segment(false, vec![call.command])],
+            (size::BYTE_DATA, true) => self.ask(vec![call.command], 1),
+            (size::BYTE_DATA, false) => vec![self.segment(false, with_payload(1))],
+            (size::WORD_DATA, true) => self.ask(vec![call.command], 2),
+            (size::WORD_DATA, false) => vec![self.segment(false, with_payload(2))],
+            (size::PROC_CALL, _) => self.ask(with_payload(2), 2),
+            (size::BLOCK_DATA, true) => self.ask_for_block(vec![call.command])?,
+            (size::BLOCK_DATA, false) => {
+                vec![self.segment(false, with_payload(1 + checked(block)?))]
+            }
+            (size::BLOCK_PROC_CALL, _) => self.ask_for_block(with_payload(1 + checked(block)?))?,
+            (size::I2C_BLOCK_DATA, true) => self.ask(vec![call.command], checked(block)?),
+            (size::I2C_BLOCK_DATA, false) => {
+                let payload = [&[call.command], &data[1..=checked(block)?]].concat();
+                vec![self.segment(false, payload)]
+            }
+            _ => return Err(Errno::EOPNOTSUPP),
+        })
+    }
+
+    fn ask(&self, question: Vec<u8>, length: usize) -> Vec<Segment> {
+        vec![
+            self.segment(false, question),
+            self.segment(true, vec![0; length]),
+        ]
+    }
+
+    fn ask_for_block(&self, question: Vec<u8>) -> Result<Vec<Segment>, Errno> {
+        if !self.mode.offers(functionality::SMBUS_READ_BLOCK) {
+            return Err(Errno::EOPNOTSUPP);
+        }
+        let mut segments = self.ask(question, 1 + SMBUS_BLOCK_MAX);
+        if let Some(answer) = segments.last_mut() {
+            answer.length_first = Some(1);
+        }
+        Ok(segments)
+    }
+
+    fn segment(&self, read: bool, bytes: Vec<u8>) -> Segment {
+        Segment {
+            address: self.address,
+            ten_bit: self.ten_bit,
+            read,
+            bytes,
+            buffer: 0,
+            length_first: None,
+        }
+    }
+}
+
+fn check_ranges(call: &SmbusArgument) -> Result<(), Errno> {
+    let known = call.size <= size::I2C_BLOCK_DATA;
+    if known && matches!(call.read_write, READ | WRITE) {
+        Ok(())
+    } else {
+        Err(Errno::EINVAL)
+    }
+}
+
+fn uses_data(call: &SmbusArgument) -> bool {
+    call.size != size::QUICK && !(call.size == size::BYTE && call.read_write == WRITE)
+}
+
+fn goes_in(call: &SmbusArgument) -> bool {
+    let both_ways = matches!(
+        call.size,
+        size::PROC_CALL | size::BLOCK_PROC_CALL | size::I2C_BLOCK_DATA
+    );
+    both_ways || call.read_write == WRITE
+}
+
+fn comes_back(call: &SmbusArgument) -> bool {
+    matches!(call.size, size::PROC_CALL | size::BLOCK_PROC_CALL) || call.read_write == READ
+}
+
+/// How much of the union the kernel copies.
+fn data_length(kind: u32) -> usize {
+    match kind {
+        size::BYTE | size::BYTE_DATA => 1,
+        size::WORD_DATA | size::PROC_CALL => 2,
+        _ => SMBUS_DATA_BYTES,
+    }
+}
+
+fn checked(block: usize) -> Result<usize, Errno> {
+    if block > SMBUS_BLOCK_MAX {
+        Err(Errno::EINVAL)
+    } else {
+        Ok(block)
+    }
+}
+
+fn take_answer(kind: u32, answer: &Segment, data: &mut Data) -> Result<(), Errno> {
+    let arrived = answer.arrived()?;
+    let offset = usize::from(kind == size::I2C_BLOCK_DATA);
+    for (to, from) in data.iter_mut().skip(offset).zip(arrived) {
+        *to = *from;
+    }
+    Ok(())
+}
+
+/// Appends the checksum to a lone write, or makes room for the one that the target sends.
+fn add_checksum(segments: &mut [Segment]) {
+    let checksum = segments.iter().fold(0, checksum_of_message);
+    if let Some(last) = segments.last_mut() {
+        if last.read {
+            last.length_first = last.length_first.map(|extra| extra + 1);
+            last.bytes.push(0);
+        } else {
+            last.bytes.push(checksum);
+        }
+    }
+}
+
+/// Takes the target's checksum off the last message and compares it.
+fn check_checksum(segments: &mut [Segment]) -> Result<(), Errno> {
+    let Some((last, before)) = segments.split_last_mut() else {
+        return Ok(());
+    };
+    if !last.read {
+        return Ok(());
+    }
+    let mut arrived = last.arrived()?.to_vec();
+    let found = arrived.pop().ok_or(Errno::EIO)?;
+    last.bytes = arrived;
+    last.length_first = last.length_first.map(|extra| extra - 1);
+    let expected = checksum_of_message(before.iter().fold(0, checksum_of_message), last);
+    if found == expected {
+        Ok(())
+    } else {
+        Err(Errno::EBADMSG)
+    }
+}
+
+/// Packet error code (SMBus 2.0, section 5.4) over the address byte and the data of a message.
+fn checksum_of_message(checksum: u8, segment: &Segment) -> u8 {
+    let [_, address] = (segment.address << 1 | u16::from(segment.read)).to_be_bytes();
+    segment
+        .bytes
+        .iter()
+        .fold(checksum_of_byte(checksum, address), |checksum, byte| {
+            checksum_of_byte(checksum, *byte)
+        })
+}
+
+/// CRC-8 with the polynomial x^8 + x^2 + x + 1.
+fn checksum_of_byte(checksum: u8, byte: u8) -> u8 {
+    (0..8).fold(checksum ^ byte, |crc, _| {
+        if crc & 0x80 == 0 {
+            crc << 1
+        } else {
+            crc << 1 ^ 0x07
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// "123456789" gives 0xF4: the check value of CRC-8 in every catalogue of checksums.
+    #[test]
+    fn checksum_has_the_known_check_value() {
+        assert_eq!(
+            b"123456789"
+                .iter()
+                .fold(0, |crc, byte| checksum_of_byte(crc, *byte)),
+            0xF4
+        );
+    }
+}

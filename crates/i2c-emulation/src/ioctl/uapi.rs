@@ -1,0 +1,217 @@
+//! Numbers and layouts of `linux/i2c.h` and `linux/i2c-dev.h`.
+
+/// Requests of `ioctl(2)` on `/dev/i2c-N`.
+pub mod request {
+    /// How often to retry after lost arbitration.
+    pub const I2C_RETRIES: u32 = 0x0701;
+    /// How long to wait, in units of 10 ms.
+    pub const I2C_TIMEOUT: u32 = 0x0702;
+    /// The target of read(), write() and I2C_SMBUS.
+    pub const I2C_SLAVE: u32 = 0x0703;
+    /// Whether targets have ten-bit addresses.
+    pub const I2C_TENBIT: u32 = 0x0704;
+    /// Tells what the adapter can do.
+    pub const I2C_FUNCS: u32 = 0x0705;
+    /// As [`I2C_SLAVE`], also where a kernel driver owns the address.
+    pub const I2C_SLAVE_FORCE: u32 = 0x0706;
+    /// Several messages in one transfer.
+    pub const I2C_RDWR: u32 = 0x0707;
+    /// Whether SMBus transfers carry a checksum.
+    pub const I2C_PEC: u32 = 0x0708;
+    /// One SMBus transfer.
+    pub const I2C_SMBUS: u32 = 0x0720;
+}
+
+/// Flags of one message of I2C_RDWR.
+pub mod message_flag {
+    /// The target sends.
+    pub const READ: u16 = 0x0001;
+    /// The address has ten bits.
+    pub const TEN_BIT: u16 = 0x0010;
+    /// The first byte that arrives tells how many follow.
+    pub const LENGTH_FIRST: u16 = 0x0400;
+}
+
+/// Bits of I2C_FUNCS.
+pub mod functionality {
+    /// Plain messages.
+    pub const I2C: u32 = 0x0000_0001;
+    /// Ten-bit addresses.
+    pub const TEN_BIT: u32 = 0x0000_0002;
+    /// Checksums.
+    pub const SMBUS_PEC: u32 = 0x0000_0008;
+    /// An address without a byte.
+    pub const SMBUS_QUICK: u32 = 0x0001_0000;
+    /// One byte without a register, both ways.
+    pub const SMBUS_BYTE: u32 = 0x0006_0000;
+    /// One byte of a register, both ways.
+    pub const SMBUS_BYTE_DATA: u32 = 0x0018_0000;
+    /// Two bytes of a register, both ways.
+    pub const SMBUS_WORD_DATA: u32 = 0x0060_0000;
+    /// Two bytes there, two back.
+    pub const SMBUS_PROC_CALL: u32 = 0x0080_0000;
+    /// A block that tells its own length, from the target.
+    pub const SMBUS_READ_BLOCK: u32 = 0x0100_0000;
+    /// A block that tells its own length, to the target.
+    pub const SMBUS_WRITE_BLOCK: u32 = 0x0200_0000;
+    /// A block of a length known to both sides, both ways.
+    pub const SMBUS_I2C_BLOCK: u32 = 0x0C00_0000;
+
+    /// What the kernel makes out of plain messages.
+    pub const SMBUS_EMULATED: u32 = SMBUS_QUICK
+        | SMBUS_BYTE
+        | SMBUS_BYTE_DATA
+        | SMBUS_WORD_DATA
+        | SMBUS_PROC_CALL
+        | SMBUS_WRITE_BLOCK
+        | SMBUS_I2C_BLOCK
+        | SMBUS_PEC;
+    /// What a controller offers that can read a length byte by itself.
+    pub const SMBUS_WITH_BLOCK_READ: u32 = SMBUS_QUICK
+        | SMBUS_BYTE
+        | SMBUS_BYTE_DATA
+        | SMBUS_WORD_DATA
+        | SMBUS_READ_BLOCK
+        | SMBUS_WRITE_BLOCK
+        | SMBUS_I2C_BLOCK;
+}
+
+/// Kinds of I2C_SMBUS transfer (its field `size`).
+pub mod smbus_size {
+    /// The address alone; the direction bit is the datum.
+    pub const QUICK: u32 = 0;
+    /// One byte without a register.
+    pub const BYTE: u32 = 1;
+    /// One byte of a register.
+    pub const BYTE_DATA: u32 = 2;
+    /// Two bytes of a register, low byte first.
+    pub const WORD_DATA: u32 = 3;
+    /// Two bytes there, two back.
+    pub const PROC_CALL: u32 = 4;
+    /// A block that tells its own length.
+    pub const BLOCK_DATA: u32 = 5;
+    /// The old form of [`I2C_BLOCK_DATA`], which always reads 32 bytes.
+    pub const I2C_BLOCK_BROKEN: u32 = 6;
+    /// A block there, a block back.
+    pub const BLOCK_PROC_CALL: u32 = 7;
+    /// A block of a length known to both sides.
+    pub const I2C_BLOCK_DATA: u32 = 8;
+}
+
+/// Most messages of one I2C_RDWR (I2C_RDWR_IOCTL_MAX_MSGS).
+pub const RDWR_MESSAGES_MAX: usize = 42;
+/// Most bytes of one message, and of one read() or write().
+pub const MESSAGE_BYTES_MAX: usize = 8192;
+/// Most bytes of an SMBus block (I2C_SMBUS_BLOCK_MAX).
+pub const SMBUS_BLOCK_MAX: usize = 32;
+/// Bytes of `union i2c_smbus_data`.
+pub(super) const SMBUS_DATA_BYTES: usize = SMBUS_BLOCK_MAX + 2;
+
+/// How wide the pointers of the calling program are: the layouts of I2C_RDWR and I2C_SMBUS depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointerWidth {
+    /// A 32-bit program, on a 32-bit or a 64-bit kernel.
+    Bits32,
+    /// A 64-bit program.
+    Bits64,
+}
+
+impl PointerWidth {
+    /// Bytes of a pointer, and of C's `unsigned long`.
+    #[must_use]
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::Bits32 => 4,
+            Self::Bits64 => 8,
+        }
+    }
+}
+
+/// `struct i2c_rdwr_ioctl_data`: a pointer, then a count; 8 or 16 bytes.
+pub(super) struct RdwrArgument {
+    pub(super) messages: u64,
+    pub(super) count: u32,
+}
+
+impl RdwrArgument {
+    pub(super) const fn bytes(width: PointerWidth) -> usize {
+        2 * width.bytes()
+    }
+
+    pub(super) fn parse(bytes: &[u8], width: PointerWidth) -> Self {
+        Self {
+            messages: pointer_at(bytes, 0, width),
+            count: u32_at(bytes, width.bytes()),
+        }
+    }
+}
+
+/// `struct i2c_msg`: address, flags, length, padding, pointer; 12 or 16 bytes.
+pub(super) struct RdwrMessage {
+    pub(super) address: u16,
+    pub(super) flags: u16,
+    pub(super) length: u16,
+    pub(super) buffer: u64,
+}
+
+impl RdwrMessage {
+    pub(super) const fn bytes(width: PointerWidth) -> usize {
+        8 + width.bytes()
+    }
+
+    pub(super) fn parse(bytes: &[u8], width: PointerWidth) -> Self {
+        Self {
+            address: u16_at(bytes, 0),
+            flags: u16_at(bytes, 2),
+            length: u16_at(bytes, 4),
+            buffer: pointer_at(bytes, 8, width),
+        }
+    }
+}
+
+/// `struct i2c_smbus_ioctl_data`: direction, command, padding, size, pointer; 12 or 16 bytes.
+pub(super) struct SmbusArgument {
+    pub(super) read_write: u8,
+    pub(super) command: u8,
+    pub(super) size: u32,
+    pub(super) data: u64,
+}
+
+impl SmbusArgument {
+    pub(super) const fn bytes(width: PointerWidth) -> usize {
+        8 + width.bytes()
+    }
+
+    pub(super) fn parse(bytes: &[u8], width: PointerWidth) -> Self {
+        Self {
+            read_write: bytes.first().copied().unwrap_or(0),
+            command: bytes.get(1).copied().unwrap_or(0),
+            size: u32_at(bytes, 4),
+            data: pointer_at(bytes, 8, width),
+        }
+    }
+}
+
+fn pointer_at(bytes: &[u8], offset: usize, width: PointerWidth) -> u64 {
+    match width {
+        PointerWidth::Bits32 => u64::from(u32_at(bytes, offset)),
+        PointerWidth::Bits64 => u64::from_ne_bytes(array_at(bytes, offset)),
+    }
+}
+
+fn u32_at(bytes: &[u8], offset: usize) -> u32 {
+    u32::from_ne_bytes(array_at(bytes, offset))
+}
+
+fn u16_at(bytes: &[u8], offset: usize) -> u16 {
+    u16::from_ne_bytes(array_at(bytes, offset))
+}
+
+/// The bytes at an offset; what lies beyond the end counts as zero, which the callers rule out by their buffer's size.
+fn array_at<const N: usize>(bytes: &[u8], offset: usize) -> [u8; N] {
+    let mut array = [0; N];
+    for (to, from) in array.iter_mut().zip(bytes.iter().skip(offset)) {
+        *to = *from;
+    }
+    array
+}
