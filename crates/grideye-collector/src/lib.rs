@@ -1,1 +1,39 @@
-//! placeholder
+//! The collector: takes frames over HTTP, keeps them durably, shows them live, and records them.
+//!
+//! ```text
+//!  agents ── POST /v1/frames ──▶ ingest ──▶ FrameStore (SQLite: one writer, one sync for all who wait)
+//!            ◀─ durable_through ── after commit and sync            │
+//!                                  │                                ├──▶ /v1/recordings/{id}.csv
+//!                                  ▼                                └──▶ /v1/audit: read = stored + dropped + spooled
+//!  browser ◀── / and /v1/live ── present state of every sensor ──▶ /v1/sensors
+//! ```
+//!
+//! ```no_run
+//! use grideye_collector::{Collector, Config, StoreLocation};
+//!
+//! # async fn run() -> Result<(), grideye_collector::CollectorError> {
+//! let listen = ([127, 0, 0, 1], 8080).into();
+//! let collector = Collector::bind(Config::new(listen, StoreLocation::Memory)).await?;
+//! println!("http://{}/", collector.local_addr());
+//! collector.serve(std::future::pending()).await
+//! # }
+//! ```
+//!
+//! What is acknowledged is on disk. The same frame again, whenever it comes, changes nothing. A frame's age is told by
+//! clocks that do not jump, so that an old frame is never shown as a new one. Every bound is a field of [`Limits`].
+
+mod account;
+mod app;
+mod clock;
+mod error;
+mod limits;
+mod live;
+mod server;
+pub mod store;
+
+pub use app::{AppState, app};
+pub use clock::{Clock, SystemClock};
+pub use error::CollectorError;
+pub use limits::Limits;
+pub use server::{Collector, Config};
+pub use store::{FrameStore, SqliteStore, StoreError, StoreLocation};

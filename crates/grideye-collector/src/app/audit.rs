@@ -1,0 +1,29 @@
+//! What is known of the sensors now, and whether the books balance.
+
+use super::AppState;
+use super::answer::Refusal;
+use crate::live::stream_json;
+use axum::extract::State;
+use axum::response::Json;
+use serde_json::{Value, json};
+
+/// Every sensor's present state.
+pub(super) async fn sensors(State(state): State<AppState>) -> Json<Value> {
+    Json(state.0.live.sensors_json())
+}
+
+/// Every stream's books: read = stored + dropped + spooled.
+pub(super) async fn audit(State(state): State<AppState>) -> Result<Json<Value>, Refusal> {
+    let streams = state.store().streams().await?;
+    let unbalanced = streams
+        .iter()
+        .filter(|stream| stream.unaccounted().is_some_and(|frames| frames != 0))
+        .count();
+    let streams: Vec<Value> = streams
+        .iter()
+        .map(|stream| Value::Object(stream_json(stream)))
+        .collect();
+    Ok(Json(
+        json!({ "balanced": unbalanced == 0, "streams": streams }),
+    ))
+}

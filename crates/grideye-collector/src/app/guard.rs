@@ -1,0 +1,196 @@
+//! What every request passes: who may ask, how long it may take, and the headers of every answer.
+
+use super::AppState;
+use super::answer::Refusal;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::net::IpAddr;
+
+/// Nothing but what this server itself serves, and no script or style inside the page.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+const HEADERS: [(HeaderName, &str); 6] = [
+    (header::CONTENT_SECURITY_POLICY, POLICY),
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (header::REFERRER_POLICY, "no-referrer"),
+    (header::X_FRAME_OPTIONS, "DENY"),
+    (
+        HeaderName::from_static("cross-origin-resource-policy"),
+        "same-origin",
+    ),
+    (
+        HeaderName::from_static("cross-origin-opener-policy"),
+        "same-origin",
+    ),
+];
+
+pub(super) async fn guard(State(state): State<AppState>, request: Request, next: Next) -> Response {
+    let mut response = match check_origin(&state.0.hosts, &request) {
+        Err(refusal) => refusal.into_response(),
+        Ok(()) => in_time(&state, request, next).await,
+    };
+    let headers = response.headers_mut();
+    for (name, value) in HEADERS {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    headers
+        .entry(header::CACHE_CONTROL)
+        .or_insert(HeaderValue::from_static("no-store"));
+    response
+}
+
+async fn in_time(state: &AppState, request: Request, next: Next) -> Response {
+    let time_max = state.limits().handler_time_max;
+    match tokio::time::timeout(time_max, next.run(request)).await {
+        Ok(response) => response,
+        Err(_elapsed) => Refusal::new(
+            StatusCode::GATEWAY_TIMEOUT,
+            "too_slow",
+            format!("the request was not done within {time_max:?}"),
+        )
+        .hint("frames that were sent may or may not be stored; sending them again does no harm")
+        .into_response(),
+    }
+}
+
+/// A page of another site must neither read here by a name that it controls (DNS rebinding), nor write.
+fn check_origin(hosts: &Hosts, request: &Request) -> Result<(), Refusal> {
+    let host = host_of(request.uri(), request.headers())?;
+    if !hosts.accepts(&host) {
+        let what = format!("this server does not answer for the host {host:?}");
+        return Err(Refusal::new(StatusCode::FORBIDDEN, "unknown_host", what)
+            .field("host")
+            .hint("use 127.0.0.1 or the address that it listens on"));
+    }
+    if matches!(
+        *request.method(),
+        Method::GET | Method::HEAD | Method::OPTIONS
+    ) {
+        return Ok(());
+    }
+    let origin = request.headers().get(header::ORIGIN);
+    let own = format!("http://{host}");
+    let foreign =
+        origin.is_some_and(|origin| !origin.as_bytes().eq_ignore_ascii_case(own.as_bytes()));
+    if !foreign {
+        return Ok(());
+    }
+    let what = "a page of another site may not do this";
+    Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_origin", what).field("origin"))
+}
+
+/// The host and port that the request is for, which must be named exactly once.
+fn host_of(uri: &Uri, headers: &HeaderMap) -> Result<String, Refusal> {
+    let mut named = headers.get_all(header::HOST).iter();
+    let host = match (named.next(), named.next(), uri.authority()) {
+        (Some(host), None, None) => host.to_str().ok(),
+        (Some(host), None, Some(authority)) => host
+            .to_str()
+            .ok()
+            .filter(|host| authority.as_str().eq_ignore_ascii_case(host)),
+        (None, _, Some(authority)) => Some(authority.as_str()),
+        _ => None,
+    };
+    host.map(str::to_ascii_lowercase).ok_or_else(|| {
+        let what = "the request must name its host exactly once";
+        Refusal::new(StatusCode::BAD_REQUEST, "no_host", what).field("host")
+    })
+}
+
+/// The names that this server answers to.
+#[derive(Debug, Clone)]
+pub(crate) struct Hosts {
+    listen: IpAddr,
+    names: Vec<String>,
+}
+
+impl Hosts {
+    /// Loopback names always, the address listened on, and `names`.
+    pub(crate) fn new(listen: IpAddr, names: &[String]) -> Self {
+        Self {
+            listen,
+            names: names.iter().map(|name| name.to_ascii_lowercase()).collect(),
+        }
+    }
+
+    /// Whatever the port: it may be forwarded.
+    fn accepts(&self, host_and_port: &str) -> bool {
+        let Some(host) = without_port(host_and_port) else {
+            return false;
+        };
+        match host.parse::<IpAddr>() {
+            // Rebinding needs a name: where every address is listened on, every address may be asked for.
+            Ok(address) => {
+                address.is_loopback() || address == self.listen || self.listen.is_unspecified()
+            }
+            Err(_name) => host == "localhost" || self.names.iter().any(|name| name == host),
+        }
+    }
+}
+
+fn without_port(host: &str) -> Option<&str> {
+    if let Some(bracketed) = host.strip_prefix('[') {
+        let (address, port) = bracketed.split_once(']')?;
+        return is_port(port).then_some(address);
+    }
+    let end = host.find(':').unwrap_or(host.len());
+    is_port(&host[end..]).then_some(&host[..end])
+}
+
+/// Nothing, or a colon and digits.
+fn is_port(text: &str) -> bool {
+    text.is_empty()
+        || text
+            .strip_prefix(':')
+            .is_some_and(|port| port.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loopback_and_the_own_address_are_answered_for_and_names_of_others_are_not() {
+        let hosts = Hosts::new(IpAddr::from([192, 168, 1, 7]), &["Pi.local".to_owned()]);
+        for own in [
+            "127.0.0.1",
+            "127.0.0.1:8080",
+            "127.9.9.9:1",
+            "localhost",
+            "localhost:80",
+            "[::1]",
+            "[::1]:8080",
+            "192.168.1.7:8080",
+            "pi.local:8080",
+        ] {
+            assert!(hosts.accepts(own), "{own}");
+        }
+        for foreign in [
+            "evil.example",
+            "evil.example:8080",
+            "localhost.evil.example",
+            "127.0.0.1.evil.example",
+            "192.168.1.8",
+            "",
+            ":80",
+            "[::1",
+            "[::1]x",
+            "127.0.0.1:x",
+            "localhost:80:80",
+            "[2001:db8::1]",
+            "user@127.0.0.1",
+        ] {
+            assert!(!hosts.accepts(foreign), "{foreign}");
+        }
+    }
+
+    #[test]
+    fn where_every_address_is_listened_on_every_address_is_answered_for() {
+        let hosts = Hosts::new(IpAddr::from([0, 0, 0, 0]), &[]);
+        assert!(hosts.accepts("192.168.1.8:8080"));
+        assert!(hosts.accepts("[2001:db8::1]:8080"));
+        assert!(!hosts.accepts("evil.example"));
+    }
+}

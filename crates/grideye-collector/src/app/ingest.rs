@@ -1,0 +1,122 @@
+//! `POST /v1/frames`: taken whole or not at all, and answered after it is on disk.
+
+use super::AppState;
+use super::answer::Refusal;
+use crate::Limits;
+use axum::body::Bytes;
+use axum::extract::{FromRequest, Request, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use grideye_recording::wire::Batch;
+use std::sync::Arc;
+
+/// Memory for bodies is handed out in pieces of so many bytes.
+pub(super) const BODY_UNIT: usize = 4096;
+
+pub(super) async fn frames(
+    State(state): State<AppState>,
+    request: Request,
+) -> Result<Response, Refusal> {
+    let body = read_frames_body(&state, request).await?;
+    let shared = &state.0;
+    let batch = Arc::new(Batch::from_json(&body.bytes, &shared.limits.batch)?);
+    drop(body);
+    if !shared.live.has_room_for(&batch) {
+        return Err(too_many_sensors(shared.limits.sensors_max));
+    }
+    let t_arrival_ns = shared.clock.utc_ns();
+    let appended = shared
+        .store
+        .append(Arc::clone(&batch), t_arrival_ns)
+        .await?;
+    let answer = appended.acknowledgement().to_json().map_err(|error| {
+        let what = format!("the answer cannot be written: {error}");
+        Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "answer_failed", what)
+    })?;
+    shared.live.take(&batch, appended, t_arrival_ns);
+    Ok(([(header::CONTENT_TYPE, "application/json")], answer).into_response())
+}
+
+/// A body, and the room it takes.
+struct HeldBody {
+    bytes: Bytes,
+    _room: tokio::sync::OwnedSemaphorePermit,
+}
+
+async fn read_frames_body(state: &AppState, request: Request) -> Result<HeldBody, Refusal> {
+    let limits = state.limits();
+    let size = announced_size(request.headers(), limits)?;
+    let units = u32::try_from(size.div_ceil(BODY_UNIT)).unwrap_or(u32::MAX);
+    let room = Arc::clone(&state.0.bodies)
+        .try_acquire_many_owned(units)
+        .map_err(|_none_left| {
+            let what = "as many frames are being taken as there is memory for";
+            Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
+                .hint("send again in a second; nothing of this request was stored")
+        })?;
+    let bytes = read_json_body(state, request).await?;
+    Ok(HeldBody { bytes, _room: room })
+}
+
+/// The size that the headers announce, or the largest allowed.
+fn announced_size(headers: &HeaderMap, limits: &Limits) -> Result<usize, Refusal> {
+    let announced = headers
+        .get(header::CONTENT_LENGTH)
+        .and_then(|length| length.to_str().ok()?.parse::<usize>().ok());
+    match announced {
+        Some(length) if length > limits.body_bytes_max => Err(too_large(limits)),
+        Some(length) => Ok(length),
+        None => Ok(limits.body_bytes_max),
+    }
+}
+
+/// Reads the body of any request that brings JSON, within its limits of size and time.
+pub(super) async fn read_json_body(state: &AppState, request: Request) -> Result<Bytes, Refusal> {
+    let limits = state.limits();
+    check_is_json(request.headers())?;
+    let read = Bytes::from_request(request, state);
+    match tokio::time::timeout(limits.body_time_max, read).await {
+        Ok(Ok(bytes)) => Ok(bytes),
+        Ok(Err(rejection)) if rejection.status() == StatusCode::PAYLOAD_TOO_LARGE => {
+            Err(too_large(limits))
+        }
+        Ok(Err(rejection)) => Err(Refusal::new(
+            StatusCode::BAD_REQUEST,
+            "body_cut",
+            format!("the body could not be read: {}", rejection.body_text()),
+        )),
+        Err(_elapsed) => Err(Refusal::new(
+            StatusCode::REQUEST_TIMEOUT,
+            "body_too_slow",
+            format!("the body did not come within {:?}", limits.body_time_max),
+        )),
+    }
+}
+
+/// Another type may mean another format one day; none at all is taken as JSON.
+fn check_is_json(headers: &HeaderMap) -> Result<(), Refusal> {
+    let Some(content_type) = headers.get(header::CONTENT_TYPE) else {
+        return Ok(());
+    };
+    let essence = content_type.to_str().unwrap_or_default().split(';').next();
+    if essence.is_some_and(|essence| essence.trim().eq_ignore_ascii_case("application/json")) {
+        return Ok(());
+    }
+    let what = "the body must be JSON";
+    Err(
+        Refusal::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "not_json", what)
+            .field("content-type")
+            .hint("send the header `content-type: application/json` (curl: --json)"),
+    )
+}
+
+fn too_large(limits: &Limits) -> Refusal {
+    let what = format!("the body is larger than {} bytes", limits.body_bytes_max);
+    Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, "body_too_large", what).hint("send smaller batches")
+}
+
+fn too_many_sensors(limit: usize) -> Refusal {
+    let what = format!("{limit} sensors are known, and no more are taken");
+    Refusal::new(StatusCode::INSUFFICIENT_STORAGE, "too_many_sensors", what)
+        .hint("check that no agent makes up names, or raise `sensors_max`")
+}

@@ -1,0 +1,53 @@
+use crate::store::StoreError;
+use std::io;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// Why the collector does not start, or did not end well.
+#[derive(Debug, thiserror::Error)]
+pub enum CollectorError {
+    /// Another program listens there.
+    #[error("cannot listen on {address}: the port is in use\nhint: stop the other program (`ss -ltnp 'sport = :{port}'` names it), or choose another port; port 0 takes a free one", port = .address.port())]
+    AddressInUse {
+        /// The address asked for.
+        address: SocketAddr,
+    },
+    /// The address cannot be listened on for another reason.
+    #[error(
+        "cannot listen on {address}: {source}\nhint: the address must be one of this machine's own, and a port below 1024 needs root"
+    )]
+    Listen {
+        /// The address asked for.
+        address: SocketAddr,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The address can be reached from other machines, and nobody said that this is meant.
+    #[error(
+        "refusing to listen on {address}: every machine that reaches it could post and read frames, since there is no login yet\nhint: listen on 127.0.0.1 and forward the port with ssh, or say that the network is trusted (`Config::network_trusted`)"
+    )]
+    NetworkNotTrusted {
+        /// The address asked for.
+        address: SocketAddr,
+    },
+    /// The store cannot be opened.
+    #[error("cannot open the store {}: {source}", .path.display())]
+    Store {
+        /// The file asked for.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: StoreError,
+    },
+    /// The store failed while it was being closed.
+    #[error("the store did not close well: {source}")]
+    Close {
+        /// What went wrong.
+        source: StoreError,
+    },
+    /// The listening socket failed.
+    #[error("the listening socket failed: {source}")]
+    Socket {
+        /// What the system said.
+        source: io::Error,
+    },
+}

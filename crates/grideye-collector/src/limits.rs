@@ -1,0 +1,94 @@
+//! Every bound of the collector, by name.
+
+use grideye_recording::wire::{FRAME_BYTES_MAX, FRAMES_MAX};
+use std::time::Duration;
+
+/// What the collector takes, holds and waits for at most. Each field has a test that reaches it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Limits {
+    /// Connections open at once, all peers together. One more is answered 503 and closed.
+    pub connections_max: usize,
+    /// Connections open at once from one address. One more is answered 503 and closed.
+    pub connections_per_peer_max: usize,
+    /// From the first byte awaited to the end of the request's headers. Then the connection is closed.
+    pub header_time_max: Duration,
+    /// Bytes of a request's first line and headers together. More is answered 431.
+    pub header_bytes_max: usize,
+    /// From the end of the headers to the end of the body. Then 408.
+    pub body_time_max: Duration,
+    /// Bytes of a request's body. More is answered 413.
+    pub body_bytes_max: usize,
+    /// Bytes of all bodies of frames that are being taken at once. A request that finds no room is answered 503.
+    pub bodies_bytes_max: usize,
+    /// How much one body of frames may hold.
+    pub batch: grideye_recording::wire::Limits,
+    /// From the end of the headers to the first byte of the answer. Then 504.
+    pub handler_time_max: Duration,
+    /// A peer that takes no byte of an answer for so long is cut off.
+    pub write_stall_max: Duration,
+    /// After the shutdown was asked for: open requests may finish for so long, then they are cut off.
+    pub shutdown_time_max: Duration,
+    /// Requests to the store's writer that may wait. One more is answered 503.
+    pub writer_queue_max: usize,
+    /// Requests to the store's writer that share one commit.
+    pub commit_group_max: usize,
+    /// How long the store waits for another program that holds its file.
+    pub store_lock_time_max: Duration,
+    /// Connections of the store that read beside the writer.
+    pub readers_max: usize,
+    /// Streams (device, sensor, boot) that the store takes. One more is answered 507.
+    pub streams_max: usize,
+    /// Gaps that an answer lists for a sensor; the newest are kept.
+    pub gaps_listed_max: usize,
+    /// Recordings that the store takes. One more is answered 507.
+    pub recordings_max: usize,
+    /// Characters of a recording's name.
+    pub recording_name_chars_max: usize,
+    /// Rows that a download takes from the store at once.
+    pub page_rows: usize,
+    /// Sensors of which the present state is held. Frames of one more are answered 507.
+    pub sensors_max: usize,
+    /// Clients that follow the live page's events. One more is answered 503.
+    pub live_clients_max: usize,
+    /// Events that a live client may lag behind. Then it is told how many it missed.
+    pub live_lag_max: usize,
+    /// Frames of a sensor that one event carries; of more, the newest.
+    pub live_frames_max: usize,
+    /// A live client hears at least one event in so long.
+    pub live_keep_alive: Duration,
+    /// How far back the rate of frames is measured.
+    pub rate_window: Duration,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            connections_max: 4096,
+            connections_per_peer_max: 2560,
+            header_time_max: Duration::from_secs(10),
+            header_bytes_max: 16 * 1024,
+            body_time_max: Duration::from_secs(10),
+            body_bytes_max: FRAMES_MAX * FRAME_BYTES_MAX + 64 * 1024,
+            bodies_bytes_max: 64 * 1024 * 1024,
+            batch: grideye_recording::wire::Limits::default(),
+            handler_time_max: Duration::from_secs(20),
+            write_stall_max: Duration::from_secs(20),
+            shutdown_time_max: Duration::from_secs(5),
+            writer_queue_max: 1024,
+            commit_group_max: 256,
+            store_lock_time_max: Duration::from_secs(5),
+            readers_max: 2,
+            streams_max: 20_000,
+            gaps_listed_max: 64,
+            recordings_max: 10_000,
+            recording_name_chars_max: 64,
+            page_rows: 512,
+            sensors_max: 4096,
+            live_clients_max: 64,
+            live_lag_max: 256,
+            live_frames_max: 64,
+            live_keep_alive: Duration::from_secs(5),
+            rate_window: Duration::from_secs(5),
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! The present state of every sensor, and the events that tell the live page of it.
+
+mod view;
+
+pub(crate) use view::stream_json;
+
+use crate::store::{Appended, StoredRecord, StreamSummary};
+use crate::{Clock, Limits};
+use grideye_recording::wire::{Batch, SensorBatch};
+use grideye_recording::{ClockState, Record};
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use tokio::sync::broadcast;
+
+/// One server-sent event.
+#[derive(Debug, Clone)]
+pub(crate) struct Event {
+    pub(crate) name: &'static str,
+    pub(crate) data: Arc<str>,
+}
+
+impl Event {
+    pub(crate) fn new(name: &'static str, data: &Value) -> Self {
+        Self {
+            name,
+            data: data.to_string().into(),
+        }
+    }
+}
+
+/// What is known of the sensors now, and who wants to hear of it.
+pub(crate) struct Live {
+    sensors: Mutex<BTreeMap<Key, Sensor>>,
+    events: broadcast::Sender<Event>,
+    clock: Arc<dyn Clock>,
+    limits: Limits,
+}
+
+/// Device and sensor.
+type Key = (String, String);
+
+/// One sensor as it is shown.
+struct Sensor {
+    stream: StreamSummary,
+    /// The record that is newest by the time it was measured.
+    newest: Option<Measured>,
+    /// The newest record that has pixels.
+    newest_frame: Option<Measured>,
+    /// Boot times of the frames within the rate's window, in nanoseconds.
+    recent_boot_ns: VecDeque<u64>,
+}
+
+/// A record and when it was measured.
+#[derive(Debug, Clone, Copy)]
+struct Measured {
+    record: Record,
+    /// On the collector's monotonic clock; below 0 when it was before that began.
+    measured_ns: i128,
+    basis: AgeBasis,
+}
+
+/// By what the age of a frame is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AgeBasis {
+    /// The device's boot clock when the frame was read and when it was sent.
+    BootClock,
+    /// The wall clocks of the device, which was set, and of the collector.
+    WallClock,
+    /// Only the time since it arrived: it is at least so old.
+    Arrival,
+}
+
+/// Frames within the window of the rate that are remembered for each sensor.
+const RECENT_MAX: usize = 128;
+
+impl Live {
+    /// Starts from what the store holds, so that a restart of the collector does not empty the page.
+    pub(crate) fn new(
+        clock: Arc<dyn Clock>,
+        limits: &Limits,
+        streams: Vec<StreamSummary>,
+        newest: Vec<StoredRecord>,
+    ) -> Self {
+        let (events, _) = broadcast::channel(limits.live_lag_max.max(1));
+        let live = Self {
+            sensors: Mutex::default(),
+            events,
+            clock,
+            limits: limits.clone(),
+        };
+        let mut streams: BTreeMap<_, _> = streams
+            .into_iter()
+            .map(|stream| (stream.id.clone(), stream))
+            .collect();
+        for stored in newest.into_iter().take(limits.sensors_max) {
+            if let Some(stream) = streams.remove(&*stored.stream) {
+                live.restore(stream, &stored);
+            }
+        }
+        live
+    }
+
+    fn restore(&self, stream: StreamSummary, stored: &StoredRecord) {
+        let since_arrival = i128::from(self.clock.utc_ns()) - i128::from(stored.t_arrival_ns);
+        let arrived_ns = self.now_ns() - since_arrival.max(0);
+        let mut sensor = Sensor::new(stream);
+        let measured = Measured::new(stored.record, None, arrived_ns, stored.t_arrival_ns);
+        sensor.show(measured, &self.limits);
+        self.sensors().insert(sensor.key(), sensor);
+    }
+
+    /// Whether the batch's sensors are known, or there is room for them.
+    pub(crate) fn has_room_for(&self, batch: &Batch) -> bool {
+        let sensors = self.sensors();
+        let new = batch
+            .sensors
+            .iter()
+            .filter(|part| !sensors.contains_key(&(batch.device.clone(), part.sensor.clone())))
+            .count();
+        sensors.len() + new <= self.limits.sensors_max
+    }
+
+    /// Takes in what the store has just kept, and tells those who listen.
+    pub(crate) fn take(&self, batch: &Batch, appended: Appended, t_arrival_ns: i64) {
+        let now_ns = self.now_ns();
+        let mut changed = Vec::new();
+        let mut sensors = self.sensors();
+        for (part, kept) in batch.sensors.iter().zip(appended.sensors) {
+            let key = (batch.device.clone(), part.sensor.clone());
+            if !sensors.contains_key(&key) && sensors.len() >= self.limits.sensors_max {
+                continue;
+            }
+            let sensor = sensors
+                .entry(key)
+                .or_insert_with(|| Sensor::new(kept.stream.clone()));
+            let arrived = fresh_records(part, &kept.fresh)
+                .map(|record| Measured::new(record, batch.t_sent_boot_ns, now_ns, t_arrival_ns));
+            let shown = sensor.take(kept.stream.clone(), arrived, &self.limits);
+            if self.events.receiver_count() > 0 {
+                let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
+                changed.push(sensor.event(&shown[skipped..], now_ns, self.limits.rate_window));
+            }
+        }
+        drop(sensors);
+        if !changed.is_empty() {
+            self.tell(Event::new("frames", &json!({ "sensors": changed })));
+        }
+    }
+
+    /// Sends an event to all who listen.
+    pub(crate) fn tell(&self, event: Event) {
+        // No listener is no fault.
+        let _ = self.events.send(event);
+    }
+
+    pub(crate) fn listen(&self) -> broadcast::Receiver<Event> {
+        self.events.subscribe()
+    }
+
+    /// Every sensor with its newest frame, in the shape of a `frames` event.
+    pub(crate) fn snapshot(&self) -> Value {
+        let now_ns = self.now_ns();
+        let sensors = self.sensors();
+        let shown: Vec<Value> = sensors
+            .values()
+            .map(|sensor| sensor.event(&sensor.last_shown(), now_ns, self.limits.rate_window))
+            .collect();
+        json!({ "sensors": shown })
+    }
+
+    /// Every sensor with its newest frame, raw words included.
+    pub(crate) fn sensors_json(&self) -> Value {
+        let now_ns = self.now_ns();
+        let sensors = self.sensors();
+        let states: Vec<Value> = sensors
+            .values()
+            .map(|sensor| sensor.state(now_ns, self.limits.rate_window))
+            .collect();
+        json!({ "sensors": states })
+    }
+
+    fn sensors(&self) -> MutexGuard<'_, BTreeMap<Key, Sensor>> {
+        self.sensors.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn now_ns(&self) -> i128 {
+        nanoseconds(self.clock.monotonic())
+    }
+}
+
+fn fresh_records<'a>(
+    part: &'a SensorBatch,
+    fresh: &'a std::collections::BTreeSet<u64>,
+) -> impl Iterator<Item = Record> + 'a {
+    part.frames
+        .iter()
+        .filter(|record| fresh.contains(&record.seq))
+        .copied()
+}
+
+impl Sensor {
+    fn new(stream: StreamSummary) -> Self {
+        Self {
+            stream,
+            newest: None,
+            newest_frame: None,
+            recent_boot_ns: VecDeque::new(),
+        }
+    }
+
+    fn key(&self) -> Key {
+        (self.stream.id.device.clone(), self.stream.id.sensor.clone())
+    }
+
+    /// Shows what is newer than what is shown, and answers what that was. A backlog is kept, not shown.
+    fn take(
+        &mut self,
+        stream: StreamSummary,
+        arrived: impl Iterator<Item = Measured>,
+        limits: &Limits,
+    ) -> Vec<Measured> {
+        let mut shown = Vec::new();
+        for measured in arrived {
+            if self.stream.id == stream.id {
+                if self
+                    .newest
+                    .is_some_and(|newest| newest.record.seq >= measured.record.seq)
+                {
+                    continue;
+                }
+            } else if self
+                .newest
+                .is_some_and(|newest| newest.measured_ns >= measured.measured_ns)
+            {
+                continue;
+            } else {
+                *self = Self::new(stream.clone());
+            }
+            self.show(measured, limits);
+            shown.push(measured);
+        }
+        if self.stream.id == stream.id {
+            self.stream = stream;
+        }
+        shown
+    }
+
+    fn show(&mut self, measured: Measured, limits: &Limits) {
+        self.newest = Some(measured);
+        let t_boot_ns = measured.record.stamp.t_boot_ns;
+        if measured.record.reading.frame().is_some() {
+            self.newest_frame = Some(measured);
+            self.recent_boot_ns.push_back(t_boot_ns);
+        }
+        let window_ns = u64::try_from(limits.rate_window.as_nanos()).unwrap_or(u64::MAX);
+        let oldest_ns = t_boot_ns.saturating_sub(window_ns);
+        while self.recent_boot_ns.len() > RECENT_MAX
+            || self
+                .recent_boot_ns
+                .front()
+                .is_some_and(|first| *first < oldest_ns)
+        {
+            self.recent_boot_ns.pop_front();
+        }
+    }
+
+    /// The newest frame, and after it the newest record if that one has no pixels.
+    fn last_shown(&self) -> Vec<Measured> {
+        let missing = self
+            .newest
+            .filter(|newest| newest.record.reading.frame().is_none());
+        self.newest_frame.into_iter().chain(missing).collect()
+    }
+
+    /// Frames a second by the device's own clock; `None` when the sensor has been silent for the rate's window.
+    fn rate_hz(&self, now_ns: i128, window: Duration) -> Option<f64> {
+        let newest = self.newest_frame?;
+        if now_ns - newest.measured_ns > nanoseconds(window) {
+            return None;
+        }
+        let (first, last) = (self.recent_boot_ns.front()?, self.recent_boot_ns.back()?);
+        let span = Duration::from_nanos(last.checked_sub(*first)?);
+        let intervals = u32::try_from(self.recent_boot_ns.len() - 1).ok()?;
+        (!span.is_zero()).then(|| f64::from(intervals) / span.as_secs_f64())
+    }
+}
+
+impl Measured {
+    /// Finds out when a record was measured that arrived at `arrived_ns` on the monotonic clock.
+    fn new(
+        record: Record,
+        t_sent_boot_ns: Option<u64>,
+        arrived_ns: i128,
+        t_arrival_ns: i64,
+    ) -> Self {
+        let by_boot_clock = t_sent_boot_ns
+            .and_then(|sent| sent.checked_sub(record.stamp.t_boot_ns))
+            .map(|age| (i128::from(age), AgeBasis::BootClock));
+        let by_wall_clock = || {
+            let age = i128::from(t_arrival_ns) - i128::from(record.stamp.t_utc_ns);
+            let believed = record.stamp.clock != ClockState::Unsynced && age >= 0;
+            believed.then_some((age, AgeBasis::WallClock))
+        };
+        let (age_ns, basis) = by_boot_clock
+            .or_else(by_wall_clock)
+            .unwrap_or((0, AgeBasis::Arrival));
+        Self {
+            record,
+            measured_ns: arrived_ns - age_ns,
+            basis,
+        }
+    }
+}
+
+fn nanoseconds(duration: Duration) -> i128 {
+    i128::try_from(duration.as_nanos()).unwrap_or(i128::MAX)
+}

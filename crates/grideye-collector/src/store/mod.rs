@@ -1,0 +1,358 @@
+//! Where frames are kept: one trait, so that a site that outgrows one machine can put another engine behind it.
+
+mod schema;
+mod sqlite;
+
+pub use sqlite::SqliteStore;
+
+use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap};
+use grideye_recording::{Record, StreamId};
+use std::collections::BTreeSet;
+use std::fmt;
+use std::future::Future;
+use std::path::PathBuf;
+use std::pin::Pin;
+use std::str::FromStr;
+use std::sync::Arc;
+
+/// The answer of a store, when it comes.
+pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, StoreError>> + Send + 'a>>;
+
+/// Which store.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StoreLocation {
+    /// An SQLite file, made when it does not exist. Its folder must exist.
+    File(PathBuf),
+    /// In memory, gone when the collector is: for tests and trials.
+    Memory,
+}
+
+impl fmt::Display for StoreLocation {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(path) => write!(formatter, "{}", path.display()),
+            Self::Memory => formatter.write_str("memory"),
+        }
+    }
+}
+
+/// A store of frames and recordings.
+///
+/// Every method that changes something answers only after the change is on disk and synced. Frames are known by
+/// (device, sensor, boot, seq) for ever: the same frame again changes nothing.
+pub trait FrameStore: Send + Sync + 'static {
+    /// Keeps a batch: all of it, or on an error nothing.
+    fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended>;
+
+    /// What is kept of every stream, ordered by device, sensor, boot.
+    fn streams(&self) -> Answer<'_, Vec<StreamSummary>>;
+
+    /// For each (device, sensor), the newest record of the stream that was added to last.
+    fn newest(&self) -> Answer<'_, Vec<StoredRecord>>;
+
+    /// Starts a recording. Frames that arrive from now on belong to it.
+    fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording>;
+
+    /// Ends a recording. Frames that arrive from now on do not belong to it.
+    fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording>;
+
+    /// Every recording, newest first.
+    fn recordings(&self) -> Answer<'_, Vec<Recording>>;
+
+    /// Which frames belong to a recording: the one place that says so.
+    fn members(&self, id: RecordingId) -> Answer<'_, Members>;
+
+    /// The next records of one span of a recording, in ascending seq: those after `after_seq`, at most `rows`.
+    fn page(
+        &self,
+        span: Span,
+        after_seq: Option<u64>,
+        rows: usize,
+    ) -> Answer<'_, Vec<StoredRecord>>;
+
+    /// Fails when the store cannot be read.
+    fn ping(&self) -> Answer<'_, ()>;
+
+    /// Commits what was asked for and lets go of the files. Later calls answer [`StoreError::Closed`].
+    fn close(&self) -> Answer<'_, ()>;
+}
+
+/// What became of a batch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Appended {
+    /// By sensor, in the batch's order.
+    pub sensors: Vec<SensorAppended>,
+}
+
+impl Appended {
+    /// The answer to the agent.
+    #[must_use]
+    pub fn acknowledgement(&self) -> Acknowledgement {
+        let mut acknowledgement = Acknowledgement::default();
+        for sensor in &self.sensors {
+            if let Some(seq) = sensor.stream.durable_through {
+                acknowledgement
+                    .durable_through
+                    .insert(sensor.stream.id.sensor.clone(), seq);
+            }
+            acknowledgement
+                .gaps
+                .extend(sensor.stream.gaps.iter().cloned());
+        }
+        acknowledgement
+    }
+}
+
+/// What became of one sensor's part of a batch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SensorAppended {
+    /// The stream as it is now.
+    pub stream: StreamSummary,
+    /// The sequence numbers that were new; the others were there already.
+    pub fresh: BTreeSet<u64>,
+}
+
+/// What is kept of one stream.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StreamSummary {
+    /// Whose frames.
+    pub id: StreamId,
+    /// Frames kept that carry pixels.
+    pub stored: u64,
+    /// Rows kept that say why there is no frame.
+    pub missing: u64,
+    /// The highest sequence number kept.
+    pub durable_through: Option<u64>,
+    /// Runs of numbers below it that never came, in ascending order; at most the newest `gaps_listed_max`.
+    pub gaps: Vec<Gap>,
+    /// How many numbers below it never came, those of gaps not listed included.
+    pub never_came: u64,
+    /// The agent's own count, as last reported.
+    pub account: Option<Account>,
+    /// Frames that came with or after that count: the agent still had them in its spool when it made it.
+    pub came_since_account: u64,
+    /// Wall clock of the collector when the stream was last added to, in nanoseconds since 1970-01-01 UTC.
+    pub t_last_arrival_ns: i64,
+}
+
+impl StreamSummary {
+    /// Frames that the agent holds now, by its own count less what has come since; `None` without a count.
+    ///
+    /// The agent counts a batch as spooled while it sends it, and learns of its arrival only from the answer. So
+    /// what came with the count, or after it, is no longer in the spool.
+    #[must_use]
+    pub fn spooled(&self) -> Option<u64> {
+        let account = self.account.as_ref()?;
+        Some(account.spooled.saturating_sub(self.came_since_account))
+    }
+
+    /// Frames that the agent gave up, whatever the reason; `None` without a count.
+    #[must_use]
+    pub fn dropped(&self) -> Option<u64> {
+        let account = self.account.as_ref()?;
+        Some(
+            account
+                .dropped
+                .values()
+                .fold(0, |sum, count| sum.saturating_add(*count)),
+        )
+    }
+
+    /// read - stored - dropped - spooled: 0 when the books balance; `None` without a count.
+    ///
+    /// Above 0: so many frames were read and are nowhere. Below 0: so many frames are here that the agent counts
+    /// as spooled or dropped, because the answer that told of their arrival was lost; its next count mends that.
+    #[must_use]
+    pub fn unaccounted(&self) -> Option<i128> {
+        let account = self.account.as_ref()?;
+        let elsewhere =
+            i128::from(self.stored) + i128::from(self.dropped()?) + i128::from(self.spooled()?);
+        Some(i128::from(account.read) - elsewhere)
+    }
+}
+
+/// A record together with whose it is and when it came.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredRecord {
+    /// Whose.
+    pub stream: Arc<StreamId>,
+    /// The record.
+    pub record: Record,
+    /// Wall clock of the collector when it arrived, in nanoseconds since 1970-01-01 UTC.
+    pub t_arrival_ns: i64,
+}
+
+/// The number of a recording, from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RecordingId(pub i64);
+
+impl fmt::Display for RecordingId {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+impl FromStr for RecordingId {
+    type Err = std::num::ParseIntError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.parse().map(Self)
+    }
+}
+
+/// A recording: the frames that arrived between its start and its stop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recording {
+    /// Its number.
+    pub id: RecordingId,
+    /// Its name, unlike every other's.
+    pub name: String,
+    /// Wall clock of the collector at the start, in nanoseconds since 1970-01-01 UTC.
+    pub t_start_ns: i64,
+    /// The same at the stop; `None` while it runs.
+    pub t_stop_ns: Option<i64>,
+    /// Frames with pixels in it, until now.
+    pub frames: u64,
+    /// Rows in it that say why there is no frame, until now.
+    pub missing: u64,
+    /// Sensors in it, until now.
+    pub sensors: u64,
+}
+
+/// The frames of a recording, as one span a stream, ordered by device, sensor, boot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Members {
+    /// The recording.
+    pub recording: Recording,
+    /// Its spans.
+    pub spans: Vec<Span>,
+}
+
+/// The part of one stream that belongs to a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Span {
+    /// Whose frames.
+    pub stream: Arc<StreamId>,
+    /// The store's own number of the stream.
+    pub(crate) stream_key: i64,
+    /// The range of numbers in which the members are.
+    pub(crate) seq: (i64, i64),
+    /// Members arrived after the first of these, and not after the second.
+    pub(crate) arrival: (i64, i64),
+}
+
+/// Why a store did not do what it was asked.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum StoreError {
+    /// The frame is known with another content.
+    #[error(
+        "sensor {sensor} of {device} sent seq {seq} of boot {boot} before, with other content; nothing of this batch was stored\nhint: two agents with one device name, or a boot name used twice; give each agent its own `device`, and each run its own boot"
+    )]
+    Conflict {
+        /// The agent's name.
+        device: String,
+        /// The sensor.
+        sensor: String,
+        /// The run.
+        boot: String,
+        /// The number sent twice.
+        seq: u64,
+    },
+    /// A number does not fit into the store.
+    #[error(
+        "{field} is {value}, more than the store can hold ({max})\nhint: sequence numbers count from 0 within a boot, times are in nanoseconds"
+    )]
+    NumberTooLarge {
+        /// The field's name on the wire.
+        field: &'static str,
+        /// What came.
+        value: u64,
+        /// The highest that can be kept.
+        max: u64,
+    },
+    /// One stream more than the store takes.
+    #[error(
+        "the store holds {limit} streams (device, sensor, boot) and takes no more\nhint: remove old recordings' devices, or raise `streams_max`"
+    )]
+    TooManyStreams {
+        /// The limit.
+        limit: usize,
+    },
+    /// One recording more than the store takes.
+    #[error("the store holds {limit} recordings and takes no more\nhint: raise `recordings_max`")]
+    TooManyRecordings {
+        /// The limit.
+        limit: usize,
+    },
+    /// A recording has that name.
+    #[error("a recording named {name:?} {}\nhint: choose another name{}", if *.running { "is running" } else { "exists already" }, if *.running { ", or stop that one first" } else { "" })]
+    NameTaken {
+        /// The name asked for.
+        name: String,
+        /// Whether the one that has it is still running.
+        running: bool,
+    },
+    /// No recording has that number.
+    #[error("there is no recording {id}\nhint: GET /v1/recordings lists them")]
+    NoSuchRecording {
+        /// The number asked for.
+        id: RecordingId,
+    },
+    /// The recording was stopped before.
+    #[error(
+        "recording {id} ({name:?}) was stopped before\nhint: GET /v1/recordings/{id}.csv has it"
+    )]
+    NotRunning {
+        /// The number asked for.
+        id: RecordingId,
+        /// Its name.
+        name: String,
+    },
+    /// More is waiting to be written than the queue takes.
+    #[error(
+        "the store is behind: {waiting} requests wait to be written\nhint: send again in a second; nothing of this request was stored"
+    )]
+    Busy {
+        /// How many wait.
+        waiting: usize,
+    },
+    /// The disk, or the quota on it, is full.
+    #[error(
+        "the disk that holds the store is full\nhint: make room; agents keep their frames until then and send them again"
+    )]
+    Full,
+    /// The file is no SQLite database.
+    #[error(
+        "the file is not a database\nhint: name another file, or move this one away; a new store is made where none is"
+    )]
+    NotADatabase,
+    /// The file is a database of another program.
+    #[error(
+        "the file is a database of another program\nhint: name another file; a new store is made where none is"
+    )]
+    Foreign,
+    /// A later version of this program made the file.
+    #[error(
+        "the store has layout {found}, and this program knows layouts up to {known}\nhint: use the program that made it, or a newer one"
+    )]
+    Newer {
+        /// The layout found.
+        found: i64,
+        /// The newest known.
+        known: i64,
+    },
+    /// The file cannot be made or opened.
+    #[error(
+        "{message}\nhint: the folder must exist and be writable for this user, and the file too"
+    )]
+    Unusable {
+        /// What the system said.
+        message: String,
+    },
+    /// The store has been closed.
+    #[error("the store is closed")]
+    Closed,
+    /// The database failed in another way.
+    #[error("the store failed: {0}")]
+    Failed(String),
+}
