@@ -1,0 +1,421 @@
+//! The register file: what each address reads, and what a byte written to it asks for (AMG88 spec §4-10, §4-11).
+
+use crate::options::{AverageReadback, InterruptFlag, Options, SleepImage, StatusClear};
+use crate::word;
+use grideye_frame::PIXELS;
+
+mod address {
+    pub(super) const POWER_CONTROL: u8 = 0x00;
+    pub(super) const RESET: u8 = 0x01;
+    pub(super) const FRAME_RATE: u8 = 0x02;
+    pub(super) const INTERRUPT_CONTROL: u8 = 0x03;
+    pub(super) const STATUS: u8 = 0x04;
+    pub(super) const STATUS_CLEAR: u8 = 0x05;
+    pub(super) const AVERAGE: u8 = 0x07;
+    pub(super) const LEVELS_FIRST: u8 = 0x08;
+    pub(super) const LEVELS_LAST: u8 = 0x0D;
+    pub(super) const THERMISTOR_LOW: u8 = 0x0E;
+    pub(super) const THERMISTOR_HIGH: u8 = 0x0F;
+    pub(super) const TABLE_FIRST: u8 = 0x10;
+    pub(super) const TABLE_LAST: u8 = 0x17;
+    pub(super) const AVERAGE_KEY: u8 = 0x1F;
+    pub(super) const PIXELS_FIRST: u8 = 0x80;
+}
+
+/// STAT bit 1, and INTCLR of the status clear register.
+const INTERRUPT: u8 = 0x02;
+/// STAT bit 2 (OVF_IRS), and OVS_CLR.
+const PIXEL_OVERFLOW: u8 = 0x04;
+/// STAT bit 3 (OVF_THS) of the specification of 2011, and OVT_CLR.
+const THERMISTOR_OVERFLOW: u8 = 0x08;
+/// FPSC bit 0: one frame a second.
+const ONE_FPS: u8 = 0x01;
+/// INTC bit 0: the INT pin is active.
+const PIN_ENABLED: u8 = 0x01;
+/// INTC bit 1: absolute values, else differences.
+const ABSOLUTE: u8 = 0x02;
+/// AVE bit 5.
+const MOVING_AVERAGE: u8 = 0x20;
+/// The four bits of a level's high byte that exist.
+const HIGH_NIBBLE: u8 = 0x0F;
+
+/// The power mode, AMG88 spec §4-11-1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Mode {
+    Normal,
+    Sleep,
+    StandBy60,
+    StandBy10,
+}
+
+impl Mode {
+    fn from_command(command: u8) -> Option<Self> {
+        match command {
+            0x00 => Some(Self::Normal),
+            0x10 => Some(Self::Sleep),
+            0x20 => Some(Self::StandBy60),
+            0x21 => Some(Self::StandBy10),
+            _ => None,
+        }
+    }
+
+    fn command(self) -> u8 {
+        match self {
+            Self::Normal => 0x00,
+            Self::Sleep => 0x10,
+            Self::StandBy60 => 0x20,
+            Self::StandBy10 => 0x21,
+        }
+    }
+
+    /// Ticks between two frames in stand-by.
+    pub(crate) fn stand_by_ticks(self) -> Option<u64> {
+        match self {
+            Self::StandBy60 => Some(600),
+            Self::StandBy10 => Some(100),
+            Self::Normal | Self::Sleep => None,
+        }
+    }
+}
+
+/// What a written byte asks of the rest of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Effect {
+    /// Nothing beyond the register file.
+    Stored,
+    /// The power mode was another one before.
+    ModeChanged(Mode),
+    /// The frame rate was another one before.
+    RateChanged,
+    /// 0x3F was written to the reset register.
+    InitialReset,
+    /// The byte has no effect.
+    Refused(Refusal),
+}
+
+/// Why a written byte has no effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Refusal {
+    Asleep,
+    ReadOnly,
+    Reserved,
+    WithoutKey,
+    UnknownCommand,
+}
+
+/// How far the key sequence 0x50, 0x45, 0x57 of register 0x1F has come (AMG88 spec §4-11-7).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Key {
+    Locked,
+    First,
+    Second,
+    Open,
+}
+
+impl Key {
+    fn turned(self, byte: u8) -> Self {
+        match (self, byte) {
+            (_, 0x50) => Self::First,
+            (Self::First, 0x45) => Self::Second,
+            (Self::Second, 0x57) => Self::Open,
+            _ => Self::Locked,
+        }
+    }
+}
+
+/// A frame as the registers hold it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Words {
+    pub(crate) pixels: [u16; PIXELS],
+    pub(crate) thermistor: u16,
+    pub(crate) pixel_overflow: bool,
+    pub(crate) thermistor_overflow: bool,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Registers {
+    mode: Mode,
+    rate: u8,
+    interrupt_control: u8,
+    status: u8,
+    average: u8,
+    key: Key,
+    levels: [u8; 6],
+    thermistor: u16,
+    pixels: [u16; PIXELS],
+    /// Pixels outside their limits as of the newest frame, with hysteresis. Bit 0 is pixel 1.
+    outside: u64,
+    /// The interrupt table as it reads.
+    table: u64,
+    /// Whether the pixels are those of a frame, which the next one can be compared with.
+    measured: bool,
+}
+
+impl Registers {
+    /// The image after power-on: 0x00 everywhere.
+    pub(crate) const fn new() -> Self {
+        Self {
+            mode: Mode::Normal,
+            rate: 0,
+            interrupt_control: 0,
+            status: 0,
+            average: 0,
+            key: Key::Locked,
+            levels: [0; 6],
+            thermistor: 0,
+            pixels: [0; PIXELS],
+            outside: 0,
+            table: 0,
+            measured: false,
+        }
+    }
+
+    pub(crate) fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    pub(crate) fn one_fps(&self) -> bool {
+        self.rate & ONE_FPS != 0
+    }
+
+    pub(crate) fn moving_average(&self) -> bool {
+        self.average & MOVING_AVERAGE != 0
+    }
+
+    /// Whether INT is pulled low.
+    pub(crate) fn interrupt_asserted(&self) -> bool {
+        self.mode != Mode::Sleep
+            && self.interrupt_control & PIN_ENABLED != 0
+            && self.status & INTERRUPT != 0
+    }
+
+    pub(crate) fn read(&self, register: u8, options: &Options) -> u8 {
+        if self.mode == Mode::Sleep {
+            return asleep(register, options.sleep_image);
+        }
+        match register {
+            address::POWER_CONTROL => self.mode.command(),
+            address::FRAME_RATE => self.rate,
+            address::INTERRUPT_CONTROL => self.interrupt_control,
+            address::STATUS => self.status,
+            address::AVERAGE => match options.average_readback {
+                AverageReadback::Setting => self.average,
+                AverageReadback::Zero => 0,
+            },
+            address::LEVELS_FIRST..=address::LEVELS_LAST => {
+                at(&self.levels, register - address::LEVELS_FIRST)
+            }
+            address::THERMISTOR_LOW => self.thermistor.to_le_bytes()[0],
+            address::THERMISTOR_HIGH => self.thermistor.to_le_bytes()[1],
+            address::TABLE_FIRST..=address::TABLE_LAST => {
+                at(&self.table.to_le_bytes(), register - address::TABLE_FIRST)
+            }
+            address::PIXELS_FIRST..=0xFF => {
+                let place = usize::from(register - address::PIXELS_FIRST);
+                let word = self.pixels.get(place / 2).copied().unwrap_or(0);
+                word.to_le_bytes()[place % 2]
+            }
+            _ => 0,
+        }
+    }
+
+    pub(crate) fn write(&mut self, register: u8, byte: u8, options: &Options) -> Effect {
+        if self.mode == Mode::Sleep && (register, byte) != (address::POWER_CONTROL, 0x00) {
+            return Effect::Refused(Refusal::Asleep);
+        }
+        match register {
+            address::AVERAGE_KEY => {
+                self.key = self.key.turned(byte);
+                return Effect::Stored;
+            }
+            address::AVERAGE if self.key == Key::Open => {
+                self.average = byte & MOVING_AVERAGE;
+                return Effect::Stored;
+            }
+            _ => self.key = Key::Locked,
+        }
+        match register {
+            address::POWER_CONTROL => self.write_mode(byte),
+            address::RESET => self.write_reset(byte, options),
+            address::FRAME_RATE => self.write_rate(byte),
+            address::INTERRUPT_CONTROL => {
+                self.interrupt_control = byte & (PIN_ENABLED | ABSOLUTE);
+                Effect::Stored
+            }
+            address::STATUS_CLEAR => {
+                self.clear_status(byte, options.status_clear);
+                Effect::Stored
+            }
+            address::AVERAGE => Effect::Refused(Refusal::WithoutKey),
+            address::LEVELS_FIRST..=address::LEVELS_LAST => {
+                self.write_level(register - address::LEVELS_FIRST, byte);
+                Effect::Stored
+            }
+            address::STATUS
+            | address::THERMISTOR_LOW..=address::TABLE_LAST
+            | address::PIXELS_FIRST..=0xFF => Effect::Refused(Refusal::ReadOnly),
+            _ => Effect::Refused(Refusal::Reserved),
+        }
+    }
+
+    /// Renews pixels, thermistor, table and flags together (AMG88 spec §4-11-10, §4-11-11).
+    pub(crate) fn publish(&mut self, words: &Words, options: &Options) {
+        self.outside = self.compared(&words.pixels);
+        let holds = options.interrupt_flag == InterruptFlag::HoldsUntilCleared;
+        let flag = if self.outside == 0 { 0 } else { INTERRUPT };
+        if holds {
+            self.table |= self.outside;
+            self.status |= flag;
+        } else {
+            self.table = self.outside;
+            self.status = (self.status & !INTERRUPT) | flag;
+        }
+        if words.pixel_overflow {
+            self.status |= PIXEL_OVERFLOW;
+        }
+        if words.thermistor_overflow && options.thermistor_overflow_flag {
+            self.status |= THERMISTOR_OVERFLOW;
+        }
+        self.pixels = words.pixels;
+        self.thermistor = words.thermistor;
+        self.measured = true;
+    }
+
+    /// The next frame has no predecessor to differ from.
+    pub(crate) fn forget_predecessor(&mut self) {
+        self.measured = false;
+    }
+
+    /// One bit a pixel: whether it is outside its limits, or still within the hysteresis of having been.
+    fn compared(&self, pixels: &[u16; PIXELS]) -> u64 {
+        let limits = self.limits();
+        let absolute = self.interrupt_control & ABSOLUTE != 0;
+        let mut outside = 0;
+        for (place, (new, old)) in pixels.iter().zip(&self.pixels).enumerate() {
+            let value = match (absolute, self.measured) {
+                (true, _) => word::signed(*new),
+                (false, true) => (word::signed(*new) - word::signed(*old)).clamp(-2048, 2047),
+                (false, false) => 0,
+            };
+            if limits.trips(value, self.outside >> place & 1 != 0) {
+                outside |= 1 << place;
+            }
+        }
+        outside
+    }
+
+    fn limits(&self) -> Limits {
+        let [upper_low, upper_high, lower_low, lower_high, low, high] = self.levels;
+        let signed = |low, high| word::signed(u16::from_le_bytes([low, high]));
+        Limits {
+            upper: signed(upper_low, upper_high),
+            lower: signed(lower_low, lower_high),
+            hysteresis: signed(low, high),
+        }
+    }
+
+    fn write_mode(&mut self, command: u8) -> Effect {
+        match Mode::from_command(command) {
+            None => Effect::Refused(Refusal::UnknownCommand),
+            Some(mode) if mode == self.mode => Effect::Stored,
+            Some(mode) => {
+                let before = core::mem::replace(&mut self.mode, mode);
+                Effect::ModeChanged(before)
+            }
+        }
+    }
+
+    fn write_reset(&mut self, command: u8, options: &Options) -> Effect {
+        match command {
+            0x30 => {
+                self.reset_flags();
+                Effect::Stored
+            }
+            0x3F => {
+                self.reset_initially(options);
+                Effect::InitialReset
+            }
+            _ => Effect::Refused(Refusal::UnknownCommand),
+        }
+    }
+
+    fn write_rate(&mut self, byte: u8) -> Effect {
+        let rate = byte & ONE_FPS;
+        if core::mem::replace(&mut self.rate, rate) == rate {
+            Effect::Stored
+        } else {
+            Effect::RateChanged
+        }
+    }
+
+    fn write_level(&mut self, place: u8, byte: u8) {
+        let existing = if place % 2 == 1 {
+            byte & HIGH_NIBBLE
+        } else {
+            byte
+        };
+        if let Some(level) = self.levels.get_mut(usize::from(place)) {
+            *level = existing;
+        }
+    }
+
+    fn clear_status(&mut self, selected: u8, clears: StatusClear) {
+        self.status &= !(selected & (INTERRUPT | PIXEL_OVERFLOW | THERMISTOR_OVERFLOW));
+        if selected & INTERRUPT != 0 && clears == StatusClear::FlagsAndTable {
+            self.clear_table();
+        }
+    }
+
+    fn clear_table(&mut self) {
+        self.table = 0;
+        self.outside = 0;
+    }
+
+    fn reset_flags(&mut self) {
+        self.status = 0;
+        self.clear_table();
+    }
+
+    /// The thermistor holds, the pixels go (AMG88 spec of 2016, table of resets in §4-11-2).
+    fn reset_initially(&mut self, options: &Options) {
+        self.reset_flags();
+        if options.initial_reset == crate::InitialReset::RestoresDefaults {
+            *self = Self {
+                thermistor: self.thermistor,
+                ..Self::new()
+            };
+        }
+        self.pixels = [0; PIXELS];
+        self.measured = false;
+    }
+}
+
+/// Interrupt levels and hysteresis in steps of a quarter degree.
+#[derive(Debug, Clone, Copy)]
+struct Limits {
+    upper: i16,
+    lower: i16,
+    hysteresis: i16,
+}
+
+impl Limits {
+    /// Trips beyond a level, not on it, and releases only a hysteresis inside (AMG88 spec §4-11-8 with users' reports).
+    fn trips(self, value: i16, tripped: bool) -> bool {
+        let beyond = value > self.upper || value < self.lower;
+        let settled =
+            value <= self.upper - self.hysteresis && value >= self.lower + self.hysteresis;
+        beyond || (tripped && !settled)
+    }
+}
+
+fn asleep(register: u8, image: SleepImage) -> u8 {
+    match (image, register) {
+        (SleepImage::ModeAndSign, address::POWER_CONTROL) => 0x10,
+        (SleepImage::ModeAndSign, address::THERMISTOR_HIGH) => 0x80,
+        _ => 0,
+    }
+}
+
+fn at(bytes: &[u8], place: u8) -> u8 {
+    bytes.get(usize::from(place)).copied().unwrap_or(0)
+}

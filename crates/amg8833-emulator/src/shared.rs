@@ -1,0 +1,96 @@
+use crate::bus::{Address, Bus, BusError};
+use crate::clock::Clock;
+use crate::device::InterruptPin;
+use crate::source::FrameSource;
+use core::cell::RefCell;
+use core::fmt;
+use embedded_hal::digital;
+use embedded_hal::i2c::{ErrorType, I2c, Operation};
+
+/// A bus that a driver holds while a test goes on looking at the sensor, breaking it, or watching its INT pin.
+#[derive(Debug)]
+pub struct SharedBus<'a, C, S>(&'a RefCell<Bus<C, S>>);
+
+impl<'a, C, S> SharedBus<'a, C, S> {
+    /// One of any number of handles on this bus.
+    pub const fn new(bus: &'a RefCell<Bus<C, S>>) -> Self {
+        Self(bus)
+    }
+
+    /// The INT pin of the sensor at this address, with a pull-up.
+    #[must_use]
+    pub const fn int_pin(&self, address: Address) -> IntPin<'a, C, S> {
+        IntPin {
+            bus: self.0,
+            address,
+        }
+    }
+}
+
+impl<C, S> Clone for SharedBus<'_, C, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<C, S> Copy for SharedBus<'_, C, S> {}
+
+impl<C, S> ErrorType for SharedBus<'_, C, S> {
+    type Error = BusError;
+}
+
+impl<C: Clock, S: FrameSource> I2c for SharedBus<'_, C, S> {
+    /// As on the bus itself. While the bus is borrowed elsewhere, the arbitration is lost.
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), BusError> {
+        match self.0.try_borrow_mut() {
+            Ok(mut bus) => bus.transaction(address, operations),
+            Err(_) => Err(BusError::ArbitrationLoss),
+        }
+    }
+}
+
+/// The INT pin as an `embedded_hal::digital::InputPin`: low on an interrupt, else high by its pull-up.
+#[derive(Debug)]
+pub struct IntPin<'a, C, S> {
+    bus: &'a RefCell<Bus<C, S>>,
+    address: Address,
+}
+
+/// The pin cannot be looked at while the bus is borrowed elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PinError;
+
+impl fmt::Display for PinError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("the bus of the INT pin is borrowed elsewhere")
+    }
+}
+
+impl core::error::Error for PinError {}
+
+impl digital::Error for PinError {
+    fn kind(&self) -> digital::ErrorKind {
+        digital::ErrorKind::Other
+    }
+}
+
+impl<C, S> digital::ErrorType for IntPin<'_, C, S> {
+    type Error = PinError;
+}
+
+impl<C: Clock, S: FrameSource> digital::InputPin for IntPin<'_, C, S> {
+    fn is_high(&mut self) -> Result<bool, PinError> {
+        self.is_low().map(|low| !low)
+    }
+
+    fn is_low(&mut self) -> Result<bool, PinError> {
+        match self.bus.try_borrow_mut() {
+            Ok(mut bus) => Ok(bus.interrupt_pin(self.address) == Some(InterruptPin::Low)),
+            Err(_) => Err(PinError),
+        }
+    }
+}

@@ -1,0 +1,54 @@
+use core::time::Duration;
+use grideye_frame::Frame;
+
+/// What the sensor sees, as a function of time.
+///
+/// A closure `FnMut(Duration) -> Frame` is a source, and so is a [`Frame`], which never changes.
+pub trait FrameSource {
+    /// What the array measures at `t`, the time of one internal tick of the sensor on the host's clock.
+    ///
+    /// The sensor asks once for each tick that it measures, in order of time: every 100 ms of its own clock in normal
+    /// mode, every 10 or 60 s in stand-by, never in sleep. Temperatures beyond what the registers hold saturate, and
+    /// not-a-number counts as an overflow of the converter.
+    fn frame_at(&mut self, t: Duration) -> Frame;
+
+    /// The sensor measures anew, and `t` is the time of the first tick whose frame will reach the registers, alone or
+    /// as part of a mean.
+    ///
+    /// Called once after power-on and after every initial reset (0x3F), as things stand then: the next
+    /// [`frame_at`](Self::frame_at) carries just this time unless the host changes the power mode before. A replay
+    /// starts at its first frame here.
+    fn measuring_from(&mut self, t: Duration) {
+        let _ = t;
+    }
+}
+
+impl<F: FnMut(Duration) -> Frame> FrameSource for F {
+    fn frame_at(&mut self, t: Duration) -> Frame {
+        self(t)
+    }
+}
+
+impl FrameSource for Frame {
+    fn frame_at(&mut self, _t: Duration) -> Frame {
+        *self
+    }
+}
+
+#[cfg(feature = "alloc")]
+macro_rules! boxed_sources {
+    ($($source:ty),+) => {
+        $(impl FrameSource for alloc::boxed::Box<$source> {
+            fn frame_at(&mut self, t: Duration) -> Frame {
+                (**self).frame_at(t)
+            }
+
+            fn measuring_from(&mut self, t: Duration) {
+                (**self).measuring_from(t);
+            }
+        })+
+    };
+}
+
+#[cfg(feature = "alloc")]
+boxed_sources!(dyn FrameSource, dyn FrameSource + Send);

@@ -1,0 +1,174 @@
+//! How temperatures become register words: AMG88 spec §4-11-9 (thermistor), §4-11-11 (pixels), §4-11-8 (levels).
+
+/// The largest magnitude of both formats: eleven bits.
+const MAGNITUDE_MAX: i32 = 0x7FF;
+/// The twelve bits that carry a value; the upper four of a pair of registers are unspecified and read 0.
+const VALUE_BITS: u16 = 0xFFF;
+/// Bit 11 is the sign of the thermistor, and of the two's complement of the pixels.
+const SIGN: u16 = 0x800;
+
+/// A register word, and whether the value was beyond what the word can hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Word {
+    pub(crate) bits: u16,
+    pub(crate) overflow: bool,
+}
+
+/// 12-bit two's complement in steps of a quarter degree, nearest step, saturating at -512.00 and +511.75.
+pub(crate) fn pixel(celsius: f64) -> Word {
+    let (steps, overflow) = steps(celsius, 4.0, -MAGNITUDE_MAX - 1);
+    Word {
+        bits: u16::try_from(steps & i32::from(VALUE_BITS)).unwrap_or(0),
+        overflow,
+    }
+}
+
+/// Sign and magnitude in steps of a sixteenth degree, nearest step, saturating at -127.9375 and +127.9375. Zero has no
+/// sign.
+pub(crate) fn thermistor(celsius: f64) -> Word {
+    let (steps, overflow) = steps(celsius, 16.0, -MAGNITUDE_MAX);
+    let magnitude = u16::try_from(steps.unsigned_abs()).unwrap_or(0);
+    Word {
+        bits: if steps < 0 {
+            SIGN | magnitude
+        } else {
+            magnitude
+        },
+        overflow,
+    }
+}
+
+/// The steps of a pixel word or of an interrupt level, -2048 to 2047.
+pub(crate) fn signed(bits: u16) -> i16 {
+    let value = bits & VALUE_BITS;
+    let extended = if value & SIGN == 0 {
+        value
+    } else {
+        value | !VALUE_BITS
+    };
+    i16::from_ne_bytes(extended.to_ne_bytes())
+}
+
+/// Whole steps, and whether they had to be cut to the range. Not-a-number cuts to the upper end.
+fn steps(celsius: f64, steps_per_degree: f64, least: i32) -> (i32, bool) {
+    if celsius.is_nan() {
+        return (MAGNITUDE_MAX, true);
+    }
+    let nearest = rounded(celsius * steps_per_degree);
+    let held = nearest.clamp(least, MAGNITUDE_MAX);
+    (held, held != nearest)
+}
+
+/// Nearest whole number, halves away from zero; far values end at the ends of `i32`.
+fn rounded(value: f64) -> i32 {
+    let half = if value < 0.0 { -0.5 } else { 0.5 };
+    #[expect(
+        clippy::as_conversions,
+        clippy::cast_possible_truncation,
+        reason = "cutting off the fraction and saturating at the ends is what is wanted here"
+    )]
+    let whole = (value + half) as i32;
+    whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exact(bits: u16) -> Word {
+        Word {
+            bits,
+            overflow: false,
+        }
+    }
+
+    fn saturated(bits: u16) -> Word {
+        Word {
+            bits,
+            overflow: true,
+        }
+    }
+
+    /// AMG88 spec §4-11-11 (2016) and §4-10(11) (2011), every printed row.
+    #[test]
+    fn pixels_of_the_datasheet() {
+        let rows = [
+            (125.0, 0x1F4),
+            (25.0, 0x064),
+            (0.25, 0x001),
+            (0.0, 0x000),
+            (-0.25, 0xFFF),
+            (-25.0, 0xF9C),
+            (-55.0, 0xF24),
+        ];
+        for (celsius, bits) in rows {
+            assert_eq!(pixel(celsius), exact(bits), "{celsius}");
+        }
+    }
+
+    /// AMG88 spec of 2011, §4-10(9), and of 2016, §4-11-9, every printed row.
+    #[test]
+    fn thermistor_of_the_datasheet() {
+        let rows = [
+            (127.9375, 0x7FF),
+            (125.0, 0x7D0),
+            (25.0, 0x190),
+            (0.25, 0x004),
+            (0.0, 0x000),
+            (-0.25, 0x804),
+            (-20.0, 0x940),
+            (-59.6875, 0xBBB),
+        ];
+        for (celsius, bits) in rows {
+            assert_eq!(thermistor(celsius), exact(bits), "{celsius}");
+        }
+    }
+
+    /// AMG88 spec §4-11-8: levels have the format of the pixels.
+    #[test]
+    fn levels_of_the_datasheet() {
+        for (celsius, bits) in [(30.0, 0x078), (-5.0, 0xFEC), (-10.0, 0xFD8)] {
+            assert_eq!(pixel(celsius), exact(bits), "{celsius}");
+            assert_eq!(f64::from(signed(bits)) / 4.0, celsius);
+        }
+    }
+
+    /// Reference section 2.7: saturate at 0x7FF and 0x800 with an overflow.
+    #[test]
+    fn pixels_saturate() {
+        assert_eq!(pixel(511.75), exact(0x7FF));
+        assert_eq!(pixel(511.87), exact(0x7FF));
+        assert_eq!(pixel(511.875), saturated(0x7FF));
+        assert_eq!(pixel(-512.0), exact(0x800));
+        assert_eq!(pixel(-512.12), exact(0x800));
+        assert_eq!(pixel(-512.125), saturated(0x800));
+        assert_eq!(pixel(f64::INFINITY), saturated(0x7FF));
+        assert_eq!(pixel(f64::NEG_INFINITY), saturated(0x800));
+        assert_eq!(pixel(f64::NAN), saturated(0x7FF));
+    }
+
+    #[test]
+    fn the_thermistor_saturates() {
+        assert_eq!(thermistor(128.0), saturated(0x7FF));
+        assert_eq!(thermistor(-127.9375), exact(0xFFF));
+        assert_eq!(thermistor(-128.0), saturated(0xFFF));
+        assert_eq!(thermistor(f64::NAN), saturated(0x7FF));
+    }
+
+    #[test]
+    fn nearest_step_and_no_negative_zero() {
+        assert_eq!(pixel(20.124), exact(0x050));
+        assert_eq!(pixel(20.126), exact(0x051));
+        assert_eq!(pixel(-0.125), exact(0xFFF));
+        assert_eq!(pixel(-0.124), exact(0x000));
+        assert_eq!(thermistor(-0.03), exact(0x000));
+        assert_eq!(thermistor(-0.032), exact(0x801));
+    }
+
+    #[test]
+    fn every_pixel_word_means_its_own_steps() {
+        for bits in 0..=VALUE_BITS {
+            assert_eq!(pixel(f64::from(signed(bits)) / 4.0), exact(bits));
+        }
+    }
+}
