@@ -2,15 +2,19 @@
 
 use crate::count;
 use crate::cuboid::Cuboid;
-use crate::document::{AgentTable, ObjectTable, PerAxis, RoomTable, SceneTable, SensorTable};
-use crate::error::{Place, SceneError, Warning};
+use crate::document::{AgentTable, ObjectTable, RoomTable, SceneTable, SensorTable};
+use crate::error::{SceneError, Warning};
 use crate::files::Files;
-use crate::perceived::{ABSOLUTE_ZERO_C, Law, Surface};
+use crate::perceived::{Law, Surface};
 use crate::pose::Pose;
+use crate::rule::{
+    AMBIENT, AZIMUTH, ELEVATION, EMISSIVITY, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL,
+    SAMPLING, SPEED, TEMPERATURE, YAW,
+};
 use crate::scene::{Agent, Body, Loaded, Room, Scene, Sensor, limits};
+use crate::source::{MM_PER_M, Source};
 use crate::trajectory::{Trajectory, WayPoint, read_way_points};
 use glam::{DVec2, DVec3, USizeVec2};
-use std::fmt::Debug;
 use std::path::{Component, Path};
 use std::time::Duration;
 use toml::Spanned;
@@ -65,8 +69,7 @@ fn check_model(source: &Source<'_>, model: Option<&Spanned<String>>) -> Result<(
         Some(model) if model.get_ref() == "paper" => Ok(()),
         Some(model) => Err(source.refused(
             "model",
-            model.span().start,
-            format!("\"{}\"", model.get_ref()),
+            model.span(),
             "\"paper\"",
             "the model of the paper is the only one so far; leave the key out or write model = \"paper\"",
         )),
@@ -78,10 +81,9 @@ fn law(source: &Source<'_>, law: Option<&Spanned<String>>) -> Result<Law, SceneE
         None => Ok(Law::default()),
         Some((_, "A")) => Ok(Law::A),
         Some((_, "B")) => Ok(Law::B),
-        Some((law, found)) => Err(source.refused(
+        Some((law, _)) => Err(source.refused(
             "law",
-            law.span().start,
-            format!("\"{found}\""),
+            law.span(),
             "\"A\" or \"B\"",
             "B is the default; scenes/README.md has both formulas",
         )),
@@ -193,8 +195,7 @@ fn read_trajectory(
     if relative.is_empty() || relative.contains('\\') || !stays_below {
         return Err(source.refused(
             "trajectory",
-            path.span().start,
-            format!("\"{relative}\""),
+            path.span(),
             "a path with / below the scene file's folder",
             "put the file beside the scene, as in trajectory = \"trajectories/walk.csv\"",
         ));
@@ -247,13 +248,11 @@ fn trajectory(
             }
             Err(source.refused(
                 "speed_mm_per_s",
-                speed.span().start,
-                format!(
-                    "{:?}, which takes more than {} days",
-                    speed.get_ref(),
+                speed.span(),
+                &format!(
+                    "a speed at which the way takes at most {} days",
                     limits::WALK_DAYS_MAX
                 ),
-                "a speed at which the way ends",
                 SPEED.hint,
             ))
         }
@@ -353,12 +352,13 @@ fn grid_points(
     if points.max_element() > count::float(limits::GRID_POINTS_MAX) {
         return Err(source.refused(
             "pixels_per_degree",
-            given.map_or(table.span().start, |given| given.span().start),
-            format!(
-                "{per_degree:?}, which makes a grid of {} x {} points",
-                points.x, points.y
+            given.map_or(table.span(), Spanned::span),
+            &format!(
+                "a grid of at most {0} x {0} points, not {1} x {2}",
+                limits::GRID_POINTS_MAX,
+                points.x,
+                points.y
             ),
-            &format!("at most {0} x {0} points", limits::GRID_POINTS_MAX),
             PIXELS_PER_DEGREE.hint,
         ));
     }
@@ -398,8 +398,7 @@ fn preset(
             .collect();
         source.refused(
             "preset",
-            name.span().start,
-            format!("\"{}\"", name.get_ref()),
+            name.span(),
             &known.join(" or "),
             "or leave it out and give resolution, fov_deg, noise_sigma_c and sampling_hz",
         )
@@ -422,7 +421,6 @@ fn millimetres(metres: DVec3) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-const MM_PER_M: f64 = 1000.0;
 /// Rounding of positions that touch a wall: a nanometre.
 const SLACK_M: f64 = 1e-9;
 /// PeerJ CS 11:e3124, "Perceived temperature calculation": opaque or dark surfaces such as fabrics.
@@ -431,340 +429,3 @@ const EMISSIVITY_DEFAULT: f64 = 0.8;
 const OPERATING_DISTANCE_DEFAULT_MM: f64 = 5000.0;
 /// The same, "Sensor model implementation": 5 is the default.
 const PIXELS_PER_DEGREE_DEFAULT: f64 = 5.0;
-
-/// The range of a number; not-a-number is in none.
-struct Limits {
-    key: &'static str,
-    holds: fn(f64) -> bool,
-    expected: &'static str,
-    hint: &'static str,
-}
-
-const TEMPERATURE: Limits = Limits {
-    key: "temperature_c",
-    holds: |celsius| celsius > ABSOLUTE_ZERO_C && celsius <= 5000.0,
-    expected: "°C above absolute zero (-273.15) and up to 5000",
-    hint: "temperatures are degrees Celsius, not kelvin or raw counts",
-};
-const AMBIENT: Limits = Limits {
-    key: "ambient_c",
-    ..TEMPERATURE
-};
-const EMISSIVITY: Limits = Limits {
-    key: "emissivity",
-    holds: |share| share > 0.0 && share <= 1.0,
-    expected: "a number above 0 and up to 1",
-    hint: "skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
-};
-const SIZE: Limits = Limits {
-    key: "size_mm",
-    holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
-    expected: "three lengths above 0 and up to 1000000 mm",
-    hint: "sizes are [x, y, z] in millimetres before turning",
-};
-const POSITION: Limits = Limits {
-    key: "position_mm",
-    holds: |length_mm| length_mm.abs() <= LENGTH_MAX_MM,
-    expected: "three coordinates of at most 1000000 mm",
-    hint: "positions are [x, y, z] in millimetres from the room's bottom-left corner",
-};
-const LENGTH_MAX_MM: f64 = 1_000_000.0;
-const YAW: Limits = Limits {
-    key: "yaw_deg",
-    holds: |degrees| degrees.abs() <= 360.0,
-    expected: "-360 to 360",
-    hint: "angles are degrees, counter-clockwise as seen from above",
-};
-const AZIMUTH: Limits = Limits {
-    key: "azimuth_deg",
-    ..YAW
-};
-const ROLL: Limits = Limits {
-    key: "roll_deg",
-    hint: "angles are degrees, clockwise as seen from behind the sensor",
-    ..YAW
-};
-const ELEVATION: Limits = Limits {
-    key: "elevation_deg",
-    holds: |degrees| degrees.abs() <= 90.0,
-    expected: "-90 to 90",
-    hint: "90 looks straight down, 0 is level, -90 looks straight up",
-};
-const FIELD_OF_VIEW: Limits = Limits {
-    key: "fov_deg",
-    holds: |degrees| degrees > 0.0 && degrees < 180.0,
-    expected: "a full angle between 0 and 180, both excluded",
-    hint: "the Grid-EYE has 60",
-};
-const PIXELS_PER_DEGREE: Limits = Limits {
-    key: "pixels_per_degree",
-    holds: |points| points > 0.0 && points <= 10_000.0,
-    expected: "a number above 0 and up to 10000",
-    hint: "the paper takes 5",
-};
-const NOISE: Limits = Limits {
-    key: "noise_sigma_c",
-    holds: |sigma| (0.0..=1000.0).contains(&sigma),
-    expected: "0 to 1000 °C",
-    hint: "the paper takes 0.2 for the Grid-EYE and 1.6 for the Lepton; 0 is no noise",
-};
-const SAMPLING: Limits = Limits {
-    key: "sampling_hz",
-    holds: |hertz| (0.001..=10_000.0).contains(&hertz),
-    expected: "0.001 to 10000 frames a second",
-    hint: "the Grid-EYE has 1 or 10",
-};
-const OPERATING_DISTANCE: Limits = Limits {
-    key: "operating_distance_mm",
-    holds: |length_mm| (10.0..=LENGTH_MAX_MM).contains(&length_mm),
-    expected: "10 to 1000000 mm",
-    hint: "the paper takes 5000",
-};
-const SPEED: Limits = Limits {
-    key: "speed_mm_per_s",
-    holds: |speed| speed > 0.0 && speed <= 100_000.0,
-    expected: "a speed above 0 and up to 100000 mm/s",
-    hint: "a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
-};
-
-/// A file's name and text: what turns a byte into a place.
-struct Source<'a> {
-    origin: &'a str,
-    text: &'a str,
-}
-
-impl Source<'_> {
-    fn place(&self, byte: usize) -> Place {
-        Place::of_byte(self.origin, self.text, byte)
-    }
-
-    fn refused(
-        &self,
-        key: &'static str,
-        byte: usize,
-        found: String,
-        expected: &str,
-        hint: &'static str,
-    ) -> SceneError {
-        SceneError::Value {
-            place: self.place(byte),
-            key,
-            found,
-            expected: expected.to_owned(),
-            hint,
-        }
-    }
-
-    fn malformed(&self, error: &toml::de::Error) -> SceneError {
-        let message = error.message().trim_end().replace('\n', ", ");
-        let hint = if message.starts_with("unknown field") {
-            "correct the spelling or remove the key; scenes/README.md describes every key"
-        } else if message.starts_with("missing field") {
-            "add the key; scenes/README.md describes every key"
-        } else if message.starts_with("invalid") {
-            "scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]"
-        } else {
-            "the file must be TOML 1.0: text in quotes, every key once, lists in brackets"
-        };
-        SceneError::Malformed {
-            place: self.place(error.span().map_or(0, |span| span.start)),
-            message,
-            hint,
-        }
-    }
-
-    fn check_length(&self) -> Result<(), SceneError> {
-        self.check_count(
-            "bytes of text",
-            self.text.len(),
-            limits::TEXT_BYTES_MAX,
-            self.text.len(),
-            "is it a scene file or a trajectory at all",
-        )
-    }
-
-    fn check_counts(&self, tables: &SceneTable) -> Result<(), SceneError> {
-        fn start<T>(tables: &[Spanned<T>], limit: usize) -> usize {
-            tables.get(limit).map_or(0, |table| table.span().start)
-        }
-        let (objects, agents, sensors) = (&tables.object, &tables.agent, &tables.sensor);
-        self.check_count(
-            "[[object]] tables",
-            objects.len(),
-            limits::OBJECTS_MAX,
-            start(objects, limits::OBJECTS_MAX),
-            "merge objects that touch and have one temperature",
-        )?;
-        self.check_count(
-            "[[agent]] tables",
-            agents.len(),
-            limits::AGENTS_MAX,
-            start(agents, limits::AGENTS_MAX),
-            "only one moving agent so far; write people who stand still as [[object]]",
-        )?;
-        self.check_count(
-            "[[sensor]] tables",
-            sensors.len(),
-            limits::SENSORS_MAX,
-            start(sensors, limits::SENSORS_MAX),
-            "spread the sensors over several scene files",
-        )
-    }
-
-    fn check_count(
-        &self,
-        what: &'static str,
-        found: usize,
-        limit: usize,
-        byte: usize,
-        hint: &'static str,
-    ) -> Result<(), SceneError> {
-        if found <= limit {
-            return Ok(());
-        }
-        Err(SceneError::TooMany {
-            place: self.place(byte),
-            what,
-            found,
-            limit,
-            hint,
-        })
-    }
-
-    fn check_names(&self, tables: &SceneTable) -> Result<(), SceneError> {
-        let objects = tables.object.iter().map(|table| &table.get_ref().name);
-        let agents = tables.agent.iter().map(|table| &table.get_ref().name);
-        self.check_unique(objects.chain(agents), "object and agent")?;
-        self.check_unique(
-            tables.sensor.iter().map(|table| &table.get_ref().name),
-            "sensor",
-        )
-    }
-
-    fn check_unique<'n>(
-        &self,
-        names: impl Iterator<Item = &'n Spanned<String>>,
-        kind: &'static str,
-    ) -> Result<(), SceneError> {
-        let mut first_bytes = std::collections::HashMap::new();
-        for name in names {
-            if let Some(first_byte) = first_bytes.insert(name.get_ref(), name.span().start) {
-                return Err(SceneError::DuplicateName {
-                    place: self.place(name.span().start),
-                    name: name.get_ref().clone(),
-                    first_line: self.place(first_byte).line,
-                    kind,
-                });
-            }
-        }
-        Ok(())
-    }
-
-    fn name(&self, name: &Spanned<String>) -> Result<String, SceneError> {
-        let found = name.get_ref();
-        if !found.trim().is_empty() && !found.contains(char::is_control) {
-            return Ok(found.clone());
-        }
-        let hint = "names appear in messages, reports and file names";
-        Err(self.refused(
-            "name",
-            name.span().start,
-            format!("{found:?}"),
-            "text that can be read",
-            hint,
-        ))
-    }
-
-    fn number(&self, number: &Spanned<f64>, limits: &Limits) -> Result<f64, SceneError> {
-        self.within(*number.get_ref(), number, limits)
-            .map(|()| *number.get_ref())
-    }
-
-    fn optional(
-        &self,
-        number: Option<&Spanned<f64>>,
-        limits: &Limits,
-    ) -> Result<Option<f64>, SceneError> {
-        number.map(|number| self.number(number, limits)).transpose()
-    }
-
-    fn number_or(
-        &self,
-        number: Option<&Spanned<f64>>,
-        limits: &Limits,
-        default: f64,
-    ) -> Result<f64, SceneError> {
-        Ok(self.optional(number, limits)?.unwrap_or(default))
-    }
-
-    fn size_m(&self, size_mm: &Spanned<[f64; 3]>) -> Result<DVec3, SceneError> {
-        self.metres(size_mm, &SIZE)
-    }
-
-    fn position_m(&self, position_mm: &Spanned<[f64; 3]>) -> Result<DVec3, SceneError> {
-        self.metres(position_mm, &POSITION)
-    }
-
-    fn metres(&self, lengths_mm: &Spanned<[f64; 3]>, limits: &Limits) -> Result<DVec3, SceneError> {
-        for length_mm in lengths_mm.get_ref() {
-            self.within(*length_mm, lengths_mm, limits)?;
-        }
-        Ok(DVec3::from_array(*lengths_mm.get_ref()) / MM_PER_M)
-    }
-
-    fn fov_deg(&self, angles: Option<&Spanned<PerAxis>>) -> Result<Option<DVec2>, SceneError> {
-        let Some(angles) = angles else {
-            return Ok(None);
-        };
-        for angle_deg in angles.get_ref().0 {
-            self.within(angle_deg, angles, &FIELD_OF_VIEW)?;
-        }
-        Ok(Some(DVec2::from_array(angles.get_ref().0)))
-    }
-
-    fn resolution(
-        &self,
-        resolution: Option<&Spanned<[i64; 2]>>,
-    ) -> Result<Option<USizeVec2>, SceneError> {
-        let Some(resolution) = resolution else {
-            return Ok(None);
-        };
-        let axis = |pixels: i64| {
-            usize::try_from(pixels)
-                .ok()
-                .filter(|pixels| (1..=limits::PIXELS_PER_AXIS_MAX).contains(pixels))
-        };
-        let [columns, rows] = resolution.get_ref().map(axis);
-        columns
-            .zip(rows)
-            .map(|(columns, rows)| Some(USizeVec2::new(columns, rows)))
-            .ok_or_else(|| {
-                self.refused(
-                    "resolution",
-                    resolution.span().start,
-                    format!("{:?}", resolution.get_ref()),
-                    &format!("[columns, rows], each 1 to {}", limits::PIXELS_PER_AXIS_MAX),
-                    "the Grid-EYE has [8, 8]",
-                )
-            })
-    }
-
-    fn within<T: Debug>(
-        &self,
-        number: f64,
-        written: &Spanned<T>,
-        limits: &Limits,
-    ) -> Result<(), SceneError> {
-        if (limits.holds)(number) {
-            return Ok(());
-        }
-        let found = self.text.get(written.span()).unwrap_or_default().to_owned();
-        Err(self.refused(
-            limits.key,
-            written.span().start,
-            found,
-            limits.expected,
-            limits.hint,
-        ))
-    }
-}

@@ -1,8 +1,9 @@
 //! The scene file as TOML has it: keys and their places, nothing checked but types and spelling.
 
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 use std::fmt;
+use std::marker::PhantomData;
 use toml::Spanned;
 
 #[derive(Deserialize)]
@@ -22,7 +23,7 @@ pub(crate) struct SceneTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RoomTable {
-    pub(crate) size_mm: Spanned<[f64; 3]>,
+    pub(crate) size_mm: Spanned<Triple>,
     pub(crate) ambient_c: Spanned<f64>,
 }
 
@@ -30,8 +31,8 @@ pub(crate) struct RoomTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectTable {
     pub(crate) name: Spanned<String>,
-    pub(crate) position_mm: Spanned<[f64; 3]>,
-    pub(crate) size_mm: Spanned<[f64; 3]>,
+    pub(crate) position_mm: Spanned<Triple>,
+    pub(crate) size_mm: Spanned<Triple>,
     pub(crate) yaw_deg: Option<Spanned<f64>>,
     pub(crate) temperature_c: Option<Spanned<f64>>,
     pub(crate) emissivity: Option<Spanned<f64>>,
@@ -41,11 +42,11 @@ pub(crate) struct ObjectTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct AgentTable {
     pub(crate) name: Spanned<String>,
-    pub(crate) size_mm: Spanned<[f64; 3]>,
+    pub(crate) size_mm: Spanned<Triple>,
     pub(crate) yaw_deg: Option<Spanned<f64>>,
     pub(crate) temperature_c: Spanned<f64>,
     pub(crate) emissivity: Option<Spanned<f64>>,
-    pub(crate) position_mm: Option<Spanned<[f64; 3]>>,
+    pub(crate) position_mm: Option<Spanned<Triple>>,
     pub(crate) trajectory: Option<Spanned<String>>,
     pub(crate) speed_mm_per_s: Option<Spanned<f64>>,
 }
@@ -55,16 +56,56 @@ pub(crate) struct AgentTable {
 pub(crate) struct SensorTable {
     pub(crate) name: Spanned<String>,
     pub(crate) preset: Option<Spanned<String>>,
-    pub(crate) position_mm: Spanned<[f64; 3]>,
+    pub(crate) position_mm: Spanned<Triple>,
     pub(crate) elevation_deg: Spanned<f64>,
     pub(crate) azimuth_deg: Spanned<f64>,
     pub(crate) roll_deg: Option<Spanned<f64>>,
-    pub(crate) resolution: Option<Spanned<[i64; 2]>>,
+    pub(crate) resolution: Option<Spanned<Exactly<i64, 2>>>,
     pub(crate) fov_deg: Option<Spanned<PerAxis>>,
     pub(crate) pixels_per_degree: Option<Spanned<f64>>,
     pub(crate) noise_sigma_c: Option<Spanned<f64>>,
     pub(crate) sampling_hz: Option<Spanned<f64>>,
     pub(crate) operating_distance_mm: Option<Spanned<f64>>,
+}
+
+/// Three lengths along x, y and z.
+pub(crate) type Triple = Exactly<f64, 3>;
+
+/// So many numbers, neither more nor fewer: serde's own arrays take a longer list and forget its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Exactly<T, const N: usize>(pub(crate) [T; N]);
+
+impl<'de, T: Deserialize<'de> + Copy + Default, const N: usize> Deserialize<'de> for Exactly<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer
+            .deserialize_seq(ExactlyVisitor(PhantomData))
+            .map(Self)
+    }
+}
+
+struct ExactlyVisitor<T, const N: usize>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de> + Copy + Default, const N: usize> Visitor<'de>
+    for ExactlyVisitor<T, N>
+{
+    type Value = [T; N];
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "a list of {N} numbers")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<[T; N], A::Error> {
+        let mut numbers = [T::default(); N];
+        for (index, number) in numbers.iter_mut().enumerate() {
+            *number = list
+                .next_element()?
+                .ok_or_else(|| A::Error::invalid_length(index, &self))?;
+        }
+        match list.next_element::<IgnoredAny>()? {
+            None => Ok(numbers),
+            Some(_) => Err(A::Error::invalid_length(N + 1, &self)),
+        }
+    }
 }
 
 /// One number for both axes, or one for each: across, then down.
@@ -83,7 +124,7 @@ impl<'de> Visitor<'de> for PerAxisVisitor {
     type Value = PerAxis;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a number, or two: across and down")
+        formatter.write_str("a number, or a list of 2 numbers")
     }
 
     fn visit_f64<E: Error>(self, number: f64) -> Result<PerAxis, E> {
@@ -95,16 +136,7 @@ impl<'de> Visitor<'de> for PerAxisVisitor {
         self.visit_f64(f64::from(number))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<PerAxis, A::Error> {
-        let mut axes = [0.0; 2];
-        for (index, axis) in axes.iter_mut().enumerate() {
-            *axis = numbers
-                .next_element()?
-                .ok_or_else(|| A::Error::invalid_length(index, &self))?;
-        }
-        match numbers.next_element::<f64>()? {
-            None => Ok(PerAxis(axes)),
-            Some(_) => Err(A::Error::invalid_length(axes.len() + 1, &self)),
-        }
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<PerAxis, A::Error> {
+        ExactlyVisitor(PhantomData).visit_seq(list).map(PerAxis)
     }
 }

@@ -13,6 +13,8 @@ use std::time::Duration;
 pub mod limits {
     /// Bytes of a scene file, or of a trajectory.
     pub const TEXT_BYTES_MAX: usize = 16 * 1024 * 1024;
+    /// Characters of a name.
+    pub const NAME_CHARACTERS_MAX: usize = 100;
     /// Objects of a scene; the paper's largest has 1,056.
     pub const OBJECTS_MAX: usize = 10_000;
     /// Sensors of a scene.

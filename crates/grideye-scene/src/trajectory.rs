@@ -1,5 +1,6 @@
 use crate::error::{Place, SceneError};
 use crate::scene::limits;
+use crate::source::excerpt;
 use glam::DVec3;
 use std::time::Duration;
 
@@ -170,7 +171,7 @@ impl Table<'_> {
             let number = field.parse().ok().filter(|number: &f64| number.is_finite());
             *coordinate = number.ok_or_else(|| SceneError::TrajectoryRow {
                 place: self.place(row.position(), characters_before(row, index)),
-                found: format!("`{field}` as {}", COLUMNS[index]),
+                found: format!("`{}` as {}", excerpt(field), COLUMNS[index]),
                 expected: "a finite number of millimetres".to_owned(),
             })?;
         }

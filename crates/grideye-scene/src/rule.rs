@@ -1,0 +1,96 @@
+use crate::perceived::ABSOLUTE_ZERO_C;
+
+/// The numbers that a key may have; not-a-number breaks every rule.
+pub(crate) struct Rule {
+    pub(crate) key: &'static str,
+    pub(crate) holds: fn(f64) -> bool,
+    pub(crate) expected: &'static str,
+    pub(crate) hint: &'static str,
+}
+
+pub(crate) const TEMPERATURE: Rule = Rule {
+    key: "temperature_c",
+    holds: |celsius| celsius > ABSOLUTE_ZERO_C && celsius <= 5000.0,
+    expected: "°C above absolute zero (-273.15) and up to 5000",
+    hint: "temperatures are degrees Celsius, not kelvin or raw counts",
+};
+pub(crate) const AMBIENT: Rule = Rule {
+    key: "ambient_c",
+    ..TEMPERATURE
+};
+pub(crate) const EMISSIVITY: Rule = Rule {
+    key: "emissivity",
+    holds: |share| share > 0.0 && share <= 1.0,
+    expected: "a number above 0 and up to 1",
+    hint: "skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
+};
+pub(crate) const SIZE: Rule = Rule {
+    key: "size_mm",
+    holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
+    expected: "three lengths above 0 and up to 1000000 mm",
+    hint: "sizes are [x, y, z] in millimetres before turning",
+};
+pub(crate) const POSITION: Rule = Rule {
+    key: "position_mm",
+    holds: |length_mm| length_mm.abs() <= LENGTH_MAX_MM,
+    expected: "three coordinates of at most 1000000 mm",
+    hint: "positions are [x, y, z] in millimetres from the room's bottom-left corner",
+};
+const LENGTH_MAX_MM: f64 = 1_000_000.0;
+pub(crate) const YAW: Rule = Rule {
+    key: "yaw_deg",
+    holds: |degrees| degrees.abs() <= 360.0,
+    expected: "-360 to 360",
+    hint: "angles are degrees, counter-clockwise as seen from above",
+};
+pub(crate) const AZIMUTH: Rule = Rule {
+    key: "azimuth_deg",
+    ..YAW
+};
+pub(crate) const ROLL: Rule = Rule {
+    key: "roll_deg",
+    hint: "angles are degrees, clockwise as seen from behind the sensor",
+    ..YAW
+};
+pub(crate) const ELEVATION: Rule = Rule {
+    key: "elevation_deg",
+    holds: |degrees| degrees.abs() <= 90.0,
+    expected: "-90 to 90",
+    hint: "90 looks straight down, 0 is level, -90 looks straight up",
+};
+pub(crate) const FIELD_OF_VIEW: Rule = Rule {
+    key: "fov_deg",
+    holds: |degrees| degrees > 0.0 && degrees < 180.0,
+    expected: "a full angle between 0 and 180, both excluded",
+    hint: "the Grid-EYE has 60",
+};
+pub(crate) const PIXELS_PER_DEGREE: Rule = Rule {
+    key: "pixels_per_degree",
+    holds: |points| points > 0.0 && points <= 10_000.0,
+    expected: "a number above 0 and up to 10000",
+    hint: "the paper takes 5",
+};
+pub(crate) const NOISE: Rule = Rule {
+    key: "noise_sigma_c",
+    holds: |sigma| (0.0..=1000.0).contains(&sigma),
+    expected: "0 to 1000 °C",
+    hint: "the paper takes 0.2 for the Grid-EYE and 1.6 for the Lepton; 0 is no noise",
+};
+pub(crate) const SAMPLING: Rule = Rule {
+    key: "sampling_hz",
+    holds: |hertz| (0.001..=10_000.0).contains(&hertz),
+    expected: "0.001 to 10000 frames a second",
+    hint: "the Grid-EYE has 1 or 10",
+};
+pub(crate) const OPERATING_DISTANCE: Rule = Rule {
+    key: "operating_distance_mm",
+    holds: |length_mm| (10.0..=LENGTH_MAX_MM).contains(&length_mm),
+    expected: "10 to 1000000 mm",
+    hint: "the paper takes 5000",
+};
+pub(crate) const SPEED: Rule = Rule {
+    key: "speed_mm_per_s",
+    holds: |speed| speed > 0.0 && speed <= 100_000.0,
+    expected: "a speed above 0 and up to 100000 mm/s",
+    hint: "a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
+};

@@ -1,0 +1,739 @@
+//! Everything that a scene file or a trajectory can get wrong, with the message that a person gets to read.
+
+use crate::{CEILING, ROOM, no_files, object};
+use grideye_scene::{Loaded, Scene, SceneError, limits};
+use std::collections::{BTreeMap, HashMap};
+
+const GOOD: &str = r#"[room]
+size_mm = [4000, 6000, 2700]
+ambient_c = 20
+
+[[object]]
+name = "table"
+position_mm = [2000, 3000, 0]
+size_mm = [1600, 1600, 750]
+temperature_c = 20
+
+[[agent]]
+name = "person"
+size_mm = [200, 500, 1750]
+temperature_c = 28
+trajectory = "walks/walk.csv"
+speed_mm_per_s = 800
+
+[[sensor]]
+name = "ceiling"
+preset = "grid-eye"
+position_mm = [2000, 3000, 2700]
+elevation_deg = 90
+azimuth_deg = -90
+"#;
+
+const WALK: &str = "x_mm,y_mm,z_mm\n1000,1000,0\n3000,1000,0\n";
+
+fn load(text: &str, walk: &str) -> Result<Loaded, SceneError> {
+    Scene::parse(
+        text,
+        "room.toml",
+        &BTreeMap::from([("walks/walk.csv".to_owned(), walk.to_owned())]),
+    )
+}
+
+/// The good scene with one line changed, and what is said of it.
+fn refusal(from: &str, to: &str) -> String {
+    assert_eq!(
+        GOOD.matches(from).count(),
+        1,
+        "`{from}` must name one place"
+    );
+    load(&GOOD.replace(from, to), WALK)
+        .map(|_| "accepted".to_owned())
+        .unwrap_or_else(|error| error.to_string())
+}
+
+fn walk_refusal(walk: &str) -> String {
+    load(GOOD, walk)
+        .map(|_| "accepted".to_owned())
+        .unwrap_or_else(|error| error.to_string())
+}
+
+#[test]
+fn the_good_scene_is_accepted() {
+    let loaded = load(GOOD, WALK).unwrap();
+    assert_eq!(loaded.warnings, []);
+    assert_eq!(loaded.scene.objects().len(), 1);
+}
+
+/// A line of the good scene, what stands there instead, and the message.
+type Case = (&'static str, &'static str, &'static str);
+
+fn assert_refused(cases: &[Case]) {
+    for (from, to, expected) in cases {
+        assert_eq!(&refusal(from, to), expected, "with {to}");
+    }
+}
+
+const SPELLING_AND_TYPES: &[Case] = &[
+    (
+        "ambient_c = 20",
+        "ambient_c = 20\nambiant = 3",
+        "room.toml:4:1: unknown field `ambiant`, expected `size_mm` or `ambient_c`\n\
+         hint: correct the spelling or remove the key; scenes/README.md describes every key",
+    ),
+    (
+        "preset = \"grid-eye\"",
+        "presset = \"grid-eye\"",
+        "room.toml:20:1: unknown field `presset`, expected one of `name`, `preset`, `position_mm`, `elevation_deg`, `azimuth_deg`, `roll_deg`, `resolution`, `fov_deg`, `pixels_per_degree`, `noise_sigma_c`, `sampling_hz`, `operating_distance_mm`\n\
+         hint: correct the spelling or remove the key; scenes/README.md describes every key",
+    ),
+    (
+        "[[object]]",
+        "[[objct]]",
+        "room.toml:5:3: unknown field `objct`, expected one of `model`, `law`, `room`, `object`, `agent`, `sensor`\n\
+         hint: correct the spelling or remove the key; scenes/README.md describes every key",
+    ),
+    (
+        "ambient_c = 20\n",
+        "",
+        "room.toml:1:1: missing field `ambient_c`\n\
+         hint: add the key to this table; scenes/README.md describes every key",
+    ),
+    (
+        "temperature_c = 28\n",
+        "",
+        "room.toml:11:1: missing field `temperature_c`\n\
+         hint: add the key to this table; scenes/README.md describes every key",
+    ),
+    (
+        "ambient_c = 20",
+        "ambient_c = \"warm\"",
+        "room.toml:3:13: `ambient_c`: invalid type: string \"warm\", expected a number\n\
+         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    ),
+    (
+        "ambient_c = 20",
+        "ambient_c = 20 21",
+        "room.toml:3:13: `ambient_c`: string values must be quoted, expected literal string\n\
+         hint: the file must be TOML: text in quotes, every key once, lists in brackets",
+    ),
+    (
+        "ambient_c = 20",
+        "ambient_c = 20\nambient_c = 21",
+        "room.toml:4:1: duplicate key\n\
+         hint: the file must be TOML: text in quotes, every key once, lists in brackets",
+    ),
+    (
+        "[4000, 6000, 2700]",
+        "[4000, 6000]",
+        "room.toml:2:11: `size_mm`: invalid length 2, expected a list of 3 numbers\n\
+         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    ),
+    (
+        "[4000, 6000, 2700]",
+        "[4000, 6000, 2700, 1]",
+        "room.toml:2:11: `size_mm`: invalid length 4, expected a list of 3 numbers\n\
+         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    ),
+    (
+        "[[agent]]",
+        "[agent]",
+        "room.toml:11:1: invalid type: map, expected a sequence\n\
+         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nfov_deg = [60, 60, 60]",
+        "room.toml:24:11: `fov_deg`: invalid length 3, expected a list of 2 numbers\n\
+         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nfov_deg = [60]",
+        "room.toml:24:11: `fov_deg`: invalid length 1, expected a list of 2 numbers\n\
+         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nfov_deg = true",
+        "room.toml:24:11: `fov_deg`: invalid type: boolean `true`, expected a number, or a list of 2 numbers\n\
+         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nresolution = [8.5, 8]",
+        "room.toml:24:15: `resolution`: invalid type: floating point `8.5`, expected a whole number\n\
+         hint: scenes/README.md gives each key's type; objects, agents and sensors are written [[object]], [[agent]], [[sensor]]",
+    ),
+];
+
+#[test]
+fn keys_are_spelt_and_typed_as_the_format_says() {
+    assert_refused(SPELLING_AND_TYPES);
+}
+
+const VALUES: &[Case] = &[
+    (
+        "[room]",
+        "model = \"physical\"\n[room]",
+        "room.toml:1:9: `model` is \"physical\", expected \"paper\"\n\
+         hint: the model of the paper is the only one so far; leave the key out or write model = \"paper\"",
+    ),
+    (
+        "[room]",
+        "law = \"C\"\n[room]",
+        "room.toml:1:7: `law` is \"C\", expected \"A\" or \"B\"\n\
+         hint: B is the default; scenes/README.md has both formulas",
+    ),
+    (
+        "ambient_c = 20",
+        "ambient_c = nan",
+        "room.toml:3:13: `ambient_c` is nan, expected °C above absolute zero (-273.15) and up to 5000\n\
+         hint: temperatures are degrees Celsius, not kelvin or raw counts",
+    ),
+    (
+        "ambient_c = 20",
+        "ambient_c = -273.15",
+        "room.toml:3:13: `ambient_c` is -273.15, expected °C above absolute zero (-273.15) and up to 5000\n\
+         hint: temperatures are degrees Celsius, not kelvin or raw counts",
+    ),
+    (
+        "temperature_c = 28",
+        "temperature_c = -300",
+        "room.toml:14:17: `temperature_c` is -300, expected °C above absolute zero (-273.15) and up to 5000\n\
+         hint: temperatures are degrees Celsius, not kelvin or raw counts",
+    ),
+    (
+        "temperature_c = 28",
+        "temperature_c = inf",
+        "room.toml:14:17: `temperature_c` is inf, expected °C above absolute zero (-273.15) and up to 5000\n\
+         hint: temperatures are degrees Celsius, not kelvin or raw counts",
+    ),
+    (
+        "temperature_c = 28",
+        "temperature_c = 28\nemissivity = 0",
+        "room.toml:15:14: `emissivity` is 0, expected a number above 0 and up to 1\n\
+         hint: skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
+    ),
+    (
+        "temperature_c = 28",
+        "temperature_c = 28\nemissivity = 1.01",
+        "room.toml:15:14: `emissivity` is 1.01, expected a number above 0 and up to 1\n\
+         hint: skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
+    ),
+    (
+        "[1600, 1600, 750]",
+        "[1600, -1600, 750]",
+        "room.toml:8:11: `size_mm` is [1600, -1600, 750], expected three lengths above 0 and up to 1000000 mm\n\
+         hint: sizes are [x, y, z] in millimetres before turning",
+    ),
+    (
+        "[1600, 1600, 750]",
+        "[1600, 0, 750]",
+        "room.toml:8:11: `size_mm` is [1600, 0, 750], expected three lengths above 0 and up to 1000000 mm\n\
+         hint: sizes are [x, y, z] in millimetres before turning",
+    ),
+    (
+        "[1600, 1600, 750]",
+        "[1600, nan, 750]",
+        "room.toml:8:11: `size_mm` is [1600, nan, 750], expected three lengths above 0 and up to 1000000 mm\n\
+         hint: sizes are [x, y, z] in millimetres before turning",
+    ),
+    (
+        "[2000, 3000, 0]",
+        "[2000, inf, 0]",
+        "room.toml:7:15: `position_mm` is [2000, inf, 0], expected three coordinates of at most 1000000 mm\n\
+         hint: positions are [x, y, z] in millimetres from the room's bottom-left corner",
+    ),
+];
+
+#[test]
+fn values_are_what_a_room_can_have() {
+    assert_refused(VALUES);
+}
+
+const NAMES_AND_COUNTS: &[Case] = &[
+    (
+        "name = \"person\"",
+        "name = \"table\"",
+        "room.toml:12:8: the name `table` is taken by line 6\n\
+         hint: give each object and agent a name of its own",
+    ),
+    (
+        "name = \"person\"",
+        "name = \"\"",
+        "room.toml:12:8: `name` is \"\", expected 1 to 100 visible characters\n\
+         hint: names appear in messages, reports and file names",
+    ),
+    (
+        "name = \"person\"",
+        "name = \"a\\nb\"",
+        "room.toml:12:8: `name` is \"a\\nb\", expected 1 to 100 visible characters\n\
+         hint: names appear in messages, reports and file names",
+    ),
+    (
+        "[[sensor]]\nname = \"ceiling\"\n",
+        "[[sensor]]\nname = \"ceiling\"\npreset=\"grid-eye\"\nposition_mm=[1,1,1]\nelevation_deg=0\nazimuth_deg=0\n[[sensor]]\nname = \"ceiling\"\n",
+        "room.toml:25:8: the name `ceiling` is taken by line 19\n\
+         hint: give each sensor a name of its own",
+    ),
+    (
+        "[[agent]]\n",
+        "[[agent]]\nname = \"second\"\nsize_mm = [1, 1, 1]\ntemperature_c = 1\nposition_mm = [9, 9, 0]\n[[agent]]\n",
+        "room.toml:16:1: 2 [[agent]] tables, expected at most 1\n\
+         hint: only one moving agent so far; write people who stand still as [[object]]",
+    ),
+];
+
+#[test]
+fn names_are_unique_and_counts_are_bounded() {
+    assert_refused(NAMES_AND_COUNTS);
+}
+
+const SENSORS: &[Case] = &[
+    (
+        "[2000, 3000, 2700]",
+        "[2000, 3000, 2700.5]",
+        "room.toml:21:15: sensor `ceiling` at [2000, 3000, 2700.5] mm is outside the room of [4000, 6000, 2700] mm\n\
+         hint: the room's origin is its bottom-left corner; move the sensor or enlarge the room",
+    ),
+    (
+        "[200, 500, 1750]",
+        "[200, 500, 1750]\nyaw_deg = 400",
+        "room.toml:14:11: `yaw_deg` is 400, expected -360 to 360\n\
+         hint: angles are degrees, counter-clockwise as seen from above",
+    ),
+    (
+        "preset = \"grid-eye\"",
+        "preset = \"lepton\"",
+        "room.toml:20:10: `preset` is \"lepton\", expected \"grid-eye\"\n\
+         hint: or leave it out and give resolution, fov_deg, noise_sigma_c and sampling_hz",
+    ),
+    (
+        "preset = \"grid-eye\"\n",
+        "",
+        "room.toml:18:1: sensor `ceiling` has no `resolution`\n\
+         hint: give the key, or preset = \"grid-eye\", which has it",
+    ),
+    (
+        "elevation_deg = 90",
+        "elevation_deg = 90.5",
+        "room.toml:22:17: `elevation_deg` is 90.5, expected -90 to 90\n\
+         hint: 90 looks straight down, 0 is level, -90 looks straight up",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -400",
+        "room.toml:23:15: `azimuth_deg` is -400, expected -360 to 360\n\
+         hint: angles are degrees, counter-clockwise as seen from above",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nroll_deg = nan",
+        "room.toml:24:12: `roll_deg` is nan, expected -360 to 360\n\
+         hint: angles are degrees, clockwise as seen from behind the sensor",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nfov_deg = 180",
+        "room.toml:24:11: `fov_deg` is 180, expected a full angle between 0 and 180, both excluded\n\
+         hint: the Grid-EYE has 60",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nfov_deg = [60, 0]",
+        "room.toml:24:11: `fov_deg` is [60, 0], expected a full angle between 0 and 180, both excluded\n\
+         hint: the Grid-EYE has 60",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nresolution = [8, 0]",
+        "room.toml:24:14: `resolution` is [8, 0], expected [columns, rows], each 1 to 1024\n\
+         hint: the Grid-EYE has [8, 8]",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nresolution = [-8, 8]",
+        "room.toml:24:14: `resolution` is [-8, 8], expected [columns, rows], each 1 to 1024\n\
+         hint: the Grid-EYE has [8, 8]",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nresolution = [8, 1025]",
+        "room.toml:24:14: `resolution` is [8, 1025], expected [columns, rows], each 1 to 1024\n\
+         hint: the Grid-EYE has [8, 8]",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\npixels_per_degree = 0",
+        "room.toml:24:21: `pixels_per_degree` is 0, expected a number above 0 and up to 10000\n\
+         hint: the paper takes 5",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\npixels_per_degree = 35",
+        "room.toml:24:21: `pixels_per_degree` is 35, expected a grid of at most 2048 x 2048 points, not 2100 x 2100\n\
+         hint: the paper takes 5",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nnoise_sigma_c = -0.1",
+        "room.toml:24:17: `noise_sigma_c` is -0.1, expected 0 to 1000 °C\n\
+         hint: the paper takes 0.2 for the Grid-EYE and 1.6 for the Lepton; 0 is no noise",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\nsampling_hz = 0",
+        "room.toml:24:15: `sampling_hz` is 0, expected 0.001 to 10000 frames a second\n\
+         hint: the Grid-EYE has 1 or 10",
+    ),
+    (
+        "azimuth_deg = -90",
+        "azimuth_deg = -90\noperating_distance_mm = 1",
+        "room.toml:24:25: `operating_distance_mm` is 1, expected 10 to 1000000 mm\n\
+         hint: the paper takes 5000",
+    ),
+];
+
+#[test]
+fn sensors_are_what_can_be_built() {
+    assert_refused(SENSORS);
+}
+
+const WAYS: &[Case] = &[
+    (
+        "speed_mm_per_s = 800\n",
+        "",
+        "room.toml:15:14: agent `person` has no `speed_mm_per_s`\n\
+         hint: a person walks at 500 to 1500 mm/s; the paper's examples have 800 and 1600",
+    ),
+    (
+        "speed_mm_per_s = 800",
+        "speed_mm_per_s = 0",
+        "room.toml:16:18: `speed_mm_per_s` is 0, expected a speed above 0 and up to 100000 mm/s\n\
+         hint: a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
+    ),
+    (
+        "speed_mm_per_s = 800",
+        "speed_mm_per_s = 1e-9",
+        "room.toml:16:18: `speed_mm_per_s` is 1e-9, expected a speed at which the way takes at most 366 days\n\
+         hint: a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
+    ),
+    (
+        "trajectory = \"walks/walk.csv\"\n",
+        "",
+        "room.toml:11:1: agent `person` has no `position_mm`\n\
+         hint: give position_mm if it stands still, or trajectory and speed_mm_per_s if it walks",
+    ),
+    (
+        "trajectory = \"walks/walk.csv\"",
+        "position_mm = [1000, 1000, 0]",
+        "room.toml:16:18: agent `person` has no `trajectory`\n\
+         hint: only an agent with a trajectory has a speed",
+    ),
+    (
+        "trajectory = \"walks/walk.csv\"\nspeed_mm_per_s = 800",
+        "position_mm = [100, 200, 0]",
+        "room.toml:15:15: agent `person` leaves the room of [4000, 6000, 2700] mm: its body reaches from [0, -50, 0] to [200, 450, 1750] mm there\n\
+         hint: a position is the middle of the underside; move the way-point or shrink the body",
+    ),
+    (
+        "trajectory = \"walks/walk.csv\"",
+        "trajectory = \"walks/walk.csv\"\nposition_mm = [1000, 1000, 0]",
+        "room.toml:11:1: agent `person` has both `position_mm` and `trajectory`\n\
+         hint: an agent that walks starts at the first row of its trajectory",
+    ),
+    (
+        "\"walks/walk.csv\"",
+        "\"walks/other.csv\"",
+        "room.toml:15:14: cannot read the trajectory `walks/other.csv`: no such file in the map\n\
+         hint: the path is taken from the scene file's folder",
+    ),
+    (
+        "\"walks/walk.csv\"",
+        "\"../walk.csv\"",
+        "room.toml:15:14: `trajectory` is \"../walk.csv\", expected a path with / below the scene file's folder\n\
+         hint: put the file beside the scene, as in trajectory = \"trajectories/walk.csv\"",
+    ),
+    (
+        "\"walks/walk.csv\"",
+        "\"/etc/passwd\"",
+        "room.toml:15:14: `trajectory` is \"/etc/passwd\", expected a path with / below the scene file's folder\n\
+         hint: put the file beside the scene, as in trajectory = \"trajectories/walk.csv\"",
+    ),
+    (
+        "\"walks/walk.csv\"",
+        "\"\"",
+        "room.toml:15:14: `trajectory` is \"\", expected a path with / below the scene file's folder\n\
+         hint: put the file beside the scene, as in trajectory = \"trajectories/walk.csv\"",
+    ),
+];
+
+#[test]
+fn agents_stay_in_the_room_and_arrive() {
+    assert_refused(WAYS);
+}
+
+/// A trajectory and the message.
+const ROWS: &[(&str, &str)] = &[
+    (
+        "",
+        "walks/walk.csv:1:1: found an empty file, expected the header `x_mm,y_mm,z_mm` and at least one way-point\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n",
+        "walks/walk.csv:1:1: found a header and no row, expected the header `x_mm,y_mm,z_mm` and at least one way-point\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "1000,1000,0\n2000,1000,0\n",
+        "walks/walk.csv:1:1: found the header `1000,1000,0`, expected the header `x_mm,y_mm,z_mm`\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x,y,z\n1,2,3\n",
+        "walks/walk.csv:1:1: found the header `x,y,z`, expected the header `x_mm,y_mm,z_mm`\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x_mm,y_mm,z_mm,t_s\n1,2,3,4\n",
+        "walks/walk.csv:1:16: found the header `x_mm,y_mm,z_mm,t_s`, expected the header `x_mm,y_mm,z_mm`\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n1000,1000,0\n2000,1000\n",
+        "walks/walk.csv:3:1: found 2 fields, expected 3 fields\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n1000,1000,0\n\n# note\n2000,1o00,0\n",
+        "walks/walk.csv:5:6: found `1o00` as y_mm, expected a finite number of millimetres\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n1000,nan,0\n",
+        "walks/walk.csv:2:6: found `nan` as y_mm, expected a finite number of millimetres\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n1000,1000,inf\n",
+        "walks/walk.csv:2:11: found `inf` as z_mm, expected a finite number of millimetres\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n1000,1000,0\n2000,1000,0\n3950,1000,0\n",
+        "walks/walk.csv:4:1: agent `person` leaves the room of [4000, 6000, 2700] mm: its body reaches from [3850, 750, 0] to [4050, 1250, 1750] mm there\n\
+         hint: a position is the middle of the underside; move the way-point or shrink the body",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n1000,1000,950.001\n",
+        "walks/walk.csv:2:1: agent `person` leaves the room of [4000, 6000, 2700] mm: its body reaches from [900, 750, 950.001] to [1100, 1250, 2700.001] mm there\n\
+         hint: a position is the middle of the underside; move the way-point or shrink the body",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n1000,,0\n",
+        "walks/walk.csv:2:6: found `` as y_mm, expected a finite number of millimetres\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+    (
+        "x_mm,y_mm,z_mm\n1000,\"1000,0\n",
+        "walks/walk.csv:2:1: found 2 fields, expected 3 fields\n\
+         hint: a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row",
+    ),
+];
+
+#[test]
+fn trajectories_are_named_by_file_row_and_column() {
+    for (walk, expected) in ROWS {
+        assert_eq!(&walk_refusal(walk), expected, "with {walk}");
+    }
+}
+
+#[test]
+fn trajectories_from_a_spreadsheet_are_read() {
+    for walk in [
+        "\u{feff}x_mm,y_mm,z_mm\r\n1000,1000,0\r\n3000,1000,0\r\n",
+        "x_mm, y_mm, z_mm\n1000, 1000, 0\n3e3, 1000.0, 0",
+        "# way\n\n\"x_mm\",\"y_mm\",\"z_mm\"\n\"1000\",\"1000\",\"0\"\n3000,1000,0\n",
+    ] {
+        let loaded = load(GOOD, walk).unwrap();
+        assert_eq!(loaded.scene, load(GOOD, WALK).unwrap().scene);
+    }
+}
+
+#[test]
+fn columns_count_characters_and_lines_may_end_as_on_windows() {
+    let text = GOOD
+        .replace(
+            "name = \"table\"",
+            "name = \"Küchentisch\" # größer\nsize = 1",
+        )
+        .replace('\n', "\r\n");
+    let refused = load(&text, WALK).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("room.toml:7:1: unknown field `size`"),
+        "{refused}"
+    );
+    let text = GOOD
+        .replace("[1600, 1600, 750]", "[1600, 1600, 750] # ä")
+        .replace("name = \"table\"", "name = \"ä\"; x = 1");
+    let refused = load(&text, WALK).unwrap_err().to_string();
+    assert!(refused.starts_with("room.toml:6:11: "), "{refused}");
+}
+
+#[test]
+fn an_object_that_sticks_out_is_removed_and_named() {
+    let high = object(
+        "antenna",
+        [500.0, 500.0, 2000.0],
+        [100.0, 100.0, 700.5],
+        0.0,
+        30.0,
+    );
+    let turned = object(
+        "bench",
+        [400.0, 3000.0, 0.0],
+        [1000.0, 300.0, 400.0],
+        0.0,
+        30.0,
+    );
+    let fits = object(
+        "stool",
+        [150.0, 3000.0, 0.0],
+        [1000.0, 300.0, 400.0],
+        90.0,
+        30.0,
+    );
+    let flush = object(
+        "cupboard",
+        [2000.0, 5000.0, 0.0],
+        [4000.0, 2000.0, 2700.0],
+        0.0,
+        30.0,
+    );
+    let text = format!("{ROOM}{CEILING}{high}{turned}{fits}{flush}");
+    let loaded = Scene::parse(&text, "room.toml", &no_files).unwrap();
+    let kept: Vec<&str> = loaded
+        .scene
+        .objects()
+        .iter()
+        .map(|object| object.name.as_str())
+        .collect();
+    assert_eq!(kept, ["stool", "cupboard"]);
+    let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        warnings,
+        [
+            "room.toml:11:8: object `antenna` was removed: it reaches from [450, 450, 2000] to [550, 550, 2700.5] mm, \
+             beyond the room of [4000, 6000, 2700] mm\n\
+             hint: a position is the middle of the underside; move or shrink the object",
+            "room.toml:17:8: object `bench` was removed: it reaches from [-100, 2850, 0] to [900, 3150, 400] mm, \
+             beyond the room of [4000, 6000, 2700] mm\n\
+             hint: a position is the middle of the underside; move or shrink the object",
+        ]
+    );
+}
+
+#[test]
+fn a_sensor_that_is_not_there_is_answered_with_those_that_are() {
+    let two = format!("{ROOM}{CEILING}{}", CEILING.replace("ceiling", "door"));
+    let scene = Scene::parse(&two, "room.toml", &no_files).unwrap().scene;
+    let refused = grideye_scene::Simulator::new(&scene, "cieling").unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "no sensor `cieling` in this scene\nhint: it has ceiling, door"
+    );
+    let bare = Scene::parse(ROOM, "room.toml", &no_files).unwrap().scene;
+    let refused = bare.sensor("ceiling").unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "no sensor `ceiling` in this scene\nhint: it has none; add a [[sensor]] table"
+    );
+}
+
+#[test]
+fn an_empty_file_is_told_what_a_scene_needs() {
+    let refused = Scene::parse("", "room.toml", &no_files)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.starts_with("room.toml:1:1: missing field `room`\nhint: "),
+        "{refused}"
+    );
+}
+
+#[test]
+fn every_bound_on_tables_and_text_is_reached() {
+    let refused = |text: &str| {
+        Scene::parse(text, "room.toml", &no_files)
+            .err()
+            .map(|error| error.to_string())
+    };
+    let tables = |count, table: &dyn Fn(usize) -> String| {
+        ROOM.to_owned() + &(0..count).map(table).collect::<String>()
+    };
+    let stool = |index| {
+        object(
+            &format!("{index}"),
+            [2000.0, 3000.0, 0.0],
+            [100.0; 3],
+            0.0,
+            20.0,
+        )
+    };
+    assert_eq!(refused(&tables(limits::OBJECTS_MAX, &stool)), None);
+    let too_many = refused(&tables(limits::OBJECTS_MAX + 1, &stool)).unwrap();
+    assert!(
+        too_many.starts_with(
+            "room.toml:60004:1: 10001 [[object]] tables, expected at most 10000\nhint: "
+        ),
+        "{too_many}"
+    );
+    let sensor = |index| CEILING.replace("ceiling", &format!("{index}"));
+    assert_eq!(refused(&tables(limits::SENSORS_MAX, &sensor)), None);
+    let too_many = refused(&tables(limits::SENSORS_MAX + 1, &sensor)).unwrap();
+    assert!(
+        too_many
+            .starts_with("room.toml:6004:1: 1001 [[sensor]] tables, expected at most 1000\nhint: "),
+        "{too_many}"
+    );
+    let padded = |bytes: usize| format!("{ROOM}#{}", " ".repeat(bytes - ROOM.len() - 1));
+    assert_eq!(refused(&padded(limits::TEXT_BYTES_MAX)), None);
+    let too_long = refused(&padded(limits::TEXT_BYTES_MAX + 1)).unwrap();
+    assert!(
+        too_long.starts_with(
+            "room.toml:1:1: 16777217 bytes of text, expected at most 16777216\nhint: "
+        ),
+        "{too_long}"
+    );
+    let name = |length: usize| format!("{ROOM}{}", CEILING.replace("ceiling", &"ü".repeat(length)));
+    assert_eq!(refused(&name(limits::NAME_CHARACTERS_MAX)), None);
+    let too_long = refused(&name(limits::NAME_CHARACTERS_MAX + 1)).unwrap();
+    assert!(
+        too_long.contains("…, expected 1 to 100 visible characters"),
+        "{too_long}"
+    );
+    let fine = format!("{ROOM}{CEILING}pixels_per_degree = 34.13\nresolution = [1024, 1024]\n");
+    assert_eq!(refused(&fine), None, "2048 points and 1024 pixels an axis");
+}
+
+#[test]
+fn files_may_be_a_closure_or_a_map() {
+    let map = HashMap::from([("walks/walk.csv".to_owned(), WALK.to_owned())]);
+    let tree = BTreeMap::from([("walks/walk.csv".to_owned(), WALK.to_owned())]);
+    let closure = |name: &str| {
+        if name == "walks/walk.csv" {
+            Ok(WALK.to_owned())
+        } else {
+            no_files(name)
+        }
+    };
+    let from_map = Scene::parse(GOOD, "room.toml", &map).unwrap();
+    assert_eq!(Scene::parse(GOOD, "room.toml", &tree).unwrap(), from_map);
+    assert_eq!(Scene::parse(GOOD, "room.toml", &closure).unwrap(), from_map);
+    let empty = HashMap::<String, String>::new();
+    assert!(matches!(
+        Scene::parse(GOOD, "room.toml", &empty),
+        Err(SceneError::TrajectoryUnreadable { source, .. }) if source.kind() == std::io::ErrorKind::NotFound
+    ));
+}

@@ -1,0 +1,216 @@
+//! The scenes of the repository and the example in their README.
+
+use grideye_scene::{Loaded, Scene, Simulator};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
+}
+
+fn load(text: &str, origin: &str) -> Loaded {
+    let files = |relative: &str| std::fs::read_to_string(folder().join(relative));
+    Scene::parse(text, origin, &files).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn shipped(name: &str) -> Scene {
+    load(&std::fs::read_to_string(folder().join(name)).unwrap(), name).scene
+}
+
+#[test]
+fn every_scene_is_clean_and_renders() {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let loaded = load(&std::fs::read_to_string(&path).unwrap(), &name);
+        assert_eq!(loaded.warnings, [], "{name}");
+        let scene = loaded.scene;
+        for sensor in scene.sensors() {
+            let simulator = Simulator::new(&scene, &sensor.name).unwrap();
+            let middle = simulator.noisy(scene.duration() / 2, 1);
+            assert_eq!(middle.celsius.len(), sensor.columns * sensor.rows, "{name}");
+            assert!(
+                simulator
+                    .truth(scene.duration() / 2)
+                    .share
+                    .iter()
+                    .any(|share| *share > 0.1),
+                "{name}: no agent"
+            );
+        }
+        names.push(name);
+    }
+    names.sort();
+    for number in 1..=4 {
+        assert!(
+            names.contains(&format!("experiment-{number}.toml")),
+            "{names:?}"
+        );
+    }
+}
+
+#[test]
+fn experiment_1_is_the_papers_table_1() {
+    let scene = shipped("experiment-1.toml");
+    assert!(scene.is_static());
+    assert_eq!(scene.ambient().get(), 23.5);
+    let agent = &scene.agents()[0];
+    assert_eq!(
+        (agent.position_m(Duration::ZERO) * 1000.0).to_array(),
+        [1200.0, 1350.0, 0.0]
+    );
+    assert_eq!(agent.body.surface.celsius, 28.0);
+    assert_eq!(agent.body.shape.size_m().to_array(), [0.5, 0.2, 1.75]);
+    let fan_coil = scene
+        .objects()
+        .iter()
+        .find(|object| object.name == "fan-coil")
+        .unwrap();
+    assert_eq!(fan_coil.surface.celsius, 28.0);
+    // Right below the sensor: warmest in the four middle pixels, the same in each.
+    let image = Simulator::new(&scene, "ceiling")
+        .unwrap()
+        .image(Duration::ZERO);
+    let middle = image.at(3, 3);
+    for (row, column) in [(3, 4), (4, 3), (4, 4)] {
+        assert!((image.at(row, column) - middle).abs() < 1e-12);
+    }
+    assert!(
+        image
+            .celsius
+            .iter()
+            .all(|celsius| *celsius <= middle + 1e-12)
+    );
+    assert!(
+        image.at(4, 7) > 23.5,
+        "the fan-coil, at the room's left, appears at the right"
+    );
+    assert_eq!(image.at(4, 0), 23.5, "nothing stands at the room's right");
+}
+
+#[test]
+fn experiment_2_has_its_person_in_a_corner_of_the_view() {
+    let scene = shipped("experiment-2.toml");
+    let truth = Simulator::new(&scene, "ceiling")
+        .unwrap()
+        .truth(Duration::ZERO);
+    let seen: Vec<usize> = (0..64).filter(|pixel| truth.share[*pixel] > 0.2).collect();
+    assert!(!seen.is_empty());
+    // The room's front right: top left of the picture.
+    assert!(
+        seen.iter().all(|pixel| pixel / 8 < 4 && pixel % 8 < 4),
+        "{seen:?}"
+    );
+}
+
+#[test]
+fn experiments_3_and_4_walk_from_end_to_end() {
+    for name in ["experiment-3.toml", "experiment-4.toml"] {
+        let scene = shipped(name);
+        let agent = &scene.agents()[0];
+        assert_eq!(
+            (agent.position_m(Duration::ZERO) * 1000.0).to_array(),
+            [300.0, 1340.0, 0.0]
+        );
+        assert_eq!(
+            (agent.position_m(scene.duration()) * 1000.0).to_array(),
+            [2800.0, 1340.0, 0.0]
+        );
+        assert_eq!(scene.duration(), Duration::from_secs(5));
+        let simulator = Simulator::new(&scene, "ceiling").unwrap();
+        let centroid = |time| {
+            let truth = simulator.truth(time);
+            let total: f64 = truth.share.iter().sum();
+            assert!(total > 0.0, "{name}: the person is seen all the way");
+            let row: f64 = (0..64)
+                .map(|pixel| truth.share[pixel] * (pixel / 8) as f64)
+                .sum();
+            let column: f64 = (0..64)
+                .map(|pixel| truth.share[pixel] * (pixel % 8) as f64)
+                .sum();
+            (row / total, column / total)
+        };
+        let (start, end) = (centroid(Duration::ZERO), centroid(scene.duration()));
+        if name == "experiment-3.toml" {
+            assert!(
+                start.1 > 5.0 && end.1 < 2.0,
+                "left to right in the room, right to left in the picture"
+            );
+        } else {
+            assert!(start.0 > 5.0 && end.0 < 2.0, "away from the sensor is up");
+        }
+    }
+}
+
+#[test]
+fn the_readmes_example_is_a_scene() {
+    let readme = std::fs::read_to_string(folder().join("README.md")).unwrap();
+    let examples: Vec<&str> = readme
+        .split("```toml\n")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next())
+        .collect();
+    assert_eq!(examples.len(), 1);
+    let loaded = load(examples[0], "README.md");
+    assert_eq!(loaded.warnings, []);
+    let scene = loaded.scene;
+    let sensor = scene.sensor("ceiling").unwrap();
+    // The example shows the preset's values and the defaults: without those lines nothing changes.
+    let stated = [
+        "resolution",
+        "fov_deg",
+        "pixels_per_degree",
+        "noise_sigma_c",
+        "sampling_hz",
+        "operating_distance_mm",
+        "roll_deg",
+        "model",
+        "law",
+        "yaw_deg",
+        "emissivity = 0.8",
+    ];
+    let shorter: String = examples[0]
+        .lines()
+        .filter(|line| !stated.iter().any(|key| line.starts_with(key)))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    assert_eq!(load(&shorter, "README.md").scene, scene);
+    assert_eq!(
+        (sensor.columns, sensor.rows, sensor.noise_sigma),
+        (8, 8, 0.2)
+    );
+    assert_eq!(sensor.grid_points.to_array(), [300, 300]);
+}
+
+#[test]
+fn the_readme_names_every_key_that_there_is() {
+    let readme = std::fs::read_to_string(folder().join("README.md")).unwrap();
+    for (table, text) in [
+        ("scene", "wrong = 1"),
+        ("room", "[room]\nwrong = 1"),
+        ("object", "[[object]]\nwrong = 1"),
+        ("agent", "[[agent]]\nwrong = 1"),
+        ("sensor", "[[sensor]]\nwrong = 1"),
+    ] {
+        let refused = crate::parse(text).unwrap_err().to_string();
+        let keys: Vec<&str> = refused
+            .split('`')
+            .skip(3)
+            .step_by(2)
+            .filter(|key| !key.contains(' '))
+            .collect();
+        assert!(keys.len() >= 2, "{table}: {refused}");
+        for key in keys {
+            assert!(
+                readme.contains(&format!("\n{key} = "))
+                    || readme.contains(&format!("[{key}]"))
+                    || readme.contains(&format!("or {key} = ")),
+                "{table}: {key}"
+            );
+        }
+    }
+}
