@@ -196,7 +196,11 @@ impl OpenFile {
                 segment.bytes = before;
             }
         }
-        for segment in segments.iter().filter(|segment| segment.read) {
+        // An empty buffer may have any pointer, as with the kernel's copies.
+        for segment in segments
+            .iter()
+            .filter(|segment| segment.read && !segment.bytes.is_empty())
+        {
             memory.write(segment.buffer, segment.arrived()?)?;
         }
         i32::try_from(completed).or(Err(Errno::EINVAL))
