@@ -105,22 +105,21 @@ impl Plan {
         let Some(step) = self.steps.get(failed.step) else {
             return RunError::Serve { source };
         };
-        if let Step::Open { path, .. } = step
-            && path.to_bytes() == options.fuse_device.as_os_str().as_bytes()
-            && failed.errno != libc::EACCES
-            && failed.errno != libc::EPERM
-        {
+        let denied = matches!(
+            failed.errno,
+            libc::EPERM | libc::EACCES | libc::ENOSPC | libc::EUSERS
+        );
+        if !denied && step.opens(&options.fuse_device) {
             return RunError::NoFuse {
                 path: options.fuse_device.clone(),
                 source,
             };
         }
         let step = step.describe();
-        match failed.errno {
-            libc::EPERM | libc::EACCES | libc::ENOSPC | libc::EUSERS => {
-                RunError::NotPermitted { step, source }
-            }
-            _ => RunError::Setup { step, source },
+        if denied {
+            RunError::NotPermitted { step, source }
+        } else {
+            RunError::Setup { step, source }
         }
     }
 
@@ -159,7 +158,7 @@ impl Plan {
             flags: libc::MS_NOSUID | libc::MS_NOEXEC,
             data: Some(c_text("mode=0755,size=1m")?),
         });
-        for entry in dev_entries()? {
+        for entry in entries_of(Path::new(DEV))? {
             self.steps.extend(entry.steps(old.number())?);
         }
         self.steps.push(Step::MakeFile {
@@ -281,6 +280,10 @@ impl Step {
         }
     }
 
+    fn opens(&self, wanted: &Path) -> bool {
+        matches!(self, Self::Open { path, .. } if path.to_bytes() == wanted.as_os_str().as_bytes())
+    }
+
     fn needs_the_server(&self) -> bool {
         matches!(self, Self::LookAt { .. })
     }
@@ -373,13 +376,13 @@ impl DevEntry {
     }
 }
 
-fn dev_entries() -> Result<Vec<DevEntry>, RunError> {
+fn entries_of(dev: &Path) -> Result<Vec<DevEntry>, RunError> {
     let failed = |source| RunError::Setup {
-        step: format!("reading {DEV}"),
+        step: format!("reading {}", dev.display()),
         source,
     };
     let mut entries = Vec::new();
-    for entry in fs::read_dir(DEV).map_err(failed)? {
+    for entry in fs::read_dir(dev).map_err(failed)? {
         if entries.len() == DEV_ENTRIES_MAX {
             return Err(RunError::DevTooFull {
                 entries_max: DEV_ENTRIES_MAX,
@@ -436,4 +439,54 @@ fn c_text_of(parts: &[&[u8]]) -> Result<CString, RunError> {
     CString::new(bytes).map_err(|error| RunError::PathWithZero {
         path: PathBuf::from(OsStr::from_bytes(&error.into_vec())),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dev_of_too_many_entries_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        for index in 0..DEV_ENTRIES_MAX {
+            fs::File::create(folder.path().join(index.to_string())).unwrap();
+        }
+        assert_eq!(entries_of(folder.path()).unwrap().len(), DEV_ENTRIES_MAX);
+        fs::File::create(folder.path().join("one more")).unwrap();
+        let refused = entries_of(folder.path()).map(drop).unwrap_err();
+        assert!(matches!(
+            refused,
+            RunError::DevTooFull {
+                entries_max: DEV_ENTRIES_MAX
+            }
+        ));
+    }
+
+    #[test]
+    fn what_the_user_may_not_is_told_from_what_the_machine_cannot() {
+        let options = Options::new("/dev/i2c-emulation-plan");
+        let plan = Plan::new(&options, Right::Own).unwrap();
+        let explain = |step, errno| plan.explain(StepFailed { step, errno }, &options);
+        let open_fuse = plan
+            .steps
+            .iter()
+            .position(|step| step.opens(&options.fuse_device))
+            .unwrap();
+        let mount_fuse = plan.steps.len() - 1;
+        for errno in [libc::ENOENT, libc::ENODEV, libc::ENXIO] {
+            assert!(matches!(explain(open_fuse, errno), RunError::NoFuse { .. }));
+            assert!(matches!(explain(mount_fuse, errno), RunError::Setup { .. }));
+        }
+        for errno in [libc::EPERM, libc::EACCES, libc::ENOSPC] {
+            assert!(matches!(
+                explain(open_fuse, errno),
+                RunError::NotPermitted { .. }
+            ));
+            assert!(matches!(explain(0, errno), RunError::NotPermitted { .. }));
+        }
+        assert!(matches!(
+            explain(usize::MAX, libc::EPERM),
+            RunError::Serve { .. }
+        ));
+    }
 }

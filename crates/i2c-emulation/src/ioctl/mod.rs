@@ -298,11 +298,11 @@ impl Segment {
         let Some(extra) = self.length_first else {
             return Ok(&self.bytes);
         };
-        let told = self.bytes.first().copied().map_or(0, usize::from);
-        if told == 0 || told > SMBUS_BLOCK_MAX {
-            return Err(Errno::EPROTO);
+        match self.bytes.first().copied().map(usize::from) {
+            // The buffer has room for the longest block and not a byte more: a longer one is not there.
+            Some(told) if told > 0 => self.bytes.get(..extra + told).ok_or(Errno::EPROTO),
+            _ => Err(Errno::EPROTO),
         }
-        self.bytes.get(..extra + told).ok_or(Errno::EPROTO)
     }
 }
 

@@ -156,12 +156,12 @@ impl I2c for Chip {
         address: u8,
         operations: &mut [Operation<'_>],
     ) -> Result<(), ChipError> {
-        if let Some(fault) = self.faults.pop() {
-            self.seen.push(format!("{fault:?}"));
+        let absent = (u16::from(address) != TARGET).then_some(Fault::NackAddress);
+        let planned = self.faults.pop();
+        self.seen.extend(planned.map(|fault| format!("{fault:?}")));
+        if let Some(fault) = planned.or(absent) {
+            spoil(operations);
             return Err(ChipError(fault));
-        }
-        if u16::from(address) != TARGET {
-            return Err(ChipError(Fault::NackAddress));
         }
         let mut line = Vec::new();
         for operation in operations {
@@ -193,6 +193,15 @@ impl I2c for Chip {
         }
         self.seen.push(line.join(", "));
         Ok(())
+    }
+}
+
+/// What a bus may have left in the buffers when it fails.
+fn spoil(operations: &mut [Operation<'_>]) {
+    for operation in operations {
+        if let Operation::Read(buffer) = operation {
+            buffer.fill(0x99);
+        }
     }
 }
 
