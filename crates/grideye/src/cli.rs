@@ -1,0 +1,223 @@
+//! The command line: names, defaults and help of every command.
+
+use amg8833_emulator::Address;
+use clap::{Args, Parser, Subcommand};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
+#[derive(Debug, Parser)]
+#[command(version, propagate_version = true, max_term_width = 100)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Demo(Demo),
+    Simulate(Simulate),
+    Emulate(Emulate),
+    Collect(Collect),
+    Record(Record),
+    Compare(Compare),
+    Convert(Convert),
+    Audit(Audit),
+}
+
+/// The whole loop on this computer: emulated sensor, agent, collector, live page, recording, comparison, report.
+///
+/// Example: grideye demo --once --out out
+#[derive(Debug, Args)]
+pub(crate) struct Demo {
+    /// End with the verdict's exit code instead of serving the page until Ctrl-C.
+    #[arg(long)]
+    pub(crate) once: bool,
+    /// Folder for the store, the recording and the report.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub(crate) out: PathBuf,
+    /// Scene that the emulated sensor sees [default: the paper's experiment 1].
+    #[arg(long, value_name = "FILE", conflicts_with = "replay")]
+    pub(crate) scene: Option<PathBuf>,
+    /// Recording to play through the emulated sensor's registers instead; every frame is counted and compared.
+    #[arg(long, value_name = "RECORDING")]
+    pub(crate) replay: Option<PathBuf>,
+    /// Emulated seconds in a real one.
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) speed: f64,
+    /// Address of the live page; port 0 takes a free one.
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
+    pub(crate) listen: SocketAddr,
+    /// Seed of the emulated sensor's noise; the comparison's simulation draws from another.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+/// Simulate what a sensor of a scene measures.
+///
+/// Example: grideye simulate scenes/experiment-3.toml --out walk.csv
+#[derive(Debug, Args)]
+pub(crate) struct Simulate {
+    /// Scene file.
+    pub(crate) scene: PathBuf,
+    /// Sensor of the scene; needed when it has several.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sensor: Option<String>,
+    /// Number of frames [default: the whole walk, or 10 of a scene that stands still].
+    #[arg(long, value_name = "N")]
+    pub(crate) frames: Option<u32>,
+    /// Seed of the noise.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Recording to write (.csv); without it, the first frame is printed.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// Run another program with an emulated AMG8833 on its /dev/i2c-N, seen by that program alone.
+///
+/// Example: grideye emulate --scene scenes/experiment-1.toml -- i2cget -y 1 0x69 0x80 w
+#[derive(Debug, Args)]
+pub(crate) struct Emulate {
+    /// Scene that the sensor sees.
+    #[arg(
+        long,
+        value_name = "FILE",
+        required_unless_present = "recording",
+        conflicts_with = "recording"
+    )]
+    pub(crate) scene: Option<PathBuf>,
+    /// Recording that the sensor replays, frame by frame.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) recording: Option<PathBuf>,
+    /// Sensor of the scene; needed when it has several.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sensor: Option<String>,
+    /// Device file that the program sees.
+    #[arg(long, value_name = "PATH", default_value = "/dev/i2c-1")]
+    pub(crate) device: PathBuf,
+    /// Address of the sensor: 0x68 or 0x69.
+    #[arg(long, value_name = "ADDR", default_value = "0x69", value_parser = address)]
+    pub(crate) address: Address,
+    /// Seed of the noise.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// The program and its arguments.
+    #[arg(last = true, required = true, value_name = "PROGRAM")]
+    pub(crate) program: Vec<String>,
+}
+
+/// Serve agents and the live page, and store what arrives.
+///
+/// Example: grideye collect --store frames.sqlite
+#[derive(Debug, Args)]
+pub(crate) struct Collect {
+    /// Address to listen on.
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:8833")]
+    pub(crate) listen: SocketAddr,
+    /// SQLite file; made if it is not there.
+    #[arg(long, value_name = "FILE", default_value = "grideye.sqlite")]
+    pub(crate) store: PathBuf,
+    /// Listen on an address that other machines reach. There is no login yet: whoever reaches it can read and write.
+    #[arg(long)]
+    pub(crate) trust_network: bool,
+    /// Host name to answer for, beside loopback and the address listened on (for example pi.local); may be repeated.
+    #[arg(long = "host-name", value_name = "NAME")]
+    pub(crate) host_names: Vec<String>,
+}
+
+/// Where a running collector answers.
+#[derive(Debug, Args)]
+pub(crate) struct CollectorAddress {
+    /// Address of the collector.
+    #[arg(
+        long = "collector",
+        value_name = "URL",
+        default_value = "http://127.0.0.1:8833"
+    )]
+    pub(crate) url: String,
+}
+
+/// Record what arrives at a running collector under a name.
+///
+/// Example: grideye record empty-room --seconds 60 --out empty-room.csv
+#[derive(Debug, Args)]
+pub(crate) struct Record {
+    /// Name of the recording.
+    pub(crate) name: String,
+    /// Length in seconds; without it, until Ctrl-C.
+    #[arg(long, value_name = "N")]
+    pub(crate) seconds: Option<u64>,
+    /// Also write the recording to this file.
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) collector: CollectorAddress,
+}
+
+/// Compare a recording with a simulation of its scene, and say whether they agree.
+///
+/// Exit code 0: agrees, 1: disagrees, 3: cannot tell.
+///
+/// Example: grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv --report report.html
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// Scene file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: PathBuf,
+    /// Recording (this project's CSV, or a LINAIGE session).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) recording: PathBuf,
+    /// Sensor of the scene; needed when it has several.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sensor: Option<String>,
+    /// Report to write as one self-contained HTML file.
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
+    /// The same content for programs; `-` is standard output.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Seed of the simulation.
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub(crate) seed: u64,
+}
+
+/// Convert a recording; the LINAIGE layout is recognised.
+///
+/// Example: grideye convert recordings/linaige/Session2_2021-07-01_RoomB_v2.csv session2.csv
+#[derive(Debug, Args)]
+pub(crate) struct Convert {
+    /// Recording to read.
+    pub(crate) input: PathBuf,
+    /// Recording to write (.csv).
+    pub(crate) output: PathBuf,
+}
+
+/// Count every frame at a running collector: read = stored + dropped + spooled.
+///
+/// Exit code 0: balanced and nothing lost, 3: frames were lost.
+///
+/// Example: grideye audit --json
+#[derive(Debug, Args)]
+pub(crate) struct Audit {
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) collector: CollectorAddress,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("expected a number above 0".to_owned()),
+    }
+}
+
+fn address(text: &str) -> Result<Address, String> {
+    match text {
+        "0x68" => Ok(Address::Low),
+        "0x69" => Ok(Address::High),
+        _ => Err("the AMG8833 answers at 0x68 or 0x69".to_owned()),
+    }
+}

@@ -1,0 +1,243 @@
+//! `grideye compare`: a recording beside a simulation of its scene.
+
+use crate::cli::Compare;
+use crate::exit::{Outcome, bad_input};
+use crate::{files, progress, recordings};
+use anyhow::{Context as _, Result, anyhow};
+use grideye_recording::{Record, StreamId};
+use grideye_scene::Scene;
+use grideye_validator::report::{self, Context, Input};
+use grideye_validator::{Comparison, Measure, Options, Verdict, compare_scene, paper};
+use sha2::{Digest as _, Sha256};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+/// Compares, prints the verdict with its scores, and writes the reports that were asked for.
+pub(crate) fn run(options: &Compare) -> Result<Outcome> {
+    let scene = files::load_scene(Some(&options.scene))?;
+    let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
+    let records = only_stream(&options.recording)?;
+    let comparison = compare(&records, &scene, &sensor, options.seed)?;
+    let context = Context {
+        scene: options.scene.display().to_string(),
+        recording: options.recording.display().to_string(),
+        sensor,
+        command: command_line(),
+        program: program(),
+        created: String::new(),
+        seeds: vec![("simulation".to_owned(), options.seed)],
+        inputs: vec![hashed(&options.scene)?, hashed(&options.recording)?],
+        assumptions: Vec::new(),
+        experiment: experiment(&options.scene),
+    };
+    if let Some(path) = &options.report {
+        write_text(path, &report::html(&comparison, &context))?;
+    }
+    match &options.json {
+        Some(path) if path.as_os_str() == "-" => {
+            println!("{}", report::json(&comparison, &context))
+        }
+        Some(path) => write_text(path, &report::json(&comparison, &context))?,
+        None => {}
+    }
+    if options
+        .json
+        .as_ref()
+        .is_none_or(|path| path.as_os_str() != "-")
+    {
+        print(&comparison, context.experiment);
+    }
+    Ok(outcome(comparison.judgement.verdict))
+}
+
+/// Compares one stream with what the scene's sensor would see; noise and shuffles come from `seed`.
+pub(crate) fn compare(
+    records: &[Record],
+    scene: &Scene,
+    sensor: &str,
+    seed: u64,
+) -> Result<Comparison> {
+    compare_scene(
+        records,
+        scene,
+        sensor,
+        &Options {
+            seed,
+            ..Options::default()
+        },
+    )
+    .map_err(bad_input)
+}
+
+/// The exit code that a verdict deserves.
+pub(crate) fn outcome(verdict: Verdict) -> Outcome {
+    match verdict {
+        Verdict::Agrees => Outcome::Done,
+        Verdict::Disagrees => Outcome::Disagrees,
+        Verdict::CannotTell => Outcome::NoAnswer,
+    }
+}
+
+/// Name and version of this program.
+pub(crate) fn program() -> String {
+    concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned()
+}
+
+/// The command that was given, for the report; the program's own path is of no use to others.
+pub(crate) fn command_line() -> String {
+    let arguments = std::env::args().skip(1).map(|argument| quoted(&argument));
+    std::iter::once("grideye".to_owned())
+        .chain(arguments)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// As a shell takes it.
+fn quoted(argument: &str) -> String {
+    let is_plain =
+        |character: char| character.is_ascii_alphanumeric() || "-_./:=,+%@".contains(character);
+    if !argument.is_empty() && argument.chars().all(is_plain) {
+        return argument.to_owned();
+    }
+    format!("'{}'", argument.replace('\'', r"'\''"))
+}
+
+/// The paper's experiment that a scene file stands for, by its name.
+pub(crate) fn experiment(scene: &Path) -> Option<u8> {
+    let stem = scene.file_stem()?.to_str()?;
+    let number = stem.strip_prefix("experiment-")?.parse().ok()?;
+    paper::EXPERIMENTS
+        .iter()
+        .any(|experiment| experiment.number == number)
+        .then_some(number)
+}
+
+/// A file with its SHA-256.
+pub(crate) fn hashed(path: &Path) -> Result<Input> {
+    let mut file = files::open(path)?;
+    let mut hasher = Sha256::new();
+    std::io::copy(&mut file, &mut hasher)
+        .with_context(|| format!("cannot read {}", path.display()))?;
+    Ok(Input {
+        name: path.display().to_string(),
+        hash: sha256_text(hasher),
+    })
+}
+
+/// A text that came with the program, with its SHA-256.
+pub(crate) fn hashed_text(name: &str, text: &str) -> Input {
+    Input {
+        name: name.to_owned(),
+        hash: sha256_text(Sha256::new_with_prefix(text)),
+    }
+}
+
+fn sha256_text(hasher: Sha256) -> String {
+    let mut text = "sha256:".to_owned();
+    for byte in hasher.finalize() {
+        // Writing into a string does not fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    text
+}
+
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    files::write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))?;
+    progress::say(&format!("wrote {}", path.display()));
+    Ok(())
+}
+
+/// The records of a recording that holds one stream.
+fn only_stream(path: &Path) -> Result<Vec<Record>> {
+    let mut streams: BTreeMap<StreamId, Vec<Record>> = BTreeMap::new();
+    for row in recordings::load(path)? {
+        streams.entry(row.stream).or_default().push(row.record);
+    }
+    let count = streams.len();
+    match streams.pop_first() {
+        Some((_, records)) if count == 1 => Ok(records),
+        Some(_) => Err(bad_input(anyhow!(
+            "{} holds {count} streams, and one is compared at a time\nhint: keep the rows of one device, sensor and boot",
+            path.display()
+        ))),
+        None => Err(bad_input(anyhow!("{} holds no frame", path.display()))),
+    }
+}
+
+/// Verdict, reasons and the scores with what they are worth.
+pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) {
+    println!("{}", comparison.judgement.headline);
+    for reason in &comparison.judgement.reasons {
+        println!("  {reason}");
+    }
+    println!("{}", scores_line(comparison, experiment));
+}
+
+/// The paper's three scores in one line, each with its blank frame and shuffled pixels, and the paper's own figures.
+pub(crate) fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> String {
+    let published = paper::EXPERIMENTS
+        .iter()
+        .find(|published| Some(published.number) == experiment);
+    let figure = |pick: fn(&paper::Experiment) -> f64, digits: usize, scale: f64| {
+        published.map(|published| format!(", the paper's {:.digits$}", pick(published) * scale))
+    };
+    format!(
+        "C {}{}; MI {} bit{}; IS {} %{}",
+        with_floor(comparison, Measure::Correlation, 2, 1.0),
+        figure(|published| published.correlation, 2, 1.0).unwrap_or_default(),
+        with_floor(comparison, Measure::MutualInformationGrey, 1, 1.0),
+        figure(|published| published.mutual_information, 1, 1.0).unwrap_or_default(),
+        with_floor(comparison, Measure::ImageSimilarity, 0, 100.0),
+        figure(|published| published.image_similarity, 0, 100.0).unwrap_or_default(),
+    )
+}
+
+/// `0.97 (blank frame -, shuffled 0.01, repeat 0.98)`.
+fn with_floor(comparison: &Comparison, measure: Measure, digits: usize, scale: f64) -> String {
+    let score = comparison.score(measure);
+    let number = |value: Option<f64>| {
+        value.map_or("-".to_owned(), |value| {
+            format!("{:.digits$}", value * scale)
+        })
+    };
+    format!(
+        "{} (blank frame {}, shuffled {}, repeat {})",
+        number(score.value),
+        number(score.blank),
+        number(score.shuffled.map(|shuffled| shuffled.mean)),
+        number(score.ceiling)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_experiment_is_known_by_its_file_name() {
+        assert_eq!(experiment(Path::new("scenes/experiment-3.toml")), Some(3));
+        assert_eq!(experiment(Path::new("scenes/experiment-9.toml")), None);
+        assert_eq!(experiment(Path::new("bedroom.toml")), None);
+    }
+
+    #[test]
+    fn arguments_are_quoted_for_a_shell() {
+        assert_eq!(
+            quoted("scenes/experiment-1.toml"),
+            "scenes/experiment-1.toml"
+        );
+        assert_eq!(quoted("my room's.toml"), r"'my room'\''s.toml'");
+        assert_eq!(quoted(""), "''");
+    }
+
+    #[test]
+    fn a_hash_is_the_published_one_of_its_text() {
+        // FIPS 180-2, appendix B.1.
+        assert_eq!(
+            hashed_text("abc", "abc").hash,
+            "sha256:ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+    }
+}

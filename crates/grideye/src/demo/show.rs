@@ -1,0 +1,105 @@
+//! What the emulated sensor is shown: a scene, or a recording.
+
+use crate::cli::Demo;
+use crate::exit::bad_input;
+use crate::sensor::{self, Source};
+use crate::{compare, files, recordings};
+use anyhow::{Result, anyhow};
+use grideye_frame::RawFrame;
+use grideye_scene::Scene;
+use grideye_validator::report::Input;
+use std::path::Path;
+use std::time::Duration;
+
+/// Frames recorded of a scene in which nothing moves: ten seconds.
+const STATIC_FRAMES: u64 = 100;
+/// Longest walk that is recorded, in frames: ten minutes.
+const FRAMES_MAX: u64 = 6_000;
+/// The emulated sensor's period.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// What is shown.
+pub(super) enum Show {
+    /// A scene, and afterwards its comparison.
+    Scene(Box<SceneShow>),
+    /// A recording, and afterwards the count.
+    Replay(Replay),
+}
+
+/// A scene and one of its sensors.
+pub(super) struct SceneShow {
+    pub(super) scene: Scene,
+    pub(super) sensor: String,
+    pub(super) name: String,
+    pub(super) input: Input,
+    pub(super) experiment: Option<u8>,
+}
+
+/// A recording's frames.
+pub(super) struct Replay {
+    pub(super) frames: Vec<RawFrame>,
+}
+
+impl Show {
+    /// Reads the scene or the recording, before anything is started.
+    pub(super) fn prepare(options: &Demo) -> Result<Self> {
+        if let Some(path) = &options.replay {
+            let rows = recordings::load(path)?;
+            let streams: std::collections::BTreeSet<_> =
+                rows.iter().map(|row| &row.stream).collect();
+            if streams.len() > 1 {
+                return Err(bad_input(anyhow!(
+                    "{} holds {} streams, and one is replayed at a time\nhint: keep the rows of one device, sensor and boot",
+                    path.display(),
+                    streams.len()
+                )));
+            }
+            return Ok(Self::Replay(Replay {
+                frames: super::frames_of(&rows, path)?,
+            }));
+        }
+        let scene = files::load_scene(options.scene.as_deref())?;
+        let sensor = files::sensor_name(&scene, None)?;
+        let (name, input) = match &options.scene {
+            Some(path) => (path.display().to_string(), compare::hashed(path)?),
+            None => {
+                let name = "scenes/experiment-1.toml";
+                (
+                    name.to_owned(),
+                    compare::hashed_text(name, files::DEFAULT_SCENE),
+                )
+            }
+        };
+        let experiment = compare::experiment(Path::new(&name));
+        Ok(Self::Scene(Box::new(SceneShow {
+            scene,
+            sensor,
+            name,
+            input,
+            experiment,
+        })))
+    }
+
+    /// How many frames are recorded.
+    pub(super) fn frames(&self) -> u64 {
+        match self {
+            Self::Scene(shown) if shown.scene.is_static() => STATIC_FRAMES,
+            Self::Scene(shown) => {
+                let periods = shown.scene.duration().as_nanos() / PERIOD.as_nanos();
+                u64::try_from(periods + 1).map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
+            }
+            Self::Replay(replay) => u64::try_from(replay.frames.len()).unwrap_or(u64::MAX),
+        }
+    }
+
+    /// What the sensor's pixels are filled from.
+    pub(super) fn source(&self, seed: u64) -> Result<Source> {
+        match self {
+            Self::Scene(shown) => {
+                let simulator = files::simulator(&shown.scene, Some(&shown.sensor))?;
+                sensor::scene_source(&shown.scene, simulator, seed)
+            }
+            Self::Replay(replay) => Ok(sensor::replay_source(&replay.frames)),
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! How a command ends: the exit codes of the whole program, and the errors that choose between them.
+
+use std::fmt;
+use std::process::ExitCode;
+
+/// What a command that ran to its end has to say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// Done, or real and simulated agree: 0.
+    Done,
+    /// The check failed, or real and simulated disagree: 1.
+    Disagrees,
+    /// Finished without an answer, or with data lost: 3.
+    NoAnswer,
+    /// Another program ran and ended with this code, which is passed on.
+    Passed(u8),
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Done => Self::SUCCESS,
+            Outcome::Disagrees => Self::from(1),
+            Outcome::NoAnswer => Self::from(3),
+            Outcome::Passed(code) => Self::from(code),
+        }
+    }
+}
+
+/// Marks an error as the caller's to mend: a bad argument, scene, recording or configuration. Exit code 2.
+#[derive(Debug)]
+struct BadInput(anyhow::Error);
+
+impl fmt::Display for BadInput {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:#}", self.0)
+    }
+}
+
+impl std::error::Error for BadInput {}
+
+/// The same error, marked as bad input.
+pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> anyhow::Error {
+    anyhow::Error::new(BadInput(error.into()))
+}
+
+/// Prints the error for a person and gives its exit code: 2 for bad input, 1 for a failure.
+pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
+    eprintln!("error: {error:#}");
+    let is_bad_input = error.chain().any(|cause| cause.is::<BadInput>());
+    ExitCode::from(if is_bad_input { 2 } else { 1 })
+}

@@ -1,0 +1,151 @@
+//! Reading what the user named, and writing results so that no half-written file ever carries its final name.
+
+use crate::exit::bad_input;
+use anyhow::{Context as _, Result, anyhow};
+use grideye_scene::{Files, Scene, Simulator};
+use std::fs::{self, File};
+use std::io::{self, BufReader, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// The scene that the demonstration shows unless another is named: the paper's experiment 1.
+pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-1.toml");
+
+/// Files beside the scene file, as a scene names them.
+struct Beside(PathBuf);
+
+impl Files for Beside {
+    fn read(&self, relative: &str) -> io::Result<String> {
+        fs::read_to_string(self.0.join(relative))
+    }
+}
+
+/// The scene in `path`, or the built-in one; its warnings go to standard error.
+pub(crate) fn load_scene(path: Option<&Path>) -> Result<Scene> {
+    let (text, origin, folder) = match path {
+        Some(path) => {
+            let text = fs::read_to_string(path).map_err(|error| {
+                bad_input(anyhow!("cannot read the scene {}: {error}", path.display()))
+            })?;
+            let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+            (text, path.display().to_string(), folder)
+        }
+        None => (
+            DEFAULT_SCENE.to_owned(),
+            "scenes/experiment-1.toml (built in)".to_owned(),
+            PathBuf::new(),
+        ),
+    };
+    let loaded = Scene::parse(&text, &origin, &Beside(folder)).map_err(bad_input)?;
+    for warning in &loaded.warnings {
+        eprintln!("warning: {warning}");
+    }
+    Ok(loaded.scene)
+}
+
+/// The simulator of one sensor of the scene: the named one, or the only one.
+pub(crate) fn simulator(scene: &Scene, sensor: Option<&str>) -> Result<Simulator> {
+    Simulator::new(scene, &sensor_name(scene, sensor)?).map_err(bad_input)
+}
+
+/// The named sensor, or the scene's only one.
+pub(crate) fn sensor_name(scene: &Scene, sensor: Option<&str>) -> Result<String> {
+    if let Some(name) = sensor {
+        return Ok(name.to_owned());
+    }
+    match scene.sensors() {
+        [only] => Ok(only.name.clone()),
+        sensors => {
+            let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+            Err(bad_input(anyhow!(
+                "the scene has {} sensors\nhint: choose one with --sensor: {}",
+                sensors.len(),
+                names.join(", ")
+            )))
+        }
+    }
+}
+
+/// Opens a file that the user named for reading.
+pub(crate) fn open(path: &Path) -> Result<BufReader<File>> {
+    File::open(path)
+        .map(BufReader::new)
+        .map_err(|error| bad_input(anyhow!("cannot open {}: {error}", path.display())))
+}
+
+/// Creates the folder with all its parents, and proves that files can be written into it.
+pub(crate) fn writable_folder(folder: &Path) -> Result<()> {
+    let refuse = |error: io::Error| {
+        anyhow!(
+            "cannot write into the folder {}: {error}\nhint: name a folder of your own with --out",
+            folder.display()
+        )
+    };
+    fs::create_dir_all(folder).map_err(refuse)?;
+    let probe = folder.join(".grideye-write-test");
+    fs::write(&probe, b"").map_err(refuse)?;
+    fs::remove_file(&probe).map_err(refuse)?;
+    Ok(())
+}
+
+/// Writes a file through a temporary one beside it, synced and renamed only when `write` has succeeded.
+pub(crate) fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+) -> Result<()> {
+    let partial = partial_name(path);
+    let result = write_partial(&partial, write)
+        .and_then(|()| fs::rename(&partial, path).map_err(anyhow::Error::from))
+        .with_context(|| format!("cannot write {}", path.display()));
+    if result.is_err() {
+        // The first error is the one to report; a leftover that cannot be removed keeps its partial name.
+        drop(fs::remove_file(&partial));
+    }
+    result
+}
+
+fn write_partial(
+    partial: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+) -> Result<()> {
+    let file = File::create(partial)?;
+    let mut buffered = BufWriter::new(&file);
+    write(&mut buffered)?;
+    buffered.flush()?;
+    drop(buffered);
+    file.sync_all()?;
+    Ok(())
+}
+
+fn partial_name(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".{}.partial", std::process::id()));
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_neither_the_file_nor_a_leftover() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("recording.csv");
+        let error = write_whole(&path, |out| {
+            out.write_all(b"half a row")?;
+            Err(anyhow!("the source broke off"))
+        })
+        .unwrap_err();
+        assert!(format!("{error:#}").contains("the source broke off"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_whole_write_replaces_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("recording.csv");
+        fs::write(&path, b"old").unwrap();
+        write_whole(&path, |out| Ok(out.write_all(b"new")?)).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,47 @@
+//! `grideye`: demonstrate, simulate, emulate, collect, record, compare, convert and audit, from one command line.
+//!
+//! ```text
+//! grideye demo                                   the whole loop, without hardware
+//! grideye collect            (PC)  ◀── HTTP ──   grideye-agent run            (Raspberry Pi)
+//! grideye record NAME                            name what arrives
+//! grideye compare --scene S --recording R        agrees (0), disagrees (1), cannot tell (3)
+//! grideye emulate --scene S -- PROGRAM           any AMG8833 program, without hardware
+//! ```
+
+mod audit;
+mod cli;
+mod client;
+mod collect;
+mod compare;
+mod convert;
+mod demo;
+mod emulate;
+mod exit;
+mod files;
+mod paced_clock;
+mod progress;
+mod record;
+mod recordings;
+mod sensor;
+mod simulate;
+
+use clap::Parser as _;
+use cli::{Cli, Command};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Demo(options) => demo::run(&options),
+        Command::Simulate(options) => simulate::run(&options),
+        Command::Emulate(options) => emulate::run(&options),
+        Command::Collect(options) => collect::run(options),
+        Command::Record(options) => record::run(&options),
+        Command::Compare(options) => compare::run(&options),
+        Command::Convert(options) => convert::run(&options),
+        Command::Audit(options) => audit::run(&options),
+    };
+    match result {
+        Ok(outcome) => outcome.into(),
+        Err(error) => exit::report(&error),
+    }
+}

@@ -1,0 +1,50 @@
+//! `grideye record`: name what arrives at a running collector, and fetch it.
+
+use crate::cli::Record;
+use crate::client::Client;
+use crate::exit::Outcome;
+use crate::{files, progress};
+use anyhow::{Context as _, Result};
+use std::time::Duration;
+
+/// Records for the given time, or until Ctrl-C.
+pub(crate) fn run(options: &Record) -> Result<Outcome> {
+    let client = Client::new(&options.collector.url);
+    let recording = client.start_recording(&options.name)?;
+    progress::say(&format!("recording {:?}", recording.name));
+    wait(options.seconds)?;
+    let recording = client.stop_recording(recording.id)?;
+    if let Some(out) = &options.out {
+        files::write_whole(out, |file| {
+            client.download_csv(recording.id, file).map(drop)
+        })?;
+    }
+    println!(
+        "recorded {} frames as {:?}",
+        recording.frames, recording.name
+    );
+    Ok(if recording.frames > 0 {
+        Outcome::Done
+    } else {
+        progress::say("no frame arrived\nhint: look at the collector's page; is an agent running?");
+        Outcome::NoAnswer
+    })
+}
+
+fn wait(seconds: Option<u64>) -> Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("cannot start the timer")?;
+    runtime.block_on(async {
+        let interrupted = tokio::signal::ctrl_c();
+        match seconds {
+            Some(seconds) => tokio::select! {
+                () = tokio::time::sleep(Duration::from_secs(seconds)) => Ok(()),
+                result = interrupted => result,
+            },
+            None => interrupted.await,
+        }
+    })?;
+    Ok(())
+}

@@ -1,0 +1,51 @@
+//! Recordings on disk, whatever their layout.
+
+use crate::exit::bad_input;
+use crate::files;
+use anyhow::{Result, anyhow};
+use grideye_recording::{Layout, RecordingError, Row, csv, linaige, sniff};
+use std::fs::File;
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+
+/// The rows of a recording, one by one.
+type Rows = Box<dyn Iterator<Item = Result<Row, RecordingError>>>;
+
+/// Opens a recording of any layout that is known; rows come as they are read.
+pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>>> {
+    let shown = path.display().to_string();
+    let rows = rows(path)?;
+    Ok(rows.map(move |row| row.map_err(|error| bad_input(anyhow!("{shown}: {error}")))))
+}
+
+/// The whole recording in memory.
+pub(crate) fn load(path: &Path) -> Result<Vec<Row>> {
+    open(path)?.collect()
+}
+
+fn rows(path: &Path) -> Result<Rows> {
+    let mut input = files::open(path)?;
+    let place = |error: RecordingError| bad_input(anyhow!("{}: {error}", path.display()));
+    match layout(path, &mut input)? {
+        Layout::Recording => Ok(Box::new(csv::Reader::new(input).map_err(place)?)),
+        Layout::Linaige => {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let date = linaige::Date::from_file_name(&name).map_err(place)?;
+            let stream = linaige::stream_from_file_name(&name);
+            let reader = linaige::Reader::new(input, date, stream).map_err(place)?;
+            Ok(Box::new(reader.map(|row| row.map(|labelled| labelled.row))))
+        }
+    }
+}
+
+fn layout(path: &Path, input: &mut BufReader<File>) -> Result<Layout> {
+    let beginning = input
+        .fill_buf()
+        .map_err(|error| bad_input(anyhow!("cannot read {}: {error}", path.display())))?;
+    sniff(beginning).ok_or_else(|| {
+        bad_input(anyhow!(
+            "{} is no recording that is known here: its first line is none of the headers\nhint: recordings/README.md describes the formats",
+            path.display()
+        ))
+    })
+}
