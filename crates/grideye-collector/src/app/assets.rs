@@ -7,7 +7,46 @@ use axum::response::{IntoResponse, Response};
 
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
-const ASSETS: [(&str, &str, &str); 0] = [];
+/// Name, type and text.
+const ASSETS: [(&str, &str, &str); 9] = [
+    (
+        "style.css",
+        "text/css; charset=utf-8",
+        include_str!("../../assets/style.css"),
+    ),
+    (
+        "favicon.svg",
+        "image/svg+xml",
+        include_str!("../../assets/favicon.svg"),
+    ),
+    ("main.js", JAVASCRIPT, include_str!("../../assets/main.js")),
+    ("feed.js", JAVASCRIPT, include_str!("../../assets/feed.js")),
+    (
+        "heatmap.js",
+        JAVASCRIPT,
+        include_str!("../../assets/heatmap.js"),
+    ),
+    (
+        "palette.js",
+        JAVASCRIPT,
+        include_str!("../../assets/palette.js"),
+    ),
+    (
+        "recordings.js",
+        JAVASCRIPT,
+        include_str!("../../assets/recordings.js"),
+    ),
+    (
+        "sensor.js",
+        JAVASCRIPT,
+        include_str!("../../assets/sensor.js"),
+    ),
+    (
+        "words.js",
+        JAVASCRIPT,
+        include_str!("../../assets/words.js"),
+    ),
+];
 
 pub(super) async fn page() -> Response {
     file(

@@ -281,3 +281,47 @@ impl From<rusqlite::Error> for StoreError {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_commit_to_a_file_is_synced() {
+        let folder = tempfile::tempdir().unwrap();
+        let location = StoreLocation::File(folder.path().join("frames.sqlite"));
+        let connection = Place::of(&location)
+            .unwrap()
+            .connect(&Limits::default())
+            .unwrap();
+        let text =
+            |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, String>(0));
+        let number =
+            |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
+        assert_eq!(text("journal_mode").unwrap(), "wal");
+        // 2 is FULL: the log is synced at every commit (https://sqlite.org/pragma.html#pragma_synchronous).
+        assert_eq!(number("synchronous").unwrap(), 2);
+    }
+
+    #[test]
+    fn a_full_disk_is_told_from_other_faults() {
+        let fault = |code| {
+            StoreError::from(rusqlite::Error::SqliteFailure(
+                rusqlite::ffi::Error::new(code),
+                None,
+            ))
+        };
+        assert!(matches!(
+            fault(rusqlite::ffi::SQLITE_FULL),
+            StoreError::Full
+        ));
+        assert!(matches!(
+            fault(rusqlite::ffi::SQLITE_IOERR),
+            StoreError::Failed(_)
+        ));
+        assert!(matches!(
+            fault(rusqlite::ffi::SQLITE_READONLY),
+            StoreError::Unusable { .. }
+        ));
+    }
+}

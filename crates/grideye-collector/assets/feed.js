@@ -1,0 +1,39 @@
+// The collector's events, with a connection that comes back by itself.
+
+// The collector says "alive" every 5 s when it has nothing else to say.
+const SILENCE_MAX_MS = 12_000;
+const RETRY_MS = 1_000;
+
+/** Follows /v1/live. `on` holds one function for each event, and `link` for the state of the connection. */
+export function follow(on) {
+  let source = null;
+  let heardAt = 0;
+  let retry = null;
+
+  const connect = () => {
+    retry = null;
+    heardAt = performance.now();
+    source = new EventSource("/v1/live");
+    for (const event of ["snapshot", "frames", "recordings", "lagged", "alive"]) {
+      source.addEventListener(event, (message) => {
+        heardAt = performance.now();
+        on.link("open");
+        on[event]?.(JSON.parse(message.data));
+      });
+    }
+    source.addEventListener("error", again);
+  };
+
+  const again = () => {
+    source.close();
+    on.link("lost");
+    retry ??= setTimeout(connect, RETRY_MS);
+  };
+
+  // A network that went away without a word leaves a connection that looks open.
+  setInterval(() => {
+    if (retry === null && performance.now() - heardAt > SILENCE_MAX_MS) again();
+  }, 1_000);
+  on.link("connecting");
+  connect();
+}

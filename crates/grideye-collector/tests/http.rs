@@ -1,0 +1,1085 @@
+//! The HTTP interface through the router, without a socket.
+
+mod common;
+
+use axum::Router;
+use axum::body::{Body, Bytes};
+use axum::http::{HeaderMap, Method, Request, StatusCode, header};
+use common::{account, batch, counted, flat, frame, missing, numbered, part};
+use grideye_collector::store::StoreLocation;
+use grideye_collector::{AppState, Clock, FrameStore, Limits, SqliteStore, app};
+use grideye_frame::NoData;
+use grideye_recording::csv::Reader;
+use grideye_recording::wire::Batch;
+use serde_json::{Value, json};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+use tokio_stream::StreamExt;
+use tower::ServiceExt;
+
+/// When the tests begin: 2021-07-01 18:07:27 UTC, as the frames' wall clocks say.
+const START_UTC_NS: i64 = 1_625_163_247_000_000_000;
+
+/// A clock that stands still until it is told.
+#[derive(Default)]
+struct HandClock(AtomicU64);
+
+impl HandClock {
+    fn pass(&self, time: Duration) {
+        let ms = u64::try_from(time.as_millis()).unwrap();
+        self.0.fetch_add(ms, Ordering::SeqCst);
+    }
+}
+
+impl Clock for HandClock {
+    fn utc_ns(&self) -> i64 {
+        START_UTC_NS + i64::try_from(self.monotonic().as_nanos()).unwrap()
+    }
+
+    fn monotonic(&self) -> Duration {
+        Duration::from_millis(self.0.load(Ordering::SeqCst))
+    }
+}
+
+struct Server {
+    router: Router,
+    clock: Arc<HandClock>,
+    store: Arc<SqliteStore>,
+}
+
+struct Reply {
+    status: StatusCode,
+    headers: HeaderMap,
+    body: Bytes,
+}
+
+impl Reply {
+    fn json(&self) -> Value {
+        serde_json::from_slice(&self.body).unwrap()
+    }
+
+    /// Status, code and field of an error, after making sure that it is whole.
+    #[track_caller]
+    fn error(&self) -> (u16, String, Option<String>) {
+        let json = self.json();
+        let error = json["error"].as_object().unwrap();
+        let keys: Vec<_> = error.keys().map(String::as_str).collect();
+        assert_eq!(keys, ["code", "field", "hint", "message"]);
+        let message = error["message"].as_str().unwrap();
+        assert!(
+            !message.is_empty() && !message.contains("hint: "),
+            "{message}"
+        );
+        let text = |key: &str| error[key].as_str().map(ToOwned::to_owned);
+        (self.status.as_u16(), text("code").unwrap(), text("field"))
+    }
+}
+
+impl Server {
+    async fn new() -> Self {
+        Self::with(Limits::default()).await
+    }
+
+    async fn with(limits: Limits) -> Self {
+        let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
+        Self::on(store, limits).await
+    }
+
+    async fn on(store: Arc<SqliteStore>, limits: Limits) -> Self {
+        let clock = Arc::new(HandClock::default());
+        let state = AppState::new(store.clone(), limits, clock.clone())
+            .await
+            .unwrap();
+        Self {
+            router: app(state),
+            clock,
+            store,
+        }
+    }
+
+    async fn send(&self, request: Request<Body>) -> Reply {
+        let response = self.router.clone().oneshot(request).await.unwrap();
+        let (parts, body) = response.into_parts();
+        let body = axum::body::to_bytes(body, 1 << 26).await.unwrap();
+        Reply {
+            status: parts.status,
+            headers: parts.headers,
+            body,
+        }
+    }
+
+    async fn get(&self, path: &str) -> Reply {
+        self.send(request(Method::GET, path, Body::empty())).await
+    }
+
+    async fn post(&self, path: &str, body: impl Into<Body>) -> Reply {
+        self.send(request(Method::POST, path, body.into())).await
+    }
+
+    async fn frames(&self, batch: &Batch) -> Reply {
+        self.post("/v1/frames", batch.to_json().unwrap()).await
+    }
+
+    /// The only sensor.
+    async fn sensor(&self) -> Value {
+        self.get("/v1/sensors").await.json()["sensors"][0].clone()
+    }
+
+    async fn streams(&self) -> usize {
+        self.get("/v1/audit").await.json()["streams"]
+            .as_array()
+            .unwrap()
+            .len()
+    }
+}
+
+fn request(method: Method, path: &str, body: Body) -> Request<Body> {
+    Request::builder()
+        .method(method)
+        .uri(path)
+        .header(header::HOST, "127.0.0.1:8080")
+        .header(header::CONTENT_TYPE, "application/json")
+        .body(body)
+        .unwrap()
+}
+
+// Frames.
+
+#[tokio::test]
+async fn frames_are_answered_with_what_is_durable() {
+    let server = Server::new().await;
+    let reply = server.frames(&numbered(0..5)).await;
+    assert_eq!(reply.status, StatusCode::OK);
+    assert_eq!(reply.headers[header::CONTENT_TYPE], "application/json");
+    assert_eq!(
+        reply.json(),
+        json!({ "durable_through": { "s1": 4 }, "gaps": [] })
+    );
+    let reply = server.frames(&numbered([7, 9])).await;
+    let gaps =
+        json!([{ "sensor": "s1", "from": 5, "to": 6 }, { "sensor": "s1", "from": 8, "to": 8 }]);
+    assert_eq!(
+        reply.json(),
+        json!({ "durable_through": { "s1": 9 }, "gaps": gaps })
+    );
+    let nothing = server.frames(&batch("pi-1", "b1", vec![])).await;
+    assert_eq!(nothing.json(), json!({ "durable_through": {}, "gaps": [] }));
+}
+
+#[tokio::test]
+async fn the_body_that_the_design_shows_is_taken() {
+    let server = Server::new().await;
+    let pixels = vec!["80"; 64].join(",");
+    let body = format!(
+        r#"{{"device":"pi-1","boot":"b","sensors":[{{"sensor":"i2c-1:0x69","frames":[{{"seq":17,"t_boot_ns":5,"t_utc_ns":6,"clock":"synced","thermistor_raw":402,"pixels_raw":[{pixels}]}}]}}]}}"#
+    );
+    let reply = server.post("/v1/frames", body).await;
+    assert_eq!(reply.json()["durable_through"], json!({ "i2c-1:0x69": 17 }));
+    let frame = server.sensor().await["frame"].clone();
+    // AMG88 spec §4-11-11 and -12: 80 steps of 0.25 °C and 402 of 0.0625 °C.
+    assert_eq!(
+        (&frame["pixels_celsius"][0], &frame["thermistor_celsius"]),
+        (&json!(20.0), &json!(25.125))
+    );
+    assert_eq!(
+        (&frame["pixels_raw"][63], &frame["thermistor_raw"]),
+        (&json!(80), &json!(402))
+    );
+}
+
+#[tokio::test]
+async fn malformed_bodies_are_refused_by_the_name_of_the_field_and_nothing_is_stored() {
+    let server = Server::new().await;
+    let good: Value = serde_json::from_slice(&numbered(0..2).to_json().unwrap()).unwrap();
+    let changed = |path: &str, value: Value| {
+        let mut body = good.clone();
+        *body.pointer_mut(path).unwrap() = value;
+        body.to_string()
+    };
+    let second = "/sensors/0/frames/1";
+    let mut short = good.clone();
+    short["sensors"][0]["frames"][1]["pixels_raw"]
+        .as_array_mut()
+        .unwrap()
+        .pop();
+    let cases = [
+        (
+            changed(&format!("{second}/seq"), json!(-1)),
+            422,
+            "sensors[0].frames[1].seq",
+        ),
+        (
+            changed(&format!("{second}/clock"), json!("late")),
+            422,
+            "sensors[0].frames[1].clock",
+        ),
+        (
+            changed(&format!("{second}/pixels_raw/63"), json!(70000)),
+            422,
+            "sensors[0].frames[1].pixels_raw[63]",
+        ),
+        (
+            changed(&format!("{second}/pixels_raw/0"), json!(20.5)),
+            422,
+            "sensors[0].frames[1].pixels_raw[0]",
+        ),
+        (short.to_string(), 422, "sensors[0].frames[1].pixels_raw"),
+        (changed("/device", json!("=cmd()")), 422, "device"),
+        (changed("/boot", json!(null)), 422, "boot"),
+        (
+            r#"{"device":"pi-1","boot":"b1","sensors":[],"extra":1}"#.to_owned(),
+            422,
+            "extra",
+        ),
+        (r#"{"device":"pi-1","sensors":[]}"#.to_owned(), 422, "boot"),
+        (good.to_string()[..200].to_owned(), 400, ""),
+        ("NaN".to_owned(), 400, ""),
+        (String::new(), 400, ""),
+    ];
+    for (body, status, field) in cases {
+        let reply = server.post("/v1/frames", body.clone()).await;
+        let (found, code, at) = reply.error();
+        assert_eq!(found, status, "{code} for {body}");
+        assert!(at.unwrap().contains(field), "{body}: {}", reply.json());
+    }
+    assert_eq!(server.streams().await, 0);
+}
+
+#[tokio::test]
+async fn the_same_key_with_other_content_is_a_conflict_that_names_it() {
+    let server = Server::new().await;
+    server.frames(&numbered(0..3)).await;
+    let forged = batch(
+        "pi-1",
+        "b1",
+        vec![part("s1", vec![flat(2, 80, 400), frame(3)])],
+    );
+    let reply = server.frames(&forged).await;
+    assert_eq!(
+        reply.error(),
+        (409, "conflict".to_owned(), Some("seq".to_owned()))
+    );
+    let message = reply.json()["error"]["message"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    assert!(
+        message.contains("sensor s1") && message.contains("seq 2"),
+        "{message}"
+    );
+    assert_eq!(server.sensor().await["durable_through"], 2);
+}
+
+#[tokio::test]
+async fn a_body_may_not_be_larger_than_allowed_announced_or_not() {
+    let server = Server::with(Limits {
+        body_bytes_max: 3000,
+        ..Limits::default()
+    })
+    .await;
+    let fits = numbered(0..5).to_json().unwrap();
+    assert!(fits.len() < 3000);
+    assert_eq!(server.post("/v1/frames", fits).await.status, StatusCode::OK);
+    let pieces = || (0..40).map(|_| Ok::<_, std::io::Error>(Bytes::from(vec![b' '; 100])));
+    let unannounced = Body::from_stream(tokio_stream::iter(pieces()));
+    assert_eq!(server.post("/v1/frames", unannounced).await.error().0, 413);
+    let mut announced = request(Method::POST, "/v1/frames", Body::from(vec![b' '; 3001]));
+    announced
+        .headers_mut()
+        .insert(header::CONTENT_LENGTH, 3001.into());
+    let reply = server.send(announced).await;
+    assert_eq!(reply.error(), (413, "body_too_large".to_owned(), None));
+}
+
+#[tokio::test]
+async fn a_batch_may_not_hold_more_than_allowed() {
+    let few = grideye_recording::wire::Limits {
+        frames: 4,
+        ..Default::default()
+    };
+    let server = Server::with(Limits {
+        batch: few,
+        ..Limits::default()
+    })
+    .await;
+    let (status, code, field) = server.frames(&numbered(0..5)).await.error();
+    assert_eq!((status, code.as_str()), (413, "too_many"));
+    assert!(field.unwrap().contains("frames"));
+    assert_eq!(server.frames(&numbered(0..4)).await.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn another_type_than_json_is_not_guessed_at() {
+    let server = Server::new().await;
+    let mut form = request(Method::POST, "/v1/frames", Body::from("{}"));
+    form.headers_mut().insert(
+        header::CONTENT_TYPE,
+        "application/x-www-form-urlencoded".parse().unwrap(),
+    );
+    assert_eq!(
+        server.send(form).await.error(),
+        (415, "not_json".to_owned(), Some("content-type".to_owned()))
+    );
+    let mut charset = request(
+        Method::POST,
+        "/v1/frames",
+        numbered(0..1).to_json().unwrap().into(),
+    );
+    charset.headers_mut().insert(
+        header::CONTENT_TYPE,
+        "Application/JSON; charset=utf-8".parse().unwrap(),
+    );
+    assert_eq!(server.send(charset).await.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn sensors_are_limited() {
+    let server = Server::with(Limits {
+        sensors_max: 2,
+        ..Limits::default()
+    })
+    .await;
+    let two = vec![part("s1", vec![frame(0)]), part("s2", vec![frame(0)])];
+    assert_eq!(
+        server.frames(&batch("pi-1", "b1", two)).await.status,
+        StatusCode::OK
+    );
+    let third = server
+        .frames(&batch("pi-2", "b1", vec![part("s1", vec![frame(0)])]))
+        .await;
+    assert_eq!(third.error(), (507, "too_many_sensors".to_owned(), None));
+    assert_eq!(server.streams().await, 2);
+    assert_eq!(
+        server.frames(&numbered(0..3)).await.status,
+        StatusCode::OK,
+        "known sensors go on"
+    );
+}
+
+/// A body that never ends.
+fn endless() -> Body {
+    Body::from_stream(tokio_stream::pending::<Result<Bytes, std::io::Error>>())
+}
+
+#[tokio::test]
+async fn the_memory_for_bodies_is_limited_and_given_back() {
+    let limits = Limits {
+        body_bytes_max: 40_000,
+        bodies_bytes_max: 50_000,
+        ..Limits::default()
+    };
+    let server = Server::with(limits).await;
+    let held = tokio::spawn(server.router.clone().oneshot(request(
+        Method::POST,
+        "/v1/frames",
+        endless(),
+    )));
+    tokio::task::yield_now().await;
+    let mut second = request(Method::POST, "/v1/frames", endless());
+    second
+        .headers_mut()
+        .insert(header::CONTENT_LENGTH, 20_000.into());
+    let reply = server.send(second).await;
+    assert_eq!(reply.error(), (503, "busy".to_owned(), None));
+    assert_eq!(reply.headers[header::RETRY_AFTER], "1");
+    held.abort();
+    let _ = held.await;
+    assert_eq!(server.frames(&numbered(0..5)).await.status, StatusCode::OK);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_body_that_does_not_come_is_given_up() {
+    let server = Server::new().await;
+    let began = tokio::time::Instant::now();
+    let reply = server.post("/v1/frames", endless()).await;
+    assert_eq!(reply.error(), (408, "body_too_slow".to_owned(), None));
+    assert_eq!(began.elapsed(), Limits::default().body_time_max);
+}
+
+#[tokio::test]
+async fn a_request_that_is_not_done_in_time_is_answered_all_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frames.sqlite");
+    let limits = Limits {
+        handler_time_max: Duration::from_millis(80),
+        ..Limits::default()
+    };
+    let store = Arc::new(SqliteStore::open(&StoreLocation::File(path.clone()), &limits).unwrap());
+    let server = Server::on(store, limits).await;
+    let other = rusqlite::Connection::open(path).unwrap();
+    other.execute_batch("BEGIN IMMEDIATE").unwrap();
+    let reply = server.frames(&numbered(0..5)).await;
+    assert_eq!(reply.error(), (504, "too_slow".to_owned(), None));
+    other.execute_batch("ROLLBACK").unwrap();
+    // It was asked for and may have been stored meanwhile: sending it again is right either way.
+    let again = server.frames(&numbered(0..5)).await;
+    assert_eq!(again.json()["durable_through"], json!({ "s1": 4 }));
+    assert_eq!(
+        server.get("/v1/audit").await.json()["streams"][0]["stored"],
+        5
+    );
+}
+
+// The present state.
+
+#[tokio::test]
+async fn a_sensors_state_tells_age_rate_and_books() {
+    let server = Server::new().await;
+    let mut sent = counted(0..21, account(24, 3, 21));
+    // Sent 50 ms after the last frame was read, by the device's own clock.
+    sent.t_sent_boot_ns = Some(frame(20).stamp.t_boot_ns + 50_000_000);
+    server.frames(&sent).await;
+    server.clock.pass(Duration::from_millis(200));
+    let sensor = server.sensor().await;
+    assert_eq!(sensor["device"], "pi-1");
+    assert_eq!(sensor["age_s"], 0.25);
+    assert_eq!(sensor["frame"]["age_basis"], "boot-clock");
+    assert_eq!(sensor["frame"]["seq"], 20);
+    assert_eq!(sensor["rate_hz"], 10.0);
+    assert_eq!(sensor["read"], 24);
+    assert_eq!(sensor["stored"], 21);
+    assert_eq!(sensor["dropped"], json!({ "spool-full": 3 }));
+    assert_eq!(
+        (
+            &sensor["spooled"],
+            &sensor["unaccounted"],
+            &sensor["balanced"]
+        ),
+        (&json!(0), &json!(0), &json!(true))
+    );
+    assert_eq!(sensor["errors"], json!({ "nack": 2 }));
+    server.clock.pass(Duration::from_secs(6));
+    let silent = server.sensor().await;
+    assert_eq!(
+        (&silent["age_s"], &silent["rate_hz"]),
+        (&json!(6.25), &Value::Null)
+    );
+}
+
+#[tokio::test]
+async fn the_age_is_told_by_the_best_clock_that_there_is() {
+    let server = Server::new().await;
+    // A wall clock that was set: the frame's time is START + seq x 0.1 s.
+    server.clock.pass(Duration::from_secs(10));
+    server.frames(&numbered([0])).await;
+    assert_eq!(server.sensor().await["age_s"], 10.0);
+    assert_eq!(server.sensor().await["frame"]["age_basis"], "wall-clock");
+    // A wall clock that was never set says nothing.
+    let mut unset = frame(1);
+    unset.stamp.clock = grideye_recording::ClockState::Unsynced;
+    server
+        .frames(&batch("pi-1", "b1", vec![part("s1", vec![unset])]))
+        .await;
+    server.clock.pass(Duration::from_secs(2));
+    let sensor = server.sensor().await;
+    assert_eq!(
+        (&sensor["age_s"], &sensor["frame"]["age_basis"]),
+        (&json!(2.0), &json!("arrival"))
+    );
+}
+
+#[tokio::test]
+async fn a_backlog_is_kept_and_never_shown_as_new() {
+    let server = Server::new().await;
+    let sent_at = |mut batch: Batch, after_frame: u64| {
+        batch.t_sent_boot_ns = Some(frame(after_frame).stamp.t_boot_ns);
+        batch
+    };
+    server.frames(&sent_at(numbered(100..105), 105)).await;
+    server.frames(&sent_at(numbered(0..100), 106)).await;
+    let sensor = server.sensor().await;
+    assert_eq!(
+        (&sensor["frame"]["seq"], &sensor["stored"]),
+        (&json!(104), &json!(105))
+    );
+    // The run before, which ended a while ago, is delivered late.
+    let mut before = numbered(0..50);
+    before.boot = "b0".to_owned();
+    server.frames(&sent_at(before, 107)).await;
+    assert_eq!(server.sensor().await["boot"], "b1");
+    // A new run takes over.
+    let mut after = numbered([0]);
+    after.boot = "b2".to_owned();
+    server.clock.pass(Duration::from_secs(1));
+    server.frames(&sent_at(after, 0)).await;
+    let sensor = server.sensor().await;
+    assert_eq!(
+        (&sensor["boot"], &sensor["frame"]["seq"], &sensor["stored"]),
+        (&json!("b2"), &json!(0), &json!(1))
+    );
+}
+
+#[tokio::test]
+async fn a_frame_that_could_not_be_read_is_said_and_the_last_one_keeps_its_age() {
+    let server = Server::new().await;
+    server.frames(&numbered(0..5)).await;
+    server.clock.pass(Duration::from_secs(1));
+    server
+        .frames(&batch(
+            "pi-1",
+            "b1",
+            vec![part("s1", vec![missing(5, NoData::BusTimeout)])],
+        ))
+        .await;
+    let sensor = server.sensor().await;
+    assert_eq!(sensor["no_frame_now"]["missing"], "bus-timeout");
+    assert_eq!(sensor["frame"]["seq"], 4);
+    assert_eq!(sensor["missing"], 1);
+    server.frames(&numbered([6])).await;
+    assert_eq!(server.sensor().await["no_frame_now"], Value::Null);
+}
+
+#[tokio::test]
+async fn a_restart_shows_what_was_last_stored_with_its_age() {
+    let server = Server::new().await;
+    server.frames(&counted(0..5, account(5, 0, 5))).await;
+    let before = server.sensor().await;
+    let again = Server::on(Arc::clone(&server.store), Limits::default()).await;
+    let after = again.sensor().await;
+    assert_eq!(after["frame"]["pixels_raw"], before["frame"]["pixels_raw"]);
+    assert_eq!((&after["stored"], &after["read"]), (&json!(5), &json!(5)));
+}
+
+#[tokio::test]
+async fn the_audit_says_whether_the_books_balance() {
+    let server = Server::new().await;
+    server.frames(&counted(0..5, account(5, 0, 5))).await;
+    let audit = server.get("/v1/audit").await.json();
+    assert_eq!(
+        (&audit["balanced"], &audit["streams"][0]["balanced"]),
+        (&json!(true), &json!(true))
+    );
+    server.frames(&counted(6..10, account(10, 0, 4))).await;
+    let audit = server.get("/v1/audit").await.json();
+    assert_eq!(
+        (&audit["balanced"], &audit["streams"][0]["unaccounted"]),
+        (&json!(false), &json!(1))
+    );
+    assert_eq!(audit["streams"][0]["gaps"], json!([{ "from": 5, "to": 5 }]));
+}
+
+// Live events.
+
+/// One client of the events.
+struct Client {
+    body: axum::body::BodyDataStream,
+    text: String,
+}
+
+impl Client {
+    async fn of(server: &Server) -> Self {
+        let response = server
+            .router
+            .clone()
+            .oneshot(request(Method::GET, "/v1/live", Body::empty()))
+            .await
+            .unwrap();
+        assert_eq!(response.status(), StatusCode::OK);
+        assert_eq!(
+            response.headers()[header::CONTENT_TYPE],
+            "text/event-stream"
+        );
+        Self {
+            body: response.into_body().into_data_stream(),
+            text: String::new(),
+        }
+    }
+
+    /// The next event's name and data.
+    async fn next(&mut self) -> (String, Value) {
+        while !self.text.contains("\n\n") {
+            let piece = self.body.next().await.unwrap().unwrap();
+            self.text.push_str(std::str::from_utf8(&piece).unwrap());
+        }
+        let whole = std::mem::take(&mut self.text);
+        let (event, rest) = whole.split_once("\n\n").unwrap();
+        self.text = rest.to_owned();
+        let field = |name: &str| {
+            event
+                .lines()
+                .find_map(|line| line.strip_prefix(name))
+                .unwrap()
+                .trim()
+                .to_owned()
+        };
+        (
+            field("event:"),
+            serde_json::from_str(&field("data:")).unwrap(),
+        )
+    }
+}
+
+#[tokio::test]
+async fn a_client_gets_the_state_and_then_every_batch_in_degrees() {
+    let server = Server::new().await;
+    server.frames(&numbered(0..2)).await;
+    let mut client = Client::of(&server).await;
+    let (name, snapshot) = client.next().await;
+    assert_eq!(
+        (name.as_str(), &snapshot["sensors"][0]["frames"][0]["seq"]),
+        ("snapshot", &json!(1))
+    );
+
+    let records = vec![
+        flat(2, 0x80, 0x190),
+        missing(3, NoData::Nack),
+        flat(4, 0xFDC, 0x8BB),
+    ];
+    server
+        .frames(&batch("pi-1", "b1", vec![part("s1", records)]))
+        .await;
+    let (name, event) = client.next().await;
+    let sensor = &event["sensors"][0];
+    let frames = &sensor["frames"];
+    assert_eq!(
+        (name.as_str(), &sensor["stored"], &sensor["missing"]),
+        ("frames", &json!(4), &json!(1))
+    );
+    // AMG88 spec §4-11-11 and -12, printed rows: 0x080 is 32 °C, 0xFDC is -9 °C; thermistor 0x190 is 25 °C,
+    // 0x8BB is -11.6875 °C (sign and magnitude).
+    assert_eq!(
+        (
+            &frames[0]["pixels_celsius"][0],
+            &frames[0]["thermistor_celsius"]
+        ),
+        (&json!(32.0), &json!(25.0))
+    );
+    assert_eq!(
+        (&frames[1]["seq"], &frames[1]["missing"]),
+        (&json!(3), &json!("nack"))
+    );
+    assert_eq!(
+        (
+            &frames[2]["pixels_celsius"][63],
+            &frames[2]["thermistor_celsius"]
+        ),
+        (&json!(-9.0), &json!(-11.6875))
+    );
+
+    // What was there before is not told again.
+    server.frames(&numbered(0..2)).await;
+    let (_, event) = client.next().await;
+    assert_eq!(event["sensors"][0]["frames"], json!([]));
+}
+
+#[tokio::test]
+async fn a_client_that_lags_is_told_and_gets_the_state_again() {
+    let server = Server::with(Limits {
+        live_lag_max: 4,
+        ..Limits::default()
+    })
+    .await;
+    let mut client = Client::of(&server).await;
+    assert_eq!(client.next().await.0, "snapshot");
+    for seq in 0..40 {
+        server.frames(&numbered([seq])).await;
+    }
+    let mut missed = 0;
+    let mut told = 0;
+    loop {
+        let (name, data) = client.next().await;
+        match name.as_str() {
+            "frames" => told += 1,
+            "lagged" => {
+                missed = data["missed"].as_u64().unwrap();
+                assert_eq!(client.next().await.0, "snapshot");
+            }
+            other => panic!("{other}"),
+        }
+        if told + missed == 40 {
+            break;
+        }
+    }
+    assert!(missed >= 30, "{missed}");
+}
+
+#[tokio::test]
+async fn of_a_long_batch_a_client_gets_the_newest_frames() {
+    let server = Server::with(Limits {
+        live_frames_max: 3,
+        ..Limits::default()
+    })
+    .await;
+    let mut client = Client::of(&server).await;
+    client.next().await;
+    server.frames(&numbered(0..10)).await;
+    let (_, event) = client.next().await;
+    let seqs: Vec<_> = event["sensors"][0]["frames"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|frame| frame["seq"].clone())
+        .collect();
+    assert_eq!(seqs, [7, 8, 9]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn silence_is_filled() {
+    let server = Server::new().await;
+    let mut client = Client::of(&server).await;
+    client.next().await;
+    let began = tokio::time::Instant::now();
+    assert_eq!(client.next().await.0, "alive");
+    assert_eq!(began.elapsed(), Limits::default().live_keep_alive);
+}
+
+#[tokio::test]
+async fn live_clients_are_limited_and_leave_their_seat() {
+    let server = Server::with(Limits {
+        live_clients_max: 1,
+        ..Limits::default()
+    })
+    .await;
+    let mut first = Client::of(&server).await;
+    first.next().await;
+    assert_eq!(
+        server.get("/v1/live").await.error(),
+        (503, "too_many_live_clients".to_owned(), None)
+    );
+    drop(first);
+    // The seat is left when the feed notices.
+    for _ in 0..100 {
+        tokio::task::yield_now().await;
+    }
+    Client::of(&server).await.next().await;
+}
+
+// Recordings.
+
+async fn start(server: &Server, name: &str) -> Reply {
+    server
+        .post("/v1/recordings", json!({ "name": name }).to_string())
+        .await
+}
+
+#[tokio::test]
+async fn a_recording_is_started_listed_stopped_and_read() {
+    let server = Server::with(Limits {
+        page_rows: 3,
+        ..Limits::default()
+    })
+    .await;
+    server.frames(&numbered(0..2)).await;
+    let reply = start(&server, " kitchen, evening é ").await;
+    assert_eq!(reply.status, StatusCode::CREATED);
+    assert_eq!(reply.headers[header::LOCATION], "/v1/recordings/1");
+    let recording = reply.json();
+    assert_eq!(
+        (&recording["name"], &recording["running"]),
+        (&json!("kitchen, evening é"), &json!(true))
+    );
+    let mut records: Vec<_> = (2..12).map(frame).collect();
+    records[4] = missing(6, NoData::HostStalled);
+    server
+        .frames(&batch("pi-1", "b1", vec![part("s1", records.clone())]))
+        .await;
+    server.clock.pass(Duration::from_secs(3));
+    let stopped = server.post("/v1/recordings/1/stop", "").await.json();
+    assert_eq!(
+        (&stopped["frames"], &stopped["missing"], &stopped["sensors"]),
+        (&json!(9), &json!(1), &json!(1))
+    );
+    assert_eq!(
+        stopped["t_stop_ns"].as_i64().unwrap() - stopped["t_start_ns"].as_i64().unwrap(),
+        3_000_000_000
+    );
+    server.frames(&numbered(12..14)).await;
+    assert_eq!(
+        server.get("/v1/recordings").await.json(),
+        json!({ "recordings": [stopped] })
+    );
+    assert_eq!(server.get("/v1/recordings/1").await.json(), stopped);
+
+    let csv = server.get("/v1/recordings/1.csv").await;
+    assert_eq!(
+        csv.headers[header::CONTENT_TYPE],
+        "text/csv; charset=utf-8; header=present"
+    );
+    assert_eq!(
+        csv.headers[header::CONTENT_DISPOSITION],
+        "attachment; filename=\"kitchen, evening _.csv\"; filename*=UTF-8''kitchen%2C%20evening%20%C3%A9.csv"
+    );
+    let rows: Vec<_> = Reader::new(&csv.body[..])
+        .unwrap()
+        .collect::<Result<_, _>>()
+        .unwrap();
+    // The format keeps the twelve bits that have a meaning.
+    let seqs: Vec<_> = rows.iter().map(|row| row.record.seq).collect();
+    assert_eq!(seqs, Vec::from_iter(2..12));
+    assert_eq!(rows[4].record, records[4]);
+    assert_eq!(rows[0].record.stamp, records[0].stamp);
+    assert_eq!(rows[0].t_arrival_ns, Some(START_UTC_NS));
+}
+
+#[tokio::test]
+async fn an_empty_recording_is_a_file_with_a_header() {
+    let server = Server::new().await;
+    start(&server, "empty").await;
+    let csv = server.get("/v1/recordings/1.csv").await;
+    assert_eq!(Reader::new(&csv.body[..]).unwrap().count(), 0);
+}
+
+#[tokio::test]
+async fn names_that_cannot_be_are_refused_with_what_to_do() {
+    let server = Server::new().await;
+    start(&server, "kitchen").await;
+    let taken = start(&server, "kitchen").await;
+    assert_eq!(
+        taken.error(),
+        (409, "name_taken".to_owned(), Some("name".to_owned()))
+    );
+    assert!(
+        taken.json()["error"]["hint"]
+            .as_str()
+            .unwrap()
+            .contains("choose another name")
+    );
+    for bad in [
+        "",
+        "  ",
+        ".hidden",
+        "../up",
+        "a/b",
+        "a\\b",
+        "line\nbreak",
+        "a\"b",
+        &"x".repeat(65),
+    ] {
+        assert_eq!(start(&server, bad).await.error().0, 422, "{bad:?}");
+    }
+    assert_eq!(
+        start(&server, &"é".repeat(64)).await.status,
+        StatusCode::CREATED
+    );
+    let cases = [
+        ("{}", 422),
+        ("[]", 422),
+        (r#"{"name":1}"#, 422),
+        (r#"{"name":"a","id":1}"#, 422),
+        ("", 400),
+        ("{", 400),
+    ];
+    for (body, status) in cases {
+        assert_eq!(
+            server.post("/v1/recordings", body).await.error().0,
+            status,
+            "{body}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn recordings_that_are_not_there_cannot_be_stopped_or_read() {
+    let server = Server::new().await;
+    for path in [
+        "/v1/recordings/1",
+        "/v1/recordings/1.csv",
+        "/v1/recordings/x.csv",
+        "/v1/recordings/-1",
+        "/v1/recordings/..%2f",
+    ] {
+        assert_eq!(server.get(path).await.error().0, 404, "{path}");
+    }
+    assert_eq!(
+        server.post("/v1/recordings/1/stop", "").await.error().0,
+        404
+    );
+    start(&server, "once").await;
+    server.post("/v1/recordings/1/stop", "").await;
+    assert_eq!(
+        server.post("/v1/recordings/1/stop", "").await.error(),
+        (409, "not_running".to_owned(), None)
+    );
+}
+
+// Everything else.
+
+#[tokio::test]
+async fn health_is_that_of_the_store() {
+    let server = Server::new().await;
+    let well = server.get("/healthz").await;
+    assert_eq!(
+        (well.status, &well.json()["status"]),
+        (StatusCode::OK, &json!("ok"))
+    );
+    server.store.close().await.unwrap();
+    let ill = server.get("/healthz").await;
+    assert_eq!(
+        (ill.status, &ill.json()["status"]),
+        (StatusCode::SERVICE_UNAVAILABLE, &json!("failing"))
+    );
+    assert_eq!(
+        server.frames(&numbered(0..1)).await.error(),
+        (503, "stopping".to_owned(), None)
+    );
+}
+
+#[tokio::test]
+async fn unknown_paths_and_wrong_methods_are_said_in_json() {
+    let server = Server::new().await;
+    for path in [
+        "/nothing",
+        "/v1",
+        "/assets/none.js",
+        "/assets/..%2fCargo.toml",
+        "//",
+    ] {
+        assert_eq!(server.get(path).await.error().0, 404, "{path}");
+    }
+    let wrong = server.get("/v1/frames").await;
+    assert_eq!(wrong.error(), (405, "wrong_method".to_owned(), None));
+    assert_eq!(wrong.headers[header::ALLOW], "POST");
+    assert_eq!(server.post("/healthz", "").await.error().0, 405);
+}
+
+#[tokio::test]
+async fn every_answer_has_the_security_headers() {
+    let server = Server::new().await;
+    for path in [
+        "/",
+        "/assets/main.js",
+        "/v1/sensors",
+        "/nothing",
+        "/v1/frames",
+        "/v1/recordings/1.csv",
+    ] {
+        let headers = server.get(path).await.headers;
+        let policy = headers[header::CONTENT_SECURITY_POLICY].to_str().unwrap();
+        assert_eq!(
+            policy,
+            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        );
+        assert_eq!(headers[header::X_CONTENT_TYPE_OPTIONS], "nosniff", "{path}");
+        assert_eq!(headers[header::REFERRER_POLICY], "no-referrer", "{path}");
+        assert!(headers.contains_key(header::CACHE_CONTROL), "{path}");
+        assert!(
+            !headers
+                .keys()
+                .any(|name| name.as_str().starts_with("access-control")),
+            "{path}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn other_names_for_this_host_are_refused() {
+    let server = Server::new().await;
+    let with_host = |host: Option<&str>| {
+        let mut request = request(Method::GET, "/v1/sensors", Body::empty());
+        request.headers_mut().remove(header::HOST);
+        if let Some(host) = host {
+            request
+                .headers_mut()
+                .insert(header::HOST, host.parse().unwrap());
+        }
+        request
+    };
+    assert_eq!(
+        server.send(with_host(Some("localhost:8080"))).await.status,
+        StatusCode::OK
+    );
+    let rebound = server.send(with_host(Some("evil.example:8080"))).await;
+    assert_eq!(
+        rebound.error(),
+        (403, "unknown_host".to_owned(), Some("host".to_owned()))
+    );
+    assert_eq!(server.send(with_host(None)).await.error().0, 400);
+    let mut two = with_host(Some("localhost"));
+    two.headers_mut()
+        .append(header::HOST, "localhost".parse().unwrap());
+    assert_eq!(server.send(two).await.error().0, 400);
+    let mut other_target = request(Method::GET, "http://evil.example/v1/sensors", Body::empty());
+    other_target
+        .headers_mut()
+        .insert(header::HOST, "localhost".parse().unwrap());
+    assert_eq!(server.send(other_target).await.error().0, 400);
+}
+
+#[tokio::test]
+async fn pages_of_other_sites_cannot_write() {
+    let server = Server::new().await;
+    let from = |origin: &str| {
+        let mut request = request(
+            Method::POST,
+            "/v1/recordings",
+            Body::from(r#"{"name":"mine"}"#),
+        );
+        request
+            .headers_mut()
+            .insert(header::ORIGIN, origin.parse().unwrap());
+        request
+    };
+    for foreign in [
+        "http://evil.example",
+        "null",
+        "http://127.0.0.1:9999",
+        "https://127.0.0.1:8080",
+    ] {
+        let refused = server.send(from(foreign)).await;
+        assert_eq!(
+            refused.error(),
+            (403, "foreign_origin".to_owned(), Some("origin".to_owned())),
+            "{foreign}"
+        );
+    }
+    assert_eq!(
+        server.send(from("http://127.0.0.1:8080")).await.status,
+        StatusCode::CREATED
+    );
+}
+
+#[tokio::test]
+async fn the_page_is_made_of_its_own_files_alone() {
+    let server = Server::new().await;
+    let page = server.get("/").await;
+    assert_eq!(
+        page.headers[header::CONTENT_TYPE],
+        "text/html; charset=utf-8"
+    );
+    let html = std::str::from_utf8(&page.body).unwrap();
+    for forbidden in [
+        "<style",
+        "style=",
+        "onclick",
+        "onload",
+        "http://",
+        "https://",
+        "javascript:",
+    ] {
+        assert!(!html.contains(forbidden), "{forbidden}");
+    }
+    assert_eq!(
+        html.matches("<script").count(),
+        html.matches("<script type=\"module\" src=\"/assets/")
+            .count()
+    );
+    let mut parts: Vec<String> = html
+        .split('"')
+        .filter_map(|text| text.strip_prefix("/assets/"))
+        .map(ToOwned::to_owned)
+        .collect();
+    let mut seen = 0;
+    while let Some(name) = parts.get(seen).cloned() {
+        seen += 1;
+        let part = server.get(&format!("/assets/{name}")).await;
+        assert_eq!(part.status, StatusCode::OK, "{name}");
+        let expected = match name.rsplit_once('.').unwrap().1 {
+            "js" => "text/javascript; charset=utf-8",
+            "css" => "text/css; charset=utf-8",
+            _ => "image/svg+xml",
+        };
+        assert_eq!(part.headers[header::CONTENT_TYPE], expected, "{name}");
+        let text = std::str::from_utf8(&part.body).unwrap();
+        let imports = text
+            .split("from \"./")
+            .skip(1)
+            .filter_map(|rest| rest.split('"').next());
+        for import in imports {
+            if !parts.iter().any(|known| known == import) {
+                parts.push(import.to_owned());
+            }
+        }
+    }
+    assert!(parts.len() >= 9, "{parts:?}");
+}
