@@ -170,7 +170,8 @@ impl<S: FrameSource> Device<S> {
 
     /// Takes the supply away and gives it back: every register as after power-on. Faults stay.
     pub fn power_cycle(&mut self, now: Duration) {
-        let now = self.at_last(now);
+        self.advance(now);
+        let now = self.latest;
         self.registers = Registers::new();
         self.averaging = Averaging::new();
         let origin = now.saturating_add(self.options.phase);

@@ -1,0 +1,354 @@
+//! Reference sections 2.1, 2.3, 2.4, 2.5: rates, averages, stand-by, and the sensor's own clock.
+
+use crate::support::*;
+use amg8833_emulator::{CATCH_UP_FRAMES_MAX, Device, FrameSource, InterruptPin, Options};
+use core::time::Duration;
+use grideye_frame::Frame;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+fn slow(ppm: i32) -> Options {
+    Options {
+        clock_error_ppm: ppm,
+        ..Options::default()
+    }
+}
+
+#[test]
+fn ten_frames_a_second_each_once() {
+    let mut rig = Rig::new(counting);
+    for frame in 1..=50 {
+        rig.set(100 * frame);
+        assert_eq!(u64::from(rig.word()), frame);
+        rig.set(100 * frame + 99);
+        assert_eq!(
+            u64::from(rig.word()),
+            frame,
+            "polling faster gives the same frame"
+        );
+        assert_eq!(rig.frames(), frame);
+    }
+}
+
+#[test]
+fn one_frame_a_second_is_the_mean_of_the_last_ten() {
+    let mut rig = Rig::new(counting);
+    rig.write(&ONE_FPS);
+    rig.set(999);
+    assert_eq!(rig.word(), 0);
+    rig.set(1_000);
+    assert_eq!(rig.word(), 6, "mean of 1 to 10, halves away from zero");
+    rig.set(1_999);
+    assert_eq!(rig.word(), 6);
+    rig.set(2_000);
+    assert_eq!(rig.word(), 16, "mean of 11 to 20");
+    assert_eq!(rig.frames(), 2);
+    rig.write(&[0x02, 0x00]);
+    rig.set(2_100);
+    assert_eq!(rig.word(), 21, "back at ten a second");
+    rig.write(&ONE_FPS);
+    rig.set(3_050);
+    assert_eq!(
+        rig.word(),
+        21,
+        "the old frame stays until the mean is complete"
+    );
+    rig.set(3_100);
+    assert_eq!(rig.word(), 27, "mean of 22 to 31");
+}
+
+#[test]
+fn means_are_taken_before_the_quantisation() {
+    // Seven values that round to 80 steps and three that round to 81: of the words the mean would be 80.
+    let source = |t: Duration| {
+        uniform(if t.as_millis() / 100 % 10 < 3 {
+            20.16
+        } else {
+            20.12
+        })
+    };
+    let mut rig = Rig::new(source);
+    rig.write(&ONE_FPS);
+    rig.set(1_000);
+    assert_eq!(rig.word(), 81);
+
+    let halves = |t: Duration| {
+        uniform(if t.as_millis() / 100 % 2 == 0 {
+            20.11
+        } else {
+            20.13
+        })
+    };
+    let mut rig = Rig::new(halves);
+    for pair in AVERAGE_KEY {
+        rig.write(&pair);
+    }
+    rig.set(200);
+    assert_eq!(
+        rig.word(),
+        80,
+        "20.12 degrees are 80.48 steps; 80 and 81 would give 81"
+    );
+}
+
+/// Section 2.5: the mean of the last two output frames, at either rate.
+#[test]
+fn the_moving_average_halves_a_step() {
+    let step = |t: Duration| {
+        uniform(if t < Duration::from_secs(1) {
+            20.0
+        } else {
+            24.0
+        })
+    };
+    let mut rig = Rig::new(step);
+    for pair in AVERAGE_KEY {
+        rig.write(&pair);
+    }
+    for (time, word) in [(100, 80), (900, 80), (1_000, 88), (1_100, 96), (1_200, 96)] {
+        rig.set(time);
+        assert_eq!(rig.word(), word, "at {time} ms");
+    }
+
+    let mut without = Rig::new(step);
+    without.set(900);
+    assert_eq!(without.word(), 80);
+    without.set(1_000);
+    assert_eq!(without.word(), 96, "off by default");
+}
+
+#[test]
+fn the_moving_average_at_one_frame_a_second_is_of_two_means_of_ten() {
+    let mut rig = Rig::new(counting);
+    for pair in AVERAGE_KEY {
+        rig.write(&pair);
+    }
+    rig.write(&ONE_FPS);
+    rig.set(1_000);
+    assert_eq!(rig.word(), 6, "5.5: the first has no predecessor");
+    rig.set(2_000);
+    assert_eq!(rig.word(), 11, "10.5: mean of 5.5 and 15.5");
+    rig.set(3_000);
+    assert_eq!(
+        rig.word(),
+        21,
+        "20.5, not a recursive mean of 10.5 and 25.5"
+    );
+}
+
+#[test]
+fn stand_by_measures_every_ten_or_sixty_seconds() {
+    for (command, seconds) in [(0x21, 10), (0x20, 60)] {
+        let mut rig = Rig::new(|t| uniform(f32::from(u16::try_from(t.as_secs()).unwrap())));
+        rig.set(2_050);
+        rig.write(&[0x00, command]);
+        assert_eq!(
+            rig.register(0x00),
+            command,
+            "registers answer as in normal mode"
+        );
+        for interval in 1..=3_u16 {
+            let tick = 2_000 + 1_000 * u64::from(seconds) * u64::from(interval);
+            rig.set(tick - 1);
+            let before = if interval == 1 {
+                2
+            } else {
+                2 + seconds * (interval - 1)
+            };
+            assert_eq!(rig.word(), 4 * before);
+            rig.set(tick);
+            assert_eq!(rig.word(), 4 * (2 + seconds * interval));
+        }
+        rig.write(&NORMAL);
+        rig.pass(100);
+        assert_eq!(rig.frames(), 20 + 3 + 1);
+    }
+}
+
+/// AMG88 spec §4-11-1: interrupts work in stand-by.
+#[test]
+fn stand_by_still_interrupts() {
+    let mut rig = Rig::new(constant(30.0));
+    rig.write(&[0x03, 0x03]);
+    rig.write(&[0x08, 0x64, 0x00]);
+    rig.write(&[0x00, 0x21]);
+    let pin = |rig: &mut Rig| rig.bus.interrupt_pin(amg8833_emulator::Address::High);
+    assert_eq!(pin(&mut rig), Some(InterruptPin::HighZ));
+    rig.set(10_000);
+    assert_eq!(pin(&mut rig), Some(InterruptPin::Low));
+}
+
+#[test]
+fn a_sensor_four_percent_slow_gives_576_frames_a_minute() {
+    let mut rig = Rig::with(constant(20.0), slow(-40_000));
+    rig.set(60_000);
+    assert_eq!(rig.frames(), 576);
+    let mut fast = Rig::with(constant(20.0), slow(40_000));
+    fast.set(60_000);
+    assert_eq!(fast.frames(), 624);
+}
+
+#[test]
+fn the_source_is_asked_for_the_times_of_the_ticks() {
+    let asked = Rc::new(RefCell::new(Vec::new()));
+    let log = Rc::clone(&asked);
+    let source = move |t: Duration| {
+        log.borrow_mut().push(t.as_nanos());
+        uniform(20.0)
+    };
+    let options = Options {
+        phase: Duration::from_millis(37),
+        ..slow(-40_000)
+    };
+    let mut rig = Rig::with(source, options);
+    rig.set(141);
+    assert!(asked.borrow().is_empty());
+    assert_eq!(
+        rig.device().next_tick_at(),
+        Some(Duration::from_nanos(141_166_667))
+    );
+    rig.set(500);
+    assert_eq!(rig.frames(), 4);
+    assert_eq!(
+        *asked.borrow(),
+        [141_166_667, 245_333_334, 349_500_000, 453_666_667]
+    );
+}
+
+#[test]
+fn the_clock_error_can_drift_without_a_jump() {
+    let mut rig = Rig::new(constant(20.0));
+    rig.set(150);
+    rig.device()
+        .set_clock_error_ppm(-500_000, Duration::from_millis(150));
+    assert_eq!(
+        rig.device().next_tick_at(),
+        Some(Duration::from_millis(250))
+    );
+    assert_eq!(rig.device().options().clock_error_ppm, -500_000);
+    rig.set(1_049);
+    assert_eq!(rig.frames(), 1 + 4);
+    rig.set(1_050);
+    assert_eq!(rig.frames(), 1 + 5);
+}
+
+/// What a replay hears: `measuring_from`, then the frames asked for.
+#[derive(Default)]
+struct Listener {
+    starts: Vec<u128>,
+    first_frames: Vec<u128>,
+    armed: bool,
+}
+
+impl FrameSource for Listener {
+    fn frame_at(&mut self, t: Duration) -> Frame {
+        if std::mem::take(&mut self.armed) {
+            self.first_frames.push(t.as_millis());
+        }
+        uniform(20.0)
+    }
+
+    fn measuring_from(&mut self, t: Duration) {
+        self.starts.push(t.as_millis());
+        self.armed = true;
+    }
+}
+
+fn send<S: FrameSource>(device: &mut Device<S>, bytes: &[u8], milliseconds: u64) {
+    let now = Duration::from_millis(milliseconds);
+    device.start_write(now);
+    for byte in bytes {
+        device.write(*byte, now);
+    }
+    device.stop(now);
+}
+
+#[test]
+fn a_source_is_told_the_time_of_its_first_frame() {
+    let mut device = Device::new(Listener::default(), Options::default(), Duration::ZERO);
+    send(&mut device, &NORMAL, 250);
+    send(&mut device, &INITIAL_RESET, 300);
+    send(&mut device, &FLAG_RESET, 310);
+    send(&mut device, &ONE_FPS, 3_000);
+    send(&mut device, &INITIAL_RESET, 3_333);
+    send(&mut device, &[0x00, 0x21], 9_050);
+    send(&mut device, &INITIAL_RESET, 9_060);
+    device.advance(Duration::from_secs(20));
+    device.power_cycle(Duration::from_millis(20_001));
+    device.advance(Duration::from_secs(30));
+    let expected = [100, 500, 3_500, 19_000, 20_101];
+    assert_eq!(device.source().starts, expected);
+    assert_eq!(device.source().first_frames, expected);
+}
+
+#[test]
+fn the_first_frame_at_one_fps_after_an_initial_reset_needs_eleven_ticks() {
+    let mut rig = Rig::new(counting);
+    rig.write(&INITIAL_RESET);
+    rig.write(&ONE_FPS);
+    rig.set(1_099);
+    assert_eq!(rig.word(), 0);
+    rig.set(1_100);
+    assert_eq!(rig.word(), 7, "6.5: mean of 2 to 11");
+}
+
+#[test]
+fn a_day_at_ten_frames_a_second_is_exact() {
+    let mut rig = Rig::new(constant(20.0));
+    rig.set(86_400_000);
+    assert_eq!(rig.frames(), 864_000);
+}
+
+#[test]
+fn a_longer_absence_measures_only_the_newest_frames() {
+    let asked = Rc::new(RefCell::new((0_u64, Duration::ZERO)));
+    let log = Rc::clone(&asked);
+    let source = move |t| {
+        let mut asked = log.borrow_mut();
+        *asked = (asked.0 + 1, t);
+        uniform(20.0)
+    };
+    let mut rig = Rig::with(source, Options::default());
+    rig.bus.clock().set(Duration::from_secs(1_000_000_000));
+    assert_eq!(rig.frames(), CATCH_UP_FRAMES_MAX);
+    assert_eq!(
+        *asked.borrow(),
+        (CATCH_UP_FRAMES_MAX, Duration::from_secs(1_000_000_000))
+    );
+}
+
+#[test]
+fn years_asleep_cost_nothing() {
+    let mut rig = Rig::new(constant(20.0));
+    rig.write(&SLEEP);
+    rig.bus.clock().set(Duration::from_secs(1_000_000_000));
+    assert_eq!(rig.frames(), 0);
+    assert_eq!(rig.device().next_tick_at(), None);
+    rig.write(&NORMAL);
+    rig.pass(100);
+    assert_eq!(rig.frames(), 1);
+}
+
+/// Section 2.3: 50 ms until the bus works, by option.
+#[test]
+fn the_silent_start_by_option() {
+    let options = Options {
+        silent_start: true,
+        ..Options::default()
+    };
+    let mut rig = Rig::with(constant(20.0), options);
+    use embedded_hal::i2c::I2c;
+    rig.bus.clock().set(Duration::from_nanos(49_999_999));
+    assert!(rig.bus.write(HIGH, &[]).is_err());
+    rig.set(50);
+    assert!(rig.bus.write(HIGH, &[]).is_ok());
+    assert_eq!(rig.device().refusals().nacks, 1);
+}
+
+#[test]
+fn time_that_runs_backwards_counts_as_standing_still() {
+    let mut device = Device::new(counting, Options::default(), Duration::ZERO);
+    device.advance(Duration::from_millis(500));
+    send(&mut device, &NORMAL, 100);
+    assert_eq!(device.frames(), 5);
+}
