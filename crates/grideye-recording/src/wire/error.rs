@@ -120,8 +120,16 @@ fn shown(place: &serde_path_to_error::Path) -> String {
         .collect();
     match path.as_str() {
         "." => "body".to_owned(),
-        _ => path,
+        _ => visible(path),
     }
+}
+
+/// A field may be called nothing at all; its path is not to look like its parent's.
+fn visible(mut path: String) -> String {
+    if path.is_empty() || path.ends_with('.') {
+        path.push_str("\"\"");
+    }
+    path
 }
 
 /// Tells serde's messages apart by their beginnings, which its trait `de::Error` lays down.
@@ -165,9 +173,8 @@ fn from_message(path: String, message: &str) -> WireError {
 /// The path of a field that a message names between backticks.
 fn below(parent: &str, field: &str) -> String {
     let field = shortened(field.trim_matches('`'));
-    if parent == "body" {
-        field
-    } else {
-        format!("{parent}.{field}")
-    }
+    visible(match parent {
+        "body" => field,
+        _ => format!("{parent}.{field}"),
+    })
 }

@@ -169,6 +169,16 @@ fn a_fault_in_a_field_is_named_with_its_path() {
         (r#""boot":"5f0c-9","#, r#""boot":"5f0c-9","boot":"x","#, "boot: expected at most once, found twice".to_owned()),
         (r#""boot":"5f0c-9","#, "", "boot: expected a value, found none".to_owned()),
         (r#""device":"#, r#""devise":"#, "devise: expected one of `device`, `boot`, `t_sent_boot_ns`, `sensors`, found an unknown field".to_owned()),
+        (
+            r#""device":"#,
+            r#""":"#,
+            r#""": expected one of `device`, `boot`, `t_sent_boot_ns`, `sensors`, found an unknown field"#.to_owned(),
+        ),
+        (
+            r#"{"ring-full":2}"#,
+            r#"{"":2,"":2}"#,
+            r#"sensors[0].account.dropped."": expected at most once, found twice"#.to_owned(),
+        ),
     ];
     for (from, to, message) in cases {
         assert_eq!(refusal(from, to), message, "{from} -> {to}");
