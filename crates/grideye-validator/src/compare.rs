@@ -1,5 +1,5 @@
 use crate::error::{Side, ValidatorError};
-use crate::frames::{Prepared, Repeat, SceneView, gains, grid};
+use crate::frames::{Means, Prepared, Repeat, SceneView, grid, median, shares_below};
 use crate::metrics::{count, mean};
 use crate::score::{Measure, Score, Scores, Shuffled};
 use crate::shuffle;
@@ -113,6 +113,13 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// From how far above the background on a pixel counts as warm where the noise is `sigma_c`.
+    pub(crate) fn warm_above(&self, sigma_c: f64) -> f64 {
+        (self.thresholds.warm_sigma * sigma_c).max(WARM_STEPS_MIN * self.step_c)
+    }
+}
+
 /// Share of pixels below a threshold as a function of that threshold (the paper's evaluation graph), mean over pairs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EvaluationGraph {
@@ -158,10 +165,13 @@ pub struct Comparison {
     pub pairs: usize,
     /// Temporal noise of the sensor in degrees, measured on the repeat; `None` without repeat.
     pub noise_sigma_c: Option<f64>,
-    /// A pixel counts as warm from this far above the background, in degrees.
+    /// A pixel of one frame counts as warm from this far above the background, in degrees.
     pub warm_above_c: f64,
-    /// How much warmer the recording is than the scene all over, in degrees: median over the pairs of the median
-    /// difference of the pixels.
+    /// A pixel of the real side belongs to the pixels that the gain is taken over from this far above ambient, in
+    /// degrees; one of the claim from half of it. Under the static protocol the mean of the frames is asked.
+    pub union_above_c: f64,
+    /// How much warmer the recording is than the scene all over, in degrees: median over the pairs of the
+    /// mean of the middle half of the pixels' differences.
     pub offset_c: f64,
     /// How far that offset wanders between the pairs, in degrees: largest less smallest.
     pub drift_c: f64,
@@ -169,6 +179,8 @@ pub struct Comparison {
     pub warm: WarmPixels,
     /// The settings it was made with.
     pub settings: Settings,
+    /// What was assumed or left out on the way here, each a sentence.
+    pub notes: Vec<String>,
 }
 
 /// Compares the frames of a recording with simulated ones.
@@ -185,14 +197,15 @@ pub fn compare(
     check_settings(settings)?;
     check_frames(shape, real, simulated, settings.protocol)?;
     let noise_sigma_c = noise_sigma(real);
-    let warm_above_c = warm_above(noise_sigma_c, settings);
-    let view = SceneView::new(real, simulated, settings, warm_above_c);
+    let sigma_c = noise_sigma_c.unwrap_or(settings.noise_sigma_c);
+    let warm_above_c = settings.warm_above(sigma_c);
+    let view = SceneView::new(real, simulated, settings, sigma_c);
     let pairs = pairs(settings.protocol, real.len(), simulated.len());
-    let warm = view.warm_pixels(&pairs);
+    let warm = warm_pixels(&view, &pairs, warm_above_c);
     let repeat = Repeat::new(&view, real, noise_sigma_c);
     let scores = scores(&view, &pairs, repeat.as_ref(), settings);
     let offsets = view.offsets(&pairs);
-    let offset_c = crate::frames::median(&offsets).unwrap_or(0.0);
+    let offset_c = median(&offsets).unwrap_or(0.0);
     let evidence = Evidence {
         scores: &scores,
         real_frames: real.len(),
@@ -211,10 +224,12 @@ pub fn compare(
         pairs: pairs.len(),
         noise_sigma_c,
         warm_above_c,
+        union_above_c: view.union_above_c(),
         offset_c,
         drift_c: spread(&offsets),
         warm,
         settings: *settings,
+        notes: Vec::new(),
         scores,
     })
 }
@@ -361,16 +376,33 @@ fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
         (squares / count(repeats.len()) / 2.0).sqrt()
     };
     let sigmas: Vec<f64> = (0..pixels).map(sigma).collect();
-    crate::frames::median(&sigmas)
+    median(&sigmas)
 }
 
-fn warm_above(noise_sigma_c: Option<f64>, settings: &Settings) -> f64 {
-    let sigma = noise_sigma_c.unwrap_or(settings.noise_sigma_c);
-    (settings.thresholds.warm_sigma * sigma).max(WARM_STEPS_MIN * settings.step_c)
+fn warm_pixels(view: &SceneView, pairs: &[(usize, usize)], warm_above_c: f64) -> WarmPixels {
+    let union = view.union(pairs, &view.simulated);
+    let frames = view.real.iter().map(Prepared::celsius);
+    WarmPixels {
+        real: warm_of_themselves(frames, warm_above_c) / count(view.real.len()),
+        claimed: count(union.claimed) / count(pairs.len()),
+        overlap: (union.pixels > 0).then(|| count(union.both) / count(union.pixels)),
+    }
+}
+
+/// Warm pixels above the frame's own median: whether a recording is empty must not depend on what the scene claims.
+fn warm_of_themselves<'a>(frames: impl Iterator<Item = &'a [f64]>, warm_above_c: f64) -> f64 {
+    let warm = |frame: &[f64]| {
+        let background = median(frame).unwrap_or(0.0);
+        frame
+            .iter()
+            .filter(|&&value| value - background > warm_above_c)
+            .count()
+    };
+    count(frames.map(warm).sum())
 }
 
 fn scores(
-    view: &SceneView<'_>,
+    view: &SceneView,
     pairs: &[(usize, usize)],
     repeat: Option<&Repeat>,
     settings: &Settings,
@@ -391,16 +423,12 @@ fn scores(
     Scores::new(Measure::ALL.iter().map(score).collect())
 }
 
-fn means(
-    view: &SceneView<'_>,
-    pairs: &[(usize, usize)],
-    simulated: &[Prepared],
-) -> crate::frames::Means {
-    let mut means = crate::frames::Means::default();
+fn means(view: &SceneView, pairs: &[(usize, usize)], simulated: &[Prepared]) -> Means {
+    let mut means = Means::default();
     for &(real, index) in pairs {
         means.add(&view.real[real].pair_values(&simulated[index]));
     }
-    for (measure, gain) in gains(&view.union(pairs, simulated)) {
+    for (measure, gain) in view.union(pairs, simulated).gains() {
         means.set(measure, gain);
     }
     means
@@ -409,7 +437,7 @@ fn means(
 /// One order of the pixels serves all frames of a round, so that what varies between rounds is the place of the
 /// pixels and not the average over many places.
 fn shuffled(
-    view: &SceneView<'_>,
+    view: &SceneView,
     pairs: &[(usize, usize)],
     settings: &Settings,
 ) -> Vec<(Measure, Shuffled)> {
@@ -454,7 +482,7 @@ fn summary(measure: Measure, mut values: Vec<f64>) -> Option<Shuffled> {
 }
 
 fn evaluation(
-    view: &SceneView<'_>,
+    view: &SceneView,
     pairs: &[(usize, usize)],
     repeat: Option<&Repeat>,
 ) -> EvaluationGraph {
@@ -467,9 +495,9 @@ fn evaluation(
         .iter()
         .map(|real| (real.celsius(), view.blank.celsius()));
     EvaluationGraph {
-        simulated: crate::frames::shares_below(&thresholds_c, simulated),
-        blank: crate::frames::shares_below(&thresholds_c, blank),
-        repeat: repeat.map(|repeat| crate::frames::shares_below(&thresholds_c, repeat.pairs(view))),
+        simulated: shares_below(&thresholds_c, simulated),
+        blank: shares_below(&thresholds_c, blank),
+        repeat: repeat.map(|repeat| shares_below(&thresholds_c, repeat.pairs(view))),
         thresholds_c,
     }
 }

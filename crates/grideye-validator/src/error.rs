@@ -1,4 +1,5 @@
 use std::fmt;
+use std::time::Duration;
 
 /// Which of the two recordings a fault was found in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,7 +21,7 @@ impl fmt::Display for Side {
 
 /// Why nothing could be compared. A comparison that was made but tells nothing is no error: it is the verdict
 /// [`CannotTell`](crate::Verdict::CannotTell).
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ValidatorError {
     /// One side has no frame at all.
@@ -89,4 +90,39 @@ pub enum ValidatorError {
         /// What was given.
         found: f64,
     },
+    /// The scene's sensor has another resolution than the recording.
+    #[error(
+        "sensor `{sensor}` of the scene has {columns} x {rows} pixels, the recording has 8 x 8\nhint: compare with an 8 x 8 sensor of the scene"
+    )]
+    Resolution {
+        /// The sensor's name.
+        sensor: String,
+        /// Its columns.
+        columns: usize,
+        /// Its rows.
+        rows: usize,
+    },
+    /// The device's clock went back within the recording, so that frames cannot be met at their times.
+    #[error(
+        "time runs back by {by:?} at frame {seq} of the recording\nhint: compare the parts before and after it on their own"
+    )]
+    TimeRunsBackwards {
+        /// Sequence number of the frame that is earlier than the one before.
+        seq: u64,
+        /// By how much.
+        by: Duration,
+    },
+    /// The recording begins after the scene has ended.
+    #[error(
+        "the recording begins {starts:?} into the scene, which ends after {ends:?}\nhint: give an earlier start"
+    )]
+    NoOverlap {
+        /// Time of the scene at the first frame.
+        starts: Duration,
+        /// End of the scene's movement.
+        ends: Duration,
+    },
+    /// The scene was refused.
+    #[error(transparent)]
+    Scene(#[from] grideye_scene::SceneError),
 }

@@ -1,11 +1,11 @@
 //! Frames made ready to be scored many times, and the sums over pairs of them.
 
-use crate::compare::{RealFrame, Settings, SimulatedFrame};
+use crate::compare::{Protocol, RealFrame, Settings, SimulatedFrame};
 use crate::metrics::{
     self, Binning, IS_THRESHOLD, bins, count, entropy_of_bins, joint_entropy_of_bins, mutual_of,
 };
 use crate::score::Measure;
-use crate::verdict::WarmPixels;
+use crate::union::{Prediction, Union, Warmth, offset};
 use std::collections::BTreeMap;
 
 /// The values of one pair of frames.
@@ -15,7 +15,9 @@ pub(crate) type PairValues = [(Measure, Option<f64>); 13];
 #[derive(Clone)]
 pub(crate) struct Prepared {
     celsius: Vec<f64>,
-    noise_free: Vec<f64>,
+    /// What warm pixels are read from: the noise-free claim of a simulated frame, the mean of the sequence for a real
+    /// one under the static protocol, else the frame itself.
+    steady: Vec<f64>,
     grey: Binned,
     step: Binned,
 }
@@ -31,24 +33,12 @@ struct Binned {
 pub(crate) struct Means(BTreeMap<Measure, (f64, usize)>);
 
 /// Both sides of a comparison, and the blank frame.
-pub(crate) struct SceneView<'a> {
+pub(crate) struct SceneView {
     pub(crate) real: Vec<Prepared>,
     pub(crate) simulated: Vec<Prepared>,
     pub(crate) blank: Prepared,
-    settings: &'a Settings,
-    warm_above_c: f64,
-}
-
-/// Sums over the pixels that are warm in either image of a pair.
-#[derive(Default)]
-pub(crate) struct Union {
-    pixels: usize,
-    both: usize,
-    simulated: usize,
-    square_simulated: f64,
-    square_blank: f64,
-    square_simulated_with_offset: f64,
-    square_blank_with_offset: f64,
+    step_c: f64,
+    warmth: Warmth,
 }
 
 /// The real sequence against itself some frames later.
@@ -58,10 +48,10 @@ pub(crate) struct Repeat {
 }
 
 impl Prepared {
-    fn new(celsius: &[f64], noise_free: &[f64], step_c: f64) -> Self {
+    pub(crate) fn new(celsius: &[f64], steady: &[f64], step_c: f64) -> Self {
         Self {
             celsius: celsius.to_vec(),
-            noise_free: noise_free.to_vec(),
+            steady: steady.to_vec(),
             grey: Binned::new(celsius, Binning::PaperGrey256),
             step: Binned::new(celsius, Binning::Step { width_c: step_c }),
         }
@@ -71,11 +61,15 @@ impl Prepared {
         &self.celsius
     }
 
+    pub(crate) fn steady(&self) -> &[f64] {
+        &self.steady
+    }
+
     /// The same pixels in another order; entropies do not change by it.
     pub(crate) fn permuted(&self, order: &[usize]) -> Self {
         Self {
             celsius: pick(&self.celsius, order),
-            noise_free: pick(&self.noise_free, order),
+            steady: pick(&self.steady, order),
             grey: self.grey.permuted(order),
             step: self.step.permuted(order),
         }
@@ -153,28 +147,42 @@ impl Means {
     }
 }
 
-impl<'a> SceneView<'a> {
+impl SceneView {
     pub(crate) fn new(
         real: &[RealFrame],
         simulated: &[SimulatedFrame],
-        settings: &'a Settings,
-        warm_above_c: f64,
+        settings: &Settings,
+        noise_sigma_c: f64,
     ) -> Self {
         let step_c = settings.step_c;
         let pixels = real.first().map_or(0, |frame| frame.celsius.len());
         let ambient = vec![settings.ambient_c; pixels];
+        // What stands still is seen better in the mean of all frames than in any one of them.
+        let (steady, averaged) = match settings.protocol {
+            Protocol::Static => (Some(mean_frame(real)), real.len()),
+            Protocol::Dynamic => (None, 1),
+        };
+        let real = real
+            .iter()
+            .map(|frame| {
+                Prepared::new(
+                    &frame.celsius,
+                    steady.as_ref().unwrap_or(&frame.celsius),
+                    step_c,
+                )
+            })
+            .collect();
+        let simulated = simulated
+            .iter()
+            .map(|frame| Prepared::new(&frame.celsius, &frame.noise_free, step_c))
+            .collect();
+        let above_c = settings.warm_above(noise_sigma_c / count(averaged.max(1)).sqrt());
         Self {
-            real: real
-                .iter()
-                .map(|frame| Prepared::new(&frame.celsius, &frame.celsius, step_c))
-                .collect(),
-            simulated: simulated
-                .iter()
-                .map(|frame| Prepared::new(&frame.celsius, &frame.noise_free, step_c))
-                .collect(),
+            real,
+            simulated,
             blank: Prepared::new(&ambient, &ambient, step_c),
-            settings,
-            warm_above_c,
+            step_c,
+            warmth: Warmth::new(settings.ambient_c, above_c),
         }
     }
 
@@ -182,51 +190,59 @@ impl<'a> SceneView<'a> {
         self.blank.celsius.len()
     }
 
+    /// From how far above ambient on a pixel of the real side belongs to the union.
+    pub(crate) fn union_above_c(&self) -> f64 {
+        self.warmth.real_above_c
+    }
+
     /// The common offset of each pair.
     pub(crate) fn offsets(&self, pairs: &[(usize, usize)]) -> Vec<f64> {
         pairs
             .iter()
-            .map(|&(r, s)| offset(&self.real[r], &self.simulated[s]))
+            .map(|&(r, s)| self.offset(r, &self.simulated[s]))
             .collect()
-    }
-
-    pub(crate) fn warm_pixels(&self, pairs: &[(usize, usize)]) -> WarmPixels {
-        let union = self.union(pairs, &self.simulated);
-        WarmPixels {
-            real: self.warm_of_itself(),
-            simulated: count(union.simulated) / count(pairs.len().max(1)),
-            overlap: (union.pixels > 0).then(|| count(union.both) / count(union.pixels)),
-        }
-    }
-
-    /// Warm pixels of a real frame above its own median: whether a recording is empty must not depend on what the
-    /// scene claims.
-    fn warm_of_itself(&self) -> f64 {
-        let warm = |frame: &Prepared| {
-            let background = median(&frame.celsius).unwrap_or(0.0);
-            frame
-                .celsius
-                .iter()
-                .filter(|&&value| value - background > self.warm_above_c)
-                .count()
-        };
-        count(self.real.iter().map(warm).sum()) / count(self.real.len().max(1))
     }
 
     /// Sums the squares over the pixels that the scene claims to be warm or that are.
     pub(crate) fn union(&self, pairs: &[(usize, usize)], simulated: &[Prepared]) -> Union {
         let mut union = Union::default();
         for &(r, s) in pairs {
-            let (real, simulated) = (&self.real[r], &simulated[s]);
+            let prediction = Prediction {
+                celsius: &simulated[s].celsius,
+                offset_c: 0.0,
+            };
+            let offset_c = self.offset(r, &simulated[s]);
             union.add(
-                real,
-                simulated,
-                offset(real, simulated),
-                self.settings.ambient_c,
-                self.warm_above_c,
+                &self.real[r],
+                offset_c,
+                &simulated[s].steady,
+                prediction,
+                self.warmth,
             );
         }
         union
+    }
+
+    /// The same sums with the repeat of a real frame in the simulation's place, over the same pixels.
+    fn union_of_repeat(&self, repeats: &[(usize, Prepared)]) -> Union {
+        let mut union = Union::default();
+        for (index, later) in repeats {
+            let Some(beside) = self.simulated.get(*index).or(self.simulated.last()) else {
+                continue;
+            };
+            let real = &self.real[*index];
+            let offset_c = self.offset(*index, beside);
+            let prediction = Prediction {
+                celsius: &later.celsius,
+                offset_c: offset_c + offset(&later.celsius, &real.celsius),
+            };
+            union.add(real, offset_c, &beside.steady, prediction, self.warmth);
+        }
+        union
+    }
+
+    fn offset(&self, real: usize, simulated: &Prepared) -> f64 {
+        offset(&self.real[real].celsius, &simulated.steady)
     }
 
     /// What the blank frame scores. Its gain over itself is 0 by definition.
@@ -241,88 +257,23 @@ impl<'a> SceneView<'a> {
     }
 }
 
-impl Union {
-    /// `offset_c` is taken from the real frame before it is asked which of its pixels are warm: a unit that reads
-    /// a degree too high does not see a degree more person.
-    fn add(
-        &mut self,
-        real: &Prepared,
-        simulated: &Prepared,
-        offset_c: f64,
-        ambient_c: f64,
-        warm_above_c: f64,
-    ) {
-        let pixels = real
-            .celsius
-            .iter()
-            .zip(&simulated.celsius)
-            .zip(&simulated.noise_free);
-        for ((&real, &simulated), &claim) in pixels {
-            let levelled = real - offset_c;
-            let really_warm = levelled - ambient_c > warm_above_c;
-            let claimed_warm = claim - ambient_c > warm_above_c;
-            self.simulated += usize::from(claimed_warm);
-            self.both += usize::from(really_warm && claimed_warm);
-            if really_warm || claimed_warm {
-                self.pixels += 1;
-                self.square_simulated += (levelled - simulated).powi(2);
-                self.square_blank += (levelled - ambient_c).powi(2);
-                self.square_simulated_with_offset += (real - simulated).powi(2);
-                self.square_blank_with_offset += (real - ambient_c).powi(2);
-            }
-        }
-    }
-
-    /// The sums with the noise of one side taken out of the simulated part.
-    fn without_noise(mut self, sigma_c: f64) -> Self {
-        let noise = count(self.pixels) * sigma_c * sigma_c;
-        self.square_simulated = (self.square_simulated - noise).max(0.0);
-        self.square_simulated_with_offset = (self.square_simulated_with_offset - noise).max(0.0);
-        self
-    }
-}
-
-/// The gains over the blank frame; not defined where nothing is warm.
-pub(crate) fn gains(union: &Union) -> [(Measure, Option<f64>); 2] {
-    let gain = |simulated: f64, blank: f64| (blank > 0.0).then(|| 1.0 - (simulated / blank).sqrt());
-    [
-        (
-            Measure::Gain,
-            gain(union.square_simulated, union.square_blank),
-        ),
-        (
-            Measure::GainWithOffset,
-            gain(
-                union.square_simulated_with_offset,
-                union.square_blank_with_offset,
-            ),
-        ),
-    ]
-}
-
 impl Repeat {
     /// `None` when no frame has a repeat.
-    pub(crate) fn new(
-        view: &SceneView<'_>,
-        real: &[RealFrame],
-        sigma_c: Option<f64>,
-    ) -> Option<Self> {
+    pub(crate) fn new(view: &SceneView, real: &[RealFrame], sigma_c: Option<f64>) -> Option<Self> {
         let sigma_c = sigma_c?;
         let later: Vec<(usize, Prepared)> = real
             .iter()
             .enumerate()
             .filter_map(|(index, frame)| {
                 let later = frame.later.as_deref()?;
-                Some((index, Prepared::new(later, later, view.settings.step_c)))
+                Some((index, Prepared::new(later, later, view.step_c)))
             })
             .collect();
         let mut means = Means::default();
-        let mut union = Union::default();
         for (index, later) in &later {
             means.add(&view.real[*index].pair_values(later));
-            union.add_repeat(view, *index, later);
         }
-        for (measure, gain) in gains(&union.without_noise(sigma_c)) {
+        for (measure, gain) in view.union_of_repeat(&later).without_noise(sigma_c).gains() {
             means.set(measure, gain);
         }
         count_noise_once(&mut means, sigma_c);
@@ -335,41 +286,11 @@ impl Repeat {
 
     pub(crate) fn pairs<'a>(
         &'a self,
-        view: &'a SceneView<'_>,
+        view: &'a SceneView,
     ) -> impl Iterator<Item = (&'a [f64], &'a [f64])> {
         self.later
             .iter()
             .map(|(index, later)| (view.real[*index].celsius(), later.celsius()))
-    }
-}
-
-impl Union {
-    /// The repeat stands where the simulation stands, brought to the scene's level like the frame itself.
-    fn add_repeat(&mut self, view: &SceneView<'_>, index: usize, later: &Prepared) {
-        let real = &view.real[index];
-        let beside = index.min(view.simulated.len().saturating_sub(1));
-        let Some(simulated) = view.simulated.get(beside) else {
-            return;
-        };
-        let offset_c = offset(real, simulated);
-        let drift_c = offset(later, real);
-        let levelled: Vec<f64> = later
-            .celsius
-            .iter()
-            .map(|value| value - offset_c - drift_c)
-            .collect();
-        let levelled = Prepared {
-            noise_free: levelled.clone(),
-            celsius: levelled,
-            ..later.clone()
-        };
-        self.add(
-            real,
-            &levelled,
-            offset_c,
-            view.settings.ambient_c,
-            view.warm_above_c,
-        );
     }
 }
 
@@ -431,16 +352,12 @@ pub(crate) fn median(values: &[f64]) -> Option<f64> {
     Some(f64::midpoint(lower, upper))
 }
 
-/// How much warmer the real frame is all over: the median of the differences, which a warm body in either image does
-/// not move as long as it covers less than half of the view.
-fn offset(real: &Prepared, simulated: &Prepared) -> f64 {
-    let differences: Vec<f64> = real
-        .celsius
-        .iter()
-        .zip(&simulated.noise_free)
-        .map(|(real, claim)| real - claim)
-        .collect();
-    median(&differences).unwrap_or(0.0)
+fn mean_frame(real: &[RealFrame]) -> Vec<f64> {
+    let pixels = real.first().map_or(0, |frame| frame.celsius.len());
+    let mean = |pixel: usize| {
+        real.iter().map(|frame| frame.celsius[pixel]).sum::<f64>() / count(real.len())
+    };
+    (0..pixels).map(mean).collect()
 }
 
 fn pick(values: &[f64], order: &[usize]) -> Vec<f64> {
@@ -468,37 +385,5 @@ mod tests {
         assert_eq!(median(&[3.0]), Some(3.0));
         assert_eq!(median(&[4.0, 1.0, 3.0, 2.0]), Some(2.5));
         assert_eq!(median(&[9.0, 1.0, 2.0]), Some(2.0));
-    }
-
-    /// By hand: ambient 20, warm above 1, no common offset. Pixel 0 is warm in both (real 24, simulated 23), pixel 1
-    /// in the claim only (20, 22), pixel 2 in reality only (22, 20). Squares simulated 1 + 4 + 4, blank 16 + 0 + 4.
-    #[test]
-    fn gain_is_taken_over_the_union_of_claimed_and_really_warm() {
-        let real = [24.0, 20.0, 22.0, 20.0, 20.0, 20.0, 20.0];
-        let claim = [23.0, 22.0, 20.0, 20.0, 20.0, 20.0, 20.0];
-        let (real, claim) = (
-            Prepared::new(&real, &real, 0.25),
-            Prepared::new(&claim, &claim, 0.25),
-        );
-        let mut union = Union::default();
-        union.add(&real, &claim, offset(&real, &claim), 20.0, 1.0);
-        assert_eq!((union.pixels, union.both, union.simulated), (3, 1, 2));
-        let [(_, gain), _] = gains(&union);
-        assert!((gain.unwrap() - (1.0 - (9.0_f64 / 20.0).sqrt())).abs() < 1e-12);
-    }
-
-    #[test]
-    fn an_offset_is_taken_out_of_the_gain_and_left_in_beside_it() {
-        let claim = [23.0, 20.0, 20.0, 20.0, 20.0];
-        let real = claim.map(|value| value + 2.0);
-        let (real, claim) = (
-            Prepared::new(&real, &real, 0.25),
-            Prepared::new(&claim, &claim, 0.25),
-        );
-        let mut union = Union::default();
-        union.add(&real, &claim, offset(&real, &claim), 20.0, 1.0);
-        let [(_, gain), (_, with_offset)] = gains(&union);
-        assert_eq!(gain, Some(1.0));
-        assert!((with_offset.unwrap() - (1.0 - 2.0 / 5.0)).abs() < 1e-12);
     }
 }

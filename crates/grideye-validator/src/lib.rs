@@ -34,8 +34,11 @@ mod error;
 mod frames;
 pub mod metrics;
 pub mod paper;
+pub mod report;
+mod scene_comparison;
 mod score;
 mod shuffle;
+mod union;
 mod verdict;
 
 pub use compare::{
@@ -43,5 +46,8 @@ pub use compare::{
     SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, Shape, SimulatedFrame, compare,
 };
 pub use error::{Side, ValidatorError};
+pub use scene_comparison::{
+    DYNAMIC_FRAMES, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene, sensor_step_c,
+};
 pub use score::{Better, Measure, Score, Scores, Shuffled};
 pub use verdict::{Judgement, Thresholds, Verdict, WarmPixels};

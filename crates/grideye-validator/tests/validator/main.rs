@@ -6,5 +6,7 @@
 )]
 
 mod properties;
+mod reports;
+mod scenes;
 mod toy;
 mod verdicts;

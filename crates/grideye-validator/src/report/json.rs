@@ -1,0 +1,137 @@
+use super::Context;
+use crate::paper;
+use crate::{Better, Comparison, Measure, Score};
+use serde_json::{Map, Value, json};
+
+/// The comparison for programs: one JSON object with stable field names (`format` and `version` name them). Values
+/// that are not defined are `null`; shares run from 0 to 1, temperatures are in °C, times in seconds.
+#[must_use]
+pub fn json(comparison: &Comparison, context: &Context) -> String {
+    let warm = &comparison.warm;
+    let judgement = &comparison.judgement;
+    let document = json!({
+        "format": "grideye-comparison",
+        "version": 1,
+        "verdict": judgement.verdict.name(),
+        "headline": judgement.headline,
+        "reasons": judgement.reasons,
+        "would_change": judgement.would_change,
+        "protocol": comparison.settings.protocol.name(),
+        "columns": comparison.shape.columns,
+        "rows": comparison.shape.rows,
+        "real_frames": comparison.real_frames,
+        "simulated_frames": comparison.simulated_frames,
+        "pairs": comparison.pairs,
+        "offset_c": comparison.offset_c,
+        "drift_c": comparison.drift_c,
+        "noise_sigma_c": comparison.noise_sigma_c,
+        "warm_above_c": comparison.warm_above_c,
+        "union_above_c": comparison.union_above_c,
+        "warm_pixels": { "real": warm.real, "claimed": warm.claimed, "overlap": warm.overlap },
+        "scores": scores(comparison, context),
+        "evaluation_graph": {
+            "thresholds_c": comparison.evaluation.thresholds_c,
+            "simulated": comparison.evaluation.simulated,
+            "blank": comparison.evaluation.blank,
+            "repeat": comparison.evaluation.repeat,
+        },
+        "film": film(comparison),
+        "settings": settings(comparison),
+        "context": self::context(comparison, context),
+        "paper": { "citation": paper::CITATION, "experiment": context.experiment },
+    });
+    format!("{document:#}\n")
+}
+
+fn scores(comparison: &Comparison, context: &Context) -> Map<String, Value> {
+    let experiment = context.experiment.and_then(paper::experiment);
+    let entry = |score: &Score| {
+        let figure = experiment.and_then(|experiment| experiment.figure(score.measure));
+        (score.measure.name().to_owned(), self::score(score, figure))
+    };
+    comparison.scores.iter().map(entry).collect()
+}
+
+fn score(score: &Score, papers: Option<f64>) -> Value {
+    let shuffled = score
+        .shuffled
+        .map(|shuffled| json!({ "mean": shuffled.mean, "p95": shuffled.p95 }));
+    json!({
+        "title": score.measure.title(),
+        "unit": unit(score.measure),
+        "better": match score.measure.better() {
+            Better::Higher => "higher",
+            Better::Lower => "lower",
+            Better::Neither => "neither",
+        },
+        "value": score.value,
+        "blank": score.blank,
+        "shuffled": shuffled,
+        "ceiling": score.ceiling,
+        "skill": score.skill(),
+        "papers": papers,
+    })
+}
+
+fn unit(measure: Measure) -> &'static str {
+    match measure.unit() {
+        "%" => "share",
+        "" => "1",
+        unit => unit,
+    }
+}
+
+fn film(comparison: &Comparison) -> Vec<Value> {
+    let frame = |frame: &crate::FilmFrame| json!({ "time_s": frame.time.as_secs_f64(), "real_c": frame.real, "simulated_c": frame.simulated });
+    comparison.film.iter().map(frame).collect()
+}
+
+fn settings(comparison: &Comparison) -> Value {
+    let (settings, thresholds) = (&comparison.settings, &comparison.settings.thresholds);
+    json!({
+        "ambient_c": settings.ambient_c,
+        "step_c": settings.step_c,
+        "noise_sigma_c": settings.noise_sigma_c,
+        "lag_frames": settings.lag_frames,
+        "shuffles": settings.shuffles,
+        "seed": settings.seed,
+        "thresholds": {
+            "correlation_skill_min": thresholds.correlation_skill_min,
+            "gain_skill_min": thresholds.gain_skill_min,
+            "offset_max_c": thresholds.offset_max_c,
+            "headroom_min": thresholds.headroom_min,
+            "warm_pixels_min": thresholds.warm_pixels_min,
+            "warm_sigma": thresholds.warm_sigma,
+            "frames_min": thresholds.frames_min,
+        },
+    })
+}
+
+fn context(comparison: &Comparison, context: &Context) -> Value {
+    let seeds: Map<String, Value> = context
+        .seeds
+        .iter()
+        .map(|(name, seed)| (name.clone(), json!(seed)))
+        .collect();
+    let inputs: Vec<Value> = context
+        .inputs
+        .iter()
+        .map(|input| json!({ "name": input.name, "hash": input.hash }))
+        .collect();
+    let assumptions: Vec<&String> = context
+        .assumptions
+        .iter()
+        .chain(&comparison.notes)
+        .collect();
+    json!({
+        "scene": context.scene,
+        "recording": context.recording,
+        "sensor": context.sensor,
+        "command": context.command,
+        "program": context.program,
+        "created": context.created,
+        "seeds": seeds,
+        "inputs": inputs,
+        "assumptions": assumptions,
+    })
+}

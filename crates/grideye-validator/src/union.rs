@@ -1,0 +1,195 @@
+//! The gain over the blank frame: squares summed over the pixels that are warm in either image.
+
+use crate::frames::Prepared;
+use crate::metrics::count;
+use crate::score::Measure;
+
+/// From where on a pixel is warm, in degrees.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Warmth {
+    pub(crate) ambient_c: f64,
+    /// Above ambient, in what the real side's warm pixels are read from.
+    pub(crate) real_above_c: f64,
+    /// Above ambient, in the noise-free claim: half of it, as a claim holds no noise to be protected from.
+    pub(crate) claimed_above_c: f64,
+}
+
+/// What is set against a real frame, and by how much it lies above the scene's level.
+#[derive(Clone, Copy)]
+pub(crate) struct Prediction<'a> {
+    pub(crate) celsius: &'a [f64],
+    pub(crate) offset_c: f64,
+}
+
+/// Sums over pairs of frames.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Union {
+    pub(crate) pixels: usize,
+    /// Warm in both.
+    pub(crate) both: usize,
+    /// Warm in the claim.
+    pub(crate) claimed: usize,
+    predicted: Squares,
+    blank: Squares,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    levelled: f64,
+    with_offset: f64,
+}
+
+impl Warmth {
+    pub(crate) fn new(ambient_c: f64, real_above_c: f64) -> Self {
+        Self {
+            ambient_c,
+            real_above_c,
+            claimed_above_c: real_above_c / 2.0,
+        }
+    }
+}
+
+impl Union {
+    /// Adds the pixels of a real frame that are warm in it or in the scene's claim.
+    ///
+    /// `offset_c` is taken from the real frame before it is asked which of its pixels are warm: a unit that reads a
+    /// degree too high does not see a degree more person.
+    pub(crate) fn add(
+        &mut self,
+        real: &Prepared,
+        offset_c: f64,
+        claim: &[f64],
+        prediction: Prediction<'_>,
+        warmth: Warmth,
+    ) {
+        let sides = real.celsius().iter().zip(real.steady());
+        let claims = claim.iter().zip(prediction.celsius);
+        for ((&measured, &steady), (&claim, &predicted)) in sides.zip(claims) {
+            let really_warm = steady - offset_c - warmth.ambient_c > warmth.real_above_c;
+            let claimed_warm = claim - warmth.ambient_c > warmth.claimed_above_c;
+            self.claimed += usize::from(claimed_warm);
+            self.both += usize::from(really_warm && claimed_warm);
+            if really_warm || claimed_warm {
+                self.pixels += 1;
+                let levelled = measured - offset_c;
+                self.predicted.add(
+                    levelled - (predicted - prediction.offset_c),
+                    measured - predicted,
+                );
+                self.blank
+                    .add(levelled - warmth.ambient_c, measured - warmth.ambient_c);
+            }
+        }
+    }
+
+    /// The sums with one helping of noise taken out of the predicted part.
+    pub(crate) fn without_noise(mut self, sigma_c: f64) -> Self {
+        let noise = count(self.pixels) * sigma_c * sigma_c;
+        self.predicted.levelled = (self.predicted.levelled - noise).max(0.0);
+        self.predicted.with_offset = (self.predicted.with_offset - noise).max(0.0);
+        self
+    }
+
+    /// The gains over the blank frame; not defined where nothing is warm.
+    pub(crate) fn gains(&self) -> [(Measure, Option<f64>); 2] {
+        let gain =
+            |predicted: f64, blank: f64| (blank > 0.0).then(|| 1.0 - (predicted / blank).sqrt());
+        [
+            (
+                Measure::Gain,
+                gain(self.predicted.levelled, self.blank.levelled),
+            ),
+            (
+                Measure::GainWithOffset,
+                gain(self.predicted.with_offset, self.blank.with_offset),
+            ),
+        ]
+    }
+}
+
+impl Squares {
+    fn add(&mut self, levelled: f64, with_offset: f64) {
+        self.levelled += levelled * levelled;
+        self.with_offset += with_offset * with_offset;
+    }
+}
+
+/// How much warmer one frame is than another all over: the mean of the middle half of the differences. A warm body in
+/// either image does not move it as long as it covers less than a quarter of the view, and unlike the median it is
+/// finer than the sensor's step.
+pub(crate) fn offset(frame: &[f64], reference: &[f64]) -> f64 {
+    let mut differences: Vec<f64> = frame.iter().zip(reference).map(|(a, b)| a - b).collect();
+    differences.sort_unstable_by(f64::total_cmp);
+    let quarter = differences.len() / 4;
+    let middle = &differences[quarter..differences.len() - quarter];
+    if middle.is_empty() {
+        return 0.0;
+    }
+    middle.iter().sum::<f64>() / count(middle.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn union(real: &[f64], claim: &[f64]) -> (Union, f64) {
+        let offset_c = offset(real, claim);
+        let mut union = Union::default();
+        let real = Prepared::new(real, real, 0.25);
+        let prediction = Prediction {
+            celsius: claim,
+            offset_c: 0.0,
+        };
+        union.add(&real, offset_c, claim, prediction, Warmth::new(20.0, 1.0));
+        (union, offset_c)
+    }
+
+    /// By hand: ambient 20, warm above 1, claimed above 0.5, no common offset. Pixel 0 is warm in both (real 24, claim
+    /// 23), pixel 1 in the claim only (20, 20.75), pixel 2 in reality only (22, 20), pixel 3 in neither (20.75, 20.5).
+    /// Squares of the claim 1 + 0.5625 + 4, of the blank frame 16 + 0 + 4.
+    #[test]
+    fn gain_is_taken_over_the_union_of_claimed_and_really_warm() {
+        let mut real = [20.0; 16];
+        let mut claim = [20.0; 16];
+        (real[0], claim[0]) = (24.0, 23.0);
+        claim[1] = 20.75;
+        real[2] = 22.0;
+        (real[3], claim[3]) = (20.75, 20.5);
+        let (union, offset_c) = union(&real, &claim);
+        assert!(offset_c.abs() < 1e-12);
+        assert_eq!((union.pixels, union.both, union.claimed), (3, 1, 2));
+        let [(_, gain), (_, with_offset)] = union.gains();
+        assert!((gain.unwrap() - (1.0 - (5.5625_f64 / 20.0).sqrt())).abs() < 1e-12);
+        assert_eq!(gain, with_offset);
+    }
+
+    #[test]
+    fn an_offset_is_taken_out_of_the_gain_and_left_in_beside_it() {
+        let mut claim = [20.0; 16];
+        claim[5] = 23.0;
+        let real = claim.map(|value| value + 2.0);
+        let (union, offset_c) = union(&real, &claim);
+        assert_eq!((union.pixels, offset_c), (1, 2.0));
+        let [(_, gain), (_, with_offset)] = union.gains();
+        assert_eq!(gain, Some(1.0));
+        assert!((with_offset.unwrap() - (1.0 - 2.0 / 5.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_warm_has_no_gain() {
+        let (union, _) = union(&[20.0; 16], &[20.0; 16]);
+        assert_eq!(union.gains().map(|(_, gain)| gain), [None, None]);
+    }
+
+    #[test]
+    fn offset_is_blind_to_a_warm_body_and_finer_than_a_step() {
+        let mut frame: Vec<f64> = (0..64_u32)
+            .map(|index| if index % 4 == 0 { 20.25 } else { 20.0 })
+            .collect();
+        assert!((offset(&frame, &[20.0; 64]) - 0.0).abs() < 0.13);
+        frame[10..22].fill(30.0);
+        assert!((offset(&frame, &[20.0; 64]) - 0.0625).abs() < 0.07);
+        assert_eq!(offset(&[21.5], &[20.0]), 1.5);
+        assert_eq!(offset(&[], &[]), 0.0);
+    }
+}

@@ -1,0 +1,287 @@
+use crate::toy::{AMBIENT_C, Blob, PERSON, SHAPE, UNIT, recording, settings, simulation};
+use grideye_validator::report::{Context, Input, html, json};
+use grideye_validator::{Comparison, FILM_FRAMES_MAX, Measure, Protocol, compare};
+use serde_json::Value;
+
+fn comparison(claimed: &[Blob]) -> Comparison {
+    let real = recording(10, UNIT, 1, |_| vec![PERSON]);
+    let simulated = simulation(10, 2, |_| claimed.to_vec());
+    let mut comparison = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
+    comparison
+        .notes
+        .push("A note of the comparison.".to_owned());
+    comparison
+}
+
+fn context() -> Context {
+    Context {
+        scene: "<b>kitchen</b>".to_owned(),
+        recording: "monday & tuesday.csv".to_owned(),
+        sensor: "\"ceiling\"".to_owned(),
+        command: "grideye compare --scene kitchen.toml --recording 'monday & tuesday.csv'"
+            .to_owned(),
+        program: "grideye 0.1.0".to_owned(),
+        created: "2025-01-31 12:00 UTC".to_owned(),
+        seeds: vec![("simulation".to_owned(), 7)],
+        inputs: vec![Input {
+            name: "kitchen.toml".to_owned(),
+            hash: "sha256:00ff".to_owned(),
+        }],
+        assumptions: vec!["The sensor looks straight down.".to_owned()],
+        experiment: Some(1),
+    }
+}
+
+/// The page as a person reads it: markup and pictures taken away, white space joined.
+fn readable(page: &str) -> String {
+    let body = page.split_once("<body>").unwrap().1;
+    let mut text = String::new();
+    let mut depth = 0_u32;
+    for character in body.chars() {
+        match character {
+            '<' => {
+                depth += 1;
+                text.push(' ');
+            }
+            '>' => depth = depth.saturating_sub(1),
+            _ if depth == 0 => text.push(character),
+            _ => {}
+        }
+    }
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[track_caller]
+fn holds(text: &str, sentences: &[&str]) {
+    for sentence in sentences {
+        assert!(text.contains(sentence), "`{sentence}` is not in:\n{text}");
+    }
+}
+
+#[test]
+fn the_page_says_the_verdict_first_and_what_it_rests_on() {
+    let text = readable(&html(&comparison(&[PERSON]), &context()));
+    assert!(
+        text.starts_with("✓ Verdict: agrees The simulated scene agrees with the recording."),
+        "{text}"
+    );
+    holds(
+        &text,
+        &[
+            "within the 2.5 °C that are allowed.",
+            "C, correlation is 0.8",
+            "at least the 0.60 asked for.",
+            "What would change it: A skill in C below 0.60, a skill in gain below 0.60, or a common offset beyond 2.5 °C.",
+        ],
+    );
+    let text = readable(&html(&comparison(&[]), &context()));
+    assert!(
+        text.starts_with("✗ Verdict: disagrees The simulated scene disagrees with the recording."),
+        "{text}"
+    );
+    holds(&text, &["less than the 0.60 asked for."]);
+}
+
+#[test]
+fn the_page_prints_floors_ceilings_and_the_papers_figures_as_the_papers() {
+    let page = html(&comparison(&[PERSON]), &context());
+    let text = readable(&page);
+    holds(
+        &text,
+        &[
+            "Measure Value Skill Floor: blank frame Floor: shuffled, mean (best 5 %) Ceiling: own repeat The paper's, exp. 1",
+            "The verdict rests on C, correlation",
+            "Entropy and mutual information, reported, not believed",
+            "The paper's figures are those of its Table 1, experiment 1",
+            "PeerJ Computer Science 11:e3124",
+        ],
+    );
+    holds(
+        &page,
+        &[
+            "<td class=\"paper\">0.79</td>",
+            "<td class=\"paper\">95 %</td>",
+            "<td class=\"paper\">5.9</td>",
+        ],
+    );
+    let any = html(
+        &comparison(&[PERSON]),
+        &Context {
+            experiment: None,
+            ..context()
+        },
+    );
+    holds(&readable(&any), &["The paper's, exp. 1–4"]);
+    holds(
+        &any,
+        &[
+            "<td class=\"paper\">0.49 – 0.79</td>",
+            "<td class=\"paper\">90 % – 95 %</td>",
+            "<td class=\"paper\">5.9</td>",
+        ],
+    );
+}
+
+#[test]
+fn the_page_names_scale_assumptions_and_the_way_to_repeat_it() {
+    let text = readable(&html(&comparison(&[PERSON]), &context()));
+    holds(
+        &text,
+        &[
+            "Real and simulated share one scale",
+            "hatched cells are off by 1.67 °C or more",
+            "threshold in °C",
+            "blank frame (floor)",
+            "the sensor's own repeat (ceiling)",
+            "What was assumed The sensor looks straight down. A note of the comparison.",
+            "How to reproduce grideye compare --scene kitchen.toml",
+            "Program grideye 0.1.0",
+            "Seed, simulation 7",
+            "kitchen.toml sha256:00ff",
+            "Made 2025-01-31 12:00 UTC",
+        ],
+    );
+}
+
+#[test]
+fn the_page_needs_nothing_but_itself() {
+    let page = html(&comparison(&[PERSON]), &context());
+    for foreign in [
+        "<script",
+        "<link",
+        "src=\"http",
+        "href=\"http",
+        "url(",
+        "@import",
+    ] {
+        assert!(!page.contains(foreign), "{foreign}");
+    }
+    assert_eq!(
+        page.matches("data:image/png;base64,").count(),
+        3 + 3 * FILM_FRAMES_MAX
+    );
+    assert!(page.len() < 200_000, "{} bytes", page.len());
+}
+
+#[test]
+fn names_cannot_become_markup() {
+    let page = html(&comparison(&[PERSON]), &context());
+    assert!(!page.contains("<b>kitchen"));
+    holds(
+        &page,
+        &[
+            "<dd>&lt;b&gt;kitchen&lt;/b&gt;</dd>",
+            "<dd>monday &amp; tuesday.csv</dd>",
+            "<dd>&quot;ceiling&quot;</dd>",
+            "<title>agrees: &lt;b&gt;kitchen&lt;/b&gt; and monday &amp; tuesday.csv</title>",
+            "--recording &#39;monday &amp; tuesday.csv&#39;",
+        ],
+    );
+}
+
+/// Numbers as they come back from the text, which the parser reads to the last bit but one.
+#[track_caller]
+fn same(found: &Value, expected: Option<f64>) {
+    match (found.as_f64(), expected) {
+        (Some(found), Some(expected)) => {
+            assert!((found - expected).abs() <= 1e-12, "{found} {expected}")
+        }
+        (found, expected) => assert_eq!(found, expected),
+    }
+}
+
+#[test]
+fn json_holds_the_numbers_of_the_comparison() {
+    let comparison = comparison(&[PERSON]);
+    let document: Value = serde_json::from_str(&json(&comparison, &context())).unwrap();
+    assert_eq!(document["format"], "grideye-comparison");
+    assert_eq!(document["version"], 1);
+    assert_eq!(document["verdict"], "agrees");
+    assert_eq!(
+        document["reasons"].as_array().unwrap().len(),
+        comparison.judgement.reasons.len()
+    );
+    assert_eq!(document["pairs"], 100);
+    same(&document["offset_c"], Some(comparison.offset_c));
+    same(&document["noise_sigma_c"], comparison.noise_sigma_c);
+    assert_eq!(document["settings"]["ambient_c"].as_f64(), Some(AMBIENT_C));
+    assert_eq!(document["context"]["scene"], "<b>kitchen</b>");
+    assert_eq!(
+        document["context"]["assumptions"][1],
+        "A note of the comparison."
+    );
+    assert_eq!(
+        document["film"].as_array().unwrap().len(),
+        comparison.film.len()
+    );
+    assert_eq!(
+        document["film"][0]["real_c"][63].as_f64(),
+        Some(comparison.film[0].real[63])
+    );
+}
+
+#[test]
+fn json_holds_every_score_under_its_stable_name() {
+    let comparison = comparison(&[PERSON]);
+    let document: Value = serde_json::from_str(&json(&comparison, &context())).unwrap();
+    assert_eq!(
+        document["scores"].as_object().unwrap().len(),
+        Measure::ALL.len()
+    );
+    for score in comparison.scores.iter() {
+        let entry = &document["scores"][score.measure.name()];
+        same(&entry["value"], score.value);
+        same(&entry["blank"], score.blank);
+        same(&entry["ceiling"], score.ceiling);
+        same(&entry["skill"], score.skill());
+        same(
+            &entry["shuffled"]["mean"],
+            score.shuffled.map(|shuffled| shuffled.mean),
+        );
+        same(
+            &entry["shuffled"]["p95"],
+            score.shuffled.map(|shuffled| shuffled.p95),
+        );
+    }
+    assert_eq!(document["scores"]["correlation"]["papers"], 0.79);
+    assert_eq!(document["scores"]["correlation"]["blank"], Value::Null);
+    assert_eq!(document["scores"]["image_similarity"]["unit"], "share");
+    let graph = &document["evaluation_graph"];
+    for curve in ["simulated", "blank", "repeat"] {
+        let lengths = (
+            graph[curve].as_array().unwrap().len(),
+            graph["thresholds_c"].as_array().unwrap().len(),
+        );
+        assert_eq!(lengths.0, lengths.1);
+    }
+}
+
+/// A page and a document are made of whatever was compared, be it an empty room.
+#[test]
+fn an_undefined_score_is_a_dash_and_null() {
+    let flat = vec![AMBIENT_C; 64];
+    let real: Vec<_> = recording(3, UNIT, 1, |_| vec![])
+        .into_iter()
+        .map(|frame| grideye_validator::RealFrame {
+            celsius: flat.clone(),
+            later: Some(flat.clone()),
+            ..frame
+        })
+        .collect();
+    let simulated: Vec<_> = simulation(3, 1, |_| vec![])
+        .into_iter()
+        .map(|frame| grideye_validator::SimulatedFrame {
+            celsius: flat.clone(),
+            ..frame
+        })
+        .collect();
+    let comparison = compare(SHAPE, &real, &simulated, &settings(Protocol::Static)).unwrap();
+    let page = html(&comparison, &Context::default());
+    assert!(readable(&page).starts_with("? Verdict: cannot tell"));
+    assert!(page.contains("<th scope=\"row\">C, correlation</th><td class=\"value\">–</td>"));
+    let text = readable(&page);
+    assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
+    let document: Value = serde_json::from_str(&json(&comparison, &Context::default())).unwrap();
+    assert_eq!(document["verdict"], "cannot_tell");
+    assert_eq!(document["scores"]["correlation"]["value"], Value::Null);
+}

@@ -1,0 +1,475 @@
+use grideye_frame::{Celsius, NoData, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::{ClockState, Record, Stamp};
+use grideye_scene::{Scene, Simulator};
+use grideye_validator::{
+    Comparison, Measure, Options, Protocol, ValidatorError, Verdict, compare_scene, sensor_step_c,
+};
+use std::io;
+use std::time::Duration;
+
+pub(crate) const SENSOR: &str = "ceiling";
+
+/// The text of one of the paper's experiments as the repository ships it.
+pub(crate) fn experiment(number: u32) -> String {
+    std::fs::read_to_string(format!(
+        "{}/../../scenes/experiment-{number}.toml",
+        env!("CARGO_MANIFEST_DIR")
+    ))
+    .unwrap()
+}
+
+pub(crate) fn parse(text: &str) -> Scene {
+    let files = |relative: &str| -> io::Result<String> {
+        std::fs::read_to_string(format!(
+            "{}/../../scenes/{relative}",
+            env!("CARGO_MANIFEST_DIR")
+        ))
+    };
+    Scene::parse(text, "scene.toml", &files).unwrap().scene
+}
+
+/// What a sensor in the scene would have had recorded: the simulator's noise of another seed, the sensor's steps.
+pub(crate) fn record(scene: &Scene, frames: u32, seed: u64) -> Vec<Record> {
+    let simulator = Simulator::new(scene, SENSOR).unwrap();
+    (0..frames)
+        .map(|index| {
+            let time = Duration::from_millis(100) * index;
+            let image = simulator
+                .noisy(time, seed)
+                .to_frame(Celsius::new(25.0))
+                .unwrap();
+            let pixels = image
+                .pixels
+                .map(|pixel| amg8833::word::pixel_word(pixel).unwrap());
+            row(
+                index,
+                time,
+                Reading::Frame(RawFrame {
+                    thermistor: ThermistorWord(400),
+                    pixels,
+                }),
+            )
+        })
+        .collect()
+}
+
+fn row(index: u32, time: Duration, reading: Reading<RawFrame>) -> Record {
+    let t_boot_ns = 5_000_000_000 + u64::try_from(time.as_nanos()).unwrap();
+    let stamp = Stamp {
+        t_boot_ns,
+        t_utc_ns: 0,
+        clock: ClockState::Unsynced,
+    };
+    Record {
+        seq: u64::from(index),
+        stamp,
+        reading,
+    }
+}
+
+fn options(seed: u64) -> Options {
+    Options {
+        seed,
+        shuffles: 20,
+        ..Options::default()
+    }
+}
+
+fn whole_walk(scene: &Scene) -> u32 {
+    u32::try_from(scene.frame_count(scene.sensor(SENSOR).unwrap())).unwrap()
+}
+
+/// The verdicts over 50 seeds of recording and comparison, under any scene that is claimed.
+#[track_caller]
+fn verdict_over_seeds(expected: Verdict, seen: &Scene, frames: u32, claimed: &Scene) {
+    for seed in 0..50 {
+        let records = record(seen, frames, seed);
+        let judgement = compare_scene(&records, claimed, SENSOR, &options(seed))
+            .unwrap()
+            .judgement;
+        assert_eq!(
+            judgement.verdict, expected,
+            "seed {seed}: {:#?}",
+            judgement.reasons
+        );
+    }
+}
+
+#[track_caller]
+fn replaced(text: &str, from: &str, to: &str) -> String {
+    assert!(
+        text.contains(from),
+        "the scene has changed: no `{from}` in it"
+    );
+    text.replace(from, to)
+}
+
+fn without_agent(text: &str) -> String {
+    let (before, after) = text.split_once("[[agent]]").unwrap();
+    format!(
+        "{before}[[sensor]]{}",
+        after.split_once("[[sensor]]").unwrap().1
+    )
+}
+
+#[test]
+fn the_papers_standing_scenes_agree_with_themselves_over_50_seeds() {
+    for number in [1, 2] {
+        let scene = parse(&experiment(number));
+        verdict_over_seeds(Verdict::Agrees, &scene, 20, &scene);
+    }
+}
+
+#[test]
+fn the_papers_walks_agree_with_themselves_over_50_seeds() {
+    for number in [3, 4] {
+        let scene = parse(&experiment(number));
+        verdict_over_seeds(Verdict::Agrees, &scene, whole_walk(&scene), &scene);
+    }
+}
+
+#[test]
+fn a_person_standing_elsewhere_disagrees() {
+    let text = experiment(1);
+    let scene = parse(&text);
+    let at = "position_mm = [1200, 1350, 0]";
+    for elsewhere in [
+        "[2200, 1350, 0]",
+        "[1200, 2350, 0]",
+        "[1700, 1350, 0]",
+        "[1200, 850, 0]",
+    ] {
+        let claimed = parse(&replaced(&text, at, &format!("position_mm = {elsewhere}")));
+        verdict_over_seeds(Verdict::Disagrees, &scene, 20, &claimed);
+    }
+    let text = experiment(2);
+    let moved = parse(&replaced(
+        &text,
+        "position_mm = [2300, 450, 0]",
+        "position_mm = [1300, 450, 0]",
+    ));
+    verdict_over_seeds(Verdict::Disagrees, &parse(&text), 20, &moved);
+}
+
+#[test]
+fn nobody_where_somebody_is_disagrees() {
+    for number in [1, 3, 4] {
+        let text = experiment(number);
+        let scene = parse(&text);
+        let frames = if scene.is_static() {
+            20
+        } else {
+            whole_walk(&scene)
+        };
+        verdict_over_seeds(
+            Verdict::Disagrees,
+            &scene,
+            frames,
+            &parse(&without_agent(&text)),
+        );
+    }
+}
+
+#[test]
+fn a_person_of_34_degrees_for_one_of_28_disagrees() {
+    let text = experiment(1);
+    let (before, person) = text.split_once("[[agent]]").unwrap();
+    let hot = format!(
+        "{before}[[agent]]{}",
+        person.replacen("temperature_c = 28", "temperature_c = 34", 1)
+    );
+    assert_ne!(hot, text);
+    verdict_over_seeds(Verdict::Disagrees, &parse(&text), 20, &parse(&hot));
+}
+
+/// The sensor mounted the wrong way round: each row of the recording runs backwards.
+#[test]
+fn a_mirrored_recording_disagrees() {
+    for number in [2, 3] {
+        let scene = parse(&experiment(number));
+        let frames = if scene.is_static() {
+            20
+        } else {
+            whole_walk(&scene)
+        };
+        for seed in 0..20 {
+            let mirrored: Vec<Record> = record(&scene, frames, seed)
+                .into_iter()
+                .map(mirror)
+                .collect();
+            let judgement = compare_scene(&mirrored, &scene, SENSOR, &options(seed))
+                .unwrap()
+                .judgement;
+            assert_eq!(
+                judgement.verdict,
+                Verdict::Disagrees,
+                "{number} {seed}: {:#?}",
+                judgement.reasons
+            );
+        }
+    }
+}
+
+fn mirror(record: Record) -> Record {
+    let reading = record.reading.map(|mut raw| {
+        raw.pixels.chunks_mut(8).for_each(<[PixelWord]>::reverse);
+        raw
+    });
+    Record { reading, ..record }
+}
+
+/// A second of delay at 0.5 m/s is half a metre.
+#[test]
+fn a_walk_that_starts_a_second_late_disagrees() {
+    for number in [3, 4] {
+        let scene = parse(&experiment(number));
+        for seed in 0..20 {
+            let records = record(&scene, whole_walk(&scene), seed);
+            let late = Options {
+                start: Duration::from_secs(1),
+                ..options(seed)
+            };
+            let comparison = compare_scene(&records, &scene, SENSOR, &late).unwrap();
+            assert_eq!(comparison.judgement.verdict, Verdict::Disagrees);
+            assert!(
+                comparison
+                    .notes
+                    .iter()
+                    .any(|note| note.contains("after the end of the scene's walk"))
+            );
+        }
+    }
+}
+
+#[test]
+fn an_empty_room_cannot_tell() {
+    let text = experiment(1);
+    let (room, sensors) = text.split_once("[[object]]").unwrap();
+    let empty = parse(&format!(
+        "{room}[[sensor]]{}",
+        sensors.split_once("[[sensor]]").unwrap().1
+    ));
+    verdict_over_seeds(Verdict::CannotTell, &empty, 20, &empty);
+    verdict_over_seeds(Verdict::CannotTell, &empty, 20, &parse(&text));
+}
+
+#[test]
+fn three_degrees_of_offset_are_noticed() {
+    let text = experiment(1);
+    let scene = parse(&text);
+    let warmer = parse(
+        &replaced(&text, "ambient_c = 23.5", "ambient_c = 26.5")
+            .replace("temperature_c = 28", "temperature_c = 31"),
+    );
+    for (seen, claimed, direction) in [(&warmer, &scene, "warmer"), (&scene, &warmer, "colder")] {
+        let records = record(seen, 20, 1);
+        let comparison = compare_scene(&records, claimed, SENSOR, &options(1)).unwrap();
+        assert_eq!(comparison.judgement.verdict, Verdict::Disagrees);
+        assert!(
+            (comparison.offset_c.abs() - 3.0).abs() < 0.1,
+            "{}",
+            comparison.offset_c
+        );
+        assert!(
+            comparison.judgement.reasons[0].contains(direction),
+            "{:?}",
+            comparison.judgement.reasons
+        );
+        assert!(
+            comparison.score(Measure::Correlation).skill().unwrap() > 0.6,
+            "C is blind to it"
+        );
+    }
+}
+
+/// The recording was simulated with the seed that the comparison is asked to use: the noise must differ all the same.
+#[test]
+fn a_recording_simulated_with_the_same_seed_is_met_by_other_noise() {
+    let scene = parse(&experiment(1));
+    let comparison = compare_scene(&record(&scene, 20, 7), &scene, SENSOR, &options(7)).unwrap();
+    let rmse = comparison.score(Measure::Rmse).value.unwrap();
+    assert!((rmse - 0.2 * 2.0_f64.sqrt()).abs() < 0.03, "{rmse}");
+}
+
+#[test]
+fn frames_are_chosen_evenly_and_gaps_left_out_with_a_note() {
+    let scene = parse(&experiment(1));
+    let mut records = record(&scene, 101, 1);
+    for index in [3, 50, 51] {
+        records[index].reading = Reading::NoData(NoData::Nack);
+    }
+    let comparison = compare_scene(&records, &scene, SENSOR, &options(1)).unwrap();
+    assert_eq!(
+        (
+            comparison.real_frames,
+            comparison.simulated_frames,
+            comparison.pairs
+        ),
+        (10, 10, 100)
+    );
+    assert_eq!(comparison.settings.protocol, Protocol::Static);
+    assert_eq!(comparison.settings.lag_frames, 3);
+    // Frame 0 has lost the frame three later, frame 97 is the last one that has it.
+    assert_eq!(
+        comparison.film.first().unwrap().time,
+        Duration::from_millis(100)
+    );
+    assert_eq!(
+        comparison.film.last().unwrap().time,
+        Duration::from_millis(9_700)
+    );
+    assert!(
+        comparison
+            .notes
+            .iter()
+            .any(|note| note == "3 of 101 rows of the recording are gaps and were left out.")
+    );
+    let five = Options {
+        frames: Some(5),
+        ..options(1)
+    };
+    assert_eq!(
+        compare_scene(&records, &scene, SENSOR, &five)
+            .unwrap()
+            .pairs,
+        25
+    );
+}
+
+#[test]
+fn a_walk_is_compared_frame_by_frame_with_the_next_frame_as_repeat() {
+    let scene = parse(&experiment(3));
+    let comparison = compare_scene(
+        &record(&scene, whole_walk(&scene), 1),
+        &scene,
+        SENSOR,
+        &options(1),
+    )
+    .unwrap();
+    assert_eq!(comparison.settings.protocol, Protocol::Dynamic);
+    assert_eq!(comparison.settings.lag_frames, 1);
+    assert_eq!(comparison.pairs, comparison.real_frames);
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused_with_the_reason() {
+    let text = experiment(3);
+    let scene = parse(&text);
+    let records = record(&scene, 10, 1);
+    let refused = |records: &[Record], scene: &Scene, sensor: &str, options: &Options| {
+        compare_scene(records, scene, sensor, options).unwrap_err()
+    };
+    assert!(matches!(
+        refused(&records, &scene, "attic", &options(1)),
+        ValidatorError::Scene(_)
+    ));
+    assert!(matches!(
+        refused(&[], &scene, SENSOR, &options(1)),
+        ValidatorError::NoFrames { .. }
+    ));
+
+    let mut backwards = records.clone();
+    backwards[6].stamp.t_boot_ns -= 804_000_000;
+    let error = refused(&backwards, &scene, SENSOR, &options(1));
+    assert!(
+        error
+            .to_string()
+            .starts_with("time runs back by 704ms at frame 6 of the recording\nhint: "),
+        "{error}"
+    );
+
+    let after = Options {
+        start: Duration::from_secs(3_600),
+        ..options(1)
+    };
+    assert!(matches!(
+        refused(&records, &scene, SENSOR, &after),
+        ValidatorError::NoOverlap { .. }
+    ));
+    for options in [
+        Options {
+            frames: Some(0),
+            ..options(1)
+        },
+        Options {
+            lag_frames: Some(0),
+            ..options(1)
+        },
+        Options {
+            lag_frames: Some(grideye_validator::LAG_FRAMES_MAX + 1),
+            ..options(1)
+        },
+    ] {
+        assert!(matches!(
+            refused(&records, &scene, SENSOR, &options),
+            ValidatorError::Setting { .. }
+        ));
+    }
+    let lepton = parse(&replaced(
+        &text,
+        "preset = \"grid-eye\"",
+        "resolution = [80, 60]\nfov_deg = [50, 50]\nnoise_sigma_c = 1.6",
+    ));
+    let error = refused(&records, &lepton, SENSOR, &options(1));
+    assert!(
+        error
+            .to_string()
+            .contains("has 80 x 60 pixels, the recording has 8 x 8"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_step_is_the_drivers() {
+    // AMG88 spec §4-11-11: one LSB of a pixel is a quarter of a degree.
+    assert_eq!(sensor_step_c(), 1.0 / 4.0);
+}
+
+#[test]
+fn look() {
+    use grideye_validator::report::{Context, Input, html};
+    for (n, wrong) in [(1, false), (3, false), (1, true)] {
+        let text = experiment(n);
+        let scene = parse(&text);
+        let claimed = if wrong {
+            parse(&replaced(
+                &text,
+                "position_mm = [1200, 1350, 0]",
+                "position_mm = [1700, 1350, 0]",
+            ))
+        } else {
+            parse(&text)
+        };
+        let frames = if scene.is_static() {
+            40
+        } else {
+            whole_walk(&scene)
+        };
+        let c = compare_scene(
+            &record(&scene, frames, 1),
+            &claimed,
+            SENSOR,
+            &Options::default(),
+        )
+        .unwrap();
+        let context = Context {
+            scene: format!("experiment-{n}.toml"),
+            recording: "kitchen.csv".into(),
+            sensor: SENSOR.into(),
+            command: format!(
+                "grideye compare --scene scenes/experiment-{n}.toml --recording kitchen.csv --report report.html"
+            ),
+            program: "grideye 0.1.0".into(),
+            created: String::new(),
+            seeds: vec![("simulation".into(), 1)],
+            inputs: vec![Input {
+                name: format!("scenes/experiment-{n}.toml"),
+                hash: "sha256:3c9909afec25354d551dae21590bb26e38d53f2173b8d3dc3eee4c047e7ab1c1"
+                    .into(),
+            }],
+            assumptions: vec![],
+            experiment: Some(n as u8),
+        };
+        std::fs::write(format!("/tmp/report-{n}-{wrong}.html"), html(&c, &context)).unwrap();
+    }
+}
