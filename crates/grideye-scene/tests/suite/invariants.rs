@@ -642,6 +642,28 @@ fn a_sensor_inside_a_body_sees_nothing_else() {
     );
 }
 
+#[test]
+fn a_sensor_a_hair_below_a_face_is_inside_all_the_same() {
+    // Half a micrometre of the body is before the sensor: nothing of it can be projected.
+    let level = CEILING
+        .replace("elevation_deg = 90", "elevation_deg = 0")
+        .replace("3000, 2700]", "2000.0005, 1350]");
+    let wall = object(
+        "wall",
+        [2000.0, 3000.0, 0.0],
+        [3000.0, 2000.0, 2700.0],
+        0.0,
+        31.0,
+    );
+    assert_close(&picture(&format!("{ROOM}{level}{wall}")), &[31.0; 64]);
+    let before_it = level.replace("2000.0005", "1999.9995");
+    assert_eq!(
+        picture(&format!("{ROOM}{before_it}{wall}")),
+        [AMBIENT_C; 64],
+        "looking away from it"
+    );
+}
+
 /// The bits of one noisy frame: if they change, every recording that was simulated before changes.
 #[test]
 fn the_bits_of_one_frame_are_pinned() {

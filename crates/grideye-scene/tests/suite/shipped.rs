@@ -121,6 +121,11 @@ fn experiments_3_and_4_walk_from_end_to_end() {
             [2800.0, 1340.0, 0.0]
         );
         assert_eq!(scene.duration(), Duration::from_secs(5));
+        assert_eq!(
+            scene.frame_count(&scene.sensors()[0]),
+            51,
+            "10 Hz, both ends"
+        );
         let simulator = Simulator::new(&scene, "ceiling").unwrap();
         let centroid = |time| {
             let truth = simulator.truth(time);
