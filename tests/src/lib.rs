@@ -1,1 +1,3 @@
 //! What the tests of the whole share: starting the real programs, and a small WebDriver client.
+
+pub mod programs;

@@ -37,7 +37,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     }
     match &options.json {
         Some(path) if path.as_os_str() == "-" => {
-            println!("{}", report::json(&comparison, &context))
+            println!("{}", report::json(&comparison, &context));
         }
         Some(path) => write_text(path, &report::json(&comparison, &context))?,
         None => {}

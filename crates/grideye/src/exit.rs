@@ -47,6 +47,6 @@ pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> anyhow::Error {
 /// Prints the error for a person and gives its exit code: 2 for bad input, 1 for a failure.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     eprintln!("error: {error:#}");
-    let is_bad_input = error.chain().any(|cause| cause.is::<BadInput>());
+    let is_bad_input = error.chain().any(<dyn std::error::Error>::is::<BadInput>);
     ExitCode::from(if is_bad_input { 2 } else { 1 })
 }

@@ -25,8 +25,7 @@ pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
         true => STATIC_FRAMES,
         false => u32::try_from(scene.frame_count(sensor)).unwrap_or(u32::MAX),
     });
-    let times =
-        (0..frames).map(|index| sensor.frame_time(u32::try_from(index).unwrap_or(u32::MAX)));
+    let times = (0..frames).map(|index| sensor.frame_time(index));
     match &options.out {
         Some(out) => write(options, &scene, &simulator, &name, out, times)?,
         None => print(&simulator.noisy(Duration::ZERO, options.seed)),

@@ -1,0 +1,237 @@
+//! The real programs, built once in release mode, started and stopped.
+
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// Longest wait for a program to say where it listens, or to end after it was asked to.
+const WAIT_MAX: Duration = Duration::from_secs(20);
+
+/// The repository's root.
+#[must_use]
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// A command that runs `grideye`, in the repository's root.
+#[must_use]
+pub fn grideye() -> Command {
+    command("grideye")
+}
+
+/// A command that runs `grideye-agent`, in the repository's root.
+#[must_use]
+pub fn grideye_agent() -> Command {
+    command("grideye-agent")
+}
+
+fn command(name: &str) -> Command {
+    let mut command = Command::new(folder().join(name));
+    command.current_dir(root());
+    command
+}
+
+/// Where the release programs are.
+///
+/// # Panics
+/// When they do not build.
+pub fn folder() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let target = std::env::var_os("CARGO_TARGET_DIR")
+            .map_or_else(|| root().join("target"), PathBuf::from);
+        let build = Command::new(env!("CARGO"))
+            .args([
+                "build",
+                "--release",
+                "--locked",
+                "-p",
+                "grideye",
+                "-p",
+                "grideye-agent",
+            ])
+            .current_dir(root())
+            .output()
+            .unwrap();
+        assert!(
+            build.status.success(),
+            "{}",
+            String::from_utf8_lossy(&build.stderr)
+        );
+        root().join(target).join("release")
+    })
+}
+
+/// What a program printed, as text.
+#[derive(Debug)]
+pub struct Ended {
+    /// Exit code; -1 after a signal.
+    pub code: i32,
+    /// Standard output.
+    pub stdout: String,
+    /// Standard error.
+    pub stderr: String,
+}
+
+/// Runs a command to its end.
+///
+/// # Panics
+/// When it cannot be started.
+pub fn run(command: &mut Command) -> Ended {
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = command.stdin(Stdio::null()).output().unwrap();
+    Ended {
+        code: status.code().unwrap_or(-1),
+        stdout: String::from_utf8_lossy(&stdout).into_owned(),
+        stderr: String::from_utf8_lossy(&stderr).into_owned(),
+    }
+}
+
+/// A running `grideye collect`; killed when dropped.
+#[derive(Debug)]
+pub struct RunningCollector {
+    child: Child,
+    url: String,
+}
+
+impl RunningCollector {
+    /// Starts a collector on a free loopback port, with its store in `folder`.
+    ///
+    /// # Panics
+    /// When it does not say where it listens.
+    #[must_use]
+    pub fn start(folder: &Path) -> Self {
+        let mut child = grideye()
+            .args(["collect", "--listen", "127.0.0.1:0", "--store"])
+            .arg(folder.join("store.sqlite"))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        assert!(
+            line.starts_with("http://127.0.0.1:"),
+            "the collector said {line:?}"
+        );
+        Self {
+            child,
+            url: line.trim().trim_end_matches('/').to_owned(),
+        }
+    }
+
+    /// `http://127.0.0.1:PORT`.
+    #[must_use]
+    pub fn url(&self) -> &str {
+        &self.url
+    }
+
+    /// The most memory that it ever had resident, in KiB.
+    #[must_use]
+    pub fn peak_kib(&self) -> u64 {
+        peak_kib(self.child.id())
+    }
+
+    /// What a GET of `path` answers, as JSON.
+    ///
+    /// # Panics
+    /// When it answers something else.
+    #[must_use]
+    pub fn json(&self, path: &str) -> serde_json::Value {
+        ureq::get(format!("{}{path}", self.url))
+            .call()
+            .unwrap()
+            .body_mut()
+            .read_json()
+            .unwrap()
+    }
+
+    /// Asks it to stop, as systemd does, and waits for its end.
+    ///
+    /// # Panics
+    /// When it does not end in time.
+    pub fn stop(mut self) -> Ended {
+        terminate(&self.child);
+        let code = wait(&mut self.child);
+        let mut stderr = String::new();
+        self.child
+            .stderr
+            .take()
+            .unwrap()
+            .read_to_string(&mut stderr)
+            .unwrap();
+        Ended {
+            code,
+            stdout: String::new(),
+            stderr,
+        }
+    }
+}
+
+impl Drop for RunningCollector {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Sends SIGTERM.
+///
+/// # Panics
+/// When there is no `kill`.
+pub fn terminate(child: &Child) {
+    assert!(
+        Command::new("kill")
+            .arg(child.id().to_string())
+            .status()
+            .unwrap()
+            .success()
+    );
+}
+
+/// Waits for a program's end; its exit code.
+///
+/// # Panics
+/// When it does not end in time.
+pub fn wait(child: &mut Child) -> i32 {
+    let since = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return status.code().unwrap_or(-1);
+        }
+        assert!(since.elapsed() < WAIT_MAX, "the program did not end");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// The most memory that a process ever had resident, in KiB (`VmHWM`).
+///
+/// # Panics
+/// When there is no such process.
+#[must_use]
+pub fn peak_kib(pid: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))
+        .unwrap();
+    line.trim().trim_end_matches(" kB").parse().unwrap()
+}
+
+/// Whether this tier is left out on this machine, by an environment variable that `tests/run` sets; says so.
+#[must_use]
+pub fn is_left_out(variable: &str, what: &str) -> bool {
+    let is_left_out = std::env::var_os(variable).is_some();
+    if is_left_out {
+        println!("left out: {what} ({variable} is set)");
+    }
+    is_left_out
+}

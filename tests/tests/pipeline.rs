@@ -1,0 +1,413 @@
+//! The whole pipeline with the release programs: registers to verdict, and every common mistake of a user.
+
+use grideye_tests::programs::{
+    Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run,
+};
+use std::path::Path;
+use std::process::Command;
+
+const SESSION: &str = "recordings/linaige/Session2_2021-07-01_RoomB_v2.csv";
+
+fn demo(out: &Path, arguments: &[&str]) -> Ended {
+    run(grideye()
+        .args(["demo", "--once", "--out"])
+        .arg(out)
+        .args(arguments))
+}
+
+fn line<'a>(ended: &'a Ended, beginning: &str) -> &'a str {
+    let found = ended
+        .stdout
+        .lines()
+        .find(|line| line.starts_with(beginning));
+    found.unwrap_or_else(|| panic!("no line {beginning:?} in {ended:?}"))
+}
+
+#[test]
+fn the_demonstration_ends_with_delivery_scores_and_report() {
+    let out = tempfile::tempdir().unwrap();
+    let ended = demo(out.path(), &["--speed", "10"]);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert_eq!(ended.stdout.lines().count(), 3, "{ended:?}");
+    assert!(
+        line(&ended, "delivery")
+            .contains("read 100 = stored 100 + dropped 0 + spooled 0, missing 0")
+    );
+    let scores = line(&ended, "scores");
+    assert!(
+        scores.contains("agrees") && scores.contains("the paper's 0.79"),
+        "{scores}"
+    );
+    assert!(
+        scores.contains("blank frame") && scores.contains("shuffled"),
+        "{scores}"
+    );
+    assert!(line(&ended, "page").contains("report.html"));
+
+    let report = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    assert!(report.contains("The simulated scene agrees with the recording"));
+    assert!(
+        report.contains("emulated sensor"),
+        "the report must say that the sensor was emulated"
+    );
+    let json: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(out.path().join("report.json")).unwrap())
+            .unwrap();
+    assert!(json.to_string().contains("sha256:"));
+}
+
+/// The rows of a CSV file as text, header first; nothing of this project reads it.
+fn cells(path: &Path) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines()
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect()
+}
+
+/// `thermistor, pixel 1 … pixel 64` of every row, compared as numbers.
+fn temperatures(rows: &[Vec<String>], first: &str, count: usize) -> Vec<Vec<f64>> {
+    let start = rows[0].iter().position(|name| name == first).unwrap();
+    rows[1..]
+        .iter()
+        .map(|row| {
+            row[start..start + count]
+                .iter()
+                .map(|cell| cell.parse().unwrap())
+                .collect()
+        })
+        .collect()
+}
+
+#[test]
+fn a_real_recording_comes_out_as_it_went_in_through_registers_bus_http_and_store() {
+    let out = tempfile::tempdir().unwrap();
+    let ended = demo(out.path(), &["--replay", SESSION, "--speed", "40"]);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(
+        line(&ended, "replay").contains("1848 frames in, 1848 out, 0 missing"),
+        "{ended:?}"
+    );
+
+    let source = temperatures(&cells(&root().join(SESSION)), "thermistor", 65);
+    let written = cells(&out.path().join("recording.csv"));
+    assert_eq!(temperatures(&written, "thermistor", 65), source);
+    let seq = written[0].iter().position(|name| name == "seq").unwrap();
+    let numbers: Vec<usize> = written[1..]
+        .iter()
+        .map(|row| row[seq].parse().unwrap())
+        .collect();
+    assert_eq!(
+        numbers,
+        (0..1848).collect::<Vec<_>>(),
+        "in order, none missing, none twice"
+    );
+}
+
+#[test]
+fn another_scene_is_not_taken_for_the_recorded_one() {
+    let out = tempfile::tempdir().unwrap();
+    assert_eq!(demo(out.path(), &["--speed", "10"]).code, 0);
+    let compare = |scene: &str| {
+        let recording = out.path().join("recording.csv");
+        run(grideye()
+            .args(["compare", "--scene", scene, "--recording"])
+            .arg(recording))
+    };
+    assert_eq!(compare("scenes/experiment-1.toml").code, 0);
+    let wrong = compare("scenes/experiment-2.toml");
+    assert_eq!(wrong.code, 1, "{wrong:?}");
+    assert!(wrong.stdout.contains("disagrees"));
+    let empty = out.path().join("empty.toml");
+    let scene = std::fs::read_to_string(root().join("scenes/experiment-1.toml")).unwrap();
+    let (before, after) = scene.split_once("[[object]]").unwrap();
+    let sensor = after.split_once("[[sensor]]").unwrap().1;
+    std::fs::write(&empty, format!("{before}[[sensor]]{sensor}")).unwrap();
+    let nobody = compare(empty.to_str().unwrap());
+    assert!(
+        [1, 3].contains(&nobody.code),
+        "a scene without anybody cannot agree: {nobody:?}"
+    );
+}
+
+#[test]
+fn the_agent_delivers_from_a_device_file_to_a_collector() {
+    if is_left_out(
+        "GRIDEYE_WITHOUT_FUSE",
+        "the agent on an emulated /dev/i2c-1",
+    ) {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let collector = RunningCollector::start(folder.path());
+    let config = folder.path().join("agent.toml");
+    let text = format!(
+        "device = \"pi-1\"\ncollector = \"{}\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n",
+        collector.url()
+    );
+    std::fs::write(&config, text).unwrap();
+    let mut agent = emulated(&["--scene", "scenes/experiment-1.toml"]);
+    agent
+        .arg(grideye_agent().get_program())
+        .args(["run", "--frames", "30", "--config"])
+        .arg(&config);
+    let ended = run(&mut agent);
+    assert_eq!(ended.code, 0, "{ended:?}");
+
+    let audit = collector.json("/v1/audit");
+    let stream = &audit["streams"][0];
+    assert_eq!(
+        (stream["device"].as_str(), stream["sensor"].as_str()),
+        (Some("pi-1"), Some("i2c-1:0x69"))
+    );
+    assert_eq!(
+        (stream["read"].as_u64(), stream["stored"].as_u64()),
+        (Some(30), Some(30)),
+        "{audit}"
+    );
+    let audited = run(grideye().args(["audit", "--collector", collector.url()]));
+    assert_eq!(audited.code, 0, "{audited:?}");
+    assert!(
+        audited
+            .stdout
+            .contains("read 30 = stored 30 + dropped 0 + spooled 0, missing 0"),
+        "{audited:?}"
+    );
+    let stopped = collector.stop();
+    assert_eq!(stopped.code, 0, "{stopped:?}");
+}
+
+#[test]
+fn the_agent_stays_small() {
+    if is_left_out(
+        "GRIDEYE_WITHOUT_FUSE",
+        "the memory of the agent on an emulated /dev/i2c-1",
+    ) {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let collector = RunningCollector::start(folder.path());
+    let config = folder.path().join("agent.toml");
+    let text = format!(
+        "device = \"pi-1\"\ncollector = \"{}\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n",
+        collector.url()
+    );
+    std::fs::write(&config, text).unwrap();
+    let mut agent = emulated(&["--recording", SESSION]);
+    // The shell stays the agent's parent until it has looked at it: VmHWM is gone with the process.
+    agent.args(["sh", "-c", r#""$0" run --frames 50 --config "$1" & pid=$!; sleep 4; grep VmHWM /proc/$pid/status; wait $pid"#]);
+    agent.arg(grideye_agent().get_program()).arg(&config);
+    let ended = run(&mut agent);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let peak = ended
+        .stdout
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))
+        .unwrap();
+    let peak_kib: u64 = peak.trim().trim_end_matches(" kB").parse().unwrap();
+    println!(
+        "peak resident memory: agent {peak_kib} KiB, collector {} KiB",
+        collector.peak_kib()
+    );
+    assert!(
+        peak_kib < 12 * 1024,
+        "the agent had {peak_kib} KiB resident"
+    );
+}
+
+fn emulated(what: &[&str]) -> Command {
+    let mut command = grideye();
+    command.arg("emulate").args(what).arg("--");
+    command
+}
+
+#[test]
+fn a_person_sees_the_sensor_with_one_command() {
+    if is_left_out(
+        "GRIDEYE_WITHOUT_FUSE",
+        "agent check on an emulated /dev/i2c-1",
+    ) {
+        return;
+    }
+    let mut check = emulated(&["--scene", "scenes/experiment-1.toml"]);
+    check.arg(grideye_agent().get_program()).args([
+        "check",
+        "--bus",
+        "/dev/i2c-1",
+        "--address",
+        "0x69",
+    ]);
+    let ended = run(&mut check);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(ended.stdout.contains("thermistor"), "{ended:?}");
+
+    let mut wrong = emulated(&["--address", "0x68", "--scene", "scenes/experiment-1.toml"]);
+    wrong.arg(grideye_agent().get_program()).args([
+        "check",
+        "--bus",
+        "/dev/i2c-1",
+        "--address",
+        "0x69",
+    ]);
+    let ended = run(&mut wrong);
+    assert_eq!(ended.code, 1, "{ended:?}");
+    let said = format!("{}{}", ended.stdout, ended.stderr);
+    assert!(
+        said.contains("hint:") && said.contains("0x68"),
+        "a wrong address must be named with the other one: {said}"
+    );
+}
+
+/// One mistake: the arguments, the exit code, and words that must stand in the message.
+type Mistake<'a> = (&'a [&'a str], i32, &'a [&'a str]);
+
+#[test]
+fn every_common_mistake_ends_in_one_clear_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let experiment = std::fs::read_to_string(root().join("scenes/experiment-1.toml")).unwrap();
+    let unknown_key = file(
+        "unknown.toml",
+        &experiment.replace("ambient_c", "ambeint_c"),
+    );
+    let not_a_recording = file("notes.csv", "a,b\n1,2\n");
+    let session = std::fs::read_to_string(root().join(SESSION)).unwrap();
+    let cut = file("cut_2021-07-01.csv", &session[..20_000]);
+    let short = file(
+        "short_2021-07-01.csv",
+        &session.replacen(",26.5,25.5,", ",26.5,", 1),
+    );
+    let hot = file(
+        "hot_2021-07-01.csv",
+        &session.replacen(",26.5,25.5,", ",600,25.5,", 1),
+    );
+    let nan = file(
+        "nan_2021-07-01.csv",
+        &session.replacen(",26.5,25.5,", ",NaN,25.5,", 1),
+    );
+    let blocked = file("blocked", "");
+    let below = format!("{blocked}/out");
+    let out = folder.path().join("never.csv");
+    let out = out.to_str().unwrap();
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = taken.local_addr().unwrap().to_string();
+    let fresh = folder.path().join("fresh");
+    let fresh = fresh.to_str().unwrap();
+
+    let mistakes: &[Mistake<'_>] = &[
+        (
+            &[
+                "demo",
+                "--once",
+                "--scene",
+                "scenes/nowhere.toml",
+                "--out",
+                fresh,
+            ],
+            2,
+            &["scenes/nowhere.toml"],
+        ),
+        (
+            &["simulate", &unknown_key],
+            2,
+            &["unknown.toml:", "ambeint_c"],
+        ),
+        (
+            &["simulate", "scenes/experiment-1.toml", "--sensor", "window"],
+            2,
+            &["window", "ceiling"],
+        ),
+        (
+            &["convert", &not_a_recording, out],
+            2,
+            &["notes.csv", "hint:"],
+        ),
+        (&["convert", &cut, out], 2, &["cut_2021-07-01.csv", "line"]),
+        (
+            &["convert", &short, out],
+            2,
+            &["short_2021-07-01.csv", "line 2"],
+        ),
+        (
+            &["convert", &hot, out],
+            2,
+            &["hot_2021-07-01.csv", "line 2", "pixel0", "600"],
+        ),
+        (
+            &["convert", &nan, out],
+            2,
+            &["nan_2021-07-01.csv", "line 2", "pixel0"],
+        ),
+        (
+            &["demo", "--once", "--out", &below],
+            1,
+            &["blocked", "hint:"],
+        ),
+        (
+            &["demo", "--once", "--listen", &taken, "--out", fresh],
+            1,
+            &[&taken, "in use", "hint:"],
+        ),
+        (
+            &["collect", "--listen", "0.0.0.0:0", "--store", fresh],
+            1,
+            &["0.0.0.0", "hint:"],
+        ),
+        (
+            &["audit", "--collector", "http://127.0.0.1:9"],
+            1,
+            &["127.0.0.1:9", "hint:"],
+        ),
+        (
+            &["emulate", "--scene", "scenes/experiment-1.toml"],
+            2,
+            &["PROGRAM"],
+        ),
+        (&["demo", "--speed", "0"], 2, &["above 0"]),
+    ];
+    for (arguments, code, words) in mistakes {
+        let ended = run(grideye().args(*arguments));
+        assert_eq!(ended.code, *code, "{arguments:?}: {ended:?}");
+        for word in *words {
+            assert!(
+                ended.stderr.contains(word),
+                "{arguments:?} does not say {word:?}: {}",
+                ended.stderr
+            );
+        }
+        assert!(
+            !ended.stderr.contains("panicked"),
+            "{arguments:?}: {}",
+            ended.stderr
+        );
+    }
+    assert!(
+        !Path::new(out).exists(),
+        "a refused conversion left a file under its final name"
+    );
+}
+
+#[test]
+fn an_object_outside_its_room_is_removed_with_a_warning_that_names_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("outside.toml");
+    let scene = std::fs::read_to_string(root().join("scenes/experiment-1.toml")).unwrap();
+    std::fs::write(
+        &path,
+        scene.replace(
+            "position_mm = [2000, 3000, 0]",
+            "position_mm = [9000, 3000, 0]",
+        ),
+    )
+    .unwrap();
+    let ended = run(grideye().arg("simulate").arg(&path));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(
+        ended.stderr.contains("warning:") && ended.stderr.contains("table"),
+        "{ended:?}"
+    );
+    assert_eq!(ended.stdout.lines().count(), 8);
+}
