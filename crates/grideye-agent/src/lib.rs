@@ -1,1 +1,53 @@
-//! placeholder
+//! The program on the Raspberry Pi: reads AMG8833 sensors over I2C and delivers every frame to a collector, once.
+//!
+//! ```text
+//!   /dev/i2c-1 ── bus thread ──┐
+//!   (0x68, 0x69)  sampler a    │  records   ┌──────┐  batches   ┌──────────┐  POST /v1/frames
+//!                 sampler b    ├──────────▶ │ ring │ ─────────▶ │ uploader │ ────────────────▶ collector
+//!   /dev/i2c-3 ── bus thread ──┘            └──────┘ ◀───────── └──────────┘ ◀────────────────
+//!                 sampler c                 bounded   durable                 durable_through
+//! ```
+//!
+//! * [`sampler`] follows the sensor's own clock: it finds the moment of update from what it reads, keeps its reads
+//!   behind it and counts the sensor's frames, so that none is recorded twice and a missed one is a row of its own.
+//! * [`bus`] opens a bus and says what its errors mean; [`bus::LinuxBus`] is `/dev/i2c-N`, an emulated bus is another.
+//! * [`ring`] holds what is not yet known to be durable and keeps the account: read = acknowledged + dropped + spooled.
+//! * [`upload`] posts batches and frees what the collector has on disk. A hung bus does not stop it.
+//! * [`agent`] puts them together; [`check`] is the one-shot self-test for a person with a soldering iron.
+//!
+//! Time comes from a [`clock::Clock`] that is handed in: the system's in the program, an emulated one in tests.
+//!
+//! ```
+//! use grideye_agent::config::Config;
+//!
+//! let config = Config::parse(
+//!     r#"
+//!     device = "pi-1"
+//!     collector = "http://192.168.1.20:8420"
+//!
+//!     [[bus]]
+//!     path = "/dev/i2c-1"
+//!     [[bus.sensor]]
+//!     address = 0x69
+//!     "#,
+//!     "agent.toml",
+//! )?;
+//! assert_eq!(config.buses[0].sensor_id(&config.buses[0].sensors[0]), "i2c-1:0x69");
+//!
+//! // A misspelt key stops the program, and the message says where.
+//! let error = Config::parse("colector = \"http://192.168.1.20:8420\"", "agent.toml").unwrap_err();
+//! assert!(error.to_string().starts_with("agent.toml:1:1: unknown field `colector`"));
+//! # Ok::<(), grideye_agent::config::ConfigError>(())
+//! ```
+
+pub mod agent;
+pub mod bus;
+pub mod check;
+pub mod clock;
+pub mod config;
+pub mod log;
+mod phase;
+pub mod ring;
+pub mod sampler;
+pub mod upload;
+mod worker;

@@ -1,0 +1,420 @@
+//! The agent as a whole: a thread for each bus, one for the uploads, and the account of what they did.
+
+use crate::bus::OpenBus;
+use crate::clock::Clock;
+use crate::config::{BusConfig, Config};
+use crate::log::Log;
+use crate::ring::Ring;
+use crate::upload::{Shared, Target, Uploader};
+use crate::worker::{Sensor, Sink, Worker};
+use grideye_recording::Record;
+use grideye_recording::wire::Account;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::hash::{BuildHasher as _, RandomState};
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How long [`AgentHandle::stop`] waits for the bus threads; one that hangs longer in a transfer is left behind.
+pub const BUS_STOP_MAX: Duration = Duration::from_secs(3);
+/// A full ring is said once in so many records, not for each.
+const RING_FULL_SAID_EVERY: u64 = 100;
+/// Stack of each thread. Only what is touched becomes resident.
+const STACK_BYTES: usize = 1 << 20;
+
+/// The agent.
+#[derive(Debug)]
+pub struct Agent;
+
+/// What an agent is to run with, beside its buses.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// The configuration. Its buses are not used: they are handed in open-able.
+    pub config: Config,
+    /// The device's name if the configuration gives none.
+    pub host_name: String,
+    /// The name of this run, different at each start: sequence numbers begin again with it.
+    pub boot: String,
+    /// Stop reading each sensor after exactly this many frames read.
+    pub frames_limit: Option<u64>,
+}
+
+impl Start {
+    /// A run with a name of its own, without a limit of frames.
+    #[must_use]
+    pub fn new(config: Config, host_name: impl Into<String>) -> Self {
+        Self {
+            config,
+            host_name: host_name.into(),
+            boot: random_name(),
+            frames_limit: None,
+        }
+    }
+
+    /// The name under which the frames are kept.
+    #[must_use]
+    pub fn device(&self) -> &str {
+        self.config.device.as_deref().unwrap_or(&self.host_name)
+    }
+}
+
+/// A bus of any kind, ready to be read by a thread of the agent.
+pub struct AnyBus(Box<dyn FnOnce(BusThread) + Send>);
+
+impl AnyBus {
+    /// From something that opens a bus. The bus itself is opened on its thread and stays there.
+    pub fn new(opener: impl OpenBus + Send + 'static) -> Self {
+        Self(Box::new(move |thread| thread.run(opener)))
+    }
+}
+
+impl fmt::Debug for AnyBus {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("AnyBus")
+    }
+}
+
+/// Why an agent did not start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The system gave no thread.
+    #[error("no thread for {name}: {source}\nhint: is the system out of memory?")]
+    Thread {
+        /// What the thread was for.
+        name: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Two sensors have the same name.
+    #[error("sensor {sensor} is there twice\nhint: name each bus and each address once")]
+    SensorTwice {
+        /// The sensor.
+        sensor: String,
+    },
+}
+
+impl Agent {
+    /// Starts a thread for each bus, and one that delivers.
+    ///
+    /// # Errors
+    /// [`StartError`] if the sensors' names are not unique or the system gives no threads.
+    pub fn start(
+        start: Start,
+        buses: Vec<(BusConfig, AnyBus)>,
+        clock: Arc<dyn Clock>,
+        log: Log,
+    ) -> Result<AgentHandle, StartError> {
+        let names = sensor_names(&buses)?;
+        let device = start.device().to_owned();
+        let Start {
+            config: agent,
+            boot,
+            frames_limit,
+            ..
+        } = start;
+        let shared = Arc::new(Shared::new(Ring::new(agent.ring_frames, names)));
+        let running = Arc::new(Running::new(buses.len()));
+        let mut handle = AgentHandle {
+            shared,
+            running,
+            uploader: None,
+            bus_names: Vec::new(),
+        };
+        let mut first_stream = 0;
+        for (config, bus) in buses {
+            let name = config.path.display().to_string();
+            let thread = BusThread {
+                first_stream,
+                frames_limit,
+                shared: Arc::clone(&handle.shared),
+                running: Arc::clone(&handle.running),
+                index: handle.bus_names.len(),
+                clock: Arc::clone(&clock),
+                log: log.clone(),
+                config,
+            };
+            first_stream += thread.config.sensors.len();
+            handle.bus_names.push(name.clone());
+            spawn(&name, move || bus.0(thread))?;
+        }
+        let target = Target {
+            collector: agent.collector,
+            device,
+            boot,
+            post_every: agent.post_every,
+            request_timeout: agent.request_timeout,
+        };
+        let mut uploader = Uploader::new(target, Arc::clone(&handle.shared), clock, log);
+        handle.uploader = Some(spawn("upload", move || uploader.run())?);
+        Ok(handle)
+    }
+}
+
+/// A running agent. Dropping it stops the reading without waiting and without delivering the rest.
+#[derive(Debug)]
+pub struct AgentHandle {
+    shared: Arc<Shared>,
+    running: Arc<Running>,
+    uploader: Option<JoinHandle<()>>,
+    bus_names: Vec<String>,
+}
+
+/// What an agent did, by sensor.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Summary {
+    /// The account of each sensor, by its name.
+    pub sensors: BTreeMap<String, SensorSummary>,
+    /// Buses whose thread hung in a transfer and was left behind.
+    pub hung_buses: Vec<String>,
+}
+
+/// What became of one sensor's frames.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct SensorSummary {
+    /// The agent's account.
+    pub account: Account,
+    /// Frames read that the collector has on disk.
+    pub acknowledged: u64,
+}
+
+impl AgentHandle {
+    /// Every sensor's account as of now.
+    #[must_use]
+    pub fn accounts(&self) -> BTreeMap<String, Account> {
+        self.shared.with_ring(|ring| ring.accounts())
+    }
+
+    /// Whether every sensor has reached its limit of frames.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.running.left() == 0
+    }
+
+    /// Waits until [`AgentHandle::is_finished`], or for this long. Returns which.
+    #[must_use]
+    pub fn wait_finished(&self, timeout: Duration) -> bool {
+        self.running.wait(timeout)
+    }
+
+    /// Stops reading, delivers what is left for up to `flush_for`, and says what was done.
+    #[must_use]
+    pub fn stop(mut self, flush_for: Duration) -> Summary {
+        self.running.is_stopping.store(true, Ordering::SeqCst);
+        self.running.wait(BUS_STOP_MAX);
+        self.shared.flush_until(Instant::now() + flush_for);
+        if let Some(uploader) = self.uploader.take() {
+            // A panic of the uploader leaves the rest in the ring, which the summary shows.
+            let _ = uploader.join();
+        }
+        let sensors = self.shared.with_ring(|ring| {
+            let named = |(sensor, account): (String, Account)| {
+                let acknowledged = ring.acknowledged(&sensor);
+                (
+                    sensor,
+                    SensorSummary {
+                        account,
+                        acknowledged,
+                    },
+                )
+            };
+            ring.accounts().into_iter().map(named).collect()
+        });
+        Summary {
+            sensors,
+            hung_buses: self.running.still_running(&self.bus_names),
+        }
+    }
+}
+
+impl Drop for AgentHandle {
+    fn drop(&mut self) {
+        self.running.is_stopping.store(true, Ordering::SeqCst);
+        self.shared.flush_until(Instant::now());
+    }
+}
+
+impl Summary {
+    /// Whether every frame of every sensor was read and is on the collector's disk.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        let is_complete = |sensor: &SensorSummary| {
+            let account = &sensor.account;
+            account.missing == 0 && account.dropped.is_empty() && account.spooled == 0
+        };
+        self.hung_buses.is_empty() && self.sensors.values().all(is_complete)
+    }
+}
+
+impl fmt::Display for Summary {
+    /// One line a sensor: `i2c-1:0x69: 100 read = 98 stored + 2 dropped + 0 in memory; 1 missing`.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, (name, sensor)) in self.sensors.iter().enumerate() {
+            let account = &sensor.account;
+            let dropped: u64 = account.dropped.values().sum();
+            let line_break = if index == 0 { "" } else { "\n" };
+            write!(
+                formatter,
+                "{line_break}{name}: {} read = {} stored + {dropped} dropped + {} in memory; {} missing",
+                account.read, sensor.acknowledged, account.spooled, account.missing
+            )?;
+        }
+        for bus in &self.hung_buses {
+            write!(formatter, "\n{bus}: hung in a transfer")?;
+        }
+        Ok(())
+    }
+}
+
+/// All that a bus thread needs but the bus.
+struct BusThread {
+    config: BusConfig,
+    index: usize,
+    first_stream: usize,
+    frames_limit: Option<u64>,
+    shared: Arc<Shared>,
+    running: Arc<Running>,
+    clock: Arc<dyn Clock>,
+    log: Log,
+}
+
+impl BusThread {
+    fn run(self, opener: impl OpenBus) {
+        let _ended = Ended {
+            running: &self.running,
+            index: self.index,
+        };
+        let now = self.clock.boot();
+        let sensor = |config| {
+            Sensor::new(
+                self.config.sensor_id(config),
+                *config,
+                now,
+                self.frames_limit,
+            )
+        };
+        let sensors = self.config.sensors.iter().map(sensor).collect();
+        Worker::new(opener, sensors, Arc::clone(&self.clock), self.log.clone()).run(&self);
+    }
+}
+
+impl Sink for BusThread {
+    fn record(&self, sensor: usize, record: Record) {
+        let dropped = self
+            .shared
+            .with_ring(|ring| ring.push(self.first_stream + sensor, record));
+        if dropped > 0 && record.seq % RING_FULL_SAID_EVERY == 0 {
+            self.log
+                .error("the ring is full: the oldest records are being dropped");
+        }
+    }
+
+    fn fault(&self, sensor: usize, kind: &'static str) {
+        self.shared
+            .with_ring(|ring| ring.count_fault(self.first_stream + sensor, kind));
+    }
+
+    fn is_stopping(&self) -> bool {
+        self.running.is_stopping.load(Ordering::SeqCst)
+    }
+}
+
+/// Which bus threads still run, and whether they shall.
+#[derive(Debug)]
+struct Running {
+    is_stopping: AtomicBool,
+    is_running: Mutex<Vec<bool>>,
+    ended: Condvar,
+}
+
+impl Running {
+    fn new(buses: usize) -> Self {
+        Self {
+            is_stopping: AtomicBool::new(false),
+            is_running: Mutex::new(vec![true; buses]),
+            ended: Condvar::new(),
+        }
+    }
+
+    fn left(&self) -> usize {
+        let is_running = self
+            .is_running
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        is_running.iter().filter(|is_running| **is_running).count()
+    }
+
+    fn wait(&self, timeout: Duration) -> bool {
+        let is_running = self
+            .is_running
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let some_run = |is_running: &mut Vec<bool>| is_running.contains(&true);
+        let waited = self.ended.wait_timeout_while(is_running, timeout, some_run);
+        !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+    }
+
+    fn still_running(&self, names: &[String]) -> Vec<String> {
+        let is_running = self
+            .is_running
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let running = names
+            .iter()
+            .zip(is_running.iter())
+            .filter(|(_, is_running)| **is_running);
+        running.map(|(name, _)| name.clone()).collect()
+    }
+}
+
+/// Says that a bus thread has ended, however it ended.
+struct Ended<'a> {
+    running: &'a Running,
+    index: usize,
+}
+
+impl Drop for Ended<'_> {
+    fn drop(&mut self) {
+        let mut is_running = self
+            .running
+            .is_running
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if let Some(is_running) = is_running.get_mut(self.index) {
+            *is_running = false;
+        }
+        self.running.ended.notify_all();
+    }
+}
+
+fn sensor_names(buses: &[(BusConfig, AnyBus)]) -> Result<Vec<String>, StartError> {
+    let mut names = Vec::new();
+    for (bus, _) in buses {
+        for sensor in &bus.sensors {
+            let sensor = bus.sensor_id(sensor);
+            if names.contains(&sensor) {
+                return Err(StartError::SensorTwice { sensor });
+            }
+            names.push(sensor);
+        }
+    }
+    Ok(names)
+}
+
+fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, StartError> {
+    let thread = std::thread::Builder::new()
+        .name(name.to_owned())
+        .stack_size(STACK_BYTES);
+    thread.spawn(work).map_err(|source| StartError::Thread {
+        name: name.to_owned(),
+        source,
+    })
+}
+
+/// 64 random bits in hexadecimal: the standard library seeds its hash maps with the system's randomness.
+fn random_name() -> String {
+    format!("{:016x}", RandomState::new().hash_one("boot"))
+}

@@ -1,0 +1,328 @@
+//! The bus: how it is opened, and what its errors mean for the frame that was being read.
+
+use embedded_hal::i2c::{Error as _, ErrorKind, ErrorType, I2c, Operation};
+use grideye_frame::NoData;
+use i2cdev::core::{I2CMessage as _, I2CTransfer as _};
+use i2cdev::linux::{LinuxI2CDevice, LinuxI2CError, LinuxI2CMessage};
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Opens a bus, and opens it again after it was unplugged. What an error of the bus means is for its opener to say,
+/// because an error type alone often does not know (a Raspberry Pi's errno 121 is `ErrorKind::Other`).
+pub trait OpenBus {
+    /// The open bus.
+    type Bus: I2c;
+
+    /// Opens the bus.
+    ///
+    /// # Errors
+    /// [`OpenError`], with the reason and what to do about it.
+    fn open(&mut self) -> Result<Self::Bus, OpenError>;
+
+    /// What this error means for the frame that was being read.
+    fn classify(&self, error: &<Self::Bus as ErrorType>::Error) -> NoData {
+        by_kind(error.kind())
+    }
+
+    /// The error in words, for a person who looks for its cause.
+    fn describe(&self, error: &<Self::Bus as ErrorType>::Error) -> String {
+        format!("{error:?}")
+    }
+}
+
+/// What an error means of which only embedded-hal's kind is known.
+#[must_use]
+pub fn by_kind(kind: ErrorKind) -> NoData {
+    match kind {
+        ErrorKind::NoAcknowledge(_) => NoData::Nack,
+        ErrorKind::Overrun => NoData::ShortTransfer,
+        _ => NoData::BusError,
+    }
+}
+
+/// What the errno of a Linux adapter means: `i2c-bcm2835` (Raspberry Pi 0 to 4), `i2c-designware` (5), USB adapters.
+#[must_use]
+pub fn by_errno(errno: i32) -> NoData {
+    match errno {
+        ENXIO | EREMOTEIO => NoData::Nack,
+        ETIMEDOUT => NoData::BusTimeout,
+        ENODEV | ENOTCONN | ESHUTDOWN => NoData::Unplugged,
+        _ => NoData::BusError,
+    }
+}
+
+/// Why a bus cannot be opened or used, and what to do about it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OpenError {
+    /// There is no such device file.
+    #[error(
+        "{path}: no such bus\nhint: enable I2C with `sudo raspi-config nonint do_i2c 0`, or add dtparam=i2c_arm=on to \
+         /boot/firmware/config.txt and restart; `ls /dev/i2c-*` lists the buses"
+    )]
+    NoSuchBus {
+        /// The device file.
+        path: String,
+    },
+    /// The user may not open the device file.
+    #[error(
+        "{path}: permission denied\nhint: add the user to the group with `sudo usermod -aG i2c $USER` and log in again, or \
+         install 99-grideye-i2c.rules"
+    )]
+    PermissionDenied {
+        /// The device file.
+        path: String,
+    },
+    /// A driver of the kernel has the sensor.
+    #[error(
+        "{path}: a kernel driver owns address {address:#04x}\nhint: unbind it (`ls /sys/bus/i2c/devices/` shows it; video-i2c \
+         is the usual one) and remove its dtoverlay"
+    )]
+    AddressInUse {
+        /// The device file.
+        path: String,
+        /// The address of the sensor.
+        address: u8,
+    },
+    /// The file is there, but is no I2C bus, or the system refused it for another reason.
+    #[error(
+        "{path}: cannot be used as an I2C bus: {source}\nhint: is this the right device file? `i2cdetect -l` lists the buses"
+    )]
+    Unusable {
+        /// The device file.
+        path: String,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+impl OpenError {
+    /// What a frame is missing for while the bus cannot be opened.
+    #[must_use]
+    pub fn reason(&self) -> NoData {
+        match self {
+            Self::NoSuchBus { .. } => NoData::Unplugged,
+            Self::Unusable { source, .. } => {
+                source.raw_os_error().map_or(NoData::BusError, by_errno)
+            }
+            Self::PermissionDenied { .. } | Self::AddressInUse { .. } => NoData::BusError,
+        }
+    }
+}
+
+/// Opens `/dev/i2c-N`.
+#[derive(Debug, Clone)]
+pub struct LinuxBus {
+    path: PathBuf,
+    addresses: Vec<u8>,
+}
+
+impl LinuxBus {
+    /// The bus behind a device file, for the sensors at these 7-bit addresses.
+    pub fn new(path: impl Into<PathBuf>, addresses: impl IntoIterator<Item = u8>) -> Self {
+        Self {
+            path: path.into(),
+            addresses: addresses.into_iter().collect(),
+        }
+    }
+}
+
+impl OpenBus for LinuxBus {
+    type Bus = LinuxI2c;
+
+    fn open(&mut self) -> Result<LinuxI2c, OpenError> {
+        let devices = self.addresses.iter().map(|address| {
+            let device = LinuxI2CDevice::new(&self.path, u16::from(*address))
+                .map_err(|error| open_error(&self.path, *address, error))?;
+            Ok((*address, device))
+        });
+        Ok(LinuxI2c {
+            devices: devices.collect::<Result<_, OpenError>>()?,
+        })
+    }
+
+    fn classify(&self, error: &LinuxError) -> NoData {
+        error.reason()
+    }
+
+    fn describe(&self, error: &LinuxError) -> String {
+        error.to_string()
+    }
+}
+
+/// An open `/dev/i2c-N`: the device file once for each address, as the kernel's interface wants it.
+#[derive(Debug)]
+pub struct LinuxI2c {
+    devices: Vec<(u8, LinuxI2CDevice)>,
+}
+
+/// Why a transfer on `/dev/i2c-N` failed.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum LinuxError {
+    /// The system call failed.
+    System(io::Error),
+    /// The system call succeeded, but fewer messages were transferred than asked for, as virtio's adapter does where
+    /// no device answers.
+    ShortTransfer {
+        /// Messages asked for.
+        expected: usize,
+        /// Messages transferred.
+        found: u32,
+    },
+    /// The bus was not opened for this address.
+    UnknownAddress(u8),
+}
+
+impl LinuxError {
+    fn reason(&self) -> NoData {
+        match self {
+            Self::System(error) => error.raw_os_error().map_or(NoData::BusError, by_errno),
+            Self::ShortTransfer { .. } => NoData::ShortTransfer,
+            Self::UnknownAddress(_) => NoData::BusError,
+        }
+    }
+}
+
+impl fmt::Display for LinuxError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::System(error) => error.fmt(formatter),
+            Self::ShortTransfer { expected, found } => {
+                write!(
+                    formatter,
+                    "short transfer: expected {expected} messages, found {found}"
+                )
+            }
+            Self::UnknownAddress(address) => {
+                write!(formatter, "bus not opened for address {address:#04x}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for LinuxError {}
+
+impl embedded_hal::i2c::Error for LinuxError {
+    fn kind(&self) -> ErrorKind {
+        use embedded_hal::i2c::NoAcknowledgeSource::Unknown;
+        match self.reason() {
+            NoData::Nack => ErrorKind::NoAcknowledge(Unknown),
+            NoData::ShortTransfer => ErrorKind::Overrun,
+            NoData::BusError => ErrorKind::Bus,
+            _ => ErrorKind::Other,
+        }
+    }
+}
+
+impl ErrorType for LinuxI2c {
+    type Error = LinuxError;
+}
+
+impl I2c for LinuxI2c {
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), LinuxError> {
+        let device = self.devices.iter_mut().find(|(of, _)| *of == address);
+        let Some((_, device)) = device else {
+            return Err(LinuxError::UnknownAddress(address));
+        };
+        let mut messages: Vec<_> = operations
+            .iter_mut()
+            .map(|operation| match operation {
+                Operation::Write(bytes) => LinuxI2CMessage::write(bytes),
+                Operation::Read(bytes) => LinuxI2CMessage::read(bytes),
+            })
+            .collect();
+        let expected = messages.len();
+        let found = device
+            .transfer(&mut messages)
+            .map_err(|error| LinuxError::System(error.into()))?;
+        if usize::try_from(found) == Ok(expected) {
+            return Ok(());
+        }
+        Err(LinuxError::ShortTransfer { expected, found })
+    }
+}
+
+fn open_error(path: &Path, address: u8, error: LinuxI2CError) -> OpenError {
+    let path = path.display().to_string();
+    let source = io::Error::from(error);
+    match source.raw_os_error() {
+        Some(ENOENT) => OpenError::NoSuchBus { path },
+        Some(EPERM | EACCES) => OpenError::PermissionDenied { path },
+        Some(EBUSY) => OpenError::AddressInUse { path, address },
+        _ => OpenError::Unusable { path, source },
+    }
+}
+
+// Linux' numbers (include/uapi/asm-generic/errno*.h), the same on every machine that has a Raspberry Pi's header.
+const EPERM: i32 = 1;
+const ENOENT: i32 = 2;
+const ENXIO: i32 = 6;
+const EACCES: i32 = 13;
+const EBUSY: i32 = 16;
+const ENODEV: i32 = 19;
+const ENOTCONN: i32 = 107;
+const ESHUTDOWN: i32 = 108;
+const ETIMEDOUT: i32 = 110;
+const EREMOTEIO: i32 = 121;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embedded_hal::i2c::NoAcknowledgeSource;
+
+    #[test]
+    fn errno_means_what_the_adapters_of_a_raspberry_pi_mean_by_it() {
+        let meanings = [
+            (121, NoData::Nack),
+            (6, NoData::Nack),
+            (110, NoData::BusTimeout),
+            (5, NoData::BusError),
+            (11, NoData::BusError),
+            (95, NoData::BusError),
+            (19, NoData::Unplugged),
+            (107, NoData::Unplugged),
+        ];
+        for (errno, meaning) in meanings {
+            assert_eq!(by_errno(errno), meaning, "errno {errno}");
+            let error = LinuxError::System(io::Error::from_raw_os_error(errno));
+            assert_eq!(
+                LinuxBus::new("/dev/i2c-1", [0x69]).classify(&error),
+                meaning
+            );
+        }
+        assert_eq!(
+            by_kind(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address)),
+            NoData::Nack
+        );
+        assert_eq!(by_kind(ErrorKind::ArbitrationLoss), NoData::BusError);
+    }
+
+    #[test]
+    fn each_reason_why_a_bus_does_not_open_has_its_own_hint() {
+        let message = |errno| {
+            let error = LinuxI2CError::from(io::Error::from_raw_os_error(errno));
+            open_error(Path::new("/dev/i2c-1"), 0x69, error).to_string()
+        };
+        assert!(message(2).starts_with("/dev/i2c-1: no such bus\nhint: enable I2C"));
+        assert!(message(13).contains("permission denied\nhint: add the user to the group"));
+        assert!(message(16).contains("a kernel driver owns address 0x69\nhint: unbind it"));
+        assert!(message(25).contains("cannot be used as an I2C bus: Inappropriate ioctl"));
+    }
+
+    #[test]
+    fn a_file_that_is_no_bus_is_refused_and_a_missing_one_is_named() {
+        let mut missing = LinuxBus::new("/nonexistent/i2c-9", [0x69]);
+        assert!(
+            matches!(missing.open(), Err(OpenError::NoSuchBus { path }) if path == "/nonexistent/i2c-9")
+        );
+        let error = LinuxBus::new("/dev/null", [0x69]).open().unwrap_err();
+        assert!(matches!(error, OpenError::Unusable { .. }), "{error}");
+        assert_eq!(missing.open().unwrap_err().reason(), NoData::Unplugged);
+    }
+}

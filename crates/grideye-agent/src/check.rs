@@ -1,0 +1,345 @@
+//! The one-shot self-test: is the sensor there, does it measure, and if not, what to do about it.
+
+use crate::bus::OpenBus;
+use crate::clock::Clock;
+use crate::config::SensorConfig;
+use crate::log::Log;
+use crate::worker::{self, Delay, Sensor, Sink, Worker};
+use amg8833::{Amg8833, word};
+use embedded_hal::i2c::ErrorType;
+use grideye_frame::{COLUMNS, NoData, RawFrame, Reading};
+use grideye_recording::Record;
+use serde::Serialize;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How long frames are read to measure the rate, in nominal periods: 2 s at 10 Hz.
+pub const FRAMES: u32 = 20;
+/// How many frames at 1 Hz.
+pub const FRAMES_AT_1_HZ: u32 = 4;
+/// Attempts to set the sensor up: one lost byte is no broken sensor.
+pub const SET_UP_ATTEMPTS: u32 = 3;
+
+/// What a check found out about one sensor. [`fmt::Display`] is the report for a person, `Serialize` that for a program.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// The sensor's name: `i2c-1:0x69`.
+    pub sensor: String,
+    /// Whether it measures as it should.
+    pub ok: bool,
+    /// What it measured, if it did.
+    #[serde(flatten)]
+    pub measured: Option<Measured>,
+    /// What is wrong and what to do about it, if anything is.
+    #[serde(flatten)]
+    pub trouble: Option<Trouble>,
+    /// Faults on the way, by kind.
+    pub errors: BTreeMap<String, u64>,
+}
+
+/// What the sensor measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Measured {
+    /// The chip's own temperature in °C, some degrees above the room's.
+    pub thermistor_c: f32,
+    /// The 64 pixels of the last frame in °C, in register order.
+    pub pixels_c: Vec<f32>,
+    /// Frames read.
+    pub frames: usize,
+    /// Frames that the sensor measured meanwhile and that were not read.
+    pub missing: usize,
+    /// The sensor's own rate in frames a second, as found from the moments of update.
+    pub rate_hz: f64,
+    /// How far that may be off, either way.
+    pub rate_error_hz: f64,
+    /// The rate asked for.
+    pub nominal_hz: u8,
+}
+
+/// What is wrong.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Trouble {
+    /// What was found.
+    pub error: String,
+    /// What to do about it.
+    pub hint: String,
+}
+
+/// Checks one sensor, named `sensor` in the report: opens the bus, sets the sensor up, and reads frames for about two
+/// seconds (four at 1 Hz).
+pub fn check<O: OpenBus>(
+    mut opener: O,
+    sensor: &str,
+    config: &SensorConfig,
+    clock: &Arc<dyn Clock>,
+) -> Report {
+    let mut report = Report {
+        sensor: sensor.to_owned(),
+        ok: false,
+        measured: None,
+        trouble: None,
+        errors: BTreeMap::new(),
+    };
+    if let Err(trouble) = answers(&mut opener, config, clock.as_ref()) {
+        report.trouble = Some(trouble);
+        return report;
+    }
+    let watched = watch(opener, sensor, config, clock);
+    report.errors = watched.errors.into_inner();
+    report.trouble = trouble_with(&watched.records.borrow(), &report.errors);
+    report.measured = measured(&watched.records.borrow(), watched.period, config);
+    report.ok = report.trouble.is_none() && report.measured.is_some();
+    report
+}
+
+/// What to do about a fault of this kind.
+#[must_use]
+pub fn hint(reason: NoData) -> &'static str {
+    match reason {
+        NoData::Nack => {
+            "nobody answers at this address: most boards are 0x69, with AD_SELECT at GND 0x68 (`i2cdetect -y 1` shows it); \
+             check 3.3 V, GND, SDA on pin 3 and SCL on pin 5"
+        }
+        NoData::BusTimeout => {
+            "SDA or SCL is held low: look for a short circuit or a board without supply, take other devices off the bus, \
+             and switch the sensor's supply off and on"
+        }
+        NoData::Unplugged => {
+            "the bus adapter is gone: plug it in again, or enable I2C (dtparam=i2c_arm=on) and restart"
+        }
+        NoData::ShortTransfer => {
+            "the adapter transferred less than asked for: no device answers, or the adapter's driver is at fault"
+        }
+        NoData::StuckHigh => {
+            "every byte reads 0xff: SDA is not connected, or the sensor has no supply"
+        }
+        NoData::AllZero => {
+            "every pixel reads zero: the sensor sleeps or does not measure; switch its supply off and on"
+        }
+        NoData::Frozen => "the sensor answers but measures no more: switch its supply off and on",
+        NoData::WrongConfiguration | NoData::NotReady => {
+            "the sensor loses its settings: its supply fails for moments; check the 3.3 V line and its wires"
+        }
+        NoData::HostStalled => {
+            "this computer was too busy to read in time; the sensor itself is well"
+        }
+        NoData::BusError => {
+            "the transfer broke down: shorten the wires, check the pull-ups (2.2 to 10 kOhm), lower i2c_arm_baudrate; \
+             an adapter that knows SMBus only cannot read this sensor"
+        }
+    }
+}
+
+/// Opens the bus and sets the sensor up.
+fn answers<O: OpenBus>(
+    opener: &mut O,
+    config: &SensorConfig,
+    clock: &dyn Clock,
+) -> Result<(), Trouble> {
+    let mut bus = opener.open().map_err(|error| trouble(&error.to_string()))?;
+    let mut last = None;
+    for _ in 0..SET_UP_ATTEMPTS {
+        let mut driver = Amg8833::new(&mut bus, config.address);
+        let settings = worker::settings(config);
+        let outcome = driver
+            .init(&mut Delay(clock), &settings)
+            .and_then(|()| driver.configuration());
+        match outcome {
+            Ok(_) => return Ok(()),
+            Err(error) => {
+                let reason = worker::reason(opener, &error);
+                last = Some(Trouble {
+                    error: format!(
+                        "the sensor at {} does not answer: {reason} ({})",
+                        config.address,
+                        first_line(&said(opener, &error))
+                    ),
+                    hint: hint(reason).to_owned(),
+                });
+            }
+        }
+    }
+    last.map_or(Ok(()), Err)
+}
+
+fn said<O: OpenBus>(opener: &O, error: &amg8833::Error<<O::Bus as ErrorType>::Error>) -> String {
+    match error {
+        amg8833::Error::Bus(error) => opener.describe(error),
+        amg8833::Error::ShortRead {
+            expected, found, ..
+        } => format!("expected {expected} bytes, found {found}"),
+        amg8833::Error::UndefinedPowerMode(error) => error.to_string(),
+    }
+}
+
+struct Watched {
+    records: RefCell<Vec<Record>>,
+    errors: RefCell<BTreeMap<String, u64>>,
+    clock: Arc<dyn Clock>,
+    until: Duration,
+    period: Option<(Duration, Duration)>,
+}
+
+impl Sink for Watched {
+    fn record(&self, _: usize, record: Record) {
+        self.records.borrow_mut().push(record);
+    }
+
+    fn fault(&self, _: usize, kind: &'static str) {
+        *self.errors.borrow_mut().entry(kind.to_owned()).or_default() += 1;
+    }
+
+    fn is_stopping(&self) -> bool {
+        self.clock.boot() >= self.until
+    }
+}
+
+/// Reads frames as `run` does, up to a time by which a sensor that measures has delivered them.
+fn watch<O: OpenBus>(
+    opener: O,
+    sensor: &str,
+    config: &SensorConfig,
+    clock: &Arc<dyn Clock>,
+) -> Watched {
+    let frames = if config.rate == amg8833::FrameRate::One {
+        FRAMES_AT_1_HZ
+    } else {
+        FRAMES
+    };
+    let now = clock.boot();
+    let mut watched = Watched {
+        records: RefCell::default(),
+        errors: RefCell::default(),
+        clock: Arc::clone(clock),
+        until: now
+            + Duration::from_secs(1)
+            + config.rate.settling_time()
+            + config.rate.period() * (frames + frames / 2),
+        period: None,
+    };
+    let sensor = Sensor::new(sensor.to_owned(), *config, now, Some(u64::from(frames)));
+    let mut worker = Worker::new(opener, vec![sensor], Arc::clone(clock), Log::silent());
+    worker.run(&watched);
+    watched.period = worker
+        .sensors
+        .first()
+        .and_then(|sensor| sensor.sampler.period());
+    watched
+}
+
+fn trouble_with(records: &[Record], errors: &BTreeMap<String, u64>) -> Option<Trouble> {
+    let missing = records
+        .iter()
+        .rev()
+        .find_map(|record| match record.reading {
+            Reading::NoData(reason) if reason != NoData::HostStalled => Some(reason),
+            _ => None,
+        });
+    let of_faults = || errors.keys().find_map(|kind| kind.parse::<NoData>().ok());
+    let has_frames = records
+        .iter()
+        .any(|record| record.reading.frame().is_some());
+    let reason = missing.or_else(|| if has_frames { None } else { of_faults() });
+    let reason = match (reason, has_frames) {
+        (None, true) => return None,
+        (None, false) => NoData::NotReady,
+        (Some(reason), _) => reason,
+    };
+    let error = if has_frames {
+        "frames are missing"
+    } else {
+        "no frame came"
+    };
+    Some(Trouble {
+        error: format!("{error}: {reason}"),
+        hint: hint(reason).to_owned(),
+    })
+}
+
+fn measured(
+    records: &[Record],
+    period: Option<(Duration, Duration)>,
+    config: &SensorConfig,
+) -> Option<Measured> {
+    let frames: Vec<&RawFrame> = records
+        .iter()
+        .filter_map(|record| record.reading.frame())
+        .collect();
+    let frame = word::frame(frames.last()?);
+    let (period, error) = period?;
+    let rate_hz = 1.0 / period.as_secs_f64();
+    Some(Measured {
+        thermistor_c: frame.thermistor.get(),
+        pixels_c: frame.pixels.iter().map(|pixel| pixel.get()).collect(),
+        frames: frames.len(),
+        missing: records.len() - frames.len(),
+        rate_hz,
+        rate_error_hz: rate_hz * error.as_secs_f64() / period.as_secs_f64(),
+        nominal_hz: config.rate.fps(),
+    })
+}
+
+fn trouble(message: &str) -> Trouble {
+    let (error, hint) = message.split_once("\nhint: ").unwrap_or((message, ""));
+    Trouble {
+        error: error.to_owned(),
+        hint: hint.to_owned(),
+    }
+}
+
+fn first_line(text: &str) -> &str {
+    text.lines().next().unwrap_or_default()
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            formatter,
+            "{}: {}",
+            self.sensor,
+            if self.ok { "ok" } else { "failed" }
+        )?;
+        if let Some(measured) = &self.measured {
+            measured.fmt(formatter)?;
+        }
+        if !self.errors.is_empty() {
+            let mut line = String::new();
+            for (kind, count) in &self.errors {
+                write!(line, " {kind} {count}")?;
+            }
+            writeln!(formatter, "faults on the way:{line}")?;
+        }
+        match &self.trouble {
+            Some(trouble) => writeln!(
+                formatter,
+                "error: {}\nhint: {}",
+                trouble.error, trouble.hint
+            ),
+            None => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Measured {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for row in self.pixels_c.chunks(COLUMNS) {
+            for pixel in row {
+                write!(formatter, "{pixel:8.2}")?;
+            }
+            writeln!(formatter)?;
+        }
+        writeln!(
+            formatter,
+            "pixels in °C, pixel 1 first; thermistor {:.4} °C",
+            self.thermistor_c
+        )?;
+        writeln!(
+            formatter,
+            "rate {:.2} ± {:.2} Hz ({} nominal); {} frames read, {} missing",
+            self.rate_hz, self.rate_error_hz, self.nominal_hz, self.frames, self.missing
+        )
+    }
+}

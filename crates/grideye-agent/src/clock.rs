@@ -1,0 +1,210 @@
+//! The agent's clocks: one that only runs forward, and the wall clock that a Raspberry Pi has to be told.
+
+use grideye_recording::{ClockState, Stamp};
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::Duration;
+
+/// Time as the agent sees it. Shared by all its bus threads.
+///
+/// The uploader waits in real time and only reads this clock, so an emulated clock is moved by the buses alone.
+pub trait Clock: Send + Sync {
+    /// Time since the device started, suspended time included (`CLOCK_BOOTTIME`). Never goes back.
+    fn boot(&self) -> Duration;
+
+    /// Wall clock in nanoseconds since 1970-01-01 UTC, and whether it has been set.
+    fn utc(&self) -> (i64, ClockState);
+
+    /// Returns when [`Clock::boot`] has reached `boot`, at once if it has already; may be late, never early.
+    fn sleep_until(&self, boot: Duration);
+}
+
+/// A wall clock that moved by more than this against the boot clock between two frames was set anew: more than NTP
+/// slews away in a second, and less than what it prefers to step (128 ms).
+pub const STEP_MIN: Duration = Duration::from_millis(100);
+
+/// 2024-01-01 UTC in seconds: a wall clock that shows less has not been set, since this program is younger.
+const EARLIEST_PLAUSIBLE_UTC_S: i64 = 1_704_067_200;
+
+/// How long an answer about NTP is believed before the file system is asked again.
+const SYNC_ANSWER_VALID: Duration = Duration::from_secs(5);
+
+/// The folder of systemd's NTP client, and the file that it leaves there when it has set the clock.
+const TIMESYNC_FOLDER: &str = "/run/systemd/timesync";
+const TIMESYNC_DONE: &str = "/run/systemd/timesync/synchronized";
+
+/// Linux' clocks.
+#[derive(Debug, Default)]
+pub struct SystemClock {
+    /// When the file system was last asked, and what it said.
+    synchronized: Mutex<Option<(Duration, bool)>>,
+}
+
+impl SystemClock {
+    /// The clocks of this machine.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Whether a time service has set the clock. Where systemd's is not in use there is nothing to ask, and a
+    /// plausible year must do.
+    fn has_been_set(&self) -> bool {
+        let now = self.boot();
+        let mut answer = self
+            .synchronized
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        match *answer {
+            Some((asked, said)) if now.saturating_sub(asked) < SYNC_ANSWER_VALID => said,
+            _ => {
+                let said =
+                    Path::new(TIMESYNC_DONE).exists() || !Path::new(TIMESYNC_FOLDER).exists();
+                *answer = Some((now, said));
+                said
+            }
+        }
+    }
+}
+
+impl Clock for SystemClock {
+    fn boot(&self) -> Duration {
+        let now = clock_gettime(ClockId::Boottime);
+        Duration::new(
+            u64::try_from(now.tv_sec).unwrap_or(0),
+            u32::try_from(now.tv_nsec).unwrap_or(0),
+        )
+    }
+
+    fn utc(&self) -> (i64, ClockState) {
+        let now = clock_gettime(ClockId::Realtime);
+        let utc_ns = now
+            .tv_sec
+            .saturating_mul(1_000_000_000)
+            .saturating_add(now.tv_nsec);
+        let state = if now.tv_sec >= EARLIEST_PLAUSIBLE_UTC_S && self.has_been_set() {
+            ClockState::Synced
+        } else {
+            ClockState::Unsynced
+        };
+        (utc_ns, state)
+    }
+
+    fn sleep_until(&self, boot: Duration) {
+        let until = Timespec {
+            tv_sec: i64::try_from(boot.as_secs()).unwrap_or(i64::MAX),
+            tv_nsec: i64::from(boot.subsec_nanos()),
+        };
+        // A signal ends the sleep early; the loop goes back to it.
+        while self.boot() < boot {
+            if clock_nanosleep_absolute(ClockId::Boottime, &until).is_err() {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+    }
+}
+
+/// Stamps the records of one stream, and notices when the wall clock was set in between.
+#[derive(Debug, Default)]
+pub(crate) struct Stamper {
+    /// Wall time minus boot time at the record before, in nanoseconds.
+    offset_ns: Option<i64>,
+}
+
+impl Stamper {
+    /// The stamp of something that happened at `at` on the boot clock, not long ago.
+    pub(crate) fn stamp(&mut self, at: Duration, clock: &dyn Clock) -> Stamp {
+        let (utc_ns, state) = clock.utc();
+        let offset_ns = utc_ns.saturating_sub(signed_ns(clock.boot()));
+        let moved_ns = offset_ns.saturating_sub(self.offset_ns.unwrap_or(offset_ns));
+        self.offset_ns = Some(offset_ns);
+        let has_stepped =
+            state == ClockState::Synced && moved_ns.unsigned_abs() > unsigned_ns(STEP_MIN);
+        Stamp {
+            t_boot_ns: unsigned_ns(at),
+            t_utc_ns: signed_ns(at).saturating_add(offset_ns),
+            clock: if has_stepped {
+                ClockState::Stepped
+            } else {
+                state
+            },
+        }
+    }
+}
+
+/// Nanoseconds as the wire carries them; 584 years are enough.
+pub(crate) fn unsigned_ns(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// Nanoseconds for differences.
+pub(crate) fn signed_ns(duration: Duration) -> i64 {
+    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicI64, Ordering};
+
+    struct Scripted {
+        boot_ms: AtomicI64,
+        utc_ms: AtomicI64,
+        state: ClockState,
+    }
+
+    impl Clock for Scripted {
+        fn boot(&self) -> Duration {
+            Duration::from_millis(u64::try_from(self.boot_ms.load(Ordering::SeqCst)).unwrap())
+        }
+        fn utc(&self) -> (i64, ClockState) {
+            (self.utc_ms.load(Ordering::SeqCst) * 1_000_000, self.state)
+        }
+        fn sleep_until(&self, _: Duration) {}
+    }
+
+    #[test]
+    fn a_stamp_shows_the_wall_time_of_the_moment_and_not_of_the_stamping() {
+        let clock = Scripted {
+            boot_ms: 5_020.into(),
+            utc_ms: 1_700_000_000_020.into(),
+            state: ClockState::Unsynced,
+        };
+        let stamp = Stamper::default().stamp(Duration::from_millis(5_000), &clock);
+        assert_eq!(stamp.t_boot_ns, 5_000_000_000);
+        assert_eq!(stamp.t_utc_ns, 1_700_000_000_000_000_000);
+        assert_eq!(stamp.clock, ClockState::Unsynced);
+    }
+
+    #[test]
+    fn a_set_clock_is_marked_once_and_a_slewed_one_never() {
+        let clock = Scripted {
+            boot_ms: 0.into(),
+            utc_ms: 0.into(),
+            state: ClockState::Synced,
+        };
+        let mut stamper = Stamper::default();
+        let mut state_at = |boot_ms: i64, utc_ms: i64| {
+            clock.boot_ms.store(boot_ms, Ordering::SeqCst);
+            clock.utc_ms.store(utc_ms, Ordering::SeqCst);
+            stamper.stamp(clock.boot(), &clock).clock
+        };
+        assert_eq!(state_at(100, 1_000_100), ClockState::Synced);
+        assert_eq!(state_at(200, 1_000_201), ClockState::Synced);
+        assert_eq!(state_at(300, 9_000_300), ClockState::Stepped);
+        assert_eq!(state_at(400, 9_000_400), ClockState::Synced);
+        assert_eq!(state_at(500, 1_000_500), ClockState::Stepped);
+    }
+
+    #[test]
+    fn the_system_clock_runs_forward_and_sleeps_until_the_moment_named() {
+        let clock = SystemClock::new();
+        let until = clock.boot() + Duration::from_millis(3);
+        clock.sleep_until(until);
+        assert!(clock.boot() >= until);
+        clock.sleep_until(Duration::ZERO);
+        assert!(clock.utc().0 > 0);
+    }
+}

@@ -1,0 +1,506 @@
+//! What the agent is told to do: `agent.toml`.
+//!
+//! A key that is unknown, misspelt or out of range stops the program: an agent that runs with a silent default loses
+//! an afternoon of somebody's recording.
+
+use amg8833::{Address, FrameRate};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Frames that the ring may be told to hold at most: about 35 MB, 5.5 hours of one sensor at 10 Hz.
+pub const RING_FRAMES_MAX: usize = 200_000;
+/// Frames that the ring holds unless told otherwise: 17 minutes of one sensor at 10 Hz, in about 2 MB.
+pub const RING_FRAMES_DEFAULT: usize = 10_000;
+/// Length of the configuration file at most, in bytes.
+pub const CONFIG_BYTES_MAX: usize = 64 * 1024;
+/// Buses of one agent at most: each has a thread.
+pub const BUSES_MAX: usize = 16;
+
+/// The agent's configuration, checked.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Config {
+    /// The name under which this agent's frames are kept. `None`: the caller takes the host's name.
+    pub device: Option<String>,
+    /// Where to deliver, without a trailing slash: `http://192.168.1.20:8420`.
+    pub collector: String,
+    /// Pause between two posts while there is no backlog.
+    pub post_every: Duration,
+    /// Frames held in memory until the collector has them on disk; beyond, the oldest is dropped and counted.
+    pub ring_frames: usize,
+    /// How long one post may take from connecting to the end of the answer.
+    pub request_timeout: Duration,
+    /// The buses, each read by a thread of its own.
+    pub buses: Vec<BusConfig>,
+}
+
+/// One I2C bus and the sensors on it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BusConfig {
+    /// The bus' device file.
+    pub path: PathBuf,
+    /// The sensors, at different addresses.
+    pub sensors: Vec<SensorConfig>,
+}
+
+/// One sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SensorConfig {
+    /// Where it is on the bus.
+    pub address: Address,
+    /// How often it measures, nominally: a real sensor is off by several per cent.
+    pub rate: FrameRate,
+    /// Whether the chip itself averages two frames ("twice moving average", AMG88 spec §4-11-7).
+    pub moving_average: bool,
+}
+
+/// Why a configuration was refused, where, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// Not TOML, or a key that is unknown, missing, of the wrong type or out of range.
+    #[error("{origin}:{line}:{column}: {message}\nhint: {hint}")]
+    Refused {
+        /// The file's name, as the caller gave it.
+        origin: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// What was found and what was expected.
+        message: String,
+        /// What to do about it.
+        hint: String,
+    },
+    /// The file is longer than [`CONFIG_BYTES_MAX`].
+    #[error(
+        "{origin}: expected at most {CONFIG_BYTES_MAX} bytes, found {found}\nhint: is this really agent.toml?"
+    )]
+    TooLong {
+        /// The file's name.
+        origin: String,
+        /// Its length in bytes.
+        found: usize,
+    },
+}
+
+impl Config {
+    /// Reads and checks a configuration. `origin` is the name to print in errors, usually the file's path.
+    ///
+    /// # Errors
+    /// [`ConfigError`], with line and column, for anything that is not exactly understood.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
+        if text.len() > CONFIG_BYTES_MAX {
+            return Err(ConfigError::TooLong {
+                origin: origin.to_owned(),
+                found: text.len(),
+            });
+        }
+        let place = Place { text, origin };
+        let raw: RawConfig = toml::from_str(text).map_err(|error| {
+            let offset = error.span().map_or(0, |span| span.start);
+            place.refuse(offset, one_line(error.message()), KEYS_HINT)
+        })?;
+        check(raw, &place)
+    }
+}
+
+impl BusConfig {
+    /// A bus with one sensor at 10 Hz.
+    #[must_use]
+    pub fn with_one_sensor(path: impl Into<PathBuf>, address: Address) -> Self {
+        Self {
+            path: path.into(),
+            sensors: vec![SensorConfig::at(address)],
+        }
+    }
+
+    /// The sensor's name among all of this device: `i2c-1:0x69`.
+    #[must_use]
+    pub fn sensor_id(&self, sensor: &SensorConfig) -> String {
+        let bus = self.path.file_name().map_or_else(
+            || self.path.to_string_lossy(),
+            |name| name.to_string_lossy(),
+        );
+        format!("{bus}:{}", sensor.address)
+    }
+}
+
+impl SensorConfig {
+    /// A sensor at 10 Hz without averaging.
+    #[must_use]
+    pub const fn at(address: Address) -> Self {
+        Self {
+            address,
+            rate: FrameRate::Ten,
+            moving_average: false,
+        }
+    }
+}
+
+const KEYS_HINT: &str = "the keys are device, collector, post_every_ms, ring_frames, request_timeout_ms, \
+    [[bus]] path and [[bus.sensor]] address, rate_hz, moving_average; see firmware-config/agent.toml";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawConfig {
+    device: Option<toml::Spanned<String>>,
+    collector: toml::Spanned<String>,
+    post_every_ms: Option<toml::Spanned<u64>>,
+    ring_frames: Option<toml::Spanned<u64>>,
+    request_timeout_ms: Option<toml::Spanned<u64>>,
+    bus: Vec<toml::Spanned<RawBus>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawBus {
+    path: toml::Spanned<PathBuf>,
+    sensor: Vec<RawSensor>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSensor {
+    address: toml::Spanned<u64>,
+    rate_hz: Option<toml::Spanned<u64>>,
+    #[serde(default)]
+    moving_average: bool,
+}
+
+/// The text that is being read, to turn an offset into line and column.
+struct Place<'a> {
+    text: &'a str,
+    origin: &'a str,
+}
+
+impl Place<'_> {
+    fn refuse(&self, offset: usize, message: String, hint: impl Into<String>) -> ConfigError {
+        let before = self.text.get(..offset).unwrap_or(self.text);
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        ConfigError::Refused {
+            origin: self.origin.to_owned(),
+            line: before.matches('\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+            message,
+            hint: hint.into(),
+        }
+    }
+
+    fn milliseconds(
+        &self,
+        name: &str,
+        given: Option<toml::Spanned<u64>>,
+        default: u64,
+        (min, max): (u64, u64),
+    ) -> Result<Duration, ConfigError> {
+        self.within(name, given, default, (min, max))
+            .map(Duration::from_millis)
+    }
+
+    fn within(
+        &self,
+        name: &str,
+        given: Option<toml::Spanned<u64>>,
+        default: u64,
+        (min, max): (u64, u64),
+    ) -> Result<u64, ConfigError> {
+        let Some(given) = given else {
+            return Ok(default);
+        };
+        let found = *given.get_ref();
+        if (min..=max).contains(&found) {
+            return Ok(found);
+        }
+        Err(self.refuse(
+            given.span().start,
+            format!("{name}: expected {min} to {max}, found {found}"),
+            format!("leave {name} out for the default of {default}"),
+        ))
+    }
+}
+
+fn check(raw: RawConfig, place: &Place<'_>) -> Result<Config, ConfigError> {
+    let ring_frames_max = u64::try_from(RING_FRAMES_MAX).unwrap_or(u64::MAX);
+    let ring_frames_default = u64::try_from(RING_FRAMES_DEFAULT).unwrap_or(u64::MAX);
+    let ring_frames = place.within(
+        "ring_frames",
+        raw.ring_frames,
+        ring_frames_default,
+        (100, ring_frames_max),
+    )?;
+    if raw.bus.is_empty() || raw.bus.len() > BUSES_MAX {
+        let message = format!("expected 1 to {BUSES_MAX} [[bus]], found {}", raw.bus.len());
+        return Err(place.refuse(
+            0,
+            message,
+            "name the bus that the sensor is wired to: [[bus]] path = \"/dev/i2c-1\"",
+        ));
+    }
+    let mut buses: Vec<BusConfig> = Vec::new();
+    for bus in raw.bus {
+        let at = bus.span().start;
+        let bus = check_bus(bus.into_inner(), at, place)?;
+        if buses
+            .iter()
+            .any(|other| other.path.file_name() == bus.path.file_name())
+        {
+            let message = format!("the bus {} is named twice", bus.path.display());
+            return Err(place.refuse(at, message, "put all sensors of a bus below one [[bus]]"));
+        }
+        buses.push(bus);
+    }
+    Ok(Config {
+        device: raw
+            .device
+            .map(|device| check_device(&device, place))
+            .transpose()?,
+        collector: check_collector(&raw.collector, place)?,
+        post_every: place.milliseconds("post_every_ms", raw.post_every_ms, 500, (50, 60_000))?,
+        ring_frames: usize::try_from(ring_frames).unwrap_or(RING_FRAMES_MAX),
+        request_timeout: place.milliseconds(
+            "request_timeout_ms",
+            raw.request_timeout_ms,
+            10_000,
+            (100, 120_000),
+        )?,
+        buses,
+    })
+}
+
+fn check_device(device: &toml::Spanned<String>, place: &Place<'_>) -> Result<String, ConfigError> {
+    let name = device.get_ref();
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if (1..=64).contains(&name.len()) && name.chars().all(plain) {
+        return Ok(name.clone());
+    }
+    Err(place.refuse(
+        device.span().start,
+        format!(
+            "device: expected 1 to 64 letters, digits, dots, hyphens or underscores, found {name:?}"
+        ),
+        "leave device out to use the host's name",
+    ))
+}
+
+fn check_collector(
+    collector: &toml::Spanned<String>,
+    place: &Place<'_>,
+) -> Result<String, ConfigError> {
+    let url = collector.get_ref().trim_end_matches('/');
+    let authority = url.strip_prefix("http://").unwrap_or_default();
+    let is_plain = !authority.is_empty() && !authority.contains(['/', '?', '#', '@', ' ', '"']);
+    if is_plain && authority.is_ascii() {
+        return Ok(url.to_owned());
+    }
+    let hint = if url.starts_with("https://") {
+        "this version speaks plain http only; keep it within a network that you trust"
+    } else {
+        "give the collector's address and port alone, for example http://192.168.1.20:8420"
+    };
+    Err(place.refuse(
+        collector.span().start,
+        format!(
+            "collector: expected http://HOST:PORT, found {:?}",
+            collector.get_ref()
+        ),
+        hint,
+    ))
+}
+
+fn check_bus(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, ConfigError> {
+    if raw.path.get_ref().file_name().is_none() || !Path::new(raw.path.get_ref()).is_absolute() {
+        let message = format!(
+            "path: expected a device file, found {:?}",
+            raw.path.get_ref()
+        );
+        return Err(place.refuse(
+            raw.path.span().start,
+            message,
+            "on a Raspberry Pi it is /dev/i2c-1",
+        ));
+    }
+    if raw.sensor.is_empty() {
+        let hint = "add [[bus.sensor]] with address = 0x69 (or 0x68)";
+        return Err(place.refuse(at, "expected at least one [[bus.sensor]]".to_owned(), hint));
+    }
+    let mut sensors: Vec<SensorConfig> = Vec::new();
+    for raw_sensor in raw.sensor {
+        let address_at = raw_sensor.address.span().start;
+        let sensor = check_sensor(raw_sensor, place)?;
+        if sensors.iter().any(|other| other.address == sensor.address) {
+            let message = format!("address: {} is named twice on this bus", sensor.address);
+            return Err(place.refuse(
+                address_at,
+                message,
+                "two sensors on one bus are 0x68 and 0x69",
+            ));
+        }
+        sensors.push(sensor);
+    }
+    Ok(BusConfig {
+        path: raw.path.into_inner(),
+        sensors,
+    })
+}
+
+fn check_sensor(raw: RawSensor, place: &Place<'_>) -> Result<SensorConfig, ConfigError> {
+    let found = *raw.address.get_ref();
+    let address = u8::try_from(found)
+        .ok()
+        .and_then(|address| Address::try_from(address).ok());
+    let Some(address) = address else {
+        return Err(place.refuse(
+            raw.address.span().start,
+            format!("address: expected 0x68 or 0x69, found {found:#04x}"),
+            "give the 7-bit address: 0x69 on most breakout boards, 0x68 where AD_SELECT is at GND",
+        ));
+    };
+    let rate_hz = raw.rate_hz.as_ref().map_or(10, |rate| *rate.get_ref());
+    let Some(rate) = u8::try_from(rate_hz).ok().and_then(FrameRate::from_fps) else {
+        return Err(place.refuse(
+            raw.rate_hz.map_or(0, |rate| rate.span().start),
+            format!("rate_hz: expected 10 or 1, found {rate_hz}"),
+            "the sensor measures ten times or once a second and at no other rate",
+        ));
+    };
+    Ok(SensorConfig {
+        address,
+        rate,
+        moving_average: raw.moving_average,
+    })
+}
+
+fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALLEST: &str = "collector = \"http://collector:8420/\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
+
+    fn refusal(text: &str) -> String {
+        Config::parse(text, "agent.toml").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_smallest_configuration_has_the_documented_defaults() {
+        let config = Config::parse(SMALLEST, "agent.toml").unwrap();
+        assert_eq!(config.device, None);
+        assert_eq!(config.collector, "http://collector:8420");
+        assert_eq!(config.post_every, Duration::from_millis(500));
+        assert_eq!(config.ring_frames, RING_FRAMES_DEFAULT);
+        assert_eq!(config.request_timeout, Duration::from_secs(10));
+        assert_eq!(
+            config.buses,
+            [BusConfig::with_one_sensor("/dev/i2c-1", Address::High)]
+        );
+    }
+
+    /// Found, replaced with, and how the message begins.
+    const REFUSALS: [(&str, &str, &str); 14] = [
+        (
+            "address = 0x69",
+            "address = 0xd2",
+            "agent.toml:5:11: address: expected 0x68 or 0x69, found 0xd2\nhint: give the 7-bit",
+        ),
+        (
+            "address = 0x69",
+            "address = 0x69\nrate_hz = 5",
+            "agent.toml:6:11: rate_hz: expected 10 or 1, found 5\nhint: ",
+        ),
+        (
+            "address = 0x69",
+            "adress = 0x69",
+            "agent.toml:5:1: unknown field `adress`",
+        ),
+        (
+            "address = 0x69",
+            "address = \"0x69\"",
+            "agent.toml:5:11: invalid type: string \"0x69\", expected u64\nhint: ",
+        ),
+        (
+            "address = 0x69",
+            "address = 0x69\n[[bus.sensor]]\naddress = 0x69",
+            "agent.toml:7:11: address: 0x69 is named twice on this bus\nhint: ",
+        ),
+        (
+            "[[bus.sensor]]",
+            "[bus.sensor]",
+            "agent.toml:4:1: invalid type: map, expected a sequence\nhint: ",
+        ),
+        (
+            "http://collector:8420/",
+            "https://collector:8420",
+            "agent.toml:1:13: collector: expected http://HOST:PORT, found \"https://collector:8420\"\nhint: this version speaks plain http only",
+        ),
+        (
+            "http://collector:8420/",
+            "collector:8420",
+            "agent.toml:1:13: collector: expected http://HOST:PORT",
+        ),
+        (
+            "http://collector:8420/",
+            "http://collector/v1/frames",
+            "agent.toml:1:13: collector: expected http://HOST:PORT",
+        ),
+        (
+            "[[bus]]",
+            "post_every_ms = 5\n[[bus]]",
+            "agent.toml:2:17: post_every_ms: expected 50 to 60000, found 5\nhint: leave post_every_ms out",
+        ),
+        (
+            "[[bus]]",
+            "ring_frames = 1\n[[bus]]",
+            "agent.toml:2:15: ring_frames: expected 100 to 200000, found 1\nhint: ",
+        ),
+        (
+            "[[bus]]",
+            "device = \"a b\"\n[[bus]]",
+            "agent.toml:2:10: device: expected 1 to 64 letters",
+        ),
+        (
+            "/dev/i2c-1",
+            "i2c-1",
+            "agent.toml:3:8: path: expected a device file, found \"i2c-1\"\nhint: on a Raspberry Pi it is /dev/i2c-1",
+        ),
+        ("[[bus]]", "[[bus]", "agent.toml:2:"),
+    ];
+
+    #[test]
+    fn every_refusal_names_line_column_and_the_fix() {
+        for (found, with, expected) in REFUSALS {
+            let message = refusal(&SMALLEST.replacen(found, with, 1));
+            assert!(message.starts_with(expected), "{with}: {message}");
+            assert!(message.contains("\nhint: "), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_configuration_without_a_bus_or_with_the_same_twice_is_refused() {
+        assert!(refusal("collector = \"http://c:1\"").contains("missing field `bus`"));
+        assert!(
+            refusal("collector = \"http://c:1\"\nbus = []")
+                .contains("expected 1 to 16 [[bus]], found 0")
+        );
+        let twice =
+            format!("{SMALLEST}[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x68\n");
+        assert!(
+            refusal(&twice).starts_with("agent.toml:6:1: the bus /dev/i2c-1 is named twice"),
+            "{}",
+            refusal(&twice)
+        );
+        let bare = SMALLEST.replace("[[bus.sensor]]\naddress = 0x69", "sensor = []");
+        assert!(refusal(&bare).contains("expected at least one [[bus.sensor]]"));
+    }
+
+    #[test]
+    fn a_file_that_is_far_too_long_is_refused_unread() {
+        let long = "#".repeat(CONFIG_BYTES_MAX + 1);
+        assert!(
+            matches!(Config::parse(&long, "x"), Err(ConfigError::TooLong { found, .. }) if found == CONFIG_BYTES_MAX + 1)
+        );
+    }
+}

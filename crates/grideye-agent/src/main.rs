@@ -1,0 +1,203 @@
+//! The agent on the Raspberry Pi.
+
+use amg8833::Address;
+use anyhow::Context as _;
+use clap::{Args, Parser, Subcommand};
+use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, Summary};
+use grideye_agent::bus::LinuxBus;
+use grideye_agent::check;
+use grideye_agent::clock::{Clock, SystemClock};
+use grideye_agent::config::{BusConfig, CONFIG_BYTES_MAX, Config};
+use grideye_agent::log::Log;
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+const FAILED: u8 = 1;
+const BAD_USAGE: u8 = 2;
+const DATA_LOST: u8 = 3;
+/// How long the last frames may take to the collector when the agent is told to stop.
+const FLUSH_FOR: Duration = Duration::from_secs(10);
+/// How soon a signal is noticed.
+const SIGNAL_EVERY: Duration = Duration::from_millis(100);
+
+/// Reads AMG8833 sensors over I2C and delivers every frame to a collector, once.
+///
+/// Exit codes: 0 done, 1 failed, 2 bad usage or configuration, 3 finished but data was lost.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Open the bus, set the sensor up, show one frame and the measured rate, and say what to do about a failure.
+    Check(CheckArgs),
+    /// Read and deliver until SIGINT or SIGTERM, or until each sensor has given N frames.
+    Run(RunArgs),
+}
+
+#[derive(Debug, Args)]
+struct CheckArgs {
+    /// Check every sensor of this configuration.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["bus", "address"])]
+    config: Option<PathBuf>,
+    /// The bus to look at.
+    #[arg(long, value_name = "DEVICE", default_value = "/dev/i2c-1")]
+    bus: PathBuf,
+    /// The sensor's 7-bit address.
+    #[arg(long, default_value = "0x69", value_parser = parse_address)]
+    address: Address,
+    /// One JSON object a sensor and line, for programs.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct RunArgs {
+    /// The agent's configuration.
+    #[arg(long, value_name = "FILE")]
+    config: PathBuf,
+    /// Stop after this many frames of each sensor.
+    #[arg(long, value_name = "N")]
+    frames: Option<u64>,
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Check(args) => run_check(&args),
+        Command::Run(args) => run_agent(&args),
+    };
+    outcome.unwrap_or_else(|error| {
+        let _ = writeln!(std::io::stderr(), "error: {error:#}");
+        let is_usage = error.chain().any(<dyn std::error::Error>::is::<BadUsage>);
+        ExitCode::from(if is_usage { BAD_USAGE } else { FAILED })
+    })
+}
+
+fn run_check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
+    let buses = match &args.config {
+        Some(path) => read_config(path)?.buses,
+        None => vec![BusConfig::with_one_sensor(&args.bus, args.address)],
+    };
+    let clock: Arc<dyn Clock> = Arc::new(SystemClock::new());
+    let mut all_ok = true;
+    for bus in &buses {
+        for sensor in &bus.sensors {
+            let opener = LinuxBus::new(&bus.path, [sensor.address.get()]);
+            let report = check::check(opener, &bus.sensor_id(sensor), sensor, &clock);
+            all_ok &= report.ok;
+            let text = if args.json {
+                serde_json::to_string(&report)? + "\n"
+            } else {
+                report.to_string()
+            };
+            write_stdout(&text)?;
+        }
+    }
+    Ok(if all_ok {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(FAILED)
+    })
+}
+
+fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
+    let config = read_config(&args.config)?;
+    let stopping = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stopping))
+            .context("no handler for signals")?;
+    }
+    let mut start = Start::new(config, host_name());
+    start.frames_limit = args.frames;
+    let buses = start
+        .config
+        .buses
+        .iter()
+        .map(|bus| (bus.clone(), linux_bus(bus)))
+        .collect();
+    let log = Log::to_stderr();
+    let agent = Agent::start(start, buses, Arc::new(SystemClock::new()), log)?;
+    wait(&agent, &stopping);
+    let summary = agent.stop(FLUSH_FOR);
+    write_stdout(&format!("{summary}\n"))?;
+    Ok(exit_code(&summary))
+}
+
+fn wait(agent: &AgentHandle, stopping: &AtomicBool) {
+    while !stopping.load(Ordering::SeqCst) && !agent.wait_finished(SIGNAL_EVERY) {}
+}
+
+fn exit_code(summary: &Summary) -> ExitCode {
+    if summary.is_complete() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(DATA_LOST)
+    }
+}
+
+fn linux_bus(bus: &BusConfig) -> AnyBus {
+    let addresses = bus.sensors.iter().map(|sensor| sensor.address.get());
+    AnyBus::new(LinuxBus::new(&bus.path, addresses))
+}
+
+fn read_config(path: &Path) -> anyhow::Result<Config> {
+    let origin = path.display().to_string();
+    let read = || -> std::io::Result<String> {
+        let mut text = String::new();
+        let limit = u64::try_from(CONFIG_BYTES_MAX).unwrap_or(u64::MAX) + 1;
+        std::fs::File::open(path)?
+            .take(limit)
+            .read_to_string(&mut text)?;
+        Ok(text)
+    };
+    let text = read().map_err(|error| {
+        BadUsage(format!(
+            "{origin}: {error}\nhint: copy firmware-config/agent.toml there and edit it"
+        ))
+    })?;
+    Ok(Config::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?)
+}
+
+/// The host's name where it can name a device; otherwise a name that can.
+fn host_name() -> String {
+    let system = rustix::system::uname();
+    let name = system.nodename().to_string_lossy();
+    let plain: String = name
+        .chars()
+        .filter(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.'))
+        .take(64)
+        .collect();
+    if plain.is_empty() {
+        "grideye-agent".to_owned()
+    } else {
+        plain
+    }
+}
+
+fn parse_address(text: &str) -> Result<Address, String> {
+    let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X"));
+    let number = digits.map_or_else(|| text.parse(), |digits| u8::from_str_radix(digits, 16));
+    let number: u8 =
+        number.map_err(|error| format!("expected 0x68 or 0x69, found {text:?}: {error}"))?;
+    Address::try_from(number).map_err(|error| error.to_string())
+}
+
+/// A closed standard output (`grideye-agent … | head`) is no error.
+fn write_stdout(text: &str) -> std::io::Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
+
+/// The caller's mistake: exit code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct BadUsage(String);

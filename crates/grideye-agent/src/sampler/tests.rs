@@ -1,0 +1,251 @@
+//! The sampler against a model of a sensor's registers: updates on a clock of its own, held back while a read is
+//! under way, and a host that is late.
+
+use super::*;
+use proptest::prelude::*;
+
+const MS: Ns = 1_000_000;
+
+/// The registers as a reader sees them, and the host's clock.
+struct Model {
+    now: Ns,
+    /// The moment of update number `updates`, the next one.
+    next_update: Ns,
+    updates: u64,
+    period: Ns,
+    drift_ppm_per_s: Ns,
+    read_ns: Ns,
+    /// The content of frame `n`, as a number.
+    content: fn(u64) -> u64,
+    /// The number of the frame in the registers, once there is one.
+    held: Option<u64>,
+    /// How late the host is, by turns.
+    delays: Vec<Ns>,
+    turn: usize,
+}
+
+impl Model {
+    fn new(period: Ns, read_ns: Ns, content: fn(u64) -> u64) -> Self {
+        Self {
+            now: 0,
+            next_update: 0,
+            updates: 0,
+            period,
+            drift_ppm_per_s: 0,
+            read_ns,
+            content,
+            held: None,
+            delays: vec![0],
+            turn: 0,
+        }
+    }
+
+    fn sleep_until(&mut self, at: Duration) {
+        if signed_ns(at) > self.now {
+            self.turn += 1;
+            self.pass(signed_ns(at) - self.now + self.delays[self.turn % self.delays.len()]);
+        }
+    }
+
+    fn pass(&mut self, ns: Ns) {
+        self.now += ns;
+        while self.next_update <= self.now && self.updates < u64::MAX {
+            self.held = Some(self.updates);
+            self.updates += 1;
+            let drift = self.drift_ppm_per_s * (self.now / MS) / 1000;
+            self.next_update += self.period + self.period / 1_000_000 * drift;
+        }
+    }
+
+    /// Copies the registers at the start, and holds updates back until the end.
+    fn read(&mut self) -> (Span, RawFrame) {
+        let before = duration(self.now);
+        let frame = frame(self.held.map_or(0, |n| 1 + (self.content)(n)));
+        self.pass(self.read_ns);
+        (
+            Span {
+                before,
+                after: duration(self.now),
+            },
+            frame,
+        )
+    }
+
+    fn start(&mut self) -> Span {
+        let before = duration(self.now);
+        self.pass(52 * MS);
+        self.held = None;
+        self.updates = 0;
+        self.next_update = self.now + 2 * self.period;
+        Span {
+            before,
+            after: duration(self.now),
+        }
+    }
+}
+
+fn frame(content: u64) -> RawFrame {
+    let word = |shift: u32| PixelWord(u16::try_from(content >> shift & 0xFFF).unwrap());
+    let mut pixels = [word(0); PIXELS];
+    pixels[63] = word(12);
+    RawFrame {
+        thermistor: grideye_frame::ThermistorWord(1),
+        pixels,
+    }
+}
+
+fn number(frame: &RawFrame) -> u64 {
+    u64::from(frame.pixels[0].0) + (u64::from(frame.pixels[63].0) << 12) - 1
+}
+
+#[derive(Default)]
+struct Outcome {
+    records: Vec<(u64, Reading<RawFrame>)>,
+    faults: Vec<&'static str>,
+    reads: u64,
+}
+
+/// Runs until `until`; `meddle` may change the model before each task.
+fn run(
+    model: &mut Model,
+    sampler: &mut Sampler,
+    until: Ns,
+    mut meddle: impl FnMut(&mut Model),
+) -> Outcome {
+    let mut outcome = Outcome::default();
+    while let Some(due) = sampler.due() {
+        if model.now > until {
+            break;
+        }
+        model.sleep_until(due.at);
+        meddle(model);
+        match due.task {
+            Task::SetUp => sampler.set_up(model.start(), Ok(())),
+            Task::CheckSettings => {
+                let before = duration(model.now);
+                model.pass(model.read_ns / 8);
+                sampler.settings_checked(
+                    Span {
+                        before,
+                        after: duration(model.now),
+                    },
+                    Ok(true),
+                );
+            }
+            Task::ReadFrame => {
+                let (span, frame) = model.read();
+                outcome.reads += 1;
+                sampler.frame_read(span, Ok(frame));
+            }
+        }
+        while let Some(event) = sampler.next_event() {
+            match event {
+                Event::Record { seq, reading, .. } => outcome.records.push((seq, reading)),
+                Event::Fault(kind) => outcome.faults.push(kind),
+            }
+        }
+    }
+    outcome
+}
+
+/// Every record in ascending order without a gap, and each frame under the number that the sensor gave it.
+fn assert_exact(outcome: &Outcome, content: fn(u64) -> u64) -> Result<(), TestCaseError> {
+    for (expected, (seq, reading)) in (0..).zip(&outcome.records) {
+        prop_assert_eq!(*seq, expected);
+        if let Reading::Frame(frame) = reading {
+            prop_assert_eq!(number(frame), content(*seq), "frame {}", seq);
+        }
+    }
+    Ok(())
+}
+
+fn missing(outcome: &Outcome) -> Vec<(u64, NoData)> {
+    let missing = outcome
+        .records
+        .iter()
+        .filter_map(|(seq, reading)| match reading {
+            Reading::NoData(reason) => Some((*seq, *reason)),
+            Reading::Frame(_) => None,
+        });
+    missing.collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn every_frame_is_recorded_once_whatever_the_clocks_and_the_host_do(
+        error_ppm in -60_000_i64..=60_000,
+        drift_ppm_per_s in -20_i64..=20,
+        nominal_ms in prop::sample::select(vec![100_i64, 1000]),
+        read_us in prop::sample::select(vec![3_100_i64, 12_300]),
+        delays in prop::collection::vec(0_i64..=40 * MS, 1..50),
+        share_of_delays in 0_usize..4,
+    ) {
+        let nominal = nominal_ms * MS;
+        let mut model = Model::new(nominal + nominal / 1_000_000 * error_ppm, read_us * 1000, |n| n);
+        model.drift_ppm_per_s = drift_ppm_per_s;
+        let turns = delays.iter().enumerate().map(|(turn, delay)| if turn % 4 < share_of_delays { *delay } else { 0 });
+        model.delays = turns.collect();
+        let mut sampler = Sampler::new(duration(nominal), Duration::ZERO, None);
+        let outcome = run(&mut model, &mut sampler, 600 * nominal, |_| ());
+        assert_exact(&outcome, |n| n)?;
+        prop_assert_eq!(missing(&outcome), vec![]);
+        prop_assert_eq!(&outcome.faults, &Vec::<&str>::new());
+        prop_assert!(outcome.records.len() > 540, "{}", outcome.records.len());
+        let longest_read = 2 * u64::try_from(outcome.records.len()).unwrap();
+        prop_assert!(share_of_delays > 0 || outcome.reads < longest_read, "{} reads", outcome.reads);
+    }
+
+    #[test]
+    fn equal_frames_are_counted_by_the_sensors_own_period(
+        error_ppm in -60_000_i64..=60_000,
+        drift_ppm_per_s in -20_i64..=20,
+        delays in prop::collection::vec(0_i64..=40 * MS, 1..50),
+    ) {
+        // Once the period is known, a scene may stand still for three frames of four.
+        let content: fn(u64) -> u64 = |n| if n < 64 { n } else { n / 4 + 48 };
+        let mut model = Model::new(100 * MS + error_ppm * 100, 12_300_000, content);
+        model.drift_ppm_per_s = drift_ppm_per_s;
+        model.delays = delays;
+        let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+        let outcome = run(&mut model, &mut sampler, 60_000 * MS, |_| ());
+        assert_exact(&outcome, content)?;
+        prop_assert_eq!(missing(&outcome), vec![]);
+    }
+
+    #[test]
+    fn a_scene_that_stands_still_from_the_start_is_counted_as_well(
+        error_ppm in -60_000_i64..=60_000,
+        read_us in prop::sample::select(vec![3_100_i64, 12_300]),
+    ) {
+        let content: fn(u64) -> u64 = |n| n / 3;
+        let mut model = Model::new(100 * MS + error_ppm * 100, read_us * 1000, content);
+        let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+        let outcome = run(&mut model, &mut sampler, 60_000 * MS, |_| ());
+        assert_exact(&outcome, content)?;
+        prop_assert_eq!(missing(&outcome), vec![]);
+    }
+
+    #[test]
+    fn a_stall_of_the_host_costs_exactly_the_frames_that_passed(
+        error_ppm in -60_000_i64..=60_000,
+        stalls in prop::collection::vec((20_u64..60, 60 * MS..3_000 * MS), 1..12),
+    ) {
+        let mut model = Model::new(100 * MS + error_ppm * 100, 12_300_000, |n| n);
+        let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+        let mut stall_at = 60;
+        let mut left = stalls.into_iter();
+        let outcome = run(&mut model, &mut sampler, 60_000 * MS, |model| {
+            if model.updates >= stall_at {
+                if let Some((frames, stall)) = left.next() {
+                    model.pass(stall);
+                    stall_at = model.updates + frames;
+                }
+            }
+        });
+        assert_exact(&outcome, |n| n)?;
+        prop_assert!(missing(&outcome).iter().all(|(_, reason)| *reason == NoData::HostStalled));
+        prop_assert_eq!(&outcome.faults, &Vec::<&str>::new());
+    }
+}

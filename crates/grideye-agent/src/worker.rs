@@ -1,0 +1,326 @@
+//! The thread of one bus: opens it, does what its sensors' samplers want done, and hands the records on.
+
+use crate::bus::OpenBus;
+use crate::clock::{Clock, Stamper};
+use crate::config::SensorConfig;
+use crate::log::Log;
+use crate::sampler::{Due, Event, Sampler, Span, Task};
+use amg8833::{Amg8833, Error, Settings};
+use embedded_hal::delay::DelayNs;
+use embedded_hal::i2c::I2c;
+use grideye_frame::{NoData, RawFrame, Reading};
+use grideye_recording::Record;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The longest sleep at a stretch: how long a stop may have to wait for the thread.
+pub(crate) const SLEEP_MAX: Duration = Duration::from_millis(200);
+/// The pause before a bus that cannot be opened is tried again; doubles up to [`REOPEN_PAUSE_MAX`].
+pub(crate) const REOPEN_PAUSE: Duration = Duration::from_millis(500);
+/// The longest pause between two attempts to open a bus.
+pub(crate) const REOPEN_PAUSE_MAX: Duration = Duration::from_secs(10);
+/// Failed operations in a row, of all sensors of the bus, after which the bus is opened anew.
+pub(crate) const FAULTS_BEFORE_REOPEN: u32 = 30;
+
+/// Where a bus thread hands on what it has, and whether it shall go on.
+pub(crate) trait Sink {
+    fn record(&self, sensor: usize, record: Record);
+    fn fault(&self, sensor: usize, kind: &'static str);
+    fn is_stopping(&self) -> bool;
+}
+
+/// One sensor as its bus thread sees it.
+pub(crate) struct Sensor {
+    id: String,
+    settings: Settings,
+    config: SensorConfig,
+    pub(crate) sampler: Sampler,
+    stamper: Stamper,
+    /// Whether the log has said that frames are missing.
+    is_failing: bool,
+}
+
+impl Sensor {
+    pub(crate) fn new(
+        id: String,
+        config: SensorConfig,
+        now: Duration,
+        frames_limit: Option<u64>,
+    ) -> Self {
+        Self {
+            id,
+            settings: settings(&config),
+            config,
+            sampler: Sampler::new(config.rate.period(), now, frames_limit),
+            stamper: Stamper::default(),
+            is_failing: false,
+        }
+    }
+}
+
+/// The registers' settings for a sensor, as the configuration asks for them. The interrupt levels are ones that no
+/// pixel passes and that a reset sensor does not have, so that a silent reset is found by reading them back.
+pub(crate) fn settings(config: &SensorConfig) -> Settings {
+    Settings {
+        frame_rate: config.rate,
+        moving_average: if config.moving_average {
+            amg8833::MovingAverage::Twice
+        } else {
+            amg8833::MovingAverage::Off
+        },
+        ..Settings::default()
+    }
+}
+
+/// One bus and its sensors.
+pub(crate) struct Worker<O: OpenBus> {
+    pub(crate) opener: O,
+    pub(crate) sensors: Vec<Sensor>,
+    pub(crate) clock: Arc<dyn Clock>,
+    pub(crate) log: Log,
+    bus: Option<O::Bus>,
+    reopen_at: Duration,
+    reopen_pause: Duration,
+    faults_in_a_row: u32,
+}
+
+impl<O: OpenBus> Worker<O> {
+    pub(crate) fn new(opener: O, sensors: Vec<Sensor>, clock: Arc<dyn Clock>, log: Log) -> Self {
+        Self {
+            opener,
+            sensors,
+            clock,
+            log,
+            bus: None,
+            reopen_at: Duration::ZERO,
+            reopen_pause: REOPEN_PAUSE,
+            faults_in_a_row: 0,
+        }
+    }
+
+    /// Runs until told to stop or until every sensor has reached its limit of frames.
+    pub(crate) fn run(&mut self, sink: &impl Sink) {
+        while let Some((index, due)) = self.next_due() {
+            if !self.wait(due.at, sink) {
+                return;
+            }
+            if self.open() {
+                self.perform(index, due.task);
+            }
+            self.hand_on(sink);
+        }
+    }
+
+    /// The sensor whose turn is next. A set-up takes the bus for some 60 ms, less than a frame of the others.
+    fn next_due(&self) -> Option<(usize, Due)> {
+        let dues = self.sensors.iter().enumerate();
+        let dues = dues.filter_map(|(index, sensor)| Some((index, sensor.sampler.due()?)));
+        dues.min_by_key(|(_, due)| due.at)
+    }
+
+    /// Sleeps until `at`, and counts what is missed meanwhile; false if the agent is stopping.
+    fn wait(&mut self, at: Duration, sink: &impl Sink) -> bool {
+        loop {
+            if sink.is_stopping() {
+                return false;
+            }
+            let now = self.clock.boot();
+            if now >= at {
+                return true;
+            }
+            self.clock.sleep_until(at.min(now + SLEEP_MAX));
+            if self.bus.is_none() {
+                let now = self.clock.boot();
+                self.sensors
+                    .iter_mut()
+                    .for_each(|sensor| sensor.sampler.catch_up(now));
+                self.hand_on(sink);
+            }
+        }
+    }
+
+    /// Whether the bus is open, after opening it if it was not and is due. If not, every sensor has been told.
+    fn open(&mut self) -> bool {
+        if self.bus.is_some() {
+            return true;
+        }
+        let now = self.clock.boot();
+        if now < self.reopen_at {
+            self.tell_bus_lost(now, NoData::Unplugged);
+            return false;
+        }
+        match self.opener.open() {
+            Ok(bus) => {
+                self.bus = Some(bus);
+                self.faults_in_a_row = 0;
+                self.log.info("bus opened");
+                true
+            }
+            Err(error) => {
+                if self.reopen_pause == REOPEN_PAUSE {
+                    self.log.error(error.to_string());
+                }
+                self.reopen_at = now + self.reopen_pause;
+                self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
+                self.tell_bus_lost(now, error.reason());
+                false
+            }
+        }
+    }
+
+    fn tell_bus_lost(&mut self, now: Duration, reason: NoData) {
+        for sensor in &mut self.sensors {
+            sensor.sampler.bus_lost(now, reason, self.reopen_at);
+        }
+    }
+
+    fn perform(&mut self, index: usize, task: Task) {
+        let (Some(bus), Some(sensor)) = (&mut self.bus, self.sensors.get_mut(index)) else {
+            return;
+        };
+        let clock = self.clock.as_ref();
+        let reason = match task {
+            Task::SetUp => {
+                let (span, outcome) = timed(clock, || set_up(bus, sensor, clock));
+                let outcome = outcome.map_err(|error| reason(&self.opener, &error));
+                sensor.sampler.set_up(span, outcome);
+                outcome.err()
+            }
+            Task::CheckSettings => {
+                let (span, outcome) = timed(clock, || has_its_settings(bus, sensor));
+                let outcome = outcome.map_err(|error| reason(&self.opener, &error));
+                sensor.sampler.settings_checked(span, outcome);
+                outcome.err()
+            }
+            Task::ReadFrame => {
+                let (span, outcome) = timed(clock, || read_frame(bus, sensor));
+                let outcome = outcome.map_err(|error| reason(&self.opener, &error));
+                sensor.sampler.frame_read(span, outcome);
+                outcome.err()
+            }
+        };
+        self.judge_bus(reason);
+    }
+
+    /// Closes a bus that is gone, or that fails whatever is asked of it, so that it is opened anew.
+    fn judge_bus(&mut self, reason: Option<NoData>) {
+        let Some(reason) = reason else {
+            self.faults_in_a_row = 0;
+            self.reopen_pause = REOPEN_PAUSE;
+            return;
+        };
+        self.faults_in_a_row += 1;
+        if reason == NoData::Unplugged || self.faults_in_a_row >= FAULTS_BEFORE_REOPEN {
+            self.bus = None;
+            self.faults_in_a_row = 0;
+            let now = self.clock.boot();
+            self.reopen_at = now + self.reopen_pause;
+            self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
+            self.log
+                .warning(format!("bus closed after {reason}, to be opened again"));
+            self.tell_bus_lost(now, reason);
+        }
+    }
+
+    fn hand_on(&mut self, sink: &impl Sink) {
+        for (index, sensor) in self.sensors.iter_mut().enumerate() {
+            while let Some(event) = sensor.sampler.next_event() {
+                match event {
+                    Event::Fault(kind) => {
+                        sink.fault(index, kind);
+                        sensor.say_failing(kind, &self.log);
+                    }
+                    Event::Record { seq, at, reading } => {
+                        let stamp = sensor.stamper.stamp(at, self.clock.as_ref());
+                        sink.record(
+                            index,
+                            Record {
+                                seq,
+                                stamp,
+                                reading,
+                            },
+                        );
+                        sensor.say_what_became(seq, &reading, &self.log);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Sensor {
+    fn say_failing(&mut self, kind: &str, log: &Log) {
+        if !self.is_failing {
+            self.is_failing = true;
+            log.warning(format!("{}: {kind}", self.id));
+        }
+    }
+
+    fn say_what_became(&mut self, seq: u64, reading: &Reading<RawFrame>, log: &Log) {
+        match reading {
+            Reading::NoData(reason) => {
+                if !self.is_failing {
+                    log.error(format!("{}: frame {seq} missing: {reason}", self.id));
+                }
+                self.is_failing = true;
+            }
+            Reading::Frame(_) if self.is_failing => {
+                self.is_failing = false;
+                log.info(format!("{}: reading again from frame {seq} on", self.id));
+            }
+            Reading::Frame(_) => {}
+        }
+    }
+}
+
+/// Waits of the driver on the agent's clock.
+pub(crate) struct Delay<'a>(pub(crate) &'a dyn Clock);
+
+impl DelayNs for Delay<'_> {
+    fn delay_ns(&mut self, ns: u32) {
+        self.0
+            .sleep_until(self.0.boot() + Duration::from_nanos(u64::from(ns)));
+    }
+}
+
+type Outcome<T, B> = Result<T, Error<<B as embedded_hal::i2c::ErrorType>::Error>>;
+
+fn set_up<B: I2c>(bus: &mut B, sensor: &Sensor, clock: &dyn Clock) -> Outcome<(), B> {
+    Amg8833::new(bus, sensor.config.address).init(&mut Delay(clock), &sensor.settings)
+}
+
+fn has_its_settings<B: I2c>(bus: &mut B, sensor: &Sensor) -> Outcome<bool, B> {
+    match Amg8833::new(bus, sensor.config.address).configuration() {
+        Ok(found) => Ok(found.deviation(&sensor.settings).is_none()),
+        Err(Error::UndefinedPowerMode(_)) => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+fn read_frame<B: I2c>(bus: &mut B, sensor: &Sensor) -> Outcome<RawFrame, B> {
+    Amg8833::new(bus, sensor.config.address).read_frame()
+}
+
+/// What an error of the driver means for the frame.
+pub(crate) fn reason<O: OpenBus>(
+    opener: &O,
+    error: &Error<<O::Bus as embedded_hal::i2c::ErrorType>::Error>,
+) -> NoData {
+    match error {
+        Error::Bus(error) => opener.classify(error),
+        Error::ShortRead { .. } => NoData::ShortTransfer,
+        Error::UndefinedPowerMode(_) => NoData::WrongConfiguration,
+    }
+}
+
+fn timed<T>(clock: &dyn Clock, operation: impl FnOnce() -> T) -> (Span, T) {
+    let before = clock.boot();
+    let outcome = operation();
+    (
+        Span {
+            before,
+            after: clock.boot(),
+        },
+        outcome,
+    )
+}
