@@ -100,7 +100,15 @@ impl Setup {
                         one.distance_m(sensor_m, ray.normalize())
                             .map(|d| (d, index))
                     })
-                    .min_by(|one, other| one.0.total_cmp(&other.0));
+                    // A sensor inside two bodies sees the warmer one.
+                    .min_by(|one, other| {
+                        let warmer = || {
+                            self.boxes[other.1]
+                                .celsius
+                                .total_cmp(&self.boxes[one.1].celsius)
+                        };
+                        one.0.total_cmp(&other.0).then_with(warmer)
+                    });
                 if let Some((distance_m, index)) = nearest {
                     celsius[row * columns + column] =
                         self.boxes[index].seen_celsius(self.law, distance_m);
