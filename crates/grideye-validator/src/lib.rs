@@ -12,6 +12,15 @@
 //! scores on the same frames and what the sensor scores against itself. The verdict rests on the two measures that
 //! tell right scenes from wrong ones, C and the gain over the blank frame; the others are reported, not believed.
 //!
+//! | verdict | when |
+//! |---|---|
+//! | agrees | C and gain both reach 0.6 of the way from floor to ceiling, and the common offset is within the sensor's accuracy |
+//! | disagrees | one of the three fails; the reasons say which, with the numbers |
+//! | cannot tell | fewer than two frames, nothing warm in the recording, or a ceiling that does not rise above chance |
+//!
+//! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] makes the page and the JSON of
+//! either. Nothing is aligned, in time or in orientation.
+//!
 //! ```
 //! use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame, Verdict, compare};
 //! use std::time::Duration;
@@ -38,6 +47,7 @@ pub mod report;
 mod scene_comparison;
 mod score;
 mod shuffle;
+mod text;
 mod union;
 mod verdict;
 

@@ -1,4 +1,5 @@
 use crate::metrics::SENSOR_ACCURACY_C;
+use crate::text::{fixed, frames};
 use crate::{Measure, Score, Scores};
 use std::fmt;
 
@@ -115,13 +116,13 @@ pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgeme
         return cannot_tell(reason);
     }
     let findings = [
-        offset(evidence, thresholds),
         skill(
             evidence,
             Measure::Correlation,
             thresholds.correlation_skill_min,
         ),
         skill(evidence, Measure::Gain, thresholds.gain_skill_min),
+        offset(evidence, thresholds),
     ];
     let agrees = findings.iter().all(|finding| finding.passed);
     let verdict = if agrees {
@@ -172,8 +173,9 @@ fn nothing_to_tell_from(
 ) -> Option<(String, &'static str)> {
     if evidence.real_frames < thresholds.frames_min {
         let reason = format!(
-            "The recording holds {} frame(s) to compare; at least {} are needed to know what the sensor's noise is worth.",
-            evidence.real_frames, thresholds.frames_min
+            "The recording holds {} to compare; at least {} are needed to know what the sensor's noise is worth.",
+            frames(evidence.real_frames),
+            thresholds.frames_min
         );
         return Some((reason, "A longer recording of the same scene."));
     }
@@ -213,8 +215,8 @@ fn no_headroom(
         "A recording of at least a second at 10 Hz without gaps, with more contrast or less noise.";
     let Some(ceiling) = score.ceiling else {
         let reason = format!(
-            "The recording has no frame {} frames after another to measure its own repeat with, so {measure} has no ceiling.",
-            evidence.lag_frames
+            "The recording has no frame {} after another to measure its own repeat with, so {measure} has no ceiling.",
+            frames(evidence.lag_frames)
         );
         return Some((reason, remedy));
     };
@@ -223,30 +225,26 @@ fn no_headroom(
     let rises = ceiling - chance >= least;
     (!rises).then(|| {
         let reason = format!(
-            "The recording does not even resemble itself {} frames later: {measure} reaches {ceiling:.2} where chance reaches {chance:.2}.",
-            evidence.lag_frames
+            "The recording does not even resemble itself {} later: {measure} reaches {} where chance reaches {}.",
+            frames(evidence.lag_frames), fixed(ceiling, 2), fixed(chance, 2)
         );
         (reason, remedy)
     })
 }
 
 fn offset(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Finding {
-    let passed = evidence.offset_c.abs() <= thresholds.offset_max_c;
-    let size = evidence.offset_c.abs();
-    let direction = if evidence.offset_c < 0.0 {
-        "colder"
-    } else {
-        "warmer"
-    };
-    let limit = thresholds.offset_max_c;
-    let sentence = if passed {
-        format!(
-            "The recording is {size:.2} °C {direction} than the scene all over, within the {limit:.1} °C that are allowed."
-        )
-    } else {
-        format!(
-            "The recording is {size:.2} °C {direction} than the scene all over, beyond the {limit:.1} °C that are allowed."
-        )
+    let (offset_c, limit) = (evidence.offset_c, fixed(thresholds.offset_max_c, 1));
+    let passed = offset_c.abs() <= thresholds.offset_max_c;
+    let size = fixed(offset_c.abs(), 2);
+    let relation = if passed { "within" } else { "beyond" };
+    let sentence = match size.as_str() {
+        "0.00" => "The recording is as warm as the scene all over.".to_owned(),
+        _ => {
+            let direction = if offset_c < 0.0 { "colder" } else { "warmer" };
+            format!(
+                "The recording is {size} °C {direction} than the scene all over, {relation} the {limit} °C that are allowed."
+            )
+        }
     };
     Finding { passed, sentence }
 }
@@ -258,11 +256,13 @@ fn skill(evidence: &Evidence<'_>, measure: Measure, least: f64) -> Finding {
     let relation = if passed { "at least" } else { "less than" };
     let value = score
         .value
-        .map_or_else(|| "not defined".to_owned(), |value| format!("{value:.2}"));
-    let floor = score.floor().unwrap_or(0.0);
-    let ceiling = score.ceiling.unwrap_or(0.0);
+        .map_or_else(|| "not defined".to_owned(), |value| fixed(value, 2));
     let sentence = format!(
-        "{measure} is {value}, {skill:.2} of the way from the floor ({floor:.2}) to the ceiling ({ceiling:.2}), {relation} the {least:.2} asked for."
+        "{measure} is {value}, {} of the way from the floor ({}) to the ceiling ({}), {relation} the {} asked for.",
+        fixed(skill, 2),
+        fixed(score.floor().unwrap_or(0.0), 2),
+        fixed(score.ceiling.unwrap_or(0.0), 2),
+        fixed(least, 2)
     );
     Finding { passed, sentence }
 }

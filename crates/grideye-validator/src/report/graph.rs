@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 340.0;
-const LEFT: f64 = 64.0;
+const LEFT: f64 = 80.0;
 const RIGHT: f64 = 16.0;
 const TOP: f64 = 16.0;
 const BOTTOM: f64 = 52.0;
@@ -167,15 +167,15 @@ mod tests {
             repeat: None,
         };
         let svg = svg(&graph);
-        // 0 to 4 degrees over 64 to 704, 0 to 100 % over 288 to 16.
+        // 0 to 4 degrees over 80 to 704, 0 to 100 % over 288 to 16.
         assert!(
             svg.contains(
-                "class=\"curve pair\" d=\"M64.0 288.0L224.0 152.0L384.0 16.0L704.0 16.0\""
+                "class=\"curve pair\" d=\"M80.0 288.0L236.0 152.0L392.0 16.0L704.0 16.0\""
             ),
             "{svg}"
         );
         assert!(svg.contains(
-            "class=\"curve blank\" d=\"M64.0 288.0L224.0 220.0L384.0 152.0L704.0 16.0\""
+            "class=\"curve blank\" d=\"M80.0 288.0L236.0 220.0L392.0 152.0L704.0 16.0\""
         ));
         assert!(!svg.contains("ceiling"));
         assert!(svg.contains("threshold in °C") && svg.contains("2σ = 1.67 °C"));

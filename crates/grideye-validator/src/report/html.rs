@@ -1,9 +1,9 @@
 use super::Context;
 use super::graph;
 use super::picture::{self, Shows};
-use super::text::{UNDEFINED, escape, fixed, seconds, signed, value};
 use crate::metrics::IS_THRESHOLD;
 use crate::paper::{self, EXPERIMENTS};
+use crate::text::{UNDEFINED, escape, fixed, frames as frames_in_words, seconds, signed, value};
 use crate::{Comparison, Measure, Protocol, Score, Verdict};
 
 /// The comparison as one HTML file: no script, no network, readable in grey and in print. The verdict comes first.
@@ -149,7 +149,7 @@ fn scores(comparison: &Comparison, context: &Context) -> String {
     format!(
         "<h2>Scores, and what they are worth</h2>\n\
          <p>A score means something only between its floor (what a blank frame at {} °C, or the simulation's own pixels in \
-         random order, would have scored) and its ceiling (the recording against itself {} frame(s) later, the sensor's \
+         random order, would have scored) and its ceiling (the recording against itself {} later, the sensor's \
          noise counted once). Skill is the place between the two, 0 to 1.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">Measure</th><th scope=\"col\">Value</th>\
          <th scope=\"col\">Skill</th><th scope=\"col\">Floor:<br>blank frame</th>\
@@ -159,7 +159,7 @@ fn scores(comparison: &Comparison, context: &Context) -> String {
          of magnitude, not to be reached. A skill of “{UNDEFINED}” says that the ceiling does not rise above chance: on this \
          recording that measure cannot tell a right scene from a wrong one.</p>\n",
         fixed(comparison.settings.ambient_c, 2),
-        comparison.settings.lag_frames,
+        frames_in_words(comparison.settings.lag_frames),
     )
 }
 

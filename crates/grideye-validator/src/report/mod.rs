@@ -5,7 +5,6 @@ mod html;
 mod json;
 mod palette;
 mod picture;
-mod text;
 
 pub use html::html;
 pub use json::json;

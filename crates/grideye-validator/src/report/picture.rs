@@ -1,8 +1,8 @@
 //! Frames as pictures: a PNG of one cell a pixel inside an SVG that scales it without smoothing and writes the values.
 
 use super::palette::{DIFFERENCE, INFERNO, Rgb, colour, wants_black_text};
-use super::text::{escape, fixed, signed};
 use crate::metrics::{IS_THRESHOLD, count};
+use crate::text::{escape, fixed, signed};
 use crate::{Comparison, Shape};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -128,7 +128,7 @@ pub(crate) fn scale(shows: Shows) -> String {
         .collect::<Vec<_>>()
         .join(",");
     let tick = |value| match shows {
-        Shows::Temperatures(_) => fixed(value, 1),
+        Shows::Temperatures(_) => fixed(value, 2),
         Shows::Differences { .. } => signed(value, 1),
     };
     let (low, middle, high) = (tick(from), tick(f64::midpoint(from, to)), tick(to));
@@ -153,7 +153,7 @@ impl Shows {
 
     fn label(self, value: f64) -> String {
         match self {
-            Self::Temperatures(_) => fixed(value, 1),
+            Self::Temperatures(_) => fixed(value, 2),
             Self::Differences { .. } => signed(value, 1),
         }
     }

@@ -68,7 +68,6 @@ fn the_page_says_the_verdict_first_and_what_it_rests_on() {
     holds(
         &text,
         &[
-            "within the 2.5 °C that are allowed.",
             "C, correlation is 0.8",
             "at least the 0.60 asked for.",
             "What would change it: A skill in C below 0.60, a skill in gain below 0.60, or a common offset beyond 2.5 °C.",
@@ -184,7 +183,7 @@ fn names_cannot_become_markup() {
 fn same(found: &Value, expected: Option<f64>) {
     match (found.as_f64(), expected) {
         (Some(found), Some(expected)) => {
-            assert!((found - expected).abs() <= 1e-12, "{found} {expected}")
+            assert!((found - expected).abs() <= 1e-12, "{found} {expected}");
         }
         (found, expected) => assert_eq!(found, expected),
     }

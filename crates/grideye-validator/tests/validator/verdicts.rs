@@ -180,7 +180,7 @@ fn one_frame_or_no_repeat_cannot_tell() {
     let mut real = recording(10, UNIT, 1, |_| vec![PERSON]);
     let one = compare(SHAPE, &real[..1], &simulated, &settings(Protocol::Static)).unwrap();
     assert_eq!(one.judgement.verdict, Verdict::CannotTell);
-    assert!(one.judgement.reasons[0].contains("1 frame(s)"));
+    assert!(one.judgement.reasons[0].contains("holds 1 frame to compare"));
     for frame in &mut real {
         frame.later = None;
     }

@@ -52,6 +52,15 @@ pub(crate) fn signed(value: f64, decimals: usize) -> String {
     }
 }
 
+/// A number of frames: `1 frame`, `3 frames`.
+pub(crate) fn frames(number: usize) -> String {
+    if number == 1 {
+        "1 frame".to_owned()
+    } else {
+        format!("{number} frames")
+    }
+}
+
 /// A time in seconds.
 pub(crate) fn seconds(time: Duration) -> String {
     format!("{:.1} s", time.as_secs_f64())
