@@ -174,6 +174,14 @@ fn assert_nothing_left(device: &Path) {
     );
 }
 
+/// Gives processes that have lost their bus the time to end.
+fn wait_until_gone(device: &Path) {
+    let deadline = Instant::now() + Duration::from_secs(10);
+    while !processes_that_mount(device).is_empty() && Instant::now() < deadline {
+        std::thread::yield_now();
+    }
+}
+
 fn processes_that_mount(device: &Path) -> Vec<PathBuf> {
     let device = format!(" {} ", device.display());
     fs::read_dir("/proc")
@@ -576,6 +584,52 @@ fn each_failure_has_its_own_error() {
     ));
 }
 
+/// The server may be root and the program not.
+#[test]
+fn a_program_that_runs_as_another_user_may_use_the_device() {
+    const NOBODY: u32 = 65534;
+    if !fuse() {
+        return;
+    }
+    let bench = Bench::new(AdapterMode::Pi);
+    let script = format!(
+        "import os, fcntl\nf = os.open('{}', os.O_RDWR)\nfcntl.ioctl(f, 0x0703, 0x69)\nprint(os.getuid(), os.read(f, 1).hex())",
+        bench.options.device.display()
+    );
+    let mut command = Command::new("python3");
+    command.args(["-c", &script]).uid(NOBODY).gid(NOBODY);
+    match bench.run(command.stdout(Stdio::null())) {
+        Ok(status) => assert!(status.success(), "{status}"),
+        Err(RunError::ProgramNotStarted { source, .. }) if source.raw_os_error() == Some(1) => {
+            left_out("a program of another user: only root can start one");
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// What the program leaves running loses its bus at the program's end, and does not keep `run` from returning.
+#[test]
+fn a_program_that_leaves_others_behind_ends_all_the_same() {
+    if !fuse() {
+        return;
+    }
+    let bench = Bench::new(AdapterMode::Pi);
+    let device = bench.options.device.display();
+    let script = format!(
+        "import os, fcntl\nf = os.open('{device}', os.O_RDWR)\nfcntl.ioctl(f, 0x0703, 0x69)\nos.read(f, 1)\n\
+         if os.fork() > 0: os._exit(7)\n\
+         try:\n\
+         \x20   while True: os.read(f, 1)\n\
+         except OSError: os._exit(0)"
+    );
+    let mut command = Command::new("python3");
+    command.args(["-c", &script]);
+    let status = run(&bench.adapter, &bench.options, &mut command).unwrap();
+    assert_eq!(status.code(), Some(7));
+    wait_until_gone(&bench.options.device);
+    assert_nothing_left(&bench.options.device);
+}
+
 /// The emulator's process is killed: the program finds a dead bus, as if it had been pulled out, and nothing is left.
 /// The call that was under way ends with ECONNABORTED (103), every later one with ENOTCONN (107).
 #[test]
@@ -604,10 +658,7 @@ fn a_killed_server_leaves_a_dead_bus_and_then_nothing() {
     server.wait().unwrap();
     assert_eq!(next().as_deref(), Some("program: errno 107"));
     assert_eq!(next(), None, "the program has ended");
-    let deadline = Instant::now() + Duration::from_secs(10);
-    while !processes_that_mount(&bench.options.device).is_empty() && Instant::now() < deadline {
-        std::thread::yield_now();
-    }
+    wait_until_gone(&bench.options.device);
     assert_nothing_left(&bench.options.device);
 }
 
@@ -649,6 +700,19 @@ fn without_root_a_user_namespace_does_it() {
         String::from_utf8_lossy(&output.stderr)
     );
     assert_nothing_left(&bench.options.device);
+
+    for (wrong, error) in [
+        ("no program", "program not found: /no/such/program"),
+        ("no folder", "program not found: true"),
+    ] {
+        let output = role(wrong, &bench.options)
+            .uid(NOBODY)
+            .gid(NOBODY)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(said.contains(error), "{wrong}: {said}");
+    }
 
     bench.options.fuse_device = PathBuf::from("/dev/fuse");
     let output = role("read once", &bench.options)
@@ -707,11 +771,16 @@ fn helper_process() {
         "import os, fcntl\nf = os.open('{}', os.O_RDWR)\n{script}",
         options.device.display()
     );
-    match run(
-        &adapter,
-        &options,
-        Command::new("python3").args(["-c", &script]),
-    ) {
+    let mut command = match role.as_str() {
+        "no program" => Command::new("/no/such/program"),
+        "no folder" => Command::new("true"),
+        _ => Command::new("python3"),
+    };
+    command.args(["-c", &script]);
+    if role == "no folder" {
+        command.current_dir("/no-such-folder");
+    }
+    match run(&adapter, &options, &mut command) {
         Ok(status) => println!("exit {}", status.code().unwrap()),
         Err(error) => println!("{error}"),
     }

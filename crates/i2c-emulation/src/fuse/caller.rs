@@ -126,4 +126,27 @@ mod tests {
             Err(Errno::EFAULT)
         );
     }
+
+    /// Two pages of which the second may not be touched: a buffer across their border is there only in part.
+    #[test]
+    fn a_buffer_that_is_there_only_in_part_is_efault() {
+        const PAGE_BYTES: usize = 4096;
+        // SAFETY: the mapping is new, private, and nothing but its address is used.
+        let (pages, protected) = unsafe {
+            let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
+            let rights = libc::PROT_READ | libc::PROT_WRITE;
+            let pages = libc::mmap(std::ptr::null_mut(), 2 * PAGE_BYTES, rights, flags, -1, 0);
+            (
+                pages,
+                libc::mprotect(pages.byte_add(PAGE_BYTES), PAGE_BYTES, libc::PROT_NONE),
+            )
+        };
+        assert_ne!(pages, libc::MAP_FAILED);
+        assert_eq!(protected, 0);
+        let border = u64::try_from(pages.expose_provenance() + PAGE_BYTES).unwrap();
+        let mut memory = ProcessMemory::of_this_process();
+        assert_eq!(memory.read(border - 2, &mut [0; 2]), Ok(()));
+        assert_eq!(memory.read(border - 2, &mut [0; 3]), Err(Errno::EFAULT));
+        assert_eq!(memory.write(border - 2, &[0; 3]), Err(Errno::EFAULT));
+    }
 }

@@ -129,7 +129,7 @@ pub enum RunError {
     },
     /// There is no such program.
     #[error(
-        "program not found: {program}\nhint: check the spelling and PATH; a relative path counts from the program's working directory"
+        "program not found: {program}\nhint: check the spelling and PATH, and that the working directory it is to start in exists"
     )]
     ProgramNotFound {
         /// The program's name.
