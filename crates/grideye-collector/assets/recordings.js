@@ -84,9 +84,9 @@ function facts(recording) {
   const length = duration(Math.max(0, (until - recording.t_start_ns) / 1e9));
   const parts = [
     recording.running ? `recording for ${length}` : length,
-    count(recording.frames, "frame", "frames"),
-    count(recording.sensors, "sensor", "sensors"),
+    recording.frames > 0 ? count(recording.frames, "frame", "frames") : "no frames",
   ];
+  if (recording.sensors > 0) parts.push(count(recording.sensors, "sensor", "sensors"));
   if (recording.missing > 0) parts.push(`${recording.missing.toLocaleString("en")} missing`);
   return parts.join(" · ");
 }

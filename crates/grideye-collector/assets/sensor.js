@@ -104,6 +104,7 @@ export class Sensor {
   #cursor() {
     const cell = this.#heat?.cell ?? null;
     const celsius = this.#shown?.frame.pixels_celsius;
+    this.#fields.cursor.dataset.reading = cell !== null && Boolean(celsius);
     if (cell === null || !celsius) {
       say(this.#fields.cursor, "Point at a cell, or use the arrow keys, to read it.");
       return;
@@ -121,8 +122,8 @@ export class Sensor {
     this.#article.querySelector(".heat").setAttribute("aria-label", `Heat map of ${device}, ${sensor}; arrow keys read its cells`);
     const atLeast = this.#shown?.frame.age_basis === "arrival" ? "at least " : "";
     say(this.#fields.age, age === Infinity ? "none yet" : `${atLeast}${duration(age)} ago`);
-    say(this.#fields.rate, stale || !rate ? "–" : `${rate.toFixed(2)} frames/s`);
-    say(this.#fields.stored, count(this.#status.stored, "frame", "frames"));
+    say(this.#fields.rate, stale || !rate ? "–" : `${rate.toFixed(2)} Hz`);
+    say(this.#fields.stored, this.#status.stored.toLocaleString("en"));
     this.#state(age, stale, missing);
     this.#troubles();
   }

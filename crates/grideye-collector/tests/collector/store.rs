@@ -1,8 +1,6 @@
 //! What every store must do, held against each one that there is.
 
-mod common;
-
-use common::{account, batch, counted, flat, frame, missing, numbered, part};
+use crate::batches::{account, batch, counted, flat, frame, missing, numbered, part};
 use grideye_collector::store::{Appended, Members, RecordingId, StoredRecord};
 use grideye_collector::{FrameStore, Limits, SqliteStore, StoreError, StoreLocation};
 use grideye_frame::NoData;
@@ -17,7 +15,7 @@ macro_rules! conformance {
         mod in_memory {
             $(#[tokio::test]
             async fn $check() {
-                super::$check(&super::open(super::StoreLocation::Memory)).await;
+                super::$check(&super::open(&super::StoreLocation::Memory)).await;
             })+
         }
 
@@ -69,12 +67,12 @@ fn limits() -> Limits {
     }
 }
 
-fn open(location: StoreLocation) -> SqliteStore {
-    SqliteStore::open(&location, &limits()).unwrap()
+fn open(location: &StoreLocation) -> SqliteStore {
+    SqliteStore::open(location, &limits()).unwrap()
 }
 
 fn open_in(folder: &Path) -> SqliteStore {
-    open(StoreLocation::File(folder.join("frames.sqlite")))
+    open(&StoreLocation::File(folder.join("frames.sqlite")))
 }
 
 async fn append(store: &dyn FrameStore, batch: Batch) -> Appended {
@@ -680,7 +678,7 @@ fn what_is_no_store_is_refused_and_left_as_it_is() {
     );
 
     let newer = folder.path().join("newer.sqlite");
-    drop(open(StoreLocation::File(newer.clone())));
+    drop(open(&StoreLocation::File(newer.clone())));
     rusqlite::Connection::open(&newer)
         .unwrap()
         .pragma_update(None, "user_version", 2)

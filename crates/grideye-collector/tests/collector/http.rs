@@ -1,11 +1,9 @@
 //! The HTTP interface through the router, without a socket.
 
-mod common;
-
+use crate::batches::{account, batch, counted, flat, frame, missing, numbered, part};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, Method, Request, StatusCode, header};
-use common::{account, batch, counted, flat, frame, missing, numbered, part};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{AppState, Clock, FrameStore, Limits, SqliteStore, app};
 use grideye_frame::NoData;

@@ -1,0 +1,466 @@
+//! The live page in a real browser, in front of a real collector.
+
+use grideye_collector::{Collector, CollectorError, Config, StoreLocation};
+use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
+use serde_json::{Value, json};
+use std::net::SocketAddr;
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+use tokio::runtime::Runtime;
+use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
+
+type Outcome = Result<(), Failure>;
+
+/// The ends of the palette "inferno", and its colour a tenth of the way up, from matplotlib's table.
+const COLDEST: [u64; 3] = [0, 0, 4];
+const HOTTEST: [u64; 3] = [252, 255, 164];
+
+/// A collector in this process, which can be stopped and started again at the same address.
+struct Server {
+    runtime: Runtime,
+    address: SocketAddr,
+    stop: Option<oneshot::Sender<()>>,
+    served: Option<JoinHandle<Result<(), CollectorError>>>,
+}
+
+impl Server {
+    fn start(store: &Path) -> Result<Self, Failure> {
+        let mut server = Self {
+            runtime: Runtime::new()?,
+            address: ([127, 0, 0, 1], 0).into(),
+            stop: None,
+            served: None,
+        };
+        server.begin(store)?;
+        Ok(server)
+    }
+
+    fn begin(&mut self, store: &Path) -> Outcome {
+        let config = Config::new(self.address, StoreLocation::File(store.to_owned()));
+        let collector = self.runtime.block_on(Collector::bind(config))?;
+        self.address = collector.local_addr();
+        let (stop, stopped) = oneshot::channel::<()>();
+        self.stop = Some(stop);
+        self.served = Some(self.runtime.spawn(collector.serve(async {
+            let _ = stopped.await;
+        })));
+        Ok(())
+    }
+
+    fn end(&mut self) -> Outcome {
+        self.stop = None;
+        let served = self.served.take().ok_or("the collector is not running")?;
+        self.runtime.block_on(served)??;
+        Ok(())
+    }
+
+    fn url(&self, path: &str) -> String {
+        format!("http://{}{path}", self.address)
+    }
+
+    fn get(&self, path: &str) -> Result<Value, Failure> {
+        Ok(ureq::get(self.url(path)).call()?.body_mut().read_json()?)
+    }
+
+    fn post(&self, body: &Value) -> Outcome {
+        ureq::post(self.url("/v1/frames")).send_json(body)?;
+        Ok(())
+    }
+}
+
+/// A frame of one temperature, in quarters of a degree, with one other pixel.
+fn pixels(all: u16, index: usize, other: u16) -> Vec<u16> {
+    let mut pixels = vec![all; 64];
+    pixels[index] = other;
+    pixels
+}
+
+/// Frames of one sensor, each as it stands on the wire but for its times.
+fn batch(sensor: &str, first_seq: u64, frames: &[Value]) -> Value {
+    let utc_ns = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| since.as_nanos());
+    let records: Vec<Value> = (first_seq..)
+        .zip(frames)
+        .map(|(seq, frame)| {
+            let mut record = frame.clone();
+            record["seq"] = seq.into();
+            record["t_boot_ns"] = boot_ns(seq).into();
+            record["t_utc_ns"] = u64::try_from(utc_ns).unwrap_or(0).into();
+            record["clock"] = "synced".into();
+            record
+        })
+        .collect();
+    let sent = boot_ns(first_seq + u64::try_from(frames.len()).unwrap_or(0) - 1);
+    json!({
+        "device": "pi-1", "boot": "b1", "t_sent_boot_ns": sent,
+        "sensors": [{ "sensor": sensor, "frames": records }]
+    })
+}
+
+fn boot_ns(seq: u64) -> u64 {
+    1_000_000_000 + seq * 100_000_000
+}
+
+fn frame(pixels: &[u16], thermistor: u16) -> Value {
+    json!({ "pixels_raw": pixels, "thermistor_raw": thermistor })
+}
+
+/// Red, green and blue in the middle of a cell of the first sensor's canvas.
+fn colour(browser: &Browser, index: usize) -> Result<Vec<u64>, Failure> {
+    // A copy is read, because reading a canvas makes the browser remark on how that could be faster.
+    let script = format!(
+        "const canvas = document.querySelector('.heat');
+         const cell = canvas.width / 8;
+         const [x, y] = [({index} % 8 + 0.5) * cell, (Math.floor({index} / 8) + 0.5) * cell];
+         const copy = Object.assign(document.createElement('canvas'), {{ width: 1, height: 1 }});
+         const context = copy.getContext('2d', {{ willReadFrequently: true }});
+         context.drawImage(canvas, x, y, 1, 1, 0, 0, 1, 1);
+         return Array.from(context.getImageData(0, 0, 1, 1).data.slice(0, 3));"
+    );
+    let colour = browser.execute(&script)?;
+    Ok(serde_json::from_value(colour)?)
+}
+
+fn wait_for_colour(browser: &Browser, index: usize, wanted: [u64; 3]) -> Outcome {
+    let what = format!("colour of cell {index}, wanted {wanted:?}");
+    browser
+        .wait_for(&what, || colour(browser, index), |seen| *seen == wanted)
+        .map(drop)
+}
+
+fn field(browser: &Browser, name: &str, wanted: &str) -> Outcome {
+    let selector = format!(".sensor [data-field={name}]");
+    browser
+        .wait_for_text(&selector, |text| text.contains(wanted))
+        .map(drop)
+}
+
+/// Nothing was written to the console; what is lost while the collector is away is no fault of the page.
+fn assert_quiet(browser: &Browser, allowed: &str) -> Outcome {
+    let faults: Vec<String> = browser
+        .console()?
+        .into_iter()
+        .filter(|line| allowed.is_empty() || !line.contains(allowed))
+        .collect();
+    assert_eq!(faults, Vec::<String>::new());
+    Ok(())
+}
+
+/// Keeps what the window shows, for a person to look at, in the folder that `GRIDEYE_SCREENSHOTS` names.
+fn keep_picture(browser: &Browser, name: &str) -> Outcome {
+    if let Some(folder) = std::env::var_os("GRIDEYE_SCREENSHOTS") {
+        std::fs::write(
+            Path::new(&folder).join(format!("{name}.png")),
+            browser.screenshot()?,
+        )?;
+    }
+    Ok(())
+}
+
+/// A server, a browser on its page, and the folder of the store.
+fn set_up() -> Result<(Server, Browser, tempfile::TempDir), Failure> {
+    let folder = tempfile::tempdir()?;
+    let server = Server::start(&folder.path().join("frames.sqlite"))?;
+    let browser = Browser::start()?;
+    browser.open(&server.url("/"))?;
+    browser.wait_for_text("#link", |text| text == "connected")?;
+    Ok((server, browser, folder))
+}
+
+#[test]
+fn frames_appear_as_colours_and_numbers() -> Outcome {
+    if left_out("frames_appear_as_colours_and_numbers") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    browser.wait_for_text("#empty", |text| text.contains("No frames yet"))?;
+    // 20 °C, and 30 °C in pixel 10: row 2, column 2. The thermistor's 402 steps of 1/16 °C are 25.125 °C.
+    server.post(&batch("i2c-1:0x69", 0, &[frame(&pixels(80, 9, 120), 402)]))?;
+    wait_for_colour(&browser, 9, HOTTEST)?;
+    for cold in [0, 8, 10, 17, 63] {
+        assert_eq!(colour(&browser, cold)?, COLDEST, "cell {cold}");
+    }
+    for (name, wanted) in [
+        ("name", "pi-1 · i2c-1:0x69"),
+        ("state", "live"),
+        ("min", "20.00 °C"),
+        ("max", "30.00 °C"),
+        ("mean", "20.16 °C"),
+        ("thermistor", "25.1"),
+        ("seq", "#0"),
+        ("age", "s ago"),
+        ("ticks", "30 °C"),
+    ] {
+        field(&browser, name, wanted)?;
+    }
+    let ticks = browser.text(".sensor [data-field=ticks]")?;
+    assert!(
+        ticks.starts_with("30 °C") && ticks.ends_with("20 °C"),
+        "{ticks}"
+    );
+    assert!(
+        browser
+            .text(".orientation")?
+            .contains("neither turned nor mirrored")
+    );
+
+    // The next batch replaces it, and the rate is that of the device's clock.
+    let moved = frame(&pixels(80, 63, 120), 402);
+    server.post(&batch("i2c-1:0x69", 1, &vec![moved; 11]))?;
+    wait_for_colour(&browser, 63, HOTTEST)?;
+    assert_eq!(colour(&browser, 9)?, COLDEST);
+    field(&browser, "rate", "10.00 Hz")?;
+    field(&browser, "seq", "#11")?;
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn the_cell_under_mouse_or_keys_is_read_out() -> Outcome {
+    if left_out("the_cell_under_mouse_or_keys_is_read_out") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    let ramp: Vec<u16> = (0..64).map(|index| 80 + index).collect();
+    server.post(&batch("s1", 0, &[frame(&ramp, 402)]))?;
+    field(&browser, "max", "35.75 °C")?;
+    let cell: f64 = serde_json::from_value(
+        browser.execute("return document.querySelector('.heat').clientWidth / 8")?,
+    )?;
+    // From the middle, the cell at the bottom right is 3.5 cells to the right and down.
+    let corner = format!("{:.0}", cell * 3.5).parse()?;
+    browser.point_at(".heat", (corner, corner))?;
+    field(&browser, "cursor", "Pixel 64 (row 8, column 8): 35.75 °C")?;
+    browser.point_at(".heat", (-corner, corner))?;
+    field(&browser, "cursor", "Pixel 57 (row 8, column 1): 34.00 °C")?;
+    // A new frame under a mouse that rests.
+    server.post(&batch("s1", 1, &[frame(&pixels(80, 56, 101), 402)]))?;
+    field(&browser, "cursor", "Pixel 57 (row 8, column 1): 25.25 °C")?;
+    browser.point_at("h1", (0, 0))?;
+    field(&browser, "cursor", "Point at a cell")?;
+    // Home, arrow right, arrow down (W3C WebDriver §17.4.2).
+    browser.type_into(".heat", "\u{E011}\u{E014}\u{E015}")?;
+    field(&browser, "cursor", "Pixel 10 (row 2, column 2): 20.00 °C")?;
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn faults_gaps_and_silence_are_said() -> Outcome {
+    if left_out("faults_gaps_and_silence_are_said") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    let good = frame(&pixels(80, 9, 120), 402);
+    server.post(&batch("s1", 0, std::slice::from_ref(&good)))?;
+    field(&browser, "state", "live")?;
+    let mut counted = batch("s1", 4, &[json!({ "missing": "bus-timeout" })]);
+    counted["sensors"][0]["account"] = json!({ "read": 6, "missing": 1, "dropped": { "spool-full": 3 }, "spooled": 2, "errors": { "bus-timeout": 7 } });
+    server.post(&counted)?;
+    field(&browser, "state", "no frame")?;
+    field(&browser, "veil", "No frame: bus-timeout")?;
+    for said in [
+        "3 frames have not come. Latest gap: #1 to #3.",
+        "1 frame could not be read",
+        "Bus errors: bus-timeout 7.",
+        "Dropped by the agent: spool-full 3.",
+        "2 frames wait in the agent's spool.",
+    ] {
+        field(&browser, "troubles", said)?;
+    }
+    keep_picture(&browser, "missing")?;
+    // The frame before is still drawn, and still the old one.
+    assert_eq!(colour(&browser, 9)?, HOTTEST);
+    server.post(&batch("s1", 5, std::slice::from_ref(&good)))?;
+    field(&browser, "state", "live")?;
+    // Then nothing: after 3 s it is not called live any more.
+    field(&browser, "state", "stale")?;
+    field(&browser, "veil", "Stale: last frame")?;
+    keep_picture(&browser, "stale")?;
+    let age = browser.text(".sensor [data-field=age]")?;
+    browser.wait_for_text(".sensor [data-field=age]", |later| later != age)?;
+    // A backlog is counted and does not make it live.
+    server.post(&batch("s1", 1, &[frame(&pixels(120, 0, 80), 402)]))?;
+    field(&browser, "troubles", "2 frames have not come.")?;
+    field(&browser, "state", "stale")?;
+    assert_eq!(colour(&browser, 9)?, HOTTEST);
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn recordings_are_started_and_stopped_by_hand() -> Outcome {
+    if left_out("recordings_are_started_and_stopped_by_hand") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    browser.wait_for_text("#none", |text| text.contains("Nothing recorded yet"))?;
+    browser.click("#start button")?;
+    browser.wait_for_text("#trouble", |text| {
+        text.starts_with("a recording needs a name")
+    })?;
+    // Enter, as most people would.
+    browser.type_into("#name", "kitchen <b>\u{E007}")?;
+    browser.wait_for_text("#trouble", |text| text.contains("may not contain '<'"))?;
+    browser.execute("document.querySelector('#name').value = ''")?;
+    browser.type_into("#name", "kitchen, evening")?;
+    browser.click("#start button")?;
+    browser.wait_for_text("#list", |text| {
+        text.contains("kitchen, evening") && text.contains("recording for")
+    })?;
+    assert_eq!(browser.text("#trouble")?, "");
+    let running = server.get("/v1/recordings")?["recordings"][0].clone();
+    assert_eq!(
+        (&running["name"], &running["running"]),
+        (&json!("kitchen, evening"), &json!(true))
+    );
+
+    let three = vec![frame(&pixels(80, 9, 120), 402); 3];
+    server.post(&batch("s1", 0, &three))?;
+    browser.wait_for_text("#list", |text| text.contains("3 frames"))?;
+    browser.type_into("#name", "kitchen, evening\u{E007}")?;
+    browser.wait_for_text("#trouble", |text| {
+        text.contains("is running") && text.contains("choose another name")
+    })?;
+
+    browser.click("#list button")?;
+    browser.wait_for_text("#list a", |text| text == "CSV")?;
+    let stopped = server.get("/v1/recordings")?["recordings"][0].clone();
+    assert_eq!(
+        (&stopped["running"], &stopped["frames"]),
+        (&json!(false), &json!(3))
+    );
+    let link = browser.execute("return document.querySelector('#list a').href")?;
+    let csv = ureq::get(link.as_str().unwrap_or_default())
+        .call()?
+        .body_mut()
+        .read_to_string()?;
+    assert_eq!(csv.lines().count(), 4, "{csv}");
+    // Refusals are answers with a status of 4xx, which the browser notes by itself.
+    assert_quiet(
+        &browser,
+        "Failed to load resource: the server responded with a status of 4",
+    )
+}
+
+#[test]
+fn the_page_comes_back_by_itself_when_the_collector_does() -> Outcome {
+    if left_out("the_page_comes_back_by_itself_when_the_collector_does") {
+        return Ok(());
+    }
+    let (mut server, browser, folder) = set_up()?;
+    server.post(&batch("s1", 0, &[frame(&pixels(80, 9, 120), 402)]))?;
+    wait_for_colour(&browser, 9, HOTTEST)?;
+    browser.execute("window.loadedOnce = true")?;
+    server.end()?;
+    browser.wait_for_text("#link", |text| text == "connection lost, trying again")?;
+    field(&browser, "state", "stale")?;
+    server.begin(&folder.path().join("frames.sqlite"))?;
+    browser.wait_for_text("#link", |text| text == "connected")?;
+    // What it has from the store is old, and still said to be.
+    field(&browser, "state", "stale")?;
+    server.post(&batch("s1", 1, &[frame(&pixels(80, 54, 120), 402)]))?;
+    wait_for_colour(&browser, 54, HOTTEST)?;
+    field(&browser, "state", "live")?;
+    assert_eq!(
+        browser.execute("return window.loadedOnce")?,
+        json!(true),
+        "the page was not loaded anew"
+    );
+    assert_quiet(&browser, "ERR_CONNECTION_REFUSED")
+}
+
+#[test]
+fn the_policy_forbids_what_the_page_does_not_need() -> Outcome {
+    if left_out("the_policy_forbids_what_the_page_does_not_need") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    let page = ureq::get(server.url("/")).call()?;
+    let policy = page.headers()["content-security-policy"]
+        .to_str()?
+        .to_owned();
+    assert!(
+        policy.starts_with("default-src 'none'; script-src 'self'; style-src 'self';"),
+        "{policy}"
+    );
+    // An injected script does not run.
+    browser.execute(
+        "const script = document.createElement('script');
+         script.textContent = 'window.injected = true';
+         document.body.append(script);",
+    )?;
+    assert_eq!(
+        browser.execute("return window.injected ?? null")?,
+        Value::Null
+    );
+    let said = browser.console()?.join("\n");
+    assert!(said.contains("Content Security Policy"), "{said}");
+    Ok(())
+}
+
+#[test]
+fn it_fits_a_telephone_and_a_wall() -> Outcome {
+    if left_out("it_fits_a_telephone_and_a_wall") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    for name in ["hall, morning", "kitchen, evening"] {
+        ureq::post(server.url("/v1/recordings")).send_json(json!({ "name": name }))?;
+    }
+    ureq::post(server.url("/v1/recordings/1/stop")).send_empty()?;
+    let sizes = [
+        ("desktop-dark", 1280, 1.0, "dark"),
+        ("desktop-light", 1280, 1.0, "light"),
+        ("phone", 360, 3.0, "dark"),
+    ];
+    for (seq, (name, width, scale, scheme)) in (0..).zip(sizes) {
+        browser.set_screen(Screen {
+            width,
+            height: 860,
+            scale,
+            mobile: width < 500,
+        })?;
+        browser.prefer_scheme(scheme)?;
+        for sensor in ["i2c-1:0x68", "i2c-1:0x69"] {
+            server.post(&batch(sensor, seq, &[frame(&person(), 402)]))?;
+        }
+        field(&browser, "seq", &format!("#{seq}"))?;
+        browser.point_at(".heat", (20, -20))?;
+        let wide = browser.execute("return document.documentElement.scrollWidth - innerWidth")?;
+        assert!(
+            wide.as_i64().unwrap_or(1) <= 0,
+            "{name}: {wide} pixels too wide"
+        );
+        let scale = browser.execute(
+            "return document.querySelector('.scale').offsetHeight - document.querySelector('.frame').offsetHeight",
+        )?;
+        assert_eq!(
+            scale,
+            json!(0),
+            "{name}: the scale is as tall as the picture"
+        );
+        let cells = browser.execute("return document.querySelector('.heat').width % 8")?;
+        assert_eq!(cells, json!(0), "{name}: cells of whole pixels");
+        let small = browser.execute(
+            "return [...document.querySelectorAll('button, input')].filter((it) => it.offsetHeight > 0 && it.offsetHeight < 40).length",
+        )?;
+        assert_eq!(small, json!(0), "{name}: what is touched is large enough");
+        keep_picture(&browser, name)?;
+    }
+    assert_quiet(&browser, "")
+}
+
+/// A warm shape before a wall, in raw words.
+fn person() -> Vec<u16> {
+    let shape = [
+        "00000000", "00022000", "00277200", "00279300", "00389400", "00288300", "00267200",
+        "00156100",
+    ];
+    let cells = shape.iter().flat_map(|row| row.bytes());
+    cells
+        .enumerate()
+        .map(|(index, digit)| {
+            84 + u16::from(digit - b'0') * 4 + u16::try_from(index % 3).unwrap_or(0)
+        })
+        .collect()
+}
