@@ -22,7 +22,7 @@
 
 use crate::clock::signed_ns;
 use crate::phase::{Ns, OutOfStep, Period, Phase, Window};
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
+use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -33,8 +33,11 @@ use std::time::Duration;
 pub const FROZEN_FRAMES: u32 = 100;
 /// Attempts at one frame after a fault, beside the first.
 pub const RETRIES_PER_FRAME: u32 = 3;
-/// Faults in a row, without a good frame between them, after which the sensor is set up again.
+/// Faults in a row, without a good frame between them, after which a sensor that answers is set up again, and one that
+/// does not is asked less often.
 pub const FAULTS_BEFORE_SET_UP: u32 = 8;
+/// The longest pause between two attempts at a sensor that does not answer.
+pub const RETRY_PAUSE_MAX: Duration = Duration::from_secs(1);
 /// Frame periods after a set-up within which a frame must have come; registers that are still zero then are a fault.
 pub const FIRST_FRAME_PERIODS: u32 = 10;
 /// How often the settings are read back. A sensor that lost its supply for a moment comes back with others.
@@ -42,7 +45,7 @@ pub const SETTINGS_EVERY: Duration = Duration::from_secs(5);
 /// The pause before the second attempt to set the sensor up; it doubles up to [`SET_UP_PAUSE_MAX`].
 pub const SET_UP_PAUSE: Duration = Duration::from_millis(200);
 /// The longest pause between two attempts to set the sensor up.
-pub const SET_UP_PAUSE_MAX: Duration = Duration::from_secs(5);
+pub const SET_UP_PAUSE_MAX: Duration = Duration::from_secs(2);
 /// Missing frames that are listed row by row at once: an hour at 10 Hz. Beyond, the gap shows in `seq` alone.
 pub const ROWS_PER_GAP_MAX: u64 = 36_000;
 
@@ -54,7 +57,7 @@ const GUARD: Ns = 500_000;
 const PROBE_LEAD: Ns = 1_000_000;
 /// Frames after which the lower bound is proved again.
 const PROBE_EVERY: u32 = 16;
-/// Frames in a row whose content changed, after which an unchanged one is taken for a late one at first.
+/// Frames in a row whose content changed, after an equal one, until an unchanged one is taken for a late one at first.
 const LIVELY_FRAMES: u32 = 16;
 /// Reads over which the host's lateness is averaged.
 const LATENESS_READS: Ns = 8;
@@ -136,6 +139,8 @@ pub struct Sampler {
     /// How late the host wakes up, on average.
     lateness: Ns,
 
+    /// The thermistor as last read.
+    thermistor: Option<ThermistorWord>,
     recorded: Option<[PixelWord; PIXELS]>,
     repeats: u32,
     changes_in_a_row: u32,
@@ -205,9 +210,10 @@ impl Sampler {
             unmoved: None,
             quickest_read: Ns::MAX,
             lateness: 0,
+            thermistor: None,
             recorded: None,
             repeats: 0,
-            changes_in_a_row: 0,
+            changes_in_a_row: LIVELY_FRAMES,
             frames_unproved: 0,
             late_reads: 0,
             retries: 0,
@@ -307,7 +313,8 @@ impl Sampler {
         };
         let late = (before - self.next_at).clamp(0, self.nominal / 2);
         self.lateness += (late - self.lateness) / LATENESS_READS;
-        match (self.state, implausible(&frame)) {
+        let thermistor_before = self.thermistor.replace(frame.thermistor);
+        match (self.state, implausible(&frame, thermistor_before)) {
             (State::Settle(since), Some(NoData::AllZero)) => self.still_zero(since, &read),
             (_, Some(reason)) => self.failed(after, reason),
             (State::Settle(since), None) => self.settle(since, &read),
@@ -348,9 +355,15 @@ impl Sampler {
     fn settle(&mut self, since: Ns, read: &Read) {
         let longest = Period::nominal(self.nominal).max;
         let has_settled = read.before >= since + 2 * longest;
+        // Zeros that last longer are those of a dead link, and say nothing of an update.
+        let is_starting = read.before < since + 4 * longest;
         let update_after = match &self.last {
-            Some(seen) if is_zero(&seen.pixels) => Some(seen.before),
-            Some(seen) if has_settled && seen.pixels != read.frame.pixels => Some(seen.before),
+            Some(seen) if is_zero(&seen.pixels) && is_starting => Some(seen.before),
+            Some(seen)
+                if has_settled && !is_zero(&seen.pixels) && seen.pixels != read.frame.pixels =>
+            {
+                Some(seen.before)
+            }
             _ => has_settled.then(|| read.before - longest),
         };
         if let Some(after) = update_after {
@@ -376,11 +389,10 @@ impl Sampler {
             while phase.window(seq).middle() + half <= window.middle() {
                 seq += 1;
             }
-            self.miss_until(seq, read.after);
+            self.miss_until(seq, read.before);
         }
         self.phase = Some(Phase::new(self.nominal, self.next_seq, window));
         self.state = State::Follow;
-        self.changes_in_a_row = 0;
         self.record(self.next_seq, read);
     }
 
@@ -428,7 +440,7 @@ impl Sampler {
         } else if low == high {
             self.accept(low, read, update);
         } else {
-            self.next_at = phase.window(high).until + GUARD;
+            self.next_at = read.after.max(phase.window(high).until + GUARD);
             self.pending = Some(Pending {
                 read: *read,
                 seen_before: seen.before,
@@ -478,11 +490,12 @@ impl Sampler {
         }
         if read.before < passed {
             let left = passed - read.after;
-            self.next_at = if left > NARROW {
-                (read.after + left / 2 - self.lateness).max(read.after)
+            let at = if left > NARROW {
+                read.after + left / 2 - self.lateness
             } else {
                 passed + GUARD
             };
+            self.next_at = at.max(read.after);
         } else if self.is_lively() && self.late_reads < LATE_READS {
             self.late_reads += 1;
             self.unmoved.get_or_insert(*read);
@@ -495,7 +508,7 @@ impl Sampler {
     /// An equal frame: its update has passed and nothing changed.
     fn repeat(&mut self, read: &Read) {
         let seq = self.surely_passed(read.before);
-        self.miss_until(seq, read.after);
+        self.miss_until(seq, read.before);
         self.changes_in_a_row = 0;
         let advanced = self.phase.as_mut().map(|phase| phase.advance(seq, None));
         if let Some(Err(OutOfStep)) = advanced {
@@ -514,7 +527,7 @@ impl Sampler {
         if advanced.is_err() {
             return self.restart(seq, read, update);
         }
-        self.miss_until(seq, read.after);
+        self.miss_until(seq, read.before);
         self.changes_in_a_row += 1;
         self.record(seq, read);
     }
@@ -523,7 +536,7 @@ impl Sampler {
     fn restart(&mut self, seq: u64, read: &Read, update: Window) {
         self.events.push_back(Event::Fault(OUT_OF_STEP));
         self.settings_due = Some(read.after);
-        self.miss_until(seq, read.after);
+        self.miss_until(seq, read.before);
         self.phase = Some(Phase::new(self.nominal, seq, update));
         self.record(seq, read);
     }
@@ -605,20 +618,30 @@ impl Sampler {
         }
         self.fault(now, reason);
         self.faults_in_a_row += 1;
-        self.retries += 1;
-        if self.faults_in_a_row >= FAULTS_BEFORE_SET_UP {
+        let does_answer = matches!(reason, NoData::AllZero | NoData::StuckHigh);
+        if does_answer && self.faults_in_a_row >= FAULTS_BEFORE_SET_UP {
             return self.set_up_again(now);
         }
-        let soon = now + self.nominal / 8;
-        self.next_at = match &self.phase {
+        self.next_at = now + self.retry_pause(now);
+        self.settings_due = Some(self.next_at);
+    }
+
+    /// An eighth of a period a few times within one frame, then from the next frame on, then ever longer.
+    fn retry_pause(&mut self, now: Ns) -> Ns {
+        let soon = self.nominal / 8;
+        if self.faults_in_a_row > FAULTS_BEFORE_SET_UP {
+            let doublings = (self.faults_in_a_row - FAULTS_BEFORE_SET_UP).min(16);
+            return (soon << doublings).min(signed_ns(RETRY_PAUSE_MAX).max(self.nominal));
+        }
+        self.retries += 1;
+        match &self.phase {
             Some(phase) if self.retries > RETRIES_PER_FRAME => {
                 self.retries = 0;
-                soon.max(phase.window(self.next_seq + 1).until + GUARD)
-                    .min(now + 2 * self.nominal)
+                let next_frame = phase.window(self.next_seq + 1).until + GUARD - now;
+                next_frame.clamp(soon, 2 * self.nominal)
             }
             _ => soon,
-        };
-        self.settings_due = Some(self.next_at);
+        }
     }
 
     fn fault(&mut self, now: Ns, reason: NoData) {
@@ -704,15 +727,27 @@ impl Sampler {
     }
 }
 
-/// What a dead or stuck link makes of a frame.
-fn implausible(frame: &RawFrame) -> Option<NoData> {
-    if is_zero(&frame.pixels) {
+/// What a dead or stuck link makes of a frame. The thermistor is read after the pixels: if it alone is suddenly all
+/// zeros or all ones, the link died in between. If it stays so, it is the thermistor that failed, and the pixels count.
+fn implausible(frame: &RawFrame, before: Option<ThermistorWord>) -> Option<NoData> {
+    const ZEROS: u16 = 0;
+    const ONES: u16 = u16::MAX;
+    let all_pixels = |bits| frame.pixels.iter().all(|word| *word == PixelWord(bits));
+    let thermistor_died =
+        |bits| frame.thermistor == ThermistorWord(bits) && before.is_some_and(is_far_from_zero);
+    if all_pixels(ZEROS) || thermistor_died(ZEROS) {
         Some(NoData::AllZero)
-    } else if frame.pixels.iter().all(|word| *word == PixelWord(u16::MAX)) {
+    } else if all_pixels(ONES) || thermistor_died(ONES) {
         Some(NoData::StuckHigh)
     } else {
         None
     }
+}
+
+/// Whether a thermistor that measured this cannot measure 0 °C in the next frame.
+fn is_far_from_zero(thermistor: ThermistorWord) -> bool {
+    amg8833::word::thermistor_celsius(thermistor).get().abs() > 1.0
+        && thermistor != ThermistorWord(u16::MAX)
 }
 
 fn is_zero(pixels: &[PixelWord; PIXELS]) -> bool {

@@ -1,0 +1,107 @@
+//! The texts of `grideye-agent check`.
+
+use crate::support::*;
+use amg8833::{Address as Target, FrameRate};
+use amg8833_emulator::{Address, Fault};
+use grideye_agent::bus::LinuxBus;
+use grideye_agent::check::{Report, check};
+use grideye_agent::clock::Clock;
+use grideye_agent::config::SensorConfig;
+use std::sync::Arc;
+
+const CONFIG: SensorConfig = SensorConfig::at(Target::High);
+
+fn report(fault: Option<Fault>, config: &SensorConfig, source: Counter) -> Report {
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, source, -43_000);
+    if let Some(fault) = fault {
+        bus.with(|bus| bus.set_fault(Address::High, fault));
+    }
+    let clock: Arc<dyn Clock> = host;
+    check(bus, SENSOR, config, &clock)
+}
+
+#[test]
+fn a_sensor_that_works_shows_a_frame_and_its_own_rate() {
+    let report = report(None, &CONFIG, Counter::at_10_hz());
+    assert!(report.ok);
+    insta(&report.to_string(), include_str!("check-ok.txt"));
+    // 4.3 % slow: 9.57 Hz.
+    let measured = report.measured.clone().unwrap();
+    assert!(
+        (measured.rate_hz - 9.57).abs() <= measured.rate_error_hz && measured.rate_error_hz < 0.05,
+        "{measured:?}"
+    );
+    assert_eq!(measured.pixels_c[0], 20.0 + 19.0 * 0.25);
+}
+
+#[test]
+fn a_sensor_at_1_hz_is_checked_in_a_few_seconds() {
+    let config = SensorConfig {
+        rate: FrameRate::One,
+        ..CONFIG
+    };
+    let measured = report(None, &config, Counter::at_1_hz()).measured.unwrap();
+    assert_eq!((measured.frames, measured.nominal_hz), (4, 1));
+    assert!(
+        (measured.rate_hz - 0.957).abs() <= measured.rate_error_hz,
+        "{measured:?}"
+    );
+}
+
+#[test]
+fn each_fault_says_what_to_do_about_it() {
+    let cases = [
+        (
+            Fault::NackAddress,
+            "i2c-1:0x69: failed\nerror: the sensor at 0x69 does not answer: nack (NoAcknowledge",
+            "hint: nobody answers at this address: most boards are 0x69, with AD_SELECT at GND 0x68",
+        ),
+        (
+            Fault::Hang,
+            "i2c-1:0x69: failed\nerror: the sensor at 0x69 does not answer: bus-timeout (Timeout)",
+            "hint: SDA or SCL is held low",
+        ),
+        (
+            Fault::BusError,
+            "i2c-1:0x69: failed\nerror: the sensor at 0x69 does not answer: bus-error (Bus)",
+            "hint: the transfer broke down",
+        ),
+        (
+            Fault::Unplugged,
+            "i2c-1:0x69: failed\nerror: the sensor at 0x69 does not answer: unplugged (Gone)",
+            "hint: the bus adapter is gone",
+        ),
+        (
+            Fault::AllZero,
+            "i2c-1:0x69: failed\n",
+            "hint: every pixel reads zero",
+        ),
+        (Fault::StuckHigh, "i2c-1:0x69: failed\n", "hint: "),
+    ];
+    for (fault, begin, hint) in cases {
+        let report = report(Some(fault), &CONFIG, Counter::at_10_hz());
+        let text = report.to_string();
+        assert!(
+            !report.ok && text.starts_with(begin) && text.contains(hint),
+            "{fault:?}: {text}"
+        );
+    }
+}
+
+#[test]
+fn a_bus_that_is_not_there_says_how_to_enable_it() {
+    let clock: Arc<dyn Clock> = Host::late_by(&[]);
+    let report = check(
+        LinuxBus::new("/nonexistent/i2c-1", [0x69]),
+        SENSOR,
+        &CONFIG,
+        &clock,
+    );
+    insta(&report.to_string(), include_str!("check-no-bus.txt"));
+}
+
+/// Compares with a file kept beside this one; the message shows the new text, to be put there if it is right.
+fn insta(found: &str, expected: &str) {
+    assert_eq!(found, expected, "found:\n{found}");
+}

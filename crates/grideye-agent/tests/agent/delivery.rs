@@ -1,0 +1,203 @@
+//! What the agent has read reaches the collector once, whatever becomes of posts and answers, and the account adds up.
+
+use crate::support::*;
+use amg8833::Address as Target;
+use grideye_agent::agent::{AgentHandle, Summary};
+use grideye_agent::config::SensorConfig;
+use grideye_agent::log::{Level, Log};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+const SENSORS: [SensorConfig; 1] = [SensorConfig::at(Target::High)];
+const FRAMES: u64 = 450;
+
+fn read_all(collector: &Collector, ring_frames: usize, log: Log) -> (Arc<Host>, AgentHandle) {
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), -43_000);
+    let config = grideye_agent::config::Config {
+        ring_frames,
+        ..config(&collector.url)
+    };
+    let agent = start_with(config, &host, &bus, &SENSORS, Some(FRAMES), log);
+    (host, agent)
+}
+
+/// The agent's account adds up with what it says is stored, and with what the collector has.
+fn assert_balanced(summary: &Summary, collector: &Collector) {
+    let sensor = &summary.sensors[SENSOR];
+    let dropped: u64 = sensor.account.dropped.values().sum();
+    assert_eq!(
+        sensor.account.read,
+        sensor.acknowledged + dropped + sensor.account.spooled,
+        "{summary}"
+    );
+    let stored = u64::try_from(collector.records(SENSOR).len()).unwrap();
+    assert!(stored >= sensor.acknowledged, "{stored} {summary}");
+    for batch in &collector.store.lock().unwrap().batches {
+        let account = batch.sensors[0].account.clone().unwrap();
+        let held = u64::try_from(batch.sensors[0].frames.len()).unwrap();
+        assert!(account.spooled >= held && account.read >= account.spooled);
+    }
+}
+
+/// Reads everything, under a collector that behaves like this first and well afterwards.
+fn deliver_through(script: &[Conduct]) -> (Collector, Summary) {
+    let collector = Collector::start([script, &[Conduct::Store]].concat());
+    let (_host, agent) = read_all(&collector, 10_000, Log::silent());
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    let summary = agent.stop(Duration::from_secs(30));
+    assert_balanced(&summary, &collector);
+    (collector, summary)
+}
+
+#[test]
+fn lost_answers_failures_and_babble_cost_nothing_and_double_nothing() {
+    use Conduct::{Babble, HangUp, Status, Store, StoreAndHangUp};
+    let script = [
+        Store,
+        StoreAndHangUp,
+        Status(500),
+        HangUp,
+        Babble,
+        StoreAndHangUp,
+        Status(404),
+        Status(302),
+    ];
+    let (collector, summary) = deliver_through(&script);
+    assert!(summary.is_complete(), "{summary}");
+    let records = collector.records(SENSOR);
+    assert_exact(&records, |n| n);
+    assert_eq!((records.len(), missing(&records)), (450, vec![]));
+    // The last account that the collector has is the final one.
+    let store = collector.store.lock().unwrap();
+    let last = store.batches.last().unwrap().sensors[0]
+        .account
+        .clone()
+        .unwrap();
+    assert_eq!((last.read, last.spooled), (FRAMES, 0));
+}
+
+#[test]
+fn a_record_that_is_refused_for_ever_is_set_aside_and_the_rest_goes_on() {
+    let collector = Collector::start(vec![Conduct::RefuseSeq(123)]);
+    let (_host, agent) = read_all(&collector, 10_000, Log::silent());
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    let summary = agent.stop(Duration::from_secs(30));
+    assert_balanced(&summary, &collector);
+    let account = &summary.sensors[SENSOR].account;
+    assert_eq!(account.dropped.get("refused-422"), Some(&1), "{account:?}");
+    let stored: Vec<u64> = collector
+        .records(SENSOR)
+        .iter()
+        .map(|record| record.seq)
+        .collect();
+    assert_eq!(
+        stored,
+        (0..FRAMES).filter(|seq| *seq != 123).collect::<Vec<_>>()
+    );
+    assert!(!summary.is_complete());
+    assert!(
+        summary
+            .to_string()
+            .ends_with("450 read = 449 stored + 1 dropped + 0 in memory; 0 missing"),
+        "{summary}"
+    );
+}
+
+#[test]
+fn a_silent_collector_is_given_up_after_the_timeout_and_tried_again() {
+    let (collector, summary) = deliver_through(&[Conduct::Silence(2_500)]);
+    assert!(summary.is_complete(), "{summary}");
+    let arrivals = collector.store.lock().unwrap().arrivals.clone();
+    assert!(arrivals.len() >= 2);
+}
+
+#[test]
+fn a_collector_that_asks_for_a_pause_gets_it() {
+    let collector = Collector::start(vec![Conduct::RetryAfter(2), Conduct::Store]);
+    let (_host, agent) = read_all(&collector, 10_000, Log::silent());
+    let until = Instant::now() + Duration::from_secs(20);
+    while collector.records(SENSOR).is_empty() && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let arrivals = collector.store.lock().unwrap().arrivals.clone();
+    assert!(arrivals[1] - arrivals[0] >= Duration::from_secs(2));
+    assert!(agent.stop(Duration::from_secs(30)).is_complete());
+}
+
+#[test]
+fn a_full_ring_keeps_the_newest_frames_and_counts_the_others() {
+    let collector = Collector::start(vec![Conduct::HangUp]);
+    let lines = Arc::new(Mutex::new(Vec::new()));
+    let sink = Arc::clone(&lines);
+    let log = Log::new(move |level, line| sink.lock().unwrap().push((level, line.to_owned())));
+    let (_host, agent) = read_all(&collector, 100, log);
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    let summary = agent.stop(Duration::from_millis(300));
+    let account = &summary.sensors[SENSOR].account;
+    assert_eq!((account.read, account.spooled), (FRAMES, 100));
+    assert_eq!(account.dropped.get("ring-full"), Some(&350));
+    assert_balanced(&summary, &collector);
+    let lines = lines.lock().unwrap();
+    assert!(
+        lines
+            .iter()
+            .any(|(level, line)| *level == Level::Error && line.contains("the ring is full")),
+        "{lines:?}"
+    );
+    assert!(
+        lines
+            .iter()
+            .any(|(level, line)| *level == Level::Warning && line.contains("delivery failed")),
+        "{lines:?}"
+    );
+}
+
+#[test]
+fn batches_are_bounded_a_backlog_is_sent_without_pauses_and_the_connection_is_kept() {
+    let collector = Collector::storing();
+    let (_host, agent) = read_all(&collector, 10_000, Log::silent());
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    assert!(agent.stop(Duration::from_secs(30)).is_complete());
+    let store = collector.store.lock().unwrap();
+    assert!(
+        store
+            .batches
+            .iter()
+            .all(|batch| batch.sensors[0].frames.len() <= grideye_agent::upload::BATCH_RECORDS_MAX)
+    );
+    assert!(
+        store
+            .batches
+            .iter()
+            .all(|batch| batch.t_sent_boot_ns.is_some() && batch.device == "pi-1")
+    );
+    assert_eq!(
+        collector
+            .connections
+            .load(std::sync::atomic::Ordering::SeqCst),
+        1
+    );
+}
+
+#[test]
+fn no_collector_at_all_ends_in_time_with_everything_still_counted() {
+    let collector = Collector::storing();
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
+    // Port 9 of the loopback address: nobody listens there.
+    let agent = start_with(
+        config("http://127.0.0.1:9"),
+        &host,
+        &bus,
+        &SENSORS,
+        Some(50),
+        Log::silent(),
+    );
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    let stopping = Instant::now();
+    let summary = agent.stop(Duration::from_millis(500));
+    assert!(stopping.elapsed() < Duration::from_secs(3));
+    assert_eq!(summary.sensors[SENSOR].account.spooled, 50);
+    assert_balanced(&summary, &collector);
+}
