@@ -52,3 +52,41 @@ macro_rules! boxed_sources {
 
 #[cfg(feature = "alloc")]
 boxed_sources!(dyn FrameSource, dyn FrameSource + Send);
+
+#[cfg(all(test, feature = "alloc"))]
+mod tests {
+    use super::*;
+    use crate::{Address, Bus, Clock, ManualClock};
+    use alloc::{boxed::Box, rc::Rc, sync::Arc};
+    use embedded_hal::i2c::I2c;
+    use grideye_frame::Celsius;
+
+    struct Started(Duration);
+
+    impl FrameSource for Started {
+        fn frame_at(&mut self, t: Duration) -> Frame {
+            Frame::uniform(Celsius::new(if t == self.0 { 20.0 } else { 0.0 }))
+        }
+
+        fn measuring_from(&mut self, t: Duration) {
+            self.0 = t;
+        }
+    }
+
+    #[test]
+    fn boxed_sources_and_counted_clocks_pass_everything_on() {
+        let clock = Arc::new(ManualClock::new());
+        let boxed: Box<dyn FrameSource + Send> = Box::new(Started(Duration::ZERO));
+        let mut bus = Bus::with_sensor(Arc::clone(&clock), Address::High, boxed);
+        clock.advance(Duration::from_millis(100));
+        let mut pixel = [0; 1];
+        assert_eq!(bus.write_read(0x69, &[0x80], &mut pixel), Ok(()));
+        assert_eq!(pixel, [80]);
+
+        let counted: Rc<dyn Clock> = Rc::new(ManualClock::new());
+        counted.pass(Duration::from_millis(1));
+        assert_eq!(counted.now(), Duration::from_millis(1));
+        clock.pass(Duration::from_millis(1));
+        assert_eq!(clock.now(), Duration::from_millis(101));
+    }
+}

@@ -125,13 +125,22 @@ fn a_brown_out_silently_restores_the_defaults() {
     rig.write(&ONE_FPS);
     rig.set(1_050);
     assert_eq!(rig.word(), 6);
+    rig.write(&[0x80]);
     rig.bus.set_fault(Address::High, Fault::BrownOut);
     assert_eq!(rig.device().fault(), None, "it is over at once");
+    rig.pass(100);
+    let mut bytes = [0xA5; 3];
+    rig.bus.read(HIGH, &mut bytes).unwrap();
+    assert_eq!(bytes, [0, 0, 0], "the pointer too is back at 0x00");
+    rig.write(&[0x80]);
+    rig.bus.read(HIGH, &mut bytes[..1]).unwrap();
+    assert_eq!(bytes, [11, 0, 0], "where the pixels are not");
+    rig.bus.set_fault(Address::High, Fault::BrownOut);
     assert_eq!(rig.image(), vec![0; 256]);
-    rig.set(1_149);
+    rig.set(1_249);
     assert_eq!(rig.word(), 0);
-    rig.set(1_150);
-    assert_eq!(rig.word(), 11, "a new phase, at ten frames a second");
+    rig.set(1_250);
+    assert_eq!(rig.word(), 12, "a new phase, at ten frames a second");
 }
 
 #[test]

@@ -58,6 +58,32 @@ fn one_frame_a_second_is_the_mean_of_the_last_ten() {
 }
 
 #[test]
+fn a_change_of_rate_starts_both_averages_anew() {
+    let mut rig = Rig::new(counting);
+    rig.write(&ONE_FPS);
+    rig.set(550);
+    rig.write(&[0x02, 0x00]);
+    rig.write(&ONE_FPS);
+    rig.set(1_499);
+    assert_eq!(rig.word(), 0, "five of the ten were before the change");
+    rig.set(1_500);
+    assert_eq!(rig.word(), 11, "10.5: mean of 6 to 15");
+
+    for pair in AVERAGE_KEY {
+        rig.write(&pair);
+    }
+    rig.write(&[0x02, 0x00]);
+    rig.set(1_600);
+    assert_eq!(
+        rig.word(),
+        16,
+        "not averaged with a frame of the other rate"
+    );
+    rig.set(1_700);
+    assert_eq!(rig.word(), 17, "16.5");
+}
+
+#[test]
 fn means_are_taken_before_the_quantisation() {
     // Seven values that round to 80 steps and three that round to 81: of the words the mean would be 80.
     let source = |t: Duration| {
@@ -349,6 +375,32 @@ fn the_silent_start_by_option() {
 fn time_that_runs_backwards_counts_as_standing_still() {
     let mut device = Device::new(counting, Options::default(), Duration::ZERO);
     device.advance(Duration::from_millis(500));
-    send(&mut device, &NORMAL, 100);
-    assert_eq!(device.frames(), 5);
+    send(&mut device, &INITIAL_RESET, 100);
+    device.advance(Duration::from_millis(600));
+    assert_eq!(device.frames(), 5, "the reset was at 500 ms");
+    device.advance(Duration::from_millis(700));
+    assert_eq!(device.frames(), 6);
+}
+
+#[test]
+fn what_was_measured_before_a_power_cycle_counts() {
+    let mut device = Device::new(counting, Options::default(), Duration::ZERO);
+    device.power_cycle(Duration::from_millis(250));
+    assert_eq!(device.frames(), 2);
+    device.advance(Duration::from_millis(350));
+    assert_eq!(device.frames(), 3);
+}
+
+/// Section 2.3: two frames after an initial reset, whatever the mode does in between.
+#[test]
+fn a_change_of_mode_does_not_shorten_the_warm_up() {
+    let mut rig = Rig::new(counting);
+    rig.set(350);
+    rig.write(&INITIAL_RESET);
+    rig.write(&[0x00, 0x21]);
+    rig.write(&NORMAL);
+    rig.set(499);
+    assert_eq!(rig.word(), 0);
+    rig.set(500);
+    assert_eq!(rig.word(), 5);
 }
