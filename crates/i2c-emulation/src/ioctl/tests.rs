@@ -783,6 +783,10 @@ fn a_block_that_tells_its_length_needs_an_adapter_that_can() {
     pi5.adapter.bus().registers[0x10..0x14].copy_from_slice(&[3, 0xB1, 0xB2, 0xB3]);
     assert_eq!(pi5.smbus(1, 0x10, smbus_size::BLOCK_DATA), Ok(0));
     assert_eq!(pi5.memory.at(DATA, 4), [3, 0xB1, 0xB2, 0xB3]);
+    for right in [1, 32] {
+        pi5.adapter.bus().registers[0x10] = right;
+        assert_eq!(pi5.smbus(1, 0x10, smbus_size::BLOCK_DATA), Ok(0), "{right}");
+    }
     for wrong in [0, 33, 255] {
         pi5.adapter.bus().registers[0x10] = wrong;
         assert_eq!(
