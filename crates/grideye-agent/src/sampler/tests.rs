@@ -249,3 +249,88 @@ proptest! {
         prop_assert_eq!(&outcome.faults, &Vec::<&str>::new());
     }
 }
+
+#[test]
+fn a_gap_of_days_is_listed_in_part_and_skipped_in_seq() {
+    let mut model = Model::new(100 * MS, 3_100_000, |n| n);
+    let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+    let mut is_suspended = false;
+    let outcome = run(
+        &mut model,
+        &mut sampler,
+        30_000 * MS + 2 * 86_400_000 * MS,
+        |model| {
+            if model.now > 20_000 * MS && !is_suspended {
+                is_suspended = true;
+                model.pass(2 * 86_400_000 * MS);
+            }
+        },
+    );
+    let listed = missing(&outcome);
+    assert_eq!(u64::try_from(listed.len()).unwrap(), ROWS_PER_GAP_MAX);
+    assert!(outcome.faults.contains(&GAP_NOT_LISTED));
+    let seqs: Vec<u64> = outcome.records.iter().map(|(seq, _)| *seq).collect();
+    assert!(seqs.windows(2).all(|pair| pair[0] < pair[1]));
+    // Two days are 1,728,000 frames, give or take what the period is not known to.
+    assert!(
+        seqs[seqs.len() - 1].abs_diff(1_728_000) < 3_000,
+        "{}",
+        seqs[seqs.len() - 1]
+    );
+}
+
+#[test]
+fn a_sensor_that_cannot_be_set_up_is_tried_at_growing_intervals_up_to_the_limit() {
+    let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+    let mut pauses = Vec::new();
+    let mut now = Duration::ZERO;
+    for _ in 0..8 {
+        let due = sampler.due().unwrap();
+        assert_eq!(due.task, Task::SetUp);
+        pauses.push(due.at - now);
+        now = due.at;
+        sampler.set_up(
+            Span {
+                before: now,
+                after: now,
+            },
+            Err(NoData::Nack),
+        );
+    }
+    assert_eq!(pauses[1], SET_UP_PAUSE);
+    assert_eq!(pauses[2], 2 * SET_UP_PAUSE);
+    assert_eq!(pauses[7], SET_UP_PAUSE_MAX);
+}
+
+#[test]
+fn a_sensor_whose_registers_stay_zero_is_set_up_again_in_time() {
+    let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+    let mut now = Duration::from_millis(52);
+    sampler.set_up(
+        Span {
+            before: Duration::ZERO,
+            after: now,
+        },
+        Ok(()),
+    );
+    let zero = RawFrame {
+        thermistor: ThermistorWord(400),
+        pixels: [PixelWord(0); PIXELS],
+    };
+    while let Some(Due {
+        at,
+        task: Task::ReadFrame,
+    }) = sampler.due()
+    {
+        let after = at + Duration::from_millis(3);
+        sampler.frame_read(Span { before: at, after }, Ok(zero));
+        now = after;
+    }
+    let limit = Duration::from_millis(52) + FIRST_FRAME_PERIODS * Duration::from_millis(100);
+    assert!(
+        now > limit && now < limit + Duration::from_millis(40),
+        "{now:?}"
+    );
+    assert_eq!(sampler.next_event(), Some(Event::Fault("all-zero")));
+    assert_eq!(sampler.next_event(), None);
+}

@@ -2,8 +2,9 @@
 
 use crate::support::*;
 use amg8833::Address as Target;
-use grideye_agent::agent::{AgentHandle, Summary};
-use grideye_agent::config::SensorConfig;
+use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, Summary};
+use grideye_agent::bus::{OpenBus, OpenError};
+use grideye_agent::config::{BusConfig, SensorConfig};
 use grideye_agent::log::{Level, Log};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -200,4 +201,89 @@ fn no_collector_at_all_ends_in_time_with_everything_still_counted() {
     assert!(stopping.elapsed() < Duration::from_secs(3));
     assert_eq!(summary.sensors[SENSOR].account.spooled, 50);
     assert_balanced(&summary, &collector);
+}
+
+/// A bus whose transfers never end, until the test does.
+struct Hung(std::sync::mpsc::Receiver<()>);
+
+impl embedded_hal::i2c::ErrorType for Hung {
+    type Error = embedded_hal::i2c::ErrorKind;
+}
+
+impl embedded_hal::i2c::I2c for Hung {
+    fn transaction(
+        &mut self,
+        _: u8,
+        _: &mut [embedded_hal::i2c::Operation<'_>],
+    ) -> Result<(), Self::Error> {
+        let _ = self.0.recv();
+        Err(embedded_hal::i2c::ErrorKind::Bus)
+    }
+}
+
+struct HungBus(Option<std::sync::mpsc::Receiver<()>>);
+
+impl OpenBus for HungBus {
+    type Bus = Hung;
+
+    fn open(&mut self) -> Result<Hung, OpenError> {
+        self.0.take().map(Hung).ok_or(OpenError::NoSuchBus {
+            path: "/dev/i2c-3".to_owned(),
+        })
+    }
+}
+
+#[test]
+fn a_bus_that_hangs_keeps_neither_the_other_bus_nor_the_uploads() {
+    let collector = Collector::storing();
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
+    let (release, hung) = std::sync::mpsc::channel();
+    let sensors = SENSORS.to_vec();
+    let bus_config = |path: &str| BusConfig {
+        path: path.into(),
+        sensors: sensors.clone(),
+    };
+    let buses = vec![
+        (bus_config("/dev/i2c-3"), AnyBus::new(HungBus(Some(hung)))),
+        (bus_config("/dev/i2c-1"), AnyBus::new(bus)),
+    ];
+    let start = Start {
+        frames_limit: Some(200),
+        ..Start::new(config(&collector.url), "host")
+    };
+    let agent = Agent::start(start, buses, host, Log::silent()).unwrap();
+    let until = Instant::now() + Duration::from_secs(30);
+    while collector.records(SENSOR).len() < 200 && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(collector.records(SENSOR).len(), 200);
+    assert!(!agent.is_finished());
+    let summary = agent.stop(Duration::from_secs(5));
+    assert_eq!(summary.hung_buses, ["/dev/i2c-3"]);
+    assert!(!summary.is_complete());
+    drop(release);
+}
+
+#[test]
+fn an_agent_with_nothing_to_say_still_shows_that_it_is_there() {
+    let collector = Collector::storing();
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
+    let agent = start(&collector, &host, &bus, &SENSORS, 0);
+    std::thread::sleep(Duration::from_millis(500));
+    let posts = collector.store.lock().unwrap().bodies;
+    assert_eq!(
+        posts,
+        1,
+        "one account at the start, the next after {:?}",
+        grideye_agent::upload::HEARTBEAT_EVERY
+    );
+    assert!(agent.stop(Duration::from_secs(5)).is_complete());
+    let store = collector.store.lock().unwrap();
+    let account = store.batches[0].sensors[0].account.clone().unwrap();
+    assert_eq!(
+        (store.batches[0].sensors[0].frames.len(), account.read),
+        (0, 0)
+    );
 }

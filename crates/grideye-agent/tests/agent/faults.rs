@@ -20,10 +20,10 @@ fn broken(fault: Fault, lasting: Duration) -> (Vec<Record>, Summary) {
     let start = Duration::from_secs(30);
     let bus = Emulated::with_sensor(&host, 100_000, source, -43_000)
         .at(start, move |bus| {
-            assert!(bus.set_fault(Address::High, fault))
+            assert!(bus.set_fault(Address::High, fault));
         })
         .at(start + lasting, |bus| {
-            assert!(bus.clear_fault(Address::High))
+            assert!(bus.clear_fault(Address::High));
         });
     let summary = run(&collector, &host, &bus, &SENSORS, 600);
     (collector.records(SENSOR), summary)
@@ -184,7 +184,7 @@ fn a_sensor_that_does_not_answer_at_the_start_is_waited_for() {
     let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
     bus.with(|bus| bus.set_fault(Address::High, Fault::NackAddress));
     let bus = bus.at(Duration::from_secs(60), |bus| {
-        assert!(bus.clear_fault(Address::High))
+        assert!(bus.clear_fault(Address::High));
     });
     let summary = run(&collector, &host, &bus, &SENSORS, 100);
     let records = collector.records(SENSOR);
@@ -203,10 +203,10 @@ fn a_broken_neighbour_costs_the_other_sensor_nothing() {
         .map(|address| (address, Counter::at_10_hz(), Options::default()));
     let bus = Emulated::new(&host, 400_000, &sensors)
         .at(Duration::from_secs(20), |bus| {
-            assert!(bus.set_fault(Address::Low, Fault::NackAddress))
+            assert!(bus.set_fault(Address::Low, Fault::NackAddress));
         })
         .at(Duration::from_secs(40), |bus| {
-            assert!(bus.clear_fault(Address::Low))
+            assert!(bus.clear_fault(Address::Low));
         });
     run(
         &collector,

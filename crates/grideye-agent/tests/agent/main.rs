@@ -1,8 +1,15 @@
 //! The agent from its public API: emulated sensors on one side, a small collector that misbehaves on the other.
+#![expect(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "in the helpers of tests, which clippy does not take for tests; a panic is how they fail"
+)]
 
 mod acquisition;
 mod check;
 mod delivery;
 mod faults;
 mod files;
+mod program;
 mod support;

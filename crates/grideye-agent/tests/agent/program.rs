@@ -1,0 +1,128 @@
+//! The program itself: exit codes, messages, signals and memory.
+
+use crate::support::*;
+use rustix::process::{Pid, Signal, kill_process};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+fn agent(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_grideye-agent"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn assert_ends(arguments: &[&str], code: i32, said: &str) {
+    let output = agent(arguments);
+    let text = [output.stdout, output.stderr].concat();
+    let text = String::from_utf8(text).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{text}");
+    assert!(text.contains(said), "{text}");
+}
+
+fn configuration(text: &str) -> tempfile::NamedTempFile {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), text).unwrap();
+    file
+}
+
+const NO_BUS: &str = "collector = \"http://127.0.0.1:9\"\n[[bus]]\npath = \"/nonexistent/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
+
+#[test]
+fn bad_usage_and_bad_configuration_end_with_2_and_say_where() {
+    assert_ends(
+        &["run", "--config", "/nonexistent/agent.toml"],
+        2,
+        "hint: copy firmware-config/agent.toml there",
+    );
+    assert_ends(
+        &["check", "--address", "0xd2"],
+        2,
+        "expected 0x68 or 0x69, found 0xd2",
+    );
+    assert_ends(
+        &["check", "--address", "sixty"],
+        2,
+        "expected 0x68 or 0x69, found \"sixty\"",
+    );
+    assert_ends(&["run"], 2, "--config <FILE>");
+    let misspelt = configuration(&NO_BUS.replace("collector", "colector"));
+    let path = misspelt.path().to_str().unwrap();
+    assert_ends(
+        &["run", "--config", path],
+        2,
+        &format!("error: {path}:1:1: unknown field `colector`"),
+    );
+}
+
+#[test]
+fn a_failed_check_ends_with_1_and_is_one_line_of_json_for_programs() {
+    assert_ends(
+        &["check", "--bus", "/nonexistent/i2c-1"],
+        1,
+        "error: /nonexistent/i2c-1: no such bus\nhint: enable I2C",
+    );
+    let output = agent(&["check", "--bus", "/nonexistent/i2c-1", "--json"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text.lines().count(), 1);
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["sensor"], "i2c-1:0x69");
+    assert_eq!(report["ok"], false);
+    assert_eq!(report["error"], "/nonexistent/i2c-1: no such bus");
+    assert!(report["hint"].as_str().unwrap().starts_with("enable I2C"));
+    let config = configuration(NO_BUS);
+    assert_ends(
+        &["check", "--config", config.path().to_str().unwrap()],
+        1,
+        "i2c-1:0x69: failed",
+    );
+}
+
+#[test]
+fn a_running_agent_is_small_and_ends_on_a_signal_with_its_account() {
+    let collector = Collector::storing();
+    let config = configuration(&NO_BUS.replace("http://127.0.0.1:9", &collector.url));
+    for signal in [Signal::TERM, Signal::INT] {
+        let child = Command::new(env!("CARGO_BIN_EXE_grideye-agent"))
+            .args(["run", "--config", config.path().to_str().unwrap()])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let until = Instant::now() + Duration::from_secs(20);
+        let posts = collector.store.lock().unwrap().bodies;
+        while collector.store.lock().unwrap().bodies == posts && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let resident_kb: u64 = status
+            .lines()
+            .find_map(|line| line.strip_prefix("VmHWM:"))
+            .and_then(|rest| rest.trim().trim_end_matches(" kB").parse().ok())
+            .unwrap();
+        assert!(resident_kb < 12 * 1024, "{resident_kb} kB");
+        kill_process(Pid::from_child(&child), signal).unwrap();
+        let output = child.wait_with_output().unwrap();
+        let log = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{log}");
+        assert_eq!(
+            String::from_utf8(output.stdout).unwrap(),
+            "i2c-1:0x69: 0 read = 0 stored + 0 dropped + 0 in memory; 0 missing\n"
+        );
+        assert!(
+            log.contains("error: /nonexistent/i2c-1: no such bus\nhint: enable I2C"),
+            "{log}"
+        );
+    }
+    let store = collector.store.lock().unwrap();
+    let account = store.batches.last().unwrap().sensors[0]
+        .account
+        .clone()
+        .unwrap();
+    assert!(account.errors["unplugged"] >= 1, "{account:?}");
+    // Two runs have two names, so that their sequence numbers are not taken for each other.
+    assert_ne!(
+        store.batches.first().unwrap().boot,
+        store.batches.last().unwrap().boot
+    );
+}
