@@ -441,10 +441,7 @@ fn shuffled(
     pairs: &[(usize, usize)],
     settings: &Settings,
 ) -> Vec<(Measure, Shuffled)> {
-    let thinned: Vec<_> = evenly(pairs.len(), SHUFFLED_PAIRS_MAX)
-        .into_iter()
-        .map(|index| pairs[index])
-        .collect();
+    let thinned = thinned(pairs);
     let orders = shuffle::orders(view.pixels(), settings.shuffles, settings.seed);
     let rounds: Vec<_> = orders
         .iter()
@@ -465,6 +462,13 @@ fn shuffled(
         Some((measure, summary(measure, values)?))
     };
     Measure::ALL.iter().filter_map(of).collect()
+}
+
+fn thinned(pairs: &[(usize, usize)]) -> Vec<(usize, usize)> {
+    evenly(pairs.len(), SHUFFLED_PAIRS_MAX)
+        .into_iter()
+        .map(|index| pairs[index])
+        .collect()
 }
 
 fn summary(measure: Measure, mut values: Vec<f64>) -> Option<Shuffled> {
@@ -542,6 +546,15 @@ mod tests {
             [(0, 0), (0, 1), (1, 0), (1, 1)]
         );
         assert_eq!(pairs(Protocol::Dynamic, 3, 3), [(0, 0), (1, 1), (2, 2)]);
+    }
+
+    #[test]
+    fn many_pairs_are_thinned_to_the_limit() {
+        let hundred = pairs(Protocol::Static, 10, 10);
+        assert_eq!(thinned(&hundred), hundred);
+        let many = thinned(&pairs(Protocol::Static, 70, 70));
+        assert_eq!(many.len(), SHUFFLED_PAIRS_MAX);
+        assert_eq!((many[0], many[SHUFFLED_PAIRS_MAX - 1]), ((0, 0), (69, 69)));
     }
 
     #[test]

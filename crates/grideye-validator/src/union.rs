@@ -175,6 +175,24 @@ mod tests {
         assert!((with_offset.unwrap() - (1.0 - 2.0 / 5.0)).abs() < 1e-12);
     }
 
+    /// The claim is off by 1.5 in the one warm pixel, 4 above ambient; of the square of 2.25, 1.25 is noise.
+    #[test]
+    fn noise_is_taken_out_of_the_predicted_part_alone() {
+        let mut real = [20.0; 16];
+        let mut claim = [20.0; 16];
+        (real[5], claim[5]) = (24.0, 22.5);
+        let (union, _) = union(&real, &claim);
+        let gains = |sigma_c: f64| {
+            union
+                .without_noise(sigma_c)
+                .gains()
+                .map(|(_, gain)| gain.unwrap())
+        };
+        assert!((gains(1.25_f64.sqrt())[0] - (1.0 - 1.0 / 4.0)).abs() < 1e-12);
+        assert!((gains(1.25_f64.sqrt())[1] - (1.0 - 1.0 / 4.0)).abs() < 1e-12);
+        assert_eq!(gains(9.0), [1.0, 1.0]);
+    }
+
     #[test]
     fn nothing_warm_has_no_gain() {
         let (union, _) = union(&[20.0; 16], &[20.0; 16]);
