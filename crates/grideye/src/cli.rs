@@ -2,6 +2,7 @@
 
 use amg8833_emulator::Address;
 use clap::{Args, Parser, Subcommand};
+use i2c_emulation::ioctl::AdapterMode;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -99,6 +100,9 @@ pub(crate) struct Emulate {
     /// Address of the sensor: 0x68 or 0x69.
     #[arg(long, value_name = "ADDR", default_value = "0x69", value_parser = address)]
     pub(crate) address: Address,
+    /// Kind of adapter, which decides errors and limits: pi, pi5, usb, smbus-only, busy, gone or virtio.
+    #[arg(long, value_name = "KIND", default_value = "pi")]
+    pub(crate) adapter: AdapterMode,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,

@@ -175,40 +175,100 @@ pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) {
     println!("{}", scores_line(comparison, experiment));
 }
 
-/// The paper's three scores in one line, each with its blank frame and shuffled pixels, and the paper's own figures.
+/// The paper's three scores in one line, each with its blank frame, shuffled pixels and repeat, and the paper's own.
 pub(crate) fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> String {
     let published = paper::EXPERIMENTS
         .iter()
         .find(|published| Some(published.number) == experiment);
-    let figure = |pick: fn(&paper::Experiment) -> f64, digits: usize, scale: f64| {
-        published.map(|published| format!(", the paper's {:.digits$}", pick(published) * scale))
-    };
-    format!(
-        "C {}{}; MI {} bit{}; IS {} %{}",
-        with_floor(comparison, Measure::Correlation, 2, 1.0),
-        figure(|published| published.correlation, 2, 1.0).unwrap_or_default(),
-        with_floor(comparison, Measure::MutualInformationGrey, 1, 1.0),
-        figure(|published| published.mutual_information, 1, 1.0).unwrap_or_default(),
-        with_floor(comparison, Measure::ImageSimilarity, 0, 100.0),
-        figure(|published| published.image_similarity, 0, 100.0).unwrap_or_default(),
-    )
+    let scores = [
+        Shown {
+            title: "C",
+            measure: Measure::Correlation,
+            digits: 2,
+            scale: 1.0,
+            unit: "",
+        },
+        Shown {
+            title: "MI",
+            measure: Measure::MutualInformationGrey,
+            digits: 1,
+            scale: 1.0,
+            unit: " bit",
+        },
+        Shown {
+            title: "IS",
+            measure: Measure::ImageSimilarity,
+            digits: 0,
+            scale: 100.0,
+            unit: " %",
+        },
+    ];
+    let pieces: Vec<String> = scores
+        .iter()
+        .map(|shown| {
+            shown.text(
+                comparison,
+                published.and_then(|published| paper_value(published, shown.measure)),
+            )
+        })
+        .collect();
+    pieces.join("; ")
 }
 
-/// `0.97 (blank frame -, shuffled 0.01, repeat 0.98)`.
-fn with_floor(comparison: &Comparison, measure: Measure, digits: usize, scale: f64) -> String {
-    let score = comparison.score(measure);
-    let number = |value: Option<f64>| {
-        value.map_or("-".to_owned(), |value| {
-            format!("{:.digits$}", value * scale)
-        })
-    };
-    format!(
-        "{} (blank frame {}, shuffled {}, repeat {})",
-        number(score.value),
-        number(score.blank),
-        number(score.shuffled.map(|shuffled| shuffled.mean)),
-        number(score.ceiling)
-    )
+fn paper_value(published: &paper::Experiment, measure: Measure) -> Option<f64> {
+    match measure {
+        Measure::Correlation => Some(published.correlation),
+        Measure::MutualInformationGrey => Some(published.mutual_information),
+        Measure::ImageSimilarity => Some(published.image_similarity),
+        _ => None,
+    }
+}
+
+/// How a score is printed.
+struct Shown {
+    title: &'static str,
+    measure: Measure,
+    digits: usize,
+    scale: f64,
+    unit: &'static str,
+}
+
+impl Shown {
+    /// `C 0.97 (shuffled 0.01, repeat 0.98; the paper's 0.79)`.
+    fn text(&self, comparison: &Comparison, published: Option<f64>) -> String {
+        let score = comparison.score(self.measure);
+        let value = score
+            .value
+            .map_or_else(|| "none".to_owned(), |value| self.number(value));
+        let beside: Vec<String> = [
+            ("blank frame", score.blank),
+            ("shuffled", score.shuffled.map(|shuffled| shuffled.mean)),
+            ("repeat", score.ceiling),
+            ("the paper's", published),
+        ]
+        .into_iter()
+        .filter_map(|(name, value)| Some(format!("{name} {}", self.number(value?))))
+        .collect();
+        format!("{} {value} ({})", self.title, beside.join(", "))
+    }
+
+    fn number(&self, value: f64) -> String {
+        // Without the zero, a shuffled mean of -0.001 would read "-0.00".
+        let rounded = format!("{:.*}", self.digits, value * self.scale);
+        let is_zero = rounded
+            .trim_start_matches('-')
+            .chars()
+            .all(|digit| digit == '0' || digit == '.');
+        format!(
+            "{}{}",
+            if is_zero {
+                rounded.trim_start_matches('-')
+            } else {
+                &rounded
+            },
+            self.unit
+        )
+    }
 }
 
 #[cfg(test)]

@@ -13,6 +13,9 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+/// The program meets a sensor that has been on for two frames: one that was switched on this instant reads zero.
+const POWER_ON: Duration = Duration::from_millis(200);
+
 /// Real time since the sensor was powered on.
 struct RealClock(Instant);
 
@@ -38,7 +41,12 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     };
     let mut command = Command::new(program);
     command.args(arguments);
-    let status = fuse::run(&adapter, &fuse::Options::new(&options.device), &mut command)?;
+    let device = fuse::Options {
+        mode: options.adapter,
+        ..fuse::Options::new(&options.device)
+    };
+    std::thread::sleep(POWER_ON);
+    let status = fuse::run(&adapter, &device, &mut command)?;
     Ok(Outcome::Passed(passed_on(status)))
 }
 
