@@ -157,6 +157,7 @@ impl RunningCollector {
     ///
     /// # Panics
     /// When it does not end in time.
+    #[must_use]
     pub fn stop(mut self) -> Ended {
         terminate(&self.child);
         let code = wait(&mut self.child);

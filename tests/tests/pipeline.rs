@@ -1,5 +1,11 @@
 //! The whole pipeline with the release programs: registers to verdict, and every common mistake of a user.
 
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "what fails in a helper fails the test"
+)]
+
 use grideye_tests::programs::{
     Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run,
 };
@@ -129,6 +135,16 @@ fn another_scene_is_not_taken_for_the_recorded_one() {
     );
 }
 
+/// A configuration of the agent for this collector; its path.
+fn agent_config(folder: &Path, collector: &RunningCollector) -> String {
+    let text = format!(
+        "device = \"pi-1\"\ncollector = \"{}\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n",
+        collector.url()
+    );
+    file(folder, "agent.toml", &text)
+}
+
+/// The agent runs in real time here: on a host that stalls for longer than a frame it misses some, and must say so.
 #[test]
 fn the_agent_delivers_from_a_device_file_to_a_collector() {
     if is_left_out(
@@ -139,19 +155,12 @@ fn the_agent_delivers_from_a_device_file_to_a_collector() {
     }
     let folder = tempfile::tempdir().unwrap();
     let collector = RunningCollector::start(folder.path());
-    let config = folder.path().join("agent.toml");
-    let text = format!(
-        "device = \"pi-1\"\ncollector = \"{}\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n",
-        collector.url()
-    );
-    std::fs::write(&config, text).unwrap();
+    let config = agent_config(folder.path(), &collector);
     let mut agent = emulated(&["--scene", "scenes/experiment-1.toml"]);
     agent
         .arg(grideye_agent().get_program())
-        .args(["run", "--frames", "30", "--config"])
-        .arg(&config);
+        .args(["run", "--frames", "30", "--config", &config]);
     let ended = run(&mut agent);
-    assert_eq!(ended.code, 0, "{ended:?}");
 
     let audit = collector.json("/v1/audit");
     let stream = &audit["streams"][0];
@@ -164,14 +173,13 @@ fn the_agent_delivers_from_a_device_file_to_a_collector() {
         (Some(30), Some(30)),
         "{audit}"
     );
+    let missing = stream["missing"].as_u64().unwrap();
+    let code = if missing == 0 { 0 } else { 3 };
+    assert_eq!(ended.code, code, "{ended:?}");
     let audited = run(grideye().args(["audit", "--collector", collector.url()]));
-    assert_eq!(audited.code, 0, "{audited:?}");
-    assert!(
-        audited
-            .stdout
-            .contains("read 30 = stored 30 + dropped 0 + spooled 0, missing 0"),
-        "{audited:?}"
-    );
+    assert_eq!(audited.code, code, "{audited:?}");
+    let equation = format!("read 30 = stored 30 + dropped 0 + spooled 0, missing {missing}");
+    assert!(audited.stdout.contains(&equation), "{audited:?}");
     let stopped = collector.stop();
     assert_eq!(stopped.code, 0, "{stopped:?}");
 }
@@ -186,23 +194,20 @@ fn the_agent_stays_small() {
     }
     let folder = tempfile::tempdir().unwrap();
     let collector = RunningCollector::start(folder.path());
-    let config = folder.path().join("agent.toml");
-    let text = format!(
-        "device = \"pi-1\"\ncollector = \"{}\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n",
-        collector.url()
-    );
-    std::fs::write(&config, text).unwrap();
+    let config = agent_config(folder.path(), &collector);
     let mut agent = emulated(&["--recording", SESSION]);
-    // The shell stays the agent's parent until it has looked at it: VmHWM is gone with the process.
-    agent.args(["sh", "-c", r#""$0" run --frames 50 --config "$1" & pid=$!; sleep 4; grep VmHWM /proc/$pid/status; wait $pid"#]);
-    agent.arg(grideye_agent().get_program()).arg(&config);
+    // The shell looks at the agent while it runs: its VmHWM is gone with the process.
+    let look = r#""$0" run --config "$1" & agent=$!; sleep 4; grep VmHWM /proc/$agent/status; kill $agent; wait $agent"#;
+    agent
+        .args(["sh", "-c", look])
+        .arg(grideye_agent().get_program())
+        .arg(&config);
     let ended = run(&mut agent);
-    assert_eq!(ended.code, 0, "{ended:?}");
     let peak = ended
         .stdout
         .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))
-        .unwrap();
+        .find_map(|line| line.strip_prefix("VmHWM:"));
+    let peak = peak.unwrap_or_else(|| panic!("{ended:?}"));
     let peak_kib: u64 = peak.trim().trim_end_matches(" kB").parse().unwrap();
     println!(
         "peak resident memory: agent {peak_kib} KiB, collector {} KiB",
@@ -211,6 +216,11 @@ fn the_agent_stays_small() {
     assert!(
         peak_kib < 12 * 1024,
         "the agent had {peak_kib} KiB resident"
+    );
+    let stored = collector.json("/v1/audit")["streams"][0]["stored"].as_u64();
+    assert!(
+        stored.is_some_and(|frames| frames > 10),
+        "it was measured while it delivered: {stored:?}"
     );
 }
 
@@ -257,137 +267,164 @@ fn a_person_sees_the_sensor_with_one_command() {
     );
 }
 
-/// One mistake: the arguments, the exit code, and words that must stand in the message.
-type Mistake<'a> = (&'a [&'a str], i32, &'a [&'a str]);
-
-#[test]
-fn every_common_mistake_ends_in_one_clear_error() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).unwrap();
-        path.to_str().unwrap().to_owned()
-    };
-    let experiment = std::fs::read_to_string(root().join("scenes/experiment-1.toml")).unwrap();
-    let unknown_key = file(
-        "unknown.toml",
-        &experiment.replace("ambient_c", "ambeint_c"),
-    );
-    let not_a_recording = file("notes.csv", "a,b\n1,2\n");
-    let session = std::fs::read_to_string(root().join(SESSION)).unwrap();
-    let cut = file("cut_2021-07-01.csv", &session[..20_000]);
-    let short = file(
-        "short_2021-07-01.csv",
-        &session.replacen(",26.5,25.5,", ",26.5,", 1),
-    );
-    let hot = file(
-        "hot_2021-07-01.csv",
-        &session.replacen(",26.5,25.5,", ",600,25.5,", 1),
-    );
-    let nan = file(
-        "nan_2021-07-01.csv",
-        &session.replacen(",26.5,25.5,", ",NaN,25.5,", 1),
-    );
-    let blocked = file("blocked", "");
-    let below = format!("{blocked}/out");
-    let out = folder.path().join("never.csv");
-    let out = out.to_str().unwrap();
-    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let taken = taken.local_addr().unwrap().to_string();
-    let fresh = folder.path().join("fresh");
-    let fresh = fresh.to_str().unwrap();
-
-    let mistakes: &[Mistake<'_>] = &[
-        (
-            &[
-                "demo",
-                "--once",
-                "--scene",
-                "scenes/nowhere.toml",
-                "--out",
-                fresh,
-            ],
-            2,
-            &["scenes/nowhere.toml"],
-        ),
-        (
-            &["simulate", &unknown_key],
-            2,
-            &["unknown.toml:", "ambeint_c"],
-        ),
-        (
-            &["simulate", "scenes/experiment-1.toml", "--sensor", "window"],
-            2,
-            &["window", "ceiling"],
-        ),
-        (
-            &["convert", &not_a_recording, out],
-            2,
-            &["notes.csv", "hint:"],
-        ),
-        (&["convert", &cut, out], 2, &["cut_2021-07-01.csv", "line"]),
-        (
-            &["convert", &short, out],
-            2,
-            &["short_2021-07-01.csv", "line 2"],
-        ),
-        (
-            &["convert", &hot, out],
-            2,
-            &["hot_2021-07-01.csv", "line 2", "pixel0", "600"],
-        ),
-        (
-            &["convert", &nan, out],
-            2,
-            &["nan_2021-07-01.csv", "line 2", "pixel0"],
-        ),
-        (
-            &["demo", "--once", "--out", &below],
-            1,
-            &["blocked", "hint:"],
-        ),
-        (
-            &["demo", "--once", "--listen", &taken, "--out", fresh],
-            1,
-            &[&taken, "in use", "hint:"],
-        ),
-        (
-            &["collect", "--listen", "0.0.0.0:0", "--store", fresh],
-            1,
-            &["0.0.0.0", "hint:"],
-        ),
-        (
-            &["audit", "--collector", "http://127.0.0.1:9"],
-            1,
-            &["127.0.0.1:9", "hint:"],
-        ),
-        (
-            &["emulate", "--scene", "scenes/experiment-1.toml"],
-            2,
-            &["PROGRAM"],
-        ),
-        (&["demo", "--speed", "0"], 2, &["above 0"]),
-    ];
-    for (arguments, code, words) in mistakes {
-        let ended = run(grideye().args(*arguments));
-        assert_eq!(ended.code, *code, "{arguments:?}: {ended:?}");
-        for word in *words {
-            assert!(
-                ended.stderr.contains(word),
-                "{arguments:?} does not say {word:?}: {}",
-                ended.stderr
-            );
-        }
+/// Runs `grideye` with these arguments: it must end with this code and one error that has all of these words.
+fn refused(arguments: &[&str], code: i32, words: &[&str]) {
+    let ended = run(grideye().args(arguments));
+    assert_eq!(ended.code, code, "{arguments:?}: {ended:?}");
+    for word in words {
         assert!(
-            !ended.stderr.contains("panicked"),
-            "{arguments:?}: {}",
+            ended.stderr.contains(word),
+            "{arguments:?} does not say {word:?}: {}",
             ended.stderr
         );
     }
     assert!(
-        !Path::new(out).exists(),
-        "a refused conversion left a file under its final name"
+        !ended.stderr.contains("panicked"),
+        "{arguments:?}: {}",
+        ended.stderr
     );
+}
+
+/// A file of a test.
+fn file(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn mistakes_in_a_scene_are_named_with_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = std::fs::read_to_string(root().join("scenes/experiment-1.toml")).unwrap();
+    let unknown_key = file(
+        folder.path(),
+        "unknown.toml",
+        &experiment.replace("ambient_c", "ambeint_c"),
+    );
+    let walk = std::fs::read_to_string(root().join("scenes/experiment-3.toml")).unwrap();
+    let walk = file(
+        folder.path(),
+        "walk.toml",
+        &walk.replace("trajectories/straight-across.csv", "bad.csv"),
+    );
+    file(
+        folder.path(),
+        "bad.csv",
+        "x_mm,y_mm,z_mm\n300,1340,0\nhere,1340,0\n",
+    );
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    refused(
+        &[
+            "demo",
+            "--once",
+            "--scene",
+            "scenes/nowhere.toml",
+            "--out",
+            out,
+        ],
+        2,
+        &["scenes/nowhere.toml"],
+    );
+    refused(
+        &["simulate", &unknown_key],
+        2,
+        &["unknown.toml:", "ambeint_c"],
+    );
+    refused(&["simulate", &walk], 2, &["bad.csv", "3", "here"]);
+    refused(
+        &["simulate", "scenes/experiment-1.toml", "--sensor", "window"],
+        2,
+        &["window", "ceiling"],
+    );
+}
+
+#[test]
+fn mistakes_in_a_recording_are_named_with_their_place_and_leave_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = std::fs::read_to_string(root().join(SESSION)).unwrap();
+    let pixels = |found: &str| session.replacen(",26.5,25.5,", found, 1);
+    let out = folder.path().join("never.csv");
+    let written = out.to_str().unwrap();
+    for (name, text, words) in [
+        ("notes.csv", "a,b\n1,2\n".to_owned(), &["hint:"][..]),
+        (
+            "cut_2021-07-01.csv",
+            session[..20_000].to_owned(),
+            &["line"],
+        ),
+        ("short_2021-07-01.csv", pixels(",26.5,"), &["line 2"]),
+        (
+            "hot_2021-07-01.csv",
+            pixels(",600,25.5,"),
+            &["line 2", "pixel0", "600"],
+        ),
+        (
+            "nan_2021-07-01.csv",
+            pixels(",NaN,25.5,"),
+            &["line 2", "pixel0", "NaN"],
+        ),
+        ("undated.csv", session.clone(), &["undated.csv", "hint:"]),
+    ] {
+        let path = file(folder.path(), name, &text);
+        refused(&["convert", &path, written], 2, &[&[name], words].concat());
+        assert!(
+            !out.exists(),
+            "{name}: a refused conversion left a file under its final name"
+        );
+    }
+    let left: Vec<_> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    assert_eq!(left.len(), 6, "nothing but the inputs is left: {left:?}");
+}
+
+#[test]
+fn mistakes_with_addresses_and_folders_name_the_fix() {
+    let folder = tempfile::tempdir().unwrap();
+    let below_a_file = format!("{}/out", file(folder.path(), "blocked", ""));
+    let fresh = folder.path().join("fresh");
+    let fresh = fresh.to_str().unwrap();
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = listener.local_addr().unwrap().to_string();
+    let scene = "scenes/experiment-1.toml";
+    refused(
+        &["demo", "--once", "--out", &below_a_file],
+        1,
+        &["blocked", "hint:"],
+    );
+    refused(
+        &["collect", "--listen", "0.0.0.0:0", "--store", fresh],
+        1,
+        &["0.0.0.0", "hint:"],
+    );
+    refused(
+        &["audit", "--collector", "http://127.0.0.1:9"],
+        1,
+        &["127.0.0.1:9", "hint:"],
+    );
+    refused(&["emulate", "--scene", scene], 2, &["PROGRAM"]);
+    refused(
+        &[
+            "emulate",
+            "--scene",
+            scene,
+            "--address",
+            "0x70",
+            "--",
+            "true",
+        ],
+        2,
+        &["0x68 or 0x69"],
+    );
+    refused(&["demo", "--speed", "0"], 2, &["above 0"]);
+    refused(
+        &["demo", "--once", "--listen", &taken, "--out", fresh],
+        1,
+        &[&taken, "in use", "hint:"],
+    );
+    drop(listener);
 }
 
 #[test]
