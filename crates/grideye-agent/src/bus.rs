@@ -3,7 +3,8 @@
 use embedded_hal::i2c::{Error as _, ErrorKind, ErrorType, I2c, Operation};
 use grideye_frame::NoData;
 use i2cdev::core::{I2CMessage as _, I2CTransfer as _};
-use i2cdev::linux::{LinuxI2CDevice, LinuxI2CError, LinuxI2CMessage};
+use i2cdev::linux::{LinuxI2CError, LinuxI2CMessage};
+use linux_embedded_hal::I2cdev;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -133,8 +134,11 @@ impl OpenBus for LinuxBus {
 
     fn open(&mut self) -> Result<LinuxI2c, OpenError> {
         let devices = self.addresses.iter().map(|address| {
-            let device = LinuxI2CDevice::new(&self.path, u16::from(*address))
-                .map_err(|error| open_error(&self.path, *address, error))?;
+            let refused = |error| open_error(&self.path, *address, error);
+            let mut device = I2cdev::new(&self.path).map_err(refused)?;
+            device
+                .set_slave_address(u16::from(*address))
+                .map_err(refused)?;
             Ok((*address, device))
         });
         Ok(LinuxI2c {
@@ -152,9 +156,19 @@ impl OpenBus for LinuxBus {
 }
 
 /// An open `/dev/i2c-N`: the device file once for each address, as the kernel's interface wants it.
-#[derive(Debug)]
+///
+/// The transfers go past [`I2cdev`]'s own `I2c` to the device in it: that one drops the number of messages which the
+/// kernel really transferred, so that a stale buffer passes as a fresh frame, and opens the file anew at each change
+/// of address.
 pub struct LinuxI2c {
-    devices: Vec<(u8, LinuxI2CDevice)>,
+    devices: Vec<(u8, I2cdev)>,
+}
+
+impl fmt::Debug for LinuxI2c {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let addresses = self.devices.iter().map(|(address, _)| address);
+        formatter.debug_list().entries(addresses).finish()
+    }
 }
 
 /// Why a transfer on `/dev/i2c-N` failed.
