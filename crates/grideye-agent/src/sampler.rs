@@ -160,13 +160,21 @@ enum State {
     Done,
 }
 
-/// What the registers held when they were last read, and which frame that was.
+/// What the registers held when they were last read.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
-    seq: u64,
+    /// Right before that read.
     before: Ns,
-    latched_until: Ns,
     pixels: [PixelWord; PIXELS],
+}
+
+impl Seen {
+    fn by(read: &Read) -> Self {
+        Self {
+            before: read.before,
+            pixels: read.frame.pixels,
+        }
+    }
 }
 
 /// One read: the registers were copied after `before` and at `latched_until` at the latest.
@@ -341,7 +349,7 @@ impl Sampler {
     }
 
     fn still_zero(&mut self, since: Ns, read: &Read) {
-        self.last = Some(self.seen(0, read));
+        self.last = Some(Seen::by(read));
         if read.before > since + Ns::from(FIRST_FRAME_PERIODS) * self.nominal {
             self.fault(read.after, NoData::AllZero);
             self.set_up_again(read.after);
@@ -375,7 +383,7 @@ impl Sampler {
                 },
             );
         } else {
-            self.last = Some(self.seen(0, read));
+            self.last = Some(Seen::by(read));
             self.reckon(read.after);
             self.next_at = read.after + self.nominal / 10;
         }
@@ -420,23 +428,18 @@ impl Sampler {
     /// New content: which frame is it?
     fn changed(&mut self, read: &Read, seen: &Seen) {
         let Some(phase) = &self.phase else { return };
-        let period = phase.period();
-        let since_seen =
-            |from: Ns, to: Ns, period: Ns| u64::try_from((to - from) / period).unwrap_or(0);
-        let mut low = self.surely_passed(read.before);
+        let low = self.surely_passed(read.before);
         let mut high = low;
         while phase.window(high + 1).after < read.latched_until {
             high += 1;
         }
-        low = low.max(seen.seq + since_seen(seen.latched_until, read.before, period.max));
-        high = high.min(seen.seq + 1 + since_seen(seen.before, read.latched_until, period.min));
         let is_early = phase.window(self.next_seq).after >= read.latched_until;
         let update = Window {
             after: seen.before,
             until: read.latched_until,
         };
-        if is_early || low > high {
-            self.restart(high.max(self.next_seq), read, update);
+        if is_early {
+            self.restart(self.next_seq, read, update);
         } else if low == high {
             self.accept(low, read, update);
         } else {
@@ -447,7 +450,7 @@ impl Sampler {
                 low,
                 high,
             });
-            self.last = Some(self.seen(low, read));
+            self.last = Some(Seen::by(read));
         }
     }
 
@@ -478,9 +481,7 @@ impl Sampler {
 
     /// The content of the frame before: too early, or an equal frame.
     fn unchanged(&mut self, read: &Read) {
-        if let Some(seen) = &mut self.last {
-            (seen.before, seen.latched_until) = (read.before, read.latched_until);
-        }
+        self.last = Some(Seen::by(read));
         self.frames_unproved = 0;
         let Some(phase) = &self.phase else { return };
         let window = phase.window(self.next_seq);
@@ -553,7 +554,7 @@ impl Sampler {
             0
         };
         self.recorded = Some(read.frame.pixels);
-        self.last = Some(self.seen(seq, read));
+        self.last = Some(Seen::by(read));
         self.next_seq = seq + 1;
         self.faults_in_a_row = 0;
         self.set_up_pause = signed_ns(SET_UP_PAUSE);
@@ -706,15 +707,6 @@ impl Sampler {
 
     fn is_lively(&self) -> bool {
         self.changes_in_a_row >= LIVELY_FRAMES
-    }
-
-    fn seen(&self, seq: u64, read: &Read) -> Seen {
-        Seen {
-            seq,
-            before: read.before,
-            latched_until: read.latched_until,
-            pixels: read.frame.pixels,
-        }
     }
 
     /// Where the update of a frame lies of which nothing is known but that it was read.

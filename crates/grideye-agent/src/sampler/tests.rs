@@ -19,6 +19,8 @@ struct Model {
     content: fn(u64) -> u64,
     /// The number of the frame in the registers, once there is one.
     held: Option<u64>,
+    /// Whether setting up empties the registers and starts the measuring anew.
+    starts_anew: bool,
     /// How late the host is, by turns.
     delays: Vec<Ns>,
     turn: usize,
@@ -35,6 +37,7 @@ impl Model {
             read_ns,
             content,
             held: None,
+            starts_anew: true,
             delays: vec![0],
             turn: 0,
         }
@@ -74,9 +77,11 @@ impl Model {
     fn start(&mut self) -> Span {
         let before = duration(self.now);
         self.pass(52 * MS);
-        self.held = None;
-        self.updates = 0;
-        self.next_update = self.now + 2 * self.period;
+        if self.starts_anew {
+            self.held = None;
+            self.updates = 0;
+            self.next_update = self.now + 2 * self.period;
+        }
         Span {
             before,
             after: duration(self.now),
@@ -89,7 +94,7 @@ fn frame(content: u64) -> RawFrame {
     let mut pixels = [word(0); PIXELS];
     pixels[63] = word(12);
     RawFrame {
-        thermistor: grideye_frame::ThermistorWord(1),
+        thermistor: ThermistorWord(400),
         pixels,
     }
 }
@@ -171,8 +176,6 @@ fn missing(outcome: &Outcome) -> Vec<(u64, NoData)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
-
     #[test]
     fn every_frame_is_recorded_once_whatever_the_clocks_and_the_host_do(
         error_ppm in -60_000_i64..=60_000,
@@ -333,4 +336,126 @@ fn a_sensor_whose_registers_stay_zero_is_set_up_again_in_time() {
     );
     assert_eq!(sampler.next_event(), Some(Event::Fault("all-zero")));
     assert_eq!(sampler.next_event(), None);
+}
+
+/// Runs a model that is watched from its frame `first` on: numbered from 0, none missing, none doubled, no fault.
+fn assert_followed(outcome: &Outcome, first: u64) {
+    assert_eq!((&outcome.faults, missing(outcome)), (&vec![], vec![]));
+    for (expected, (seq, reading)) in (0..).zip(&outcome.records) {
+        assert_eq!(
+            (*seq, reading.frame().map(number)),
+            (expected, Some(first + expected))
+        );
+    }
+    assert!(outcome.records.len() > 90);
+}
+
+#[test]
+fn a_sensor_that_keeps_its_registers_through_the_set_up_is_followed_from_any_phase() {
+    for phase in 0..50 {
+        let mut model = Model::new(104 * MS, 3_100_000, |n| n);
+        model.starts_anew = false;
+        model.next_update = phase * 2 * MS;
+        let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+        let outcome = run(&mut model, &mut sampler, 10_000 * MS, |_| ());
+        let first = outcome.records[0].1.frame().map(number).unwrap();
+        assert_followed(&outcome, first);
+    }
+}
+
+#[test]
+fn a_link_that_was_dead_after_the_set_up_tells_nothing_of_the_phase() {
+    for phase in 0..25 {
+        let mut model = Model::new(104 * MS, 3_100_000, |n| n);
+        let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+        let mut link_since = None;
+        sampler.set_up(model.start(), Ok(()));
+        let restored = model.now + 850 * MS + phase * 4 * MS;
+        let mut outcome = Outcome::default();
+        while model.now < 12_000 * MS {
+            let due = sampler.due().unwrap();
+            model.sleep_until(due.at);
+            let (span, mut read) = model.read();
+            if signed_ns(span.before) < restored {
+                read.pixels = [PixelWord(0); PIXELS];
+            } else if link_since.is_none() {
+                link_since = Some(number(&read));
+            }
+            match due.task {
+                Task::ReadFrame => sampler.frame_read(span, Ok(read)),
+                _ => sampler.settings_checked(span, Ok(true)),
+            }
+            while let Some(event) = sampler.next_event() {
+                match event {
+                    Event::Record { seq, reading, .. } => outcome.records.push((seq, reading)),
+                    Event::Fault(kind) => outcome.faults.push(kind),
+                }
+            }
+        }
+        assert_followed(&outcome, link_since.unwrap());
+    }
+}
+
+#[test]
+fn a_late_update_is_waited_for_and_not_counted_as_an_equal_frame() {
+    let mut model = Model::new(104 * MS, 3_100_000, |n| n);
+    let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+    let mut is_late = false;
+    let outcome = run(&mut model, &mut sampler, 20_000 * MS, |model| {
+        if model.updates == 100 && !is_late {
+            is_late = true;
+            model.next_update += 15 * MS;
+        }
+    });
+    assert_eq!(
+        (&outcome.faults, missing(&outcome)),
+        (&vec![OUT_OF_STEP], vec![])
+    );
+    for (expected, (seq, reading)) in (0..).zip(&outcome.records) {
+        assert_eq!(
+            (*seq, reading.frame().map(number)),
+            (expected, Some(expected))
+        );
+    }
+}
+
+#[test]
+fn the_settings_are_read_back_after_a_fault_before_any_frame_is_believed() {
+    let mut model = Model::new(100 * MS, 3_100_000, |n| n);
+    let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+    run(&mut model, &mut sampler, 3_000 * MS, |_| ());
+    let due = sampler.due().unwrap();
+    assert_eq!(due.task, Task::ReadFrame);
+    let span = Span {
+        before: due.at,
+        after: due.at,
+    };
+    sampler.frame_read(span, Err(NoData::Nack));
+    assert_eq!(sampler.next_event(), Some(Event::Fault("nack")));
+    assert_eq!(sampler.due().map(|due| due.task), Some(Task::CheckSettings));
+    sampler.settings_checked(span, Ok(false));
+    assert_eq!(sampler.due().map(|due| due.task), Some(Task::SetUp));
+}
+
+#[test]
+fn a_thermistor_that_dies_in_mid_frame_is_a_fault_and_one_that_stays_dead_is_data() {
+    for (dead, kind) in [(0, "all-zero"), (0xFFFF, "stuck-high")] {
+        let mut model = Model::new(100 * MS, 3_100_000, |n| n);
+        let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+        let outcome = run(&mut model, &mut sampler, 3_000 * MS, |_| ());
+        let seq = u64::try_from(outcome.records.len()).unwrap();
+        let read = |model: &mut Model, sampler: &mut Sampler| {
+            model.sleep_until(sampler.due().unwrap().at);
+            let (span, mut frame) = model.read();
+            frame.thermistor = ThermistorWord(dead);
+            sampler.frame_read(span, Ok(frame));
+            sampler.next_event()
+        };
+        assert_eq!(read(&mut model, &mut sampler), Some(Event::Fault(kind)));
+        let next = read(&mut model, &mut sampler);
+        assert!(
+            matches!(next, Some(Event::Record { seq: found, reading: Reading::Frame(_), .. }) if found == seq),
+            "{next:?}"
+        );
+    }
 }
