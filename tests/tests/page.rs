@@ -12,7 +12,7 @@ use tokio::task::JoinHandle;
 
 type Outcome = Result<(), Failure>;
 
-/// The ends of the palette "inferno", and its colour a tenth of the way up, from matplotlib's table.
+/// The ends of the palette "inferno", from matplotlib's table.
 const COLDEST: [u64; 3] = [0, 0, 4];
 const HOTTEST: [u64; 3] = [252, 255, 164];
 
@@ -176,10 +176,10 @@ fn frames_appear_as_colours_and_numbers() -> Outcome {
     }
     let (server, browser, _folder) = set_up()?;
     browser.wait_for_text("#empty", |text| text.contains("No frames yet"))?;
-    // 20 °C, and 30 °C in pixel 10: row 2, column 2. The thermistor's 402 steps of 1/16 °C are 25.125 °C.
-    server.post(&batch("i2c-1:0x69", 0, &[frame(&pixels(80, 9, 120), 402)]))?;
-    wait_for_colour(&browser, 9, HOTTEST)?;
-    for cold in [0, 8, 10, 17, 63] {
+    // 20 °C, and 30 °C in pixel 11: row 2, column 3. The thermistor's 402 steps of 1/16 °C are 25.125 °C.
+    server.post(&batch("i2c-1:0x69", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
+    wait_for_colour(&browser, 10, HOTTEST)?;
+    for cold in [0, 9, 11, 17, 63] {
         assert_eq!(colour(&browser, cold)?, COLDEST, "cell {cold}");
     }
     for (name, wanted) in [
@@ -210,7 +210,7 @@ fn frames_appear_as_colours_and_numbers() -> Outcome {
     let moved = frame(&pixels(80, 63, 120), 402);
     server.post(&batch("i2c-1:0x69", 1, &vec![moved; 11]))?;
     wait_for_colour(&browser, 63, HOTTEST)?;
-    assert_eq!(colour(&browser, 9)?, COLDEST);
+    assert_eq!(colour(&browser, 10)?, COLDEST);
     field(&browser, "rate", "10.00 Hz")?;
     field(&browser, "seq", "#11")?;
     assert_quiet(&browser, "")
@@ -271,6 +271,8 @@ fn faults_gaps_and_silence_are_said() -> Outcome {
     keep_picture(&browser, "missing")?;
     // The frame before is still drawn, and still the old one.
     assert_eq!(colour(&browser, 9)?, HOTTEST);
+    // A reason that is old itself is no news: then it is silence.
+    field(&browser, "state", "stale")?;
     server.post(&batch("s1", 5, std::slice::from_ref(&good)))?;
     field(&browser, "state", "live")?;
     // Then nothing: after 3 s it is not called live any more.

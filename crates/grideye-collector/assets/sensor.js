@@ -116,8 +116,10 @@ export class Sensor {
   #describe() {
     const { device, sensor, rate_hz: rate } = this.#status;
     const age = this.#shown === null ? Infinity : ageOf(this.#shown);
-    const stale = age > Math.max(STALE_S_MIN, rate ? 3 / rate : 0);
-    const missing = this.#missing?.frame.missing;
+    const staleAfter = Math.max(STALE_S_MIN, rate ? 3 / rate : 0);
+    const stale = age > staleAfter;
+    // A reason that is old itself says nothing of now.
+    const missing = this.#missing !== null && ageOf(this.#missing) <= staleAfter ? this.#missing.frame.missing : null;
     say(this.#fields.name, `${device} · ${sensor}`);
     this.#article.querySelector(".heat").setAttribute("aria-label", `Heat map of ${device}, ${sensor}; arrow keys read its cells`);
     const atLeast = this.#shown?.frame.age_basis === "arrival" ? "at least " : "";

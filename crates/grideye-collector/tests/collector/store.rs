@@ -211,6 +211,11 @@ async fn gaps_close_from_both_sides_and_in_any_order(store: &dyn FrameStore) {
         gaps(&append(store, numbered(5..8)).await),
         (Some(9), vec![], 0)
     );
+    // Backwards, one by one: one run in the end, or the gap would be beyond those listed.
+    for seq in (20..30).rev() {
+        append(store, numbered([seq])).await;
+    }
+    assert_eq!(gaps(&append(store, numbered([30])).await).1, [(10, 19)]);
 }
 
 async fn of_many_gaps_the_newest_are_listed_and_all_are_counted(store: &dyn FrameStore) {
@@ -363,7 +368,7 @@ async fn an_overtaken_count_does_not_replace_a_later_one(store: &dyn FrameStore)
 }
 
 async fn a_recording_holds_what_arrives_between_start_and_stop(store: &dyn FrameStore) {
-    append(store, numbered(0..3)).await;
+    append(store, numbered([0, 1, 2, 10])).await;
     let recording = store
         .start_recording("kitchen".to_owned(), 100)
         .await
@@ -375,16 +380,20 @@ async fn a_recording_holds_what_arrives_between_start_and_stop(store: &dyn Frame
     append(store, numbered(3..6)).await;
     // A late frame from before the start arrives within, and belongs to it.
     append(store, numbered([7])).await;
-    append(store, numbered([6])).await;
+    append(store, numbered([6, 12])).await;
     let stopped = store.stop_recording(recording.id, 200).await.unwrap();
-    append(store, numbered(8..11)).await;
+    // What came before and after lies within the numbers of the recording, and does not belong to it.
+    append(store, numbered([8, 9, 11])).await;
     assert_eq!(
         (stopped.t_stop_ns, stopped.frames, stopped.sensors),
-        (Some(200), 5, 1)
+        (Some(200), 6, 1)
     );
     let members = store.members(recording.id).await.unwrap();
     assert_eq!(members.recording, stopped);
-    assert_eq!(seqs(&everything(store, &members).await), [3, 4, 5, 6, 7]);
+    assert_eq!(
+        seqs(&everything(store, &members).await),
+        [3, 4, 5, 6, 7, 12]
+    );
     assert_eq!(store.recordings().await.unwrap(), [stopped]);
 }
 
