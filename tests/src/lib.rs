@@ -1,3 +1,9 @@
 //! What the tests of the whole share: starting the real programs, and a small WebDriver client.
 
+#[expect(
+    clippy::unwrap_used,
+    reason = "what fails here fails the test that asked for it"
+)]
 pub mod programs;
+
+pub mod webdriver;
