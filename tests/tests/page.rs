@@ -1,10 +1,11 @@
 //! The live page in a real browser, in front of a real collector.
 
-use grideye_collector::{Collector, CollectorError, Config, StoreLocation};
+use grideye_collector::{Collector, CollectorError, Config, StoreLocation, SystemClock};
 use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
 use serde_json::{Value, json};
 use std::net::SocketAddr;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 use tokio::runtime::Runtime;
 use tokio::sync::oneshot;
@@ -37,7 +38,8 @@ impl Server {
     }
 
     fn begin(&mut self, store: &Path) -> Outcome {
-        let config = Config::new(self.address, StoreLocation::File(store.to_owned()));
+        let store = StoreLocation::File(store.to_owned());
+        let config = Config::new(self.address, store, Arc::new(SystemClock::new()));
         let collector = self.runtime.block_on(Collector::bind(config))?;
         self.address = collector.local_addr();
         let (stop, stopped) = oneshot::channel::<()>();

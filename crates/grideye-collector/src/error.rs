@@ -24,7 +24,7 @@ pub enum CollectorError {
     },
     /// The address can be reached from other machines, and nobody said that this is meant.
     #[error(
-        "refusing to listen on {address}: every machine that reaches it could post and read frames, since there is no login yet\nhint: listen on 127.0.0.1 and forward the port with ssh, or say that the network is trusted (`Config::network_trusted`)"
+        "refusing to listen on {address}: every machine that reaches it could post and read frames, since there is no login yet\nhint: listen on 127.0.0.1 and forward the port with ssh, or say that the network is trusted (`--trust-network`)"
     )]
     NetworkNotTrusted {
         /// The address asked for.

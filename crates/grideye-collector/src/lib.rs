@@ -9,11 +9,12 @@
 //! ```
 //!
 //! ```no_run
-//! use grideye_collector::{Collector, Config, StoreLocation};
+//! use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
+//! use std::sync::Arc;
 //!
 //! # async fn run() -> Result<(), grideye_collector::CollectorError> {
 //! let listen = ([127, 0, 0, 1], 8080).into();
-//! let collector = Collector::bind(Config::new(listen, StoreLocation::Memory)).await?;
+//! let collector = Collector::bind(Config::new(listen, StoreLocation::Memory, Arc::new(SystemClock::new()))).await?;
 //! println!("http://{}/", collector.local_addr());
 //! collector.serve(std::future::pending()).await
 //! # }

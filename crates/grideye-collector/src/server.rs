@@ -5,7 +5,7 @@ mod stall;
 
 use crate::app::{AppState, Hosts, app};
 use crate::store::{SqliteStore, StoreLocation};
-use crate::{Clock, CollectorError, Limits, SystemClock};
+use crate::{Clock, CollectorError, Limits};
 use admission::{Admission, Doorkeeper};
 use axum::Router;
 use hyper::server::conn::http1;
@@ -41,14 +41,14 @@ pub struct Config {
 }
 
 impl Config {
-    /// With the default limits, the machine's clocks, and for this machine alone.
+    /// With the default limits, and for this machine alone. A program hands in [`SystemClock`](crate::SystemClock).
     #[must_use]
-    pub fn new(listen: SocketAddr, store: StoreLocation) -> Self {
+    pub fn new(listen: SocketAddr, store: StoreLocation, clock: Arc<dyn Clock>) -> Self {
         Self {
             listen,
             store,
             limits: Limits::default(),
-            clock: Arc::new(SystemClock::new()),
+            clock,
             host_names: Vec::new(),
             network_trusted: false,
         }

@@ -1,8 +1,9 @@
 //! The collector on real sockets: start, limits of connections and of time, shutdown.
 
 use crate::batches::numbered;
-use grideye_collector::{Collector, CollectorError, Config, Limits, StoreLocation};
+use grideye_collector::{Collector, CollectorError, Config, Limits, StoreLocation, SystemClock};
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
@@ -16,10 +17,15 @@ fn anywhere() -> SocketAddr {
     SocketAddr::from(([127, 0, 0, 1], 0))
 }
 
+/// For this machine alone, with its clocks.
+fn at(address: SocketAddr, store: StoreLocation) -> Config {
+    Config::new(address, store, Arc::new(SystemClock::new()))
+}
+
 fn config(limits: Limits) -> Config {
     Config {
         limits,
-        ..Config::new(anywhere(), StoreLocation::Memory)
+        ..at(anywhere(), StoreLocation::Memory)
     }
 }
 
@@ -265,11 +271,7 @@ async fn a_port_in_use_is_said_and_the_store_is_not_touched() {
     let server = Running::new(config(Limits::default())).await;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.sqlite");
-    let second = Collector::bind(Config::new(
-        server.address,
-        StoreLocation::File(path.clone()),
-    ))
-    .await;
+    let second = Collector::bind(at(server.address, StoreLocation::File(path.clone()))).await;
     let error = second.err().unwrap();
     let text = error.to_string();
     assert!(matches!(error, CollectorError::AddressInUse { .. }));
@@ -284,7 +286,7 @@ async fn a_port_in_use_is_said_and_the_store_is_not_touched() {
 #[tokio::test]
 async fn an_unusable_store_is_said_with_its_path() {
     let store = StoreLocation::File("/no/such/folder/frames.sqlite".into());
-    let text = Collector::bind(Config::new(anywhere(), store))
+    let text = Collector::bind(at(anywhere(), store))
         .await
         .err()
         .unwrap()
@@ -298,7 +300,7 @@ async fn an_unusable_store_is_said_with_its_path() {
 #[tokio::test]
 async fn the_network_is_not_listened_on_unless_it_is_trusted() {
     let everywhere = SocketAddr::from(([0, 0, 0, 0], 0));
-    let config = Config::new(everywhere, StoreLocation::Memory);
+    let config = at(everywhere, StoreLocation::Memory);
     let error = Collector::bind(config.clone()).await.err().unwrap();
     assert!(matches!(error, CollectorError::NetworkNotTrusted { .. }));
     assert!(error.to_string().contains("\nhint: "), "{error}");
@@ -314,7 +316,7 @@ async fn the_network_is_not_listened_on_unless_it_is_trusted() {
 async fn open_requests_finish_before_the_end_and_what_was_stored_is_there_afterwards() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.sqlite");
-    let mut server = Running::new(Config::new(anywhere(), StoreLocation::File(path.clone()))).await;
+    let mut server = Running::new(at(anywhere(), StoreLocation::File(path.clone()))).await;
     let address = server.address;
     let (head, body) = post_frames(0..5);
     let mut posting = server.connect().await;
@@ -344,7 +346,7 @@ async fn open_requests_finish_before_the_end_and_what_was_stored_is_there_afterw
     );
 
     // The same port and the same file, at once.
-    let again = Running::new(Config::new(address, StoreLocation::File(path))).await;
+    let again = Running::new(at(address, StoreLocation::File(path))).await;
     let mut stream = again.connect().await;
     send(&mut stream, &get("/v1/sensors")).await;
     assert!(

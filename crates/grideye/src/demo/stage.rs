@@ -11,7 +11,7 @@ use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
 use grideye_agent::config::{BusConfig, Config as AgentConfig};
 use grideye_agent::log::{Level, Log};
-use grideye_collector::{Collector, Config, StoreLocation};
+use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
 use indicatif::ProgressBar;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -52,7 +52,8 @@ impl Stage {
     pub(super) fn open(options: &Demo) -> Result<Self> {
         let runtime = Runtime::new().context("cannot start the collector's threads")?;
         let store = StoreLocation::File(options.out.join("store.sqlite"));
-        let collector = runtime.block_on(Collector::bind(Config::new(options.listen, store)))?;
+        let config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
+        let collector = runtime.block_on(Collector::bind(config))?;
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);
         let serving = runtime.spawn(collector.serve(async move {
@@ -60,8 +61,12 @@ impl Stage {
             let _asked_or_dropped = is_shut_down.wait_for(|asked| *asked).await;
         }));
         let (interrupt, interrupted) = watch::channel(false);
+        let stop = {
+            let _within = runtime.enter();
+            collect::stop_signal().context("cannot catch Ctrl-C")?
+        };
         runtime.spawn(async move {
-            collect::stop_signal().await;
+            stop.await;
             interrupt.send_replace(true);
         });
         let client = Client::new(&format!("http://{address}"));
