@@ -198,17 +198,27 @@ pub fn terminate(child: &Child) {
     );
 }
 
-/// Waits for a program's end; its exit code.
+/// Waits for a program's end; its exit code, -1 after a signal.
 ///
 /// # Panics
 /// When it does not end in time.
 pub fn wait(child: &mut Child) -> i32 {
+    wait_for("the program's end", || child.try_wait().unwrap())
+        .code()
+        .unwrap_or(-1)
+}
+
+/// Asks until there is an answer.
+///
+/// # Panics
+/// When none comes in time.
+pub fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     let since = Instant::now();
     loop {
-        if let Some(status) = child.try_wait().unwrap() {
-            return status.code().unwrap_or(-1);
+        if let Some(answer) = ask() {
+            return answer;
         }
-        assert!(since.elapsed() < WAIT_MAX, "the program did not end");
+        assert!(since.elapsed() < WAIT_MAX, "waited in vain for {what}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

@@ -7,7 +7,7 @@
 )]
 
 use grideye_tests::programs::{
-    Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run,
+    Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run, wait, wait_for,
 };
 use std::path::Path;
 use std::process::Command;
@@ -337,6 +337,11 @@ fn mistakes_in_a_scene_are_named_with_their_place() {
         2,
         &["window", "ceiling"],
     );
+    refused(
+        &["simulate", "scenes/experiment-1.toml", "--sensor", "window"],
+        2,
+        &["window", "ceiling"],
+    );
 }
 
 #[test]
@@ -378,6 +383,84 @@ fn mistakes_in_a_recording_are_named_with_their_place_and_leave_no_file() {
         .map(|entry| entry.unwrap().file_name())
         .collect();
     assert_eq!(left.len(), 6, "nothing but the inputs is left: {left:?}");
+}
+
+#[test]
+fn a_recording_of_several_sensors_is_not_taken_for_one() {
+    let two = "recordings/golden/two-sensors.csv";
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    refused(
+        &[
+            "compare",
+            "--scene",
+            "scenes/experiment-1.toml",
+            "--recording",
+            two,
+        ],
+        2,
+        &[two, "2 streams", "hint:"],
+    );
+    refused(
+        &["demo", "--once", "--replay", two, "--out", out],
+        2,
+        &[two, "2 streams", "hint:"],
+    );
+}
+
+#[test]
+fn a_session_of_linaige_becomes_a_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("session2.csv");
+    let ended = run(grideye().args(["convert", SESSION]).arg(&out));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let source = temperatures(&cells(&root().join(SESSION)), "thermistor", 65);
+    assert_eq!(temperatures(&cells(&out), "thermistor", 65), source);
+}
+
+#[test]
+fn what_arrives_is_recorded_under_a_name_and_fetched() {
+    let folder = tempfile::tempdir().unwrap();
+    let collector = RunningCollector::start(folder.path());
+    let out = folder.path().join("evening.csv");
+    let mut record = grideye()
+        .args([
+            "record",
+            "evening",
+            "--seconds",
+            "3",
+            "--collector",
+            collector.url(),
+            "--out",
+        ])
+        .arg(&out)
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for("the recording's start", || {
+        let first = collector.json("/v1/recordings")["recordings"][0].clone();
+        first["running"].as_bool().filter(|running| *running)
+    });
+    let frame = serde_json::json!({
+        "seq": 7, "t_boot_ns": 1_000_000_000, "t_utc_ns": 0, "clock": "unsynced",
+        "thermistor_raw": 402, "pixels_raw": vec![4095; 64]
+    });
+    let batch = serde_json::json!({ "device": "pi-1", "boot": "b", "sensors": [{ "sensor": "s", "frames": [frame] }] });
+    let mut answer = ureq::post(format!("{}/v1/frames", collector.url()))
+        .send_json(&batch)
+        .unwrap();
+    let answer: serde_json::Value = answer.body_mut().read_json().unwrap();
+    assert_eq!(answer["durable_through"]["s"].as_u64(), Some(7), "{answer}");
+    assert_eq!(wait(&mut record), 0);
+    let rows = cells(&out);
+    assert_eq!(rows.len(), 2);
+    // 402 sixteenths of a degree, and 0xFFF in two's complement (AMG88 spec §4-11-11).
+    let degrees = temperatures(&rows, "thermistor", 65);
+    assert_eq!(
+        (degrees[0][0], degrees[0][1], degrees[0][64]),
+        (25.125, -0.25, -0.25)
+    );
 }
 
 #[test]

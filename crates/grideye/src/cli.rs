@@ -40,6 +40,9 @@ pub(crate) struct Demo {
     /// Scene that the emulated sensor sees [default: the paper's experiment 1].
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub(crate) scene: Option<PathBuf>,
+    /// Sensor of the scene; needed when it has several.
+    #[arg(long, value_name = "NAME", conflicts_with = "replay")]
+    pub(crate) sensor: Option<String>,
     /// Recording to play through the emulated sensor's registers instead; every frame is counted and compared.
     #[arg(long, value_name = "RECORDING")]
     pub(crate) replay: Option<PathBuf>,

@@ -3,13 +3,12 @@
 use crate::cli::Compare;
 use crate::exit::{Outcome, bad_input};
 use crate::{files, progress, recordings};
-use anyhow::{Context as _, Result, anyhow};
-use grideye_recording::{Record, StreamId};
+use anyhow::{Context as _, Result};
+use grideye_recording::Record;
 use grideye_scene::Scene;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::{Comparison, Measure, Options, Verdict, compare_scene, paper};
 use sha2::{Digest as _, Sha256};
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -18,7 +17,7 @@ use std::path::Path;
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     let scene = files::load_scene(Some(&options.scene))?;
     let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
-    let records = only_stream(&options.recording)?;
+    let records = recordings::load_stream(&options.recording)?;
     let comparison = compare(&records, &scene, &sensor, options.seed)?;
     let context = Context {
         scene: options.scene.display().to_string(),
@@ -147,23 +146,6 @@ fn write_text(path: &Path, text: &str) -> Result<()> {
     files::write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))?;
     progress::say(&format!("wrote {}", path.display()));
     Ok(())
-}
-
-/// The records of a recording that holds one stream.
-fn only_stream(path: &Path) -> Result<Vec<Record>> {
-    let mut streams: BTreeMap<StreamId, Vec<Record>> = BTreeMap::new();
-    for row in recordings::load(path)? {
-        streams.entry(row.stream).or_default().push(row.record);
-    }
-    let count = streams.len();
-    match streams.pop_first() {
-        Some((_, records)) if count == 1 => Ok(records),
-        Some(_) => Err(bad_input(anyhow!(
-            "{} holds {count} streams, and one is compared at a time\nhint: keep the rows of one device, sensor and boot",
-            path.display()
-        ))),
-        None => Err(bad_input(anyhow!("{} holds no frame", path.display()))),
-    }
 }
 
 /// Verdict, reasons and the scores with what they are worth.

@@ -9,7 +9,7 @@ mod stage;
 use crate::cli::Demo;
 use crate::exit::Outcome;
 use crate::{compare, files, progress, recordings};
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use grideye_frame::RawFrame;
 use grideye_recording::{Record, Row};
 use grideye_validator::report::{self, Context};
@@ -149,21 +149,6 @@ fn judge_replay(source: &[RawFrame], rows: &[Row], recording: &Path) -> Judged {
         Outcome::Disagrees
     };
     (line, outcome, format!("recording {}", recording.display()))
-}
-
-/// The frames of a recording that can be replayed, in order.
-fn frames_of(rows: &[Row], path: &Path) -> Result<Vec<RawFrame>> {
-    let frames: Vec<RawFrame> = rows
-        .iter()
-        .filter_map(|row| row.record.reading.frame().copied())
-        .collect();
-    if frames.is_empty() {
-        return Err(crate::exit::bad_input(anyhow!(
-            "{} holds no frame",
-            path.display()
-        )));
-    }
-    Ok(frames)
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@ use crate::{files, recordings, sensor};
 use amg8833_emulator::{BusError, Clock};
 use anyhow::{Result, anyhow};
 use embedded_hal::i2c::{Error as _, ErrorKind, NoAcknowledgeSource};
-use grideye_frame::RawFrame;
 use i2c_emulation::adapter::{Fault, HalAdapter};
 use i2c_emulation::fuse;
 use std::process::Command;
@@ -52,15 +51,7 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
 
 fn source(options: &Emulate) -> Result<sensor::Source> {
     if let Some(path) = &options.recording {
-        let rows = recordings::load(path)?;
-        let frames: Vec<RawFrame> = rows
-            .iter()
-            .filter_map(|row| row.record.reading.frame().copied())
-            .collect();
-        if frames.is_empty() {
-            return Err(bad_input(anyhow!("{} holds no frame", path.display())));
-        }
-        return Ok(sensor::replay_source(&frames));
+        return Ok(sensor::replay_source(&recordings::load_frames(path)?));
     }
     let scene = files::load_scene(options.scene.as_deref())?;
     let simulator = files::simulator(&scene, options.sensor.as_deref())?;

@@ -3,7 +3,9 @@
 use crate::exit::bad_input;
 use crate::files;
 use anyhow::{Result, anyhow};
-use grideye_recording::{Layout, RecordingError, Row, csv, linaige, sniff};
+use grideye_frame::RawFrame;
+use grideye_recording::{Layout, Record, RecordingError, Row, StreamId, csv, linaige, sniff};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -21,6 +23,42 @@ pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>>> {
 /// The whole recording in memory.
 pub(crate) fn load(path: &Path) -> Result<Vec<Row>> {
     open(path)?.collect()
+}
+
+/// The records of a recording that holds one stream, with at least one frame that was read.
+pub(crate) fn load_stream(path: &Path) -> Result<Vec<Record>> {
+    let mut streams: BTreeMap<StreamId, Vec<Record>> = BTreeMap::new();
+    for row in open(path)? {
+        let row = row?;
+        streams.entry(row.stream).or_default().push(row.record);
+    }
+    if streams.len() > 1 {
+        return Err(bad_input(anyhow!(
+            "{} holds {} streams, and one is taken at a time\nhint: keep the rows of one device, sensor and boot",
+            path.display(),
+            streams.len()
+        )));
+    }
+    let records = streams
+        .pop_first()
+        .map(|(_, records)| records)
+        .unwrap_or_default();
+    if records
+        .iter()
+        .all(|record| record.reading.frame().is_none())
+    {
+        return Err(bad_input(anyhow!("{} holds no frame", path.display())));
+    }
+    Ok(records)
+}
+
+/// The frames of a recording that holds one stream, in order; those that are missing are left out.
+pub(crate) fn load_frames(path: &Path) -> Result<Vec<RawFrame>> {
+    let records = load_stream(path)?;
+    Ok(records
+        .iter()
+        .filter_map(|record| record.reading.frame().copied())
+        .collect())
 }
 
 fn rows(path: &Path) -> Result<Rows> {

@@ -1,10 +1,9 @@
 //! What the emulated sensor is shown: a scene, or a recording.
 
 use crate::cli::Demo;
-use crate::exit::bad_input;
 use crate::sensor::{self, Source};
 use crate::{compare, files, recordings};
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use grideye_frame::RawFrame;
 use grideye_scene::Scene;
 use grideye_validator::report::Input;
@@ -44,22 +43,12 @@ impl Show {
     /// Reads the scene or the recording, before anything is started.
     pub(super) fn prepare(options: &Demo) -> Result<Self> {
         if let Some(path) = &options.replay {
-            let rows = recordings::load(path)?;
-            let streams: std::collections::BTreeSet<_> =
-                rows.iter().map(|row| &row.stream).collect();
-            if streams.len() > 1 {
-                return Err(bad_input(anyhow!(
-                    "{} holds {} streams, and one is replayed at a time\nhint: keep the rows of one device, sensor and boot",
-                    path.display(),
-                    streams.len()
-                )));
-            }
             return Ok(Self::Replay(Replay {
-                frames: super::frames_of(&rows, path)?,
+                frames: recordings::load_frames(path)?,
             }));
         }
         let scene = files::load_scene(options.scene.as_deref())?;
-        let sensor = files::sensor_name(&scene, None)?;
+        let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
         let (name, input) = match &options.scene {
             Some(path) => (path.display().to_string(), compare::hashed(path)?),
             None => {
