@@ -246,7 +246,11 @@ fn a_person_sees_the_sensor_with_one_command() {
         "--address",
         "0x69",
     ]);
-    let ended = run(&mut check);
+    // The check runs in real time: a host that stalls is told apart from a sensor at fault, and asked again.
+    let ended = (0..3)
+        .map(|_| run(&mut check))
+        .find(|ended| !format!("{ended:?}").contains("too busy to read in time"))
+        .unwrap();
     assert_eq!(ended.code, 0, "{ended:?}");
     assert!(ended.stdout.contains("thermistor"), "{ended:?}");
 
