@@ -347,14 +347,44 @@ fn only_the_four_defined_power_modes_are_taken() {
 #[test]
 fn each_address_is_the_one_on_the_bus() {
     for (address, byte) in [(Address::Low, 0x68), (Address::High, 0x69)] {
-        let mut sensor = Amg8833::new(
-            Mock::new(&[Transaction::write(byte, vec![0x01, 0x30])]),
-            address,
-        );
+        let bus = [
+            Transaction::write(byte, vec![0x01, 0x30]),
+            Transaction::write_read(byte, vec![0x04], vec![0x02]),
+        ];
+        let mut sensor = Amg8833::new(Mock::new(&bus), address);
         assert_eq!(sensor.address(), address);
         assert_eq!(sensor.flag_reset(), Ok(()));
+        assert_eq!(sensor.status(), Ok(INTERRUPT));
         sensor.release().done();
+
+        let mut sensor = asynch::Amg8833::new(Yielding::new(Mock::new(&bus)), address);
+        assert_eq!(sensor.address(), address);
+        assert_eq!(block_on(sensor.flag_reset()), Ok(()));
+        assert_eq!(block_on(sensor.status()), Ok(INTERRUPT));
+        sensor.release().bus.done();
     }
+}
+
+/// What the tests of the blocking driver alone show holds for the async one too, methods added later included.
+#[test]
+fn the_async_driver_is_the_blocking_one_with_await() {
+    let blocking = include_str!("../src/blocking.rs");
+    let asynchronous = include_str!("../src/asynch.rs");
+    let without_await = asynchronous
+        .replace("async fn ", "fn ")
+        .replace("embedded_hal_async", "embedded_hal")
+        .replace("an asynchronous bus", "a bus")
+        .split_whitespace()
+        .collect::<String>()
+        .replace(".await", "");
+    assert_eq!(bare(&without_await), bare(blocking));
+}
+
+/// A source file without what the formatter may choose, and without the line that says what the file is.
+fn bare(source: &str) -> String {
+    let squeezed: String = source.split_whitespace().collect();
+    let start = squeezed.find("usecrate::Address;").unwrap();
+    squeezed[start..].replace(",)", ")")
 }
 
 // Waits, and bytes on the wire.
