@@ -23,13 +23,16 @@ pub(crate) fn pixel(celsius: f64) -> Word {
     }
 }
 
-/// Sign and magnitude in steps of a sixteenth degree, nearest step, saturating at -127.9375 and +127.9375. Zero has no
-/// sign.
+/// Sign and magnitude in steps of a sixteenth degree, nearest step, saturating at -127.9375 and +127.9375.
+///
+/// What rounds to zero has no sign. Minus zero itself has: a recording of the word 0x800 holds it, and is replayed as it
+/// was.
 pub(crate) fn thermistor(celsius: f64) -> Word {
     let (steps, overflow) = steps(celsius, 16.0, -MAGNITUDE_MAX);
     let magnitude = u16::try_from(steps.unsigned_abs()).unwrap_or(0);
+    let negative = steps < 0 || (celsius == 0.0 && celsius.is_sign_negative());
     Word {
-        bits: if steps < 0 {
+        bits: if negative {
             SIGN | magnitude
         } else {
             magnitude
@@ -156,12 +159,15 @@ mod tests {
     }
 
     #[test]
-    fn nearest_step_and_no_negative_zero() {
+    fn nearest_step_and_no_negative_zero_by_rounding() {
         assert_eq!(pixel(20.124), exact(0x050));
         assert_eq!(pixel(20.126), exact(0x051));
         assert_eq!(pixel(-0.125), exact(0xFFF));
         assert_eq!(pixel(-0.124), exact(0x000));
+        assert_eq!(pixel(-0.0), exact(0x000));
         assert_eq!(thermistor(-0.03), exact(0x000));
+        assert_eq!(thermistor(0.0), exact(0x000));
+        assert_eq!(thermistor(-0.0), exact(0x800));
         assert_eq!(thermistor(-0.032), exact(0x801));
     }
 

@@ -12,7 +12,7 @@ use amg8833_emulator::{Address, Bus, BusError, Clock, Fault, ManualClock, Option
 use core::time::Duration;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
-use grideye_frame::{Celsius, Frame, PixelIndex};
+use grideye_frame::{Celsius, Frame, PixelIndex, ThermistorWord};
 use std::cell::RefCell;
 
 type Source = Box<dyn FnMut(Duration) -> Frame>;
@@ -87,6 +87,23 @@ fn every_thermistor_value_comes_through_as_it_was_meant() {
         clock.set(time);
         let read = amg8833::word::thermistor_celsius(driver.read_thermistor().unwrap());
         assert_eq!(read, source(time).thermistor, "tick {tick}");
+    }
+}
+
+/// A recording holds words, and its replay has to give the very same: 0x800 is another word than 0x000.
+#[test]
+fn every_thermistor_word_comes_back_from_a_replay() {
+    let clock = ManualClock::new();
+    let decoded = |word| amg8833::word::thermistor_celsius(ThermistorWord(word));
+    let source = move |t: Duration| {
+        Frame::uniform(decoded(u16::try_from(t.as_millis() / 100 % 4_096).unwrap()))
+    };
+    let sensor = sensor(&clock, source, Options::default());
+    let mut driver = driver(&sensor);
+    for word in 1..=4_096_u16 {
+        clock.set(Duration::from_millis(100) * u32::from(word));
+        let read = driver.read_thermistor().unwrap();
+        assert_eq!(read, ThermistorWord(word % 4_096));
     }
 }
 
