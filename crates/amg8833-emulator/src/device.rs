@@ -13,6 +13,9 @@ pub const SLEEP_MIN: Duration = Duration::from_millis(100);
 /// The most frames that are made up for at once, a little more than a day's. When nobody looks for longer, only the
 /// newest of the missed frames are measured.
 pub const CATCH_UP_FRAMES_MAX: u64 = 1_000_000;
+/// The latest time that counts, 584 years from the clock's origin: the most that [`ManualClock`](crate::ManualClock)
+/// can show.
+const TIME_MAX: Duration = Duration::from_nanos(u64::MAX);
 /// Ticks after an initial reset that yield no frame: the first one is there after two (AMG88 spec §4-11-2).
 const WARM_UP_TICKS: u64 = 1;
 
@@ -63,7 +66,7 @@ enum Transfer {
 /// One AMG8833 at the level of bytes on its bus. Every call says what time it is.
 ///
 /// The registers stand still from START over repeated STARTs to STOP; what falls due in between comes after STOP
-/// (AMG88 spec §4-11-11). Times that lie before an earlier one count as that one.
+/// (AMG88 spec §4-11-11). Times that lie before an earlier one count as that one; those beyond 584 years, as 584 years.
 #[derive(Debug, Clone)]
 pub struct Device<S> {
     source: S,
@@ -396,7 +399,7 @@ impl<S> Device<S> {
 
     /// The time, which never runs backwards here.
     fn at_last(&mut self, now: Duration) -> Duration {
-        self.latest = self.latest.max(now);
+        self.latest = self.latest.max(now.min(TIME_MAX));
         self.latest
     }
 }

@@ -383,6 +383,19 @@ fn time_that_runs_backwards_counts_as_standing_still() {
 }
 
 #[test]
+fn a_time_beyond_every_clock_counts_as_the_latest() {
+    let mut device = Device::new(uniform(20.0), Options::default(), Duration::ZERO);
+    device.advance(Duration::MAX);
+    assert_eq!(device.frames(), CATCH_UP_FRAMES_MAX);
+    send(&mut device, &[0x00, 0x20], 0);
+    send(&mut device, &INITIAL_RESET, 0);
+    device.set_clock_error_ppm(-500_000, Duration::MAX);
+    device.power_cycle(Duration::MAX);
+    device.advance(Duration::MAX);
+    assert_eq!(device.frames(), CATCH_UP_FRAMES_MAX);
+}
+
+#[test]
 fn what_was_measured_before_a_power_cycle_counts() {
     let mut device = Device::new(counting, Options::default(), Duration::ZERO);
     device.power_cycle(Duration::from_millis(250));
