@@ -217,6 +217,16 @@ impl<C, S> Bus<C, S> {
     pub fn traffic(&self) -> Traffic {
         self.wire.traffic
     }
+
+    /// What breaks a transfer to this address: a fault of the whole bus, whichever sensor brings it, before the
+    /// sensor's own.
+    fn fault_at(&self, address: Option<Address>) -> Option<Fault> {
+        let faults = || self.devices.iter().flatten().filter_map(Device::fault);
+        [Fault::Unplugged, Fault::Hang]
+            .into_iter()
+            .find(|of_the_bus| faults().any(|fault| fault == *of_the_bus))
+            .or_else(|| self.device(address?)?.fault())
+    }
 }
 
 impl<C, S> ErrorType for Bus<C, S> {
@@ -231,11 +241,12 @@ impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
         address: u8,
         operations: &mut [Operation<'_>],
     ) -> Result<(), BusError> {
+        let place = Address::from_bits(address);
+        let fault = self.fault_at(place);
         let Self { wire, devices } = self;
-        let device = Address::from_bits(address)
+        let device = place
             .and_then(|address| devices.get_mut(address.place()))
             .and_then(Option::as_mut);
-        let fault = device.as_ref().and_then(|device| device.fault());
         if fault == Some(Fault::Unplugged) {
             return Err(BusError::Gone);
         }

@@ -9,7 +9,8 @@ pub enum Fault {
     BusError,
     /// The controller reports that another one drove the bus.
     ArbitrationLoss,
-    /// SCL is held low until the controller gives up after [`HANG_TIMEOUT`](crate::HANG_TIMEOUT).
+    /// SCL is held low until the controller gives up after [`HANG_TIMEOUT`](crate::HANG_TIMEOUT), at whatever address
+    /// on the sensor's bus.
     Hang,
     /// SDA is stuck high behind the acknowledge: every byte reads 0xFF.
     StuckHigh,
@@ -19,6 +20,7 @@ pub enum Fault {
     Freeze,
     /// The supply fails for a moment: the sensor starts anew with its defaults. Happens once, and does not stay.
     BrownOut,
-    /// The adapter is gone and the sensor without power. Clearing the fault powers it on.
+    /// The adapter is gone, for whatever address on the sensor's bus, and the sensor is without power. Clearing the
+    /// fault powers it on. Another sensor on the bus keeps its power.
     Unplugged,
 }

@@ -86,6 +86,43 @@ fn a_hang_takes_the_controllers_patience() {
 }
 
 #[test]
+fn what_takes_the_whole_bus_takes_its_other_sensor_too() {
+    let faults = [
+        (Fault::Hang, Err(BusError::Timeout)),
+        (Fault::Unplugged, Err(BusError::Gone)),
+        (Fault::NackAddress, Ok(())),
+        (Fault::BusError, Ok(())),
+    ];
+    for (fault, neighbour) in faults {
+        let mut rig = broken(fault);
+        let source: Source = Box::new(counting);
+        rig.bus.plug(Address::Low, source, Options::default());
+        assert_eq!(rig.bus.write(0x68, &[0x80]), neighbour, "{fault:?}");
+        let nobody = rig.bus.write(0x42, &[]).unwrap_err();
+        assert_eq!(nobody, neighbour.err().unwrap_or(NOBODY), "{fault:?}");
+        mended(&mut rig);
+        assert_eq!(rig.bus.write(0x68, &[0x80]), Ok(()), "{fault:?} mended");
+    }
+
+    let mut rig = broken(Fault::Hang);
+    let source: Source = Box::new(counting);
+    rig.bus.plug(Address::Low, source, Options::default());
+    rig.bus.set_fault(Address::Low, Fault::Unplugged);
+    for address in [0x68, 0x69] {
+        assert_eq!(
+            rig.bus.write(address, &[]),
+            Err(BusError::Gone),
+            "no adapter, no wait"
+        );
+    }
+}
+
+const NOBODY: BusError = BusError::NoAcknowledge {
+    address: 0x42,
+    source: NoAcknowledgeSource::Address,
+};
+
+#[test]
 fn stuck_lines_read_all_ones_or_all_zeros() {
     for (fault, byte) in [(Fault::StuckHigh, 0xFF), (Fault::AllZero, 0x00)] {
         let mut rig = broken(fault);
