@@ -111,6 +111,51 @@ impl FromStr for NoData {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::string::ToString;
+
+    /// The names that `recordings/README.md` specifies: files and stores hold them.
+    #[test]
+    fn the_names_are_those_of_the_format() {
+        let names: std::vec::Vec<_> = NoData::ALL.iter().map(|reason| reason.name()).collect();
+        assert_eq!(
+            names,
+            [
+                "nack",
+                "bus-error",
+                "bus-timeout",
+                "unplugged",
+                "short-transfer",
+                "host-stalled",
+                "not-ready",
+                "stuck-high",
+                "all-zero",
+                "frozen",
+                "wrong-configuration",
+            ]
+        );
+    }
+
+    #[test]
+    fn an_unknown_name_is_answered_with_the_known_ones() {
+        assert_eq!(
+            UnknownNoData.to_string(),
+            "no such reason for a missing frame; expected one of nack bus-error bus-timeout unplugged short-transfer \
+             host-stalled not-ready stuck-high all-zero frozen wrong-configuration"
+        );
+    }
+
+    #[test]
+    fn a_reading_gives_its_frame_and_keeps_its_reason() {
+        let frame = Reading::Frame(2);
+        assert_eq!(frame.frame(), Some(&2));
+        assert_eq!(frame.map(|steps| steps * 10), Reading::Frame(20));
+        let none: Reading<i32> = Reading::NoData(NoData::Frozen);
+        assert_eq!(none.frame(), None);
+        assert_eq!(
+            none.map(|steps| steps * 10),
+            Reading::NoData(NoData::Frozen)
+        );
+    }
 
     #[test]
     fn every_reason_is_found_again_by_its_name() {

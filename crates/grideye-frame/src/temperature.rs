@@ -66,3 +66,23 @@ impl Frame {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn degrees_are_written_exactly_or_as_precisely_as_asked_for() {
+        let celsius = Celsius::new(-20.0625);
+        assert_eq!(format!("{celsius}"), "-20.0625");
+        assert_eq!(format!("{celsius:.1} {celsius:>9.2}"), "-20.1    -20.06");
+    }
+
+    #[test]
+    fn a_uniform_frame_has_one_temperature_everywhere() {
+        let frame = Frame::uniform(Celsius::new(21.5));
+        assert_eq!(frame.thermistor, Celsius::new(21.5));
+        assert_eq!(frame.pixels, [Celsius::new(21.5); PIXELS]);
+    }
+}
