@@ -9,7 +9,7 @@ pub const CLOCK_ERROR_PPM_MAX: i32 = 500_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
     /// How far the sensor's own clock is off, in parts per million: -40,000 is 4 % slow, that is 9.6 frames a second.
-    /// Default 0. Real ones were measured at up to -43,000.
+    /// Default 0. One real sensor was measured at -42,000 to -44,000.
     pub clock_error_ppm: i32,
     /// How long after power-on the sensor's clock starts; the first tick comes one period (100 ms) later. Default 0.
     pub phase: Duration,

@@ -33,7 +33,8 @@ impl InterruptLevels {
     ///
     /// [`InvalidLevels`] if a temperature does not fit into its register, if `lower` is above `upper`, if
     /// `hysteresis` is negative, or if it exceeds a level: then the datasheet does not vouch for the output (AMG88
-    /// spec §4-11-8). A level below 0 °C is compared by its magnitude, as the hysteresis points towards 0 there.
+    /// spec §4-11-8). It does not say what that means for a level below 0 °C; here its magnitude counts. So a level of
+    /// 0 °C takes no hysteresis.
     pub fn new(upper: Celsius, lower: Celsius, hysteresis: Celsius) -> Result<Self, InvalidLevels> {
         let levels = Self {
             upper: word::pixel_word(upper).map_err(InvalidLevels::Upper)?,
