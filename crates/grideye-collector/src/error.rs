@@ -4,6 +4,9 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// Why the collector does not start, or did not end well.
+///
+/// Each message is whole: the reason stands in it, before its hint, and is therefore not given as `source` as well, or
+/// a program that prints the chain would say it twice.
 #[derive(Debug, thiserror::Error)]
 pub enum CollectorError {
     /// Another program listens there.
@@ -14,13 +17,13 @@ pub enum CollectorError {
     },
     /// The address cannot be listened on for another reason.
     #[error(
-        "cannot listen on {address}: {source}\nhint: the address must be one of this machine's own, and a port below 1024 needs root"
+        "cannot listen on {address}: {reason}\nhint: the address must be one of this machine's own, and a port below 1024 needs root"
     )]
     Listen {
         /// The address asked for.
         address: SocketAddr,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The address can be reached from other machines, and nobody said that this is meant.
     #[error(
@@ -31,23 +34,23 @@ pub enum CollectorError {
         address: SocketAddr,
     },
     /// The store cannot be opened.
-    #[error("cannot open the store {}: {source}", .path.display())]
+    #[error("cannot open the store {}: {reason}", .path.display())]
     Store {
         /// The file asked for.
         path: PathBuf,
         /// What is wrong with it.
-        source: StoreError,
+        reason: StoreError,
     },
     /// The store failed while it was being closed.
-    #[error("the store did not close well: {source}")]
+    #[error("the store did not close well: {reason}")]
     Close {
         /// What went wrong.
-        source: StoreError,
+        reason: StoreError,
     },
     /// The listening socket failed.
-    #[error("the listening socket failed: {source}")]
+    #[error("the listening socket failed: {reason}")]
     Socket {
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
 }

@@ -74,16 +74,16 @@ impl Collector {
         }
         let listener = TcpListener::bind(address)
             .await
-            .map_err(|source| match source.kind() {
+            .map_err(|reason| match reason.kind() {
                 io::ErrorKind::AddrInUse => CollectorError::AddressInUse { address },
-                _ => CollectorError::Listen { address, source },
+                _ => CollectorError::Listen { address, reason },
             })?;
         let local_addr = listener
             .local_addr()
-            .map_err(|source| CollectorError::Socket { source })?;
-        let state = open(&config, local_addr).await.map_err(|source| {
+            .map_err(|reason| CollectorError::Socket { reason })?;
+        let state = open(&config, local_addr).await.map_err(|reason| {
             let path = PathBuf::from(config.store.to_string());
-            CollectorError::Store { path, source }
+            CollectorError::Store { path, reason }
         })?;
         Ok(Self {
             listener,
@@ -130,7 +130,7 @@ impl Collector {
         let _ = tokio::time::timeout(server.limits.shutdown_time_max, finished).await;
         connections.shutdown().await;
         let closed = self.state.store().close().await;
-        closed.map_err(|source| CollectorError::Close { source })
+        closed.map_err(|reason| CollectorError::Close { reason })
     }
 }
 

@@ -284,13 +284,12 @@ async fn a_port_in_use_is_said_and_the_store_is_not_touched() {
 }
 
 #[tokio::test]
-async fn an_unusable_store_is_said_with_its_path() {
+async fn an_unusable_store_is_said_with_its_path_and_once() {
     let store = StoreLocation::File("/no/such/folder/frames.sqlite".into());
-    let text = Collector::bind(at(anywhere(), store))
-        .await
-        .err()
-        .unwrap()
-        .to_string();
+    let error = Collector::bind(at(anywhere(), store)).await.err().unwrap();
+    let text = error.to_string();
+    // Who prints the chain of sources would print the reason and its hint a second time.
+    assert!(std::error::Error::source(&error).is_none());
     assert!(
         text.contains("/no/such/folder/frames.sqlite") && text.contains("\nhint: "),
         "{text}"
