@@ -3,10 +3,12 @@
 use grideye_collector::{Collector, CollectorError, Config, StoreLocation, SystemClock};
 use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
 use serde_json::{Value, json};
+use std::io::Read as _;
 use std::net::SocketAddr;
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::runtime::Runtime;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
@@ -39,7 +41,8 @@ impl Server {
 
     fn begin(&mut self, store: &Path) -> Outcome {
         let store = StoreLocation::File(store.to_owned());
-        let config = Config::new(self.address, store, Arc::new(SystemClock::new()));
+        let mut config = Config::new(self.address, store, Arc::new(SystemClock::new()));
+        config.limits.store_lock_time_max = Duration::from_millis(200);
         let collector = self.runtime.block_on(Collector::bind(config))?;
         self.address = collector.local_addr();
         let (stop, stopped) = oneshot::channel::<()>();
@@ -371,6 +374,43 @@ fn the_page_comes_back_by_itself_when_the_collector_does() -> Outcome {
         "the page was not loaded anew"
     );
     assert_quiet(&browser, "ERR_CONNECTION_REFUSED")
+}
+
+/// Holds the store's file until its standard input ends.
+const HOLDER: &str = "import sqlite3, sys
+store = sqlite3.connect(sys.argv[1], isolation_level=None)
+store.execute('BEGIN IMMEDIATE')
+print('held', flush=True)
+sys.stdin.read()";
+
+#[test]
+fn a_store_that_takes_nothing_is_said_until_it_does() -> Outcome {
+    if left_out("a_store_that_takes_nothing_is_said_until_it_does") {
+        return Ok(());
+    }
+    let (server, browser, folder) = set_up()?;
+    let good = frame(&pixels(80, 9, 120), 402);
+    server.post(&batch("s1", 0, std::slice::from_ref(&good)))?;
+    field(&browser, "state", "live")?;
+    let mut holder = Command::new("python3")
+        .args(["-c", HOLDER])
+        .arg(folder.path().join("frames.sqlite"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()?;
+    let mut said = [0; 5];
+    let output = holder.stdout.as_mut().ok_or("python3 has no output")?;
+    output.read_exact(&mut said)?;
+    let refused = server.post(&batch("s1", 1, std::slice::from_ref(&good)));
+    assert!(refused.is_err_and(|error| error.to_string().contains("503")));
+    browser.wait_for_text("#link", |text| {
+        text == "connected, but frames cannot be stored: the store's file is locked by another program"
+    })?;
+    drop(holder.stdin.take());
+    holder.wait()?;
+    server.post(&batch("s1", 1, std::slice::from_ref(&good)))?;
+    browser.wait_for_text("#link", |text| text == "connected")?;
+    assert_quiet(&browser, "")
 }
 
 #[test]

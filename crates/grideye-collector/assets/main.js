@@ -47,6 +47,11 @@ follow({
     recordings.refresh();
   },
   frames: take,
+  alive({ store }) {
+    if (store === null) return;
+    link.dataset.state = "failing";
+    say(link, `connected, but frames cannot be stored: ${store}`);
+  },
   recordings: () => recordings.refresh(),
 });
 

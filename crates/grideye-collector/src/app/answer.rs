@@ -84,6 +84,7 @@ impl From<StoreError> for Refusal {
                 None,
             ),
             StoreError::Full => (StatusCode::INSUFFICIENT_STORAGE, "disk_full", None),
+            StoreError::Locked => (StatusCode::SERVICE_UNAVAILABLE, "store_locked", None),
             StoreError::Busy { .. } => (StatusCode::SERVICE_UNAVAILABLE, "busy", None),
             StoreError::Closed => (StatusCode::SERVICE_UNAVAILABLE, "stopping", None),
             StoreError::NotADatabase

@@ -59,10 +59,7 @@ async fn relay(state: &AppState, feed: &Feed, mut events: broadcast::Receiver<Ev
     while feed.send(Ok(next)).await.is_ok() {
         let heard = tokio::time::timeout(state.limits().live_keep_alive, events.recv()).await;
         next = match heard {
-            Err(_silence) => SseEvent::default()
-                .comment("still here")
-                .event("alive")
-                .data("{}"),
+            Err(_silence) => alive(state).await,
             Ok(Ok(event)) => SseEvent::default().event(event.name).data(&*event.data),
             Ok(Err(RecvError::Lagged(missed))) => {
                 let lagged = json!({ "missed": missed }).to_string();
@@ -75,6 +72,17 @@ async fn relay(state: &AppState, feed: &Feed, mut events: broadcast::Receiver<Ev
             Ok(Err(RecvError::Closed)) => return,
         };
     }
+}
+
+/// Says that the collector is there, and why the store takes nothing, if it does not: silence may come from either.
+async fn alive(state: &AppState) -> SseEvent {
+    let fault = state.store().ping().await.err();
+    let fault = fault.map(|fault| fault.to_string());
+    let reason = fault.as_deref().and_then(|fault| fault.lines().next());
+    SseEvent::default()
+        .comment("still here")
+        .event("alive")
+        .data(json!({ "store": reason }).to_string())
 }
 
 fn snapshot(state: &AppState) -> SseEvent {

@@ -70,7 +70,7 @@ pub trait FrameStore: Send + Sync + 'static {
         rows: usize,
     ) -> Answer<'_, Vec<StoredRecord>>;
 
-    /// Fails when the store cannot be read.
+    /// Fails when the store cannot be read, or when the last write failed.
     fn ping(&self) -> Answer<'_, ()>;
 
     /// Commits what was asked for and lets go of the files. Later calls answer [`StoreError::Closed`].
@@ -321,6 +321,11 @@ pub enum StoreError {
         "the disk that holds the store is full\nhint: make room; agents keep their frames until then and send them again"
     )]
     Full,
+    /// Another program holds the file, and did not let go of it in time.
+    #[error(
+        "the store's file is locked by another program\nhint: close what holds it, for example a database browser with changes that are not written; nothing of this request was stored"
+    )]
+    Locked,
     /// The file is no SQLite database.
     #[error(
         "the file is not a database\nhint: name another file, or move this one away; a new store is made where none is"

@@ -69,24 +69,36 @@ CREATE TABLE recordings (
 /// Makes the tables in an empty file, or makes sure that they are there.
 pub(super) fn prepare(connection: &mut Connection) -> Result<(), StoreError> {
     let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
-    let number = |pragma| transaction.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
-    let tables: i64 =
-        transaction.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;
-    match (number("application_id")?, number("user_version")?) {
-        (0, 0) if tables == 0 => {
-            transaction.execute_batch(TABLES)?;
-            transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
-            transaction.pragma_update(None, "user_version", LAYOUT)?;
-        }
-        (APPLICATION_ID, LAYOUT) => {}
-        (APPLICATION_ID, found) => {
-            return Err(StoreError::Newer {
-                found,
-                known: LAYOUT,
-            });
-        }
-        _ => return Err(StoreError::Foreign),
+    if recognise(&transaction)? == Found::Nothing {
+        transaction.execute_batch(TABLES)?;
+        transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
+        transaction.pragma_update(None, "user_version", LAYOUT)?;
     }
     transaction.commit()?;
     Ok(())
+}
+
+/// What a file holds that may become, or is, a store.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Found {
+    /// Nothing: a file just made.
+    Nothing,
+    /// The tables above.
+    Store,
+}
+
+/// Looks without changing anything, and refuses what is not ours to write.
+pub(super) fn recognise(connection: &Connection) -> Result<Found, StoreError> {
+    let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
+    let tables: i64 =
+        connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;
+    match (number("application_id")?, number("user_version")?) {
+        (0, 0) if tables == 0 => Ok(Found::Nothing),
+        (APPLICATION_ID, LAYOUT) => Ok(Found::Store),
+        (APPLICATION_ID, found) => Err(StoreError::Newer {
+            found,
+            known: LAYOUT,
+        }),
+        _ => Err(StoreError::Foreign),
+    }
 }

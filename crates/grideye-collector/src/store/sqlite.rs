@@ -32,6 +32,7 @@ pub struct SqliteStore {
     writer: Mutex<Option<JoinHandle<()>>>,
     readers: Arc<Mutex<Vec<Connection>>>,
     readers_free: Arc<Semaphore>,
+    fault: WriteFault,
     limits: Limits,
 }
 
@@ -48,7 +49,8 @@ impl SqliteStore {
             .map(|_| place.connect(limits))
             .collect::<Result<Vec<_>, _>>()?;
         let (commands, queue) = mpsc::channel(limits.writer_queue_max.max(1));
-        let writer = Writer::new(connection, limits.clone());
+        let fault = WriteFault::default();
+        let writer = Writer::new(connection, limits.clone(), fault.clone());
         let thread = std::thread::Builder::new()
             .name("store-writer".to_owned())
             .spawn(move || writer.run(queue))
@@ -58,6 +60,7 @@ impl SqliteStore {
             writer: Mutex::new(Some(thread)),
             readers_free: Arc::new(Semaphore::new(readers.len())),
             readers: Arc::new(Mutex::new(readers)),
+            fault,
             limits: limits.clone(),
         })
     }
@@ -167,7 +170,11 @@ impl FrameStore for SqliteStore {
     }
 
     fn ping(&self) -> Answer<'_, ()> {
-        self.query(|connection, _| read::ping(connection))
+        let readable = self.query(|connection, _| read::ping(connection));
+        Box::pin(async move {
+            readable.await?;
+            self.fault.get().map_or(Ok(()), Err)
+        })
     }
 
     fn close(&self) -> Answer<'_, ()> {
@@ -196,6 +203,23 @@ impl FrameStore for SqliteStore {
                 .clear();
             Ok(())
         })
+    }
+}
+
+/// Why the last write failed; nothing after one that went well.
+#[derive(Debug, Clone, Default)]
+struct WriteFault(Arc<Mutex<Option<StoreError>>>);
+
+impl WriteFault {
+    fn get(&self) -> Option<StoreError> {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    fn set(&self, fault: Option<StoreError>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = fault;
     }
 }
 
@@ -238,6 +262,8 @@ impl Place {
         connection.busy_timeout(limits.store_lock_time_max)?;
         connection.set_prepared_statement_cache_capacity(STATEMENTS_MAX);
         if self.on_disk {
+            // The change to WAL is written into the file, so it must be ours.
+            schema::recognise(&connection)?;
             connection.pragma_update(None, "journal_mode", "WAL")?;
         }
         connection.pragma_update(None, "synchronous", "FULL")?;
@@ -271,6 +297,7 @@ impl From<rusqlite::Error> for StoreError {
     fn from(error: rusqlite::Error) -> Self {
         match error.sqlite_error_code() {
             Some(ErrorCode::DiskFull) => Self::Full,
+            Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::Locked,
             Some(ErrorCode::NotADatabase) => Self::NotADatabase,
             Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => {
                 Self::Unusable {

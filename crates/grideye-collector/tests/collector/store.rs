@@ -680,10 +680,15 @@ fn what_is_no_store_is_refused_and_left_as_it_is() {
         .unwrap()
         .execute_batch("CREATE TABLE mine (x)")
         .unwrap();
+    let before = std::fs::read(&foreign).unwrap();
     assert!(
         refusal(&foreign).contains("another program\nhint: "),
         "{}",
         refusal(&foreign)
+    );
+    assert!(
+        std::fs::read(&foreign).unwrap() == before,
+        "a file of another program was written to"
     );
 
     let newer = folder.path().join("newer.sqlite");
@@ -749,9 +754,32 @@ async fn a_file_that_another_program_holds_is_waited_for_and_then_given_up() {
     };
     let (store, other) = held(folder.path(), &limits);
     let error = store.append(Arc::new(numbered([0])), 1).await.unwrap_err();
-    assert!(error.to_string().contains("locked"), "{error}");
+    assert!(matches!(error, StoreError::Locked), "{error}");
+    assert!(error.to_string().contains("\nhint: close"), "{error}");
     other.execute_batch("ROLLBACK").unwrap();
     append(&store, numbered([0])).await;
+}
+
+#[tokio::test]
+async fn a_store_that_cannot_write_is_ill_until_it_writes_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let limits = Limits {
+        store_lock_time_max: Duration::from_millis(50),
+        ..limits()
+    };
+    let (store, other) = held(folder.path(), &limits);
+    store.ping().await.unwrap();
+    store.append(Arc::new(numbered([0])), 1).await.unwrap_err();
+    assert!(matches!(store.ping().await, Err(StoreError::Locked)));
+    other.execute_batch("ROLLBACK").unwrap();
+    append(&store, numbered([0])).await;
+    store.ping().await.unwrap();
+    // A batch that is refused for what it says is no fault of the store.
+    let mut other_content = numbered([0]);
+    other_content.sensors[0].frames[0].stamp.t_boot_ns += 1;
+    let refused = store.append(Arc::new(other_content), 1).await;
+    assert!(matches!(refused, Err(StoreError::Conflict { .. })));
+    store.ping().await.unwrap();
 }
 
 #[tokio::test]

@@ -1,6 +1,6 @@
 //! The writer: one thread, one transaction at a time, as many requests in it as are waiting.
 
-use super::read;
+use super::{WriteFault, read};
 use crate::Limits;
 use crate::account;
 use crate::store::{Appended, Recording, RecordingId, SensorAppended, StoreError};
@@ -38,11 +38,16 @@ pub(super) enum Command {
 pub(super) struct Writer {
     connection: Connection,
     limits: Limits,
+    fault: WriteFault,
 }
 
 impl Writer {
-    pub(super) fn new(connection: Connection, limits: Limits) -> Self {
-        Self { connection, limits }
+    pub(super) fn new(connection: Connection, limits: Limits, fault: WriteFault) -> Self {
+        Self {
+            connection,
+            limits,
+            fault,
+        }
     }
 
     /// Serves until every sender is gone and the queue is empty, then folds the log into the file.
@@ -65,6 +70,7 @@ impl Writer {
     fn commit(&mut self, group: Vec<Command>) {
         let mut pending = Vec::with_capacity(group.len());
         let outcome = self.transact(group, &mut pending);
+        self.fault.set(outcome.clone().err());
         for reply in pending {
             reply(outcome.clone());
         }
@@ -163,6 +169,7 @@ fn breaks_the_group(error: &StoreError) -> bool {
     matches!(
         error,
         StoreError::Full
+            | StoreError::Locked
             | StoreError::NotADatabase
             | StoreError::Unusable { .. }
             | StoreError::Closed
