@@ -92,11 +92,15 @@ impl AppState {
 /// Every route.
 pub fn app(state: AppState) -> Router {
     let body_bytes_max = state.limits().body_bytes_max;
+    let small_body_bytes_max = state.limits().small_body_bytes_max;
     Router::new()
         .route("/", get(assets::page))
         .route("/assets/{name}", get(assets::asset))
         .route("/healthz", get(health))
-        .route("/v1/frames", post(ingest::frames))
+        .route(
+            "/v1/frames",
+            post(ingest::frames).layer(DefaultBodyLimit::max(body_bytes_max)),
+        )
         .route("/v1/sensors", get(audit::sensors))
         .route("/v1/audit", get(audit::audit))
         .route("/v1/live", get(events::live))
@@ -108,7 +112,7 @@ pub fn app(state: AppState) -> Router {
         .route("/v1/recordings/{id}/stop", post(recordings::stop))
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)
-        .layer(DefaultBodyLimit::max(body_bytes_max))
+        .layer(DefaultBodyLimit::max(small_body_bytes_max))
         .layer(from_fn_with_state(state.clone(), guard::guard))
         .with_state(state)
 }

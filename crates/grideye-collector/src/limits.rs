@@ -16,8 +16,10 @@ pub struct Limits {
     pub header_bytes_max: usize,
     /// From the end of the headers to the end of the body. Then 408.
     pub body_time_max: Duration,
-    /// Bytes of a request's body. More is answered 413.
+    /// Bytes of a body of frames. More is answered 413.
     pub body_bytes_max: usize,
+    /// Bytes of any other body. More is answered 413.
+    pub small_body_bytes_max: usize,
     /// Bytes of all bodies of frames that are being taken at once. A request that finds no room is answered 503.
     pub bodies_bytes_max: usize,
     /// How much one body of frames may hold.
@@ -69,6 +71,7 @@ impl Default for Limits {
             header_bytes_max: 16 * 1024,
             body_time_max: Duration::from_secs(10),
             body_bytes_max: FRAMES_MAX * FRAME_BYTES_MAX + 64 * 1024,
+            small_body_bytes_max: 16 * 1024,
             bodies_bytes_max: 64 * 1024 * 1024,
             batch: grideye_recording::wire::Limits::default(),
             handler_time_max: Duration::from_secs(20),

@@ -62,7 +62,7 @@ fn check_origin(hosts: &Hosts, request: &Request) -> Result<(), Refusal> {
         let what = format!("this server does not answer for the host {host:?}");
         return Err(Refusal::new(StatusCode::FORBIDDEN, "unknown_host", what)
             .field("host")
-            .hint("use 127.0.0.1 or the address that it listens on"));
+            .hint("use 127.0.0.1 or the address that it listens on, or start it with the name (`--host-name pi.local`)"));
     }
     if matches!(
         *request.method(),

@@ -54,7 +54,7 @@ async fn read_frames_body(state: &AppState, request: Request) -> Result<HeldBody
             Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
                 .hint("send again in a second; nothing of this request was stored")
         })?;
-    let bytes = read_json_body(state, request).await?;
+    let bytes = read_json_body(state, request, limits.body_bytes_max).await?;
     Ok(HeldBody { bytes, _room: room })
 }
 
@@ -64,21 +64,25 @@ fn announced_size(headers: &HeaderMap, limits: &Limits) -> Result<usize, Refusal
         .get(header::CONTENT_LENGTH)
         .and_then(|length| length.to_str().ok()?.parse::<usize>().ok());
     match announced {
-        Some(length) if length > limits.body_bytes_max => Err(too_large(limits)),
+        Some(length) if length > limits.body_bytes_max => Err(too_large(limits.body_bytes_max)),
         Some(length) => Ok(length),
         None => Ok(limits.body_bytes_max),
     }
 }
 
-/// Reads the body of any request that brings JSON, within its limits of size and time.
-pub(super) async fn read_json_body(state: &AppState, request: Request) -> Result<Bytes, Refusal> {
+/// Reads the body of any request that brings JSON, within its limits of time and size; the route holds it to the size.
+pub(super) async fn read_json_body(
+    state: &AppState,
+    request: Request,
+    bytes_max: usize,
+) -> Result<Bytes, Refusal> {
     let limits = state.limits();
     check_is_json(request.headers())?;
     let read = Bytes::from_request(request, state);
     match tokio::time::timeout(limits.body_time_max, read).await {
         Ok(Ok(bytes)) => Ok(bytes),
         Ok(Err(rejection)) if rejection.status() == StatusCode::PAYLOAD_TOO_LARGE => {
-            Err(too_large(limits))
+            Err(too_large(bytes_max))
         }
         Ok(Err(rejection)) => Err(Refusal::new(
             StatusCode::BAD_REQUEST,
@@ -110,9 +114,10 @@ fn check_is_json(headers: &HeaderMap) -> Result<(), Refusal> {
     )
 }
 
-fn too_large(limits: &Limits) -> Refusal {
-    let what = format!("the body is larger than {} bytes", limits.body_bytes_max);
-    Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, "body_too_large", what).hint("send smaller batches")
+fn too_large(bytes_max: usize) -> Refusal {
+    let what = format!("the body is larger than {bytes_max} bytes");
+    Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, "body_too_large", what)
+        .hint("send less at once; nothing of this request was stored")
 }
 
 fn too_many_sensors(limit: usize) -> Refusal {

@@ -25,8 +25,9 @@ pub(super) async fn start(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
-    let body = read_json_body(&state, request).await?;
-    let name = name_in(&body, state.limits().recording_name_chars_max)?;
+    let limits = state.limits();
+    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
+    let name = name_in(&body, limits.recording_name_chars_max)?;
     let recording = state
         .store()
         .start_recording(name, state.0.clock.utc_ns())

@@ -919,6 +919,56 @@ async fn health_is_that_of_the_store() {
 }
 
 #[tokio::test]
+async fn a_store_that_takes_nothing_is_said_to_agents_supervisors_and_pages() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frames.sqlite");
+    let limits = Limits {
+        store_lock_time_max: Duration::from_millis(20),
+        live_keep_alive: Duration::from_millis(20),
+        ..Limits::default()
+    };
+    let store = SqliteStore::open(&StoreLocation::File(path.clone()), &limits).unwrap();
+    let server = Server::on(Arc::new(store), limits).await;
+    let mut client = Client::of(&server).await;
+    assert_eq!(client.next().await.0, "snapshot");
+    let well = client.next().await;
+    assert_eq!(well, ("alive".to_owned(), json!({ "store": null })));
+    let other = rusqlite::Connection::open(path).unwrap();
+    other.execute_batch("BEGIN IMMEDIATE").unwrap();
+    let refused = server.frames(&numbered(0..1)).await;
+    assert_eq!(refused.error(), (503, "store_locked".to_owned(), None));
+    assert_eq!(refused.headers[header::RETRY_AFTER], "1");
+    assert_eq!(server.get("/healthz").await.status, 503);
+    let reason = loop {
+        let (_, event) = client.next().await;
+        if let Some(reason) = event["store"].as_str() {
+            break reason.to_owned();
+        }
+    };
+    assert_eq!(reason, "the store's file is locked by another program");
+}
+
+#[tokio::test]
+async fn only_bodies_of_frames_may_be_large() {
+    let server = Server::with(Limits {
+        small_body_bytes_max: 100,
+        ..Limits::default()
+    })
+    .await;
+    let named = |spaces| format!("{}{}", " ".repeat(spaces), r#"{"name":"x"}"#);
+    let large = server.post("/v1/recordings", named(89)).await;
+    assert_eq!(large.error(), (413, "body_too_large".to_owned(), None));
+    assert!(
+        large.json()["error"]["message"]
+            .to_string()
+            .contains("100 bytes")
+    );
+    let fits = server.post("/v1/recordings", named(88)).await;
+    assert_eq!(fits.status, StatusCode::CREATED);
+    assert_eq!(server.frames(&numbered(0..5)).await.status, StatusCode::OK);
+}
+
+#[tokio::test]
 async fn unknown_paths_and_wrong_methods_are_said_in_json() {
     let server = Server::new().await;
     for path in [
@@ -987,6 +1037,8 @@ async fn other_names_for_this_host_are_refused() {
         rebound.error(),
         (403, "unknown_host".to_owned(), Some("host".to_owned()))
     );
+    let hint = rebound.json()["error"]["hint"].to_string();
+    assert!(hint.contains("--host-name"), "{hint}");
     assert_eq!(server.send(with_host(None)).await.error().0, 400);
     let mut two = with_host(Some("localhost"));
     two.headers_mut()
