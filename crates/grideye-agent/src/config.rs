@@ -5,6 +5,7 @@
 
 use amg8833::{Address, FrameRate};
 use serde::Deserialize;
+use std::net::Ipv6Addr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -22,7 +23,7 @@ pub const BUSES_MAX: usize = 16;
 pub struct Config {
     /// The name under which this agent's frames are kept. `None`: the caller takes the host's name.
     pub device: Option<String>,
-    /// Where to deliver, without a trailing slash: `http://192.168.1.20:8420`.
+    /// Where to deliver, without a trailing slash: `http://192.168.1.20:8833`.
     pub collector: String,
     /// Pause between two posts while there is no backlog.
     pub post_every: Duration,
@@ -99,7 +100,10 @@ impl Config {
         let place = Place { text, origin };
         let raw: RawConfig = toml::from_str(text).map_err(|error| {
             let offset = error.span().map_or(0, |span| span.start);
-            place.refuse(offset, one_line(error.message()), KEYS_HINT)
+            // What the TOML crate calls u64 is no word of a person who writes a configuration.
+            let message =
+                one_line(error.message()).replace("expected u64", "expected a whole number");
+            place.refuse(offset, message, KEYS_HINT)
         })?;
         check(raw, &place)
     }
@@ -288,15 +292,13 @@ fn check_collector(
     place: &Place<'_>,
 ) -> Result<String, ConfigError> {
     let url = collector.get_ref().trim_end_matches('/');
-    let authority = url.strip_prefix("http://").unwrap_or_default();
-    let is_plain = !authority.is_empty() && !authority.contains(['/', '?', '#', '@', ' ', '"']);
-    if is_plain && authority.is_ascii() {
+    if url.strip_prefix("http://").is_some_and(is_host_and_port) {
         return Ok(url.to_owned());
     }
     let hint = if url.starts_with("https://") {
         "this version speaks plain http only; keep it within a network that you trust"
     } else {
-        "give the collector's address and port alone, for example http://192.168.1.20:8420"
+        "give the collector's address and port alone, for example http://192.168.1.20:8833"
     };
     Err(place.refuse(
         collector.span().start,
@@ -306,6 +308,24 @@ fn check_collector(
         ),
         hint,
     ))
+}
+
+/// Whether this is HOST:PORT. An address that cannot be right is refused at the start: as a failed delivery it would be
+/// tried again for ever.
+fn is_host_and_port(authority: &str) -> bool {
+    let Some((host, port)) = authority.rsplit_once(':') else {
+        return false;
+    };
+    let is_port =
+        port.bytes().all(|b| b.is_ascii_digit()) && port.parse::<u16>().is_ok_and(|port| port != 0);
+    let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let is_host = match host.strip_prefix('[') {
+        Some(inner) => inner
+            .strip_suffix(']')
+            .is_some_and(|inner| inner.parse::<Ipv6Addr>().is_ok()),
+        None => !host.is_empty() && host.chars().all(is_name),
+    };
+    is_port && is_host
 }
 
 fn check_bus(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, ConfigError> {
@@ -353,7 +373,11 @@ fn check_sensor(raw: RawSensor, place: &Place<'_>) -> Result<SensorConfig, Confi
         return Err(place.refuse(
             raw.address.span().start,
             format!("address: expected 0x68 or 0x69, found {found:#04x}"),
-            "give the 7-bit address: 0x69 on most breakout boards, 0x68 where AD_SELECT is at GND",
+            if matches!(found, 68 | 69) {
+                format!("write 0x{found}: without 0x it is a decimal number")
+            } else {
+                "give the 7-bit address: 0x69 on most breakout boards, 0x68 where AD_SELECT is at GND".to_owned()
+            },
         ));
     };
     let rate_hz = raw.rate_hz.as_ref().map_or(10, |rate| *rate.get_ref());
@@ -379,7 +403,7 @@ fn one_line(message: &str) -> String {
 mod tests {
     use super::*;
 
-    const SMALLEST: &str = "collector = \"http://collector:8420/\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
+    const SMALLEST: &str = "collector = \"http://collector:8833/\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
 
     fn refusal(text: &str) -> String {
         Config::parse(text, "agent.toml").unwrap_err().to_string()
@@ -389,7 +413,7 @@ mod tests {
     fn the_smallest_configuration_has_the_documented_defaults() {
         let config = Config::parse(SMALLEST, "agent.toml").unwrap();
         assert_eq!(config.device, None);
-        assert_eq!(config.collector, "http://collector:8420");
+        assert_eq!(config.collector, "http://collector:8833");
         assert_eq!(config.post_every, Duration::from_millis(500));
         assert_eq!(config.ring_frames, RING_FRAMES_DEFAULT);
         assert_eq!(config.request_timeout, Duration::from_secs(10));
@@ -400,7 +424,7 @@ mod tests {
     }
 
     /// Found, replaced with, and how the message begins.
-    const REFUSALS: [(&str, &str, &str); 14] = [
+    const REFUSALS: [(&str, &str, &str); 20] = [
         (
             "address = 0x69",
             "address = 0xd2",
@@ -419,7 +443,7 @@ mod tests {
         (
             "address = 0x69",
             "address = \"0x69\"",
-            "agent.toml:5:11: invalid type: string \"0x69\", expected u64\nhint: ",
+            "agent.toml:5:11: invalid type: string \"0x69\", expected a whole number\nhint: ",
         ),
         (
             "address = 0x69",
@@ -432,17 +456,17 @@ mod tests {
             "agent.toml:4:1: invalid type: map, expected a sequence\nhint: ",
         ),
         (
-            "http://collector:8420/",
-            "https://collector:8420",
-            "agent.toml:1:13: collector: expected http://HOST:PORT, found \"https://collector:8420\"\nhint: this version speaks plain http only",
+            "http://collector:8833/",
+            "https://collector:8833",
+            "agent.toml:1:13: collector: expected http://HOST:PORT, found \"https://collector:8833\"\nhint: this version speaks plain http only",
         ),
         (
-            "http://collector:8420/",
-            "collector:8420",
+            "http://collector:8833/",
+            "collector:8833",
             "agent.toml:1:13: collector: expected http://HOST:PORT",
         ),
         (
-            "http://collector:8420/",
+            "http://collector:8833/",
             "http://collector/v1/frames",
             "agent.toml:1:13: collector: expected http://HOST:PORT",
         ),
@@ -466,6 +490,36 @@ mod tests {
             "i2c-1",
             "agent.toml:3:8: path: expected a device file, found \"i2c-1\"\nhint: on a Raspberry Pi it is /dev/i2c-1",
         ),
+        (
+            "address = 0x69",
+            "address = 69",
+            "agent.toml:5:11: address: expected 0x68 or 0x69, found 0x45\nhint: write 0x69: without 0x",
+        ),
+        (
+            "http://collector:8833/",
+            "http://collector",
+            "agent.toml:1:13: collector: expected http://HOST:PORT",
+        ),
+        (
+            "http://collector:8833/",
+            "http://:8833",
+            "agent.toml:1:13: collector: expected http://HOST:PORT",
+        ),
+        (
+            "http://collector:8833/",
+            "http://collector:99999",
+            "agent.toml:1:13: collector: expected http://HOST:PORT",
+        ),
+        (
+            "http://collector:8833/",
+            "http://collector:0",
+            "agent.toml:1:13: collector: expected http://HOST:PORT",
+        ),
+        (
+            "http://collector:8833/",
+            "http://[::1",
+            "agent.toml:1:13: collector: expected http://HOST:PORT",
+        ),
         ("[[bus]]", "[[bus]", "agent.toml:2:"),
     ];
 
@@ -475,6 +529,18 @@ mod tests {
             let message = refusal(&SMALLEST.replacen(found, with, 1));
             assert!(message.starts_with(expected), "{with}: {message}");
             assert!(message.contains("\nhint: "), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_collector_is_named_by_host_name_or_by_address_of_either_kind() {
+        for collector in [
+            "http://pc.local:8833",
+            "http://192.168.1.20:80",
+            "http://[fe80::1]:8833",
+        ] {
+            let text = SMALLEST.replace("http://collector:8833/", collector);
+            assert_eq!(Config::parse(&text, "x").unwrap().collector, collector);
         }
     }
 

@@ -23,7 +23,7 @@
 //! let config = Config::parse(
 //!     r#"
 //!     device = "pi-1"
-//!     collector = "http://192.168.1.20:8420"
+//!     collector = "http://192.168.1.20:8833"
 //!
 //!     [[bus]]
 //!     path = "/dev/i2c-1"
@@ -35,7 +35,7 @@
 //! assert_eq!(config.buses[0].sensor_id(&config.buses[0].sensors[0]), "i2c-1:0x69");
 //!
 //! // A misspelt key stops the program, and the message says where.
-//! let error = Config::parse("colector = \"http://192.168.1.20:8420\"", "agent.toml").unwrap_err();
+//! let error = Config::parse("colector = \"http://192.168.1.20:8833\"", "agent.toml").unwrap_err();
 //! assert!(error.to_string().starts_with("agent.toml:1:1: unknown field `colector`"));
 //! # Ok::<(), grideye_agent::config::ConfigError>(())
 //! ```
