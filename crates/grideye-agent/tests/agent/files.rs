@@ -27,6 +27,10 @@ fn the_annotated_configuration_is_valid_and_its_comments_show_the_defaults() {
             amg8833::Address::High
         )]
     );
+    // The port on which `grideye collect` listens unless told otherwise, and the page says how to open it.
+    assert!(config.collector.ends_with(":8833"), "{}", config.collector);
+    let command = "grideye collect --listen 0.0.0.0:8833 --trust-network";
+    assert!(file("README.md").contains(command));
     // Every setting that is commented out is the default: uncommenting it changes nothing.
     let uncommented: String = text
         .lines()
@@ -73,6 +77,7 @@ fn the_unit_starts_the_agent_with_the_configuration_that_the_page_names() {
         "SupplementaryGroups=i2c",
         "DeviceAllow=char-i2c rw",
         "ProtectSystem=strict",
+        "RestartPreventExitStatus=2",
     ] {
         assert!(unit.lines().any(|line| line == needed), "{needed}");
     }
