@@ -15,11 +15,12 @@ use std::hash::{BuildHasher as _, RandomState};
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// How long [`AgentHandle::stop`] waits for the bus threads; one that hangs longer in a transfer is left behind.
 pub const BUS_STOP_MAX: Duration = Duration::from_secs(3);
+/// How long [`AgentHandle::stop`] waits beyond its time for the uploader; one that hangs in a post is left behind.
+pub const UPLOAD_STOP_MAX: Duration = Duration::from_secs(1);
 /// A full ring is said once in so many records, not for each.
 const RING_FULL_SAID_EVERY: u64 = 100;
 /// Stack of each thread. Only what is touched becomes resident.
@@ -121,7 +122,7 @@ impl Agent {
         let mut handle = AgentHandle {
             shared,
             running,
-            uploader: None,
+            uploading: Arc::new(Running::new(1)),
             bus_names: Vec::new(),
         };
         let mut first_stream = 0;
@@ -149,7 +150,14 @@ impl Agent {
             request_timeout: agent.request_timeout,
         };
         let mut uploader = Uploader::new(target, Arc::clone(&handle.shared), clock, log);
-        handle.uploader = Some(spawn("upload", move || uploader.run())?);
+        let uploading = Arc::clone(&handle.uploading);
+        spawn("upload", move || {
+            let _ended = Ended {
+                running: &uploading,
+                index: 0,
+            };
+            uploader.run();
+        })?;
         Ok(handle)
     }
 }
@@ -159,7 +167,7 @@ impl Agent {
 pub struct AgentHandle {
     shared: Arc<Shared>,
     running: Arc<Running>,
-    uploader: Option<JoinHandle<()>>,
+    uploading: Arc<Running>,
     bus_names: Vec<String>,
 }
 
@@ -188,6 +196,12 @@ impl AgentHandle {
         self.shared.with_ring(|ring| ring.accounts())
     }
 
+    /// Records that the collector is not yet known to have, of all sensors together.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.shared.with_ring(|ring| ring.len())
+    }
+
     /// Whether every sensor has reached its limit of frames.
     #[must_use]
     pub fn is_finished(&self) -> bool {
@@ -202,14 +216,13 @@ impl AgentHandle {
 
     /// Stops reading, delivers what is left for up to `flush_for`, and says what was done.
     #[must_use]
-    pub fn stop(mut self, flush_for: Duration) -> Summary {
+    pub fn stop(self, flush_for: Duration) -> Summary {
         self.running.is_stopping.store(true, Ordering::SeqCst);
         self.running.wait(BUS_STOP_MAX);
         self.shared.flush_until(Instant::now() + flush_for);
-        if let Some(uploader) = self.uploader.take() {
-            // A panic of the uploader leaves the rest in the ring, which the summary shows.
-            let _ = uploader.join();
-        }
+        // A panic of the uploader leaves the rest in the ring, which the summary shows; so does a post that began before
+        // the stop and hangs: it may last as long as a request may, and is not waited for.
+        self.uploading.wait(flush_for + UPLOAD_STOP_MAX);
         let sensors = self.shared.with_ring(|ring| {
             let named = |(sensor, account): (String, Account)| {
                 let acknowledged = ring.acknowledged(&sensor);
@@ -322,7 +335,7 @@ impl Sink for BusThread {
     }
 }
 
-/// Which bus threads still run, and whether they shall.
+/// Which of some threads still run, and whether they shall.
 #[derive(Debug)]
 struct Running {
     is_stopping: AtomicBool,
@@ -370,7 +383,7 @@ impl Running {
     }
 }
 
-/// Says that a bus thread has ended, however it ended.
+/// Says that a thread has ended, however it ended.
 struct Ended<'a> {
     running: &'a Running,
     index: usize,
@@ -404,14 +417,17 @@ fn sensor_names(buses: &[(BusConfig, AnyBus)]) -> Result<Vec<String>, StartError
     Ok(names)
 }
 
-fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, StartError> {
+fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), StartError> {
     let thread = std::thread::Builder::new()
         .name(name.to_owned())
         .stack_size(STACK_BYTES);
-    thread.spawn(work).map_err(|source| StartError::Thread {
-        name: name.to_owned(),
-        source,
-    })
+    match thread.spawn(work) {
+        Ok(_) => Ok(()),
+        Err(source) => Err(StartError::Thread {
+            name: name.to_owned(),
+            source,
+        }),
+    }
 }
 
 /// 64 random bits in hexadecimal: the standard library seeds its hash maps with the system's randomness.

@@ -21,6 +21,11 @@ pub trait OpenBus {
     /// [`OpenError`], with the reason and what to do about it.
     fn open(&mut self) -> Result<Self::Bus, OpenError>;
 
+    /// The bus' name for the log.
+    fn name(&self) -> String {
+        "the bus".to_owned()
+    }
+
     /// What this error means for the frame that was being read.
     fn classify(&self, error: &<Self::Bus as ErrorType>::Error) -> NoData {
         by_kind(error.kind())
@@ -144,6 +149,10 @@ impl OpenBus for LinuxBus {
         Ok(LinuxI2c {
             devices: devices.collect::<Result<_, OpenError>>()?,
         })
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
     }
 
     fn classify(&self, error: &LinuxError) -> NoData {

@@ -53,16 +53,21 @@ impl Log {
         })
     }
 
+    /// Hands on a line of this level.
+    pub fn line(&self, level: Level, line: impl AsRef<str>) {
+        (self.0)(level, line.as_ref());
+    }
+
     pub(crate) fn info(&self, line: impl AsRef<str>) {
-        (self.0)(Level::Info, line.as_ref());
+        self.line(Level::Info, line);
     }
 
     pub(crate) fn warning(&self, line: impl AsRef<str>) {
-        (self.0)(Level::Warning, line.as_ref());
+        self.line(Level::Warning, line);
     }
 
     pub(crate) fn error(&self, line: impl AsRef<str>) {
-        (self.0)(Level::Error, line.as_ref());
+        self.line(Level::Error, line);
     }
 }
 

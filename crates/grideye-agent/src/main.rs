@@ -8,7 +8,7 @@ use grideye_agent::bus::LinuxBus;
 use grideye_agent::check;
 use grideye_agent::clock::{Clock, SystemClock};
 use grideye_agent::config::{BusConfig, CONFIG_BYTES_MAX, Config};
-use grideye_agent::log::Log;
+use grideye_agent::log::{Level, Log};
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -111,7 +111,10 @@ fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let config = read_config(&args.config)?;
     let stopping = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stopping))
+        // In this order: the first signal asks the agent to stop, and a second one ends it at once.
+        let at_once = i32::from(DATA_LOST);
+        signal_hook::flag::register_conditional_shutdown(signal, at_once, Arc::clone(&stopping))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stopping)))
             .context("no handler for signals")?;
     }
     let mut start = Start::new(config, host_name());
@@ -123,8 +126,18 @@ fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
         .map(|bus| (bus.clone(), linux_bus(bus)))
         .collect();
     let log = Log::to_stderr();
-    let agent = Agent::start(start, buses, Arc::new(SystemClock::new()), log)?;
+    let agent = Agent::start(start, buses, Arc::new(SystemClock::new()), log.clone())?;
     wait(&agent, &stopping);
+    if stopping.load(Ordering::SeqCst) {
+        let held = agent.held();
+        log.line(
+            Level::Info,
+            format!(
+                "stopping; {held} records are being delivered, for {} s at most (a second signal ends at once and loses them)",
+                FLUSH_FOR.as_secs()
+            ),
+        );
+    }
     let summary = agent.stop(FLUSH_FOR);
     write_stdout(&format!("{summary}\n"))?;
     Ok(exit_code(&summary))
@@ -158,9 +171,14 @@ fn read_config(path: &Path) -> anyhow::Result<Config> {
         Ok(text)
     };
     let text = read().map_err(|error| {
-        BadUsage(format!(
-            "{origin}: {error}\nhint: copy firmware-config/agent.toml there and edit it"
-        ))
+        let hint = match error.kind() {
+            std::io::ErrorKind::NotFound => "copy firmware-config/agent.toml there and edit it",
+            std::io::ErrorKind::PermissionDenied => {
+                "make the file readable for the user that runs the agent"
+            }
+            _ => "name the agent's configuration, a text file such as firmware-config/agent.toml",
+        };
+        BadUsage(format!("{origin}: {error}\nhint: {hint}"))
     })?;
     Ok(Config::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?)
 }

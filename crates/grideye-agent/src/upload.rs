@@ -135,6 +135,8 @@ pub struct Uploader {
     log: Log,
     batch_records: usize,
     failures: u32,
+    /// The failure that the log has last said; another one is said anew, the same one is not.
+    said: Option<String>,
     last_accepted: Option<Instant>,
 }
 
@@ -161,6 +163,7 @@ impl Uploader {
             log,
             batch_records: BATCH_RECORDS_MAX,
             failures: 0,
+            said: None,
             last_accepted: None,
         }
     }
@@ -231,6 +234,7 @@ impl Uploader {
                 .info(format!("delivering again; {left} records wait"));
         }
         self.failures = 0;
+        self.said = None;
         self.last_accepted = Some(Instant::now());
         self.batch_records = (2 * self.batch_records).min(BATCH_RECORDS_MAX);
         if left >= self.batch_records {
@@ -255,10 +259,13 @@ impl Uploader {
     }
 
     fn failed(&mut self, why: &str, retry_after: Option<Duration>) -> Duration {
-        if self.failures == 0 {
+        if self.said.as_deref() != Some(why) {
             let held = self.shared.with_ring(|ring| ring.len());
-            self.log
-                .warning(format!("delivery failed, {held} records wait: {why}"));
+            self.log.warning(format!(
+                "delivery to {} failed, {held} records wait: {why}",
+                self.target.collector
+            ));
+            self.said = Some(why.to_owned());
         }
         self.failures = self.failures.saturating_add(1);
         retry_after.map_or_else(
@@ -280,7 +287,7 @@ impl Uploader {
         match self.send(&body) {
             Ok(posted) => posted,
             Err(error) => Posted::Later {
-                why: error.to_string(),
+                why: format!("{error}{}", hint(&error)),
                 retry_after: None,
             },
         }
@@ -320,6 +327,26 @@ impl Uploader {
         Ok(understand(status, &answer, retry_after))
     }
 }
+
+/// What a person can do where no answer came.
+fn hint(error: &ureq::Error) -> &'static str {
+    use std::io::ErrorKind;
+    match error {
+        ureq::Error::HostNotFound => NAME_HINT,
+        // The resolver's failures are an `io::Error` without a number or a kind of their own.
+        ureq::Error::Io(error) if error.to_string().contains("lookup") => NAME_HINT,
+        ureq::Error::Io(error) if error.kind() == ErrorKind::ConnectionRefused => {
+            "\nhint: is `grideye collect` running there, on this port? On its own it listens on loopback alone; other machines \
+             reach it with --listen 0.0.0.0:8833 --trust-network"
+        }
+        ureq::Error::Io(_) | ureq::Error::Timeout(_) | ureq::Error::ConnectionFailed => {
+            "\nhint: is the network up, is this the collector's address, and does its firewall let the port through?"
+        }
+        _ => "",
+    }
+}
+
+const NAME_HINT: &str = "\nhint: is the host's name right, and the network up? An address such as 192.168.1.20 needs no name";
 
 fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Posted {
     match status {

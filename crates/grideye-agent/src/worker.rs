@@ -1,6 +1,7 @@
 //! The thread of one bus: opens it, does what its sensors' samplers want done, and hands the records on.
 
 use crate::bus::OpenBus;
+use crate::check;
 use crate::clock::{Clock, Stamper};
 use crate::config::SensorConfig;
 use crate::log::Log;
@@ -10,6 +11,7 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 use grideye_frame::{NoData, RawFrame, Reading};
 use grideye_recording::Record;
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -19,6 +21,8 @@ pub(crate) const SLEEP_MAX: Duration = Duration::from_millis(200);
 pub(crate) const REOPEN_PAUSE: Duration = Duration::from_millis(500);
 /// The longest pause between two attempts to open a bus.
 pub(crate) const REOPEN_PAUSE_MAX: Duration = Duration::from_secs(10);
+/// Faults of a sensor without a good frame between them after which the log says, with what to do, that no frame comes.
+const FAULTS_BEFORE_SAID: u32 = 3;
 /// Failed operations in a row, of all sensors of the bus, after which the bus is opened anew.
 pub(crate) const FAULTS_BEFORE_REOPEN: u32 = 30;
 
@@ -36,8 +40,12 @@ pub(crate) struct Sensor {
     config: SensorConfig,
     pub(crate) sampler: Sampler,
     stamper: Stamper,
-    /// Whether the log has said that frames are missing.
+    /// Whether the log has said that something fails.
     is_failing: bool,
+    /// Whether the log has said that frames are missing, or, before the first one, that none comes.
+    is_missing: bool,
+    /// Faults since the last good frame.
+    faults: u32,
 }
 
 impl Sensor {
@@ -54,6 +62,8 @@ impl Sensor {
             sampler: Sampler::new(config.rate.period(), now, frames_limit),
             stamper: Stamper::default(),
             is_failing: false,
+            is_missing: false,
+            faults: 0,
         }
     }
 }
@@ -81,6 +91,8 @@ pub(crate) struct Worker<O: OpenBus> {
     bus: Option<O::Bus>,
     reopen_at: Duration,
     reopen_pause: Duration,
+    /// Why the bus did not open when the log last said it.
+    said: Option<String>,
     faults_in_a_row: u32,
 }
 
@@ -94,6 +106,7 @@ impl<O: OpenBus> Worker<O> {
             bus: None,
             reopen_at: Duration::ZERO,
             reopen_pause: REOPEN_PAUSE,
+            said: None,
             faults_in_a_row: 0,
         }
     }
@@ -153,12 +166,16 @@ impl<O: OpenBus> Worker<O> {
             Ok(bus) => {
                 self.bus = Some(bus);
                 self.faults_in_a_row = 0;
-                self.log.info("bus opened");
+                self.said = None;
+                self.log.info(format!("{}: opened", self.opener.name()));
                 true
             }
             Err(error) => {
-                if self.reopen_pause == REOPEN_PAUSE {
-                    self.log.error(error.to_string());
+                // A bus may be missing first and forbidden then: each reason is said, but none at each attempt.
+                let why = error.to_string();
+                if self.said.as_ref() != Some(&why) {
+                    self.log.error(&why);
+                    self.said = Some(why);
                 }
                 self.reopen_at = now + self.reopen_pause;
                 self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
@@ -216,8 +233,10 @@ impl<O: OpenBus> Worker<O> {
             let now = self.clock.boot();
             self.reopen_at = now + self.reopen_pause;
             self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
-            self.log
-                .warning(format!("bus closed after {reason}, to be opened again"));
+            self.log.warning(format!(
+                "{}: closed after {reason}, to be opened again",
+                self.opener.name()
+            ));
             self.tell_bus_lost(now, reason);
         }
     }
@@ -254,18 +273,38 @@ impl Sensor {
             self.is_failing = true;
             log.warning(format!("{}: {kind}", self.id));
         }
+        self.faults = self.faults.saturating_add(1);
+        // Before the first frame there is no number for the ones that are missing, so the faults have to speak.
+        match kind.parse() {
+            Ok(reason) if self.faults == FAULTS_BEFORE_SAID => {
+                self.say_missing(format_args!("no frame comes"), reason, log);
+            }
+            _ => {}
+        }
+    }
+
+    fn say_missing(&mut self, what: fmt::Arguments<'_>, reason: NoData, log: &Log) {
+        if !self.is_missing {
+            self.is_missing = true;
+            let hint = check::hint(reason);
+            log.error(format!("{}: {what}: {reason}\nhint: {hint}", self.id));
+        }
     }
 
     fn say_what_became(&mut self, seq: u64, reading: &Reading<RawFrame>, log: &Log) {
         match reading {
             Reading::NoData(reason) => {
-                if !self.is_failing {
-                    log.error(format!("{}: frame {seq} missing: {reason}", self.id));
-                }
+                self.say_missing(
+                    format_args!("frames are missing from {seq} on"),
+                    *reason,
+                    log,
+                );
                 self.is_failing = true;
             }
             Reading::Frame(_) if self.is_failing => {
                 self.is_failing = false;
+                self.is_missing = false;
+                self.faults = 0;
                 log.info(format!("{}: reading again from frame {seq} on", self.id));
             }
             Reading::Frame(_) => {}

@@ -149,7 +149,7 @@ fn a_full_ring_keeps_the_newest_frames_and_counts_the_others() {
     assert!(
         lines
             .iter()
-            .any(|(level, line)| *level == Level::Warning && line.contains("delivery failed")),
+            .any(|(level, line)| *level == Level::Warning && line.starts_with("delivery to ")),
         "{lines:?}"
     );
 }
@@ -201,6 +201,124 @@ fn no_collector_at_all_ends_in_time_with_everything_still_counted() {
     assert!(stopping.elapsed() < Duration::from_secs(3));
     assert_eq!(summary.sensors[SENSOR].account.spooled, 50);
     assert_balanced(&summary, &collector);
+}
+
+#[test]
+fn a_post_that_hangs_does_not_hold_up_the_stop() {
+    let collector = Collector::start(vec![Conduct::Silence(20_000)]);
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
+    let config = grideye_agent::config::Config {
+        request_timeout: Duration::from_secs(120),
+        ..config(&collector.url)
+    };
+    let agent = start_with(config, &host, &bus, &SENSORS, Some(50), Log::silent());
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    let until = Instant::now() + Duration::from_secs(10);
+    while collector.store.lock().unwrap().bodies == 0 && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let stopping = Instant::now();
+    let summary = agent.stop(Duration::from_millis(500));
+    assert!(stopping.elapsed() < Duration::from_secs(5));
+    assert_eq!(summary.sensors[SENSOR].account.spooled, 50);
+    assert!(!summary.is_complete());
+    // The collector in this process hangs on, and its end would wait for it.
+    std::mem::forget(collector);
+}
+
+#[test]
+fn each_reason_of_failure_is_said_once_with_the_collectors_address() {
+    use Conduct::{Status, Store};
+    let collector = Collector::start(vec![Status(404), Status(404), Status(503), Store]);
+    let lines = Arc::new(Mutex::new(Vec::new()));
+    let sink = Arc::clone(&lines);
+    let log = Log::new(move |level, line| sink.lock().unwrap().push((level, line.to_owned())));
+    let (_host, agent) = read_all(&collector, 10_000, log);
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    assert!(agent.stop(Duration::from_secs(30)).is_complete());
+    let failures: Vec<String> = lines
+        .lock()
+        .unwrap()
+        .iter()
+        .filter(|(level, _)| *level == Level::Warning)
+        .map(|(_, line)| line.clone())
+        .collect();
+    assert_eq!(failures.len(), 2, "{failures:?}");
+    for (line, status) in failures.iter().zip(["status 404", "status 503"]) {
+        assert!(
+            line.starts_with(&format!("delivery to {} failed", collector.url)),
+            "{line}"
+        );
+        assert!(line.contains(status), "{line}");
+    }
+}
+
+/// A bus that is not there at first, may not be opened then, and at last may.
+struct LateBus {
+    attempts: usize,
+    bus: Emulated,
+}
+
+impl OpenBus for LateBus {
+    type Bus = Emulated;
+
+    fn open(&mut self) -> Result<Emulated, OpenError> {
+        let path = "/dev/i2c-1".to_owned();
+        self.attempts += 1;
+        match self.attempts {
+            1..=3 => Err(OpenError::NoSuchBus { path }),
+            4..=6 => Err(OpenError::PermissionDenied { path }),
+            _ => Ok(self.bus.clone()),
+        }
+    }
+
+    fn name(&self) -> String {
+        "/dev/i2c-1".to_owned()
+    }
+}
+
+#[test]
+fn the_log_names_the_bus_each_reason_why_it_does_not_open_and_what_to_do() {
+    let collector = Collector::storing();
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
+    let lines = Arc::new(Mutex::new(Vec::new()));
+    let sink = Arc::clone(&lines);
+    let log = Log::new(move |level, line| sink.lock().unwrap().push((level, line.to_owned())));
+    let start = Start {
+        frames_limit: Some(10),
+        ..Start::new(config(&collector.url), "host")
+    };
+    let bus_config = BusConfig {
+        path: "/dev/i2c-1".into(),
+        sensors: SENSORS.to_vec(),
+    };
+    let buses = vec![(bus_config, AnyBus::new(LateBus { attempts: 0, bus }))];
+    let agent = Agent::start(start, buses, host, log).unwrap();
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    let _ = agent.stop(Duration::from_secs(5));
+    let lines = lines.lock().unwrap();
+    let said = |wanted: Level, beginning: &str| {
+        let hits = lines
+            .iter()
+            .filter(|(level, line)| *level == wanted && line.starts_with(beginning));
+        hits.count()
+    };
+    assert_eq!(said(Level::Error, "/dev/i2c-1: no such bus\nhint: "), 1);
+    assert_eq!(
+        said(Level::Error, "/dev/i2c-1: permission denied\nhint: "),
+        1
+    );
+    assert_eq!(said(Level::Info, "/dev/i2c-1: opened"), 1);
+    assert_eq!(
+        said(
+            Level::Error,
+            "i2c-1:0x69: no frame comes: unplugged\nhint: "
+        ),
+        1,
+        "{lines:?}"
+    );
 }
 
 /// A bus whose transfers never end, until the test does.

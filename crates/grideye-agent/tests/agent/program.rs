@@ -2,6 +2,7 @@
 
 use crate::support::*;
 use rustix::process::{Pid, Signal, kill_process};
+use std::io::BufRead as _;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -35,6 +36,12 @@ fn bad_usage_and_bad_configuration_end_with_2_and_say_where() {
         2,
         "hint: copy firmware-config/agent.toml there",
     );
+    // A folder is there already: nothing has to be copied to it.
+    assert_ends(
+        &["run", "--config", "/"],
+        2,
+        "hint: name the agent's configuration, a text file",
+    );
     assert_ends(
         &["check", "--address", "0xd2"],
         2,
@@ -53,6 +60,32 @@ fn bad_usage_and_bad_configuration_end_with_2_and_say_where() {
         2,
         &format!("error: {path}:1:1: unknown field `colector`"),
     );
+}
+
+#[test]
+fn a_collector_that_is_not_there_is_named_and_a_second_signal_does_not_wait_for_it() {
+    let config = configuration(NO_BUS);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_grideye-agent"))
+        .args(["run", "--config", config.path().to_str().unwrap()])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut log = std::io::BufReader::new(child.stderr.take().unwrap());
+    let mut wait_for = |wanted: &str| {
+        let mut said = String::new();
+        while !said.contains(wanted) {
+            assert!(log.read_line(&mut said).unwrap() > 0, "{said}");
+        }
+    };
+    wait_for("delivery to http://127.0.0.1:9 failed, ");
+    wait_for("hint: is `grideye collect` running there");
+    let first = Instant::now();
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    wait_for("info: stopping; ");
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(3));
+    assert!(first.elapsed() < Duration::from_secs(5));
 }
 
 #[test]
