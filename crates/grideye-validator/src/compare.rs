@@ -382,9 +382,10 @@ fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
 fn warm_pixels(view: &SceneView, pairs: &[(usize, usize)], warm_above_c: f64) -> WarmPixels {
     let union = view.union(pairs, &view.simulated);
     let frames = view.real.iter().map(Prepared::celsius);
+    let claims = view.simulated.iter().map(Prepared::steady);
     WarmPixels {
         real: warm_of_themselves(frames, warm_above_c) / count(view.real.len()),
-        claimed: count(union.claimed) / count(pairs.len()),
+        claimed: warm_of_themselves(claims, warm_above_c) / count(view.simulated.len()),
         overlap: (union.pixels > 0).then(|| count(union.both) / count(union.pixels)),
     }
 }

@@ -27,8 +27,6 @@ pub(crate) struct Union {
     pub(crate) pixels: usize,
     /// Warm in both.
     pub(crate) both: usize,
-    /// Warm in the claim.
-    pub(crate) claimed: usize,
     predicted: Squares,
     blank: Squares,
 }
@@ -67,7 +65,6 @@ impl Union {
         for ((&measured, &steady), (&claim, &predicted)) in sides.zip(claims) {
             let really_warm = steady - offset_c - warmth.ambient_c > warmth.real_above_c;
             let claimed_warm = claim - warmth.ambient_c > warmth.claimed_above_c;
-            self.claimed += usize::from(claimed_warm);
             self.both += usize::from(really_warm && claimed_warm);
             if really_warm || claimed_warm {
                 self.pixels += 1;
@@ -157,7 +154,7 @@ mod tests {
         (real[3], claim[3]) = (20.75, 20.5);
         let (union, offset_c) = union(&real, &claim);
         assert!(offset_c.abs() < 1e-12);
-        assert_eq!((union.pixels, union.both, union.claimed), (3, 1, 2));
+        assert_eq!((union.pixels, union.both), (3, 1));
         let [(_, gain), (_, with_offset)] = union.gains();
         assert!((gain.unwrap() - (1.0 - (5.5625_f64 / 20.0).sqrt())).abs() < 1e-12);
         assert_eq!(gain, with_offset);

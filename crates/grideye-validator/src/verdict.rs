@@ -99,14 +99,15 @@ pub(crate) struct Evidence<'a> {
     pub(crate) lag_frames: usize,
 }
 
-/// Warm pixels a frame, on average.
+/// Warm pixels a frame, on average: both counts by the same rule, so that they can be set side by side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WarmPixels {
     /// In the real frames, above the median of their own pixels.
     pub real: f64,
-    /// In the noise-free simulated frames: what the scene claims.
+    /// In the noise-free simulated frames, above the median of their own pixels: what the scene claims.
     pub claimed: f64,
-    /// Pixels warm in both over pixels warm in either, 0 to 1; `None` if none is warm.
+    /// Of the pixels that the gain is taken over, the share that is warm on both sides, 0 to 1; `None` if there are
+    /// none. The gain asks less of the claim than of the real side, so that the right scene does not reach 1.
     pub overlap: Option<f64>,
 }
 

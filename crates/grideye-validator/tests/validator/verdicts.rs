@@ -1,4 +1,6 @@
-use crate::toy::{Blob, PERSON, SHAPE, UNIT, Unit, recording, settings, simulation};
+use crate::toy::{
+    AMBIENT_C, Blob, PERSON, SHAPE, UNIT, Unit, clean, recording, settings, simulation,
+};
 use grideye_validator::{
     Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, Side,
     SimulatedFrame, ValidatorError, Verdict, compare,
@@ -109,6 +111,20 @@ fn an_empty_room_cannot_tell() {
         "{:?}",
         judgement.reasons
     );
+}
+
+/// Both counts go by the threshold that the report prints. The gain's own threshold for a claim is far lower.
+#[test]
+fn warm_pixels_of_both_sides_are_counted_alike() {
+    let comparison = compare_static(&[PERSON], &[PERSON], UNIT, 1);
+    let threshold_c = AMBIENT_C + comparison.warm_above_c;
+    let above = |limit_c: f64| -> f64 {
+        let warm = |&celsius: &f64| f64::from(u8::from(celsius > limit_c));
+        clean(&[PERSON]).iter().map(warm).sum()
+    };
+    let by_gain_c = AMBIENT_C + comparison.union_above_c / 2.0;
+    assert!(above(by_gain_c) > above(threshold_c), "the rules differ");
+    assert_eq!(comparison.warm.claimed, above(threshold_c));
 }
 
 #[test]
