@@ -1,10 +1,10 @@
 use super::Context;
 use super::graph;
 use super::picture::{self, Shows};
-use crate::metrics::IS_THRESHOLD;
+use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
 use crate::paper::{self, EXPERIMENTS};
 use crate::text::{UNDEFINED, escape, fixed, frames as frames_in_words, seconds, signed, value};
-use crate::{Comparison, Measure, Protocol, Score, Verdict};
+use crate::{Better, Comparison, Measure, Protocol, Score, Verdict};
 
 /// The comparison as one HTML file: no script, no network, readable in grey and in print. The verdict comes first.
 #[must_use]
@@ -98,9 +98,6 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
         |sigma| format!("{} °C", fixed(sigma, 2)),
     );
     let warm = &comparison.warm;
-    let overlap = warm.overlap.map_or_else(String::new, |share| {
-        format!(", {} % shared", fixed(100.0 * share, 0))
-    });
     let facts = [
         ("Scene", context.scene.clone()),
         ("Recording", context.recording.clone()),
@@ -118,7 +115,7 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
         (
             "Warm pixels a frame",
             format!(
-                "{} real, {} claimed{overlap}",
+                "{} real, {} claimed",
                 fixed(warm.real, 1),
                 fixed(warm.claimed, 1)
             ),
@@ -149,8 +146,9 @@ fn scores(comparison: &Comparison, context: &Context) -> String {
     format!(
         "<h2>Scores, and what they are worth</h2>\n\
          <p>A score means something only between its floor (what a blank frame at {} °C, or the simulation's own pixels in \
-         random order, would have scored) and its ceiling (the recording against itself {} later, the sensor's \
-         noise counted once). Skill is the place between the two, 0 to 1.</p>\n\
+         random order, would have scored) and its ceiling (the recording against itself {} later; in C, gain, RMSE and \
+         MAE the sensor's noise counted once, elsewhere as it comes). Skill is the place between the two, 0 to 1. A value \
+         can pass its ceiling, for example where something has moved on before the repeat; its skill is 1 then.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">Measure</th><th scope=\"col\">Value</th>\
          <th scope=\"col\">Skill</th><th scope=\"col\">Floor:<br>blank frame</th>\
          <th scope=\"col\">Floor: shuffled,<br>mean (best 5 %)</th><th scope=\"col\">Ceiling:<br>own repeat</th>\
@@ -172,11 +170,12 @@ fn row(score: &Score, experiment: Option<u8>) -> String {
     let shuffled = score.shuffled.map_or_else(
         || UNDEFINED.to_owned(),
         |shuffled| {
-            format!(
-                "{} ({})",
-                value(measure, Some(shuffled.mean)),
-                value(measure, Some(shuffled.p95))
-            )
+            let mean = value(measure, Some(shuffled.mean));
+            match measure.better() {
+                // Where neither more nor less is better, no order of the pixels is the best.
+                Better::Neither => mean,
+                _ => format!("{mean} ({})", value(measure, Some(shuffled.p95))),
+            }
         },
     );
     format!(
@@ -319,7 +318,9 @@ fn film(comparison: &Comparison, temperatures: Shows, differences: Shows) -> Str
 fn evaluation(comparison: &Comparison) -> String {
     format!(
         "<h2>Evaluation graph</h2>\n<p>How many pixels differ by less than a threshold. A simulation earns what its curve \
-         gains on the dashed one: a blank frame already reaches the top when little of the view is warm.</p>\n\
+         gains on the dashed one: a blank frame already reaches the top when little of the view is warm. IS is read at \
+         {IS_THRESHOLD:.2} °C: the paper takes the datasheet's accuracy of ±{SENSOR_ACCURACY_C:.1} °C as 3σ and reads at 2σ. That σ is not \
+         the sensor's noise.</p>\n\
          <figure>{}</figure>\n",
         graph::svg(&comparison.evaluation)
     )
@@ -348,9 +349,17 @@ fn assumed(comparison: &Comparison, context: &Context) -> String {
         ),
         format!("Shuffled scores are those of {} random orders of the pixels, seed {}.", settings.shuffles, settings.seed),
     ];
+    let papers_room = context.experiment.and_then(paper::experiment).map(|experiment| {
+        format!(
+            "The paper's figures belong to its own experiment {}. What the scene file marks as assumed is not the paper's: room, \
+             sensor position and furniture sizes are lost in the copies that were to hand.",
+            experiment.number
+        )
+    });
     let sentences = context
         .assumptions
         .iter()
+        .chain(&papers_room)
         .chain(&comparison.notes)
         .chain(&own);
     format!("<h2>What was assumed</h2>\n{}", list(sentences))
@@ -361,9 +370,16 @@ fn union_sentence(comparison: &Comparison) -> String {
         Protocol::Static => "the mean of the real frames",
         Protocol::Dynamic => "the real frame",
     };
+    let overlap = comparison.warm.overlap.map_or_else(String::new, |share| {
+        format!(
+            " Of these pixels {} % are warm on both sides.",
+            fixed(100.0 * share, 0)
+        )
+    });
     format!(
-        "The gain over the blank frame is taken over the pixels that lie more than {} °C above ambient in {frame} or more than {} °C in the \
-         noise-free simulated one, after the common offset of each pair was taken out.",
+        "The gain over the blank frame is 1 less the ratio of the simulation's RMSE to the blank frame's, \
+         taken over the pixels that lie more than {} °C above ambient in {frame} or more than {} °C in the \
+         noise-free simulated one, after the common offset of each pair was taken out.{overlap}",
         fixed(comparison.union_above_c, 2),
         fixed(comparison.union_above_c / 2.0, 2)
     )

@@ -1,6 +1,6 @@
 use crate::toy::{AMBIENT_C, Blob, PERSON, SHAPE, UNIT, recording, settings, simulation};
 use grideye_validator::report::{Context, Input, html, json};
-use grideye_validator::{Comparison, FILM_FRAMES_MAX, Measure, Protocol, compare};
+use grideye_validator::{Better, Comparison, FILM_FRAMES_MAX, Measure, Protocol, compare};
 use serde_json::Value;
 
 fn comparison(claimed: &[Blob]) -> Comparison {
@@ -132,7 +132,8 @@ fn the_page_names_scale_assumptions_and_the_way_to_repeat_it() {
             "threshold in °C",
             "blank frame (floor)",
             "the sensor's own repeat (ceiling)",
-            "What was assumed The sensor looks straight down. A note of the comparison.",
+            "What was assumed The sensor looks straight down. The paper&#39;s figures belong to its own experiment 1. What the scene file marks as assumed is not the paper&#39;s",
+            "A note of the comparison.",
             "How to reproduce grideye compare --scene kitchen.toml",
             "Program grideye 0.1.0",
             "Seed, simulation 7",
@@ -140,6 +141,42 @@ fn the_page_names_scale_assumptions_and_the_way_to_repeat_it() {
             "Made 2025-01-31 12:00 UTC",
         ],
     );
+}
+
+/// A reader has to be able to work out every figure that the verdict rests on, or that could be taken for another.
+#[test]
+fn the_page_says_how_its_figures_come_about() {
+    let text = readable(&html(&comparison(&[PERSON]), &context()));
+    holds(
+        &text,
+        &[
+            "in C, gain, RMSE and MAE the sensor's noise counted once, elsewhere as it comes",
+            "A value can pass its ceiling",
+            "The gain over the blank frame is 1 less the ratio of the simulation&#39;s RMSE to the blank frame&#39;s",
+            "% are warm on both sides.",
+            "IS is read at 1.67 °C: the paper takes the datasheet's accuracy of ±2.5 °C as 3σ and reads at 2σ. That σ is not the sensor's noise.",
+        ],
+    );
+    let any = Context {
+        experiment: None,
+        ..context()
+    };
+    assert!(!readable(&html(&comparison(&[PERSON]), &any)).contains("its own experiment"));
+}
+
+/// "Best 5 %" stands above that column: an entropy has no better or worse.
+#[test]
+fn only_measures_with_a_better_side_have_a_best_shuffle() {
+    let comparison = comparison(&[PERSON]);
+    let page = html(&comparison, &context());
+    for measure in Measure::ALL {
+        let row = page
+            .split("<tr>")
+            .find(|row| row.contains(&format!("<th scope=\"row\">{measure}")))
+            .unwrap();
+        let has_a_side = measure.better() != Better::Neither;
+        assert_eq!(row.contains(" ("), has_a_side, "{row}");
+    }
 }
 
 #[test]
