@@ -190,6 +190,8 @@ mod tests {
     #[test]
     fn a_hysteresis_up_to_the_smaller_level_is_taken_and_more_is_refused() {
         assert!(levels(30.0, 20.0, 20.0).is_ok());
+        assert!(levels(30.0, 0.0, 0.0).is_ok());
+        assert!(levels(30.0, 0.0, 0.25).is_err());
         assert_eq!(
             levels(30.0, 20.0, 20.25),
             Err(InvalidLevels::HysteresisAboveLevel {
