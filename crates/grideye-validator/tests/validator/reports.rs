@@ -179,6 +179,26 @@ fn only_measures_with_a_better_side_have_a_best_shuffle() {
     }
 }
 
+/// Printed from Chromium, the table once ended before the ceilings and the paper's figures: they were scrolled away.
+#[test]
+fn nothing_has_to_be_scrolled_on_paper() {
+    let page = html(&comparison(&[PERSON]), &context());
+    let (screen, print) = page.split_once("@media print").unwrap();
+    let scrolled: Vec<_> = screen
+        .lines()
+        .filter(|line| line.contains("overflow-x: auto"))
+        .map(|line| line.split_once(" {").unwrap().0)
+        .collect();
+    assert_eq!(scrolled, [".wide", "pre"]);
+    holds(
+        print,
+        &[
+            ".wide, pre { overflow: visible; }",
+            "pre { white-space: pre-wrap;",
+        ],
+    );
+}
+
 #[test]
 fn the_page_needs_nothing_but_itself() {
     let page = html(&comparison(&[PERSON]), &context());
