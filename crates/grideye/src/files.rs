@@ -24,7 +24,7 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<Scene> {
     let (text, origin, folder) = match path {
         Some(path) => {
             let text = fs::read_to_string(path).map_err(|error| {
-                bad_input(anyhow!("cannot read the scene {}: {error}", path.display()))
+                bad_input(anyhow!("cannot read the scene {}: {error}\nhint: scenes/ holds some, and scenes/README.md describes the format", path.display()))
             })?;
             let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
             (text, path.display().to_string(), folder)
@@ -67,9 +67,12 @@ pub(crate) fn sensor_name(scene: &Scene, sensor: Option<&str>) -> Result<String>
 
 /// Opens a file that the user named for reading.
 pub(crate) fn open(path: &Path) -> Result<BufReader<File>> {
-    File::open(path)
-        .map(BufReader::new)
-        .map_err(|error| bad_input(anyhow!("cannot open {}: {error}", path.display())))
+    File::open(path).map(BufReader::new).map_err(|error| {
+        bad_input(anyhow!(
+            "cannot open {}: {error}\nhint: name an existing file that you may read",
+            path.display()
+        ))
+    })
 }
 
 /// Creates the folder with all its parents, and proves that files can be written into it.
