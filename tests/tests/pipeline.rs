@@ -514,6 +514,56 @@ fn mistakes_with_addresses_and_folders_name_the_fix() {
     drop(listener);
 }
 
+/// The report must name every file that the scene is made of, and what was done to the scene.
+#[test]
+fn a_report_names_the_walk_and_the_warnings_of_its_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = std::fs::read_to_string(root().join("scenes/experiment-3.toml")).unwrap();
+    let moved = scene.replace(
+        "position_mm = [2000, 3000, 0]",
+        "position_mm = [9000, 3000, 0]",
+    );
+    assert_ne!(moved, scene);
+    let scene = file(folder.path(), "walk.toml", &moved);
+    std::fs::create_dir(folder.path().join("trajectories")).unwrap();
+    let walk = "trajectories/straight-across.csv";
+    std::fs::copy(root().join("scenes").join(walk), folder.path().join(walk)).unwrap();
+    let recording = folder.path().join("walk.csv");
+    let recording = recording.to_str().unwrap();
+    assert_eq!(
+        run(grideye().args(["simulate", &scene, "--out", recording])).code,
+        0
+    );
+
+    let ended = run(grideye().args([
+        "compare",
+        "--scene",
+        &scene,
+        "--recording",
+        recording,
+        "--json",
+        "-",
+    ]));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let said = report.to_string();
+    let sum = Command::new("sha256sum")
+        .arg(folder.path().join(walk))
+        .output()
+        .unwrap();
+    let sum = String::from_utf8(sum.stdout).unwrap();
+    let sum = sum.split_whitespace().next().unwrap();
+    assert!(
+        said.contains(walk) && said.contains(&format!("sha256:{sum}")),
+        "{said}"
+    );
+    assert!(
+        said.contains("table") && ended.stderr.contains("warning:"),
+        "{said}{}",
+        ended.stderr
+    );
+}
+
 #[test]
 fn an_object_outside_its_room_is_removed_with_a_warning_that_names_it() {
     let folder = tempfile::tempdir().unwrap();

@@ -26,7 +26,10 @@ impl<C: Clock + ?Sized> Clock for &C {
 #[cfg(feature = "alloc")]
 mod shared {
     use super::{Clock, Duration};
-    use alloc::{rc::Rc, sync::Arc};
+    use alloc::rc::Rc;
+    // Microcontrollers without atomic pointers have no Arc.
+    #[cfg(target_has_atomic = "ptr")]
+    use alloc::sync::Arc;
 
     impl<C: Clock + ?Sized> Clock for Rc<C> {
         fn now(&self) -> Duration {
@@ -38,6 +41,7 @@ mod shared {
         }
     }
 
+    #[cfg(target_has_atomic = "ptr")]
     impl<C: Clock + ?Sized> Clock for Arc<C> {
         fn now(&self) -> Duration {
             (**self).now()

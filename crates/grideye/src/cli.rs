@@ -68,7 +68,7 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "NAME")]
     pub(crate) sensor: Option<String>,
     /// Number of frames [default: the whole walk, or 10 of a scene that stands still].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: Option<u32>,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -11,14 +11,15 @@ use grideye_validator::{Comparison, Measure, Options, Verdict, compare_scene, pa
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Compares, prints the verdict with its scores, and writes the reports that were asked for.
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
-    let scene = files::load_scene(Some(&options.scene))?;
-    let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
+    let loaded = files::load_scene(Some(&options.scene))?;
+    let scene = &loaded.scene;
+    let sensor = files::sensor_name(scene, options.sensor.as_deref())?;
     let records = recordings::load_stream(&options.recording)?;
-    let comparison = compare(&records, &scene, &sensor, options.seed)?;
+    let comparison = compare(&records, scene, &sensor, options.seed)?;
     let context = Context {
         scene: options.scene.display().to_string(),
         recording: options.recording.display().to_string(),
@@ -27,8 +28,13 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
         program: program(),
         created: String::new(),
         seeds: vec![("simulation".to_owned(), options.seed)],
-        inputs: vec![hashed(&options.scene)?, hashed(&options.recording)?],
-        assumptions: Vec::new(),
+        inputs: hashed_all(
+            [&options.scene]
+                .into_iter()
+                .chain(&loaded.trajectories)
+                .chain([&options.recording]),
+        )?,
+        assumptions: loaded.warnings,
         experiment: experiment(&options.scene),
     };
     if let Some(path) = &options.report {
@@ -36,7 +42,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     }
     match &options.json {
         Some(path) if path.as_os_str() == "-" => {
-            println!("{}", report::json(&comparison, &context));
+            print!("{}", report::json(&comparison, &context));
         }
         Some(path) => write_text(path, &report::json(&comparison, &context))?,
         None => {}
@@ -111,6 +117,11 @@ pub(crate) fn experiment(scene: &Path) -> Option<u8> {
         .iter()
         .any(|experiment| experiment.number == number)
         .then_some(number)
+}
+
+/// Each file with its SHA-256.
+pub(crate) fn hashed_all<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<Vec<Input>> {
+    paths.into_iter().map(|path| hashed(path)).collect()
 }
 
 /// A file with its SHA-256.

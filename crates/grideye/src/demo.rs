@@ -86,10 +86,10 @@ fn judge_scene(
         program: compare::program(),
         created: String::new(),
         seeds: vec![("emulated sensor".to_owned(), options.seed), ("simulation".to_owned(), seed)],
-        inputs: vec![shown.input.clone(), compare::hashed(recording)?],
-        assumptions: vec![
+        inputs: [shown.inputs.clone(), vec![compare::hashed(recording)?]].concat(),
+        assumptions: [shown.warnings.clone(), vec![
             "The recording comes from an emulated sensor in the same scene, not from a real one: the scores show that the loop is whole, not that the simulator is right.".to_owned(),
-        ],
+        ]].concat(),
         experiment: shown.experiment,
     };
     let page = options.out.join("report.html");

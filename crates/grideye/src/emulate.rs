@@ -53,7 +53,7 @@ fn source(options: &Emulate) -> Result<sensor::Source> {
     if let Some(path) = &options.recording {
         return Ok(sensor::replay_source(&recordings::load_frames(path)?));
     }
-    let scene = files::load_scene(options.scene.as_deref())?;
+    let scene = files::load_scene(options.scene.as_deref())?.scene;
     let simulator = files::simulator(&scene, options.sensor.as_deref())?;
     sensor::scene_source(&scene, simulator, options.seed)
 }

@@ -3,6 +3,7 @@
 use crate::exit::bad_input;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_scene::{Files, Scene, Simulator};
+use std::cell::RefCell;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -10,17 +11,33 @@ use std::path::{Path, PathBuf};
 /// The scene that the demonstration shows unless another is named: the paper's experiment 1.
 pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-1.toml");
 
-/// Files beside the scene file, as a scene names them.
-struct Beside(PathBuf);
+/// Files beside the scene file, as a scene names them; those that were read are remembered.
+struct Beside {
+    folder: PathBuf,
+    read: RefCell<Vec<PathBuf>>,
+}
 
 impl Files for Beside {
     fn read(&self, relative: &str) -> io::Result<String> {
-        fs::read_to_string(self.0.join(relative))
+        let path = self.folder.join(relative);
+        let text = fs::read_to_string(&path)?;
+        self.read.borrow_mut().push(path);
+        Ok(text)
     }
 }
 
+/// A scene, and what a report has to say of where it came from.
+pub(crate) struct LoadedScene {
+    /// The scene.
+    pub(crate) scene: Scene,
+    /// What was done to it while it was read: an object outside its room, for example.
+    pub(crate) warnings: Vec<String>,
+    /// The other files that it is made of.
+    pub(crate) trajectories: Vec<PathBuf>,
+}
+
 /// The scene in `path`, or the built-in one; its warnings go to standard error.
-pub(crate) fn load_scene(path: Option<&Path>) -> Result<Scene> {
+pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
     let (text, origin, folder) = match path {
         Some(path) => {
             let text = fs::read_to_string(path).map_err(|error| {
@@ -35,11 +52,20 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<Scene> {
             PathBuf::new(),
         ),
     };
-    let loaded = Scene::parse(&text, &origin, &Beside(folder)).map_err(bad_input)?;
-    for warning in &loaded.warnings {
+    let beside = Beside {
+        folder,
+        read: RefCell::default(),
+    };
+    let loaded = Scene::parse(&text, &origin, &beside).map_err(bad_input)?;
+    let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    for warning in &warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(loaded.scene)
+    Ok(LoadedScene {
+        scene: loaded.scene,
+        warnings,
+        trajectories: beside.read.into_inner(),
+    })
 }
 
 /// The simulator of one sensor of the scene: the named one, or the only one.

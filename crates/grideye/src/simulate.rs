@@ -17,7 +17,7 @@ const STATIC_FRAMES: u32 = 10;
 
 /// Writes the simulated frames as a recording, or prints the first.
 pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
-    let scene = files::load_scene(Some(&options.scene))?;
+    let scene = files::load_scene(Some(&options.scene))?.scene;
     let name = files::sensor_name(&scene, options.sensor.as_deref())?;
     let simulator = files::simulator(&scene, Some(&name))?;
     let sensor = scene.sensor(&name)?;

@@ -30,7 +30,8 @@ pub(super) struct SceneShow {
     pub(super) scene: Scene,
     pub(super) sensor: String,
     pub(super) name: String,
-    pub(super) input: Input,
+    pub(super) inputs: Vec<Input>,
+    pub(super) warnings: Vec<String>,
     pub(super) experiment: Option<u8>,
 }
 
@@ -47,24 +48,25 @@ impl Show {
                 frames: recordings::load_frames(path)?,
             }));
         }
-        let scene = files::load_scene(options.scene.as_deref())?;
+        let loaded = files::load_scene(options.scene.as_deref())?;
+        let scene = loaded.scene;
         let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
-        let (name, input) = match &options.scene {
-            Some(path) => (path.display().to_string(), compare::hashed(path)?),
+        let (name, mut inputs) = match &options.scene {
+            Some(path) => (path.display().to_string(), vec![compare::hashed(path)?]),
             None => {
                 let name = "scenes/experiment-1.toml";
-                (
-                    name.to_owned(),
-                    compare::hashed_text(name, files::DEFAULT_SCENE),
-                )
+                let input = compare::hashed_text(name, files::DEFAULT_SCENE);
+                (name.to_owned(), vec![input])
             }
         };
+        inputs.extend(compare::hashed_all(&loaded.trajectories)?);
         let experiment = compare::experiment(Path::new(&name));
         Ok(Self::Scene(Box::new(SceneShow {
             scene,
             sensor,
             name,
-            input,
+            inputs,
+            warnings: loaded.warnings,
             experiment,
         })))
     }
