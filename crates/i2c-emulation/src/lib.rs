@@ -3,3 +3,4 @@
 pub mod adapter;
 pub mod fuse;
 pub mod ioctl;
+pub mod rack;

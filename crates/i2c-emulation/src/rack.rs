@@ -1,0 +1,91 @@
+//! The buses of one emulated machine, by number.
+
+use crate::adapter::{EmulatedAdapter, Message, TransferError};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// One bus that several users share: each transfer is carried out whole.
+#[derive(Clone)]
+pub struct SharedAdapter(Arc<Mutex<dyn EmulatedAdapter + Send>>);
+
+impl SharedAdapter {
+    /// Shares one adapter.
+    pub fn new(adapter: impl EmulatedAdapter + Send + 'static) -> Self {
+        Self(Arc::new(Mutex::new(adapter)))
+    }
+}
+
+impl EmulatedAdapter for SharedAdapter {
+    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+        // A transfer that panicked has left the bus between two messages, where a real one would be after a reset.
+        let mut adapter = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        adapter.transfer(messages)
+    }
+}
+
+/// The buses of one emulated machine: bus 1 is what a program finds at `/dev/i2c-1`.
+#[derive(Clone, Default)]
+pub struct Rack(BTreeMap<u32, SharedAdapter>);
+
+impl Rack {
+    /// No bus.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Puts a bus at this number; hands back the one that was there.
+    pub fn insert(&mut self, number: u32, adapter: SharedAdapter) -> Option<SharedAdapter> {
+        self.0.insert(number, adapter)
+    }
+
+    /// The bus of this number.
+    #[must_use]
+    pub fn get(&self, number: u32) -> Option<SharedAdapter> {
+        self.0.get(&number).cloned()
+    }
+
+    /// The buses in the order of their numbers.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, SharedAdapter)> + '_ {
+        self.0.iter().map(|(number, bus)| (*number, bus.clone()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adapter::Fault;
+
+    /// Fails with one message more done at each transfer, so that sharing shows.
+    struct Counting(usize);
+
+    impl EmulatedAdapter for Counting {
+        fn transfer(&mut self, _messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+            self.0 += 1;
+            Err(TransferError {
+                completed: self.0,
+                fault: Fault::NackAddress,
+            })
+        }
+    }
+
+    #[test]
+    fn all_who_ask_for_a_number_share_one_bus() {
+        let mut rack = Rack::new();
+        assert!(
+            rack.insert(1, SharedAdapter::new(Counting(0))).is_none(),
+            "nothing was there"
+        );
+        rack.insert(3, SharedAdapter::new(Counting(10)));
+        let completed = |number| {
+            let mut bus = rack.get(number).unwrap();
+            bus.transfer(&mut []).unwrap_err().completed
+        };
+        assert_eq!([completed(1), completed(1), completed(3)], [1, 2, 11]);
+        assert_eq!(
+            rack.iter().map(|(number, _)| number).collect::<Vec<_>>(),
+            [1, 3]
+        );
+        assert!(rack.get(2).is_none());
+    }
+}
