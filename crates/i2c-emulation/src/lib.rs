@@ -3,4 +3,8 @@
 pub mod adapter;
 pub mod fuse;
 pub mod ioctl;
+pub mod preload;
+pub mod program;
 pub mod rack;
+mod sys;
+pub mod usbip;

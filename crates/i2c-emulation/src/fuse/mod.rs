@@ -22,13 +22,12 @@
 mod caller;
 mod namespace;
 mod session;
-mod sys;
 mod wire;
 
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
@@ -39,9 +38,10 @@ pub use session::OPEN_FILES_MAX;
 
 use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
 use crate::ioctl::{AdapterMode, CallerMemory, Errno};
+use crate::sys;
 use caller::ProcessMemory;
 use namespace::{Plan, Right, StepFailed};
-use session::{Reply, Session};
+use session::{Reply, Session, SharedBus};
 
 /// Where the device appears and how it behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -190,30 +190,64 @@ pub fn run<A: EmulatedAdapter + Send>(
     options: &Options,
     command: &mut Command,
 ) -> Result<ExitStatus, RunError> {
+    let device = Device {
+        path: options.device.clone(),
+        adapter,
+    };
+    let ended = run_devices(
+        &[device],
+        options.mode,
+        &options.fuse_device,
+        command,
+        &|_pid| {},
+    )?;
+    Ok(ended.status)
+}
+
+/// One device of a program, and the bus behind it.
+pub(crate) struct Device<'a> {
+    pub(crate) path: PathBuf,
+    pub(crate) adapter: &'a SharedBus<'a>,
+}
+
+/// How the program ended, and how often it had opened its devices.
+pub(crate) struct Ended {
+    pub(crate) status: ExitStatus,
+    pub(crate) opens: u64,
+}
+
+/// As [`run`], with any number of devices; `started` is told the program's process number.
+pub(crate) fn run_devices(
+    devices: &[Device<'_>],
+    mode: AdapterMode,
+    fuse_device: &Path,
+    command: &mut Command,
+    started: &(dyn Fn(u32) + Sync),
+) -> Result<Ended, RunError> {
+    let paths: Vec<&Path> = devices.iter().map(|device| device.path.as_path()).collect();
+    let setting = Setting {
+        paths,
+        fuse_device,
+        started,
+    };
     // Closing the one end wakes whoever waits for the other.
     let (wake, awake) = socket_pair()?;
     let (arrivals, mounted) = mpsc::sync_channel(1);
     thread::scope(|scope| {
-        let program = scope.spawn(move || {
-            let outcome = run_program(options, command, &arrivals);
+        let program = scope.spawn(|| {
+            let outcome = run_program(&setting, command, &arrivals);
             drop(awake);
+            // Whoever waits for the mounts waits for this sender.
+            drop(arrivals);
             outcome
         });
         let served = match mounted.recv() {
-            Ok(Mounted {
-                fuse,
-                owner: (user, group),
-            }) => {
-                let mut session = Session::new(options.mode, user, group);
-                serve(&fuse, wake.as_fd(), &mut session, adapter)
-            }
+            Ok(mounted) => serve_all(mounted, wake.as_fd(), mode, devices),
             // The helper thread gave up before it had mounted anything; it knows why.
-            Err(mpsc::RecvError) => Ok(()),
+            Err(mpsc::RecvError) => Ok(0),
         };
-        let status = program
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-        served.map(|()| status)
+        let status = join(program)?;
+        served.map(|opens| Ended { status, opens })
     })
 }
 
@@ -222,6 +256,11 @@ pub fn run<A: EmulatedAdapter + Send>(
 /// # Errors
 /// What [`run`] would say.
 pub fn probe() -> Result<(), RunError> {
+    probe_with(Path::new("/dev/fuse"))
+}
+
+/// As [`probe`], through the kernel's FUSE device at this path.
+pub(crate) fn probe_with(fuse_device: &Path) -> Result<(), RunError> {
     let not_reached = |errno: Errno| RunError::NotPermitted {
         step: "reading another process's memory (process_vm_readv)".to_owned(),
         source: io::Error::from_raw_os_error(errno.raw()),
@@ -233,7 +272,10 @@ pub fn probe() -> Result<(), RunError> {
         .map_err(not_reached)?;
     run(
         &Mutex::new(EmptyBus),
-        &Options::new("/dev/i2c-emulation-probe"),
+        &Options {
+            fuse_device: fuse_device.to_owned(),
+            ..Options::new("/dev/i2c-emulation-probe")
+        },
         &mut Command::new("true"),
     )
     .map(drop)
@@ -251,26 +293,65 @@ impl EmulatedAdapter for EmptyBus {
     }
 }
 
-/// The device is there; requests will arrive at `fuse`.
+/// What is to be made, and who is told of it.
+struct Setting<'a> {
+    paths: Vec<&'a Path>,
+    fuse_device: &'a Path,
+    started: &'a (dyn Fn(u32) + Sync),
+}
+
+/// The devices are there; the requests for each will arrive at its own `fuses`.
 struct Mounted {
-    fuse: OwnedFd,
+    fuses: Vec<OwnedFd>,
     owner: (u32, u32),
+}
+
+/// One thread for each device, so that a bus that is held up holds up no other. Counts the opened files.
+fn serve_all(
+    mounted: Mounted,
+    wake: BorrowedFd<'_>,
+    mode: AdapterMode,
+    devices: &[Device<'_>],
+) -> Result<u64, RunError> {
+    let (user, group) = mounted.owner;
+    thread::scope(|scope| {
+        let servers: Vec<_> = mounted
+            .fuses
+            .into_iter()
+            .zip(devices)
+            .map(|(fuse, device)| {
+                scope.spawn(move || {
+                    let mut session = Session::new(mode, user, group);
+                    // The open /dev/fuse is closed with the thread: a device that nobody serves is dead, not mute.
+                    serve(&fuse, wake, &mut session, device.adapter).map(|()| session.opens())
+                })
+            })
+            .collect();
+        servers.into_iter().map(join).sum()
+    })
+}
+
+/// The outcome of a thread; its panic goes on in this one.
+fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
+    thread
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// The helper thread: mounts, starts, waits. Its mount namespace ends with it and with the program.
 fn run_program(
-    options: &Options,
+    setting: &Setting<'_>,
     command: &mut Command,
     arrivals: &mpsc::SyncSender<Mounted>,
 ) -> Result<ExitStatus, RunError> {
-    let plan = Plan::new(options, Right::Own)?;
+    let plan = Plan::new(&setting.paths, setting.fuse_device, Right::Own)?;
     let mut child = match plan.prepare() {
         Ok(()) => {
             let mounted = Mounted {
-                fuse: plan.into_fuse(),
+                fuses: plan.into_fuses(),
                 owner: Right::Own.owner(),
             };
-            // The receiver waits in `run` for exactly this.
+            // The receiver waits in `run_devices` for exactly this.
             let _ = arrivals.send(mounted);
             command
                 .spawn()
@@ -279,9 +360,10 @@ fn run_program(
         Err(StepFailed {
             step: 0,
             errno: libc::EPERM,
-        }) => start_in_user_namespace(options, command, arrivals)?,
-        Err(failed) => return Err(plan.explain(failed, options)),
+        }) => start_in_user_namespace(setting, command, arrivals)?,
+        Err(failed) => return Err(plan.explain(failed, setting.fuse_device)),
     };
+    (setting.started)(child.id());
     child.wait().map_err(|source| RunError::Wait {
         program: program_of(command),
         source,
@@ -290,13 +372,13 @@ fn run_program(
 
 /// Starts the program in a process that makes its own user and mount namespaces before it becomes the program.
 fn start_in_user_namespace(
-    options: &Options,
+    setting: &Setting<'_>,
     command: &mut Command,
     arrivals: &mpsc::SyncSender<Mounted>,
 ) -> Result<Child, RunError> {
     let (user, group) = sys::effective_ids();
     let right = Right::NewUserNamespace { user, group };
-    let plan = Arc::new(Plan::new(options, right)?);
+    let plan = Arc::new(Plan::new(&setting.paths, setting.fuse_device, right)?);
     let (ours, theirs) = socket_pair()?;
     let theirs = Arc::new(theirs);
     let armed = Arc::new(AtomicBool::new(true));
@@ -308,13 +390,10 @@ fn start_in_user_namespace(
         // The child is past exec, or dead: wake the greeting if it still waits for it. A command that is run again must not repeat all this.
         armed.store(false, Ordering::SeqCst);
         let _ = theirs.shutdown(std::net::Shutdown::Both);
-        let greeted = greeting
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        (spawned, greeted)
+        (spawned, join(greeting))
     });
     match (greeted, spawned) {
-        (Err(failed), _) => Err(plan.explain(failed, options)),
+        (Err(failed), _) => Err(plan.explain(failed, setting.fuse_device)),
         (Ok(()), Err(source)) => Err(not_started(command, source)),
         (Ok(()), Ok(child)) => Ok(child),
     }
@@ -389,22 +468,26 @@ fn greet_child(
             errno,
         });
     }
-    let fuse = sys::take_descriptor_of(pid, plan.fuse_number()).map_err(|error| StepFailed {
+    let fuses: io::Result<Vec<OwnedFd>> = plan
+        .fuse_numbers()
+        .map(|number| sys::take_descriptor_of(pid, number))
+        .collect();
+    let fuses = fuses.map_err(|error| StepFailed {
         step: usize::MAX,
         errno: error.raw_os_error().unwrap_or(libc::EIO),
     })?;
-    let _ = arrivals.send(Mounted { fuse, owner });
+    let _ = arrivals.send(Mounted { fuses, owner });
     // If the child is gone by now, spawn tells.
     let _ = sys::write(socket.as_fd(), &[1]);
     Ok(())
 }
 
 /// Answers the kernel until the program has ended (`wake`), or until the kernel has taken the file system away.
-fn serve<A: EmulatedAdapter>(
+fn serve(
     fuse: &OwnedFd,
     wake: BorrowedFd<'_>,
     session: &mut Session,
-    adapter: &Mutex<A>,
+    adapter: &SharedBus<'_>,
 ) -> Result<(), RunError> {
     let failed = |source| RunError::Serve { source };
     let mut buffer = vec![0; wire::REQUEST_BYTES_MAX];

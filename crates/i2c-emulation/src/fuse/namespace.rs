@@ -16,7 +16,8 @@ use std::os::fd::{AsRawFd, OwnedFd, RawFd};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
-use super::{Options, RunError, sys, wire};
+use super::{RunError, wire};
+use crate::sys;
 
 /// Most entries of a `/dev` that is rebuilt.
 pub const DEV_ENTRIES_MAX: usize = 4096;
@@ -32,10 +33,11 @@ pub(super) enum Right {
     NewUserNamespace { user: u32, group: u32 },
 }
 
-/// What must be done so that the program sees the device.
+/// What must be done so that the program sees its devices.
 pub(super) struct Plan {
     steps: Vec<Step>,
-    fuse: Reserved,
+    /// One open /dev/fuse for each device, in their order.
+    fuses: Vec<Reserved>,
     /// Held only so that its number stays reserved.
     _old_dev: Option<Reserved>,
 }
@@ -48,33 +50,33 @@ pub(super) struct StepFailed {
 }
 
 impl Plan {
-    pub(super) fn new(options: &Options, right: Right) -> Result<Self, RunError> {
-        let fuse = Reserved::new()?;
-        let device = c_path(&options.device)?;
+    /// The devices appear at `paths`, through the kernel's FUSE device at `fuse_device`.
+    pub(super) fn new(paths: &[&Path], fuse_device: &Path, right: Right) -> Result<Self, RunError> {
         let mut plan = Self {
             steps: namespace_steps(right)?,
-            fuse,
+            fuses: Vec::new(),
             _old_dev: None,
         };
-        plan.steps.push(Step::Open {
-            path: c_path(&options.fuse_device)?,
-            flags: libc::O_RDWR | libc::O_NONBLOCK,
-            number: plan.fuse.number(),
-        });
-        match fs::metadata(&options.device) {
-            Ok(found) if found.is_dir() => {
-                return Err(RunError::DeviceIsFolder {
-                    device: options.device.clone(),
-                });
-            }
-            Ok(_) => {}
-            Err(_) => plan.rebuild_dev(options)?,
+        for _ in paths {
+            plan.open_fuse(fuse_device)?;
         }
-        plan.mount_fuse(device.clone(), right)?;
-        if matches!(right, Right::NewUserNamespace { .. }) {
-            // Until the kernel has asked once, it believes that the file belongs to user 0, who does not exist in
-            // this namespace, and refuses to open it.
-            plan.steps.push(Step::LookAt { path: device });
+        let mut missing = Vec::new();
+        for path in paths {
+            match fs::metadata(path) {
+                Ok(found) if found.is_dir() => {
+                    return Err(RunError::DeviceIsFolder {
+                        device: path.to_path_buf(),
+                    });
+                }
+                Ok(_) => {}
+                Err(_) => missing.push(*path),
+            }
+        }
+        if !missing.is_empty() {
+            plan.rebuild_dev(&missing)?;
+        }
+        for (index, path) in paths.iter().enumerate() {
+            plan.mount_fuse(index, path, right)?;
         }
         Ok(plan)
     }
@@ -89,18 +91,18 @@ impl Plan {
         self.carry_out(Step::needs_the_server)
     }
 
-    /// The number under which /dev/fuse is open after [`prepare`](Self::prepare), in the process that did it.
-    pub(super) fn fuse_number(&self) -> RawFd {
-        self.fuse.number()
+    /// The numbers under which /dev/fuse is open after [`prepare`](Self::prepare), in the process that did it.
+    pub(super) fn fuse_numbers(&self) -> impl Iterator<Item = RawFd> + '_ {
+        self.fuses.iter().map(Reserved::number)
     }
 
-    /// The open /dev/fuse, if this process carried out the plan.
-    pub(super) fn into_fuse(self) -> OwnedFd {
-        self.fuse.0
+    /// Every open /dev/fuse, if this process carried out the plan.
+    pub(super) fn into_fuses(self) -> Vec<OwnedFd> {
+        self.fuses.into_iter().map(|reserved| reserved.0).collect()
     }
 
     /// The failure in words.
-    pub(super) fn explain(&self, failed: StepFailed, options: &Options) -> RunError {
+    pub(super) fn explain(&self, failed: StepFailed, fuse_device: &Path) -> RunError {
         let source = io::Error::from_raw_os_error(failed.errno);
         let Some(step) = self.steps.get(failed.step) else {
             return RunError::Serve { source };
@@ -109,9 +111,9 @@ impl Plan {
             failed.errno,
             libc::EPERM | libc::EACCES | libc::ENOSPC | libc::EUSERS
         );
-        if !denied && step.opens(&options.fuse_device) {
+        if !denied && step.opens(fuse_device) {
             return RunError::NoFuse {
-                path: options.fuse_device.clone(),
+                path: fuse_device.to_path_buf(),
                 source,
             };
         }
@@ -138,11 +140,25 @@ impl Plan {
         Ok(())
     }
 
-    /// Replaces `/dev` by a copy with room for the device.
-    fn rebuild_dev(&mut self, options: &Options) -> Result<(), RunError> {
-        if options.device.parent() != Some(Path::new(DEV)) {
+    fn open_fuse(&mut self, fuse_device: &Path) -> Result<(), RunError> {
+        let fuse = Reserved::new()?;
+        self.steps.push(Step::Open {
+            path: c_path(fuse_device)?,
+            flags: libc::O_RDWR | libc::O_NONBLOCK,
+            number: fuse.number(),
+        });
+        self.fuses.push(fuse);
+        Ok(())
+    }
+
+    /// Replaces `/dev` by a copy with room for the devices that it lacks.
+    fn rebuild_dev(&mut self, missing: &[&Path]) -> Result<(), RunError> {
+        if let Some(elsewhere) = missing
+            .iter()
+            .find(|device| device.parent() != Some(Path::new(DEV)))
+        {
             return Err(RunError::DeviceMissing {
-                device: options.device.clone(),
+                device: elsewhere.to_path_buf(),
             });
         }
         let old = Reserved::new()?;
@@ -161,27 +177,35 @@ impl Plan {
         for entry in entries_of(Path::new(DEV))? {
             self.steps.extend(entry.steps(old.number())?);
         }
-        self.steps.push(Step::MakeFile {
-            path: c_path(&options.device)?,
-        });
+        for device in missing {
+            self.steps.push(Step::MakeFile {
+                path: c_path(device)?,
+            });
+        }
         self._old_dev = Some(old);
         Ok(())
     }
 
-    fn mount_fuse(&mut self, device: CString, right: Right) -> Result<(), RunError> {
+    fn mount_fuse(&mut self, index: usize, device: &Path, right: Right) -> Result<(), RunError> {
         let (user, group) = right.owner();
+        let device = c_path(device)?;
+        let fuse = self.fuses.get(index).map_or(-1, Reserved::number);
         let data = format!(
-            "fd={},rootmode={:o},user_id={user},group_id={group},allow_other",
-            self.fuse.number(),
+            "fd={fuse},rootmode={:o},user_id={user},group_id={group},allow_other",
             wire::FILE_MODE
         );
         self.steps.push(Step::Mount {
             source: Some(c_text("i2c-emulation")?),
-            target: device,
+            target: device.clone(),
             kind: Some(c_text("fuse")?),
             flags: libc::MS_NOSUID | libc::MS_NODEV | libc::MS_NOEXEC | libc::MS_NOATIME,
             data: Some(c_text(&data)?),
         });
+        if matches!(right, Right::NewUserNamespace { .. }) {
+            // Until the kernel has asked once, it believes that the file belongs to user 0, who does not exist in
+            // this namespace, and refuses to open it.
+            self.steps.push(Step::LookAt { path: device });
+        }
         Ok(())
     }
 }
@@ -464,13 +488,14 @@ mod tests {
 
     #[test]
     fn what_the_user_may_not_is_told_from_what_the_machine_cannot() {
-        let options = Options::new("/dev/i2c-emulation-plan");
-        let plan = Plan::new(&options, Right::Own).unwrap();
-        let explain = |step, errno| plan.explain(StepFailed { step, errno }, &options);
+        let fuse_device = Path::new("/dev/fuse");
+        let device = Path::new("/dev/i2c-emulation-plan");
+        let plan = Plan::new(&[device], fuse_device, Right::Own).unwrap();
+        let explain = |step, errno| plan.explain(StepFailed { step, errno }, fuse_device);
         let open_fuse = plan
             .steps
             .iter()
-            .position(|step| step.opens(&options.fuse_device))
+            .position(|step| step.opens(fuse_device))
             .unwrap();
         let mount_fuse = plan.steps.len() - 1;
         for errno in [libc::ENOENT, libc::ENODEV, libc::ENXIO] {

@@ -13,6 +13,9 @@ pub const OPEN_FILES_MAX: usize = 1024;
 /// Finds the memory of a caller by its process number.
 pub(super) type MemoryOf<'a> = dyn FnMut(u32, PointerWidth) -> Box<dyn CallerMemory> + 'a;
 
+/// The bus of one device, which the caller of `run` may use meanwhile.
+pub(super) type SharedBus<'a> = Mutex<dyn EmulatedAdapter + Send + 'a>;
+
 /// What to do after a request.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Reply {
@@ -46,11 +49,11 @@ impl Session {
     }
 
     /// Answers one request. The adapter is held for the length of one transfer, never longer.
-    pub(super) fn answer<A: EmulatedAdapter>(
+    pub(super) fn answer(
         &mut self,
         request: &[u8],
         memory_of: &mut MemoryOf<'_>,
-        adapter: &Mutex<A>,
+        adapter: &SharedBus<'_>,
     ) -> Reply {
         let Some(Request {
             unique,
@@ -89,11 +92,11 @@ impl Session {
         Reply::Bytes(wire::answer(unique, outcome))
     }
 
-    fn read<A: EmulatedAdapter>(
+    fn read(
         &mut self,
         handle: u64,
         length: usize,
-        adapter: &Mutex<A>,
+        adapter: &SharedBus<'_>,
     ) -> Result<Vec<u8>, Errno> {
         let file = self.file(handle)?;
         let mut buffer = vec![0; length.min(MESSAGE_BYTES_MAX)];
@@ -102,23 +105,23 @@ impl Session {
         Ok(buffer)
     }
 
-    fn write<A: EmulatedAdapter>(
+    fn write(
         &mut self,
         handle: u64,
         bytes: &[u8],
-        adapter: &Mutex<A>,
+        adapter: &SharedBus<'_>,
     ) -> Result<Vec<u8>, Errno> {
         let file = self.file(handle)?;
         with(adapter, |bus| file.write(bytes, bus)).map(wire::written)
     }
 
-    fn ioctl<A: EmulatedAdapter>(
+    fn ioctl(
         &mut self,
         handle: u64,
         request: u32,
         argument: u64,
         memory: &mut dyn CallerMemory,
-        adapter: &Mutex<A>,
+        adapter: &SharedBus<'_>,
     ) -> Result<Vec<u8>, Errno> {
         let file = self.file(handle)?;
         with(adapter, |bus| file.ioctl(request, argument, memory, bus)).map(wire::ioctl_done)
@@ -146,6 +149,11 @@ impl Session {
         }
     }
 
+    /// How often the device has been opened.
+    pub(super) fn opens(&self) -> u64 {
+        self.handle_next - 1
+    }
+
     fn open(&mut self) -> Result<u64, Errno> {
         if self.files.len() >= OPEN_FILES_MAX {
             return Err(Errno::ENFILE);
@@ -162,10 +170,7 @@ impl Session {
 }
 
 /// Holds the adapter for one transfer. A panic elsewhere while it was held is no reason to hang the program as well.
-fn with<A: EmulatedAdapter, T>(
-    adapter: &Mutex<A>,
-    transfer: impl FnOnce(&mut dyn EmulatedAdapter) -> T,
-) -> T {
+fn with<T>(adapter: &SharedBus<'_>, transfer: impl FnOnce(&mut dyn EmulatedAdapter) -> T) -> T {
     transfer(&mut *adapter.lock().unwrap_or_else(PoisonError::into_inner))
 }
 

@@ -15,13 +15,13 @@ use std::process::Command;
 use std::ptr;
 
 /// Gives the calling thread namespaces of its own.
-pub(super) fn unshare(flags: libc::c_int) -> io::Result<()> {
+pub(crate) fn unshare(flags: libc::c_int) -> io::Result<()> {
     // SAFETY: no pointers are involved; the thread shares no state with Rust that the namespaces hold.
     check(unsafe { libc::unshare(flags) })
 }
 
 /// mount(2).
-pub(super) fn mount(
+pub(crate) fn mount(
     source: Option<&CStr>,
     target: &CStr,
     kind: Option<&CStr>,
@@ -42,19 +42,19 @@ pub(super) fn mount(
 }
 
 /// mkdir(2), for everyone to look into.
-pub(super) fn make_folder(path: &CStr) -> io::Result<()> {
+pub(crate) fn make_folder(path: &CStr) -> io::Result<()> {
     // SAFETY: `path` is a C string that outlives the call.
     check(unsafe { libc::mkdir(path.as_ptr(), 0o755) })
 }
 
 /// symlink(2).
-pub(super) fn make_link(text: &CStr, path: &CStr) -> io::Result<()> {
+pub(crate) fn make_link(text: &CStr, path: &CStr) -> io::Result<()> {
     // SAFETY: both are C strings that outlive the call.
     check(unsafe { libc::symlink(text.as_ptr(), path.as_ptr()) })
 }
 
 /// open(2), closed on exec. A file that is created may be read and written by everyone.
-pub(super) fn open(path: &CStr, flags: libc::c_int) -> io::Result<OwnedFd> {
+pub(crate) fn open(path: &CStr, flags: libc::c_int) -> io::Result<OwnedFd> {
     let mode: libc::c_uint = 0o666;
     // SAFETY: `path` is a C string that outlives the call.
     let descriptor = unsafe { libc::open(path.as_ptr(), flags | libc::O_CLOEXEC, mode) };
@@ -64,58 +64,72 @@ pub(super) fn open(path: &CStr, flags: libc::c_int) -> io::Result<OwnedFd> {
 }
 
 /// Makes the number `to` stand for what `from` stands for.
-pub(super) fn put_at(from: &OwnedFd, to: RawFd) -> io::Result<()> {
+pub(crate) fn put_at(from: &OwnedFd, to: RawFd) -> io::Result<()> {
     // SAFETY: no pointers are involved. `to` is a number that the caller reserved, so no other owner loses its file.
     check(unsafe { libc::dup3(from.as_raw_fd(), to, libc::O_CLOEXEC) })
 }
 
 /// Writes one piece of text to a file that exists.
-pub(super) fn write_file(path: &CStr, text: &[u8]) -> io::Result<()> {
+pub(crate) fn write_file(path: &CStr, text: &[u8]) -> io::Result<()> {
     write(open(path, libc::O_WRONLY)?.as_fd(), text)
 }
 
-/// Waits until one of two descriptors has something to say, and tells which.
-pub(super) fn wait_for_either(
-    first: BorrowedFd<'_>,
-    second: BorrowedFd<'_>,
-) -> io::Result<[bool; 2]> {
-    let wanted = |descriptor: BorrowedFd<'_>| libc::pollfd {
+/// What to wait for: a descriptor that has something to say.
+pub(crate) fn readable(descriptor: BorrowedFd<'_>) -> libc::pollfd {
+    libc::pollfd {
         fd: descriptor.as_raw_fd(),
         events: libc::POLLIN,
         revents: 0,
-    };
-    let mut both = [wanted(first), wanted(second)];
+    }
+}
+
+/// Waits until one of the descriptors has something to say, for ever or for so many milliseconds; `revents` tells which.
+pub(crate) fn wait_for_any(
+    descriptors: &mut [libc::pollfd],
+    timeout_ms: Option<u16>,
+) -> io::Result<()> {
+    let count = libc::nfds_t::try_from(descriptors.len()).map_err(io::Error::other)?;
+    let timeout = timeout_ms.map_or(-1, libc::c_int::from);
     loop {
-        // SAFETY: pointer and count describe `both`, which is borrowed for the whole call.
-        match check(unsafe { libc::poll(both.as_mut_ptr(), 2, -1) }) {
-            Ok(()) => return Ok(both.map(|entry| entry.revents != 0)),
+        // SAFETY: pointer and count describe `descriptors`, which is borrowed for the whole call.
+        match check(unsafe { libc::poll(descriptors.as_mut_ptr(), count, timeout) }) {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
+            outcome => return outcome,
         }
     }
 }
 
+/// Waits until one of two descriptors has something to say, and tells which.
+pub(crate) fn wait_for_either(
+    first: BorrowedFd<'_>,
+    second: BorrowedFd<'_>,
+) -> io::Result<[bool; 2]> {
+    let mut both = [readable(first), readable(second)];
+    wait_for_any(&mut both, None)?;
+    Ok(both.map(|entry| entry.revents != 0))
+}
+
 /// The numeric user and group that this process acts as.
-pub(super) fn effective_ids() -> (u32, u32) {
+pub(crate) fn effective_ids() -> (u32, u32) {
     // SAFETY: both calls take nothing and cannot fail.
     unsafe { (libc::geteuid(), libc::getegid()) }
 }
 
 /// Asks the file system for a file's attributes, and forgets them.
-pub(super) fn look_at(path: &CStr) -> io::Result<()> {
+pub(crate) fn look_at(path: &CStr) -> io::Result<()> {
     let mut attributes = MaybeUninit::<libc::stat>::uninit();
     // SAFETY: `path` is a C string that outlives the call, and `attributes` has room for what is written.
     check(unsafe { libc::stat(path.as_ptr(), attributes.as_mut_ptr()) })
 }
 
 /// The process number of the caller; unlike std's it is right also between fork and exec.
-pub(super) fn own_pid() -> libc::pid_t {
+pub(crate) fn own_pid() -> libc::pid_t {
     // SAFETY: the call takes nothing and cannot fail.
     unsafe { libc::getpid() }
 }
 
 /// Takes a duplicate of another process's open file.
-pub(super) fn take_descriptor_of(pid: libc::pid_t, number: RawFd) -> io::Result<OwnedFd> {
+pub(crate) fn take_descriptor_of(pid: libc::pid_t, number: RawFd) -> io::Result<OwnedFd> {
     const NO_FLAGS: libc::c_uint = 0;
     // SAFETY: no pointers are involved.
     let process = new_descriptor(unsafe { libc::syscall(libc::SYS_pidfd_open, pid, NO_FLAGS) })?;
@@ -126,14 +140,14 @@ pub(super) fn take_descriptor_of(pid: libc::pid_t, number: RawFd) -> io::Result<
 }
 
 /// Reads what has arrived, without waiting for more than the descriptor itself makes it wait.
-pub(super) fn read(from: BorrowedFd<'_>, into: &mut [u8]) -> io::Result<usize> {
+pub(crate) fn read(from: BorrowedFd<'_>, into: &mut [u8]) -> io::Result<usize> {
     // SAFETY: pointer and length describe `into`, which is borrowed for the whole call.
     let arrived = unsafe { libc::read(from.as_raw_fd(), into.as_mut_ptr().cast(), into.len()) };
     usize::try_from(arrived).map_err(|_negative| io::Error::last_os_error())
 }
 
 /// Writes all in one go, as /dev/fuse demands.
-pub(super) fn write(to: BorrowedFd<'_>, bytes: &[u8]) -> io::Result<()> {
+pub(crate) fn write(to: BorrowedFd<'_>, bytes: &[u8]) -> io::Result<()> {
     // SAFETY: pointer and length describe `bytes`, which outlives the call.
     let written = unsafe { libc::write(to.as_raw_fd(), bytes.as_ptr().cast(), bytes.len()) };
     if written < 0 {
@@ -147,7 +161,7 @@ pub(super) fn write(to: BorrowedFd<'_>, bytes: &[u8]) -> io::Result<()> {
 ///
 /// # Safety
 /// `work` must neither allocate, nor take a lock, nor touch what another thread may have left half done.
-pub(super) unsafe fn before_exec(
+pub(crate) unsafe fn before_exec(
     command: &mut Command,
     work: impl FnMut() -> io::Result<()> + Send + Sync + 'static,
 ) {
