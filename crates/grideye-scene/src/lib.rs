@@ -69,6 +69,7 @@ mod files;
 mod noise;
 pub mod perceived;
 mod pose;
+pub mod profile;
 pub mod resample;
 mod rule;
 mod scene;

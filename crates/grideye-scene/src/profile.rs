@@ -1,0 +1,272 @@
+//! How one specimen of an 8 x 8 sensor differs from a perfect one: its noise, its pattern, its drift, its clock.
+//!
+//! ```text
+//!  scene ──Simulator::image(t)──▶ what is there ──Profile::apply(seed, tick, t)──▶ what the sensor measures ──▶ steps of 0.25 °C
+//!          without its noise                      + pattern + warm-up + common mode + noise, glitches            the emulator's
+//! ```
+//!
+//! A profile is a TOML file; `scenes/profiles/README.md` specifies it, and the files beside it are an ideal sensor, one
+//! of the datasheet, and one measured on real recordings. A profile brings the whole of the sensor's noise, so it goes
+//! on top of [`Simulator::image`](crate::Simulator::image), never of [`noisy`](crate::Simulator::noisy).
+//!
+//! What is measured is a pure function of (profile, seed, tick, time, scene): the same bytes on every machine, in any
+//! order of calls, by the same rules as the simulator's own noise. Clocks, registers and quantisation are unknown here:
+//! the numbers of the sensor's clock are only handed on.
+//!
+//! ```
+//! use grideye_frame::{Celsius, Frame};
+//! use grideye_scene::profile::Profile;
+//! use std::time::Duration;
+//!
+//! let profile = Profile::parse("[noise]\nsigma_c = 0.3\n[thermistor]\noffset_c = 4.5\n", "mine.toml")?;
+//! let room = Frame::uniform(Celsius::new(21.0));
+//! let measured = profile.apply(7, 0, Duration::ZERO, room);
+//! assert_eq!(measured.thermistor.get(), 25.5);
+//! assert_ne!(measured.pixels[0], measured.pixels[1]);
+//! assert_eq!(measured, profile.apply(7, 0, Duration::ZERO, room));
+//! # Ok::<(), grideye_scene::profile::ProfileError>(())
+//! ```
+
+mod check;
+mod document;
+mod draw;
+mod error;
+mod text;
+
+pub use error::ProfileError;
+
+use crate::count::float;
+use crate::perceived::ABSOLUTE_ZERO_C;
+use draw::Draws;
+use grideye_frame::{Celsius, Frame, PIXELS};
+use std::time::Duration;
+
+/// Ticks from one cold frame to the next: one frame in five is colder over the whole image (measured on several units).
+pub const CYCLE_TICKS: u64 = 5;
+/// Bytes of a profile's text at most; one with every map filled has under 4 kB.
+pub const TEXT_BYTES_MAX: usize = 64 * 1024;
+/// Characters of a profile's name at most.
+pub const NAME_CHARACTERS_MAX: usize = 100;
+
+/// How a specimen differs from a perfect sensor. The default is the perfect one.
+///
+/// [`parse`](Self::parse) admits only the ranges given at each field; whoever fills a profile in by hand is held to
+/// the same ranges when it is written and read again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// What the specimen is called, up to [`NAME_CHARACTERS_MAX`] characters; may be empty.
+    pub name: String,
+    /// Standard deviation of each pixel's own noise from one 100 ms tick to the next, °C, 0 to 100, before
+    /// quantisation. White, Gaussian, independent of every other pixel.
+    pub noise_sigma_c: [f64; PIXELS],
+    /// What all pixels do together.
+    pub common_mode: CommonMode,
+    /// What does not change from frame to frame.
+    pub fixed_pattern: FixedPattern,
+    /// What changes over minutes and hours.
+    pub warm_up: WarmUp,
+    /// The chip's own thermometer.
+    pub thermistor: Thermistor,
+    /// Share of the ticks in which one pixel reads exactly 0.0 °C, 0 to 1.
+    pub glitch_probability: f64,
+    /// The sensor's oscillator.
+    pub clock: ClockError,
+}
+
+/// What all pixels do together.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CommonMode {
+    /// Standard deviation of a slow wander of the whole image, °C, 0 to 100.
+    pub sd_c: f64,
+    /// Time after which the wander has mostly forgotten itself (autocorrelation 0.29; none after twice the time),
+    /// seconds, 0.1 to 10^6; without meaning where `sd_c` is 0.
+    pub correlation_s: f64,
+    /// By how much one tick in [`CYCLE_TICKS`] is colder, °C, 0 to 100. Which one, the seed decides.
+    pub cycle_depth_c: f64,
+}
+
+/// What does not change from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedPattern {
+    /// Added to each pixel, °C, -100 to 100.
+    pub offset_c: [f64; PIXELS],
+    /// Standard deviation of one more offset a pixel, drawn from the seed, °C, 0 to 100: other seeds are other specimens.
+    pub spread_c: f64,
+}
+
+/// What changes over minutes and hours.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WarmUp {
+    /// Error of all pixels at time 0, °C, -100 to 100; it decays exponentially.
+    pub start_c: f64,
+    /// Time in which that error falls to 37 %, seconds, 0.1 to 10^6; without meaning where `start_c` is 0.
+    pub time_constant_s: f64,
+    /// Drift of all pixels that never ends, °C an hour, -100 to 100.
+    pub drift_c_per_hour: f64,
+}
+
+/// The chip's own thermometer, which self-heating keeps above the room.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Thermistor {
+    /// How far it is above the scene's ambient in the end, °C, -100 to 100.
+    pub offset_c: f64,
+    /// Standard deviation of its own noise, °C, 0 to 100.
+    pub sigma_c: f64,
+    /// Time in which the offset has risen to 63 %, from 0 at time 0, seconds, 0 to 10^6; 0 is at once.
+    pub lag_s: f64,
+}
+
+/// The sensor's oscillator, for whoever emulates its timing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ClockError {
+    /// How far it is off at time 0, parts per million, -500,000 to 500,000: -40,000 is 4 % slow.
+    pub error_ppm: i32,
+    /// How much that changes in an hour, parts per million, -500,000 to 500,000.
+    pub drift_ppm_per_hour: i32,
+}
+
+impl Default for Profile {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            noise_sigma_c: [0.0; PIXELS],
+            common_mode: CommonMode::default(),
+            fixed_pattern: FixedPattern {
+                offset_c: [0.0; PIXELS],
+                spread_c: 0.0,
+            },
+            warm_up: WarmUp::default(),
+            thermistor: Thermistor::default(),
+            glitch_probability: 0.0,
+            clock: ClockError::default(),
+        }
+    }
+}
+
+impl Profile {
+    /// Reads a profile. `origin` is the file's name as messages are to show it.
+    ///
+    /// # Errors
+    /// [`ProfileError`] with file, line, column, key, what was expected and what to do: unknown keys, lists of another
+    /// length than 64, and numbers out of range, not-a-number among them.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, ProfileError> {
+        check::profile(text, origin)
+    }
+
+    /// The profile as a file that [`parse`](Self::parse) reads back to the same numbers; what has no effect is left out.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        text::toml(self)
+    }
+
+    /// What the specimen measures in its tick number `index`, at time `t` since power-on, where the scene is `scene`.
+    ///
+    /// `index` counts the sensor's internal ticks of 100 ms, whatever the frame rate. The pixels of `scene` are what a
+    /// perfect sensor would see; its thermistor is the ambient temperature. `seed` is the specimen and its luck.
+    ///
+    /// Every draw is one of ChaCha with 12 rounds: bytes 0 to 7 of the key are the seed, 8 to 15 the purpose (1 tick, 2
+    /// wander, 3 specimen), 16 to 23 zero, 24 to 31 the tag `grideyep`; the stream is the tick, the number of the
+    /// wander's knot, or 0; numbers are little-endian. A result below absolute zero is cut off there.
+    #[must_use]
+    pub fn apply(&self, seed: u64, index: u64, t: Duration, scene: Frame) -> Frame {
+        let t_s = t.as_secs_f64();
+        let common_c = self.common_c(seed, index, t_s);
+        let unit_c = self.fixed_pattern.of_specimen(seed);
+        let mut tick = Draws::tick(seed, index);
+        let mut measured = scene;
+        for (pixel, celsius) in measured.pixels.iter_mut().enumerate() {
+            let noise_c = self.noise_sigma_c[pixel] * tick.normal();
+            *celsius = sum(*celsius, common_c + unit_c[pixel] + noise_c);
+        }
+        measured.thermistor = sum(scene.thermistor, self.thermistor_c(t_s, tick.normal()));
+        if tick.happens(self.glitch_probability) {
+            measured.pixels[tick.pixel()] = Celsius::new(0.0);
+        }
+        measured
+    }
+
+    /// How far the sensor's clock is off at time 0, parts per million.
+    #[must_use]
+    pub const fn clock_error_ppm(&self) -> i32 {
+        self.clock.error_ppm
+    }
+
+    /// How much that changes in an hour, parts per million.
+    #[must_use]
+    pub const fn clock_drift_ppm_per_hour(&self) -> i32 {
+        self.clock.drift_ppm_per_hour
+    }
+
+    /// What is added to all pixels together, °C.
+    fn common_c(&self, seed: u64, index: u64, t_s: f64) -> f64 {
+        let CommonMode {
+            sd_c,
+            correlation_s,
+            cycle_depth_c,
+        } = self.common_mode;
+        let mut common_c = self.warm_up.drift_c_per_hour * (t_s / SECONDS_PER_HOUR);
+        if sd_c > 0.0 {
+            common_c += sd_c * wander(seed, t_s / correlation_s);
+        }
+        if index % CYCLE_TICKS == seed % CYCLE_TICKS {
+            common_c -= cycle_depth_c;
+        }
+        if self.warm_up.start_c != 0.0 {
+            common_c += self.warm_up.start_c * libm::exp(-t_s / self.warm_up.time_constant_s);
+        }
+        common_c
+    }
+
+    /// What is added to the thermistor, °C.
+    fn thermistor_c(&self, t_s: f64, draw: f64) -> f64 {
+        let Thermistor {
+            offset_c,
+            sigma_c,
+            lag_s,
+        } = self.thermistor;
+        let risen = if lag_s > 0.0 {
+            1.0 - libm::exp(-t_s / lag_s)
+        } else {
+            1.0
+        };
+        offset_c * risen + sigma_c * draw
+    }
+}
+
+impl FixedPattern {
+    /// What this specimen shows too much in each pixel, °C.
+    fn of_specimen(&self, seed: u64) -> [f64; PIXELS] {
+        let mut offset_c = self.offset_c;
+        if self.spread_c > 0.0 {
+            let mut specimen = Draws::specimen(seed);
+            for pixel in &mut offset_c {
+                *pixel += self.spread_c * specimen.normal();
+            }
+        }
+        offset_c
+    }
+}
+
+const SECONDS_PER_HOUR: f64 = 3600.0;
+
+/// A smooth random function of variance 1 everywhere, whose values at whole numbers are independent: any moment can be
+/// asked for without those before it.
+fn wander(seed: u64, at: f64) -> f64 {
+    let knot = crate::count::floor(at);
+    let share = at - float(knot);
+    let number = u64::try_from(knot).unwrap_or(u64::MAX);
+    let before = Draws::knot(seed, number).normal();
+    let after = Draws::knot(seed, number.saturating_add(1)).normal();
+    let (left, right) = (1.0 - share, share);
+    // A weighted sum of two independent draws has the variance of the squared weights, which is put right here.
+    (left * before + right * after) / (left * left + right * right).sqrt()
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "single precision is what a frame has, 2 µK at 20 °C"
+)]
+fn sum(celsius: Celsius, added_c: f64) -> Celsius {
+    Celsius::new((f64::from(celsius.get()) + added_c).max(ABSOLUTE_ZERO_C) as f32)
+}
