@@ -6,5 +6,6 @@ pub mod ioctl;
 pub mod preload;
 pub mod program;
 pub mod rack;
+pub mod socket;
 mod sys;
 pub mod usbip;
