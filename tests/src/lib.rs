@@ -1,9 +1,17 @@
-//! What the tests of the whole share: starting the real programs, and a small WebDriver client.
+//! What the tests of the whole share: starting the real programs, what they are shown, and a small WebDriver client.
+
+#[expect(
+    clippy::unwrap_used,
+    reason = "what fails here fails the test that asked for it"
+)]
+pub mod emulated;
 
 #[expect(
     clippy::unwrap_used,
     reason = "what fails here fails the test that asked for it"
 )]
 pub mod programs;
+
+pub mod python;
 
 pub mod webdriver;

@@ -33,15 +33,22 @@ fn command(name: &str) -> Command {
     command
 }
 
-/// Where the release programs are.
+/// Where cargo builds.
+#[must_use]
+pub fn target() -> PathBuf {
+    root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
+}
+
+/// Where the release programs are: in the folder that `GRIDEYE_PROGRAMS` names, or built here and now.
 ///
 /// # Panics
 /// When they do not build.
 pub fn folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
-        let target = std::env::var_os("CARGO_TARGET_DIR")
-            .map_or_else(|| root().join("target"), PathBuf::from);
+        if let Some(built) = std::env::var_os("GRIDEYE_PROGRAMS") {
+            return built.into();
+        }
         let build = Command::new(env!("CARGO"))
             .args([
                 "build",
@@ -60,7 +67,7 @@ pub fn folder() -> &'static Path {
             "{}",
             String::from_utf8_lossy(&build.stderr)
         );
-        root().join(target).join("release")
+        target().join("release")
     })
 }
 

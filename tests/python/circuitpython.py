@@ -1,0 +1,48 @@
+"""adafruit-circuitpython-amg88xx. Arguments: extended | board, then frame | walk SECONDS.
+
+`extended` is adafruit-extended-bus, which takes any /dev/i2c-N; `board` is Blinka's own board.I2C() as on a
+Raspberry Pi 4, whose detection is told what it stands on, since it looks at /proc/device-tree.
+"""
+
+import os
+import sys
+import time
+import warnings
+
+import bus
+
+# Blinka warns that Linux decides the bus clock.
+warnings.simplefilter("ignore", RuntimeWarning)
+
+
+def open_bus(how):
+    if bus.socket_path:
+        import grideye_i2c
+
+        return grideye_i2c.I2C()
+    if how == "board":
+        os.environ["BLINKA_FORCEBOARD"] = "RASPBERRY_PI_4B"
+        os.environ["BLINKA_FORCECHIP"] = "BCM2XXX"
+        import board
+
+        return board.I2C()
+    from adafruit_extended_bus import ExtendedI2C
+
+    return ExtendedI2C(1)
+
+
+i2c = open_bus(sys.argv[1])
+while not i2c.try_lock():
+    pass
+scan = i2c.scan()
+i2c.unlock()
+
+import adafruit_amg88xx
+
+sensor = adafruit_amg88xx.AMG88XX(i2c)
+# The driver waits for nothing after its reset; the specification wants two frames.
+time.sleep(0.25)
+if sys.argv[2] == "walk":
+    bus.answer(frames=bus.watch(lambda: sensor.pixels, float(sys.argv[3])))
+else:
+    bus.answer(scan=scan, thermistor=sensor.temperature, frame=sensor.pixels)

@@ -1,0 +1,109 @@
+//! Programs on an emulated sensor that shows known words, by each way to reach it.
+
+use crate::programs::{Ended, grideye, is_left_out, run};
+use std::ffi::OsStr;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// One frame as the registers hold it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Words {
+    /// Pixels 1 to 64, 12 bits each.
+    pub pixels: [u16; 64],
+    /// The thermistor, 12 bits.
+    pub thermistor: u16,
+}
+
+/// What a pixel's word means in °C: two's complement, 0.25 °C a step (AMG88 spec §4-11-11).
+#[must_use]
+pub fn pixel_c(word: u16) -> f64 {
+    let signed = i32::from(word & 0x7FF) - i32::from(word & 0x800);
+    f64::from(signed) / 4.0
+}
+
+/// What the thermistor's word means in °C: sign and magnitude, 0.0625 °C a step (AMG88 spec §4-11-10).
+#[must_use]
+pub fn thermistor_c(word: u16) -> f64 {
+    let magnitude = f64::from(word & 0x7FF) / 16.0;
+    if word & 0x800 == 0 {
+        magnitude
+    } else {
+        -magnitude
+    }
+}
+
+/// Writes a recording of these frames, to be replayed one each sensor period; the last one stays.
+///
+/// # Panics
+/// When it cannot be written.
+#[must_use]
+pub fn recording(folder: &Path, name: &str, frames: impl IntoIterator<Item = Words>) -> PathBuf {
+    let mut text = String::from(
+        "device,sensor,boot,seq,t_boot_ns,t_utc_ns,clock,t_arrival_ns,missing,thermistor",
+    );
+    for pixel in 1..=64 {
+        write!(text, ",pixel{pixel}").unwrap();
+    }
+    text.push('\n');
+    for (seq, frame) in frames.into_iter().enumerate() {
+        let t_ns = seq * 100_000_000;
+        let thermistor = thermistor_c(frame.thermistor);
+        write!(
+            text,
+            "made,by-a-test,b,{seq},{t_ns},{t_ns},synced,,,{thermistor}"
+        )
+        .unwrap();
+        for word in frame.pixels {
+            write!(text, ",{}", pixel_c(word)).unwrap();
+        }
+        text.push('\n');
+    }
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// A way by which a program of its own reaches the emulated sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// `/dev/i2c-1` by FUSE in a mount namespace.
+    Fuse,
+}
+
+impl Way {
+    /// The ways to a `/dev/i2c-1` that this machine has; those that it has not are named.
+    #[must_use]
+    pub fn to_a_device_file(what: &str) -> Vec<Self> {
+        let mut ways = Vec::new();
+        if !is_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
+            ways.push(Self::Fuse);
+        }
+        ways
+    }
+}
+
+/// `grideye emulate SOURCE… -- PROGRAM ARGUMENTS…`.
+#[must_use]
+pub fn emulated<S: AsRef<OsStr>>(way: Way, source: &[S], program: &Command) -> Command {
+    let mut command = grideye();
+    command.arg("emulate");
+    match way {
+        Way::Fuse => {}
+    }
+    command
+        .args(source)
+        .arg("--")
+        .arg(program.get_program())
+        .args(program.get_args());
+    command
+}
+
+/// Runs a program to its end on the emulated sensor.
+///
+/// # Panics
+/// When it cannot be started.
+#[must_use]
+pub fn run_emulated<S: AsRef<OsStr>>(way: Way, source: &[S], program: &Command) -> Ended {
+    run(&mut emulated(way, source, program))
+}

@@ -1,0 +1,496 @@
+//! Python drivers that no one here wrote, as their authors published them, on the emulated sensor.
+//!
+//! What each one makes of the registers' bytes stands in [`DRIVERS`], its known faults included: the value that the
+//! driver gives is compared with its own decoding, and the decoding with what is true (AMG88 spec §4-11-10, §4-11-11).
+
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
+use grideye_tests::emulated::{Way, Words, emulated, pixel_c, recording, thermistor_c};
+use grideye_tests::programs::{Ended, grideye, run};
+use grideye_tests::python;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Row and column, from 0, of pixels 1 to 64 in a driver's frame.
+type Place = fn(usize) -> (usize, usize);
+
+/// What a driver makes of the bytes.
+struct Driver {
+    /// Package and version.
+    name: &'static str,
+    /// Script of `tests/python` and its arguments.
+    script: &'static [&'static str],
+    place: Place,
+    /// Its thermistor in °C; `None` if it is not asked for it.
+    thermistor: Option<fn(u16) -> f64>,
+}
+
+/// The specification's order: pixels 1 to 8 are the first row.
+fn in_order(pixel: usize) -> (usize, usize) {
+    (pixel / 8, pixel % 8)
+}
+
+/// Turned by 180°.
+fn turned(pixel: usize) -> (usize, usize) {
+    (7 - pixel / 8, 7 - pixel % 8)
+}
+
+/// melopero's thermistor: the last four bits are taken as one over their value, not as sixteenths.
+fn one_over_the_fraction(word: u16) -> f64 {
+    let whole = f64::from((word & 0x7FF) >> 4);
+    let nibble = f64::from(word & 0xF);
+    let magnitude = whole + if nibble == 0.0 { 0.0 } else { 1.0 / nibble };
+    if word & 0x800 == 0 {
+        magnitude
+    } else {
+        -magnitude
+    }
+}
+
+const DRIVERS: [Driver; 6] = [
+    Driver {
+        name: "adafruit-circuitpython-amg88xx 1.2.28, adafruit-extended-bus 1.0.2",
+        script: &["circuitpython.py", "extended"],
+        place: in_order,
+        thermistor: Some(thermistor_c),
+    },
+    Driver {
+        name: "adafruit-circuitpython-amg88xx 1.2.28, Blinka 10.0.0 board.I2C()",
+        script: &["circuitpython.py", "board"],
+        place: in_order,
+        thermistor: Some(thermistor_c),
+    },
+    Driver {
+        name: "melopero-amg8833 0.2.1, smbus2 0.6.1",
+        script: &["melopero.py"],
+        place: in_order,
+        thermistor: Some(one_over_the_fraction),
+    },
+    Driver {
+        name: "grideye-driver 0.1.1, smbus2 0.6.1",
+        script: &["grideye_driver.py"],
+        place: turned,
+        thermistor: Some(thermistor_c),
+    },
+    Driver {
+        name: "smbus2 0.6.1, i2c_rdwr",
+        script: &["burst.py", "smbus2"],
+        place: in_order,
+        thermistor: None,
+    },
+    Driver {
+        name: "Adafruit-PureIO 1.1.12, one block",
+        script: &["burst.py", "pureio"],
+        place: in_order,
+        thermistor: None,
+    },
+];
+
+/// Panasonic's printed vectors of a pixel's word (AMG88 spec §4-11-11), and the two ends of what twelve bits hold.
+const PRINTED: [(u16, f64); 9] = [
+    (0x1F4, 125.0),
+    (0x064, 25.0),
+    (0x001, 0.25),
+    (0x000, 0.0),
+    (0xFFF, -0.25),
+    (0xF9C, -25.0),
+    (0xF24, -55.0),
+    (0x7FF, 511.75),
+    (0x800, -512.0),
+];
+
+/// Panasonic's printed vectors of the thermistor's word (AMG88 spec §4-11-10), one between, and what is true.
+const THERMISTORS: [(u16, f64); 5] = [
+    (0x190, 25.0),
+    (0x191, 25.0625),
+    (0x004, 0.25),
+    (0x804, -0.25),
+    (0x940, -20.0),
+];
+
+/// The printed vectors, then 55 words that differ from them and each other, so that every place is told apart.
+fn printed_and_distinct() -> [u16; 64] {
+    std::array::from_fn(|pixel| match PRINTED.get(pixel) {
+        Some((word, _)) => *word,
+        None => u16::try_from(0x105 + 7 * pixel).unwrap(),
+    })
+}
+
+/// A room in frost: every pixel below zero, none twice.
+fn all_below_zero() -> [u16; 64] {
+    std::array::from_fn(|pixel| u16::try_from(0xFFF - 3 * pixel).unwrap())
+}
+
+/// What a driver's program answered; it must have ended well.
+fn answer(ended: &Ended, name: &str) -> Value {
+    assert_eq!(ended.code, 0, "{name}: {ended:?}");
+    serde_json::from_str(&ended.stdout).unwrap()
+}
+
+/// A frame of a driver, in the specification's order.
+fn in_specified_order(frame: &Value, place: Place) -> Vec<f64> {
+    assert_eq!(frame.as_array().unwrap().len(), 8, "{frame}");
+    (0..64)
+        .map(|pixel| {
+            let (row, column) = place(pixel);
+            frame[row][column].as_f64().unwrap()
+        })
+        .collect()
+}
+
+/// Asks a driver's program, by one way, what it sees; `None` if Python's drivers are left out.
+fn ask(way: Way, source: &[&str], script: &[&str]) -> Option<Value> {
+    let command = python::script(script[0], &script[1..], "Python drivers of other authors")?;
+    let ended = run(&mut emulated(way, source, &command));
+    Some(answer(&ended, &script.join(" ")))
+}
+
+fn ask_for_a_frame(way: Way, source: &[&str], driver: &Driver) -> Option<Value> {
+    ask(way, source, &[driver.script, &["frame"]].concat())
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn the_words_mean_what_panasonic_printed() {
+    for (word, printed) in PRINTED {
+        assert!((pixel_c(word) - printed).abs() < 1e-9, "{word:#05X}");
+    }
+    for (word, printed) in THERMISTORS {
+        assert!((thermistor_c(word) - printed).abs() < 1e-9, "{word:#05X}");
+    }
+}
+
+/// Every driver, on the printed vectors and on frames below zero, with a thermistor above and below zero.
+#[test]
+fn each_driver_gives_what_its_own_decoding_makes_of_the_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let frames = [
+        ("printed.csv", printed_and_distinct(), 0x191),
+        ("frost.csv", all_below_zero(), 0x940),
+    ];
+    for (name, pixels, thermistor) in frames {
+        let words = Words { pixels, thermistor };
+        let file = recording(folder.path(), name, [words]);
+        for way in Way::to_a_device_file("Python drivers of other authors") {
+            for driver in &DRIVERS {
+                let source = ["--recording", path(&file)];
+                let Some(answer) = ask_for_a_frame(way, &source, driver) else {
+                    return;
+                };
+                holds(driver, way, &words, &answer);
+            }
+        }
+    }
+}
+
+/// Compares an answer with the driver's decoding, and prints that beside what is true.
+fn holds(driver: &Driver, way: Way, words: &Words, answer: &Value) {
+    let given = in_specified_order(&answer["frame"], driver.place);
+    let truth: Vec<f64> = words.pixels.iter().map(|word| pixel_c(*word)).collect();
+    assert_eq!(given, truth, "{} by {way:?}", driver.name);
+    let Some(decode) = driver.thermistor else {
+        assert_eq!(answer["high_nibbles"], 0, "bits 7 to 4 of the high bytes");
+        return;
+    };
+    let thermistor = answer["thermistor"].as_f64().unwrap();
+    let own = decode(words.thermistor);
+    let truth = thermistor_c(words.thermistor);
+    println!(
+        "{:<68} {way:?}: thermistor {:#05X} given {thermistor}, its decoding {own}, true {truth}",
+        driver.name, words.thermistor
+    );
+    assert!((thermistor - own).abs() < 1e-9, "{}", driver.name);
+}
+
+/// The faults that the table knows, one by one, so that a driver that is mended is noticed.
+#[test]
+fn the_known_faults_of_the_thermistor_are_in_the_table() {
+    let melopero = |word| one_over_the_fraction(word);
+    assert_eq!(
+        THERMISTORS.map(|(word, _)| melopero(word)),
+        [25.0, 26.0, 0.25, -0.25, -20.0],
+        "only 25.0625 differs: one over four is also four sixteenths"
+    );
+}
+
+/// A room with one standing person in the quarter of the picture that is top left: the person stands to the room's
+/// right and front of the sensor's axis, which azimuth -90 shows left and top.
+fn standing_person(folder: &Path, ambient_c: f64, person_c: f64) -> PathBuf {
+    let file = folder.join(format!("standing{ambient_c}.toml"));
+    let text = format!(
+        "[room]\nsize_mm = [4000, 4000, 2700]\nambient_c = {ambient_c:?}\n\
+         [[agent]]\nname = \"person\"\nsize_mm = [300, 300, 1750]\ntemperature_c = {person_c:?}\nposition_mm = [2300, 1700, 0]\n\
+         [[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nposition_mm = [2000, 2000, 2700]\n\
+         elevation_deg = 90\nazimuth_deg = -90\nnoise_sigma_c = 0\n"
+    );
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+/// What the simulator by itself says that the sensor sees: the frame of a scene that stands still and has no noise.
+fn simulated(folder: &Path, scene: &Path) -> Vec<f64> {
+    let out = folder.join("simulated.csv");
+    let ended = run(grideye().arg("simulate").arg(scene).arg("--out").arg(&out));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let text = std::fs::read_to_string(out).unwrap();
+    let row = text.lines().nth(1).unwrap();
+    row.split(',')
+        .skip(10)
+        .map(|cell| cell.parse().unwrap())
+        .collect()
+}
+
+/// The body reaches from 150 to 450 mm beside the axis, its head is 950 mm below the sensor and its feet 2700 mm:
+/// it is seen between atan(150/2700) = 3° and atan(450/950) = 25° off the axis, to the left and to the top.
+fn is_of_the_person(pixel: usize) -> bool {
+    pixel / 8 < 4 && pixel % 8 < 4
+}
+
+/// In a warm room and in one below zero: the frame is the scene's, and the warm pixels are where the person stands.
+#[test]
+fn each_driver_sees_the_person_where_the_person_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    for (ambient_c, person_c) in [(20.0, 32.0), (-10.0, 20.0)] {
+        let scene = standing_person(folder.path(), ambient_c, person_c);
+        let truth = simulated(folder.path(), &scene);
+        let warm: Vec<usize> = (0..64)
+            .filter(|pixel| truth[*pixel] > ambient_c + 1.0)
+            .collect();
+        assert!(
+            warm.len() >= 4 && warm.iter().all(|pixel| is_of_the_person(*pixel)),
+            "{warm:?}"
+        );
+        assert!((truth[63] - ambient_c).abs() < 0.3, "{truth:?}");
+        for way in Way::to_a_device_file("Python drivers of other authors before a scene") {
+            for driver in &DRIVERS {
+                let source = ["--scene", path(&scene)];
+                let Some(answer) = ask_for_a_frame(way, &source, driver) else {
+                    return;
+                };
+                let given = in_specified_order(&answer["frame"], driver.place);
+                assert_eq!(given, truth, "{} by {way:?}", driver.name);
+            }
+        }
+    }
+}
+
+/// The driver's default is 0x69: a sensor at 0x68 is found by the scan, and nobody answers to the driver.
+#[test]
+fn circuitpython_finds_the_sensor_and_hears_that_nobody_is_at_the_other_address() {
+    for way in Way::to_a_device_file("a scan of CircuitPython") {
+        let script = ["circuitpython.py", "extended", "frame"];
+        let source = ["--scene", "scenes/experiment-1.toml", "--address"];
+        let Some(there) = ask(way, &[&source[..], &["0x69"]].concat(), &script) else {
+            return;
+        };
+        assert_eq!(there["scan"], serde_json::json!([0x69]));
+
+        let command = python::script(script[0], &script[1..], "").unwrap();
+        let source = [&source[..], &["0x68"]].concat();
+        let ended = run(&mut emulated(way, &source, &command));
+        assert_eq!(ended.code, 1, "{ended:?}");
+        // CircuitPython probes with a write of no bytes. FUSE answers that one itself, so the driver goes on to its
+        // first register and hears it there.
+        let heard = match way {
+            Way::Fuse => "OSError: [Errno 121] Remote I/O error",
+        };
+        assert!(ended.stderr.contains(heard), "{ended:?}");
+    }
+}
+
+#[test]
+fn sleep_and_wake_of_grideye_driver() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = Words {
+        pixels: all_below_zero(),
+        thermistor: 0x190,
+    };
+    let file = recording(folder.path(), "frost.csv", [words]);
+    let truth: Vec<f64> = words.pixels.iter().map(|word| pixel_c(*word)).collect();
+    for way in Way::to_a_device_file("sleep and wake of grideye-driver") {
+        let source = ["--recording", path(&file)];
+        let Some(answer) = ask(way, &source, &["grideye_driver.py", "sleep"]) else {
+            return;
+        };
+        // Made, woken, left, woken by call: the driver tells sleep by 2048 °C, which is 00 80 at 0x0E.
+        assert_eq!(
+            answer["states"],
+            serde_json::json!([true, false, true, false])
+        );
+        let asleep = in_specified_order(&answer["asleep"], turned);
+        assert!(
+            asleep.iter().all(|pixel| *pixel == 0.0),
+            "what is read in sleep is no frame: {asleep:?}"
+        );
+        assert_eq!(in_specified_order(&answer["awake"], turned), truth);
+        assert_eq!(in_specified_order(&answer["again"], turned), truth);
+    }
+}
+
+#[test]
+fn sleep_wake_and_rate_of_melopero() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = Words {
+        pixels: printed_and_distinct(),
+        thermistor: 0x190,
+    };
+    let file = recording(folder.path(), "printed.csv", [words]);
+    for way in Way::to_a_device_file("sleep and wake of melopero-amg8833") {
+        let source = ["--recording", path(&file)];
+        let Some(answer) = ask(way, &source, &["melopero.py", "modes"]) else {
+            return;
+        };
+        assert_eq!(answer["fps"], serde_json::json!([1, 10]));
+        let asleep = in_specified_order(&answer["asleep"], in_order);
+        assert!(asleep.iter().all(|pixel| *pixel == 0.0), "{asleep:?}");
+        let truth: Vec<f64> = words.pixels.iter().map(|word| pixel_c(*word)).collect();
+        assert_eq!(in_specified_order(&answer["awake"], in_order), truth);
+    }
+}
+
+/// grideye-driver writes 0x20 to the key register instead of 0x07 (reference, 2.5): the chip must not average.
+#[test]
+fn the_moving_average_of_grideye_driver_has_no_effect_as_on_the_chip() {
+    for way in Way::to_a_device_file("moving average of grideye-driver") {
+        let source = ["--scene", "scenes/experiment-1.toml"];
+        let Some(answer) = ask(way, &source, &["grideye_driver.py", "average"]) else {
+            return;
+        };
+        assert_eq!(answer["moving_average"], false, "{answer}");
+        assert_eq!(answer["frame_rate"], "high");
+    }
+}
+
+#[test]
+fn interrupts_of_melopero_mark_the_person_and_clear() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = standing_person(folder.path(), -10.0, 20.0);
+    let truth = simulated(folder.path(), &scene);
+    for way in Way::to_a_device_file("interrupts of melopero-amg8833") {
+        let source = ["--scene", path(&scene)];
+        let script = ["melopero.py", "interrupts", "-5", "-30", "0"];
+        let Some(answer) = ask(way, &source, &script) else {
+            return;
+        };
+        assert_eq!(
+            (&answer["tripped"], &answer["cleared"]),
+            (&true.into(), &true.into())
+        );
+        for (pixel, true_c) in truth.iter().enumerate() {
+            let (row, column) = in_order(pixel);
+            // "Greater than" the level (AMG88 spec §4-11-8).
+            assert_eq!(
+                answer["table"][row][column],
+                *true_c > -5.0,
+                "pixel {}",
+                pixel + 1
+            );
+        }
+    }
+}
+
+/// The way of someone who enters on the room's left, which is the picture's right, crosses, and leaves.
+fn crossing_person(folder: &Path) -> PathBuf {
+    let file = folder.join("crossing.toml");
+    let text = "[room]\nsize_mm = [8000, 4000, 2700]\nambient_c = -10.0\n\
+         [[agent]]\nname = \"person\"\nsize_mm = [300, 300, 1750]\ntemperature_c = 25.0\n\
+         trajectory = \"crossing.csv\"\nspeed_mm_per_s = 2000\n\
+         [[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nposition_mm = [4000, 2000, 2700]\n\
+         elevation_deg = 90\nazimuth_deg = -90\nnoise_sigma_c = 0.1\n";
+    std::fs::write(&file, text).unwrap();
+    std::fs::write(
+        folder.join("crossing.csv"),
+        "x_mm,y_mm,z_mm\n400,2000,0\n7600,2000,0\n",
+    )
+    .unwrap();
+    file
+}
+
+#[test]
+fn interrupts_of_grideye_driver_trip_for_the_person_and_clear() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = crossing_person(folder.path());
+    for way in Way::to_a_device_file("interrupts of grideye-driver") {
+        let source = ["--scene", path(&scene)];
+        let script = ["grideye_driver.py", "interrupts", "-5", "-40", "1", "4.5"];
+        let Some(answer) = ask(way, &source, &script) else {
+            return;
+        };
+        assert_eq!(
+            answer["config"],
+            serde_json::json!([-5.0, -40.0, 1.0, true, true]),
+            "the levels come back as they were written, below zero too"
+        );
+        let seen = answer["seen"].as_array().unwrap();
+        let flags: Vec<bool> = seen.iter().map(|look| look[0].as_bool().unwrap()).collect();
+        let changes = flags.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert!(
+            !flags[0] && flags.contains(&true) && !flags[flags.len() - 1] && changes == 2,
+            "nobody, the person, nobody: {flags:?}"
+        );
+        let columns: Vec<f64> = seen.iter().filter_map(middle_column).collect();
+        assert!(
+            columns.first().unwrap() < &2.0 && columns.last().unwrap() > &5.0,
+            "from the room's left to its right, which is left to right in the driver's turned picture: {columns:?}"
+        );
+    }
+}
+
+/// While someone walks, drivers that read a frame in several transactions mingle two frames: each pixel alone must
+/// still be of this scene, and the walk must be seen.
+#[test]
+fn each_driver_sees_someone_walk_through() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = crossing_person(folder.path());
+    for way in Way::to_a_device_file("Python drivers of other authors before someone who walks") {
+        for driver in DRIVERS.iter().filter(|driver| driver.thermistor.is_some()) {
+            let source = ["--scene", path(&scene)];
+            let script = [driver.script, &["walk", "4"]].concat();
+            let Some(answer) = ask(way, &source, &script) else {
+                return;
+            };
+            let frames = answer["frames"].as_array().unwrap();
+            let frames: Vec<Vec<f64>> = frames
+                .iter()
+                .map(|frame| in_specified_order(frame, driver.place))
+                .collect();
+            assert!(frames.len() >= 10, "{}: {}", driver.name, frames.len());
+            // Room and body are at -10 and 25 °C; six sigma of the scene's noise and a step of the chip on top.
+            let plausible = |pixel: &f64| (-11.0..=26.0).contains(pixel);
+            assert!(frames.iter().flatten().all(plausible), "{}", driver.name);
+            let columns: Vec<f64> = frames
+                .iter()
+                .filter_map(|frame| warm_column(frame))
+                .collect();
+            assert!(
+                columns.first().unwrap() > &5.0 && columns.last().unwrap() < &2.0,
+                "{}: from the room's left, which is the picture's right: {columns:?}",
+                driver.name
+            );
+        }
+    }
+}
+
+/// The middle of the columns of the pixels that are warmer than -5 °C.
+fn warm_column(frame: &[f64]) -> Option<f64> {
+    let warm = (0..64).filter(|pixel| frame[*pixel] > -5.0);
+    mean(&warm.map(|pixel| pixel % 8).collect::<Vec<_>>())
+}
+
+/// The middle of the columns whose pixels have their interrupt bit set.
+fn middle_column(look: &Value) -> Option<f64> {
+    let set: Vec<usize> = (0..64)
+        .filter(|pixel| look[1][pixel / 8][pixel % 8] == true)
+        .map(|pixel| pixel % 8)
+        .collect();
+    mean(&set)
+}
+
+fn mean(columns: &[usize]) -> Option<f64> {
+    let sum = u32::try_from(columns.iter().sum::<usize>()).unwrap();
+    let count = u32::try_from(columns.len()).unwrap();
+    (count > 0).then(|| f64::from(sum) / f64::from(count))
+}
