@@ -73,10 +73,6 @@ impl Cuboid {
     pub(crate) fn centre_m(&self) -> DVec3 {
         self.base_m + DVec3::new(0.0, 0.0, 0.5 * self.size_m.z)
     }
-
-    pub(crate) fn box_from_world(&self) -> DMat3 {
-        self.world_from_box.transpose()
-    }
 }
 
 #[cfg(test)]

@@ -60,6 +60,7 @@
 //! ```
 
 mod angle;
+mod canvas;
 mod check;
 mod count;
 mod cuboid;
@@ -74,6 +75,7 @@ pub mod resample;
 mod rule;
 mod scene;
 mod simulator;
+mod solid;
 mod source;
 mod trajectory;
 mod view;

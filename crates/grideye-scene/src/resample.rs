@@ -83,6 +83,17 @@ impl Resampler {
     pub(crate) const fn output_columns(&self) -> usize {
         self.horizontal.outputs
     }
+
+    /// How many output rows there are.
+    pub(crate) const fn output_rows(&self) -> usize {
+        self.vertical.outputs
+    }
+
+    /// The output rows that an input row reaches, and its weight in each.
+    #[inline]
+    pub(crate) fn rows_of(&self, input_row: usize) -> (Range<usize>, &[f64]) {
+        self.vertical.of_input(input_row)
+    }
 }
 
 /// One axis: for each input point, the run of outputs that it reaches and its weight in each.

@@ -1,10 +1,12 @@
-use crate::cuboid::Cuboid;
+use crate::canvas::{Backdrop, Bench, Painted};
 use crate::error::SceneError;
 use crate::noise::add_noise;
 use crate::perceived::{Air, Glow};
 use crate::resample::Resampler;
 use crate::scene::{Agent, Scene, Sensor};
-use crate::view::{Hit, View};
+use crate::solid::Solid;
+use crate::view::View;
+use glam::DVec3;
 use grideye_frame::{COLUMNS, Celsius, Frame, ROWS};
 use std::time::Duration;
 
@@ -22,7 +24,8 @@ pub struct Simulator {
     backdrop: Backdrop,
     /// The pixels with nothing but what stands still.
     still_c: Vec<f64>,
-    agents: Vec<(Agent, Glow)>,
+    /// With the surface at the start of the way.
+    agents: Vec<(Agent, Solid, Glow)>,
 }
 
 /// A picture in degrees, row by row: row 0 is the top, column 0 the left of what the sensor sees.
@@ -60,19 +63,27 @@ impl Simulator {
         let view = View::new(&sensor);
         let resampler =
             Resampler::new((view.columns(), view.rows()), (sensor.columns, sensor.rows));
-        let mut backdrop = Backdrop::new(view.columns(), view.rows());
-        for object in &scene.objects {
-            backdrop.put(&view, &air, &object.shape, &air.glow(object.surface));
-        }
+        let standing: Vec<Painted> = scene
+            .objects
+            .iter()
+            .flat_map(|object| {
+                let solid = Solid::of_cuboid(&object.shape);
+                painted(&view, &air, &solid, DVec3::ZERO, air.glow(object.surface))
+            })
+            .collect();
+        let backdrop = Backdrop::new(&view, &air, &standing);
         let still_c = resampler
-            .apply(&backdrop.excess_c)
+            .apply(backdrop.excess_c())
             .iter()
             .map(|excess| ambient_c + excess)
             .collect();
         let agents = scene
             .agents
             .iter()
-            .map(|agent| (agent.clone(), air.glow(agent.body.surface)))
+            .map(|agent| {
+                let solid = Solid::of_cuboid(&agent.body.shape);
+                (agent.clone(), solid, air.glow(agent.body.surface))
+            })
             .collect();
         Ok(Self {
             sensor,
@@ -102,9 +113,8 @@ impl Simulator {
     #[must_use]
     pub fn image(&self, time: Duration) -> Image {
         let mut celsius = self.still_c.clone();
-        self.each_agent_cell(time, &mut celsius, |covered| {
-            covered.excess_c - covered.backdrop_excess_c
-        });
+        self.bench()
+            .add_excess(&self.agent_patches(time), &mut celsius);
         Image {
             columns: self.sensor.columns,
             rows: self.sensor.rows,
@@ -135,7 +145,8 @@ impl Simulator {
     #[must_use]
     pub fn truth(&self, time: Duration) -> Mask {
         let mut share = vec![0.0; self.still_c.len()];
-        self.each_agent_cell(time, &mut share, |_| 1.0);
+        self.bench()
+            .add_share(&self.agent_patches(time), AGENT, &mut share);
         // The weights of a whole pixel sum to 1 but for rounding.
         share.iter_mut().for_each(|share| *share = share.min(1.0));
         Mask {
@@ -145,30 +156,33 @@ impl Simulator {
         }
     }
 
-    /// Resamples a value of each cell in which the agent is seen, and adds it to the pixels.
-    fn each_agent_cell(&self, time: Duration, pixels: &mut [f64], value: impl Fn(&Covered) -> f64) {
-        let mut row_sums = vec![0.0; self.resampler.output_columns()];
-        // A scene has one agent at most; several would have to hide each other first.
-        for (agent, glow) in &self.agents {
-            let shape = agent.shape(time);
-            let Some(window) = self.view.window(&shape) else {
-                continue;
-            };
-            for row in window.rows {
-                let first_meeting = self.view.row_of_rays(&shape, row);
-                for column in window.columns.clone() {
-                    let Some(hit) = first_meeting(column) else {
-                        continue;
-                    };
-                    if let Some(covered) = self.backdrop.before(&self.air, row, column, hit, glow) {
-                        self.resampler
-                            .gather(column, value(&covered), &mut row_sums);
-                    }
-                }
-                self.resampler.spread(row, &mut row_sums, pixels);
-            }
-        }
+    /// The patches of the agents where they are at `time`.
+    fn agent_patches(&self, time: Duration) -> Vec<Painted> {
+        let placed = self.agents.iter().flat_map(|(agent, solid, glow)| {
+            let offset_m = agent.position_m(time) - agent.body.shape.base_m();
+            painted(&self.view, &self.air, solid, offset_m, *glow)
+        });
+        placed.collect()
     }
+
+    fn bench(&self) -> Bench<'_> {
+        Bench::new(&self.view, &self.air, &self.backdrop, &self.resampler)
+    }
+}
+
+/// Whose patches the agents' are.
+const AGENT: u32 = 0;
+
+fn painted(view: &View, air: &Air, solid: &Solid, offset_m: DVec3, glow: Glow) -> Vec<Painted> {
+    let patches = view.patches(solid, offset_m).into_iter();
+    patches
+        .map(|patch| Painted {
+            root: air.root(&glow, patch.depth_min_m()),
+            patch,
+            glow,
+            owner: AGENT,
+        })
+        .collect()
 }
 
 impl Image {
@@ -212,70 +226,5 @@ impl Mask {
             .iter()
             .map(|share| *share > 0.0 && *share >= share_min)
             .collect()
-    }
-}
-
-/// The nearest standing surface of each cell: how far it is, and how much warmer than ambient it seems.
-#[derive(Debug, Clone)]
-struct Backdrop {
-    columns: usize,
-    depth_m: Vec<f64>,
-    excess_c: Vec<f64>,
-}
-
-/// A cell in which the agent is seen.
-struct Covered {
-    excess_c: f64,
-    backdrop_excess_c: f64,
-}
-
-impl Backdrop {
-    fn new(columns: usize, rows: usize) -> Self {
-        Self {
-            columns,
-            depth_m: vec![f64::INFINITY; columns * rows],
-            excess_c: vec![0.0; columns * rows],
-        }
-    }
-
-    fn put(&mut self, view: &View, air: &Air, shape: &Cuboid, glow: &Glow) {
-        let Some(window) = view.window(shape) else {
-            return;
-        };
-        for row in window.rows {
-            let first_meeting = view.row_of_rays(shape, row);
-            for column in window.columns.clone() {
-                let Some(hit) = first_meeting(column) else {
-                    continue;
-                };
-                if let Some(covered) = self.before(air, row, column, hit, glow) {
-                    self.depth_m[row * self.columns + column] = hit.depth_m;
-                    self.excess_c[row * self.columns + column] = covered.excess_c;
-                }
-            }
-        }
-    }
-
-    /// The cell with the new surface, if that lies before the one there is. Of two at one depth the warmer is seen,
-    /// so that their order does not matter.
-    #[inline]
-    fn before(
-        &self,
-        air: &Air,
-        row: usize,
-        column: usize,
-        hit: Hit,
-        glow: &Glow,
-    ) -> Option<Covered> {
-        let cell = row * self.columns + column;
-        if hit.depth_m > self.depth_m[cell] {
-            return None;
-        }
-        let covered = Covered {
-            excess_c: air.excess(glow, hit.distance_m2),
-            backdrop_excess_c: self.excess_c[cell],
-        };
-        (hit.depth_m < self.depth_m[cell] || covered.excess_c > covered.backdrop_excess_c)
-            .then_some(covered)
     }
 }
