@@ -242,7 +242,8 @@ class SMBus:
 
     def _open_link(self):
         if self._link is None:
-            raise TypeError("the bus is not open")
+            # The words with which ioctl() refuses smbus2's missing descriptor.
+            raise TypeError("argument must be an int, or have a fileno() method.")
         return self._link
 
     def _smbus(self, address, read_write, command, size, block, force):
@@ -329,7 +330,7 @@ class I2C:
         try:
             self._message(address, 0, b"")
         except OSError as error:
-            if error.errno in (errno.ENOTCONN, errno.ENODEV):
+            if error.errno == errno.ENOTCONN:
                 raise
             return False
         return True
@@ -382,7 +383,7 @@ class _Link:
         parts = [_TRANSFER_HEAD.pack(bus, judge, min(len(messages), 0xFFFF))]
         for address, flags, payload in messages:
             length = payload if flags & _READ_FLAG else len(payload)
-            if not (0 <= address <= 0xFFFF and 0 <= length <= _MESSAGE_BYTES_MAX):
+            if not (0 <= address <= 0xFFFF and 0 <= length <= 0xFFFF):
                 raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
             parts.append(_MESSAGE_HEAD.pack(address, flags, length))
             if not flags & _READ_FLAG:

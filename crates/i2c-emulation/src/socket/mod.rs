@@ -56,7 +56,7 @@ use std::io;
 use std::path::PathBuf;
 
 pub use client::{Client, ClientError, ClientOptions};
-pub use place::{PATH_BYTES_MAX, TAKEOVER_ATTEMPTS_MAX};
+pub use place::PATH_BYTES_MAX;
 pub use server::{
     CLIENTS_MAX, IDLE_WAIT_MAX, Options, PACKET_WAIT_MAX, STOP_WAIT_MAX, Server, StopHandle,
 };
@@ -67,7 +67,7 @@ pub use wire::{ByeReason, PACKET_BYTES_MAX, VERSION};
 pub enum SocketError {
     /// A live server has this socket.
     #[error(
-        "{} is in use: another server answers there\nhint: stop that server, or choose another path",
+        "{} is in use: another server answers or starts there\nhint: stop that server, or choose another path",
         path.display()
     )]
     InUse {

@@ -4,9 +4,10 @@ use std::ffi::OsStr;
 use std::fs::{self, File, Metadata, Permissions};
 use std::io::{self, ErrorKind};
 use std::os::fd::AsRawFd;
+use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt};
-use std::os::unix::net::{UnixListener, UnixStream};
+use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc;
@@ -17,9 +18,9 @@ use super::SocketError;
 
 /// Most bytes of a socket's path: `sun_path` has 108, the last of which is zero.
 pub const PATH_BYTES_MAX: usize = 107;
-/// How often a server tries to take over a stale file that others are taking over at the same time.
-pub const TAKEOVER_ATTEMPTS_MAX: usize = 8;
 
+/// As much of a name as fits behind the folder's numbers in an abstract socket's address.
+const CLAIM_NAME_BYTES: usize = 56;
 /// Only the owner may connect.
 const MODE: u32 = 0o600;
 /// How long a live server may take to accept: one with a full queue makes connect() wait.
@@ -65,31 +66,16 @@ pub(super) fn listen(path: &Path) -> Result<(UnixListener, Place), SocketError> 
         });
     };
     let folder = Folder::open(path)?;
-    refuse_what_is_no_socket(path)?;
+    let _claim = folder.claim(name, path)?;
+    clear_stale(path)?;
     let draft = Draft::new(&folder, path)?;
-    publish(&draft, &folder, name, path)?;
+    fs::hard_link(&draft.entry.0, folder.entry(name)).map_err(|source| failed(path, source))?;
     let place = Place {
         path: path.to_owned(),
         device: draft.found.dev(),
         inode: draft.found.ino(),
     };
     Ok((draft.listener, place))
-}
-
-/// Gives the draft its place. A link fails where there is a file already, so of two servers only one gets it.
-fn publish(draft: &Draft, folder: &Folder, name: &OsStr, path: &Path) -> Result<(), SocketError> {
-    for _ in 0..TAKEOVER_ATTEMPTS_MAX {
-        match fs::hard_link(&draft.entry.0, folder.entry(name)) {
-            Ok(()) => return Ok(()),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-                take_over(folder, name, path)?;
-            }
-            Err(source) => return Err(failed(path, source)),
-        }
-    }
-    Err(SocketError::InUse {
-        path: path.to_owned(),
-    })
 }
 
 /// Connects, but waits no longer than `wait`: connect() itself has no time limit.
@@ -139,6 +125,25 @@ impl Folder {
             .join(name)
     }
 
+    /// The right to change what this name stands for; the kernel gives it back, however this process ends.
+    ///
+    /// Without it, one server could take the place of another that has just taken a stale file's.
+    fn claim(&self, name: &OsStr, path: &Path) -> Result<UnixListener, SocketError> {
+        let fail = |source: io::Error| match source.kind() {
+            ErrorKind::AddrInUse => in_use(path),
+            _ => failed(path, source),
+        };
+        let found = self.0.metadata().map_err(fail)?;
+        let name = name.as_bytes();
+        let tail = name
+            .get(name.len().saturating_sub(CLAIM_NAME_BYTES)..)
+            .unwrap_or(name);
+        let place = format!("i2c-emulation {:x}:{:x} ", found.dev(), found.ino());
+        let address =
+            SocketAddr::from_abstract_name([place.as_bytes(), tail].concat()).map_err(fail)?;
+        UnixListener::bind_addr(&address).map_err(fail)
+    }
+
     /// A name that nobody else uses.
     fn spare_entry(&self) -> PathBuf {
         static NEXT: AtomicU32 = AtomicU32::new(0);
@@ -175,70 +180,49 @@ struct Entry(PathBuf);
 
 impl Drop for Entry {
     fn drop(&mut self) {
-        // It may never have been made, or have been moved.
+        // It may never have been made.
         let _ = fs::remove_file(&self.0);
     }
 }
 
-/// An error unless nothing or a socket is at the path.
-fn refuse_what_is_no_socket(path: &Path) -> Result<(), SocketError> {
+/// Removes a socket's file with nobody behind it; an error if there is anything else.
+fn clear_stale(path: &Path) -> Result<(), SocketError> {
     match fs::symlink_metadata(path) {
-        Ok(found) if found.file_type().is_socket() => Ok(()),
-        Ok(_) => Err(SocketError::NotASocket {
-            path: path.to_owned(),
-        }),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Err(source) => Err(failed(path, source)),
-    }
-}
-
-/// Clears a stale file away. Two servers may do so at once: each moves what it found aside and looks again.
-fn take_over(folder: &Folder, name: &OsStr, path: &Path) -> Result<(), SocketError> {
-    let in_use = || SocketError::InUse {
-        path: path.to_owned(),
-    };
-    let place = folder.entry(name);
-    match probe(&place) {
-        Found::Live => return Err(in_use()),
-        Found::Nothing => return Ok(()),
-        Found::Failed(source) => return Err(failed(path, source)),
-        Found::Stale => {}
-    }
-    let aside = Entry(folder.spare_entry());
-    match fs::rename(&place, &aside.0) {
-        Ok(()) => {}
+        Ok(found) if found.file_type().is_socket() => {}
+        Ok(_) => {
+            return Err(SocketError::NotASocket {
+                path: path.to_owned(),
+            });
+        }
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         Err(source) => return Err(failed(path, source)),
     }
-    if matches!(probe(&aside.0), Found::Live) {
-        fs::hard_link(&aside.0, &place).map_err(|source| failed(path, source))?;
-        return Err(in_use());
-    }
-    Ok(())
-}
-
-enum Found {
-    Live,
-    Stale,
-    Nothing,
-    Failed(io::Error),
-}
-
-fn probe(path: &Path) -> Found {
     match connect(path, PROBE_WAIT_MAX) {
-        Ok(_) => Found::Live,
+        Ok(_) => Err(in_use(path)),
         Err(error) => match error.kind() {
-            ErrorKind::TimedOut => Found::Live,
-            ErrorKind::ConnectionRefused => Found::Stale,
-            ErrorKind::NotFound => Found::Nothing,
-            _ => Found::Failed(error),
+            ErrorKind::ConnectionRefused => {
+                fs::remove_file(path).map_err(|source| failed(path, source))
+            }
+            // Its queue is full: somebody listens.
+            ErrorKind::TimedOut => Err(in_use(path)),
+            // The other server has ended meanwhile.
+            ErrorKind::NotFound => Ok(()),
+            _ => Err(failed(path, error)),
         },
+    }
+}
+
+fn in_use(path: &Path) -> SocketError {
+    SocketError::InUse {
+        path: path.to_owned(),
     }
 }
 
 fn failed(path: &Path, source: io::Error) -> SocketError {
     let path = path.to_owned();
     match source.kind() {
+        // A server that claims nothing, of another program, was faster.
+        ErrorKind::AlreadyExists => SocketError::InUse { path },
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             SocketError::NotPermitted { path, source }
         }

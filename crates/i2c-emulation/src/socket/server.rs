@@ -63,8 +63,9 @@ impl Default for Options {
 /// The socket's file is there, with mode 0600, from [`bind`](Self::bind) until the server is dropped or
 /// [`serve`](Self::serve) returns. After SIGKILL it stays, and the next server takes it over.
 pub struct Server {
-    listener: UnixListener,
+    // Dropped first: a file whose server no longer listens would be another's to take.
     place: Place,
+    listener: UnixListener,
     rack: Rack,
     options: Options,
     shared: Arc<Shared>,

@@ -1,0 +1,243 @@
+//! A served bus to test against.
+
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use embedded_hal::i2c::Operation;
+use i2c_emulation::adapter::{EmulatedAdapter, Fault, Message, TransferError};
+use i2c_emulation::rack::{Rack, SharedAdapter};
+use i2c_emulation::socket::{Options, Server, StopHandle};
+
+pub(crate) const TARGET: u16 = 0x69;
+/// Targets that fail in one way each, whatever is asked of them.
+pub(crate) const FAILING: [(u16, Fault); 6] = [
+    (0x30, Fault::NackAddress),
+    (0x31, Fault::NackData),
+    (0x32, Fault::Bus),
+    (0x33, Fault::ArbitrationLost),
+    (0x34, Fault::Timeout),
+    (0x35, Fault::Gone),
+];
+/// An address that panics.
+pub(crate) const PANICKING: u16 = 0x336;
+/// A target at a ten-bit address, with the same registers.
+pub(crate) const TEN_BIT_TARGET: u16 = 0x2A5;
+
+/// 256 registers with an address pointer that moves on by itself; register n holds n times 7 plus 3 at first.
+///
+/// It writes down each transfer, and carries messages out one by one, so that a fault may come after some.
+pub(crate) struct RegisterFile {
+    registers: [u8; 256],
+    pointer: u8,
+    log: Log,
+}
+
+/// What reached the bus, a line a transfer.
+pub(crate) type Log = Arc<Mutex<Vec<String>>>;
+
+pub(crate) fn first_value(register: usize) -> u8 {
+    (register * 7 + 3).to_le_bytes()[0]
+}
+
+impl RegisterFile {
+    pub(crate) fn new(log: Log) -> Self {
+        Self {
+            registers: std::array::from_fn(first_value),
+            pointer: 0,
+            log,
+        }
+    }
+
+    fn carry_out(&mut self, message: &mut Message<'_>) -> Result<(), Fault> {
+        let fault = FAILING
+            .iter()
+            .find(|(address, _)| *address == message.address);
+        if let Some((_, fault)) = fault {
+            return Err(*fault);
+        }
+        assert_ne!(message.address, PANICKING, "a bus with a defect");
+        let answers = (message.address, message.ten_bit);
+        if ![(TARGET, false), (TEN_BIT_TARGET, true)].contains(&answers) {
+            return Err(Fault::NackAddress);
+        }
+        match &mut message.operation {
+            Operation::Write([]) => {}
+            Operation::Write([pointer, bytes @ ..]) => {
+                self.pointer = *pointer;
+                for byte in bytes.iter() {
+                    self.registers[usize::from(self.pointer)] = *byte;
+                    self.pointer = self.pointer.wrapping_add(1);
+                }
+            }
+            Operation::Read(buffer) => {
+                for byte in buffer.iter_mut() {
+                    *byte = self.registers[usize::from(self.pointer)];
+                    self.pointer = self.pointer.wrapping_add(1);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl EmulatedAdapter for RegisterFile {
+    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+        let line: Vec<String> = messages.iter().map(text_of).collect();
+        self.log.lock().unwrap().push(line.join(" "));
+        for (completed, message) in messages.iter_mut().enumerate() {
+            self.carry_out(message)
+                .map_err(|fault| TransferError { completed, fault })?;
+        }
+        Ok(())
+    }
+}
+
+fn text_of(message: &Message<'_>) -> String {
+    match &message.operation {
+        Operation::Write(bytes) => format!("{:02x}W{bytes:02x?}", message.address),
+        Operation::Read(buffer) => format!("{:02x}R{}", message.address, buffer.len()),
+    }
+}
+
+/// A server in a thread of this process, in a folder of its own.
+pub(crate) struct Bench {
+    pub(crate) path: PathBuf,
+    pub(crate) log: Log,
+    pub(crate) stop: StopHandle,
+    serving: Option<JoinHandle<()>>,
+    _folder: tempfile::TempDir,
+}
+
+impl Bench {
+    /// Buses 1 and 7, each a register file; what reaches bus 1 is logged.
+    pub(crate) fn new(options: Options) -> Self {
+        let log = Log::default();
+        let mut rack = Rack::new();
+        rack.insert(1, SharedAdapter::new(RegisterFile::new(Arc::clone(&log))));
+        rack.insert(7, SharedAdapter::new(RegisterFile::new(Log::default())));
+        Self::with_rack(rack, options, log)
+    }
+
+    pub(crate) fn with_rack(rack: Rack, options: Options, log: Log) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bus.sock");
+        let server = Server::bind(&path, rack, options).unwrap();
+        let stop = server.stop_handle();
+        let serving = Some(std::thread::spawn(move || server.serve()));
+        Self {
+            path,
+            log,
+            stop,
+            serving,
+            _folder: folder,
+        }
+    }
+
+    pub(crate) fn raw(&self) -> Raw {
+        Raw::connect(&self.path)
+    }
+
+    /// A raw client whose hello was answered.
+    pub(crate) fn greeted(&self) -> Raw {
+        let mut raw = self.raw();
+        assert_eq!(raw.ask(&hello(1))[0], 0x81);
+        raw
+    }
+
+    /// Stops the server and waits for its end.
+    pub(crate) fn end(&mut self) {
+        self.stop.stop();
+        if let Some(serving) = self.serving.take() {
+            serving.join().unwrap();
+        }
+    }
+
+    pub(crate) fn transfers(&self) -> Vec<String> {
+        self.log.lock().unwrap().clone()
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// Packets by hand, with nothing of the library.
+pub(crate) struct Raw(pub(crate) UnixStream);
+
+impl Raw {
+    pub(crate) fn connect(path: &Path) -> Self {
+        let stream = UnixStream::connect(path).unwrap();
+        // A test that waits for an answer that never comes must fail, not hang.
+        stream
+            .set_read_timeout(Some(Duration::from_secs(30)))
+            .unwrap();
+        Self(stream)
+    }
+
+    pub(crate) fn send(&mut self, body: &[u8]) {
+        let length = u32::try_from(body.len()).unwrap();
+        self.0
+            .write_all(&[&length.to_le_bytes(), body].concat())
+            .unwrap();
+    }
+
+    pub(crate) fn receive(&mut self) -> Vec<u8> {
+        let mut head = [0; 4];
+        self.0.read_exact(&mut head).unwrap();
+        let mut body = vec![0; usize::try_from(u32::from_le_bytes(head)).unwrap()];
+        self.0.read_exact(&mut body).unwrap();
+        body
+    }
+
+    pub(crate) fn ask(&mut self, body: &[u8]) -> Vec<u8> {
+        self.send(body);
+        self.receive()
+    }
+
+    /// The reason of a BYE after which nothing comes, and its text.
+    pub(crate) fn farewell(&mut self) -> (u8, String) {
+        let packet = self.receive();
+        assert_eq!(packet[0], 0x85, "{packet:?}");
+        let mut rest = Vec::new();
+        // A connection that is closed with unread bytes is reset.
+        let _ = self.0.read_to_end(&mut rest);
+        assert!(rest.is_empty(), "{rest:?} after the farewell");
+        (packet[1], String::from_utf8(packet[2..].to_vec()).unwrap())
+    }
+}
+
+pub(crate) fn hello(version: u16) -> Vec<u8> {
+    [&[1][..], b"i2ce", &version.to_le_bytes()].concat()
+}
+
+/// A TRANSFER of one bus and judge; messages are already packed.
+pub(crate) fn transfer(bus: u32, judge: u8, messages: &[Vec<u8>]) -> Vec<u8> {
+    let count = u16::try_from(messages.len()).unwrap();
+    [
+        &[2][..],
+        &bus.to_le_bytes(),
+        &[judge],
+        &count.to_le_bytes(),
+        &messages.concat(),
+    ]
+    .concat()
+}
+
+pub(crate) fn write(address: u16, bytes: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(bytes.len()).unwrap();
+    [&words([address, 0, length])[..], bytes].concat()
+}
+
+pub(crate) fn read(address: u16, length: u16) -> Vec<u8> {
+    words([address, 1, length])
+}
+
+fn words(words: [u16; 3]) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_le_bytes()).collect()
+}
