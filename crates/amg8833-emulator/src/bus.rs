@@ -1,18 +1,20 @@
+pub(crate) mod sensors;
+pub(crate) mod wire;
+
+use crate::bus::sensors::Sensors;
+use crate::bus::wire::{Nobody, Wire, is_read};
 use crate::clock::Clock;
-use crate::device::{Ack, Device, InterruptPin};
-use crate::fault::Fault;
+use crate::device::{Device, InterruptPin};
+use crate::fault::active::controller_error;
+use crate::fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet};
 use crate::options::Options;
 use crate::source::FrameSource;
 use core::fmt;
 use core::num::NonZeroU32;
-use core::time::Duration;
 use embedded_hal::i2c::{self, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
-/// How long the controller waits for a bus that is held low, as Linux does by default.
-pub const HANG_TIMEOUT: Duration = Duration::from_secs(1);
-/// An address byte or a byte of data, with its acknowledge.
-const BITS_PER_BYTE: u64 = 9;
-const NANOSECONDS_PER_SECOND: u128 = 1_000_000_000;
+pub use sensors::STEPS_MAX;
+pub use wire::HANG_TIMEOUT;
 
 /// The addresses that the sensor can have (AMG88 spec §4-8-2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -46,7 +48,7 @@ impl Address {
         }
     }
 
-    const fn place(self) -> usize {
+    pub(crate) const fn place(self) -> usize {
         match self {
             Self::Low => 0,
             Self::High => 1,
@@ -121,31 +123,48 @@ pub struct Traffic {
     pub nacks: u64,
 }
 
+impl Traffic {
+    /// What passed since an earlier look.
+    #[must_use]
+    pub const fn since(self, earlier: Self) -> Self {
+        Self {
+            transactions: self.transactions.saturating_sub(earlier.transactions),
+            bytes: self.bytes.saturating_sub(earlier.bytes),
+            bits: self.bits.saturating_sub(earlier.bits),
+            nacks: self.nacks.saturating_sub(earlier.nacks),
+        }
+    }
+}
+
+impl core::ops::AddAssign for Traffic {
+    fn add_assign(&mut self, more: Self) {
+        self.transactions += more.transactions;
+        self.bytes += more.bytes;
+        self.bits += more.bits;
+        self.nacks += more.nacks;
+    }
+}
+
 /// A bus with up to two sensors behind `embedded_hal::i2c::I2c`.
 ///
 /// Without an SCL frequency, transactions take no time. With one, every bit is handed to [`Clock::pass`], so that a
 /// frame can fall due in the midst of a transaction, or between two.
+///
+/// Faults come to pass between transactions: one that falls due in the midst of one comes with its STOP. A sensor that is
+/// let on through [`device_mut`](Self::device_mut) with a time of one's own knows nothing of the faults that fall due
+/// meanwhile; [`advance`](Self::advance) keeps all in order.
 #[derive(Debug)]
 pub struct Bus<C, S> {
-    wire: Wire<C>,
-    devices: [Option<Device<S>>; 2],
+    pub(crate) wire: Wire<C>,
+    pub(crate) sensors: Sensors<S>,
 }
 
 impl<C: Clock, S: FrameSource> Bus<C, S> {
     /// A bus without devices.
     pub const fn new(clock: C) -> Self {
         Self {
-            wire: Wire {
-                clock,
-                scl_hz: None,
-                traffic: Traffic {
-                    transactions: 0,
-                    bytes: 0,
-                    bits: 0,
-                    nacks: 0,
-                },
-            },
-            devices: [const { None }; 2],
+            wire: Wire::new(clock),
+            sensors: Sensors::new(),
         }
     }
 
@@ -159,53 +178,166 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
     /// The same bus with bits that take their time. The sensor is specified for up to 400,000 Hz (AMG88 spec §4-6-2).
     #[must_use]
     pub fn with_scl_hz(mut self, scl_hz: NonZeroU32) -> Self {
-        self.wire.scl_hz = Some(scl_hz);
+        self.wire.set_scl_hz(scl_hz);
         self
     }
 
-    /// Connects a sensor and powers it on now; hands back the one that was there.
+    /// Connects a sensor and powers it on now; hands back the one that was there. Faults of this address and of the
+    /// whole bus are the new one's too.
     pub fn plug(&mut self, address: Address, source: S, options: Options) -> Option<Device<S>> {
-        let device = Device::new(source, options, self.wire.clock.now());
-        self.devices[address.place()].replace(device)
-    }
-
-    /// Takes the sensor off the bus.
-    pub fn unplug(&mut self, address: Address) -> Option<Device<S>> {
-        self.devices[address.place()].take()
-    }
-
-    /// Breaks the sensor at this address now; `false` when there is none.
-    pub fn set_fault(&mut self, address: Address, fault: Fault) -> bool {
         let now = self.wire.clock.now();
-        let device = self.device_mut(address);
-        device.map(|device| device.set_fault(fault, now)).is_some()
+        let device = Device::new(source, options, now);
+        self.sensors.plug(address, device, now)
     }
 
-    /// Mends the sensor at this address now; `false` when there is none.
+    /// Takes the sensor off the bus, and with it the faults that were set on it by call.
+    pub fn unplug(&mut self, address: Address) -> Option<Device<S>> {
+        let now = self.wire.clock.now();
+        self.sensors.unplug(address, now)
+    }
+
+    /// Breaks the sensor at this address now, beside whatever else is broken; a fault of the same kind is replaced.
+    /// `false` when there is no sensor, or [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
+    pub fn set_fault(&mut self, address: Address, fault: Fault) -> bool {
+        self.set_fault_with_chance(address, fault, Chance::ALWAYS)
+    }
+
+    /// As [`set_fault`](Self::set_fault), with a fault that strikes by chance at each of its occasions; those that are
+    /// drawn by the stretch of time, once, now.
+    pub fn set_fault_with_chance(
+        &mut self,
+        address: Address,
+        fault: Fault,
+        chance: Chance,
+    ) -> bool {
+        let now = self.wire.clock.now();
+        self.device(address).is_some() && self.sensors.set_fault(fault, Some(address), chance, now)
+    }
+
+    /// Breaks the whole bus with all its sensors now. `false` when [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
+    pub fn set_bus_fault(&mut self, fault: Fault) -> bool {
+        self.set_bus_fault_with_chance(fault, Chance::ALWAYS)
+    }
+
+    /// As [`set_bus_fault`](Self::set_bus_fault), by chance.
+    pub fn set_bus_fault_with_chance(&mut self, fault: Fault, chance: Chance) -> bool {
+        let now = self.wire.clock.now();
+        self.sensors.set_fault(fault, None, chance, now)
+    }
+
+    /// Mends what was set by call on the sensor at this address; `false` when there is none. After
+    /// [`Fault::Unplugged`] and [`Fault::AdapterGone`] it powers on.
     pub fn clear_fault(&mut self, address: Address) -> bool {
         let now = self.wire.clock.now();
-        let device = self.device_mut(address);
-        device.map(|device| device.clear_fault(now)).is_some()
+        self.sensors.clear_faults(Some(address), now);
+        self.device(address).is_some()
+    }
+
+    /// Mends what was set by call on the whole bus.
+    pub fn clear_bus_faults(&mut self) {
+        let now = self.wire.clock.now();
+        self.sensors.clear_faults(None, now);
+    }
+
+    /// Lets the script and the sensors do what is due by now, without any traffic: for whoever looks at sensors that
+    /// nobody reads.
+    pub fn advance(&mut self) {
+        let now = self.wire.clock.now();
+        self.sensors.catch_up(now);
+        self.sensors.advance(now);
     }
 
     /// The INT pin of the sensor at this address, now.
     pub fn interrupt_pin(&mut self, address: Address) -> Option<InterruptPin> {
         let now = self.wire.clock.now();
+        self.sensors.catch_up(now);
         let device = self.device_mut(address)?;
         device.advance(now);
         Some(device.interrupt_pin())
+    }
+
+    /// What breaks a transaction of this number, and what it shows besides.
+    fn blocked(&mut self, address: Option<Address>, number: u64) -> Option<FaultKind> {
+        let kind = self.sensors.faults.blocking(address, number)?;
+        let struck = FaultSet::from_iter([kind]);
+        self.sensors.faults.settle(address, number, struck);
+        Some(kind)
+    }
+
+    /// Reports to the controller what keeps it from reaching anybody.
+    pub(crate) fn refuse(
+        &mut self,
+        address: u8,
+        operations: &[Operation<'_>],
+        kind: FaultKind,
+    ) -> Result<(), BusError> {
+        let error = controller_error(kind);
+        let mut faults = core::mem::take(&mut self.sensors.faults.happened);
+        faults.insert(kind);
+        let reads = operations.first().is_some_and(is_read);
+        self.wire.fail(address, reads, error, faults);
+        Err(error)
+    }
+
+    /// What is due by now, and the number of the transaction that begins.
+    pub(crate) fn open(&mut self) -> u64 {
+        let now = self.wire.clock.now();
+        self.sensors.catch_up(now);
+        let imposed = self.sensors.faults.scl_hz();
+        self.wire.impose(imposed);
+        self.sensors.faults.begin()
+    }
+
+    fn reach(
+        &mut self,
+        address: Address,
+        number: u64,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), BusError> {
+        let happened = core::mem::take(&mut self.sensors.faults.happened);
+        let Some(mut line) = self.sensors.line(address, number) else {
+            let wire = &mut self.wire;
+            return wire.carry(address.bits(), &mut Nobody, operations, happened);
+        };
+        let bits = address.bits();
+        let result = self.wire.carry(bits, &mut line, operations, happened);
+        let struck = line.struck();
+        self.close(address, number, struck);
+        result
+    }
+
+    /// STOP, and what struck up to it.
+    pub(crate) fn close(&mut self, address: Address, number: u64, struck: FaultSet) {
+        self.sensors.faults.settle(Some(address), number, struck);
+        let now = self.wire.clock.now();
+        self.sensors.stop(address, now);
     }
 }
 
 impl<C, S> Bus<C, S> {
     /// The sensor at this address.
     pub fn device(&self, address: Address) -> Option<&Device<S>> {
-        self.devices[address.place()].as_ref()
+        self.sensors.device(address)
     }
 
     /// The sensor at this address.
     pub fn device_mut(&mut self, address: Address) -> Option<&mut Device<S>> {
-        self.devices[address.place()].as_mut()
+        self.sensors.device_mut(address)
+    }
+
+    /// The faults that a transaction to this address meets: the sensor's and the whole bus's, set by call or by script.
+    pub fn faults(&self, address: Address) -> FaultSet {
+        self.sensors.faults.at(Some(address))
+    }
+
+    /// How often each kind of fault struck since the bus was made.
+    pub fn fault_counts(&self) -> FaultCounts {
+        self.sensors.faults.counts
+    }
+
+    /// What all chances of faults that are set by call are drawn from. Default 0; a script brings its own.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.sensors.faults.seed = seed;
     }
 
     /// The clock that the bus was given.
@@ -217,15 +349,34 @@ impl<C, S> Bus<C, S> {
     pub fn traffic(&self) -> Traffic {
         self.wire.traffic
     }
+}
 
-    /// What breaks a transfer to this address: a fault of the whole bus, whichever sensor brings it, before the
-    /// sensor's own.
-    fn fault_at(&self, address: Option<Address>) -> Option<Fault> {
-        let faults = || self.devices.iter().flatten().filter_map(Device::fault);
-        [Fault::Unplugged, Fault::Hang]
-            .into_iter()
-            .find(|of_the_bus| faults().any(|fault| fault == *of_the_bus))
-            .or_else(|| self.device(address?)?.fault())
+#[cfg(feature = "alloc")]
+impl<C: Clock, S: FrameSource> Bus<C, S> {
+    /// Runs this script of faults from now on, instead of the one before; its times count from now. Faults that were set
+    /// by call stay beside it.
+    pub fn set_script(&mut self, script: crate::script::Script) {
+        let now = self.wire.clock.now();
+        self.advance();
+        self.sensors.set_script(Some(script), now);
+    }
+
+    /// Ends the script: what it broke is mended now.
+    pub fn clear_script(&mut self) {
+        let now = self.wire.clock.now();
+        self.advance();
+        self.sensors.set_script(None, now);
+    }
+
+    /// Tells this of every message on the bus, faults included, instead of whoever was told before. Called within the
+    /// transaction, so it should be quick.
+    pub fn set_trace(&mut self, trace: impl FnMut(&crate::trace::Transfer<'_>) + Send + 'static) {
+        self.wire.log.set(Some(alloc::boxed::Box::new(trace)));
+    }
+
+    /// Traces the bus no longer.
+    pub fn clear_trace(&mut self) {
+        self.wire.log.set(None);
     }
 }
 
@@ -241,173 +392,21 @@ impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
         address: u8,
         operations: &mut [Operation<'_>],
     ) -> Result<(), BusError> {
+        let number = self.open();
         let place = Address::from_bits(address);
-        let fault = self.fault_at(place);
-        let Self { wire, devices } = self;
-        let device = place
-            .and_then(|address| devices.get_mut(address.place()))
-            .and_then(Option::as_mut);
-        if fault == Some(Fault::Unplugged) {
-            return Err(BusError::Gone);
-        }
         if operations.is_empty() {
-            return Ok(());
+            let gone = self.sensors.faults.blocking(place, number) == Some(FaultKind::AdapterGone);
+            return if gone { Err(BusError::Gone) } else { Ok(()) };
         }
-        wire.traffic.transactions += 1;
-        if let Some(broken) = fault.and_then(controller_error) {
-            wire.break_off(broken);
-            return Err(broken);
+        if let Some(kind) = self.blocked(place, number) {
+            return self.refuse(address, operations, kind);
         }
-        let Some(device) = device else {
-            wire.address_nobody();
-            return Err(no_acknowledge(address, NoAcknowledgeSource::Address));
-        };
-        let result = wire.exchange(device, operations);
-        wire.condition();
-        device.stop(wire.clock.now());
-        result.map_err(|source| no_acknowledge(address, source))
-    }
-}
-
-/// The errors that the controller finds out before a device answers.
-fn controller_error(fault: Fault) -> Option<BusError> {
-    match fault {
-        Fault::BusError => Some(BusError::Bus),
-        Fault::ArbitrationLoss => Some(BusError::ArbitrationLoss),
-        Fault::Hang => Some(BusError::Timeout),
-        _ => None,
-    }
-}
-
-fn no_acknowledge(address: u8, source: NoAcknowledgeSource) -> BusError {
-    BusError::NoAcknowledge { address, source }
-}
-
-fn is_read(operation: &Operation<'_>) -> bool {
-    matches!(operation, Operation::Read(_))
-}
-
-/// The two lines with their clock: counts what passes, and lets it take its time.
-#[derive(Debug)]
-struct Wire<C> {
-    clock: C,
-    scl_hz: Option<NonZeroU32>,
-    traffic: Traffic,
-}
-
-impl<C: Clock> Wire<C> {
-    fn exchange<S: FrameSource>(
-        &mut self,
-        device: &mut Device<S>,
-        operations: &mut [Operation<'_>],
-    ) -> Result<(), NoAcknowledgeSource> {
-        let mut reading = None;
-        for operation in operations {
-            let reads = is_read(operation);
-            if reading.replace(reads) != Some(reads) {
-                self.address(device, reads)?;
-            }
-            match operation {
-                Operation::Read(bytes) => self.read(device, bytes),
-                Operation::Write(bytes) => self.write(device, bytes)?,
+        match place {
+            Some(place) => self.reach(place, number, operations),
+            None => {
+                let happened = core::mem::take(&mut self.sensors.faults.happened);
+                self.wire.carry(address, &mut Nobody, operations, happened)
             }
         }
-        Ok(())
-    }
-
-    /// START or repeated START, at which the device's registers come to a stand, and the address byte.
-    fn address<S: FrameSource>(
-        &mut self,
-        device: &mut Device<S>,
-        reads: bool,
-    ) -> Result<(), NoAcknowledgeSource> {
-        let now = self.clock.now();
-        let ack = if reads {
-            device.start_read(now)
-        } else {
-            device.start_write(now)
-        };
-        self.condition();
-        self.byte();
-        self.acknowledged(ack, NoAcknowledgeSource::Address)
-    }
-
-    fn write<S: FrameSource>(
-        &mut self,
-        device: &mut Device<S>,
-        bytes: &[u8],
-    ) -> Result<(), NoAcknowledgeSource> {
-        for byte in bytes {
-            self.byte();
-            let ack = device.write(*byte, self.clock.now());
-            self.acknowledged(ack, NoAcknowledgeSource::Data)?;
-        }
-        Ok(())
-    }
-
-    fn read<S: FrameSource>(&mut self, device: &mut Device<S>, bytes: &mut [u8]) {
-        for byte in bytes {
-            *byte = device.read(self.clock.now());
-            self.byte();
-        }
-    }
-
-    fn acknowledged(
-        &mut self,
-        ack: Ack,
-        source: NoAcknowledgeSource,
-    ) -> Result<(), NoAcknowledgeSource> {
-        match ack {
-            Ack::Ack => Ok(()),
-            Ack::Nack => {
-                self.traffic.nacks += 1;
-                Err(source)
-            }
-        }
-    }
-
-    fn address_nobody(&mut self) {
-        self.condition();
-        self.byte();
-        self.traffic.nacks += 1;
-        self.condition();
-    }
-
-    /// START and the address byte, and then no further.
-    fn break_off(&mut self, error: BusError) {
-        self.condition();
-        self.byte();
-        if error == BusError::Timeout {
-            self.clock.pass(HANG_TIMEOUT);
-        }
-    }
-
-    fn byte(&mut self) {
-        self.traffic.bytes += 1;
-        self.bits(BITS_PER_BYTE);
-    }
-
-    fn condition(&mut self) {
-        self.bits(1);
-    }
-
-    /// Passes the time of these bits; what one call rounds off, a later one makes up for.
-    fn bits(&mut self, count: u64) {
-        let before = self.bus_time();
-        self.traffic.bits += count;
-        let after = self.bus_time();
-        if after > before {
-            self.clock.pass(after.saturating_sub(before));
-        }
-    }
-
-    /// The time of all bits so far.
-    fn bus_time(&self) -> Duration {
-        let Some(scl_hz) = self.scl_hz else {
-            return Duration::ZERO;
-        };
-        let bits = u128::from(self.traffic.bits);
-        let nanoseconds = bits * NANOSECONDS_PER_SECOND / u128::from(scl_hz.get());
-        Duration::from_nanos(u64::try_from(nanoseconds).unwrap_or(u64::MAX))
     }
 }

@@ -11,6 +11,12 @@ pub trait Clock {
     fn pass(&self, bus_time: Duration) {
         let _ = bus_time;
     }
+
+    /// Somebody waits for this time, for an edge of the INT pin. An emulated clock moves on to it; a real one, whose
+    /// time comes by itself, ignores it.
+    fn wait(&self, until: Duration) {
+        let _ = until;
+    }
 }
 
 impl<C: Clock + ?Sized> Clock for &C {
@@ -20,6 +26,10 @@ impl<C: Clock + ?Sized> Clock for &C {
 
     fn pass(&self, bus_time: Duration) {
         (**self).pass(bus_time);
+    }
+
+    fn wait(&self, until: Duration) {
+        (**self).wait(until);
     }
 }
 
@@ -39,6 +49,10 @@ mod shared {
         fn pass(&self, bus_time: Duration) {
             (**self).pass(bus_time);
         }
+
+        fn wait(&self, until: Duration) {
+            (**self).wait(until);
+        }
     }
 
     #[cfg(target_has_atomic = "ptr")]
@@ -49,6 +63,10 @@ mod shared {
 
         fn pass(&self, bus_time: Duration) {
             (**self).pass(bus_time);
+        }
+
+        fn wait(&self, until: Duration) {
+            (**self).wait(until);
         }
     }
 }
@@ -104,6 +122,10 @@ mod manual {
         fn pass(&self, bus_time: Duration) {
             self.advance(bus_time);
         }
+
+        fn wait(&self, until: Duration) {
+            self.set(until);
+        }
     }
 
     fn saturated(time: Duration) -> u64 {
@@ -123,6 +145,9 @@ mod manual {
             clock.advance(Duration::from_millis(2));
             Clock::pass(&clock, Duration::from_micros(10));
             assert_eq!(clock.now(), Duration::from_micros(7_010));
+            clock.wait(Duration::from_millis(9));
+            clock.wait(Duration::from_millis(8));
+            assert_eq!(clock.now(), Duration::from_millis(9));
         }
 
         #[test]

@@ -1,23 +1,23 @@
-use crate::fault::Fault;
-use crate::measurement::{Averaging, Degrees, Progress};
-use crate::options::Options;
+use crate::edge::{Edges, PinEdge};
+use crate::fault::FaultSet;
+use crate::fault::active::{Condition, Spoil};
+use crate::measurement::{Averaging, Degrees, FRAMES_AT_ONE_FPS, Progress};
+use crate::options::{Options, PastTheEnd, ThermistorUpdate, WarmUp};
 use crate::registers::{Effect, Mode, Refusal, Registers};
 use crate::source::FrameSource;
+use crate::ticks::Ticks;
+use crate::word;
 use core::time::Duration;
+use grideye_frame::{Frame, PixelIndex};
 
 /// How long the sensor does not answer after power-on with [`Options::silent_start`] (AMG88 spec §4-4, "typ.").
 pub const SILENT_START: Duration = Duration::from_millis(50);
 /// How long the sensor has to have slept before it is woken, with [`Options::freezes_on_fast_wake`] (the wait of the
 /// Linux driver).
 pub const SLEEP_MIN: Duration = Duration::from_millis(100);
-/// The most frames that are made up for at once, a little more than a day's. When nobody looks for longer, only the
-/// newest of the missed frames are measured.
-pub const CATCH_UP_FRAMES_MAX: u64 = 1_000_000;
 /// The latest time that counts, 584 years from the clock's origin: the most that [`ManualClock`](crate::ManualClock)
 /// can show.
 const TIME_MAX: Duration = Duration::from_nanos(u64::MAX);
-/// Ticks after an initial reset that yield no frame: the first one is there after two (AMG88 spec §4-11-2).
-const WARM_UP_TICKS: u64 = 1;
 
 /// Whether a byte on the bus was acknowledged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +35,8 @@ pub enum InterruptPin {
     Low,
     /// Released; the board's pull-up takes it high.
     HighZ,
+    /// Driven to the supply, with [`InterruptOutput::PushPull`](crate::InterruptOutput::PushPull) only.
+    High,
 }
 
 /// How often the sensor refused something, since it was made.
@@ -79,10 +81,23 @@ pub struct Device<S> {
     powered_at: Duration,
     asleep_since: Duration,
     woken_too_fast: bool,
-    fault: Option<Fault>,
+    condition: Condition,
+    /// What faults put into the next frame.
+    spoil: Option<Spoil>,
+    /// What faults put into the frame in the registers.
+    spoiled: FaultSet,
+    /// How the transaction under way is torn.
+    tear: Option<Option<PixelIndex>>,
+    /// Whether it was.
+    tore: bool,
     latest: Duration,
+    /// The last STOP: frames that fell due before it came into the registers with it.
+    stopped: Duration,
+    /// A frame that was measured ahead of its turn, because of its thermistor, and its tick.
+    early: Option<(u64, Frame)>,
     refusals: Refusals,
     frames: u64,
+    edges: Edges,
 }
 
 impl<S: FrameSource> Device<S> {
@@ -91,18 +106,25 @@ impl<S: FrameSource> Device<S> {
         let mut device = Self {
             source,
             options,
-            registers: Registers::new(),
+            registers: Registers::new(&options),
             averaging: Averaging::new(),
-            progress: Progress::new(powered_on_at, 0),
+            progress: Progress::new(Ticks::new(powered_on_at, 0, options.clock_drift)),
             pointer: 0,
             transfer: None,
             powered_at: powered_on_at,
             asleep_since: Duration::ZERO,
             woken_too_fast: false,
-            fault: None,
+            condition: Condition::SOUND,
+            spoil: None,
+            spoiled: FaultSet::EMPTY,
+            tear: None,
+            tore: false,
             latest: powered_on_at,
+            stopped: powered_on_at,
+            early: None,
             refusals: Refusals::default(),
             frames: 0,
+            edges: Edges::new(),
         };
         device.power_cycle(powered_on_at);
         device
@@ -123,9 +145,6 @@ impl<S: FrameSource> Device<S> {
     pub fn write(&mut self, byte: u8, now: Duration) -> Ack {
         let now = self.at_last(now);
         match self.transfer {
-            Some(Transfer::Pointer | Transfer::Write) if self.fault == Some(Fault::NackData) => {
-                self.nack()
-            }
             Some(Transfer::Pointer) => {
                 self.pointer = byte;
                 self.transfer = Some(Transfer::Write);
@@ -135,6 +154,7 @@ impl<S: FrameSource> Device<S> {
                 let register = self.step();
                 let effect = self.registers.write(register, byte, &self.options);
                 self.take_effect(effect, now);
+                self.note_edge(now);
                 Ack::Ack
             }
             Some(Transfer::Read) | None => self.nack(),
@@ -144,21 +164,22 @@ impl<S: FrameSource> Device<S> {
     /// One byte from the register under the pointer, which moves on. 0xFF, the released line, when the sensor was not
     /// addressed for reading.
     pub fn read(&mut self, now: Duration) -> u8 {
-        self.at_last(now);
+        let now = self.at_last(now);
         if self.transfer != Some(Transfer::Read) {
             return 0xFF;
         }
-        let register = self.step();
-        match self.fault {
-            Some(Fault::StuckHigh) => 0xFF,
-            Some(Fault::AllZero) => 0x00,
-            _ => self.registers.read(register, &self.options),
+        if self.options.thermistor_update == ThermistorUpdate::EveryTick {
+            self.measure_thermistor(now);
         }
+        self.tear_now(now);
+        let register = self.step();
+        self.read_torn(register)
+            .unwrap_or_else(|| self.registers.read(register, &self.options))
     }
 
     /// STOP: what fell due since START comes into the registers now. The pointer stays.
     pub fn stop(&mut self, now: Duration) {
-        self.transfer = None;
+        self.close(now);
         self.advance(now);
     }
 
@@ -171,46 +192,37 @@ impl<S: FrameSource> Device<S> {
         }
     }
 
-    /// Takes the supply away and gives it back: every register as after power-on. Faults stay.
+    /// Takes the supply away and gives it back: every register as after power-on. Faults of the bus stay.
     pub fn power_cycle(&mut self, now: Duration) {
         self.advance(now);
         let now = self.latest;
-        self.registers = Registers::new();
+        self.registers = Registers::new(&self.options);
         self.averaging = Averaging::new();
         let origin = now.saturating_add(self.options.phase);
-        self.progress = Progress::new(origin, self.options.clock_error_ppm);
+        let error = self.clock_error_ppm();
+        self.progress = Progress::new(Ticks::new(origin, error, self.options.clock_drift));
         self.pointer = 0;
         self.transfer = None;
         self.powered_at = now;
         self.woken_too_fast = false;
+        self.early = None;
+        self.note_edge(now);
         self.announce();
     }
 
-    /// Breaks the sensor in this way from now on, instead of the way before.
-    pub fn set_fault(&mut self, fault: Fault, now: Duration) {
-        self.advance(now);
-        if fault == Fault::BrownOut {
-            self.power_cycle(now);
-        } else {
-            self.clear_fault(now);
-            self.fault = Some(fault);
-        }
-    }
-
-    /// Mends the sensor. After [`Fault::Unplugged`] it powers on.
-    pub fn clear_fault(&mut self, now: Duration) {
-        self.advance(now);
-        if self.fault.take() == Some(Fault::Unplugged) {
-            self.power_cycle(now);
-        }
-    }
-
     /// Sets the sensor's clock to another error, in parts per million as in [`Options::clock_error_ppm`], without a
-    /// jump of its phase: called again and again, a drift.
+    /// jump of its phase: called again and again, any drift. [`Options::clock_drift`] goes on beside it.
     pub fn set_clock_error_ppm(&mut self, clock_error_ppm: i32, now: Duration) {
         self.advance(now);
         self.options.clock_error_ppm = clock_error_ppm;
-        self.progress.ticks.set_error(clock_error_ppm, self.latest);
+        let error = self.clock_error_ppm();
+        self.progress.ticks.set_error(error, self.latest);
+    }
+
+    /// The oldest change of the INT pin that was not handed out yet, as of the last call that told the time. At most
+    /// [`EDGES_MAX`](crate::EDGES_MAX) are kept; what is older is counted in [`edges_lost`](Self::edges_lost).
+    pub fn take_edge(&mut self) -> Option<PinEdge> {
+        self.edges.take()
     }
 }
 
@@ -223,18 +235,39 @@ impl<S> Device<S> {
         self.measures().then(|| self.progress.ticks.time(tick))
     }
 
-    /// The fault that was set and not cleared.
+    /// When the next frame comes into the registers, on the host's clock, if nobody writes to them: also the next time
+    /// at which the INT pin can change by itself. `None` while the sensor does not measure.
+    ///
+    /// A transaction that is open at that time holds the frame up until its STOP.
     #[must_use]
-    pub fn fault(&self) -> Option<Fault> {
-        self.fault
+    pub fn next_frame_at(&self) -> Option<Duration> {
+        let next = self.progress.next(self.registers.mode().stand_by_ticks());
+        let more = if self.takes_means() {
+            self.averaging.missing() - 1
+        } else {
+            0
+        };
+        let tick = next.saturating_add(more);
+        self.measures().then(|| self.progress.ticks.time(tick))
+    }
+
+    /// How often the INT pin fell, and how often it was released, since the sensor was made.
+    #[must_use]
+    pub fn edge_counts(&self) -> (u64, u64) {
+        self.edges.counts()
+    }
+
+    /// How many changes of the INT pin nobody took in time.
+    #[must_use]
+    pub fn edges_lost(&self) -> u64 {
+        self.edges.lost()
     }
 
     /// The INT pin as of the last call that told the time.
     #[must_use]
     pub fn interrupt_pin(&self) -> InterruptPin {
-        let powered = self.fault != Some(Fault::Unplugged);
-        if powered && self.registers.interrupt_asserted() {
-            InterruptPin::Low
+        if self.condition.powered {
+            self.registers.interrupt_pin(&self.options)
         } else {
             InterruptPin::HighZ
         }
@@ -285,26 +318,26 @@ impl<S: FrameSource> Device<S> {
     fn answers(&self) -> bool {
         let silent =
             self.options.silent_start && self.latest < self.powered_at.saturating_add(SILENT_START);
-        let broken = matches!(
-            self.fault,
-            Some(
-                Fault::NackAddress
-                    | Fault::BusError
-                    | Fault::ArbitrationLoss
-                    | Fault::Hang
-                    | Fault::Unplugged
-            )
-        );
-        !silent && !broken
+        self.condition.powered && !silent
     }
 
     /// Measures what is due, tick by tick, as the mode asks for.
     fn catch_up(&mut self, now: Duration) {
+        self.progress.ticks.settle(now);
         let due = self.progress.ticks.count(now);
         if self.measures() {
             let every = self.registers.mode().stand_by_ticks();
-            let spared = CATCH_UP_FRAMES_MAX.saturating_mul(every.unwrap_or(1));
-            self.progress.last = self.progress.last.max(due.saturating_sub(spared));
+            let mean = if self.takes_means() {
+                u64::from(FRAMES_AT_ONE_FPS)
+            } else {
+                1
+            };
+            let kept = self
+                .options
+                .catch_up_frames_max
+                .max(1)
+                .saturating_mul(every.unwrap_or(1));
+            self.progress.skip(due, kept, mean);
             loop {
                 let tick = self.progress.next(every);
                 if tick > due {
@@ -318,30 +351,72 @@ impl<S: FrameSource> Device<S> {
     }
 
     fn measure(&mut self, tick: u64) {
-        let frame = self.source.frame_at(self.progress.ticks.time(tick));
+        let time = self.progress.ticks.time(tick);
+        let frame = self.frame(tick, time);
         let measured = Degrees::of(&frame);
-        let output = if self.registers.mode() == Mode::Normal && self.registers.one_fps() {
+        if self.options.thermistor_update == ThermistorUpdate::EveryTick {
+            self.renew_thermistor(&frame);
+        }
+        let output = if self.takes_means() {
             self.averaging.one_of_ten(&measured)
         } else {
             Some(measured)
         };
         if let Some(output) = output {
-            let words = self
+            let mut words = self
                 .averaging
                 .output(output, self.registers.moving_average());
+            self.spoiled = FaultSet::EMPTY;
+            if let Some(spoil) = &self.spoil {
+                spoil.apply(&mut words);
+                self.spoiled = spoil.kinds;
+            }
             self.registers.publish(&words, &self.options);
+            self.progress.reset = None;
             self.frames += 1;
+            self.note_edge(time.max(self.stopped));
         }
+    }
+
+    /// The source's frame of this tick, for which it is asked once.
+    fn frame(&mut self, tick: u64, time: Duration) -> Frame {
+        match self.early.take() {
+            Some((early, frame)) if early == tick => frame,
+            _ => self.source.frame_at(time),
+        }
+    }
+
+    /// Measures the next tick ahead of its turn, if it is due in an open transaction, for its thermistor alone.
+    fn measure_thermistor(&mut self, now: Duration) {
+        if self.early.is_some() || !self.measures() {
+            return;
+        }
+        let tick = self.progress.next(self.registers.mode().stand_by_ticks());
+        if tick <= self.progress.ticks.count(now) {
+            let frame = self.source.frame_at(self.progress.ticks.time(tick));
+            self.renew_thermistor(&frame);
+            self.early = Some((tick, frame));
+        }
+    }
+
+    fn renew_thermistor(&mut self, frame: &Frame) {
+        let word = word::thermistor(f64::from(frame.thermistor.get()));
+        let failed = self.spoil.as_ref().and_then(|spoil| spoil.thermistor);
+        self.registers
+            .set_thermistor(failed.unwrap_or(word.bits), word.overflow, &self.options);
     }
 
     fn take_effect(&mut self, effect: Effect, now: Duration) {
         match effect {
             Effect::Stored => {}
-            Effect::RateChanged => self.averaging = Averaging::new(),
+            Effect::RateChanged => {
+                self.averaging = Averaging::new();
+                self.leave_out();
+            }
             Effect::ModeChanged(before) => self.change_mode(before, now),
             Effect::InitialReset => {
                 self.averaging = Averaging::new();
-                self.progress.restart(now, WARM_UP_TICKS);
+                self.progress.reset(now, self.warm_up_ticks());
                 self.announce();
             }
             Effect::Refused(refusal) => self.count(refusal),
@@ -354,12 +429,29 @@ impl<S: FrameSource> Device<S> {
             return;
         }
         if before == Mode::Sleep {
-            self.registers.forget_predecessor();
-            self.woken_too_fast = self.options.freezes_on_fast_wake
-                && now.saturating_sub(self.asleep_since) < SLEEP_MIN;
+            self.registers.wake(self.options.after_wake);
+            let freezes = self.options.freezes_on_fast_wake || self.condition.fast_wake;
+            self.woken_too_fast = freezes && now.saturating_sub(self.asleep_since) < SLEEP_MIN;
         }
         self.averaging = Averaging::new();
-        self.progress.restart(now, 0);
+        self.progress.restart(now);
+        self.leave_out();
+    }
+
+    /// With [`WarmUp::TwoFrames`], what is still left out after an initial reset follows rate and mode.
+    fn leave_out(&mut self) {
+        if self.options.warm_up == WarmUp::TwoFrames {
+            self.progress.leave_out(self.warm_up_ticks());
+        }
+    }
+
+    /// Ticks after an initial reset that yield no frame (AMG88 spec §4-11-2).
+    fn warm_up_ticks(&self) -> u64 {
+        match self.options.warm_up {
+            WarmUp::TwoTicks => 1,
+            WarmUp::TwoFrames if self.takes_means() => u64::from(FRAMES_AT_ONE_FPS),
+            WarmUp::TwoFrames => self.registers.mode().stand_by_ticks().unwrap_or(1),
+        }
     }
 
     fn announce(&mut self) {
@@ -368,16 +460,128 @@ impl<S: FrameSource> Device<S> {
     }
 }
 
+/// What faults of the bus do to the sensor.
+impl<S: FrameSource> Device<S> {
+    /// What is lasting about its faults, from this time on.
+    pub(crate) fn set_condition(&mut self, condition: Condition, now: Duration) {
+        if condition == self.condition {
+            return;
+        }
+        let now = self.at_last(now);
+        if condition.powered && !self.condition.powered {
+            self.power_cycle(now);
+        }
+        let error = self.clock_error_ppm();
+        self.condition = condition;
+        if self.clock_error_ppm() != error {
+            let error = self.clock_error_ppm();
+            self.progress.ticks.set_error(error, now);
+        }
+        self.note_edge(now);
+    }
+
+    /// Registers that do not stand still, from START on.
+    fn tear_now(&mut self, now: Duration) {
+        if self.tear == Some(None) {
+            let frames = self.frames;
+            self.catch_up(now);
+            self.tore |= self.frames != frames;
+        }
+    }
+}
+
 impl<S> Device<S> {
+    /// What faults put into every frame from the next one on.
+    pub(crate) fn set_spoil(&mut self, spoil: Option<Spoil>) {
+        self.spoil = spoil;
+    }
+
+    /// What faults put into the frame in the registers.
+    pub(crate) fn spoiled(&self) -> FaultSet {
+        self.spoiled
+    }
+
+    /// Tears the transaction that has just begun, as [`Fault::Torn`](crate::Fault::Torn) has it.
+    pub(crate) fn set_tear(&mut self, tear: Option<Option<PixelIndex>>) {
+        self.tear = tear;
+    }
+
+    /// Whether it was torn since this was asked last.
+    pub(crate) fn take_tore(&mut self) -> bool {
+        core::mem::take(&mut self.tore)
+    }
+
+    /// STOP, after which somebody else lets come what fell due.
+    pub(crate) fn close(&mut self, now: Duration) {
+        self.transfer = None;
+        self.tear = None;
+        self.stopped = self.at_last(now);
+    }
+
+    /// The time as of the last call that told it.
+    pub(crate) fn latest(&self) -> Duration {
+        self.latest
+    }
+
+    /// Whether a transaction is open.
+    pub(crate) fn is_addressed(&self) -> bool {
+        self.transfer.is_some()
+    }
+
+    /// The register that the next byte is read from or written to.
+    pub(crate) fn next_register(&self) -> Option<u8> {
+        match self.transfer {
+            Some(Transfer::Read | Transfer::Write) => Some(self.pointer),
+            Some(Transfer::Pointer) | None => None,
+        }
+    }
+
+    /// START and an address that a fault keeps from being acknowledged.
+    pub(crate) fn refuse_address(&mut self) -> Ack {
+        self.transfer = None;
+        self.nack()
+    }
+
+    /// A byte that a fault keeps from being acknowledged.
+    pub(crate) fn refuse_byte(&mut self) -> Ack {
+        self.nack()
+    }
+
+    fn read_torn(&mut self, register: u8) -> Option<u8> {
+        let pixel = self.tear??;
+        let byte = self.registers.read_previous(register, pixel)?;
+        self.tore = true;
+        Some(byte)
+    }
+
+    fn clock_error_ppm(&self) -> i32 {
+        let imposed = self.condition.clock_error_ppm;
+        imposed.unwrap_or(self.options.clock_error_ppm)
+    }
+
     fn measures(&self) -> bool {
-        let stopped = matches!(self.fault, Some(Fault::Freeze | Fault::Unplugged));
-        self.registers.mode() != Mode::Sleep && !self.woken_too_fast && !stopped
+        let stopped = self.condition.frozen || !self.condition.powered;
+        let asleep = self.registers.mode() == Mode::Sleep || self.registers.undefined();
+        !asleep && !self.woken_too_fast && !stopped
+    }
+
+    /// Whether ten ticks make a frame.
+    fn takes_means(&self) -> bool {
+        self.registers.mode() == Mode::Normal && self.registers.one_fps()
+    }
+
+    fn note_edge(&mut self, at: Duration) {
+        let low = self.interrupt_pin() == InterruptPin::Low;
+        self.edges.note(low, at);
     }
 
     /// The register under the pointer, which then moves on.
     fn step(&mut self) -> u8 {
         let register = self.pointer;
-        self.pointer = register.wrapping_add(1);
+        self.pointer = match self.options.past_the_end {
+            PastTheEnd::Wraps => register.wrapping_add(1),
+            PastTheEnd::Stays => register.saturating_add(1),
+        };
         register
     }
 

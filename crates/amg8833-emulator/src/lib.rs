@@ -3,30 +3,50 @@
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
+#[cfg(feature = "std")]
+extern crate std;
 
 mod bus;
 mod clock;
 mod device;
+mod drift;
+mod edge;
 mod fault;
+#[cfg(feature = "hal-0-2")]
+mod hal_02;
+#[cfg(feature = "async")]
+mod hal_async;
 mod measurement;
+mod mux;
 mod options;
 mod registers;
+#[cfg(feature = "alloc")]
+pub mod script;
 mod shared;
 mod source;
 mod ticks;
+#[cfg(feature = "alloc")]
+pub mod trace;
+#[cfg(not(feature = "alloc"))]
+mod trace;
+mod wait;
 mod word;
 
-pub use bus::{Address, Bus, BusError, HANG_TIMEOUT, Traffic};
+pub use bus::{Address, Bus, BusError, HANG_TIMEOUT, STEPS_MAX, Traffic};
 pub use clock::Clock;
 #[cfg(target_has_atomic = "64")]
 pub use clock::ManualClock;
-pub use device::{
-    Ack, CATCH_UP_FRAMES_MAX, Device, InterruptPin, Refusals, SILENT_START, SLEEP_MIN,
-};
-pub use fault::Fault;
+pub use device::{Ack, Device, InterruptPin, Refusals, SILENT_START, SLEEP_MIN};
+pub use drift::{DRIFT_STRETCH_MAX, Drift, DriftCurve, DriftError};
+pub use edge::{EDGES_MAX, Edge, PinEdge};
+pub use fault::active::FAULTS_MAX;
+pub use fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet, Unit};
+pub use mux::{CHANNELS, Mux, MuxAddress};
 pub use options::{
-    AverageReadback, CLOCK_ERROR_PPM_MAX, InitialReset, InterruptFlag, Options, SleepImage,
-    StatusClear,
+    AfterWake, AverageReadback, CATCH_UP_FRAMES_MAX, CLOCK_ERROR_PPM_MAX, InitialReset,
+    InterruptFlag, InterruptOutput, Options, OverflowFlag, PastTheEnd, SleepImage, StandBy,
+    StatusClear, ThermistorUpdate, UnspecifiedBits, WarmUp, ZeroLevels,
 };
 pub use shared::{IntPin, PinError, SharedBus};
 pub use source::FrameSource;
+pub use wait::{PinEdges, WAIT_MAX};

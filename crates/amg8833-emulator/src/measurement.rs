@@ -6,7 +6,7 @@ use core::time::Duration;
 use grideye_frame::{Frame, PIXELS};
 
 /// Internal frames in one output frame at 1 fps.
-const FRAMES_AT_ONE_FPS: u32 = 10;
+pub(crate) const FRAMES_AT_ONE_FPS: u8 = 10;
 
 /// A frame in degrees with room for exact sums.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +64,7 @@ impl Degrees {
 #[derive(Debug, Clone)]
 pub(crate) struct Averaging {
     sum: Degrees,
-    summed: u32,
+    summed: u8,
     previous: Option<Degrees>,
 }
 
@@ -90,6 +90,11 @@ impl Averaging {
         Some(mean)
     }
 
+    /// How many more internal frames make the next mean whole.
+    pub(crate) fn missing(&self) -> u64 {
+        u64::from(FRAMES_AT_ONE_FPS - self.summed)
+    }
+
     /// The words of an output frame; with the moving average, of its mean with the output frame before.
     pub(crate) fn output(&mut self, frame: Degrees, moving_average: bool) -> Words {
         let previous = self.previous.replace(frame);
@@ -110,24 +115,50 @@ pub(crate) struct Progress {
     pub(crate) first_valid: u64,
     /// The tick from which the stand-by interval is counted.
     pub(crate) base: u64,
+    /// The tick of an initial reset, until the first frame after it.
+    pub(crate) reset: Option<u64>,
 }
 
 impl Progress {
-    pub(crate) fn new(origin: Duration, clock_error_ppm: i32) -> Self {
+    pub(crate) fn new(ticks: Ticks) -> Self {
         Self {
-            ticks: Ticks::new(origin, clock_error_ppm),
+            ticks,
             last: 0,
             first_valid: 1,
             base: 0,
+            reset: None,
         }
     }
 
-    /// Starts over at this time: the tick under way is the first that may count, `warm_up` more are left out.
-    pub(crate) fn restart(&mut self, now: Duration, warm_up: u64) {
+    /// Starts over at this time: the tick under way is the first that may count.
+    pub(crate) fn restart(&mut self, now: Duration) {
         let tick = self.ticks.count(now);
         self.last = self.last.max(tick);
         self.base = tick;
-        self.first_valid = self.first_valid.max(tick + 1 + warm_up);
+        self.first_valid = self.first_valid.max(tick + 1);
+    }
+
+    /// Starts over at an initial reset: the tick under way and so many after it are left out.
+    pub(crate) fn reset(&mut self, now: Duration, left_out: u64) {
+        self.restart(now);
+        self.reset = Some(self.base);
+        self.leave_out(left_out);
+    }
+
+    /// Leaves out so many ticks since the initial reset whose first frame is still to come.
+    pub(crate) fn leave_out(&mut self, ticks: u64) {
+        if let Some(reset) = self.reset {
+            self.first_valid = (reset + 1 + ticks).max(self.last + 1);
+        }
+    }
+
+    /// Goes past ticks that nobody will measure, but for about the newest `kept`, and only by whole means of `mean`.
+    pub(crate) fn skip(&mut self, due: u64, kept: u64, mean: u64) {
+        let start = self.last.max(self.first_valid - 1);
+        let skipped = due.saturating_sub(kept).saturating_sub(start);
+        if skipped >= mean {
+            self.last = start + skipped - skipped % mean;
+        }
     }
 
     /// The next tick after `last` that is measured, if one is every so many ticks from the base.

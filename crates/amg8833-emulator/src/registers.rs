@@ -1,8 +1,12 @@
 //! The register file: what each address reads, and what a byte written to it asks for (AMG88 spec §4-10, §4-11).
 
-use crate::options::{AverageReadback, InterruptFlag, Options, SleepImage, StatusClear};
+use crate::device::InterruptPin;
+use crate::options::{
+    AfterWake, AverageReadback, InterruptFlag, InterruptOutput, Options, OverflowFlag, SleepImage,
+    StandBy, StatusClear, ThermistorUpdate, UnspecifiedBits, ZeroLevels,
+};
 use crate::word;
-use grideye_frame::PIXELS;
+use grideye_frame::{PIXELS, PixelIndex};
 
 mod address {
     pub(super) const POWER_CONTROL: u8 = 0x00;
@@ -36,8 +40,10 @@ const PIN_ENABLED: u8 = 0x01;
 const ABSOLUTE: u8 = 0x02;
 /// AVE bit 5.
 const MOVING_AVERAGE: u8 = 0x20;
-/// The four bits of a level's high byte that exist.
+/// The four bits of a word's high byte that exist.
 const HIGH_NIBBLE: u8 = 0x0F;
+/// The bits of a word that exist.
+const WORD: u16 = 0x0FFF;
 
 /// The power mode, AMG88 spec §4-11-1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,10 +55,11 @@ pub(crate) enum Mode {
 }
 
 impl Mode {
-    fn from_command(command: u8) -> Option<Self> {
+    fn from_command(command: u8, stand_by: StandBy) -> Option<Self> {
         match command {
             0x00 => Some(Self::Normal),
             0x10 => Some(Self::Sleep),
+            _ if stand_by == StandBy::Missing => None,
             0x20 => Some(Self::StandBy60),
             0x21 => Some(Self::StandBy10),
             _ => None,
@@ -143,17 +150,23 @@ pub(crate) struct Registers {
     levels: [u8; 6],
     thermistor: u16,
     pixels: [u16; PIXELS],
+    /// The pixels of the frame before, which only a fault shows.
+    previous: [u16; PIXELS],
     /// Pixels outside their limits as of the newest frame, with hysteresis. Bit 0 is pixel 1.
     outside: u64,
     /// The interrupt table as it reads.
     table: u64,
     /// Whether the pixels are those of a frame, which the next one can be compared with.
     measured: bool,
+    /// Whether the sensor was woken and not reset since, and reads anything.
+    undefined: bool,
+    /// Whether the mode reads 0x00 in sleep the next time.
+    volatile: bool,
 }
 
 impl Registers {
-    /// The image after power-on: 0x00 everywhere.
-    pub(crate) const fn new() -> Self {
+    /// The image after power-on: 0x00 everywhere, but for the thermistor by option.
+    pub(crate) fn new(options: &Options) -> Self {
         Self {
             mode: Mode::Normal,
             rate: 0,
@@ -162,11 +175,14 @@ impl Registers {
             average: 0,
             key: Key::Locked,
             levels: [0; 6],
-            thermistor: 0,
+            thermistor: options.thermistor_at_power_on & WORD,
             pixels: [0; PIXELS],
+            previous: [0; PIXELS],
             outside: 0,
             table: 0,
             measured: false,
+            undefined: false,
+            volatile: false,
         }
     }
 
@@ -182,17 +198,61 @@ impl Registers {
         self.average & MOVING_AVERAGE != 0
     }
 
-    /// Whether INT is pulled low.
-    pub(crate) fn interrupt_asserted(&self) -> bool {
-        self.mode != Mode::Sleep
-            && self.interrupt_control & PIN_ENABLED != 0
-            && self.status & INTERRUPT != 0
+    /// Whether no register says anything until an initial reset.
+    pub(crate) fn undefined(&self) -> bool {
+        self.undefined
     }
 
-    pub(crate) fn read(&self, register: u8, options: &Options) -> u8 {
-        if self.mode == Mode::Sleep {
-            return asleep(register, options.sleep_image);
+    /// What the sensor does with INT (AMG88 spec §4-7).
+    pub(crate) fn interrupt_pin(&self, options: &Options) -> InterruptPin {
+        let enabled = self.mode != Mode::Sleep
+            && !self.undefined
+            && self.interrupt_control & PIN_ENABLED != 0;
+        match options.interrupt_output {
+            _ if enabled && self.status & INTERRUPT != 0 => InterruptPin::Low,
+            InterruptOutput::PushPull if enabled => InterruptPin::High,
+            InterruptOutput::PushPull | InterruptOutput::OpenDrain => InterruptPin::HighZ,
         }
+    }
+
+    pub(crate) fn read(&mut self, register: u8, options: &Options) -> u8 {
+        if self.mode == Mode::Sleep {
+            return self.read_asleep(register, options.sleep_image);
+        }
+        if self.undefined {
+            // Any number does that differs from register to register and is nobody's good image.
+            return register.wrapping_mul(0x6D) ^ 0xB5;
+        }
+        let unspecified = match options.unspecified_bits {
+            UnspecifiedBits::Ones if is_high_byte(register) => !HIGH_NIBBLE,
+            UnspecifiedBits::Ones | UnspecifiedBits::Zero => 0,
+        };
+        unspecified | self.read_awake(register, options)
+    }
+
+    /// What a pixel register before this pixel read in the frame before; `None` for all other registers.
+    pub(crate) fn read_previous(&self, register: u8, until: PixelIndex) -> Option<u8> {
+        let place = usize::from(register.checked_sub(address::PIXELS_FIRST)?);
+        if self.mode == Mode::Sleep || self.undefined || place / 2 >= until.as_usize() {
+            return None;
+        }
+        let word = self.previous.get(place / 2)?;
+        Some(word.to_le_bytes()[place % 2])
+    }
+
+    fn read_asleep(&mut self, register: u8, image: SleepImage) -> u8 {
+        match (image, register) {
+            (SleepImage::ModeByTurns, address::POWER_CONTROL) => {
+                self.volatile = !self.volatile;
+                if self.volatile { 0x10 } else { 0x00 }
+            }
+            (SleepImage::ModeAndSign, address::POWER_CONTROL) => 0x10,
+            (SleepImage::ModeAndSign | SleepImage::ModeByTurns, address::THERMISTOR_HIGH) => 0x80,
+            _ => 0,
+        }
+    }
+
+    fn read_awake(&self, register: u8, options: &Options) -> u8 {
         match register {
             address::POWER_CONTROL => self.mode.command(),
             address::FRAME_RATE => self.rate,
@@ -235,7 +295,7 @@ impl Registers {
             _ => self.key = Key::Locked,
         }
         match register {
-            address::POWER_CONTROL => self.write_mode(byte),
+            address::POWER_CONTROL => self.write_mode(byte, options.stand_by),
             address::RESET => self.write_reset(byte, options),
             address::FRAME_RATE => self.write_rate(byte),
             address::INTERRUPT_CONTROL => {
@@ -260,34 +320,61 @@ impl Registers {
 
     /// Renews pixels, thermistor, table and flags together (AMG88 spec §4-11-10, §4-11-11).
     pub(crate) fn publish(&mut self, words: &Words, options: &Options) {
-        self.outside = self.compared(&words.pixels);
-        let holds = options.interrupt_flag == InterruptFlag::HoldsUntilCleared;
-        let flag = if self.outside == 0 { 0 } else { INTERRUPT };
-        if holds {
-            self.table |= self.outside;
-            self.status |= flag;
-        } else {
-            self.table = self.outside;
-            self.status = (self.status & !INTERRUPT) | flag;
+        if options.stand_by == StandBy::Interrupts || self.mode == Mode::Normal {
+            self.interrupt(&words.pixels, options);
         }
-        if words.pixel_overflow {
+        let overflow = match options.overflow_flag {
+            OverflowFlag::Saturation => words.pixel_overflow,
+            OverflowFlag::WordFff => words.pixels.contains(&WORD),
+        };
+        if overflow {
             self.status |= PIXEL_OVERFLOW;
         }
-        if words.thermistor_overflow && options.thermistor_overflow_flag {
-            self.status |= THERMISTOR_OVERFLOW;
+        if options.thermistor_update == ThermistorUpdate::WithFrame {
+            self.set_thermistor(words.thermistor, words.thermistor_overflow, options);
         }
-        self.pixels = words.pixels;
-        self.thermistor = words.thermistor;
+        self.previous = core::mem::replace(&mut self.pixels, words.pixels);
         self.measured = true;
     }
 
-    /// The next frame has no predecessor to differ from.
-    pub(crate) fn forget_predecessor(&mut self) {
+    pub(crate) fn set_thermistor(&mut self, word: u16, saturated: bool, options: &Options) {
+        let overflow = match options.overflow_flag {
+            OverflowFlag::Saturation => saturated,
+            OverflowFlag::WordFff => word == WORD,
+        };
+        if overflow && options.thermistor_overflow_flag {
+            self.status |= THERMISTOR_OVERFLOW;
+        }
+        self.thermistor = word;
+    }
+
+    fn interrupt(&mut self, pixels: &[u16; PIXELS], options: &Options) {
+        self.outside = self.compared(pixels, options.zero_levels);
+        let flag = if self.outside == 0 { 0 } else { INTERRUPT };
+        match options.interrupt_flag {
+            InterruptFlag::HoldsUntilCleared => {
+                self.table |= self.outside;
+                self.status |= flag;
+            }
+            InterruptFlag::FollowsFrames => {
+                self.table = self.outside;
+                self.status = (self.status & !INTERRUPT) | flag;
+            }
+        }
+    }
+
+    /// Woken from sleep: the next frame has no predecessor to differ from, and nothing is certain, by option.
+    pub(crate) fn wake(&mut self, after_wake: AfterWake) {
         self.measured = false;
+        self.volatile = false;
+        self.undefined = after_wake == AfterWake::Undefined;
     }
 
     /// One bit a pixel: whether it is outside its limits, or still within the hysteresis of having been.
-    fn compared(&self, pixels: &[u16; PIXELS]) -> u64 {
+    fn compared(&self, pixels: &[u16; PIXELS], zero_levels: ZeroLevels) -> u64 {
+        if zero_levels == ZeroLevels::AlwaysTrip && self.levels == [0; 6] {
+            return u64::MAX;
+        }
         let limits = self.limits();
         let absolute = self.interrupt_control & ABSOLUTE != 0;
         let mut outside = 0;
@@ -314,8 +401,8 @@ impl Registers {
         }
     }
 
-    fn write_mode(&mut self, command: u8) -> Effect {
-        match Mode::from_command(command) {
+    fn write_mode(&mut self, command: u8, stand_by: StandBy) -> Effect {
+        match Mode::from_command(command, stand_by) {
             None => Effect::Refused(Refusal::UnknownCommand),
             Some(mode) if mode == self.mode => Effect::Stored,
             Some(mode) => {
@@ -382,11 +469,12 @@ impl Registers {
         if options.initial_reset == crate::InitialReset::RestoresDefaults {
             *self = Self {
                 thermistor: self.thermistor,
-                ..Self::new()
+                ..Self::new(options)
             };
         }
         self.pixels = [0; PIXELS];
         self.measured = false;
+        self.undefined = false;
     }
 }
 
@@ -408,12 +496,10 @@ impl Limits {
     }
 }
 
-fn asleep(register: u8, image: SleepImage) -> u8 {
-    match (image, register) {
-        (SleepImage::ModeAndSign, address::POWER_CONTROL) => 0x10,
-        (SleepImage::ModeAndSign, address::THERMISTOR_HIGH) => 0x80,
-        _ => 0,
-    }
+/// Whether the register is the upper half of a word: of a level, the hysteresis, the thermistor or a pixel.
+fn is_high_byte(register: u8) -> bool {
+    let word = matches!(register, address::LEVELS_FIRST..=address::THERMISTOR_HIGH | address::PIXELS_FIRST..=0xFF);
+    word && register % 2 == 1
 }
 
 fn at(bytes: &[u8], place: u8) -> u8 {

@@ -2,6 +2,7 @@ use crate::bus::{Address, Bus, BusError};
 use crate::clock::Clock;
 use crate::device::InterruptPin;
 use crate::source::FrameSource;
+use crate::wait::WAIT_MAX;
 use core::cell::RefCell;
 use core::fmt;
 use embedded_hal::digital;
@@ -60,13 +61,33 @@ pub struct IntPin<'a, C, S> {
     address: Address,
 }
 
-/// The pin cannot be looked at while the bus is borrowed elsewhere.
+impl<C, S> Clone for IntPin<'_, C, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<C, S> Copy for IntPin<'_, C, S> {}
+
+/// What can go wrong with the INT pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PinError;
+pub enum PinError {
+    /// The pin cannot be looked at while the bus is borrowed elsewhere.
+    Borrowed,
+    /// What was waited for did not come within [`WAIT_MAX`](crate::WAIT_MAX).
+    Late,
+}
 
 impl fmt::Display for PinError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("the bus of the INT pin is borrowed elsewhere")
+        match self {
+            Self::Borrowed => formatter.write_str("the bus of the INT pin is borrowed elsewhere"),
+            Self::Late => write!(
+                formatter,
+                "the INT pin did not change within {} h\nhint: is the sensor awake, and INT enabled (register 0x03)?",
+                WAIT_MAX.as_secs() / 3_600
+            ),
+        }
     }
 }
 
@@ -88,9 +109,19 @@ impl<C: Clock, S: FrameSource> digital::InputPin for IntPin<'_, C, S> {
     }
 
     fn is_low(&mut self) -> Result<bool, PinError> {
+        let pin = self.with_bus(|bus, address| bus.interrupt_pin(address))?;
+        Ok(pin == Some(InterruptPin::Low))
+    }
+}
+
+impl<C, S> IntPin<'_, C, S> {
+    pub(crate) fn with_bus<R>(
+        &self,
+        look: impl FnOnce(&mut Bus<C, S>, Address) -> R,
+    ) -> Result<R, PinError> {
         match self.bus.try_borrow_mut() {
-            Ok(mut bus) => Ok(bus.interrupt_pin(self.address) == Some(InterruptPin::Low)),
-            Err(_) => Err(PinError),
+            Ok(mut bus) => Ok(look(&mut bus, self.address)),
+            Err(_) => Err(PinError::Borrowed),
         }
     }
 }

@@ -1,78 +1,275 @@
 use crate::CLOCK_ERROR_PPM_MAX;
+use crate::drift::Drift;
 use core::time::Duration;
 
 /// The array always measures ten times a second (AMG88 spec §4-11-3 with the users' reports on 1 fps).
 const PERIOD_NS: u128 = 100_000_000;
-const MILLION: u128 = 1_000_000;
-/// What the sensor's clock has to run through for one tick, in nanoseconds times millionths of its nominal speed.
-const WORK_PER_TICK: u128 = PERIOD_NS * MILLION;
+const MILLION: i128 = 1_000_000;
+/// What the sensor's clock has to run through for one tick, in nanoseconds times half millionths of its nominal speed:
+/// the mean of two whole speeds is a whole number of halves.
+const WORK_PER_TICK: u128 = PERIOD_NS * 2_000_000;
+const NANOSECONDS_PER_HOUR: u128 = 3_600_000_000_000;
+/// Beyond this many parts per million in an hour a drift has no further effect.
+const PPM_PER_HOUR_MAX: i32 = 2 * CLOCK_ERROR_PPM_MAX;
 
 /// The sensor's own clock: which internal tick falls at what time of the host.
 ///
 /// Counts from one origin in whole numbers, so that nothing accumulates however long it runs.
 #[derive(Debug, Clone)]
 pub(crate) struct Ticks {
-    /// Host time in nanoseconds from which the present speed holds.
+    /// When the clock was started.
+    started_ns: u128,
+    error_ppm: i32,
+    drift: Drift,
+    /// The stretch that holds now, or held a while ago.
+    stretch: Stretch,
+}
+
+/// A while in which the speed is constant, or changes evenly.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    /// Host time in nanoseconds of its start.
     origin_ns: u128,
     /// Ticks at the origin.
     counted: u64,
     /// Part of the next tick that was already done at the origin, less than `WORK_PER_TICK`.
     done: u128,
-    /// Millionths of the nominal speed, positive.
+    /// The speed at the origin: millionths of the nominal speed times `over_ns`, positive.
     speed: u128,
+    /// How many millionths the speed rises ...
+    rise: i32,
+    /// ... in this many nanoseconds.
+    over_ns: u128,
+    /// How long it lasts; `None` for ever.
+    length_ns: Option<u128>,
 }
 
 impl Ticks {
-    pub(crate) fn new(origin: Duration, clock_error_ppm: i32) -> Self {
-        Self {
-            origin_ns: origin.as_nanos(),
-            counted: 0,
-            done: 0,
-            speed: speed(clock_error_ppm),
-        }
+    pub(crate) fn new(origin: Duration, clock_error_ppm: i32, drift: Drift) -> Self {
+        let mut ticks = Self {
+            started_ns: origin.as_nanos(),
+            error_ppm: clock_error_ppm,
+            drift,
+            stretch: Stretch::steady(0),
+        };
+        ticks.stretch = ticks.from(ticks.started_ns, 0, 0);
+        ticks
     }
 
     /// How many ticks have come by this time; a tick that falls on it has come.
     pub(crate) fn count(&self, now: Duration) -> u64 {
-        let elapsed = now.as_nanos().saturating_sub(self.origin_ns);
-        let work = elapsed.saturating_mul(self.speed).saturating_add(self.done);
-        self.counted
-            .saturating_add(u64::try_from(work / WORK_PER_TICK).unwrap_or(u64::MAX))
+        let stretch = self.holding_at(now.as_nanos());
+        let elapsed_ns = now.as_nanos().saturating_sub(stretch.origin_ns);
+        stretch.after(elapsed_ns).0
     }
 
     /// The first nanosecond at which [`count`](Self::count) reaches this tick.
     pub(crate) fn time(&self, tick: u64) -> Duration {
-        let work = u128::from(tick.saturating_sub(self.counted)) * WORK_PER_TICK;
-        let elapsed = work.saturating_sub(self.done).div_ceil(self.speed);
-        let nanoseconds = self.origin_ns.saturating_add(elapsed);
+        let mut stretch = self.stretch;
+        while let Some(length_ns) = stretch.length_ns {
+            if stretch.after(length_ns).0 >= tick {
+                break;
+            }
+            stretch = self.following(&stretch, length_ns);
+        }
+        let nanoseconds = stretch.origin_ns.saturating_add(stretch.time_until(tick));
         Duration::from_nanos(u64::try_from(nanoseconds).unwrap_or(u64::MAX))
     }
 
-    /// Another speed from now on; the tick under way keeps what of it is done.
+    /// Another error from now on, with the drift as ever; the tick under way keeps what of it is done.
     pub(crate) fn set_error(&mut self, clock_error_ppm: i32, now: Duration) {
+        self.error_ppm = clock_error_ppm;
         let now_ns = now.as_nanos();
-        if now_ns > self.origin_ns {
-            let work = (now_ns - self.origin_ns).saturating_mul(self.speed) + self.done;
-            self.counted = self.count(now);
-            self.done = work % WORK_PER_TICK;
-            self.origin_ns = now_ns;
+        let before = self.holding_at(now_ns);
+        self.stretch = if now_ns > before.origin_ns {
+            self.following(&before, now_ns - before.origin_ns)
+        } else {
+            self.from(before.origin_ns, before.counted, before.done)
+        };
+    }
+
+    /// Forgets the stretches that are over.
+    pub(crate) fn settle(&mut self, now: Duration) {
+        self.stretch = self.holding_at(now.as_nanos());
+    }
+
+    fn holding_at(&self, now_ns: u128) -> Stretch {
+        let mut stretch = self.stretch;
+        while let Some(length_ns) = stretch.length_ns {
+            if now_ns < stretch.origin_ns.saturating_add(length_ns) {
+                break;
+            }
+            stretch = self.following(&stretch, length_ns);
         }
-        self.speed = speed(clock_error_ppm);
+        stretch
+    }
+
+    /// What holds from `elapsed_ns` into this stretch on.
+    fn following(&self, stretch: &Stretch, elapsed_ns: u128) -> Stretch {
+        let (counted, done) = stretch.after(elapsed_ns);
+        self.from(stretch.origin_ns.saturating_add(elapsed_ns), counted, done)
+    }
+
+    fn from(&self, origin_ns: u128, counted: u64, done: u128) -> Stretch {
+        let age_ns = origin_ns.saturating_sub(self.started_ns);
+        let stretch = match self.drift {
+            Drift::None => Stretch::steady(self.error_ppm),
+            Drift::PpmPerHour(rise) => self.even(rise, age_ns),
+            Drift::Curve(curve) => {
+                let mut place = 0;
+                while curve
+                    .point(place)
+                    .is_some_and(|(time, _)| time.as_nanos() <= age_ns)
+                {
+                    place += 1;
+                }
+                let before = place.checked_sub(1).and_then(|place| curve.point(place));
+                self.between(before, curve.point(place), age_ns)
+            }
+        };
+        Stretch {
+            origin_ns,
+            counted,
+            done,
+            ..stretch
+        }
+    }
+
+    /// A rise by the hour, until the error is at its limit.
+    fn even(&self, rise: i32, age_ns: u128) -> Stretch {
+        let rise = rise.clamp(-PPM_PER_HOUR_MAX, PPM_PER_HOUR_MAX);
+        let error = held(i64::from(self.error_ppm));
+        let limit = CLOCK_ERROR_PPM_MAX * rise.signum();
+        let steps = u128::from(limit.abs_diff(error));
+        let Some(until_ns) =
+            (steps * NANOSECONDS_PER_HOUR).checked_div(u128::from(rise.unsigned_abs()))
+        else {
+            return Stretch::steady(error);
+        };
+        if age_ns >= until_ns {
+            return Stretch::steady(limit);
+        }
+        Stretch::line(error, rise, age_ns, NANOSECONDS_PER_HOUR, until_ns - age_ns)
+    }
+
+    /// A line between two points of a curve; beyond either end, the error of the nearest.
+    fn between(
+        &self,
+        before: Option<(Duration, i32)>,
+        after: Option<(Duration, i32)>,
+        age_ns: u128,
+    ) -> Stretch {
+        let sum = |ppm: i32| held(i64::from(self.error_ppm) + i64::from(ppm));
+        match (before, after) {
+            (Some((from, least)), Some((to, last))) => {
+                let over_ns = to.as_nanos() - from.as_nanos();
+                let into_ns = age_ns - from.as_nanos();
+                let (least, last) = (sum(least), sum(last));
+                Stretch::line(least, last - least, into_ns, over_ns, over_ns - into_ns)
+            }
+            (None, Some((to, ppm))) => Stretch {
+                length_ns: Some(to.as_nanos() - age_ns),
+                ..Stretch::steady(sum(ppm))
+            },
+            (Some((_, ppm)), None) => Stretch::steady(sum(ppm)),
+            (None, None) => Stretch::steady(self.error_ppm),
+        }
     }
 }
 
-fn speed(clock_error_ppm: i32) -> u128 {
-    let error = clock_error_ppm.clamp(-CLOCK_ERROR_PPM_MAX, CLOCK_ERROR_PPM_MAX);
-    u128::try_from(1_000_000 + error).unwrap_or(MILLION)
+impl Stretch {
+    fn steady(error_ppm: i32) -> Self {
+        Self {
+            origin_ns: 0,
+            counted: 0,
+            done: 0,
+            speed: speed(held(i64::from(error_ppm)), 0, 0, 1),
+            rise: 0,
+            over_ns: 1,
+            length_ns: None,
+        }
+    }
+
+    /// From `error_ppm` by `rise` in `over_ns`, of which `into_ns` are past and `length_ns` come.
+    fn line(error_ppm: i32, rise: i32, into_ns: u128, over_ns: u128, length_ns: u128) -> Self {
+        Self {
+            speed: speed(error_ppm, rise, into_ns, over_ns),
+            rise,
+            over_ns,
+            length_ns: Some(length_ns),
+            ..Self::steady(0)
+        }
+    }
+
+    /// Ticks, and the part of the next one that is done, this long after the origin.
+    fn after(&self, elapsed_ns: u128) -> (u64, u128) {
+        let work = (self.work(elapsed_ns) / self.over_ns).saturating_add(self.done);
+        let ticks = u64::try_from(work / WORK_PER_TICK).unwrap_or(u64::MAX);
+        (self.counted.saturating_add(ticks), work % WORK_PER_TICK)
+    }
+
+    /// Half millionths of the nominal speed times nanoseconds times `over_ns`: twice the integral of the speed.
+    fn work(&self, elapsed_ns: u128) -> u128 {
+        let even = self.speed.saturating_mul(2).saturating_mul(elapsed_ns);
+        let bend = u128::from(self.rise.unsigned_abs())
+            .saturating_mul(elapsed_ns)
+            .saturating_mul(elapsed_ns);
+        if self.rise < 0 {
+            even.saturating_sub(bend)
+        } else {
+            even.saturating_add(bend)
+        }
+    }
+
+    /// The least time after the origin at which this tick has come, if it comes within the stretch.
+    fn time_until(&self, tick: u64) -> u128 {
+        let ticks = u128::from(tick.saturating_sub(self.counted));
+        let work = (ticks * WORK_PER_TICK).saturating_sub(self.done);
+        if self.rise == 0 {
+            return work.saturating_mul(self.over_ns).div_ceil(2 * self.speed);
+        }
+        let (mut early, mut late) = (0, self.length_ns.unwrap_or(0));
+        while early < late {
+            let middle = early + (late - early) / 2;
+            if self.work(middle) / self.over_ns >= work {
+                late = middle;
+            } else {
+                early = middle + 1;
+            }
+        }
+        late
+    }
+}
+
+/// Millionths of the nominal speed times `over_ns`.
+fn speed(error_ppm: i32, rise: i32, into_ns: u128, over_ns: u128) -> u128 {
+    let whole = (MILLION + i128::from(error_ppm)).saturating_mul(signed(over_ns));
+    let risen = i128::from(rise).saturating_mul(signed(into_ns));
+    u128::try_from(whole.saturating_add(risen)).unwrap_or(1)
+}
+
+fn signed(nanoseconds: u128) -> i128 {
+    i128::try_from(nanoseconds).unwrap_or(i128::MAX)
+}
+
+/// The error within its limits.
+fn held(error_ppm: i64) -> i32 {
+    let limit = i64::from(CLOCK_ERROR_PPM_MAX);
+    i32::try_from(error_ppm.clamp(-limit, limit)).unwrap_or(0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::DriftCurve;
+
+    fn steady(origin: Duration, ppm: i32) -> Ticks {
+        Ticks::new(origin, ppm, Drift::None)
+    }
 
     #[test]
     fn ticks_every_tenth_of_a_second() {
-        let ticks = Ticks::new(Duration::from_millis(7), 0);
+        let ticks = steady(Duration::from_millis(7), 0);
         assert_eq!(ticks.count(Duration::ZERO), 0);
         assert_eq!(ticks.count(Duration::from_nanos(106_999_999)), 0);
         assert_eq!(ticks.count(Duration::from_millis(107)), 1);
@@ -83,7 +280,7 @@ mod tests {
     #[test]
     fn time_and_count_agree_to_the_nanosecond_at_any_speed() {
         for ppm in [-500_000, -43_000, -40_000, -1, 0, 1, 33_333, 500_000] {
-            let ticks = Ticks::new(Duration::from_nanos(123), ppm);
+            let ticks = steady(Duration::from_nanos(123), ppm);
             for tick in [1, 2, 3, 10, 999, 864_000, 123_456_789] {
                 let time = ticks.time(tick);
                 assert_eq!(ticks.count(time), tick, "{ppm} ppm");
@@ -99,14 +296,14 @@ mod tests {
     /// Reference section 2.4 and real-sensor statistics: a sensor 4 % slow gives 9.6 frames a second.
     #[test]
     fn a_slow_clock_loses_no_tick_over_a_day() {
-        let ticks = Ticks::new(Duration::ZERO, -40_000);
+        let ticks = steady(Duration::ZERO, -40_000);
         assert_eq!(ticks.time(1), Duration::from_nanos(104_166_667));
         assert_eq!(ticks.count(Duration::from_secs(86_400)), 829_440);
     }
 
     #[test]
     fn a_change_of_speed_keeps_the_phase() {
-        let mut ticks = Ticks::new(Duration::ZERO, 0);
+        let mut ticks = steady(Duration::ZERO, 0);
         ticks.set_error(-500_000, Duration::from_millis(250));
         assert_eq!(ticks.count(Duration::from_millis(250)), 2);
         assert_eq!(ticks.time(3), Duration::from_millis(350));
@@ -116,9 +313,114 @@ mod tests {
 
     #[test]
     fn errors_beyond_the_limit_act_as_the_limit() {
-        let at = |ppm| Ticks::new(Duration::ZERO, ppm).time(1);
+        let at = |ppm| steady(Duration::ZERO, ppm).time(1);
         assert_eq!(at(i32::MIN), Duration::from_millis(200));
         assert_eq!(at(-CLOCK_ERROR_PPM_MAX), Duration::from_millis(200));
         assert_eq!(at(i32::MAX), at(CLOCK_ERROR_PPM_MAX));
+    }
+
+    const DAY: Duration = Duration::from_secs(86_400);
+
+    /// The integral of the speed over a day: 864,000 ticks, and for a drift of d ppm an hour d * 24^2 / 2 hours more
+    /// millionths of it. For 100 ppm an hour, 28,800 ppm hours are 103.68 s, or 1,036.8 ticks.
+    #[test]
+    fn a_drift_by_the_hour_is_exact_over_a_day() {
+        for (ppm_per_hour, count) in [(0, 864_000), (100, 865_036), (-100, 862_963), (1, 864_010)] {
+            let ticks = Ticks::new(Duration::ZERO, 0, Drift::PpmPerHour(ppm_per_hour));
+            assert_eq!(ticks.count(DAY), count, "{ppm_per_hour} ppm an hour");
+        }
+        // The nanosecond at which tick 865,036 falls solves t + 50e-6 t^2 / 3600 = 86,503.6 s.
+        let ticks = Ticks::new(Duration::ZERO, 0, Drift::PpmPerHour(100));
+        let t = ticks.time(865_036).as_secs_f64();
+        assert!((t + 50e-6 * t * t / 3600.0 - 86_503.6).abs() < 1e-9, "{t}");
+    }
+
+    #[test]
+    fn time_and_count_agree_to_the_nanosecond_in_any_drift() {
+        static POINTS: [(Duration, i32); 4] = [
+            (Duration::from_secs(100), 20_000),
+            (Duration::from_secs(1_000), -43_000),
+            (Duration::from_nanos(1_000_000_000_001), -40_000),
+            (Duration::from_secs(40_000), 7),
+        ];
+        let curve = Drift::Curve(DriftCurve::new(&POINTS).unwrap());
+        for drift in [
+            Drift::PpmPerHour(-5_000),
+            Drift::PpmPerHour(i32::MAX),
+            Drift::PpmPerHour(3),
+            curve,
+        ] {
+            for ppm in [-40_000, 0, 600_000] {
+                let ticks = Ticks::new(Duration::from_nanos(77), ppm, drift);
+                for tick in [
+                    1,
+                    2,
+                    999,
+                    1_000,
+                    1_001,
+                    9_600,
+                    10_000,
+                    10_001,
+                    400_000,
+                    864_000,
+                    123_456_789,
+                ] {
+                    let time = ticks.time(tick);
+                    assert_eq!(ticks.count(time), tick, "{drift:?} {ppm}");
+                    let before = time - Duration::from_nanos(1);
+                    assert_eq!(ticks.count(before), tick - 1, "{drift:?} {ppm}");
+                }
+            }
+        }
+    }
+
+    /// A line from 20,000 to -20,000 ppm and back takes away on the second half what it gave on the first.
+    #[test]
+    fn a_curve_is_the_integral_of_its_lines() {
+        static POINTS: [(Duration, i32); 3] = [
+            (Duration::ZERO, 20_000),
+            (Duration::from_secs(43_200), -20_000),
+            (Duration::from_secs(86_400), 20_000),
+        ];
+        let ticks = Ticks::new(
+            Duration::ZERO,
+            0,
+            Drift::Curve(DriftCurve::new(&POINTS).unwrap()),
+        );
+        assert_eq!(ticks.time(864_000), DAY);
+        assert_eq!(ticks.time(432_000), DAY / 2);
+        // A quarter day in, the mean error so far is 10,000 ppm: 216,000 ticks and a hundredth of them.
+        assert_eq!(ticks.time(218_160), DAY / 4);
+        // Behind the last point its error stays.
+        assert_eq!(ticks.count(DAY * 2), 864_000 + 881_280);
+    }
+
+    #[test]
+    fn a_drift_goes_on_when_the_error_is_set_and_when_time_is_settled() {
+        let mut changed = Ticks::new(Duration::ZERO, 0, Drift::PpmPerHour(1_000));
+        changed.settle(DAY / 3);
+        changed.set_error(-8_000, DAY / 3);
+        // 8 h with 0 to 8,000 ppm, then 16 h from 0 to 16,000 ppm: means of 4,000 and 8,000.
+        let expected = 288_000.0 * 1.004 + 576_000.0 * 1.008;
+        let found = f64::from(u32::try_from(changed.count(DAY)).unwrap());
+        assert!(
+            (expected - found) < 1.0 && found <= expected,
+            "{found} {expected}"
+        );
+
+        let mut once = Ticks::new(Duration::ZERO, 0, Drift::PpmPerHour(100));
+        let often = once.clone();
+        for second in 0..86_400 {
+            once.settle(Duration::from_secs(second));
+        }
+        assert_eq!(once.time(865_036), often.time(865_036));
+    }
+
+    #[test]
+    fn a_drift_ends_at_the_limit_of_the_error() {
+        let ticks = Ticks::new(Duration::ZERO, 0, Drift::PpmPerHour(-1_000_000));
+        // Half an hour from 0 to -50 %, a mean of -25 %; from then on half speed.
+        assert_eq!(ticks.time(13_500), Duration::from_secs(1_800));
+        assert_eq!(ticks.time(13_501), Duration::from_millis(1_800_200));
     }
 }

@@ -321,7 +321,7 @@ fn the_drivers_error_keeps_the_error_of_the_bus() {
     let faults = [
         (Fault::BusError, BusError::Bus),
         (Fault::Hang, BusError::Timeout),
-        (Fault::Unplugged, BusError::Gone),
+        (Fault::AdapterGone, BusError::Gone),
     ];
     for (fault, error) in faults {
         sensor.borrow_mut().set_fault(Address::High, fault);

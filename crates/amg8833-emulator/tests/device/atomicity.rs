@@ -5,10 +5,6 @@ use amg8833_emulator::{Ack, Device, FrameSource, Options};
 use core::time::Duration;
 use embedded_hal::i2c::{I2c, Operation};
 
-const fn ms(milliseconds: u64) -> Duration {
-    Duration::from_millis(milliseconds)
-}
-
 fn byte<S: FrameSource>(device: &mut Device<S>, now: Duration) -> u8 {
     device.read(now)
 }

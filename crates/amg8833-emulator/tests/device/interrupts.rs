@@ -2,8 +2,8 @@
 
 use crate::support::*;
 use amg8833_emulator::{
-    Address, Bus, InterruptFlag, InterruptPin, ManualClock, Options, PinError, SharedBus,
-    StatusClear,
+    Address, Bus, InterruptFlag, InterruptPin, ManualClock, Options, OverflowFlag, PinError,
+    SharedBus, StatusClear, ThermistorUpdate,
 };
 use core::time::Duration;
 use embedded_hal::digital::InputPin;
@@ -266,10 +266,109 @@ fn the_int_pin_is_an_input_pin_beside_the_driver() {
     bus.borrow().clock().advance(Duration::from_millis(100));
     assert_eq!(pin.is_low(), Ok(true));
     let held = bus.borrow();
-    assert_eq!(pin.is_low(), Err(PinError));
+    assert_eq!(pin.is_low(), Err(PinError::Borrowed));
     assert_eq!(
         driver.write(HIGH, &[]),
         Err(amg8833_emulator::BusError::ArbitrationLoss)
     );
     drop(held);
+}
+
+/// Section 2.6: the specification of 2011 has the overflow flags at the word 0xFFF, which is also -0.25 degrees in a
+/// pixel; that of 2016 has them at an overflow of the converter.
+#[test]
+fn the_overflow_flags_in_both_readings() {
+    let expected = [
+        (OverflowFlag::Saturation, -0.25, 20.0, 0x00),
+        (OverflowFlag::Saturation, 600.0, 20.0, 0x04),
+        (OverflowFlag::Saturation, 20.0, -128.0, 0x08),
+        (OverflowFlag::Saturation, 20.0, -127.9375, 0x00),
+        (OverflowFlag::WordFff, -0.25, 20.0, 0x04),
+        (OverflowFlag::WordFff, 600.0, 20.0, 0x00),
+        (OverflowFlag::WordFff, 20.0, -127.9375, 0x08),
+        (OverflowFlag::WordFff, 20.0, 200.0, 0x00),
+    ];
+    for (overflow_flag, pixel, thermistor, status) in expected {
+        let options = Options {
+            overflow_flag,
+            thermistor_overflow_flag: true,
+            ..Options::default()
+        };
+        let source = move |_| Frame {
+            thermistor: Celsius::new(thermistor),
+            ..with_pixel(20.0, 33, pixel)
+        };
+        let mut rig = Rig::with(source, options);
+        rig.write(&[0x09, 0x07]);
+        rig.set(100);
+        let found = rig.register(0x04) & 0x0C;
+        assert_eq!(found, status, "{overflow_flag:?} {pixel} {thermistor}");
+    }
+}
+
+/// AMG88 spec §4-11-8: a hysteresis beyond the level makes the output incorrect; here a pixel that tripped stays
+/// tripped, as it never comes a whole hysteresis inside.
+#[test]
+fn a_hysteresis_beyond_the_level_never_releases() {
+    let mut rig = Rig::new(sequence(&[31.0, 20.0, 0.0, -5.0, 20.0]));
+    rig.write(&[0x08, 0x78, 0x00, 0xEC, 0x0F, 0xA0, 0x00]);
+    rig.write(&ABSOLUTE);
+    assert_eq!(statuses(rig, 5), [2, 2, 2, 2, 2]);
+}
+
+/// Section 1.4 leaves open whether the thermistor is part of the snapshot.
+#[test]
+fn the_thermistor_in_both_readings() {
+    let t_and_p = |t: Duration| Frame {
+        thermistor: Celsius::new(f32::from(u16::try_from(t.as_millis() / 100).unwrap())),
+        ..counting(t)
+    };
+    for (thermistor_update, in_transaction, at_one_fps) in [
+        (ThermistorUpdate::WithFrame, [1, 1], 88),
+        (ThermistorUpdate::EveryTick, [1, 2], 13 * 16),
+    ] {
+        let options = Options {
+            thermistor_update,
+            ..Options::default()
+        };
+        let mut rig = Rig::with(t_and_p, options);
+        rig.set(150);
+        let device = rig.device();
+        let thermistor = |device: &mut amg8833_emulator::Device<Source>, now| {
+            device.start_write(ms(now));
+            device.write(0x0E, ms(now));
+            device.start_read(ms(now));
+            u16::from_le_bytes([device.read(ms(now)), device.read(ms(now))]) / 16
+        };
+        let read = [thermistor(device, 150), thermistor(device, 260)];
+        assert_eq!(read, in_transaction, "{thermistor_update:?}");
+        device.start_write(ms(261));
+        device.write(0x80, ms(261));
+        device.start_read(ms(261));
+        assert_eq!(device.read(ms(262)), 1, "the pixels stand still");
+        let late = thermistor(device, 370);
+        assert_eq!(late, in_transaction[1], "once in each transaction");
+        device.stop(ms(380));
+        assert_eq!(rig.word(), 3);
+        assert_eq!(rig.frames(), 3, "each tick was asked for once");
+
+        let mut rig = Rig::with(t_and_p, options);
+        rig.write(&ONE_FPS);
+        rig.set(1_350);
+        let word = words(&rig.read(0x0E, 2))[0];
+        assert_eq!(word, at_one_fps, "5.5 degrees, or those of tick 13");
+    }
+}
+
+/// Section 2.7: the thermistor's registers at power-on are 0x000 in the specification of 2011 and open in that of 2016.
+#[test]
+fn the_thermistor_at_power_on_by_option() {
+    let options = Options {
+        thermistor_at_power_on: 0xF190,
+        ..Options::default()
+    };
+    let mut rig = Rig::with(constant(20.0), options);
+    assert_eq!(rig.read(0x0E, 2), [0x90, 0x01]);
+    rig.set(100);
+    assert_eq!(rig.read(0x0E, 2), [0x40, 0x01]);
 }

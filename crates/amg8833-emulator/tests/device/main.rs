@@ -4,10 +4,16 @@
     reason = "the helpers of a test fail it by panicking"
 )]
 
+#[path = "../common/any_options.rs"]
+mod any_options;
 mod atomicity;
 mod conformance;
+mod events;
 mod faults;
 mod interrupts;
+mod power;
 mod properties;
+mod resets;
 mod support;
 mod timing;
+mod wire;

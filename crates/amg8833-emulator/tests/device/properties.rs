@@ -1,10 +1,8 @@
 //! Whatever is sent, nothing panics, time stays ordered, and a power cycle leaves nothing behind.
 
+use crate::any_options::{any_options, power_on_image};
 use crate::support::*;
-use amg8833_emulator::{
-    Address, AverageReadback, Clock, Fault, InitialReset, InterruptFlag, Options, SleepImage,
-    StatusClear,
-};
+use amg8833_emulator::{Address, Clock, Fault, Options, PastTheEnd};
 use core::time::Duration;
 use embedded_hal::i2c::{I2c, Operation};
 use proptest::prelude::*;
@@ -44,7 +42,7 @@ fn part() -> impl Strategy<Value = Part> {
 fn fault() -> impl Strategy<Value = Fault> {
     prop::sample::select(vec![
         Fault::NackAddress,
-        Fault::NackData,
+        Fault::NackByte(1),
         Fault::BusError,
         Fault::ArbitrationLoss,
         Fault::Hang,
@@ -53,6 +51,13 @@ fn fault() -> impl Strategy<Value = Fault> {
         Fault::Freeze,
         Fault::BrownOut,
         Fault::Unplugged,
+        Fault::AdapterGone,
+        Fault::Timeout,
+        Fault::FastWake,
+        Fault::Torn { pixel: None },
+        Fault::ClockError { ppm: 77_000 },
+        Fault::ThermistorFailure { word: 0xFFF },
+        Fault::ShortClock { byte: 2, bit: 3 },
     ])
 }
 
@@ -69,40 +74,7 @@ fn action() -> impl Strategy<Value = Action> {
 }
 
 fn options() -> impl Strategy<Value = Options> {
-    (any::<i32>(), 0_u64..1_000, any::<[bool; 8]>()).prop_map(|(clock_error_ppm, phase, flags)| {
-        Options {
-            clock_error_ppm,
-            phase: Duration::from_millis(phase),
-            silent_start: flags[0],
-            interrupt_flag: if flags[1] {
-                InterruptFlag::FollowsFrames
-            } else {
-                InterruptFlag::HoldsUntilCleared
-            },
-            status_clear: if flags[2] {
-                StatusClear::Flags
-            } else {
-                StatusClear::FlagsAndTable
-            },
-            initial_reset: if flags[3] {
-                InitialReset::HoldsSettings
-            } else {
-                InitialReset::RestoresDefaults
-            },
-            sleep_image: if flags[4] {
-                SleepImage::ModeAndSign
-            } else {
-                SleepImage::Zero
-            },
-            average_readback: if flags[5] {
-                AverageReadback::Setting
-            } else {
-                AverageReadback::Zero
-            },
-            thermistor_overflow_flag: flags[6],
-            freezes_on_fast_wake: flags[7],
-        }
-    })
+    (any::<u64>(), any::<i32>()).prop_map(|(bits, ppm)| any_options(bits, ppm))
 }
 
 /// Pixels all over the range and beyond, different every tick.
@@ -173,7 +145,9 @@ proptest! {
         let mut pointer = [0xA5];
         rig.bus.read(HIGH, &mut pointer).unwrap();
         prop_assert_eq!(pointer, [0x00]);
-        prop_assert_eq!(rig.image(), vec![0; 256]);
+        if options.past_the_end == PastTheEnd::Wraps {
+            prop_assert_eq!(rig.image(), power_on_image(&options));
+        }
 
         // And it behaves from here on as one that was never touched.
         let error = rig.device().options().clock_error_ppm;

@@ -4,6 +4,7 @@ use embedded_hal::i2c::I2c;
 use grideye_frame::{Celsius, Frame};
 
 pub(crate) const HIGH: u8 = 0x69;
+pub(crate) const ADDRESS: Address = Address::High;
 pub(crate) const NORMAL: [u8; 2] = [0x00, 0x00];
 pub(crate) const SLEEP: [u8; 2] = [0x00, 0x10];
 pub(crate) const INITIAL_RESET: [u8; 2] = [0x01, 0x3F];
@@ -34,6 +35,13 @@ impl Rig {
         let boxed: Source = Box::new(source);
         assert!(bus.plug(Address::High, boxed, options).is_none());
         Self { bus }
+    }
+
+    /// A bus whose only sensor is this one, with its clock at the start.
+    pub(crate) fn of(device: Device<Source>) -> Self {
+        let mut rig = Self::new(constant(0.0));
+        *rig.device() = device;
+        rig
     }
 
     pub(crate) fn at_scl(self, hz: u32) -> Self {
@@ -101,6 +109,10 @@ pub(crate) fn words(bytes: &[u8]) -> Vec<u16> {
         .chunks(2)
         .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
         .collect()
+}
+
+pub(crate) const fn ms(milliseconds: u64) -> Duration {
+    Duration::from_millis(milliseconds)
 }
 
 pub(crate) fn uniform(celsius: f32) -> Frame {

@@ -1,7 +1,10 @@
 //! Reference sections 2.1, 2.3, 2.4, 2.5: rates, averages, stand-by, and the sensor's own clock.
 
 use crate::support::*;
-use amg8833_emulator::{CATCH_UP_FRAMES_MAX, Device, FrameSource, InterruptPin, Options};
+use amg8833_emulator::{
+    CATCH_UP_FRAMES_MAX, CLOCK_ERROR_PPM_MAX, DRIFT_STRETCH_MAX, Device, Drift, DriftCurve,
+    DriftError, FrameSource, InterruptPin, Options,
+};
 use core::time::Duration;
 use grideye_frame::Frame;
 use std::cell::RefCell;
@@ -416,4 +419,155 @@ fn a_change_of_mode_does_not_shorten_the_warm_up() {
     assert_eq!(rig.word(), 0);
     rig.set(500);
     assert_eq!(rig.word(), 5);
+}
+
+/// A day with a clock that starts 4 % slow and warms up by 100 ppm an hour, read by its frames: their number is the
+/// integral of the speed, (0.96 * 24 h + 100e-6 / h * 24^2 h^2 / 2) * 36,000 / h = 830,476.8.
+#[test]
+fn a_drifting_day_has_the_frames_of_the_integral() {
+    let options = Options {
+        clock_drift: Drift::PpmPerHour(100),
+        ..slow(-40_000)
+    };
+    let mut rig = Rig::with(constant(20.0), options);
+    for second in 1..=86_400 {
+        rig.set(1_000 * second);
+        rig.frames();
+    }
+    assert_eq!(rig.frames(), 830_476);
+    // The next frame is due when 0.2 of one more has passed, at 9.624 a second: in 20.781 ms.
+    let next = rig.device().next_frame_at().unwrap().as_secs_f64();
+    assert!((next - 86_400.020_781).abs() < 2e-6, "{next}");
+}
+
+/// The same for a curve of two lines, the second one through the first night: 10 h from 0 to 1,000 ppm, 4 h back.
+#[test]
+fn a_drift_curve_counts_from_power_on_and_starts_anew_with_it() {
+    static POINTS: [(Duration, i32); 3] = [
+        (Duration::ZERO, 0),
+        (Duration::from_secs(36_000), 1_000),
+        (Duration::from_secs(50_400), 0),
+    ];
+    let options = Options {
+        clock_drift: Drift::Curve(DriftCurve::new(&POINTS).unwrap()),
+        ..Options::default()
+    };
+    let mut rig = Rig::with(constant(20.0), options);
+    rig.set(36_000_000);
+    assert_eq!(rig.frames(), 360_000 + 180);
+    rig.set(50_400_000);
+    assert_eq!(rig.frames(), 504_000 + 252);
+    rig.set(86_400_000);
+    assert_eq!(rig.frames(), 864_000 + 252);
+
+    rig.device().power_cycle(ms(86_400_000));
+    let before = rig.frames();
+    rig.set(86_400_000 + 36_000_000);
+    assert_eq!(rig.frames() - before, 360_000 + 180);
+}
+
+#[test]
+fn a_drift_curve_of_no_use_is_refused_by_its_point() {
+    const fn hour(hours: u64) -> Duration {
+        Duration::from_secs(3_600 * hours)
+    }
+    static EQUAL: [(Duration, i32); 3] = [(hour(0), 1), (hour(1), 2), (hour(1), 3)];
+    static LONG: [(Duration, i32); 2] = [(hour(1), 1), (hour(2_402), 2)];
+    static LATE: [(Duration, i32); 1] = [(hour(2_401), 1)];
+    static WILD: [(Duration, i32); 1] = [(hour(1), -500_001)];
+    static GOOD: [(Duration, i32); 2] =
+        [(hour(2_400), -CLOCK_ERROR_PPM_MAX), (hour(4_800), 500_000)];
+    assert_eq!(DRIFT_STRETCH_MAX, hour(2_400));
+    let refused = [
+        (&[][..], DriftError::Empty, "without points"),
+        (&EQUAL, DriftError::Order { point: 2 }, "point 2"),
+        (&LONG, DriftError::Stretch { point: 1 }, "point 1"),
+        (
+            &LATE,
+            DriftError::Stretch { point: 0 },
+            "more than 100 days",
+        ),
+        (
+            &WILD,
+            DriftError::TooFar {
+                point: 0,
+                ppm: -500_001,
+            },
+            "-500001 ppm",
+        ),
+    ];
+    for (points, error, text) in refused {
+        assert_eq!(DriftCurve::new(points), Err(error));
+        assert!(error.to_string().contains(text), "{error}");
+    }
+    assert!(DriftCurve::new(&GOOD).is_ok());
+}
+
+/// Any drift by call: a clock that is read out of a table every minute of a day.
+#[test]
+fn a_drift_by_call_over_a_day_loses_nothing() {
+    let mut rig = Rig::new(constant(20.0));
+    let mut expected = 0.0;
+    for minute in 0..1_440_u32 {
+        let ppm = i32::try_from(minute % 97).unwrap() * 500 - 24_000;
+        let now = ms(60_000 * u64::from(minute));
+        rig.device().set_clock_error_ppm(ppm, now);
+        expected += 600.0 * (1.0 + f64::from(ppm) / 1e6);
+    }
+    rig.set(86_400_000);
+    let frames = f64::from(u32::try_from(rig.frames()).unwrap());
+    assert!((expected - frames).abs() < 1.0, "{expected} {frames}");
+    let next = rig.device().next_frame_at().unwrap().as_secs_f64() - 86_400.0;
+    let last_ppm: f64 = f64::from(1_439 % 97) * 500.0 - 24_000.0;
+    let due = (frames + 1.0 - expected) / (10.0 * (1.0 + last_ppm / 1e6));
+    assert!((next - due).abs() < 1e-6, "{next} {due}");
+}
+
+/// A live program with a slow source is not asked for what nobody saw.
+#[test]
+fn the_frames_to_make_up_for_can_be_few() {
+    for (catch_up_frames_max, asked) in [(0, 1), (1, 1), (20, 20), (CATCH_UP_FRAMES_MAX, 6_003)] {
+        let count = Rc::new(RefCell::new(0_u64));
+        let log = Rc::clone(&count);
+        let source = move |t: Duration| {
+            *log.borrow_mut() += 1;
+            uniform(f32::from(u16::try_from(t.as_millis() % 60_000 / 100).unwrap()) / 4.0)
+        };
+        let options = Options {
+            catch_up_frames_max,
+            ..Options::default()
+        };
+        let mut rig = Rig::with(source, options);
+        rig.set(600_300);
+        assert_eq!(rig.word(), 3, "the newest is there all the same");
+        assert_eq!(*count.borrow(), asked);
+    }
+}
+
+/// At 1 fps the frames that are left out are left out by tens, so that the next mean comes when it would have come.
+#[test]
+fn a_stall_does_not_move_the_second_at_one_fps() {
+    let options = Options {
+        catch_up_frames_max: 20,
+        ..Options::default()
+    };
+    for pause in [120_000, 120_300, 123_900] {
+        let mut rig = Rig::with(counting_slowly, options);
+        rig.write(&ONE_FPS);
+        rig.set(700);
+        rig.frames();
+        rig.set(700 + pause);
+        rig.frames();
+        let due = (700 + pause) / 1_000 * 1_000 + 1_000;
+        assert_eq!(rig.device().next_frame_at(), Some(ms(due)), "{pause}");
+        rig.set(due);
+        let seconds = u16::try_from(due / 1_000).unwrap();
+        assert_eq!(rig.word(), 4 * (seconds - 1) + 2, "{pause}");
+    }
+}
+
+/// Second n shows n degrees, from half a second before to half a second after, so that the mean of ten ticks is n - 0.5.
+fn counting_slowly(t: Duration) -> Frame {
+    let halves = u16::try_from((t.as_millis() - 1) / 500).unwrap();
+    uniform(f32::from(halves / 2 + halves % 2))
 }

@@ -68,7 +68,7 @@ fn each_fault_says_what_to_do_about_it() {
             "hint: the transfer broke down",
         ),
         (
-            Fault::Unplugged,
+            Fault::AdapterGone,
             "i2c-1:0x69: failed\nerror: the sensor at 0x69 does not answer: unplugged (Gone)",
             "hint: the bus adapter is gone",
         ),

@@ -102,7 +102,7 @@ fn half_a_second_without_acknowledge_costs_the_frames_of_it() {
 
 #[test]
 fn a_sensor_that_is_gone_for_20_s_is_set_up_again_when_it_is_back() {
-    let (records, summary) = broken(Fault::Unplugged, Duration::from_secs(20));
+    let (records, summary) = broken(Fault::AdapterGone, Duration::from_secs(20));
     assert_in_order(&records);
     // 191 frames by its clock, and what the bus' reopening and the set-up take.
     assert_costs(

@@ -1,0 +1,90 @@
+use core::time::Duration;
+
+/// The most changes of the INT pin that a sensor keeps for [`Device::take_edge`](crate::Device::take_edge).
+pub const EDGES_MAX: usize = 16;
+
+/// Which way the INT pin went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edge {
+    /// Pulled low: an interrupt.
+    Falling,
+    /// Released, or driven high.
+    Rising,
+}
+
+/// A change of the INT pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PinEdge {
+    /// When, on the host's clock, to the nanosecond: the tick of the frame, the STOP that it had to wait for, or the
+    /// write that brought it about.
+    pub at: Duration,
+    /// Which way.
+    pub edge: Edge,
+}
+
+/// What happened to the INT pin: all of it in numbers, the newest one by one.
+#[derive(Debug, Clone)]
+pub(crate) struct Edges {
+    low: bool,
+    falling: u64,
+    rising: u64,
+    kept: [Option<PinEdge>; EDGES_MAX],
+    /// The place of the oldest, and how many there are from there on.
+    oldest: usize,
+    count: usize,
+    lost: u64,
+}
+
+impl Edges {
+    pub(crate) const fn new() -> Self {
+        Self {
+            low: false,
+            falling: 0,
+            rising: 0,
+            kept: [None; EDGES_MAX],
+            oldest: 0,
+            count: 0,
+            lost: 0,
+        }
+    }
+
+    /// The pin is at this level from this time on.
+    pub(crate) fn note(&mut self, low: bool, at: Duration) {
+        if low == self.low {
+            return;
+        }
+        self.low = low;
+        let edge = if low {
+            self.falling += 1;
+            Edge::Falling
+        } else {
+            self.rising += 1;
+            Edge::Rising
+        };
+        if self.count == EDGES_MAX {
+            self.take();
+            self.lost += 1;
+        }
+        let place = (self.oldest + self.count) % EDGES_MAX;
+        if let Some(free) = self.kept.get_mut(place) {
+            *free = Some(PinEdge { at, edge });
+            self.count += 1;
+        }
+    }
+
+    pub(crate) fn take(&mut self) -> Option<PinEdge> {
+        let taken = self.kept.get_mut(self.oldest)?.take()?;
+        self.oldest = (self.oldest + 1) % EDGES_MAX;
+        self.count -= 1;
+        Some(taken)
+    }
+
+    /// Falling and rising edges.
+    pub(crate) fn counts(&self) -> (u64, u64) {
+        (self.falling, self.rising)
+    }
+
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost
+    }
+}
