@@ -336,6 +336,13 @@ class I2C:
         return True
 
 
+class SPI:
+    """busio.SPI by name only: CircuitPython's libraries annotate with it. There is no such bus here."""
+
+    def __init__(self, *pins, **named_pins):
+        raise NotImplementedError("there is no SPI here, only I2C")
+
+
 # What `import board` has, for programs that name their pins.
 SCL = SDA = None
 STEMMA_I2C = I2C
