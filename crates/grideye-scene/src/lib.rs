@@ -86,4 +86,5 @@ pub use files::Files;
 pub use pose::Pose;
 pub use scene::{Agent, Body, Loaded, Room, Scene, Sensor, limits};
 pub use simulator::{Image, Mask, Simulator};
+pub use solid::{Solid, SolidError};
 pub use trajectory::Trajectory;

@@ -2,8 +2,9 @@ use crate::count;
 use crate::perceived::LANES;
 use crate::pose::Pose;
 use crate::scene::Sensor;
-use crate::solid::Solid;
+use crate::solid::{Enclosure, Solid};
 use glam::DVec3;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// A sensor's sampling grid: a plane of points before a pinhole, `focal_points` away from it, each the middle of a
@@ -78,18 +79,21 @@ impl View {
         }
         solid
             .faces()
-            .filter_map(|face| self.patch(face, &in_sensor, solid.is_closed()))
+            .filter_map(|face| self.patch(face, &in_sensor, solid.enclosure()))
             .collect()
     }
 
     /// The patch of one face; `None` if it shows its inside, is seen edge-on or lies beside the view.
-    fn patch(&self, face: &[usize], in_sensor: &[DVec3], closed: bool) -> Option<Patch> {
+    fn patch(&self, face: &[usize], in_sensor: &[DVec3], enclosure: Enclosure) -> Option<Patch> {
         let corners = || face.iter().map(|corner| in_sensor[*corner]);
         let next = || corners().cycle().skip(1);
         let anchor = corners().next()?;
         let normal = normal(anchor, corners());
         let offset = normal.dot(anchor);
-        let faces_the_sensor = if closed { offset < 0.0 } else { offset != 0.0 };
+        let faces_the_sensor = match enclosure {
+            Enclosure::Open => offset != 0.0,
+            Enclosure::Closed | Enclosure::Convex => offset < 0.0,
+        };
         if !faces_the_sensor {
             return None;
         }
@@ -228,10 +232,12 @@ impl Patch {
 /// A sensor this near to a face is on it, metres.
 const TOUCH_M: f64 = 1e-9;
 
-/// If the sensor is in a closed, convex solid or on it: the outward normals of the faces that it touches.
+/// If the sensor is in a closed solid, or on a convex one: the outward normals of the faces that it touches.
 fn enclosure(solid: &Solid, in_sensor: &[DVec3]) -> Option<Vec<DVec3>> {
-    if !solid.is_closed() {
-        return None;
+    match solid.enclosure() {
+        Enclosure::Open => return None,
+        Enclosure::Closed => return (winding(solid, in_sensor) > 0.5).then(Vec::new),
+        Enclosure::Convex => {}
     }
     let mut touching = Vec::new();
     for face in solid.faces() {
@@ -247,6 +253,22 @@ fn enclosure(solid: &Solid, in_sensor: &[DVec3]) -> Option<Vec<DVec3>> {
         }
     }
     Some(touching)
+}
+
+/// How often a closed surface goes around the sensor: 1 inside, 0 outside.
+///
+/// The sum of the solid angles of its triangles (Van Oosterom and Strackee 1983), with their signs.
+fn winding(solid: &Solid, in_sensor: &[DVec3]) -> f64 {
+    let mut solid_angle = 0.0;
+    for face in solid.faces() {
+        for pair in face.windows(2).skip(1) {
+            let [a, b, c] = [face[0], pair[0], pair[1]].map(|corner| in_sensor[corner]);
+            let (a_m, b_m, c_m) = (a.length(), b.length(), c.length());
+            let below = a_m * b_m * c_m + a.dot(b) * c_m + b.dot(c) * a_m + c.dot(a) * b_m;
+            solid_angle += 2.0 * libm::atan2(a.dot(b.cross(c)), below);
+        }
+    }
+    solid_angle / (4.0 * PI)
 }
 
 /// Twice the area of a flat polygon, as a vector that points to where its corners run counter-clockwise.
