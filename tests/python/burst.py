@@ -13,9 +13,9 @@ def signed(word):
 
 
 def by_smbus2():
-    from smbus2 import i2c_msg
+    from smbus2 import SMBus, i2c_msg
 
-    with bus.smbus() as smbus:
+    with SMBus(1) as smbus:
         write, read = i2c_msg.write(ADDRESS, [0x80]), i2c_msg.read(ADDRESS, 128)
         smbus.i2c_rdwr(write, read)
         return list(read)

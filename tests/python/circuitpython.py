@@ -16,10 +16,6 @@ warnings.simplefilter("ignore", RuntimeWarning)
 
 
 def open_bus(how):
-    if bus.socket_path:
-        import grideye_i2c
-
-        return grideye_i2c.I2C()
     if how == "board":
         os.environ["BLINKA_FORCEBOARD"] = "RASPBERRY_PI_4B"
         os.environ["BLINKA_FORCECHIP"] = "BCM2XXX"

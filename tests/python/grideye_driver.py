@@ -5,6 +5,7 @@ import time
 
 import bus
 from grideye import GridEye, InterruptConfig
+from smbus2 import SMBus
 
 
 def frame(sensor):
@@ -53,5 +54,5 @@ def average(sensor):
 
 
 task = {"frame": frame, "walk": walk, "interrupts": interrupts, "sleep": sleep, "average": average}[sys.argv[1]]
-with bus.smbus() as smbus:
+with SMBus(1) as smbus:
     task(GridEye(smbus), *sys.argv[2:])

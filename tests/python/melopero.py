@@ -4,13 +4,6 @@ import sys
 import time
 
 import bus
-
-if bus.socket_path:
-    # The driver imports SMBus from smbus2 by name: here it finds the socket's.
-    import grideye_i2c
-
-    sys.modules["smbus2"] = grideye_i2c
-
 from melopero_amg8833 import AMGGridEye
 
 sensor = AMGGridEye(0x69, 1)

@@ -1,10 +1,10 @@
 //! Programs on an emulated sensor that shows known words, by each way to reach it.
 
-use crate::programs::{Ended, grideye, is_left_out, run};
+use crate::programs::{Ended, grideye, is_left_out, root, run, terminate, wait, wait_for};
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// One frame as the registers hold it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,13 +69,17 @@ pub fn recording(folder: &Path, name: &str, frames: impl IntoIterator<Item = Wor
 pub enum Way {
     /// `/dev/i2c-1` by FUSE in a mount namespace.
     Fuse,
+    /// `/dev/i2c-1` by a preloaded library.
+    Preload,
+    /// A Unix socket behind the one-file client for Python.
+    Socket,
 }
 
 impl Way {
     /// The ways to a `/dev/i2c-1` that this machine has; those that it has not are named.
     #[must_use]
     pub fn to_a_device_file(what: &str) -> Vec<Self> {
-        let mut ways = Vec::new();
+        let mut ways = vec![Self::Preload];
         if !is_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
             ways.push(Self::Fuse);
         }
@@ -83,27 +87,44 @@ impl Way {
     }
 }
 
-/// `grideye emulate SOURCE… -- PROGRAM ARGUMENTS…`.
+/// Runs a program to its end on the emulated sensor. What emulates says nothing, so that the output is the program's.
+///
+/// # Panics
+/// When it cannot be started, and for [`Way::Socket`] when the server does not serve or does not end well.
 #[must_use]
-pub fn emulated<S: AsRef<OsStr>>(way: Way, source: &[S], program: &Command) -> Command {
+pub fn run_emulated<S: AsRef<OsStr>>(way: Way, source: &[S], program: &Command) -> Ended {
     let mut command = grideye();
-    command.arg("emulate");
+    command.args(["emulate", "--quiet"]).args(source);
     match way {
-        Way::Fuse => {}
-    }
+        Way::Fuse => command.args(["--via", "fuse"]),
+        Way::Preload => command.args(["--via", "preload"]),
+        Way::Socket => return run_behind_socket(command, program),
+    };
     command
-        .args(source)
         .arg("--")
         .arg(program.get_program())
         .args(program.get_args());
-    command
+    run(&mut command)
 }
 
-/// Runs a program to its end on the emulated sensor.
-///
-/// # Panics
-/// When it cannot be started.
-#[must_use]
-pub fn run_emulated<S: AsRef<OsStr>>(way: Way, source: &[S], program: &Command) -> Ended {
-    run(&mut emulated(way, source, program))
+/// Runs `python3 SCRIPT ARGUMENTS` as `python3 grideye_i2c.py SOCKET SCRIPT ARGUMENTS`.
+fn run_behind_socket(mut server: Command, program: &Command) -> Ended {
+    let folder = tempfile::tempdir().unwrap();
+    let socket = folder.path().join("bus");
+    let mut server = server
+        .arg("--socket")
+        .arg(&socket)
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    wait_for("the socket", || socket.exists().then_some(()));
+    let client = root().join("crates/i2c-emulation/python/grideye_i2c.py");
+    let ended = run(Command::new(program.get_program())
+        .arg(client)
+        .arg(&socket)
+        .args(program.get_args()));
+    terminate(&server);
+    assert_eq!(wait(&mut server), 0, "the end of the server");
+    assert!(!socket.exists(), "the server left its socket behind");
+    ended
 }

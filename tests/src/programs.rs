@@ -9,6 +9,9 @@ use std::time::{Duration, Instant};
 /// Longest wait for a program to say where it listens, or to end after it was asked to.
 const WAIT_MAX: Duration = Duration::from_secs(20);
 
+/// The longest file of a recording: an hour of one sensor has 20 MB.
+const RECORDING_BYTES_MAX: u64 = 200 * 1024 * 1024;
+
 /// The repository's root.
 #[must_use]
 pub fn root() -> PathBuf {
@@ -157,6 +160,40 @@ impl RunningCollector {
             .unwrap()
             .body_mut()
             .read_json()
+            .unwrap()
+    }
+
+    /// Starts a recording of what arrives; its number.
+    ///
+    /// # Panics
+    /// When the collector refuses.
+    #[must_use]
+    pub fn start_recording(&self, name: &str) -> u64 {
+        let recordings = format!("{}/v1/recordings", self.url);
+        let mut answer = ureq::post(recordings)
+            .send_json(serde_json::json!({ "name": name }))
+            .unwrap();
+        let recording: serde_json::Value = answer.body_mut().read_json().unwrap();
+        recording["id"].as_u64().unwrap()
+    }
+
+    /// Ends a recording; its file.
+    ///
+    /// # Panics
+    /// When there is no such recording.
+    #[must_use]
+    pub fn recording_csv(&self, id: u64) -> String {
+        let recording = format!("{}/v1/recordings/{id}", self.url);
+        ureq::post(format!("{recording}/stop"))
+            .send_empty()
+            .unwrap();
+        ureq::get(format!("{recording}.csv"))
+            .call()
+            .unwrap()
+            .body_mut()
+            .with_config()
+            .limit(RECORDING_BYTES_MAX)
+            .read_to_string()
             .unwrap()
     }
 

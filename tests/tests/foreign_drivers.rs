@@ -5,7 +5,7 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::emulated::{Way, Words, emulated, pixel_c, recording, thermistor_c};
+use grideye_tests::emulated::{Way, Words, pixel_c, recording, run_emulated, thermistor_c};
 use grideye_tests::programs::{Ended, grideye, run};
 use grideye_tests::python;
 use serde_json::Value;
@@ -23,6 +23,22 @@ struct Driver {
     place: Place,
     /// Its thermistor in °C; `None` if it is not asked for it.
     thermistor: Option<fn(u16) -> f64>,
+    /// Whether it takes its bus from a package that the socket's client stands in for. The others open /dev/i2c-N
+    /// by themselves.
+    has_socket: bool,
+}
+
+impl Driver {
+    fn can(&self, way: Way) -> bool {
+        way != Way::Socket || self.has_socket
+    }
+}
+
+/// All ways for Python's programs; those that this machine has not are named.
+fn ways(what: &str) -> Vec<Way> {
+    let mut ways = Way::to_a_device_file(what);
+    ways.push(Way::Socket);
+    ways
 }
 
 /// The specification's order: pixels 1 to 8 are the first row.
@@ -53,36 +69,42 @@ const DRIVERS: [Driver; 6] = [
         script: &["circuitpython.py", "extended"],
         place: in_order,
         thermistor: Some(thermistor_c),
+        has_socket: false,
     },
     Driver {
         name: "adafruit-circuitpython-amg88xx 1.2.28, Blinka 10.0.0 board.I2C()",
         script: &["circuitpython.py", "board"],
         place: in_order,
         thermistor: Some(thermistor_c),
+        has_socket: true,
     },
     Driver {
         name: "melopero-amg8833 0.2.1, smbus2 0.6.1",
         script: &["melopero.py"],
         place: in_order,
         thermistor: Some(one_over_the_fraction),
+        has_socket: true,
     },
     Driver {
         name: "grideye-driver 0.1.1, smbus2 0.6.1",
         script: &["grideye_driver.py"],
         place: turned,
         thermistor: Some(thermistor_c),
+        has_socket: true,
     },
     Driver {
         name: "smbus2 0.6.1, i2c_rdwr",
         script: &["burst.py", "smbus2"],
         place: in_order,
         thermistor: None,
+        has_socket: true,
     },
     Driver {
         name: "Adafruit-PureIO 1.1.12, one block",
         script: &["burst.py", "pureio"],
         place: in_order,
         thermistor: None,
+        has_socket: false,
     },
 ];
 
@@ -141,7 +163,7 @@ fn in_specified_order(frame: &Value, place: Place) -> Vec<f64> {
 /// Asks a driver's program, by one way, what it sees; `None` if Python's drivers are left out.
 fn ask(way: Way, source: &[&str], script: &[&str]) -> Option<Value> {
     let command = python::script(script[0], &script[1..], "Python drivers of other authors")?;
-    let ended = run(&mut emulated(way, source, &command));
+    let ended = run_emulated(way, source, &command);
     Some(answer(&ended, &script.join(" ")))
 }
 
@@ -174,8 +196,8 @@ fn each_driver_gives_what_its_own_decoding_makes_of_the_bytes() {
     for (name, pixels, thermistor) in frames {
         let words = Words { pixels, thermistor };
         let file = recording(folder.path(), name, [words]);
-        for way in Way::to_a_device_file("Python drivers of other authors") {
-            for driver in &DRIVERS {
+        for way in ways("Python drivers of other authors") {
+            for driver in DRIVERS.iter().filter(|driver| driver.can(way)) {
                 let source = ["--recording", path(&file)];
                 let Some(answer) = ask_for_a_frame(way, &source, driver) else {
                     return;
@@ -264,8 +286,8 @@ fn each_driver_sees_the_person_where_the_person_stands() {
             "{warm:?}"
         );
         assert!((truth[63] - ambient_c).abs() < 0.3, "{truth:?}");
-        for way in Way::to_a_device_file("Python drivers of other authors before a scene") {
-            for driver in &DRIVERS {
+        for way in ways("Python drivers of other authors before a scene") {
+            for driver in DRIVERS.iter().filter(|driver| driver.can(way)) {
                 let source = ["--scene", path(&scene)];
                 let Some(answer) = ask_for_a_frame(way, &source, driver) else {
                     return;
@@ -280,8 +302,8 @@ fn each_driver_sees_the_person_where_the_person_stands() {
 /// The driver's default is 0x69: a sensor at 0x68 is found by the scan, and nobody answers to the driver.
 #[test]
 fn circuitpython_finds_the_sensor_and_hears_that_nobody_is_at_the_other_address() {
-    for way in Way::to_a_device_file("a scan of CircuitPython") {
-        let script = ["circuitpython.py", "extended", "frame"];
+    for way in ways("a scan of CircuitPython") {
+        let script = ["circuitpython.py", "board", "frame"];
         let source = ["--scene", "scenes/experiment-1.toml", "--address"];
         let Some(there) = ask(way, &[&source[..], &["0x69"]].concat(), &script) else {
             return;
@@ -290,12 +312,13 @@ fn circuitpython_finds_the_sensor_and_hears_that_nobody_is_at_the_other_address(
 
         let command = python::script(script[0], &script[1..], "").unwrap();
         let source = [&source[..], &["0x68"]].concat();
-        let ended = run(&mut emulated(way, &source, &command));
+        let ended = run_emulated(way, &source, &command);
         assert_eq!(ended.code, 1, "{ended:?}");
         // CircuitPython probes with a write of no bytes. FUSE answers that one itself, so the driver goes on to its
         // first register and hears it there.
         let heard = match way {
             Way::Fuse => "OSError: [Errno 121] Remote I/O error",
+            Way::Preload | Way::Socket => "ValueError: No I2C device at address: 0x69",
         };
         assert!(ended.stderr.contains(heard), "{ended:?}");
     }
@@ -310,7 +333,7 @@ fn sleep_and_wake_of_grideye_driver() {
     };
     let file = recording(folder.path(), "frost.csv", [words]);
     let truth: Vec<f64> = words.pixels.iter().map(|word| pixel_c(*word)).collect();
-    for way in Way::to_a_device_file("sleep and wake of grideye-driver") {
+    for way in ways("sleep and wake of grideye-driver") {
         let source = ["--recording", path(&file)];
         let Some(answer) = ask(way, &source, &["grideye_driver.py", "sleep"]) else {
             return;
@@ -338,7 +361,7 @@ fn sleep_wake_and_rate_of_melopero() {
         thermistor: 0x190,
     };
     let file = recording(folder.path(), "printed.csv", [words]);
-    for way in Way::to_a_device_file("sleep and wake of melopero-amg8833") {
+    for way in ways("sleep and wake of melopero-amg8833") {
         let source = ["--recording", path(&file)];
         let Some(answer) = ask(way, &source, &["melopero.py", "modes"]) else {
             return;
@@ -354,7 +377,7 @@ fn sleep_wake_and_rate_of_melopero() {
 /// grideye-driver writes 0x20 to the key register instead of 0x07 (reference, 2.5): the chip must not average.
 #[test]
 fn the_moving_average_of_grideye_driver_has_no_effect_as_on_the_chip() {
-    for way in Way::to_a_device_file("moving average of grideye-driver") {
+    for way in ways("moving average of grideye-driver") {
         let source = ["--scene", "scenes/experiment-1.toml"];
         let Some(answer) = ask(way, &source, &["grideye_driver.py", "average"]) else {
             return;
@@ -369,7 +392,7 @@ fn interrupts_of_melopero_mark_the_person_and_clear() {
     let folder = tempfile::tempdir().unwrap();
     let scene = standing_person(folder.path(), -10.0, 20.0);
     let truth = simulated(folder.path(), &scene);
-    for way in Way::to_a_device_file("interrupts of melopero-amg8833") {
+    for way in ways("interrupts of melopero-amg8833") {
         let source = ["--scene", path(&scene)];
         let script = ["melopero.py", "interrupts", "-5", "-30", "0"];
         let Some(answer) = ask(way, &source, &script) else {
@@ -413,7 +436,7 @@ fn crossing_person(folder: &Path) -> PathBuf {
 fn interrupts_of_grideye_driver_trip_for_the_person_and_clear() {
     let folder = tempfile::tempdir().unwrap();
     let scene = crossing_person(folder.path());
-    for way in Way::to_a_device_file("interrupts of grideye-driver") {
+    for way in ways("interrupts of grideye-driver") {
         let source = ["--scene", path(&scene)];
         let script = ["grideye_driver.py", "interrupts", "-5", "-40", "1", "4.5"];
         let Some(answer) = ask(way, &source, &script) else {
@@ -445,33 +468,40 @@ fn interrupts_of_grideye_driver_trip_for_the_person_and_clear() {
 fn each_driver_sees_someone_walk_through() {
     let folder = tempfile::tempdir().unwrap();
     let scene = crossing_person(folder.path());
-    for way in Way::to_a_device_file("Python drivers of other authors before someone who walks") {
-        for driver in DRIVERS.iter().filter(|driver| driver.thermistor.is_some()) {
-            let source = ["--scene", path(&scene)];
-            let script = [driver.script, &["walk", "4"]].concat();
-            let Some(answer) = ask(way, &source, &script) else {
-                return;
-            };
-            let frames = answer["frames"].as_array().unwrap();
-            let frames: Vec<Vec<f64>> = frames
-                .iter()
-                .map(|frame| in_specified_order(frame, driver.place))
-                .collect();
-            assert!(frames.len() >= 10, "{}: {}", driver.name, frames.len());
-            // Room and body are at -10 and 25 °C; six sigma of the scene's noise and a step of the chip on top.
-            let plausible = |pixel: &f64| (-11.0..=26.0).contains(pixel);
-            assert!(frames.iter().flatten().all(plausible), "{}", driver.name);
-            let columns: Vec<f64> = frames
-                .iter()
-                .filter_map(|frame| warm_column(frame))
-                .collect();
-            assert!(
-                columns.first().unwrap() > &5.0 && columns.last().unwrap() < &2.0,
-                "{}: from the room's left, which is the picture's right: {columns:?}",
-                driver.name
-            );
-        }
+    for way in ways("Python drivers of other authors before someone who walks") {
+        std::thread::scope(|scope| {
+            let drivers = DRIVERS.iter().filter(|driver| driver.can(way));
+            for driver in drivers.filter(|driver| driver.thermistor.is_some()) {
+                scope.spawn(|| sees_the_walk(driver, way, &scene));
+            }
+        });
     }
+}
+
+fn sees_the_walk(driver: &Driver, way: Way, scene: &Path) {
+    let source = ["--scene", path(scene)];
+    let script = [driver.script, &["walk", "4"]].concat();
+    let Some(answer) = ask(way, &source, &script) else {
+        return;
+    };
+    let frames = answer["frames"].as_array().unwrap();
+    let frames: Vec<Vec<f64>> = frames
+        .iter()
+        .map(|frame| in_specified_order(frame, driver.place))
+        .collect();
+    assert!(frames.len() >= 10, "{}: {}", driver.name, frames.len());
+    // Room and body are at -10 and 25 °C; six sigma of the scene's noise and a step of the chip on top.
+    let plausible = |pixel: &f64| (-11.0..=26.0).contains(pixel);
+    assert!(frames.iter().flatten().all(plausible), "{}", driver.name);
+    let columns: Vec<f64> = frames
+        .iter()
+        .filter_map(|frame| warm_column(frame))
+        .collect();
+    assert!(
+        columns.first().unwrap() > &5.0 && columns.last().unwrap() < &2.0,
+        "{}: from the room's left, which is the picture's right: {columns:?}",
+        driver.name
+    );
 }
 
 /// The middle of the columns of the pixels that are warmer than -5 °C.
