@@ -416,3 +416,96 @@ impl CallerMemory for Memory {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::wire::LENGTH_BYTES;
+    use super::*;
+    use crate::adapter::Fault;
+    use proptest::prelude::*;
+
+    /// Fails at one address, in the way that the address says.
+    struct Odd;
+
+    impl EmulatedAdapter for Odd {
+        fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+            match messages.iter().position(|message| message.address % 8 == 5) {
+                Some(completed) => Err(TransferError {
+                    completed,
+                    fault: Fault::ArbitrationLost,
+                }),
+                None => Ok(()),
+            }
+        }
+    }
+
+    fn session(mode: AdapterMode) -> Session {
+        let mut rack = Rack::new();
+        rack.insert(1, SharedAdapter::new(Odd));
+        let mut session = Session::new(rack, mode);
+        let hello = [&[kind::HELLO][..], &MAGIC, &VERSION.to_le_bytes()].concat();
+        assert_eq!(session.answer(&hello, &mut Vec::new()), Next::Serve);
+        session
+    }
+
+    /// What a defect in a client would send: the right kind, and anything behind it.
+    fn request() -> impl Strategy<Value = Vec<u8>> {
+        let anything = proptest::collection::vec(any::<u8>(), 0..64);
+        let small = proptest::collection::vec(0_u8..8, 0..64);
+        (0_u8..5, prop_oneof![anything, small], any::<bool>()).prop_map(
+            |(kind, mut rest, first_bus)| {
+                if first_bus {
+                    rest.splice(0..rest.len().min(4), [1, 0, 0, 0]);
+                }
+                rest.insert(0, kind);
+                rest
+            },
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20_000))]
+
+        #[test]
+        fn each_request_has_exactly_one_answer(packet in request(), mode in 0_usize..7) {
+            let mut session = session(AdapterMode::ALL[mode]);
+            let mut out = vec![0xEE];
+            let next = session.answer(&packet, &mut out);
+            let (head, body) = out[1..].split_first_chunk::<LENGTH_BYTES>().unwrap();
+            let length = usize::try_from(u32::from_le_bytes(*head)).unwrap();
+            prop_assert_eq!(length, body.len());
+            let farewell = body[0] == kind::BYE;
+            prop_assert!((kind::WELCOME..=kind::BYE).contains(&body[0]));
+            prop_assert_eq!(farewell, next == Next::Close);
+        }
+    }
+
+    /// An adapter that lost arbitration for good ends, as I2C_RETRIES says, and does not try for ever.
+    #[test]
+    fn a_lost_arbitration_is_retried_by_the_adapter_and_not_by_the_bare_bus() {
+        use std::sync::Arc;
+        use std::sync::atomic::{AtomicUsize, Ordering};
+
+        struct Lost(Arc<AtomicUsize>);
+        impl EmulatedAdapter for Lost {
+            fn transfer(&mut self, _: &mut [Message<'_>]) -> Result<(), TransferError> {
+                self.0.fetch_add(1, Ordering::Relaxed);
+                Err(TransferError {
+                    completed: 0,
+                    fault: Fault::ArbitrationLost,
+                })
+            }
+        }
+        for (judge, tries) in [(0, 1), (1, 4)] {
+            let count = Arc::new(AtomicUsize::new(0));
+            let mut rack = Rack::new();
+            rack.insert(1, SharedAdapter::new(Lost(Arc::clone(&count))));
+            let mut session = Session::new(rack, AdapterMode::Pi5);
+            session.greeted = true;
+            let mut out = Vec::new();
+            session.answer(&[2, 1, 0, 0, 0, judge, 1, 0, 0x69, 0, 1, 0, 1, 0], &mut out);
+            assert_eq!(out, [6, 0, 0, 0, kind::FAULT, 4, 11, 0, 0, 0]);
+            assert_eq!(count.load(Ordering::Relaxed), tries);
+        }
+    }
+}

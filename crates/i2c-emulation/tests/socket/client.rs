@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use embedded_hal::i2c::{Error as _, ErrorKind, I2c, NoAcknowledgeSource, Operation};
 use i2c_emulation::adapter::{BusFault, EmulatedAdapter, Fault, Message, TransferError};
-use i2c_emulation::ioctl::AdapterMode;
+use i2c_emulation::ioctl::{AdapterMode, Errno};
 use i2c_emulation::rack::{Rack, SharedAdapter};
 use i2c_emulation::socket::{ByeReason, Client, ClientError, ClientOptions, Options};
 use proptest::prelude::*;
@@ -117,7 +117,7 @@ fn each_fault_keeps_its_name_and_gets_the_errno_of_the_mode() {
             let ClientError::Fault { fault, errno, .. } = &error else {
                 panic!("{error}");
             };
-            let named = mode.errno(expected).map(|errno| errno.raw());
+            let named = mode.errno(expected).map(Errno::raw);
             assert_eq!((*fault, *errno), (expected, named), "{mode}");
             assert_eq!(error.fault(), expected);
         }

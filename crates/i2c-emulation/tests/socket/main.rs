@@ -4,7 +4,6 @@
 //! `GRIDEYE_WITHOUT_PYTHON=1` what needs Python, `GRIDEYE_WITHOUT_PYPI=1` what needs smbus2 from PyPI.
 #![expect(
     clippy::unwrap_used,
-    clippy::expect_used,
     clippy::panic,
     reason = "helpers of tests are outside the functions that clippy knows as tests"
 )]

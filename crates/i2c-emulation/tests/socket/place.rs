@@ -46,7 +46,7 @@ fn only_the_owner_may_connect_and_the_file_goes_with_the_server() {
     let found = fs::symlink_metadata(&path).unwrap();
     assert!(found.file_type().is_socket());
     assert_eq!(found.permissions().mode() & 0o7777, 0o600);
-    assert_eq!(entries(folder.path()), [path.clone()]);
+    assert_eq!(entries(folder.path()), std::slice::from_ref(&path));
     drop(server);
     assert!(entries(folder.path()).is_empty(), "dropped without serving");
 
@@ -245,7 +245,11 @@ fn after_sigkill_the_next_server_takes_over() {
 
     child.kill().unwrap();
     assert_eq!(child.wait().unwrap().signal(), Some(9));
-    assert_eq!(entries(folder.path()), [path.clone()], "left behind");
+    assert_eq!(
+        entries(folder.path()),
+        std::slice::from_ref(&path),
+        "left behind"
+    );
     let error = embedded_hal::i2c::I2c::write(&mut client, 0x69, &[1]).unwrap_err();
     assert!(
         error
