@@ -1,10 +1,13 @@
 //! The command line: names, defaults and help of every command.
 
-use amg8833_emulator::Address;
+mod emulate;
+pub(crate) mod place;
+
 use clap::{Args, Parser, Subcommand};
-use i2c_emulation::ioctl::AdapterMode;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+
+pub(crate) use emulate::Emulate;
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
 #[derive(Debug, Parser)]
@@ -76,42 +79,6 @@ pub(crate) struct Simulate {
     /// Recording to write (.csv); without it, the first frame is printed.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-}
-
-/// Run another program with an emulated AMG8833 on its /dev/i2c-N, seen by that program alone.
-///
-/// Example: grideye emulate --scene scenes/experiment-1.toml -- i2cget -y 1 0x69 0x80 w
-#[derive(Debug, Args)]
-pub(crate) struct Emulate {
-    /// Scene that the sensor sees.
-    #[arg(
-        long,
-        value_name = "FILE",
-        required_unless_present = "recording",
-        conflicts_with = "recording"
-    )]
-    pub(crate) scene: Option<PathBuf>,
-    /// Recording that the sensor replays, frame by frame.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) recording: Option<PathBuf>,
-    /// Sensor of the scene; needed when it has several.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) sensor: Option<String>,
-    /// Device file that the program sees.
-    #[arg(long, value_name = "PATH", default_value = "/dev/i2c-1")]
-    pub(crate) device: PathBuf,
-    /// Address of the sensor: 0x68 or 0x69.
-    #[arg(long, value_name = "ADDR", default_value = "0x69", value_parser = address)]
-    pub(crate) address: Address,
-    /// Kind of adapter, which decides errors and limits: pi, pi5, usb, smbus-only, busy, gone or virtio.
-    #[arg(long, value_name = "KIND", default_value = "pi")]
-    pub(crate) adapter: AdapterMode,
-    /// Seed of the noise.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// The program and its arguments.
-    #[arg(last = true, required = true, value_name = "PROGRAM")]
-    pub(crate) program: Vec<String>,
 }
 
 /// Serve agents and the live page, and store what arrives.
@@ -218,13 +185,5 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("expected a number above 0".to_owned()),
-    }
-}
-
-fn address(text: &str) -> Result<Address, String> {
-    match text {
-        "0x68" => Ok(Address::Low),
-        "0x69" => Ok(Address::High),
-        _ => Err("the AMG8833 answers at 0x68 or 0x69".to_owned()),
     }
 }

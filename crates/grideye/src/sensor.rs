@@ -8,7 +8,7 @@ use amg8833_emulator::{Address, Bus, BusError, Clock, FrameSource};
 use anyhow::{Result, anyhow};
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use grideye_agent::bus::{OpenBus, OpenError};
-use grideye_frame::{Celsius, Frame, NoData};
+use grideye_frame::{COLUMNS, Celsius, Frame, NoData, ROWS};
 use grideye_recording::ClockState;
 use grideye_scene::{Scene, Simulator};
 use std::num::NonZeroU32;
@@ -53,21 +53,32 @@ impl FrameSource for SceneSource {
 
 /// What a sensor of the scene sees, with noise from `seed`.
 pub(crate) fn scene_source(scene: &Scene, simulator: Simulator, seed: u64) -> Result<Source> {
-    let thermistor = Celsius::new(scene.ambient().get() + SELF_HEATING_C);
-    let image = simulator.image(Duration::ZERO);
-    if image.to_frame(thermistor).is_none() {
-        return Err(crate::exit::bad_input(anyhow!(
-            "the sensor has {} x {} pixels, and an AMG8833 has 8 x 8",
-            image.columns,
-            image.rows
-        )));
-    }
+    check_resolution(&simulator)?;
     Ok(Box::new(SceneSource {
         simulator,
-        thermistor,
+        thermistor: self_heated(scene.ambient()),
         seed,
         origin: Duration::ZERO,
     }))
+}
+
+/// Refuses a sensor that no AMG8833 can stand for.
+pub(crate) fn check_resolution(simulator: &Simulator) -> Result<()> {
+    let sensor = simulator.sensor();
+    if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
+        return Ok(());
+    }
+    Err(crate::exit::bad_input(anyhow!(
+        "the sensor {} has {} x {} pixels, and an AMG8833 has {COLUMNS} x {ROWS}\nhint: choose another sensor, or give it `resolution = [8, 8]` in the scene",
+        sensor.name,
+        sensor.columns,
+        sensor.rows
+    )))
+}
+
+/// The temperature of a chip in a room.
+pub(crate) fn self_heated(ambient: Celsius) -> Celsius {
+    Celsius::new(ambient.get() + SELF_HEATING_C)
 }
 
 /// A recording as a source of frames: one a sensor period from the first measurement on; the last one stays.

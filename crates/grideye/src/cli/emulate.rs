@@ -1,0 +1,207 @@
+//! The options of `grideye emulate`. The text of its help is laid out by hand, so that it fits on one screen.
+
+use super::place::{Placed, address_of, device};
+use super::positive;
+use crate::emulate::{AtEnd, Replay};
+use amg8833_emulator::{Address, CLOCK_ERROR_PPM_MAX};
+use clap::{ArgGroup, Args};
+use i2c_emulation::ioctl::AdapterMode;
+use i2c_emulation::program::Via;
+use std::net::SocketAddr;
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+
+/// The sensor's highest bus clock is 400,000 Hz (AMG88 spec §4-6-2); adapters go to 1 MHz.
+const SCL_HZ: std::ops::RangeInclusive<u32> = 1_000..=1_000_000;
+/// What the sensor's registers hold, °C (AMG88 spec §4-11-11: 12 bits of a quarter of a degree).
+const CONSTANT_C: std::ops::RangeInclusive<f32> = -512.0..=511.75;
+
+/// Emulated AMG8833 sensors for another program, over /dev/i2c-N, a socket or USB/IP.
+#[derive(Debug, Args)]
+#[command(override_help = include_str!("emulate.txt"), group(ArgGroup::new("shown").required(true)))]
+pub(crate) struct Emulate {
+    /// Scene that the sensors see.
+    #[arg(long, value_name = "FILE", group = "shown")]
+    pub(crate) scene: Option<PathBuf>,
+    /// Recording that the sensor replays.
+    #[arg(long, value_name = "FILE", group = "shown")]
+    pub(crate) recording: Option<PathBuf>,
+    /// Temperature that every pixel sees, °C.
+    #[arg(long, value_name = "C", group = "shown", value_parser = constant, allow_hyphen_values = true)]
+    pub(crate) constant: Option<f32>,
+    /// When a recording's frames come.
+    #[arg(long, value_enum, value_name = "times|frames", requires = "recording")]
+    pub(crate) replay: Option<Replay>,
+    /// What comes after the end of a walk or a recording.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "hold|loop|end",
+        default_value = "hold",
+        conflicts_with = "constant"
+    )]
+    pub(crate) at_end: AtEnd,
+
+    /// Sensor of the scene, and its place.
+    #[arg(long = "sensor", value_name = "NAME[=PLACE]")]
+    pub(crate) sensors: Vec<Placed>,
+    /// Address of the one sensor.
+    #[arg(long, value_name = "ADDR", value_parser = address_of)]
+    pub(crate) address: Option<Address>,
+    /// Device file of the one sensor's bus.
+    #[arg(long, value_name = "PATH", value_parser = device)]
+    pub(crate) device: Option<u32>,
+    /// Sensor profile: a file, or ideal, datasheet or linaige.
+    #[arg(long, value_name = "FILE|NAME")]
+    pub(crate) profile: Option<PathBuf>,
+    /// Script of faults.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) faults: Option<PathBuf>,
+    /// How far the sensors' clocks are off.
+    #[arg(long, value_name = "PPM", value_parser = clock_error, allow_hyphen_values = true)]
+    pub(crate) clock_error: Option<i32>,
+    /// Whether the program meets sensors that are switched on this instant.
+    #[arg(long)]
+    pub(crate) power_on: bool,
+    /// Emulated seconds in a real one.
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) speed: f64,
+    /// Seed of noise and faults.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+
+    /// Kind of adapter.
+    #[arg(long, value_name = "KIND", default_value = "pi")]
+    pub(crate) adapter: AdapterMode,
+    /// Bus clock; without it transfers take no emulated time.
+    #[arg(long, value_name = "HZ", value_parser = scl)]
+    pub(crate) scl: Option<NonZeroU32>,
+    /// Log of the buses.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
+
+    /// How the program's device is made.
+    #[arg(
+        long,
+        value_name = "auto|fuse|preload",
+        default_value = "auto",
+        requires = "program"
+    )]
+    pub(crate) via: Via,
+    /// Unix socket to serve.
+    #[arg(long, value_name = "PATH")]
+    pub(crate) socket: Option<PathBuf>,
+    /// Attach an adapter to this kernel, or serve one over TCP.
+    #[expect(
+        clippy::option_option,
+        reason = "clap's way of an option with an optional value"
+    )]
+    #[arg(long, value_name = "ADDR")]
+    pub(crate) usbip: Option<Option<SocketAddr>>,
+    /// End after this many seconds.
+    #[arg(long, value_name = "N", conflicts_with = "program", value_parser = positive)]
+    pub(crate) seconds: Option<f64>,
+    /// Print JSON instead of prose.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Say nothing but errors.
+    #[arg(long, short, conflicts_with = "json")]
+    pub(crate) quiet: bool,
+    /// The program and its arguments.
+    #[arg(last = true, value_name = "PROGRAM", required_unless_present_any = ["socket", "usbip"])]
+    pub(crate) program: Vec<String>,
+}
+
+fn constant(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|celsius| CONSTANT_C.contains(celsius))
+        .ok_or_else(|| {
+            let (least, most) = (CONSTANT_C.start(), CONSTANT_C.end());
+            format!("expected degrees Celsius, {least} to {most}")
+        })
+}
+
+fn clock_error(text: &str) -> Result<i32, String> {
+    text.parse()
+        .ok()
+        .filter(|ppm| (-CLOCK_ERROR_PPM_MAX..=CLOCK_ERROR_PPM_MAX).contains(ppm))
+        .ok_or_else(|| {
+            format!("expected parts per million, -{CLOCK_ERROR_PPM_MAX} to {CLOCK_ERROR_PPM_MAX}; -43000 is 4.3 % slow")
+        })
+}
+
+fn scl(text: &str) -> Result<NonZeroU32, String> {
+    text.parse()
+        .ok()
+        .filter(|hz| SCL_HZ.contains(hz))
+        .and_then(NonZeroU32::new)
+        .ok_or_else(|| {
+            format!(
+                "expected {} to {} Hz; usual are 100000 and 400000",
+                SCL_HZ.start(),
+                SCL_HZ.end()
+            )
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cli::Cli;
+    use clap::CommandFactory as _;
+
+    const HELP: &str = include_str!("emulate.txt");
+
+    #[test]
+    fn the_help_fits_on_a_screen() {
+        assert!(HELP.lines().count() <= 40, "{}", HELP.lines().count());
+        for line in HELP.lines() {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+    }
+
+    #[test]
+    fn the_help_names_every_option_with_its_default_and_no_other() {
+        let mut cli = Cli::command();
+        cli.build();
+        let emulate = cli.find_subcommand("emulate").unwrap();
+        let mut known = vec!["--".to_owned()];
+        for option in emulate.get_arguments().filter_map(clap::Arg::get_long) {
+            known.push(format!("--{option}"));
+        }
+        for option in &known {
+            let named = words().any(|word| word == option);
+            let is_everywhere = ["--help", "--version"].contains(&option.as_str());
+            assert!(named || is_everywhere, "{option} is not in the help");
+        }
+        for word in words().filter(|word| word.starts_with("--")) {
+            assert!(
+                known.iter().any(|option| option == word),
+                "{word} is no option"
+            );
+        }
+        for option in emulate.get_arguments() {
+            let Some(long) = option.get_long() else {
+                continue;
+            };
+            if !option.get_action().takes_values() {
+                continue;
+            }
+            for default in option.get_default_values() {
+                let default = format!("[{}]", default.to_string_lossy());
+                let line = HELP
+                    .lines()
+                    .find(|line| line.trim_start().starts_with(&format!("--{long} ")));
+                assert!(
+                    line.is_some_and(|line| line.contains(&default)),
+                    "--{long} {default}"
+                );
+            }
+        }
+    }
+
+    /// The words of the help, options without what surrounds them.
+    fn words() -> impl Iterator<Item = &'static str> {
+        HELP.split(|character: char| character.is_whitespace() || "[](),;".contains(character))
+    }
+}

@@ -1,0 +1,210 @@
+//! Where a sensor sits, as the command line writes it: `NAME`, `NAME=BUS:ADDRESS`, `NAME=BUS:MUX.CHANNEL:ADDRESS`.
+
+use amg8833_emulator::Address;
+use std::fmt;
+use std::str::FromStr;
+
+/// The highest number of a bus: Linux has as many minor numbers (`MINORMASK` in `drivers/i2c/i2c-dev.c`).
+pub(crate) const BUS_NUMBER_MAX: u32 = (1 << 20) - 1;
+/// The channels of a TCA9548A.
+pub(crate) const CHANNELS: u8 = 8;
+/// The addresses that a TCA9548A can be wired to (its data sheet, table 8-1).
+const MUX_ADDRESSES: std::ops::RangeInclusive<u8> = 0x70..=0x77;
+
+/// A sensor's place in the emulated machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Place {
+    /// Bus 1 is `/dev/i2c-1`.
+    pub(crate) bus: u32,
+    /// The multiplexer's channel that the sensor is behind.
+    pub(crate) branch: Option<Branch>,
+    pub(crate) address: Address,
+}
+
+/// One channel of a multiplexer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Branch {
+    /// Seven bits, 0x70 to 0x77.
+    pub(crate) mux: u8,
+    /// 0 to 7.
+    pub(crate) channel: u8,
+}
+
+/// A sensor that was asked for, and its place if that was said with it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Placed {
+    pub(crate) name: String,
+    pub(crate) place: Option<Place>,
+}
+
+impl FromStr for Placed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, place) = match text.rsplit_once('=') {
+            Some((name, place)) => (name, Some(place.parse()?)),
+            None => (text, None),
+        };
+        if name.is_empty() {
+            return Err(
+                "the sensor's name is missing\nhint: NAME=BUS:ADDRESS, such as left=1:0x69"
+                    .to_owned(),
+            );
+        }
+        let name = name.to_owned();
+        Ok(Self { name, place })
+    }
+}
+
+impl FromStr for Place {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts: Vec<&str> = text.split(':').collect();
+        let (bus, branch, address) = match parts.as_slice() {
+            [bus, address] => (bus, None, address),
+            [bus, branch, address] => (bus, Some(branch.parse()?), address),
+            _ => {
+                return Err(format!(
+                    "no place: {text}\nhint: BUS:ADDRESS, such as 1:0x69, or BUS:MUX.CHANNEL:ADDRESS, such as 1:0x70.3:0x69"
+                ));
+            }
+        };
+        Ok(Self {
+            bus: bus_number(bus)?,
+            branch,
+            address: address_of(address)?,
+        })
+    }
+}
+
+impl FromStr for Branch {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (mux, channel) = text.split_once('.').ok_or_else(|| {
+            format!("no channel of a multiplexer: {text}\nhint: MUX.CHANNEL, such as 0x70.3")
+        })?;
+        let mux = number(mux)
+            .and_then(|bits| u8::try_from(bits).ok())
+            .filter(|bits| MUX_ADDRESSES.contains(bits))
+            .ok_or_else(|| format!("a multiplexer answers at 0x70 to 0x77, not at {mux}"))?;
+        let channel = number(channel)
+            .and_then(|channel| u8::try_from(channel).ok())
+            .filter(|channel| *channel < CHANNELS)
+            .ok_or_else(|| {
+                format!(
+                    "a multiplexer has the channels 0 to {}, not {channel}",
+                    CHANNELS - 1
+                )
+            })?;
+        Ok(Self { mux, channel })
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}:", self.bus)?;
+        if let Some(Branch { mux, channel }) = self.branch {
+            write!(formatter, "0x{mux:02x}.{channel}:")?;
+        }
+        write!(formatter, "0x{:02x}", self.address.bits())
+    }
+}
+
+/// The address of an AMG8833, in hexadecimal with 0x or in decimal.
+pub(crate) fn address_of(text: &str) -> Result<Address, String> {
+    number(text)
+        .and_then(|bits| u8::try_from(bits).ok())
+        .and_then(Address::from_bits)
+        .ok_or_else(|| "the AMG8833 answers at 0x68 or 0x69".to_owned())
+}
+
+/// The number of a bus in the path of its device.
+pub(crate) fn device(text: &str) -> Result<u32, String> {
+    let number = text.strip_prefix("/dev/i2c-").ok_or_else(|| {
+        format!("{text} is no path of an I2C bus\nhint: the emulated bus N is /dev/i2c-N, such as /dev/i2c-1")
+    })?;
+    bus_number(number)
+}
+
+fn bus_number(text: &str) -> Result<u32, String> {
+    let digits = text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse()
+        .ok()
+        .filter(|number| digits && *number <= BUS_NUMBER_MAX)
+        .ok_or_else(|| {
+            format!("no number of a bus: {text}\nhint: 0 to {BUS_NUMBER_MAX}; bus 1 is /dev/i2c-1")
+        })
+}
+
+fn number(text: &str) -> Option<u32> {
+    match text.strip_prefix("0x") {
+        Some(hexadecimal) => u32::from_str_radix(hexadecimal, 16).ok(),
+        None => text.parse().ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_read_and_written_back() {
+        for text in ["1:0x69", "0:0x68", "3:0x70.0:0x69", "1048575:0x77.7:0x68"] {
+            assert_eq!(text.parse::<Place>().unwrap().to_string(), text);
+        }
+        let decimal: Place = "1:112.3:105".parse().unwrap();
+        assert_eq!(decimal.to_string(), "1:0x70.3:0x69");
+    }
+
+    #[test]
+    fn a_sensor_has_a_name_and_perhaps_a_place() {
+        let bare: Placed = "ceiling".parse().unwrap();
+        assert_eq!((bare.name.as_str(), bare.place), ("ceiling", None));
+        let odd: Placed = "a=b=1:0x68".parse().unwrap();
+        assert_eq!(odd.name, "a=b");
+        assert_eq!(odd.place.unwrap().to_string(), "1:0x68");
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_place_is_named() {
+        for (text, words) in [
+            ("=1:0x69", "name is missing"),
+            ("a=", "no place"),
+            ("a=1", "no place"),
+            ("a=1:2:3:4", "no place"),
+            ("a=x:0x69", "no number of a bus: x"),
+            ("a=-1:0x69", "no number of a bus: -1"),
+            ("a=+1:0x69", "no number of a bus: +1"),
+            ("a=1048576:0x69", "0 to 1048575"),
+            ("a=1:0x67", "0x68 or 0x69"),
+            ("a=1:0x70:0x69", "MUX.CHANNEL"),
+            ("a=1:0x6f.0:0x69", "0x70 to 0x77"),
+            ("a=1:0x78.0:0x69", "0x70 to 0x77"),
+            ("a=1:0x70.8:0x69", "0 to 7"),
+        ] {
+            let error = text.parse::<Placed>().unwrap_err();
+            assert!(error.contains(words), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn only_the_path_of_a_bus_is_a_device() {
+        assert_eq!(device("/dev/i2c-1"), Ok(1));
+        for text in [
+            "/dev/ttyS0",
+            "/dev/i2c-",
+            "/dev/i2c-x",
+            "i2c-1",
+            "1",
+            "/dev/i2c-1/",
+            "/dev/i2c-9999999",
+        ] {
+            assert!(
+                device(text).is_err_and(|error| error.contains("hint:")),
+                "{text}"
+            );
+        }
+    }
+}

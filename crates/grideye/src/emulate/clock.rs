@@ -1,0 +1,134 @@
+//! Real time for the emulated buses: sped up if asked for, and moved on by the bits of a slow bus.
+
+use amg8833_emulator::Clock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+
+/// Where all buses take their time from. It stands still until it is started.
+#[derive(Debug)]
+pub(super) struct Timebase {
+    started: OnceLock<Instant>,
+    ahead: Duration,
+    speed: f64,
+}
+
+impl Timebase {
+    /// Stands at zero; once started, it shows `ahead` and runs `speed` (positive) times as fast as real time.
+    pub(super) fn new(ahead: Duration, speed: f64) -> Arc<Self> {
+        Arc::new(Self {
+            started: OnceLock::new(),
+            ahead,
+            speed,
+        })
+    }
+
+    /// Lets it run, if it does not yet.
+    pub(super) fn start(&self) {
+        self.started.get_or_init(Instant::now);
+    }
+
+    fn now(&self) -> Duration {
+        self.started.get().map_or(Duration::ZERO, |started| {
+            self.ahead
+                .saturating_add(scaled(started.elapsed(), self.speed))
+        })
+    }
+}
+
+/// The time of one bus. While it transfers, its bits run ahead of real time; [`settle`](Self::settle) waits for that.
+#[derive(Debug)]
+pub(super) struct BusClock {
+    base: Arc<Timebase>,
+    busy_until_ns: AtomicU64,
+}
+
+impl BusClock {
+    /// A bus of this machine.
+    pub(super) fn new(base: &Arc<Timebase>) -> Arc<Self> {
+        Arc::new(Self {
+            base: Arc::clone(base),
+            busy_until_ns: AtomicU64::new(0),
+        })
+    }
+
+    /// Waits until the bus has had the time for its bits.
+    pub(super) fn settle(&self) {
+        let busy_until = Duration::from_nanos(self.busy_until_ns.load(Ordering::SeqCst));
+        if let Some(early) = busy_until.checked_sub(self.base.now()) {
+            std::thread::sleep(scaled(early, self.base.speed.recip()));
+        }
+    }
+}
+
+impl Clock for BusClock {
+    fn now(&self) -> Duration {
+        let busy_until = Duration::from_nanos(self.busy_until_ns.load(Ordering::SeqCst));
+        self.base.now().max(busy_until)
+    }
+
+    fn pass(&self, bus_time: Duration) {
+        let until = self.now().saturating_add(bus_time);
+        let until_ns = u64::try_from(until.as_nanos()).unwrap_or(u64::MAX);
+        self.busy_until_ns.fetch_max(until_ns, Ordering::SeqCst);
+    }
+}
+
+/// A duration times a positive factor; what no duration can hold is the longest one.
+fn scaled(duration: Duration, factor: f64) -> Duration {
+    Duration::try_from_secs_f64(duration.as_secs_f64() * factor).unwrap_or(Duration::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_stands_until_it_is_started_and_then_is_ahead() {
+        let base = Timebase::new(Duration::from_millis(200), 1.0);
+        let clock = BusClock::new(&base);
+        assert_eq!(clock.now(), Duration::ZERO);
+        base.start();
+        assert!(clock.now() >= Duration::from_millis(200));
+    }
+
+    #[test]
+    fn speed_multiplies_time() {
+        let base = Timebase::new(Duration::ZERO, 1000.0);
+        base.start();
+        let started = Instant::now();
+        std::thread::sleep(Duration::from_millis(5));
+        let (emulated, real) = (base.now(), started.elapsed());
+        assert!(
+            emulated >= Duration::from_secs(5),
+            "{emulated:?} in {real:?}"
+        );
+    }
+
+    #[test]
+    fn bits_move_their_bus_alone_and_settling_waits_for_them() {
+        let base = Timebase::new(Duration::ZERO, 10.0);
+        base.start();
+        let (busy, idle) = (BusClock::new(&base), BusClock::new(&base));
+        let started = Instant::now();
+        busy.pass(Duration::from_secs(1));
+        assert!(busy.now() >= Duration::from_secs(1));
+        assert!(
+            idle.now() < Duration::from_secs(1) || started.elapsed() >= Duration::from_millis(100)
+        );
+        busy.settle();
+        assert!(
+            started.elapsed() >= Duration::from_millis(100),
+            "one second at ten times the speed"
+        );
+    }
+
+    #[test]
+    fn what_no_duration_holds_saturates() {
+        assert_eq!(scaled(Duration::MAX, 2.0), Duration::MAX);
+        assert_eq!(
+            scaled(Duration::from_secs(3), 0.5),
+            Duration::from_millis(1500)
+        );
+    }
+}

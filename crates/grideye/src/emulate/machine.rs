@@ -1,0 +1,318 @@
+//! The emulated machine: its buses with their sensors, in real time, and what went over them.
+
+use super::clock::{BusClock, Timebase};
+use super::plan::Planned;
+use super::show::{Show, World};
+use super::wires::{SensorBus, Wires};
+use amg8833_emulator::script::Script;
+use amg8833_emulator::trace::Transfer;
+use amg8833_emulator::{BusError, Clock as _, Options, Refusals};
+use embedded_hal::i2c::{Error as _, ErrorKind, NoAcknowledgeSource};
+use i2c_emulation::adapter::{EmulatedAdapter, Fault, HalAdapter, Message, TransferError};
+use i2c_emulation::rack::{Rack, SharedAdapter};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::num::NonZeroU32;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// One sensor to be built in.
+pub(super) struct Part {
+    pub(super) planned: Planned,
+    pub(super) show: Show,
+    pub(super) options: Options,
+}
+
+/// What the buses are like.
+pub(super) struct Wiring {
+    /// `None`: transfers take no time.
+    pub(super) scl_hz: Option<NonZeroU32>,
+    /// Begins with the first transfer on any bus.
+    pub(super) script: Option<Script>,
+    /// Is told of every message, with the number of its bus.
+    pub(super) trace: Option<Trace>,
+}
+
+/// Whoever writes the messages of all buses down.
+pub(super) type Trace = Arc<Mutex<dyn FnMut(u32, &Transfer<'_>) + Send>>;
+
+/// All buses, switched on, with time standing still until [`start`](Self::start).
+pub(super) struct Machine {
+    base: Arc<Timebase>,
+    buses: BTreeMap<u32, Handle>,
+    endings: Vec<Arc<AtomicBool>>,
+}
+
+/// What went over the buses.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub(super) struct Counts {
+    pub(super) transactions: u64,
+    pub(super) bytes: u64,
+    pub(super) nacks: u64,
+    /// What the sensors refused, by reason.
+    pub(super) refused: BTreeMap<&'static str, u64>,
+    /// Faults that struck, by kind.
+    pub(super) faults: BTreeMap<&'static str, u64>,
+}
+
+impl Machine {
+    /// Builds the buses and switches the sensors on, at time zero.
+    pub(super) fn new(
+        base: Arc<Timebase>,
+        world: &Arc<World>,
+        parts: Vec<Part>,
+        wiring: &Wiring,
+    ) -> Self {
+        let endings: Vec<_> = parts
+            .iter()
+            .map(|part| Arc::clone(&part.show.timeline.ended))
+            .collect();
+        let mut by_bus: BTreeMap<u32, Vec<Part>> = BTreeMap::new();
+        for part in parts {
+            by_bus.entry(part.planned.place.bus).or_default().push(part);
+        }
+        let lines: BTreeMap<u32, SharedLine> = by_bus
+            .into_iter()
+            .map(|(number, parts)| {
+                let clock = BusClock::new(&base);
+                let line = Line {
+                    wires: HalAdapter::with_faults(wires(number, &clock, parts, wiring), fault),
+                    clock,
+                    endings: endings.clone(),
+                };
+                (number, Arc::new(Mutex::new(line)))
+            })
+            .collect();
+        let all: Arc<[(u32, SharedLine)]> = lines
+            .iter()
+            .map(|(number, line)| (*number, Arc::clone(line)))
+            .collect();
+        let buses = lines
+            .into_iter()
+            .map(|(number, line)| {
+                let handle = Handle {
+                    line,
+                    all: Arc::clone(&all),
+                    world: Arc::clone(world),
+                    script: wiring.script.clone(),
+                };
+                (number, handle)
+            })
+            .collect();
+        Self {
+            base,
+            buses,
+            endings,
+        }
+    }
+
+    /// The buses, for a way to reach them.
+    pub(super) fn rack(&self) -> Rack {
+        let mut rack = Rack::new();
+        for (number, handle) in &self.buses {
+            rack.insert(*number, SharedAdapter::new(handle.clone()));
+        }
+        rack
+    }
+
+    /// Lets time run.
+    pub(super) fn start(&self) {
+        self.base.start();
+    }
+
+    /// Whether everything that was to be shown was shown.
+    pub(super) fn has_ended(&self) -> bool {
+        all_set(&self.endings)
+    }
+
+    /// Lets the sensors measure what has fallen due, so that nobody who comes after an hour has to wait for that.
+    pub(super) fn keep_up(&self) {
+        for handle in self.buses.values() {
+            lock(&handle.line).wires.bus().advance();
+        }
+    }
+
+    /// What went over the buses so far.
+    pub(super) fn counts(&self) -> Counts {
+        let mut counts = Counts::default();
+        for handle in self.buses.values() {
+            counts.add(lock(&handle.line).wires.bus());
+        }
+        counts
+    }
+}
+
+/// One bus with its sensors, switched on.
+fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring) -> Wires {
+    let mux = parts
+        .iter()
+        .find_map(|part| part.planned.place.branch)
+        .map(|branch| branch.mux);
+    let mut wires = Wires::new(clock, mux, wiring.scl_hz);
+    for part in parts {
+        let place = part.planned.place;
+        let channel = place.branch.map(|branch| branch.channel);
+        if let Some(bus) = wires.segment(channel) {
+            bus.plug(place.address, part.show, part.options);
+        }
+    }
+    if let Some(trace) = &wiring.trace {
+        let trace = Arc::clone(trace);
+        wires.trunk().set_trace(move |transfer| {
+            let mut write = trace.lock().unwrap_or_else(PoisonError::into_inner);
+            write(number, transfer);
+        });
+    }
+    wires
+}
+
+/// One bus in real time.
+struct Line {
+    wires: HalAdapter<Wires, fn(&BusError) -> Fault>,
+    clock: Arc<BusClock>,
+    endings: Vec<Arc<AtomicBool>>,
+}
+
+type SharedLine = Arc<Mutex<Line>>;
+
+fn lock(line: &SharedLine) -> MutexGuard<'_, Line> {
+    line.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// One bus as a way to it holds it. It knows the others, because what begins with the first transfer begins on all.
+#[derive(Clone)]
+struct Handle {
+    line: SharedLine,
+    all: Arc<[(u32, SharedLine)]>,
+    world: Arc<World>,
+    script: Option<Script>,
+}
+
+impl EmulatedAdapter for Handle {
+    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+        if !self.world.has_begun() {
+            self.begin();
+        }
+        lock(&self.line).transfer(messages)
+    }
+}
+
+impl Handle {
+    fn begin(&self) {
+        let now = lock(&self.line).clock.now();
+        if !self.world.begin(now) {
+            return;
+        }
+        let Some(script) = &self.script else {
+            return;
+        };
+        for (number, line) in self.all.iter() {
+            lock(line).wires.bus().set_script(&script.for_bus(*number));
+        }
+    }
+}
+
+impl Line {
+    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
+        let outcome = match all_set(&self.endings) {
+            true => Err(GONE),
+            false => self.wires.transfer(messages),
+        };
+        self.clock.settle();
+        outcome
+    }
+}
+
+impl Counts {
+    fn add(&mut self, wires: &Wires) {
+        let traffic = wires.traffic();
+        self.transactions += traffic.transactions;
+        self.bytes += traffic.bytes;
+        self.nacks += traffic.nacks;
+        for bus in wires.segments() {
+            self.add_sensors(bus);
+            for (kind, count) in bus.fault_counts().iter() {
+                *self.faults.entry(kind.name()).or_default() += count;
+            }
+        }
+    }
+
+    fn add_sensors(&mut self, bus: &SensorBus) {
+        use amg8833_emulator::Address;
+        for device in Address::ALL
+            .into_iter()
+            .filter_map(|address| bus.device(address))
+        {
+            for (reason, count) in reasons(device.refusals()) {
+                if count > 0 {
+                    *self.refused.entry(reason).or_default() += count;
+                }
+            }
+        }
+    }
+}
+
+/// Why sensors ignored bytes; those that they did not acknowledge are counted on the bus.
+fn reasons(refusals: Refusals) -> [(&'static str, u64); 5] {
+    [
+        ("asleep", refusals.asleep),
+        ("read-only", refusals.read_only),
+        ("reserved", refusals.reserved),
+        ("without key", refusals.without_key),
+        ("unknown command", refusals.unknown_commands),
+    ]
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "{} transactions, {} bytes, {} not acknowledged",
+            self.transactions, self.bytes, self.nacks
+        )?;
+        write_list(formatter, "refused", &self.refused)?;
+        write_list(formatter, "faults", &self.faults)
+    }
+}
+
+/// `; NAME: 1 A, 2 B`, or nothing.
+fn write_list(
+    formatter: &mut fmt::Formatter<'_>,
+    name: &str,
+    counts: &BTreeMap<&'static str, u64>,
+) -> fmt::Result {
+    let items: Vec<String> = counts
+        .iter()
+        .map(|(what, count)| format!("{count} {what}"))
+        .collect();
+    match items.as_slice() {
+        [] => Ok(()),
+        items => write!(formatter, "; {name}: {}", items.join(", ")),
+    }
+}
+
+/// What a transfer finds when the show is over.
+const GONE: TransferError = TransferError {
+    completed: 0,
+    fault: Fault::Gone,
+};
+
+/// Whether there is an end and all have come to it.
+fn all_set(endings: &[Arc<AtomicBool>]) -> bool {
+    !endings.is_empty() && endings.iter().all(|ended| ended.load(Ordering::SeqCst))
+}
+
+/// What the adapter tells the kernel's callers of each fault of the emulated bus.
+fn fault(error: &BusError) -> Fault {
+    match error {
+        BusError::Timeout => Fault::Timeout,
+        BusError::Gone => Fault::Gone,
+        other => match other.kind() {
+            ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data) => Fault::NackData,
+            ErrorKind::NoAcknowledge(_) => Fault::NackAddress,
+            ErrorKind::ArbitrationLoss => Fault::ArbitrationLost,
+            _ => Fault::Bus,
+        },
+    }
+}

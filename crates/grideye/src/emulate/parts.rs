@@ -1,0 +1,276 @@
+//! From the command line to the sensors: reads the scene, the recording and the profile, and says what is shown.
+
+use super::machine::{Part, Wiring};
+use super::plan::{self, Planned, Wish};
+use super::show::{self, AtEnd, Pictures, Replay, Show, Specimen, Timeline, World};
+use crate::cli::Emulate;
+use crate::exit::bad_input;
+use crate::{files, recordings, sensor};
+use amg8833::word;
+use amg8833_emulator::Options;
+use amg8833_emulator::script::Script;
+use anyhow::{Result, anyhow};
+use grideye_frame::{Celsius, Frame};
+use grideye_recording::Record;
+use grideye_scene::profile::Profile;
+use grideye_scene::{Scene, Simulator};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The profiles that are built in: name and file.
+const PROFILES: [(&str, &str); 2] = [
+    (
+        "ideal",
+        include_str!("../../../../scenes/profiles/ideal.toml"),
+    ),
+    (
+        "datasheet",
+        include_str!("../../../../scenes/profiles/datasheet.toml"),
+    ),
+];
+
+/// The sensors as they are to be built in, and what they show, for people.
+pub(super) struct Prepared {
+    pub(super) parts: Vec<Part>,
+    pub(super) shown: String,
+}
+
+/// What the buses are like: their speed, their faults, and who is told of what passes on them.
+pub(super) fn wiring(options: &Emulate) -> Result<Wiring> {
+    let script = options
+        .faults
+        .as_deref()
+        .map(script)
+        .transpose()?
+        .map(|script| {
+            // The default seed leaves the script its own.
+            let seed = script.seed().wrapping_add(options.seed).wrapping_sub(1);
+            script.with_seed(seed)
+        });
+    if options.trace.is_some() {
+        return Err(bad_input(anyhow!("--trace comes with the trace's writers")));
+    }
+    Ok(Wiring {
+        scl_hz: options.scl,
+        script,
+        trace: None,
+    })
+}
+
+fn script(path: &Path) -> Result<Script> {
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        bad_input(anyhow!(
+            "cannot read the script of faults {}: {error}\nhint: name a file that you may read; crates/amg8833-emulator/README.md describes it",
+            path.display()
+        ))
+    })?;
+    Script::from_toml(&text, &path.display().to_string()).map_err(bad_input)
+}
+
+/// Reads what the options name, and checks them against each other, before anything is started.
+pub(super) fn prepare(options: &Emulate, world: &Arc<World>) -> Result<Prepared> {
+    let shown = Shown::read(options)?;
+    let profile = options.profile.as_deref().map(profile).transpose()?;
+    shown.check(options, profile.is_some())?;
+    let wish = Wish {
+        sensors: &options.sensors,
+        address: options.address,
+        bus: options.device,
+    };
+    let names = shown.names();
+    let planned = plan::sensors(&wish, names.as_deref())?;
+    let profile = profile.map(Arc::new);
+    let parts = (0..)
+        .zip(planned)
+        .map(|(index, planned)| part(options, &shown, profile.as_ref(), world, index, planned))
+        .collect::<Result<_>>()?;
+    Ok(Prepared {
+        parts,
+        shown: shown.name(),
+    })
+}
+
+fn part(
+    options: &Emulate,
+    shown: &Shown,
+    profile: Option<&Arc<Profile>>,
+    world: &Arc<World>,
+    index: u64,
+    planned: Planned,
+) -> Result<Part> {
+    let noise_seed = profile.is_none().then_some(options.seed);
+    let (length, pictures) = shown.pictures(&planned.name, noise_seed)?;
+    let specimen = profile.map(|profile| Specimen {
+        profile: Arc::clone(profile),
+        // Two sensors are two specimens.
+        seed: options.seed.wrapping_add(index),
+        ticks: 0,
+    });
+    Ok(Part {
+        planned,
+        show: Show {
+            world: Arc::clone(world),
+            timeline: Timeline::new(length, options.at_end),
+            pictures,
+            specimen,
+        },
+        options: chip(options, profile.map(Arc::as_ref)),
+    })
+}
+
+/// How the chip behaves: its clock is the command line's, else the profile's.
+fn chip(options: &Emulate, profile: Option<&Profile>) -> Options {
+    let of_the_profile = profile.map_or(0, Profile::clock_error_ppm);
+    Options {
+        clock_error_ppm: options.clock_error.unwrap_or(of_the_profile),
+        ..Options::default()
+    }
+}
+
+/// What all sensors are shown.
+enum Shown {
+    Scene {
+        path: PathBuf,
+        scene: Box<Scene>,
+    },
+    Recording {
+        path: PathBuf,
+        replay: Replay,
+        frames: Vec<(Duration, Frame)>,
+    },
+    Constant(f32),
+}
+
+impl Shown {
+    fn read(options: &Emulate) -> Result<Self> {
+        if let Some(path) = &options.recording {
+            return Ok(Self::Recording {
+                path: path.clone(),
+                replay: options.replay.unwrap_or(Replay::Times),
+                frames: recorded(&recordings::load_stream(path)?),
+            });
+        }
+        if let Some(celsius) = options.constant {
+            return Ok(Self::Constant(celsius));
+        }
+        let path = options.scene.clone().unwrap_or_default();
+        let scene = Box::new(files::load_scene(Some(&path))?.scene);
+        Ok(Self::Scene { path, scene })
+    }
+
+    /// What the options ask of this show that it has not.
+    fn check(&self, options: &Emulate, has_profile: bool) -> Result<()> {
+        match self {
+            Self::Recording { .. } if has_profile => Err(bad_input(anyhow!(
+                "a recording has the noise of the sensor that recorded it, and --profile would add another's\nhint: leave out --profile; --clock-error sets the sensor's clock"
+            ))),
+            Self::Scene { path, scene } if scene.is_static() && options.at_end != AtEnd::Hold => {
+                Err(bad_input(anyhow!(
+                    "nothing moves in {}, so it has no end\nhint: leave out --at-end",
+                    path.display()
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The sensors that there are to choose from; `None` where any name will do.
+    fn names(&self) -> Option<Vec<String>> {
+        match self {
+            Self::Scene { scene, .. } => {
+                let names = scene.sensors().iter().map(|sensor| sensor.name.clone());
+                Some(names.collect())
+            }
+            Self::Recording { .. } | Self::Constant(_) => None,
+        }
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Self::Scene { path, .. } | Self::Recording { path, .. } => path.display().to_string(),
+            Self::Constant(celsius) => format!("{celsius} °C"),
+        }
+    }
+
+    /// What one sensor is shown, and for how long.
+    fn pictures(&self, name: &str, noise_seed: Option<u64>) -> Result<(Duration, Pictures)> {
+        match self {
+            Self::Scene { scene, .. } => {
+                let simulator = Simulator::new(scene, name).map_err(bad_input)?;
+                sensor::check_resolution(&simulator)?;
+                let pictures = Pictures::Scene {
+                    simulator: Box::new(simulator),
+                    thermistor: match noise_seed {
+                        Some(_) => sensor::self_heated(scene.ambient()),
+                        // A profile knows how warm its chip becomes.
+                        None => scene.ambient(),
+                    },
+                    noise_seed,
+                };
+                Ok((scene.duration(), pictures))
+            }
+            Self::Recording { replay, frames, .. } => {
+                let pictures = match replay {
+                    Replay::Times => Pictures::Times(frames.clone()),
+                    Replay::Frames => Pictures::Frames {
+                        frames: frames.iter().map(|(_, frame)| *frame).collect(),
+                        shown: 0,
+                    },
+                };
+                Ok((show::length(frames), pictures))
+            }
+            Self::Constant(celsius) => {
+                let room = Celsius::new(*celsius);
+                let mut frame = Frame::uniform(room);
+                if noise_seed.is_some() {
+                    frame.thermistor = sensor::self_heated(room);
+                }
+                Ok((Duration::ZERO, Pictures::Constant(frame)))
+            }
+        }
+    }
+}
+
+/// The frames of a recording with their times since the first; those that are missing are left out.
+fn recorded(records: &[Record]) -> Vec<(Duration, Frame)> {
+    let frames = records.iter().filter_map(|record| {
+        let frame = record.reading.frame()?;
+        Some((record.stamp.t_boot_ns, word::frame(frame)))
+    });
+    let mut first_ns = None;
+    frames
+        .map(|(t_boot_ns, frame)| {
+            let since = t_boot_ns.saturating_sub(*first_ns.get_or_insert(t_boot_ns));
+            (Duration::from_nanos(since), frame)
+        })
+        .collect()
+}
+
+/// A built-in profile by its name, else the one in this file.
+fn profile(named: &Path) -> Result<Profile> {
+    if let Some((name, text)) = PROFILES.iter().find(|(name, _)| named == Path::new(name)) {
+        return Profile::parse(text, name).map_err(bad_input);
+    }
+    let text = std::fs::read_to_string(named).map_err(|error| {
+        let names: Vec<&str> = PROFILES.iter().map(|(name, _)| *name).collect();
+        bad_input(anyhow!(
+            "cannot read the profile {}: {error}\nhint: name a file, or one of the built-in profiles: {}",
+            named.display(),
+            names.join(", ")
+        ))
+    })?;
+    Profile::parse(&text, &named.display().to_string()).map_err(bad_input)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_profiles_are_profiles() {
+        for (name, _) in PROFILES {
+            profile(Path::new(name)).unwrap();
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! The ways to the emulated buses: opened before anybody is told of them, closed before the program ends.
+
+use super::machine::Machine;
+use super::say::{Reached, Voice};
+use crate::cli::Emulate;
+use crate::exit::{Outcome, bad_input};
+use anyhow::{Context as _, Result, anyhow};
+use i2c_emulation::program::{self, RunError};
+use i2c_emulation::{fuse, socket, usbip};
+use rustix::process::{Pid, Signal, getpgrp, kill_process};
+use rustix::termios::tcgetpgrp;
+use std::path::Path;
+use std::process::{Command, ExitStatus};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tokio::signal::unix::{SignalKind, signal};
+
+/// How often a server looks whether the show has ended.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+/// Where the Python client looks for the socket, when it is not told.
+const SOCKET_VARIABLE: &str = "GRIDEYE_I2C_SOCKET";
+
+/// Opens every way that the options name, lets time run, and waits for the end.
+pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Result<Outcome> {
+    // With a program on a `/dev/i2c-N` of its own the signals are the program's. Else they are caught from here on: they
+    // no longer end this process on the spot, so that nothing is left behind.
+    let is_private = !options.program.is_empty() && options.usbip.is_none();
+    let stop = (!is_private).then(Stop::catch).transpose()?;
+    let mut reached = Reached::default();
+    let socket = options
+        .socket
+        .as_deref()
+        .map(|path| SocketWay::open(path, options, machine, &mut reached))
+        .transpose()?;
+    let usb = options
+        .usbip
+        .map(|address| UsbWay::open(address, machine, &mut reached))
+        .transpose()?;
+    let outcome = match &stop {
+        None => run_program(options, machine, voice, reached)?,
+        Some(stop) => {
+            machine.start();
+            voice.ready(&reached)?;
+            match options.program.split_first() {
+                Some((name, arguments)) => {
+                    let mut command = Command::new(name);
+                    stop.run(command.args(arguments))?
+                }
+                None => stop.wait(options.seconds, machine),
+            }
+        }
+    };
+    if let Some(usb) = usb {
+        usb.close()?;
+    }
+    drop(socket);
+    Ok(outcome)
+}
+
+/// Runs the program to its end, and passes its exit code on.
+fn run_program(
+    options: &Emulate,
+    machine: &Machine,
+    voice: &Voice,
+    mut reached: Reached,
+) -> Result<Outcome> {
+    let Some((name, arguments)) = options.program.split_first() else {
+        return Ok(Outcome::Done);
+    };
+    let mut command = Command::new(name);
+    command.args(arguments);
+    if let Some(socket) = &options.socket {
+        command.env(SOCKET_VARIABLE, socket);
+    }
+    let rack = machine.rack();
+    let how = program::Options {
+        via: options.via,
+        mode: options.adapter,
+        ..program::Options::default()
+    };
+    let chosen = program::choose(&rack, &how, &command).map_err(refused)?;
+    reached.ways.push(match chosen.way() {
+        program::Way::Fuse => "fuse",
+        program::Way::Preload => "preload",
+    });
+    let devices: Vec<String> = rack
+        .iter()
+        .map(|(number, _)| format!("/dev/i2c-{number}"))
+        .collect();
+    reached.at.extend(devices.iter().cloned());
+    reached.text.insert(0, chosen.to_string());
+    voice.ready(&reached)?;
+    machine.start();
+    let ended = chosen.run(&rack, &how, &mut command).map_err(refused)?;
+    if ended.opens == 0 && options.socket.is_none() {
+        voice.note(&format!("{name} never opened {}", devices.join(" or ")));
+    }
+    Ok(Outcome::Passed(passed_on(ended.status)))
+}
+
+/// What is found missing before the program runs is the caller's to mend; what fails later is not.
+fn refused(error: RunError) -> anyhow::Error {
+    match error {
+        RunError::Fuse(fuse::RunError::Serve { .. } | fuse::RunError::Wait { .. }) => error.into(),
+        other => bad_input(other),
+    }
+}
+
+/// A program's exit code; a signal is 128 and its number, as a shell has it.
+fn passed_on(status: ExitStatus) -> u8 {
+    use std::os::unix::process::ExitStatusExt as _;
+    let code = status
+        .code()
+        .or_else(|| status.signal().map(|signal| 128 + signal));
+    code.and_then(|code| u8::try_from(code).ok()).unwrap_or(1)
+}
+
+/// A Unix socket that is served by a thread, until this is dropped.
+struct SocketWay {
+    stop: socket::StopHandle,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl SocketWay {
+    fn open(
+        path: &Path,
+        options: &Emulate,
+        machine: &Machine,
+        reached: &mut Reached,
+    ) -> Result<Self> {
+        let how = socket::Options {
+            mode: options.adapter,
+            ..socket::Options::default()
+        };
+        let server = socket::Server::bind(path, machine.rack(), how).map_err(bad_input)?;
+        let stop = server.stop_handle();
+        reached.ways.push("socket");
+        reached.at.push(path.display().to_string());
+        reached.text.push(format!("socket {}", path.display()));
+        let thread = std::thread::spawn(move || server.serve());
+        Ok(Self {
+            stop,
+            thread: Some(thread),
+        })
+    }
+}
+
+impl Drop for SocketWay {
+    fn drop(&mut self) {
+        self.stop.stop();
+        if let Some(thread) = self.thread.take() {
+            // A panic has been reported by its own thread.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Adapters of this kernel, or of whoever fetches them over TCP.
+enum UsbWay {
+    Attached(usbip::Attached),
+    Offered(usbip::Server),
+}
+
+impl UsbWay {
+    fn open(
+        address: Option<std::net::SocketAddr>,
+        machine: &Machine,
+        reached: &mut Reached,
+    ) -> Result<Self> {
+        let rack = machine.rack();
+        let Some(address) = address else {
+            // The kernel asks the adapter while it is being attached; the sensors themselves wait for the first transfer.
+            let attached = usbip::attach(&rack, &usbip::Options::default()).map_err(bad_input)?;
+            reached.ways.push("usbip");
+            for bus in attached.buses() {
+                let device = bus.device.display().to_string();
+                reached
+                    .text
+                    .push(format!("{device} of this kernel is bus {}", bus.bus));
+                reached.at.push(device);
+            }
+            return Ok(Self::Attached(attached));
+        };
+        let server = usbip::Server::bind(address, &rack).map_err(bad_input)?;
+        reached.ways.push("usbip-tcp");
+        reached.at.push(server.address().to_string());
+        let ids: Vec<String> = server
+            .bus_ids()
+            .map(|(_, id)| {
+                format!(
+                    "usbip --tcp-port {} attach -r {} -b {id}",
+                    server.address().port(),
+                    server.address().ip()
+                )
+            })
+            .collect();
+        reached.text.push(ids.join(" && "));
+        Ok(Self::Offered(server))
+    }
+
+    fn close(self) -> Result<()> {
+        match self {
+            Self::Attached(attached) => Ok(attached.stop()?),
+            Self::Offered(server) => {
+                server.stop();
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Ctrl-C and SIGTERM, caught.
+struct Stop(Receiver<Signal>);
+
+impl Stop {
+    fn catch() -> Result<Self> {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .context("cannot start the thread that waits for Ctrl-C")?;
+        let (mut interrupted, mut terminated) = {
+            let _within = runtime.enter();
+            let caught = |kind| signal(kind).context("cannot catch Ctrl-C");
+            (
+                caught(SignalKind::interrupt())?,
+                caught(SignalKind::terminate())?,
+            )
+        };
+        let (tell, told) = mpsc::channel();
+        std::thread::spawn(move || {
+            runtime.block_on(async {
+                loop {
+                    let signal = tokio::select! {
+                        _signal = interrupted.recv() => Signal::INT,
+                        _signal = terminated.recv() => Signal::TERM,
+                    };
+                    // Nobody listens any more once the time is up.
+                    if tell.send(signal).is_err() {
+                        return;
+                    }
+                }
+            });
+        });
+        Ok(Self(told))
+    }
+
+    /// Returns on a signal, after so many seconds, or at the end of the show.
+    fn wait(&self, seconds: Option<f64>, machine: &Machine) -> Outcome {
+        let started = Instant::now();
+        let limit =
+            seconds.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
+        loop {
+            let left = limit.map(|limit| limit.saturating_sub(started.elapsed()));
+            let wait = left.map_or(LOOK_EVERY, |left| left.min(LOOK_EVERY));
+            let signalled = self.0.recv_timeout(wait) != Err(RecvTimeoutError::Timeout);
+            if signalled || left.is_some_and(|left| left.is_zero()) || machine.has_ended() {
+                return Outcome::Done;
+            }
+        }
+    }
+
+    /// Runs a program that needs no device of its own to its end. Signals are handed on to it, except a Ctrl-C at the
+    /// terminal, which reaches it anyway.
+    fn run(&self, command: &mut Command) -> Result<Outcome> {
+        let name = command.get_program().to_string_lossy().into_owned();
+        let mut child = command.spawn().map_err(|error| {
+            bad_input(anyhow!(
+                "cannot start {name}: {error}\nhint: check the spelling and PATH"
+            ))
+        })?;
+        loop {
+            if let Some(status) = child
+                .try_wait()
+                .with_context(|| format!("cannot wait for {name}"))?
+            {
+                return Ok(Outcome::Passed(passed_on(status)));
+            }
+            let Ok(signal) = self.0.recv_timeout(LOOK_EVERY) else {
+                continue;
+            };
+            if signal == Signal::INT && is_at_the_terminal() {
+                continue;
+            }
+            let pid = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
+            if let Some(pid) = pid {
+                // It fails where the program has just ended, which the next look finds out.
+                let _ = kill_process(pid, signal);
+            }
+        }
+    }
+}
+
+/// Whether a Ctrl-C at the terminal reaches this process, and with it its children.
+fn is_at_the_terminal() -> bool {
+    tcgetpgrp(std::io::stdin()).is_ok_and(|foreground| foreground == getpgrp())
+}
