@@ -1,4 +1,20 @@
-//! What passed on the bus, message by message.
+//! What passed on the bus, message by message: for a closure, a table, or a logic analyser's screen.
+//!
+//! ```
+//! # #[cfg(feature = "std")] {
+//! use amg8833_emulator::trace::CsvTrace;
+//! use amg8833_emulator::{Address, Bus, ManualClock};
+//! use embedded_hal::i2c::I2c;
+//! use grideye_frame::{Celsius, Frame};
+//!
+//! let clock = ManualClock::new();
+//! let mut bus = Bus::with_sensor(&clock, Address::High, Frame::uniform(Celsius::new(20.0)));
+//! let trace = CsvTrace::new(std::io::stdout());
+//! bus.set_trace(trace.observer("i2c-1"));
+//! bus.write(0x69, &[0x02, 0x01]).unwrap();
+//! assert_eq!(trace.finish().unwrap().messages, 1);
+//! # }
+//! ```
 
 use crate::bus::BusError;
 use crate::fault::FaultSet;
@@ -6,8 +22,21 @@ use core::num::NonZeroU32;
 use core::time::Duration;
 
 pub(crate) use log::Log;
+#[cfg(feature = "std")]
+mod csv;
+#[cfg(feature = "std")]
+mod file;
+#[cfg(feature = "std")]
+mod vcd;
+
+#[cfg(feature = "std")]
+pub use csv::CsvTrace;
+#[cfg(feature = "std")]
+pub use file::{TRACE_BYTES_MAX, TraceSummary};
 #[cfg(feature = "alloc")]
 pub use log::{Start, Transfer};
+#[cfg(feature = "std")]
+pub use vcd::VcdTrace;
 
 /// How much of a message was acknowledged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

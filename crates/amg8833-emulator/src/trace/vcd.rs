@@ -1,0 +1,213 @@
+use crate::bus::BusError;
+use crate::trace::file::{Shared, TRACE_BYTES_MAX, TraceSummary};
+use crate::trace::{Acknowledge, Start, Transfer};
+use alloc::format;
+use alloc::string::String;
+use core::fmt::Write as _;
+use core::num::NonZeroU32;
+use core::time::Duration;
+use std::io::{self, Write};
+
+/// One step of the file's time.
+const TICK_NS: u64 = 100;
+/// What is drawn for a bus whose transactions take no time.
+const NOMINAL_HZ: u32 = 100_000;
+/// An address and its direction, or a byte, without the acknowledge.
+const BYTE_BITS: u32 = 8;
+
+/// SCL and SDA of one bus as a logic analyser would have recorded them: a value change dump (IEEE 1364, clause 18), which
+/// PulseView, sigrok-cli and GTKWave open, and whose bits sigrok's `i2c` decoder reads.
+///
+/// ```text
+/// sigrok-cli -I vcd -i bus.vcd -P i2c:scl=SCL:sda=SDA
+/// pulseview -I vcd bus.vcd        # then add the decoder I²C
+/// ```
+///
+/// - Steps of 100 ns. A third line, `FAULT`, is high throughout messages in which a fault struck.
+/// - A bus without an SCL frequency is drawn at 100 kHz: transactions that take no time there are put one behind the
+///   other, later than they were.
+/// - A bus that hangs has SCL low until the controller gave up. A missing adapter draws nothing.
+/// - sigrok keeps every step in memory: for traces of minutes, let it leave out what is idle (`-I vcd:compress=1000`).
+///
+/// Complete after [`finish`](Self::finish).
+#[derive(Debug)]
+pub struct VcdTrace<W: Write>(Shared<W, Drawing>);
+
+impl<W: Write> Clone for VcdTrace<W> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}
+
+impl<W: Write> VcdTrace<W> {
+    /// A recording of at most [`TRACE_BYTES_MAX`] bytes.
+    pub fn new(out: W) -> Self {
+        Self::with_bytes_max(out, TRACE_BYTES_MAX)
+    }
+
+    /// A recording of at most so many bytes.
+    pub fn with_bytes_max(out: W, bytes_max: u64) -> Self {
+        let header = format!(
+            "$comment SCL and SDA of an emulated I2C bus $end\n\
+             $timescale {TICK_NS} ns $end\n\
+             $scope module bus $end\n\
+             $var wire 1 c SCL $end\n\
+             $var wire 1 d SDA $end\n\
+             $var wire 1 f FAULT $end\n\
+             $upscope $end\n\
+             $enddefinitions $end\n\
+             #0\n$dumpvars\n1c\n1d\n0f\n$end\n"
+        );
+        Self(Shared::new(out, &header, bytes_max, Drawing::new()))
+    }
+
+    /// What [`Bus::set_trace`](crate::Bus::set_trace) takes: of one bus, since two cannot be drawn on one pair of lines.
+    pub fn observer(&self) -> impl FnMut(&Transfer<'_>) + use<W> {
+        let file = self.0.clone();
+        move |transfer| file.message(|drawing, out| drawing.message(out, transfer))
+    }
+
+    /// Writes out what is still in memory.
+    ///
+    /// # Errors
+    /// The first error of the writer; nothing was written after it.
+    pub fn finish(&self) -> io::Result<TraceSummary> {
+        self.0.finish()
+    }
+}
+
+/// The two lines and the mark of a fault, as they stand, and the time up to which they are drawn.
+#[derive(Debug)]
+struct Drawing {
+    scl: bool,
+    sda: bool,
+    fault: bool,
+    /// Up to here, in nanoseconds.
+    drawn_ns: u64,
+    /// The last tick that was written.
+    tick: u64,
+    /// A quarter of a bit.
+    quarter_ns: u64,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Line {
+    Scl,
+    Sda,
+    Fault,
+}
+
+impl Drawing {
+    const fn new() -> Self {
+        Self {
+            scl: true,
+            sda: true,
+            fault: false,
+            drawn_ns: 0,
+            tick: 0,
+            quarter_ns: 0,
+        }
+    }
+
+    fn message(&mut self, out: &mut String, transfer: &Transfer<'_>) {
+        if transfer.start == Start::Never {
+            return;
+        }
+        let hz = u64::from(transfer.scl_hz.map_or(NOMINAL_HZ, NonZeroU32::get));
+        self.quarter_ns = (250_000_000 / hz).max(TICK_NS);
+        self.drawn_ns = self.drawn_ns.max(nanoseconds(transfer.started));
+        self.draw(out, Line::Fault, !transfer.faults.is_empty());
+        self.start(out);
+        if transfer.error == Some(BusError::Timeout) {
+            self.hold_low(out, transfer.ended);
+            return;
+        }
+        let address = transfer.address << 1 | u8::from(transfer.reads);
+        self.byte(
+            out,
+            address,
+            transfer.acknowledge != Acknowledge::NotAddress,
+        );
+        let last = transfer.bytes.len();
+        for (number, byte) in (1..).zip(transfer.bytes) {
+            let refused = transfer.reads || transfer.acknowledge == Acknowledge::NotLastByte;
+            self.byte(out, *byte, number < last || !refused);
+        }
+        if transfer.stop || transfer.error.is_some() {
+            self.stop(out);
+            self.draw(out, Line::Fault, false);
+            // Between a STOP and the next START the lines rest (AMG88 spec §4-6-2, tBUF).
+            self.pass(4);
+        }
+    }
+
+    fn start(&mut self, out: &mut String) {
+        self.pass(1);
+        self.draw(out, Line::Sda, true);
+        self.pass(1);
+        self.draw(out, Line::Scl, true);
+        self.pass(1);
+        self.draw(out, Line::Sda, false);
+        self.pass(1);
+        self.draw(out, Line::Scl, false);
+    }
+
+    fn stop(&mut self, out: &mut String) {
+        self.pass(1);
+        self.draw(out, Line::Sda, false);
+        self.pass(1);
+        self.draw(out, Line::Scl, true);
+        self.pass(1);
+        self.draw(out, Line::Sda, true);
+        self.pass(1);
+    }
+
+    fn byte(&mut self, out: &mut String, byte: u8, acknowledged: bool) {
+        for place in (0..BYTE_BITS).rev() {
+            self.bit(out, byte >> place & 1 != 0);
+        }
+        self.bit(out, !acknowledged);
+    }
+
+    fn bit(&mut self, out: &mut String, high: bool) {
+        self.pass(1);
+        self.draw(out, Line::Sda, high);
+        self.pass(1);
+        self.draw(out, Line::Scl, true);
+        self.pass(2);
+        self.draw(out, Line::Scl, false);
+    }
+
+    fn hold_low(&mut self, out: &mut String, until: Duration) {
+        self.drawn_ns = self.drawn_ns.max(nanoseconds(until));
+        self.stop(out);
+        self.draw(out, Line::Fault, false);
+    }
+
+    fn pass(&mut self, quarters: u64) {
+        let passed = self.quarter_ns.saturating_mul(quarters);
+        self.drawn_ns = self.drawn_ns.saturating_add(passed);
+    }
+
+    fn draw(&mut self, out: &mut String, line: Line, high: bool) {
+        let (level, name) = match line {
+            Line::Scl => (&mut self.scl, 'c'),
+            Line::Sda => (&mut self.sda, 'd'),
+            Line::Fault => (&mut self.fault, 'f'),
+        };
+        if core::mem::replace(level, high) == high {
+            return;
+        }
+        let tick = self.drawn_ns / TICK_NS;
+        // A string takes whatever is written to it.
+        if tick > self.tick {
+            let _ = writeln!(out, "#{tick}");
+            self.tick = tick;
+        }
+        let _ = writeln!(out, "{}{name}", u8::from(high));
+    }
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
