@@ -105,6 +105,26 @@ pub enum RunError {
     },
 }
 
+impl RunError {
+    /// Whether the caller asked for something that is not there or not possible here (a wrong name, a static program, no
+    /// FUSE), before the program had started; otherwise something failed on the way.
+    #[must_use]
+    pub const fn is_bad_input(&self) -> bool {
+        use fuse::RunError as ByFuse;
+        use preload::RunError as ByPreload;
+        match self {
+            Self::NoBus | Self::UnknownDevice { .. } | Self::NoWay { .. } => true,
+            Self::Fuse(error) => !matches!(
+                error,
+                ByFuse::Serve { .. } | ByFuse::Wait { .. } | ByFuse::Setup { .. }
+            ),
+            Self::Preload(error) => {
+                !matches!(error, ByPreload::Wait { .. } | ByPreload::Setup { .. })
+            }
+        }
+    }
+}
+
 /// The bus that a device path means: 1 for `/dev/i2c-1`.
 ///
 /// # Errors
@@ -137,6 +157,8 @@ pub fn choose(rack: &Rack, options: &Options, command: &Command) -> Result<Chose
     if numbers.is_empty() {
         return Err(RunError::NoBus);
     }
+    // Both ways would say so; it is said once, before anything is tried.
+    preload::find(command)?;
     let (way, without_fuse) = match options.via {
         Via::Fuse => {
             fuse::probe_with(&options.fuse_device)?;

@@ -169,6 +169,39 @@ pub(crate) unsafe fn before_exec(
     unsafe { command.pre_exec(work) };
 }
 
+/// A file in memory with these bytes, which nobody can change any more; closed on exec.
+pub(crate) fn memory_file(name: &CStr, bytes: &[u8]) -> io::Result<OwnedFd> {
+    const SEALS: libc::c_int =
+        libc::F_SEAL_WRITE | libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
+    let flags = libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING;
+    // SAFETY: `name` is a C string that outlives the call.
+    let number = unsafe { libc::memfd_create(name.as_ptr(), flags) };
+    check(number)?;
+    // SAFETY: the kernel opened the descriptor just now, and nothing else owns it.
+    let mut file = std::fs::File::from(unsafe { OwnedFd::from_raw_fd(number) });
+    io::Write::write_all(&mut file, bytes)?;
+    // SAFETY: no pointers are involved.
+    check(unsafe { libc::fcntl(file.as_raw_fd(), libc::F_ADD_SEALS, SEALS) })?;
+    Ok(file.into())
+}
+
+/// The same open file under a number from `lowest` on, closed on exec; under its old one if that many are not allowed.
+pub(crate) fn move_up(descriptor: OwnedFd, lowest: RawFd) -> OwnedFd {
+    // SAFETY: no pointers are involved.
+    let number = unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_DUPFD_CLOEXEC, lowest) };
+    if number < 0 {
+        return descriptor;
+    }
+    // SAFETY: the kernel made the descriptor just now, and nothing else owns it.
+    unsafe { OwnedFd::from_raw_fd(number) }
+}
+
+/// Whether a file has an extended attribute of this name.
+pub(crate) fn has_attribute(path: &CStr, name: &CStr) -> bool {
+    // SAFETY: both are C strings that outlive the call; with a size of 0 nothing is written.
+    unsafe { libc::getxattr(path.as_ptr(), name.as_ptr(), ptr::null_mut(), 0) > 0 }
+}
+
 fn new_descriptor(number: libc::c_long) -> io::Result<OwnedFd> {
     let number = RawFd::try_from(number).map_err(io::Error::other)?;
     check(number)?;

@@ -19,5 +19,3 @@ def rdwr(file, messages):
     return count, [b.raw for b in buffers]
 
 
-def DEVICE_OF(file):
-    return os.readlink(f"/proc/self/fd/{file}")

@@ -13,6 +13,8 @@ impl Errno {
     pub const EIO: Self = Self(libc::EIO);
     /// Nobody answered, in the words of a USB or SMBus adapter.
     pub const ENXIO: Self = Self(libc::ENXIO);
+    /// Not an open file, or not one for reading or for writing.
+    pub const EBADF: Self = Self(libc::EBADF);
     /// Arbitration was lost: try again.
     pub const EAGAIN: Self = Self(libc::EAGAIN);
     /// A pointer of the caller leads nowhere.

@@ -1,0 +1,206 @@
+//! What a program's file tells before it is started: whether a library can be preloaded into it.
+
+use std::ffi::{CString, OsStr, OsString};
+use std::fs::{self, File};
+use std::io::Read;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::{FileExt, MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::{RunError, carried};
+use crate::sys;
+
+/// Most scripts that name another script as their interpreter, as in the kernel.
+pub const SCRIPTS_MAX: usize = 5;
+/// Most bytes of a script's first line that the kernel looks at.
+const FIRST_LINE_BYTES_MAX: usize = 256;
+/// Most program headers that are looked at; linkers make about a dozen.
+const HEADERS_MAX: usize = 256;
+/// Where programs are looked for if nothing says where.
+const PATH_OF_OLD: &str = "/bin:/usr/bin";
+
+/// The file that `command` would start.
+pub(super) fn find(command: &Command) -> Result<PathBuf, RunError> {
+    let name = command.get_program();
+    let folder = command.get_current_dir().unwrap_or(Path::new(""));
+    let not_found = || RunError::ProgramNotFound {
+        program: name.to_string_lossy().into_owned(),
+    };
+    if name.as_bytes().contains(&b'/') {
+        let path = folder.join(name);
+        return if path.exists() {
+            Ok(path)
+        } else {
+            Err(not_found())
+        };
+    }
+    let path = environment(command, "PATH").unwrap_or_else(|| PATH_OF_OLD.into());
+    std::env::split_paths(&path)
+        .map(|entry| folder.join(entry).join(name))
+        .find(|candidate| is_executable(candidate))
+        .ok_or_else(not_found)
+}
+
+/// The value that a variable will have for the program.
+pub(super) fn environment(command: &Command, name: &str) -> Option<OsString> {
+    let set = command.get_envs().find(|(key, _)| *key == OsStr::new(name));
+    match set {
+        Some((_, value)) => value.map(OsStr::to_owned),
+        None => std::env::var_os(name),
+    }
+}
+
+/// Tells whether the loader will take the library for this program. What cannot be read is left to the start to fail.
+pub(super) fn check(program: &Path) -> Result<(), RunError> {
+    let library = Header::parse(carried::bytes()?).map(|header| header.machine);
+    let mut path = program.to_owned();
+    for _ in 0..SCRIPTS_MAX {
+        let Ok(file) = File::open(&path) else {
+            return Ok(());
+        };
+        let mut front = Vec::new();
+        let limit = u64::try_from(FIRST_LINE_BYTES_MAX).unwrap_or(u64::MAX);
+        if (&file).take(limit).read_to_end(&mut front).is_err() {
+            return Ok(());
+        }
+        if let Some(interpreter) = interpreter_of(&front) {
+            path = interpreter;
+            continue;
+        }
+        let Some(header) = Header::parse(&front) else {
+            return Ok(());
+        };
+        let shown = path.display().to_string();
+        if !header.has_loader(&file) {
+            return Err(RunError::StaticProgram { program: shown });
+        }
+        if library.is_some_and(|library| library != header.machine) {
+            return Err(RunError::OtherMachine { program: shown });
+        }
+        return if gains_rights(&path) {
+            Err(RunError::GainsRights { program: shown })
+        } else {
+            Ok(())
+        };
+    }
+    Ok(())
+}
+
+fn is_executable(path: &Path) -> bool {
+    const ANYONE: u32 = 0o111;
+    fs::metadata(path)
+        .is_ok_and(|found| found.is_file() && found.permissions().mode() & ANYONE != 0)
+}
+
+/// The program that a script's first line names.
+fn interpreter_of(front: &[u8]) -> Option<PathBuf> {
+    let line = front.strip_prefix(b"#!")?;
+    let line = line.split(|byte| *byte == b'\n').next()?;
+    let word = line
+        .split(|byte| matches!(byte, b' ' | b'\t'))
+        .find(|word| !word.is_empty())?;
+    Some(PathBuf::from(OsStr::from_bytes(word)))
+}
+
+/// Whether the kernel gives the program rights that its user does not have; its loader then ignores LD_PRELOAD.
+fn gains_rights(path: &Path) -> bool {
+    const SET_USER: u32 = 0o4000;
+    const SET_GROUP: u32 = 0o2000;
+    let Ok(found) = fs::metadata(path) else {
+        return false;
+    };
+    let (user, group) = sys::effective_ids();
+    let mode = found.permissions().mode();
+    let other_user = mode & SET_USER != 0 && found.uid() != user;
+    let other_group = mode & SET_GROUP != 0 && found.gid() != group;
+    let capable = user != 0
+        && CString::new(path.as_os_str().as_bytes())
+            .is_ok_and(|path| sys::has_attribute(&path, c"security.capability"));
+    other_user || other_group || capable
+}
+
+/// What the first bytes of an ELF file tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Header {
+    machine: Machine,
+    headers_at: u64,
+    header_bytes: u16,
+    headers_count: u16,
+}
+
+/// Width of pointers, byte order and instruction set: programs and libraries of one process agree in them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Machine {
+    wide: bool,
+    big_endian: bool,
+    number: u16,
+}
+
+impl Header {
+    fn parse(bytes: &[u8]) -> Option<Self> {
+        if !bytes.starts_with(b"\x7fELF") {
+            return None;
+        }
+        let fields = Fields {
+            bytes,
+            big_endian: *bytes.get(5)? == 2,
+        };
+        let wide = *bytes.get(4)? == 2;
+        let (headers_at, sizes_at) = if wide {
+            (fields.number(32, 8)?, 54)
+        } else {
+            (fields.number(28, 4)?, 42)
+        };
+        Some(Self {
+            machine: Machine {
+                wide,
+                big_endian: fields.big_endian,
+                number: fields.short(18)?,
+            },
+            headers_at,
+            header_bytes: fields.short(sizes_at)?,
+            headers_count: fields.short(sizes_at + 2)?,
+        })
+    }
+
+    /// Whether the program names a loader: a static one does not.
+    fn has_loader(&self, file: &File) -> bool {
+        const PT_INTERP: u64 = 3;
+        let count = usize::from(self.headers_count).min(HEADERS_MAX);
+        let mut headers = vec![0; count * usize::from(self.header_bytes)];
+        if self.header_bytes == 0 || file.read_exact_at(&mut headers, self.headers_at).is_err() {
+            return true;
+        }
+        headers
+            .chunks_exact(usize::from(self.header_bytes))
+            .any(|bytes| {
+                let fields = Fields {
+                    bytes,
+                    big_endian: self.machine.big_endian,
+                };
+                fields.number(0, 4) == Some(PT_INTERP)
+            })
+    }
+}
+
+struct Fields<'a> {
+    bytes: &'a [u8],
+    big_endian: bool,
+}
+
+impl Fields<'_> {
+    fn number(&self, at: usize, length: usize) -> Option<u64> {
+        let bytes = self.bytes.get(at..at + length)?;
+        let step = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
+        Some(if self.big_endian {
+            bytes.iter().fold(0, step)
+        } else {
+            bytes.iter().rev().fold(0, step)
+        })
+    }
+
+    fn short(&self, at: usize) -> Option<u16> {
+        self.number(at, 2).and_then(|number| number.try_into().ok())
+    }
+}

@@ -1,0 +1,488 @@
+//! The emulator's end of the conversation: open files, and one thread for each channel.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, Read, Write};
+use std::net::Shutdown;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::Scope;
+
+use super::RunError;
+use super::protocol::{
+    Answer, BUSES_MAX, CHUNK_BYTES_MAX, Call, HELLO_BYTES, Hello, Purpose, REGION_BYTES,
+    REQUEST_BYTES, REQUEST_BYTES_MAX, Request, SECRET_BYTES, TOKEN_MARK, number_of, u64_at,
+};
+use crate::ioctl::{AdapterMode, CallerMemory, Errno, MESSAGE_BYTES_MAX, OpenFile, PointerWidth};
+use crate::rack::{Rack, SharedAdapter};
+use crate::sys;
+
+/// Most files that may be open at once, over all processes; one more is ENFILE.
+pub const OPEN_FILES_MAX: usize = 512;
+/// Most connections that carry calls, over all processes (each has one for every call that is under way, at most 8); a
+/// call that finds none is ENFILE.
+pub const CHANNELS_MAX: usize = 256;
+/// Most connections that have not said yet what they want; one more drops the oldest.
+pub const STRANGERS_MAX: usize = 64;
+
+/// How long not to accept after there was no descriptor left for it.
+const PAUSE_MS: u16 = 50;
+
+/// All that the programs of one run share.
+pub(super) struct Server {
+    mode: AdapterMode,
+    buses: HashMap<u32, SharedAdapter>,
+    name: String,
+    secret: [u8; SECRET_BYTES],
+    listener: UnixListener,
+    files: Mutex<HashMap<u64, Arc<Mutex<File>>>>,
+    channels: Mutex<HashMap<u64, Arc<UnixStream>>>,
+    opens: AtomicU64,
+    channel_next: AtomicU64,
+}
+
+/// One open file.
+struct File {
+    open: OpenFile,
+    bus: SharedAdapter,
+    access: u32,
+}
+
+/// A connection that the door looks after.
+enum Guest {
+    Stranger {
+        stream: UnixStream,
+        said: Vec<u8>,
+    },
+    /// A token; all that ever comes from it is its end.
+    Token {
+        stream: UnixStream,
+        file: u64,
+    },
+}
+
+impl Server {
+    pub(super) fn new(rack: &Rack, mode: AdapterMode) -> Result<Self, RunError> {
+        let buses: HashMap<u32, SharedAdapter> = rack.iter().collect();
+        if buses.len() > BUSES_MAX {
+            return Err(RunError::TooManyBuses {
+                found: buses.len(),
+                max: BUSES_MAX,
+            });
+        }
+        let random: [u8; 8 + SECRET_BYTES] = random().map_err(|source| RunError::Setup {
+            step: "reading /dev/urandom",
+            source,
+        })?;
+        let (for_name, for_secret) = random.split_at(8);
+        let mut secret = [0; SECRET_BYTES];
+        secret.copy_from_slice(for_secret);
+        let name = format!("i2c-emulation-{}", hexadecimal(for_name));
+        let listener = SocketAddr::from_abstract_name(&name)
+            .and_then(|address| UnixListener::bind_addr(&address))
+            .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
+            .map_err(|source| RunError::Setup {
+                step: "making a socket without a path",
+                source,
+            })?;
+        Ok(Self {
+            mode,
+            buses,
+            name,
+            secret,
+            listener,
+            files: Mutex::default(),
+            channels: Mutex::default(),
+            opens: AtomicU64::new(0),
+            channel_next: AtomicU64::new(0),
+        })
+    }
+
+    /// What the library must know, as the value of its environment variable.
+    pub(super) fn address(&self) -> String {
+        let mut numbers: Vec<u32> = self.buses.keys().copied().collect();
+        numbers.sort_unstable();
+        let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+        let secret = hexadecimal(&self.secret);
+        format!("{}:{secret}:{}", self.name, numbers.join(","))
+    }
+
+    /// How often a device was opened.
+    pub(super) fn opens(&self) -> u64 {
+        self.opens.load(Ordering::Relaxed)
+    }
+
+    /// Lets connections in until `wake` is closed; then ends them all.
+    pub(super) fn serve<'scope>(
+        &'scope self,
+        wake: BorrowedFd<'_>,
+        scope: &'scope Scope<'scope, '_>,
+    ) {
+        let mut guests: Vec<Guest> = Vec::new();
+        let mut full = false;
+        loop {
+            let mut waited_for = vec![sys::readable(wake)];
+            waited_for.extend(guests.iter().map(|guest| sys::readable(guest.stream())));
+            let pause = full.then_some(PAUSE_MS);
+            if !full {
+                waited_for.push(sys::readable(self.listener.as_fd()));
+            }
+            let ended = sys::wait_for_any(&mut waited_for, pause).is_err()
+                || waited_for.first().is_some_and(|entry| entry.revents != 0);
+            if ended {
+                break;
+            }
+            let awake = waited_for.iter().skip(1).map(|entry| entry.revents != 0);
+            guests = guests
+                .into_iter()
+                .zip(awake)
+                .filter_map(|(guest, awake)| {
+                    if awake {
+                        self.attend(guest, scope)
+                    } else {
+                        Some(guest)
+                    }
+                })
+                .collect();
+            full = self.let_in(&mut guests);
+        }
+        for channel in lock(&self.channels).values() {
+            let _ = channel.shutdown(Shutdown::Both);
+        }
+    }
+
+    /// Accepts who waits; tells whether there was no descriptor left for one.
+    fn let_in(&self, guests: &mut Vec<Guest>) -> bool {
+        loop {
+            match self.listener.accept() {
+                Ok((stream, _)) => {
+                    let strangers = guests.iter().filter(|guest| guest.is_stranger()).count();
+                    if strangers >= STRANGERS_MAX
+                        && let Some(oldest) = guests.iter().position(Guest::is_stranger)
+                    {
+                        guests.remove(oldest);
+                    }
+                    if stream.set_nonblocking(true).is_ok() {
+                        let said = Vec::with_capacity(HELLO_BYTES);
+                        guests.push(Guest::Stranger { stream, said });
+                    }
+                }
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return false,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(_) => return true,
+            }
+        }
+    }
+
+    /// Hears what a guest has to say; `None` if it is one no longer.
+    fn attend<'scope>(
+        &'scope self,
+        guest: Guest,
+        scope: &'scope Scope<'scope, '_>,
+    ) -> Option<Guest> {
+        let (stream, mut said) = match guest {
+            Guest::Token { file, .. } => {
+                lock(&self.files).remove(&file);
+                return None;
+            }
+            Guest::Stranger { stream, said } => (stream, said),
+        };
+        let mut bytes = [0; HELLO_BYTES];
+        let room = bytes.len() - said.len();
+        match (&stream).read(&mut bytes[..room]) {
+            Ok(0) => return None,
+            Ok(length) => said.extend_from_slice(&bytes[..length]),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(_) => return None,
+        }
+        match said.first_chunk() {
+            None => Some(Guest::Stranger { stream, said }),
+            Some(hello) => self.welcome(stream, Hello::parse(hello)?, scope),
+        }
+    }
+
+    /// Who does not know the secret is sent away without a word.
+    fn welcome<'scope>(
+        &'scope self,
+        stream: UnixStream,
+        hello: Hello,
+        scope: &'scope Scope<'scope, '_>,
+    ) -> Option<Guest> {
+        if hello.secret != self.secret {
+            return None;
+        }
+        match hello.purpose {
+            Purpose::Token { bus, flags } => {
+                let file = token_number(&stream, &self.name)?;
+                let outcome = self.open(file, bus, flags);
+                tell(&stream, outcome).ok()?;
+                outcome.ok()?;
+                // Who reads the token past the library finds its end, instead of waiting for ever.
+                stream.shutdown(Shutdown::Write).ok()?;
+                Some(Guest::Token { stream, file })
+            }
+            Purpose::Channel => {
+                stream.set_nonblocking(false).ok()?;
+                let stream = Arc::new(stream);
+                let registered = self.register(&stream);
+                tell(
+                    &stream,
+                    registered.as_ref().map(|_| ()).map_err(|errno| *errno),
+                )
+                .ok()?;
+                let registered = registered.ok()?;
+                let width = if hello.pointer_bytes == 4 {
+                    PointerWidth::Bits32
+                } else {
+                    PointerWidth::Bits64
+                };
+                scope.spawn(move || {
+                    // When the thread ends, also by a panic of the bus, the program must not wait for an answer.
+                    let _registered = registered;
+                    // What a broken connection has to say is of no interest.
+                    let _ = self.converse(&stream, width);
+                });
+                None
+            }
+        }
+    }
+
+    fn open(&self, number: u64, bus: u32, access: u32) -> Result<(), Errno> {
+        let bus = self.buses.get(&bus).cloned().ok_or(Errno::ENODEV)?;
+        let mut files = lock(&self.files);
+        if files.len() >= OPEN_FILES_MAX {
+            return Err(Errno::ENFILE);
+        }
+        let open = OpenFile::new(self.mode);
+        let file = Arc::new(Mutex::new(File { open, bus, access }));
+        files.insert(number, file);
+        self.opens.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn register(&self, stream: &Arc<UnixStream>) -> Result<Registered<'_>, Errno> {
+        let mut channels = lock(&self.channels);
+        if channels.len() >= CHANNELS_MAX {
+            return Err(Errno::ENFILE);
+        }
+        let number = self.channel_next.fetch_add(1, Ordering::Relaxed);
+        channels.insert(number, Arc::clone(stream));
+        Ok(Registered {
+            server: self,
+            number,
+        })
+    }
+
+    /// Answers the requests of one channel until it ends.
+    fn converse(&self, stream: &UnixStream, width: PointerWidth) -> io::Result<()> {
+        let mut buffer = [0; REQUEST_BYTES_MAX];
+        let mut answers = Vec::with_capacity(REQUEST_BYTES_MAX);
+        let mut filled = 0;
+        loop {
+            let request = loop {
+                if let Some(front) = buffer[..filled].first_chunk::<REQUEST_BYTES>() {
+                    let request = Request::parse(front).ok_or(io::ErrorKind::InvalidData)?;
+                    let length = usize::try_from(request.memory_bytes).map_err(io::Error::other)?;
+                    // A caller waits for its answer: nothing can come after its request.
+                    if filled == REQUEST_BYTES + length {
+                        break request;
+                    }
+                }
+                match { stream }.read(&mut buffer[filled..]) {
+                    Ok(0) => return Ok(()),
+                    Ok(length) => filled += length,
+                    Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                    Err(error) => return Err(error),
+                }
+            };
+            let mut caller = Caller {
+                stream,
+                regions: &buffer[REQUEST_BYTES..filled],
+                answers: &mut answers,
+                width,
+            };
+            let outcome = self.perform(request, &mut caller);
+            let result = outcome.unwrap_or_else(|errno| -i64::from(errno.raw()));
+            answers.extend(Answer::Done(result).to_bytes());
+            { stream }.write_all(&answers)?;
+            answers.clear();
+            filled = 0;
+        }
+    }
+
+    fn perform(&self, request: Request, caller: &mut Caller<'_>) -> Result<i64, Errno> {
+        let file = lock(&self.files).get(&request.file).map(Arc::clone);
+        let file = file.ok_or(Errno::EBADF)?;
+        let File { open, bus, access } = &mut *lock(&file);
+        match request.call {
+            Call::Ioctl { request, argument } => {
+                open.ioctl(request, argument, caller, bus).map(i64::from)
+            }
+            Call::Read { .. } if *access == WRITE_ONLY => Err(Errno::EBADF),
+            Call::Write { .. } if *access == READ_ONLY => Err(Errno::EBADF),
+            Call::Read { buffer, length } => {
+                let mut bytes = vec![0; transfer_length(length)];
+                let arrived = open.read(&mut bytes, bus)?;
+                caller.write(buffer, &bytes[..arrived])?;
+                count(arrived)
+            }
+            Call::Write { buffer, length } => {
+                let mut bytes = vec![0; transfer_length(length)];
+                caller.read(buffer, &mut bytes)?;
+                open.write(&bytes, bus).and_then(count)
+            }
+        }
+    }
+}
+
+/// O_RDONLY and O_WRONLY.
+const READ_ONLY: u32 = 0;
+const WRITE_ONLY: u32 = 1;
+
+impl Guest {
+    fn stream(&self) -> BorrowedFd<'_> {
+        match self {
+            Self::Stranger { stream, .. } | Self::Token { stream, .. } => stream.as_fd(),
+        }
+    }
+
+    fn is_stranger(&self) -> bool {
+        matches!(self, Self::Stranger { .. })
+    }
+}
+
+/// A channel in the server's list, for as long as its thread runs.
+struct Registered<'a> {
+    server: &'a Server,
+    number: u64,
+}
+
+impl Drop for Registered<'_> {
+    fn drop(&mut self) {
+        if let Some(stream) = lock(&self.server.channels).remove(&self.number) {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+    }
+}
+
+/// The memory of the process at the other end of a channel: what came with its request, and for the rest it is asked.
+struct Caller<'a> {
+    stream: &'a UnixStream,
+    regions: &'a [u8],
+    answers: &'a mut Vec<u8>,
+    width: PointerWidth,
+}
+
+impl Caller<'_> {
+    /// The bytes at an address, if they came along.
+    fn sent_along(&self, address: u64, length: usize) -> Option<&[u8]> {
+        let mut rest = self.regions;
+        while rest.len() >= REGION_BYTES {
+            let (start, size) = (u64_at(rest, 0), usize::try_from(u64_at(rest, 8)).ok()?);
+            let bytes = rest.get(REGION_BYTES..REGION_BYTES.checked_add(size)?)?;
+            let offset = address
+                .checked_sub(start)
+                .and_then(|o| usize::try_from(o).ok());
+            let found = offset.and_then(|offset| bytes.get(offset..offset.checked_add(length)?));
+            if found.is_some() {
+                return found;
+            }
+            rest = rest.get(REGION_BYTES + size..)?;
+        }
+        None
+    }
+
+    fn ask(&mut self, address: u64, into: &mut [u8]) -> io::Result<bool> {
+        let length = u32::try_from(into.len()).map_err(io::Error::other)?;
+        self.answers
+            .extend(Answer::Peek { address, length }.to_bytes());
+        self.stream.write_all(self.answers)?;
+        self.answers.clear();
+        let mut there = [0];
+        self.stream.read_exact(&mut there)?;
+        if there == [0] {
+            return Ok(false);
+        }
+        self.stream.read_exact(into).map(|()| true)
+    }
+}
+
+impl CallerMemory for Caller<'_> {
+    fn read(&mut self, address: u64, into: &mut [u8]) -> Result<(), Errno> {
+        if let Some(bytes) = self.sent_along(address, into.len()) {
+            into.copy_from_slice(bytes);
+            return Ok(());
+        }
+        let mut at = address;
+        for piece in into.chunks_mut(CHUNK_BYTES_MAX) {
+            if !matches!(self.ask(at, piece), Ok(true)) {
+                return Err(Errno::EFAULT);
+            }
+            at = at.wrapping_add(length_of(piece));
+        }
+        Ok(())
+    }
+
+    /// The library tries; if it cannot, it turns the outcome of the call into EFAULT.
+    fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno> {
+        let mut address = address;
+        for piece in bytes.chunks(CHUNK_BYTES_MAX) {
+            let length = u32::try_from(piece.len()).or(Err(Errno::EFAULT))?;
+            self.answers
+                .extend(Answer::Poke { address, length }.to_bytes());
+            self.answers.extend_from_slice(piece);
+            address = address.wrapping_add(length.into());
+        }
+        Ok(())
+    }
+
+    fn pointer_width(&self) -> PointerWidth {
+        self.width
+    }
+}
+
+fn length_of(bytes: &[u8]) -> u64 {
+    u64::try_from(bytes.len()).unwrap_or(u64::MAX)
+}
+
+fn transfer_length(asked: u64) -> usize {
+    usize::try_from(asked).map_or(MESSAGE_BYTES_MAX, |asked| asked.min(MESSAGE_BYTES_MAX))
+}
+
+fn count(bytes: usize) -> Result<i64, Errno> {
+    i64::try_from(bytes).or(Err(Errno::EINVAL))
+}
+
+/// The number in the name that a token gave itself.
+fn token_number(stream: &UnixStream, socket: &str) -> Option<u64> {
+    let address = stream.peer_addr().ok()?;
+    number_of(address.as_abstract_name()?, socket.as_bytes(), TOKEN_MARK)
+}
+
+fn tell(mut stream: &UnixStream, outcome: Result<(), Errno>) -> io::Result<()> {
+    let errno = outcome.map_or_else(Errno::raw, |()| 0);
+    stream.write_all(&errno.to_ne_bytes())
+}
+
+fn random<const N: usize>() -> io::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// A panic elsewhere while it was held is no reason to hang the program as well.
+fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

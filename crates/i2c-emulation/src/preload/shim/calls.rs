@@ -1,0 +1,588 @@
+//! The functions of the C library that are intercepted. What is not about a device goes on to the function that would
+//! have been called without this library, with the very same arguments.
+//!
+//! Functions that C declares with `...` are defined with the arguments they take here: on every machine that this is
+//! built for, such arguments are passed alike.
+
+use core::ffi::{CStr, c_char, c_int, c_uint, c_ulong, c_void};
+use core::sync::atomic::{AtomicUsize, Ordering};
+
+use super::super::protocol::Call;
+use super::system::{self, EACCES, EEXIST, EMFILE, ENOSYS, ENOTDIR, EOPNOTSUPP, Errno};
+use super::{channel, descriptor, path, setting};
+
+const AT_FDCWD: c_int = -100;
+const AT_EMPTY_PATH: c_int = 0x1000;
+const O_ACCMODE: c_int = 3;
+const O_CREAT: c_int = 0o100;
+const O_EXCL: c_int = 0o200;
+const O_CLOEXEC: c_int = 0o2_000_000;
+#[cfg(any(target_arch = "arm", target_arch = "aarch64"))]
+const O_DIRECTORY: c_int = 0o40_000;
+#[cfg(not(any(target_arch = "arm", target_arch = "aarch64")))]
+const O_DIRECTORY: c_int = 0o200_000;
+const F_DUPFD: c_int = 0;
+const F_DUPFD_CLOEXEC: c_int = 1030;
+/// Requests that the kernel answers for every kind of file: FIONCLEX, FIOCLEX, FIONBIO, FIOASYNC.
+const REQUESTS_OF_EVERY_FILE: [u32; 4] = [0x5450, 0x5451, 0x5421, 0x5452];
+/// The second byte of every request of i2c-dev.
+const REQUESTS_OF_I2C: u32 = 0x07;
+const X_OK: c_int = 1;
+/// The file whose attributes are shown for a device: a character device that is always there.
+const LOOKS_LIKE: &CStr = c"/dev/null";
+
+/// `struct iovec`.
+#[repr(C)]
+pub(crate) struct Piece {
+    start: *mut c_void,
+    length: usize,
+}
+
+/// The function of this name that would have been called without this library.
+macro_rules! next {
+    ($name:ident: $type:ty) => {{
+        static ADDRESS: AtomicUsize = AtomicUsize::new(0);
+        let mut address = ADDRESS.load(Ordering::Relaxed);
+        if address == 0 {
+            let name = concat!(stringify!($name), "\0");
+            address = CStr::from_bytes_with_nul(name.as_bytes()).map_or(0, system::next);
+            ADDRESS.store(address, Ordering::Relaxed);
+        }
+        // SAFETY: the address is 0, which is `None`, or that of the C library's function of this name, whose type this is.
+        unsafe { core::mem::transmute::<usize, Option<$type>>(address) }
+    }};
+}
+
+/// Passes a call on; a function that the C library lacks is ENOSYS.
+macro_rules! pass_on {
+    ($name:ident: $type:ty, $($argument:expr),*) => {
+        match next!($name: $type) {
+            // SAFETY: these are the program's own arguments to this very function.
+            Some(function) => unsafe { function($($argument),*) },
+            None => {
+                system::set_errno(ENOSYS);
+                -1
+            }
+        }
+    };
+}
+
+/// Defines functions under their names in the C library. In the tests of this crate they are ordinary functions: there
+/// the C library's own must stay what they are.
+macro_rules! intercept {
+    ($($(#[$attribute:meta])* fn $name:ident($($argument:ident: $type:ty),*) -> $result:ty $body:block)*) => {
+        $(
+            $(#[$attribute])*
+            #[cfg_attr(not(test), unsafe(no_mangle))]
+            pub(crate) extern "C" fn $name($($argument: $type),*) -> $result $body
+        )*
+    };
+}
+
+type Path = *const c_char;
+type Open = unsafe extern "C" fn(Path, c_int, ...) -> c_int;
+type OpenAt = unsafe extern "C" fn(c_int, Path, c_int, ...) -> c_int;
+type OpenTwo = unsafe extern "C" fn(Path, c_int) -> c_int;
+type OpenAtTwo = unsafe extern "C" fn(c_int, Path, c_int) -> c_int;
+type OpenStream = unsafe extern "C" fn(Path, Path) -> *mut c_void;
+type Transfer = unsafe extern "C" fn(c_int, *mut c_void, usize) -> isize;
+type TransferChecked = unsafe extern "C" fn(c_int, *mut c_void, usize, usize) -> isize;
+type TransferPieces = unsafe extern "C" fn(c_int, *const Piece, c_int) -> isize;
+type Control = unsafe extern "C" fn(c_int, c_ulong, ...) -> c_int;
+type FileControl = unsafe extern "C" fn(c_int, c_int, ...) -> c_int;
+type OfDescriptor = unsafe extern "C" fn(c_int) -> c_int;
+type OfTwoDescriptors = unsafe extern "C" fn(c_int, c_int) -> c_int;
+type DuplicateThree = unsafe extern "C" fn(c_int, c_int, c_int) -> c_int;
+type Stat = unsafe extern "C" fn(Path, *mut c_void) -> c_int;
+type StatAt = unsafe extern "C" fn(c_int, Path, *mut c_void, c_int) -> c_int;
+type StatOpen = unsafe extern "C" fn(c_int, *mut c_void) -> c_int;
+type StatVersion = unsafe extern "C" fn(c_int, Path, *mut c_void) -> c_int;
+type StatAtVersion = unsafe extern "C" fn(c_int, c_int, Path, *mut c_void, c_int) -> c_int;
+type StatOpenVersion = unsafe extern "C" fn(c_int, c_int, *mut c_void) -> c_int;
+type StatExtended = unsafe extern "C" fn(c_int, Path, c_int, c_uint, *mut c_void) -> c_int;
+type Access = unsafe extern "C" fn(Path, c_int) -> c_int;
+type AccessAt = unsafe extern "C" fn(c_int, Path, c_int, c_int) -> c_int;
+
+macro_rules! opens {
+    ($($open:ident $openat:ident $open_two:ident $openat_two:ident $stream:ident)*) => {$(
+        intercept! {
+            fn $open(path: Path, flags: c_int, mode: c_uint) -> c_int {
+                match device(AT_FDCWD, path) {
+                    Some(bus) => open_device(bus, flags),
+                    None => pass_on!($open: Open, path, flags, mode),
+                }
+            }
+
+            fn $openat(folder: c_int, path: Path, flags: c_int, mode: c_uint) -> c_int {
+                match device(folder, path) {
+                    Some(bus) => open_device(bus, flags),
+                    None => pass_on!($openat: OpenAt, folder, path, flags, mode),
+                }
+            }
+
+            fn $open_two(path: Path, flags: c_int) -> c_int {
+                match device(AT_FDCWD, path) {
+                    Some(bus) => open_device(bus, flags),
+                    None => pass_on!($open_two: OpenTwo, path, flags),
+                }
+            }
+
+            fn $openat_two(folder: c_int, path: Path, flags: c_int) -> c_int {
+                match device(folder, path) {
+                    Some(bus) => open_device(bus, flags),
+                    None => pass_on!($openat_two: OpenAtTwo, folder, path, flags),
+                }
+            }
+
+            fn $stream(path: Path, mode: Path) -> *mut c_void {
+                if device(AT_FDCWD, path).is_some() {
+                    // A stream reads and writes inside the C library, where nothing can be intercepted: better
+                    // refused than silent.
+                    system::set_errno(EOPNOTSUPP);
+                    return core::ptr::null_mut();
+                }
+                match next!($stream: OpenStream) {
+                    // SAFETY: these are the program's own arguments to this very function.
+                    Some(function) => unsafe { function(path, mode) },
+                    None => core::ptr::null_mut(),
+                }
+            }
+        }
+    )*};
+}
+
+opens! {
+    open openat __open_2 __openat_2 fopen
+    open64 openat64 __open64_2 __openat64_2 fopen64
+}
+
+intercept! {
+    fn read(file: c_int, buffer: *mut c_void, length: usize) -> isize {
+        match descriptor::file_of(file) {
+            Some(token) => read_device(token, buffer, length),
+            None => pass_on!(read: Transfer, file, buffer, length),
+        }
+    }
+
+    fn __read_chk(file: c_int, buffer: *mut c_void, length: usize, room: usize) -> isize {
+        match descriptor::file_of(file) {
+            Some(token) if length <= room => read_device(token, buffer, length),
+            _ => pass_on!(__read_chk: TransferChecked, file, buffer, length, room),
+        }
+    }
+
+    fn write(file: c_int, buffer: *mut c_void, length: usize) -> isize {
+        match descriptor::file_of(file) {
+            Some(token) => write_device(token, buffer, length),
+            None => pass_on!(write: Transfer, file, buffer, length),
+        }
+    }
+
+    fn readv(file: c_int, pieces: *const Piece, count: c_int) -> isize {
+        match descriptor::file_of(file) {
+            Some(token) => each_piece(pieces, count, |piece| read_device(token, piece.start, piece.length)),
+            None => pass_on!(readv: TransferPieces, file, pieces, count),
+        }
+    }
+
+    fn writev(file: c_int, pieces: *const Piece, count: c_int) -> isize {
+        match descriptor::file_of(file) {
+            Some(token) => each_piece(pieces, count, |piece| write_device(token, piece.start, piece.length)),
+            None => pass_on!(writev: TransferPieces, file, pieces, count),
+        }
+    }
+}
+
+macro_rules! controls {
+    ($($name:ident)*) => {$(intercept! {
+        fn $name(file: c_int, request: c_ulong, argument: *mut c_void) -> c_int {
+            match controlled(file, request) {
+                Some((token, request)) => {
+                    let argument = u64::try_from(argument.expose_provenance()).unwrap_or(0);
+                    integer(result(channel::perform(token, Call::Ioctl { request, argument })))
+                }
+                None => pass_on!($name: Control, file, request, argument),
+            }
+        }
+    })*};
+}
+
+controls! { ioctl __ioctl_time64 }
+
+macro_rules! file_controls {
+    ($($name:ident)*) => {$(intercept! {
+        fn $name(file: c_int, command: c_int, argument: *mut c_void) -> c_int {
+            let token = matches!(command, F_DUPFD | F_DUPFD_CLOEXEC)
+                && descriptor::file_of(file).is_some();
+            duplicated(token, pass_on!($name: FileControl, file, command, argument))
+        }
+    })*};
+}
+
+file_controls! { fcntl fcntl64 __fcntl_time64 }
+
+intercept! {
+    fn close(file: c_int) -> c_int {
+        descriptor::unmark(file);
+        pass_on!(close: OfDescriptor, file)
+    }
+
+    fn dup(file: c_int) -> c_int {
+        let token = descriptor::file_of(file).is_some();
+        duplicated(token, pass_on!(dup: OfDescriptor, file))
+    }
+
+    fn dup2(file: c_int, to: c_int) -> c_int {
+        let token = descriptor::file_of(file).is_some();
+        duplicated(token, pass_on!(dup2: OfTwoDescriptors, file, to))
+    }
+
+    fn dup3(file: c_int, to: c_int, flags: c_int) -> c_int {
+        let token = descriptor::file_of(file).is_some();
+        duplicated(token, pass_on!(dup3: DuplicateThree, file, to, flags))
+    }
+}
+
+macro_rules! stats {
+    ($($name:ident)*) => {$(intercept! {
+        fn $name(path: Path, attributes: *mut c_void) -> c_int {
+            let bus = device(AT_FDCWD, path);
+            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
+            look_like(bus, attributes, pass_on!($name: Stat, shown, attributes))
+        }
+    })*};
+}
+
+stats! { stat stat64 lstat lstat64 __stat64_time64 __lstat64_time64 }
+
+macro_rules! stats_at {
+    ($($name:ident)*) => {$(intercept! {
+        fn $name(folder: c_int, path: Path, attributes: *mut c_void, flags: c_int) -> c_int {
+            let bus = device_or_open(folder, path, flags);
+            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
+            look_like(bus, attributes, pass_on!($name: StatAt, folder, shown, attributes, flags))
+        }
+    })*};
+}
+
+stats_at! { fstatat fstatat64 __fstatat64_time64 }
+
+macro_rules! stats_of_open {
+    ($($name:ident by $by_path:ident)*) => {$(intercept! {
+        fn $name(file: c_int, attributes: *mut c_void) -> c_int {
+            if descriptor::file_of(file).is_some() {
+                let outcome = pass_on!($by_path: Stat, LOOKS_LIKE.as_ptr(), attributes);
+                return look_like(Some(0), attributes, outcome);
+            }
+            pass_on!($name: StatOpen, file, attributes)
+        }
+    })*};
+}
+
+stats_of_open! { fstat by stat fstat64 by stat64 __fstat64_time64 by __stat64_time64 }
+
+// What programs call that were built with a glibc older than 2.33.
+macro_rules! stats_of_old {
+    ($($by_path:ident $by_link:ident $at:ident $of_open:ident)*) => {$(intercept! {
+        fn $by_path(version: c_int, path: Path, attributes: *mut c_void) -> c_int {
+            let bus = device(AT_FDCWD, path);
+            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
+            look_like(bus, attributes, pass_on!($by_path: StatVersion, version, shown, attributes))
+        }
+
+        fn $by_link(version: c_int, path: Path, attributes: *mut c_void) -> c_int {
+            let bus = device(AT_FDCWD, path);
+            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
+            look_like(bus, attributes, pass_on!($by_link: StatVersion, version, shown, attributes))
+        }
+
+        fn $at(version: c_int, folder: c_int, path: Path, attributes: *mut c_void, flags: c_int) -> c_int {
+            let bus = device_or_open(folder, path, flags);
+            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
+            let outcome = pass_on!($at: StatAtVersion, version, folder, shown, attributes, flags);
+            look_like(bus, attributes, outcome)
+        }
+
+        fn $of_open(version: c_int, file: c_int, attributes: *mut c_void) -> c_int {
+            if descriptor::file_of(file).is_some() {
+                let outcome = pass_on!($by_path: StatVersion, version, LOOKS_LIKE.as_ptr(), attributes);
+                return look_like(Some(0), attributes, outcome);
+            }
+            pass_on!($of_open: StatOpenVersion, version, file, attributes)
+        }
+    })*};
+}
+
+stats_of_old! {
+    __xstat __lxstat __fxstatat __fxstat
+    __xstat64 __lxstat64 __fxstatat64 __fxstat64
+}
+
+intercept! {
+    fn statx(folder: c_int, path: Path, flags: c_int, mask: c_uint, attributes: *mut c_void) -> c_int {
+        let bus = device_or_open(folder, path, flags);
+        let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
+        let outcome = pass_on!(statx: StatExtended, folder, shown, flags, mask, attributes);
+        if let (Some(bus), 0) = (bus, outcome) {
+            attributes::of_statx(attributes, bus);
+        }
+        outcome
+    }
+
+    fn access(path: Path, wanted: c_int) -> c_int {
+        match device(AT_FDCWD, path) {
+            Some(_) => permitted(wanted),
+            None => pass_on!(access: Access, path, wanted),
+        }
+    }
+
+    fn eaccess(path: Path, wanted: c_int) -> c_int {
+        match device(AT_FDCWD, path) {
+            Some(_) => permitted(wanted),
+            None => pass_on!(eaccess: Access, path, wanted),
+        }
+    }
+
+    fn euidaccess(path: Path, wanted: c_int) -> c_int {
+        match device(AT_FDCWD, path) {
+            Some(_) => permitted(wanted),
+            None => pass_on!(euidaccess: Access, path, wanted),
+        }
+    }
+
+    fn faccessat(folder: c_int, path: Path, wanted: c_int, flags: c_int) -> c_int {
+        match device(folder, path) {
+            Some(_) => permitted(wanted),
+            None => pass_on!(faccessat: AccessAt, folder, path, wanted, flags),
+        }
+    }
+}
+
+/// Runs when the library is loaded, before the program's own code.
+#[cfg(not(test))]
+#[used]
+#[unsafe(link_section = ".init_array")]
+static AT_START: extern "C" fn() = at_start;
+
+#[cfg(not(test))]
+extern "C" fn at_start() {
+    descriptor::adopt_inherited();
+}
+
+/// The emulated bus that a path means.
+fn device(folder: c_int, path: Path) -> Option<u32> {
+    let setting = setting::get()?;
+    if path.is_null() {
+        return None;
+    }
+    // SAFETY: the program hands this path to a function that reads it as a C string.
+    let path = unsafe { CStr::from_ptr(path) }.to_bytes();
+    let (front, bus) = path::split(path)?;
+    let in_dev = path::is_dev(front) || path::is_here(front) && is_dev_folder(folder);
+    (in_dev && setting.has(bus)).then_some(bus)
+}
+
+/// As [`device`]; an open file without a path also counts.
+fn device_or_open(folder: c_int, path: Path, flags: c_int) -> Option<u32> {
+    let without_path = flags & AT_EMPTY_PATH != 0
+        && (path.is_null()
+            // SAFETY: the program hands this path to a function that reads at least its first byte.
+            || unsafe { *path } == 0);
+    if without_path {
+        return descriptor::file_of(folder).map(|_file| 0);
+    }
+    device(folder, path)
+}
+
+/// Asks the system what an open folder, or the working directory, is.
+fn is_dev_folder(folder: c_int) -> bool {
+    const FRONT: &[u8] = b"/proc/self/fd/";
+    let mut text = [0; FRONT.len() + 12];
+    let link = if folder == AT_FDCWD {
+        Some(c"/proc/self/cwd")
+    } else {
+        write_decimal(&mut text, FRONT, folder)
+    };
+    let mut target = [0; 64];
+    let errno = system::errno();
+    let found = link.and_then(|link| system::read_link(link, &mut target)) == Some(b"/dev");
+    system::set_errno(errno);
+    found
+}
+
+fn write_decimal<'a>(text: &'a mut [u8], front: &[u8], number: c_int) -> Option<&'a CStr> {
+    let mut rest = u32::try_from(number).ok()?;
+    let mut digits = [0u8; 10];
+    let mut first = digits.len();
+    loop {
+        first = first.checked_sub(1)?;
+        let [digit, ..] = (rest % 10).to_le_bytes();
+        *digits.get_mut(first)? = b'0' + digit;
+        rest /= 10;
+        if rest == 0 {
+            break;
+        }
+    }
+    let digits = digits.get(first..)?;
+    text.get_mut(..front.len())?.copy_from_slice(front);
+    let end = front.len() + digits.len();
+    text.get_mut(front.len()..end)?.copy_from_slice(digits);
+    *text.get_mut(end)? = 0;
+    CStr::from_bytes_with_nul(text.get(..=end)?).ok()
+}
+
+fn open_device(bus: u32, flags: c_int) -> c_int {
+    if flags & (O_CREAT | O_EXCL) == O_CREAT | O_EXCL {
+        return failed(EEXIST);
+    }
+    if flags & O_DIRECTORY != 0 {
+        return failed(ENOTDIR);
+    }
+    let access = u32::try_from(flags & O_ACCMODE).unwrap_or(0);
+    match channel::open(bus, access, flags & O_CLOEXEC != 0) {
+        Ok(token) if descriptor::mark(token) => token,
+        Ok(token) => {
+            system::close(token);
+            failed(EMFILE)
+        }
+        Err(errno) => failed(errno),
+    }
+}
+
+fn read_device(file: u64, buffer: *mut c_void, length: usize) -> isize {
+    let (buffer, length) = span(buffer, length);
+    result(channel::perform(file, Call::Read { buffer, length }))
+}
+
+fn write_device(file: u64, buffer: *mut c_void, length: usize) -> isize {
+    let (buffer, length) = span(buffer, length);
+    result(channel::perform(file, Call::Write { buffer, length }))
+}
+
+fn span(buffer: *mut c_void, length: usize) -> (u64, u64) {
+    let address = u64::try_from(buffer.expose_provenance()).unwrap_or(0);
+    (address, u64::try_from(length).unwrap_or(u64::MAX))
+}
+
+/// One transfer for each piece, as the kernel does for a device that knows only read() and write().
+fn each_piece(
+    pieces: *const Piece,
+    count: c_int,
+    mut transfer: impl FnMut(&Piece) -> isize,
+) -> isize {
+    let mut total = 0;
+    for index in 0..usize::try_from(count).unwrap_or(0) {
+        // SAFETY: the program says that there are so many pieces.
+        let piece = unsafe { &*pieces.add(index) };
+        let done = transfer(piece);
+        if done < 0 {
+            return if total > 0 { total } else { done };
+        }
+        total += done;
+        if usize::try_from(done).unwrap_or(0) < piece.length {
+            break;
+        }
+    }
+    total
+}
+
+/// The open file, and the request as the kernel takes it, if this ioctl is for the emulator.
+fn controlled(file: c_int, request: c_ulong) -> Option<(u64, u32)> {
+    // The kernel looks at 32 bits, whatever the C library lets through.
+    let request = u32::try_from(request & 0xFFFF_FFFF).ok()?;
+    if REQUESTS_OF_EVERY_FILE.contains(&request) {
+        return None;
+    }
+    let known = descriptor::file_of(file);
+    let token = if request >> 8 == REQUESTS_OF_I2C {
+        // A token may have come by a way that was not seen, from another process for example.
+        known.or_else(|| descriptor::adopt(file))
+    } else {
+        known
+    };
+    token.map(|token| (token, request))
+}
+
+/// Another file that takes a token's number needs no mention: it is told from a token by its name.
+fn duplicated(token: bool, descriptor: c_int) -> c_int {
+    if token && descriptor >= 0 {
+        descriptor::mark(descriptor);
+    }
+    descriptor
+}
+
+fn permitted(wanted: c_int) -> c_int {
+    if wanted & X_OK != 0 {
+        failed(EACCES)
+    } else {
+        0
+    }
+}
+
+fn look_like(bus: Option<u32>, attributes: *mut c_void, outcome: c_int) -> c_int {
+    if let (Some(bus), 0) = (bus, outcome) {
+        attributes::of_stat(attributes, bus);
+    }
+    outcome
+}
+
+fn result(outcome: Result<usize, Errno>) -> isize {
+    match outcome {
+        Ok(value) => isize::try_from(value).unwrap_or(isize::MAX),
+        Err(errno) => {
+            system::set_errno(errno);
+            -1
+        }
+    }
+}
+
+fn integer(value: isize) -> c_int {
+    c_int::try_from(value).unwrap_or(c_int::MAX)
+}
+
+fn failed(errno: Errno) -> c_int {
+    system::set_errno(errno);
+    -1
+}
+
+/// The attributes of /dev/null, turned into those of a device of i2c-dev.
+mod attributes {
+    use core::ffi::c_void;
+
+    /// Major number of i2c-dev.
+    const MAJOR: u32 = 89;
+
+    /// Fields of `struct stat`: where the device's number is.
+    #[cfg(target_arch = "x86_64")]
+    const NUMBER_AT: Option<usize> = Some(40);
+    #[cfg(any(target_arch = "aarch64", target_arch = "riscv64"))]
+    const NUMBER_AT: Option<usize> = Some(32);
+    #[cfg(target_arch = "arm")]
+    const NUMBER_AT: Option<usize> = None;
+
+    /// `stx_rdev_major` of `struct statx`, followed by the minor number.
+    const NUMBER_IN_STATX_AT: usize = 128;
+
+    pub(super) fn of_stat(attributes: *mut c_void, bus: u32) {
+        let Some(at) = NUMBER_AT else { return };
+        // As glibc's makedev() does it.
+        let (major, minor) = (u64::from(MAJOR), u64::from(bus));
+        let number = major << 8 | minor & 0xFF | (minor & !0xFF) << 12;
+        // SAFETY: the C library has just filled a `struct stat` there.
+        unsafe {
+            attributes
+                .byte_add(at)
+                .cast::<u64>()
+                .write_unaligned(number);
+        };
+    }
+
+    pub(super) fn of_statx(attributes: *mut c_void, bus: u32) {
+        // SAFETY: the C library has just filled a `struct statx` there.
+        unsafe {
+            let at = attributes.byte_add(NUMBER_IN_STATX_AT).cast::<u32>();
+            at.write_unaligned(MAJOR);
+            at.add(1).write_unaligned(bus);
+        }
+    }
+}

@@ -1,0 +1,368 @@
+//! The connections that calls go through.
+//!
+//! A process has a few, and each call takes one that is free. Who holds one is written down as a process number: a child
+//! that was forked while another thread was in a call finds that thread's mark, knows that it cannot be its own, and
+//! takes over. The descriptor is another matter: a child must not speak on its parent's connection, and makes its own.
+
+use core::ffi::c_int;
+use core::sync::atomic::{AtomicI32, AtomicU32, AtomicU64, Ordering};
+
+use super::super::protocol::{
+    ANSWER_BYTES, Answer, CHANNEL_MARK, CHUNK_BYTES_MAX, Call, Hello, Purpose, REGION_BYTES,
+    REQUEST_BYTES, REQUEST_BYTES_MAX, Request, TOKEN_MARK, WELCOME_BYTES, digits_of, number_of,
+    region_header, u32_at, u64_at,
+};
+use super::setting::{self, Setting};
+use super::system::{self, EADDRINUSE, EFAULT, EINVAL, ENOTCONN, Errno, SocketName};
+
+/// Calls of one process that are under way at the same time; more wait.
+const CHANNELS: usize = 8;
+/// Channels keep out of the low numbers, which programs count on.
+const DESCRIPTOR_MIN: usize = 900;
+/// Bytes of a pointer of this program.
+const POINTER_BYTES: usize = size_of::<usize>();
+/// Most messages of one I2C_RDWR that are sent along; of more, only the array is.
+const MESSAGES_MAX: usize = 42;
+
+const I2C_RDWR: u32 = 0x0707;
+const I2C_SMBUS: u32 = 0x0720;
+/// Bytes of `union i2c_smbus_data`.
+const SMBUS_DATA_BYTES: usize = 34;
+/// Most bytes of one write that reach the bus.
+const WRITE_BYTES_MAX: u64 = 8192;
+
+struct Channel {
+    /// The process that is using it, or 0.
+    holder: AtomicI32,
+    /// The process that connected it.
+    owner: AtomicI32,
+    descriptor: AtomicI32,
+    /// The number in its name, by which its descriptor is known to be the same still.
+    number: AtomicU64,
+}
+
+static CHANNELS_OF_PROCESS: [Channel; CHANNELS] = [const {
+    Channel {
+        holder: AtomicI32::new(0),
+        owner: AtomicI32::new(0),
+        descriptor: AtomicI32::new(-1),
+        number: AtomicU64::new(0),
+    }
+}; CHANNELS];
+
+/// Opens a bus: a new token.
+pub(super) fn open(bus: u32, flags: u32, close_on_exec: bool) -> Result<c_int, Errno> {
+    let setting = setting::get().ok_or(ENOTCONN)?;
+    let purpose = Purpose::Token { bus, flags };
+    connect(setting, purpose, TOKEN_MARK, close_on_exec).map(|(token, _)| token)
+}
+
+/// Lets the emulator carry out a call on an open file. The result is not negative.
+pub(super) fn perform(file: u64, call: Call) -> Result<usize, Errno> {
+    let setting = setting::get().ok_or(ENOTCONN)?;
+    let process = system::own_pid();
+    let channel = take(process);
+    let outcome = match channel.connected(setting, process) {
+        Ok(descriptor) => {
+            let outcome = converse(descriptor, setting.prefetch, file, call);
+            if outcome.is_err() {
+                // Half a conversation may be left in it.
+                channel.discard(setting);
+            }
+            outcome
+        }
+        Err(errno) => Err(errno),
+    };
+    channel.holder.store(0, Ordering::Release);
+    let result = outcome?;
+    usize::try_from(result).map_err(|_negative| Errno::try_from(-result).unwrap_or(EINVAL))
+}
+
+fn take(process: i32) -> &'static Channel {
+    loop {
+        for channel in &CHANNELS_OF_PROCESS {
+            let holder = channel.holder.load(Ordering::Relaxed);
+            let free = holder != process;
+            let taken = free
+                && channel
+                    .holder
+                    .compare_exchange(holder, process, Ordering::Acquire, Ordering::Relaxed)
+                    .is_ok();
+            if taken {
+                return channel;
+            }
+        }
+        system::give_way();
+    }
+}
+
+impl Channel {
+    fn connected(&self, setting: &Setting, process: i32) -> Result<c_int, Errno> {
+        let descriptor = self.descriptor.load(Ordering::Relaxed);
+        let own = self.owner.load(Ordering::Relaxed) == process;
+        if own && self.is(setting, descriptor) {
+            return Ok(descriptor);
+        }
+        self.discard(setting);
+        let (socket, number) = connect(setting, Purpose::Channel, CHANNEL_MARK, true)?;
+        let descriptor = system::move_up(socket, DESCRIPTOR_MIN);
+        self.number.store(number, Ordering::Relaxed);
+        self.descriptor.store(descriptor, Ordering::Relaxed);
+        self.owner.store(process, Ordering::Relaxed);
+        Ok(descriptor)
+    }
+
+    /// Whether the descriptor is still this channel's: a program may have closed it, and opened something else there.
+    fn is(&self, setting: &Setting, descriptor: c_int) -> bool {
+        let named = |name: &[u8]| number_of(name, setting.socket(), CHANNEL_MARK);
+        descriptor >= 0
+            && system::with_own_name(descriptor, named) == Some(self.number.load(Ordering::Relaxed))
+    }
+
+    fn discard(&self, setting: &Setting) {
+        let descriptor = self.descriptor.swap(-1, Ordering::Relaxed);
+        if self.is(setting, descriptor) {
+            system::close(descriptor);
+        }
+    }
+}
+
+/// A new connection and the number in its name.
+fn connect(
+    setting: &Setting,
+    purpose: Purpose,
+    mark: &[u8],
+    close_on_exec: bool,
+) -> Result<(c_int, u64), Errno> {
+    let socket = system::socket(close_on_exec)?;
+    let connected = name(socket, setting, mark).and_then(|number| {
+        greet(socket, setting, purpose)
+            .map_err(dead)
+            .map(|()| number)
+    });
+    connected
+        .map(|number| (socket, number))
+        .inspect_err(|_| system::close(socket))
+}
+
+fn name(socket: c_int, setting: &Setting, mark: &[u8]) -> Result<u64, Errno> {
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    /// A token outlives the process that opened it, whose number another process may have by then.
+    const TRIES_MAX: u32 = 10_000;
+    let process = u64::try_from(system::own_pid()).unwrap_or(0);
+    for _ in 0..TRIES_MAX {
+        let number = process << 32 | u64::from(NEXT.fetch_add(1, Ordering::Relaxed));
+        let name = SocketName::new(&[setting.socket(), mark, &digits_of(number)]);
+        match system::bind(socket, &name) {
+            Err(EADDRINUSE) => {}
+            outcome => return outcome.map(|()| number),
+        }
+    }
+    Err(EADDRINUSE)
+}
+
+fn greet(socket: c_int, setting: &Setting, purpose: Purpose) -> Result<(), Errno> {
+    system::connect(socket, &SocketName::new(&[setting.socket()]))?;
+    let hello = Hello {
+        purpose,
+        pointer_bytes: u8::try_from(POINTER_BYTES).unwrap_or(0),
+        secret: setting.secret,
+    };
+    system::send(socket, &hello.to_bytes())?;
+    let mut welcome = [0; WELCOME_BYTES];
+    let mut filled = 0;
+    while let Some(rest) = welcome.get_mut(filled..).filter(|rest| !rest.is_empty()) {
+        filled += system::receive(socket, rest)?;
+    }
+    match Errno::try_from(u32_at(&welcome, 0)) {
+        Ok(0) => Ok(()),
+        Ok(errno) => Err(errno),
+        Err(_) => Err(EINVAL),
+    }
+}
+
+/// An emulator that is gone is a bus that died, as with FUSE. What the emulator itself answers is passed on.
+fn dead(errno: Errno) -> Errno {
+    const EPIPE: Errno = 32;
+    const ECONNRESET: Errno = 104;
+    const ECONNREFUSED: Errno = 111;
+    match errno {
+        EPIPE | ECONNRESET | ECONNREFUSED => ENOTCONN,
+        other => other,
+    }
+}
+
+fn converse(descriptor: c_int, prefetch: bool, file: u64, call: Call) -> Result<i64, Errno> {
+    let mut buffer = [0; REQUEST_BYTES_MAX];
+    let mut memory = Memory {
+        buffer: &mut buffer,
+        used: REQUEST_BYTES,
+    };
+    if prefetch {
+        memory.add_for(call);
+    }
+    let used = memory.used;
+    let request = Request {
+        file,
+        call,
+        memory_bytes: u32::try_from(used - REQUEST_BYTES).unwrap_or(0),
+    };
+    if let Some(front) = buffer.first_chunk_mut() {
+        *front = request.to_bytes();
+    }
+    system::send(descriptor, buffer.get(..used).unwrap_or(&[])).map_err(dead)?;
+    listen(descriptor, &mut buffer).map_err(dead)
+}
+
+/// The memory that the emulator will ask for, as far as it can be told and is there. Sending it along saves a round trip
+/// for each piece; what it means is the emulator's business alone.
+struct Memory<'a> {
+    buffer: &'a mut [u8; REQUEST_BYTES_MAX],
+    used: usize,
+}
+
+impl Memory<'_> {
+    fn add_for(&mut self, call: Call) {
+        match call {
+            Call::Ioctl {
+                request: I2C_SMBUS,
+                argument,
+            } => {
+                self.add_behind(argument, 8 + POINTER_BYTES, 8, SMBUS_DATA_BYTES);
+            }
+            Call::Ioctl {
+                request: I2C_RDWR,
+                argument,
+            } => self.add_messages(argument),
+            Call::Write { buffer, length } => {
+                let length = usize::try_from(length.min(WRITE_BYTES_MAX)).unwrap_or(0);
+                let _ = self.add(buffer, length);
+            }
+            Call::Ioctl { .. } | Call::Read { .. } => {}
+        }
+    }
+
+    /// A structure, and what a pointer in it points at.
+    fn add_behind(&mut self, address: u64, length: usize, pointer_at: usize, behind: usize) {
+        let Some(at) = self.add(address, length) else {
+            return;
+        };
+        let pointer = self.pointer(at + pointer_at);
+        if pointer != 0 {
+            let _ = self.add(pointer, behind);
+        }
+    }
+
+    fn add_messages(&mut self, argument: u64) {
+        const MESSAGE_BYTES: usize = 8 + POINTER_BYTES;
+        let Some(at) = self.add(argument, 2 * POINTER_BYTES) else {
+            return;
+        };
+        let count = usize::try_from(u32_at(self.buffer, at + POINTER_BYTES)).unwrap_or(0);
+        if count > MESSAGES_MAX {
+            return;
+        }
+        let Some(first) = self.add(self.pointer(at), count * MESSAGE_BYTES) else {
+            return;
+        };
+        for message in 0..count {
+            let at = first + message * MESSAGE_BYTES;
+            let [low, high, ..] = u32_at(self.buffer, at + 4).to_ne_bytes();
+            let length = usize::from(u16::from_ne_bytes([low, high]));
+            if self.add(self.pointer(at + 8), length).is_none() {
+                return;
+            }
+        }
+    }
+
+    /// Where in the buffer the bytes are now; `None` if they are not there or do not fit.
+    fn add(&mut self, address: u64, length: usize) -> Option<usize> {
+        let start = self.used + REGION_BYTES;
+        let end = start.checked_add(length)?;
+        system::peek(address, self.buffer.get_mut(start..end)?).ok()?;
+        let header = region_header(address, u64::try_from(length).ok()?);
+        self.buffer
+            .get_mut(self.used..start)?
+            .copy_from_slice(&header);
+        self.used = end;
+        Some(start)
+    }
+
+    fn pointer(&self, at: usize) -> u64 {
+        if POINTER_BYTES == 8 {
+            u64_at(self.buffer, at)
+        } else {
+            u32_at(self.buffer, at).into()
+        }
+    }
+}
+
+/// Answers the emulator's questions until it is done. Memory that may not be written to makes the call EFAULT.
+fn listen(descriptor: c_int, buffer: &mut [u8; REQUEST_BYTES_MAX]) -> Result<i64, Errno> {
+    let mut inbox = Inbox {
+        descriptor,
+        buffer,
+        start: 0,
+        end: 0,
+    };
+    let mut written = Ok(());
+    loop {
+        let header = inbox.take(ANSWER_BYTES)?;
+        match header.first_chunk().and_then(Answer::parse) {
+            Some(Answer::Peek { address, length }) => show(descriptor, address, length)?,
+            Some(Answer::Poke { address, length }) => {
+                let bytes = inbox.take(usize::try_from(length).unwrap_or(0))?;
+                written = written.and_then(|()| system::poke(address, bytes));
+            }
+            Some(Answer::Done(result)) => {
+                return Ok(written.map_or_else(|errno| -i64::from(errno), |()| result));
+            }
+            None => return Err(ENOTCONN),
+        }
+    }
+}
+
+/// What has arrived and was not looked at yet.
+struct Inbox<'a> {
+    descriptor: c_int,
+    buffer: &'a mut [u8; REQUEST_BYTES_MAX],
+    start: usize,
+    end: usize,
+}
+
+impl Inbox<'_> {
+    fn take(&mut self, length: usize) -> Result<&[u8], Errno> {
+        if self.start > 0 && self.start == self.end {
+            (self.start, self.end) = (0, 0);
+        }
+        if self.start + length > self.buffer.len() {
+            self.buffer.copy_within(self.start..self.end, 0);
+            (self.start, self.end) = (0, self.end - self.start);
+        }
+        while self.end - self.start < length {
+            let room = self.buffer.get_mut(self.end..).ok_or(ENOTCONN)?;
+            self.end += system::receive(self.descriptor, room)?;
+        }
+        let taken = self.buffer.get(self.start..self.start + length);
+        self.start += length;
+        taken.ok_or(ENOTCONN)
+    }
+}
+
+#[inline(never)]
+fn show(descriptor: c_int, address: u64, length: u32) -> Result<(), Errno> {
+    let mut bytes = [0; 1 + CHUNK_BYTES_MAX];
+    let length = usize::try_from(length).unwrap_or(0);
+    let there = bytes
+        .get_mut(1..=length)
+        .ok_or(EFAULT)
+        .and_then(|room| system::peek(address, room));
+    let said = match there {
+        Ok(()) => {
+            bytes[0] = 1;
+            bytes.get(..=length)
+        }
+        Err(_) => bytes.get(..1),
+    };
+    system::send(descriptor, said.unwrap_or(&[]))
+}

@@ -1,0 +1,142 @@
+//! What the emulator says in the environment, read once.
+
+use core::cell::UnsafeCell;
+use core::ffi::CStr;
+use core::sync::atomic::{AtomicU8, Ordering};
+
+use super::super::protocol::{BUSES_MAX, NAME_BYTES_MAX, SECRET_BYTES, value_of_digit};
+use super::{path, system};
+
+const NAME: &CStr = c"I2C_EMULATION_PRELOAD";
+const PREFETCH: &CStr = c"I2C_EMULATION_PREFETCH";
+
+const UNREAD: u8 = 0;
+const BEING_READ: u8 = 1;
+const READY: u8 = 2;
+const NOTHING: u8 = 3;
+
+/// Where the emulator listens, and which buses it has.
+pub(super) struct Setting {
+    name: [u8; NAME_BYTES_MAX],
+    name_bytes: usize,
+    pub(super) secret: [u8; SECRET_BYTES],
+    buses: [u32; BUSES_MAX],
+    buses_count: usize,
+    pub(super) prefetch: bool,
+}
+
+impl Setting {
+    const EMPTY: Self = Self {
+        name: [0; NAME_BYTES_MAX],
+        name_bytes: 0,
+        secret: [0; SECRET_BYTES],
+        buses: [0; BUSES_MAX],
+        buses_count: 0,
+        prefetch: true,
+    };
+
+    /// The name of the emulator's socket.
+    pub(super) fn socket(&self) -> &[u8] {
+        self.name.get(..self.name_bytes).unwrap_or(&[])
+    }
+
+    /// Whether the emulator has this bus.
+    pub(super) fn has(&self, bus: u32) -> bool {
+        self.buses
+            .get(..self.buses_count)
+            .is_some_and(|buses| buses.contains(&bus))
+    }
+
+    fn parse(text: &[u8]) -> Option<Self> {
+        let mut setting = Self::EMPTY;
+        let mut fields = text.split(|byte| *byte == b':');
+        let (name, secret, buses) = (fields.next()?, fields.next()?, fields.next()?);
+        setting.name.get_mut(..name.len())?.copy_from_slice(name);
+        setting.name_bytes = name.len();
+        if secret.len() != 2 * SECRET_BYTES {
+            return None;
+        }
+        for (byte, digits) in setting.secret.iter_mut().zip(secret.chunks_exact(2)) {
+            let [high, low] = digits else { return None };
+            *byte = value_of_digit(*high)? << 4 | value_of_digit(*low)?;
+        }
+        for bus in buses.split(|byte| *byte == b',') {
+            *setting.buses.get_mut(setting.buses_count)? = path::decimal(bus)?;
+            setting.buses_count += 1;
+        }
+        Some(setting)
+    }
+}
+
+struct Place(UnsafeCell<Setting>);
+
+// SAFETY: it is written once, by whoever turned STATE from UNREAD to BEING_READ, and read only after READY was stored.
+unsafe impl Sync for Place {}
+
+static PLACE: Place = Place(UnsafeCell::new(Setting::EMPTY));
+static STATE: AtomicU8 = AtomicU8::new(UNREAD);
+
+/// The setting; `None` without an emulator, and for whoever comes while it is being read for the first time.
+pub(super) fn get() -> Option<&'static Setting> {
+    match STATE.load(Ordering::Acquire) {
+        // SAFETY: nobody writes any more.
+        READY => Some(unsafe { &*PLACE.0.get() }),
+        UNREAD => read(),
+        _ => None,
+    }
+}
+
+#[cold]
+fn read() -> Option<&'static Setting> {
+    STATE
+        .compare_exchange(UNREAD, BEING_READ, Ordering::AcqRel, Ordering::Acquire)
+        .ok()?;
+    let Some(mut setting) = system::environment(NAME).and_then(Setting::parse) else {
+        STATE.store(NOTHING, Ordering::Release);
+        return None;
+    };
+    setting.prefetch = system::environment(PREFETCH) != Some(b"0");
+    // SAFETY: STATE lets nobody else in.
+    unsafe { *PLACE.0.get() = setting };
+    STATE.store(READY, Ordering::Release);
+    get()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::protocol::{ENVIRONMENT, ENVIRONMENT_PREFETCH};
+    use super::*;
+
+    #[test]
+    fn the_variables_have_the_names_that_the_emulator_sets() {
+        assert_eq!(NAME.to_str(), Ok(ENVIRONMENT));
+        assert_eq!(PREFETCH.to_str(), Ok(ENVIRONMENT_PREFETCH));
+    }
+
+    #[test]
+    fn a_setting_is_taken_whole_or_not_at_all() {
+        let secret = "000102030405060708090a0b0c0d0eff";
+        let setting = Setting::parse(format!("name:{secret}:1,30").as_bytes()).unwrap();
+        assert_eq!(setting.socket(), b"name");
+        assert_eq!(setting.secret[..2], [0, 1]);
+        assert_eq!(setting.secret[14..], [14, 255]);
+        assert!(setting.has(1) && setting.has(30));
+        assert!(!setting.has(0) && !setting.has(3));
+        let long = "n".repeat(NAME_BYTES_MAX + 1);
+        let many = "7,".repeat(BUSES_MAX) + "8";
+        for wrong in [
+            String::new(),
+            "name".to_owned(),
+            format!("name:{secret}"),
+            format!("name:{secret}:"),
+            format!("name:{secret}:1,"),
+            format!("name:{secret}:x"),
+            format!("name:{}:1", &secret[1..]),
+            format!("name:{}:1", secret.to_uppercase()),
+            format!("{long}:{secret}:1"),
+            format!("name:{secret}:{many}"),
+        ] {
+            assert!(Setting::parse(wrong.as_bytes()).is_none(), "{wrong}");
+        }
+    }
+}

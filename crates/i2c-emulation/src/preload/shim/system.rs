@@ -1,0 +1,392 @@
+//! The few things that only the system can do, each a thin wrapper.
+
+use core::ffi::{CStr, c_char, c_int, c_long, c_void};
+use core::sync::atomic::{AtomicBool, Ordering};
+
+/// An errno.
+pub(super) type Errno = c_int;
+
+pub(super) const EINTR: Errno = 4;
+pub(super) const EBADF: Errno = 9;
+pub(super) const EACCES: Errno = 13;
+pub(super) const EFAULT: Errno = 14;
+pub(super) const EEXIST: Errno = 17;
+pub(super) const ENOTDIR: Errno = 20;
+pub(super) const EINVAL: Errno = 22;
+pub(super) const EMFILE: Errno = 24;
+pub(super) const ENOSYS: Errno = 38;
+pub(super) const EADDRINUSE: Errno = 98;
+pub(super) const EOPNOTSUPP: Errno = 95;
+pub(super) const ENOTCONN: Errno = 107;
+const EPERM: Errno = 1;
+
+const AF_UNIX: u16 = 1;
+const SOCK_STREAM: usize = 1;
+const SOCK_CLOEXEC: usize = 0o2_000_000;
+const MSG_NOSIGNAL: usize = 0x4000;
+const F_DUPFD_CLOEXEC: usize = 1030;
+const AT_FDCWD: c_int = -100;
+/// Bytes of `sun_path`.
+const SOCKET_NAME_BYTES: usize = 108;
+
+/// Numbers of system calls.
+#[cfg(target_arch = "x86_64")]
+mod number {
+    pub(super) const SOCKET: i32 = 41;
+    pub(super) const BIND: i32 = 49;
+    pub(super) const CONNECT: i32 = 42;
+    pub(super) const GETSOCKNAME: i32 = 51;
+    pub(super) const SENDTO: i32 = 44;
+    pub(super) const RECVFROM: i32 = 45;
+    pub(super) const FCNTL: i32 = 72;
+    pub(super) const CLOSE: i32 = 3;
+    pub(super) const GETPID: i32 = 39;
+    pub(super) const READLINKAT: i32 = 267;
+    pub(super) const SCHED_YIELD: i32 = 24;
+    pub(super) const PROCESS_VM_READV: i32 = 310;
+    pub(super) const PROCESS_VM_WRITEV: i32 = 311;
+}
+#[cfg(any(target_arch = "aarch64", target_arch = "riscv64"))]
+mod number {
+    pub(super) const SOCKET: i32 = 198;
+    pub(super) const BIND: i32 = 200;
+    pub(super) const CONNECT: i32 = 203;
+    pub(super) const GETSOCKNAME: i32 = 204;
+    pub(super) const SENDTO: i32 = 206;
+    pub(super) const RECVFROM: i32 = 207;
+    pub(super) const FCNTL: i32 = 25;
+    pub(super) const CLOSE: i32 = 57;
+    pub(super) const GETPID: i32 = 172;
+    pub(super) const READLINKAT: i32 = 78;
+    pub(super) const SCHED_YIELD: i32 = 124;
+    pub(super) const PROCESS_VM_READV: i32 = 270;
+    pub(super) const PROCESS_VM_WRITEV: i32 = 271;
+}
+#[cfg(target_arch = "arm")]
+mod number {
+    pub(super) const SOCKET: i32 = 281;
+    pub(super) const BIND: i32 = 282;
+    pub(super) const CONNECT: i32 = 283;
+    pub(super) const GETSOCKNAME: i32 = 286;
+    pub(super) const SENDTO: i32 = 290;
+    pub(super) const RECVFROM: i32 = 292;
+    pub(super) const FCNTL: i32 = 221;
+    pub(super) const CLOSE: i32 = 6;
+    pub(super) const GETPID: i32 = 20;
+    pub(super) const READLINKAT: i32 = 332;
+    pub(super) const SCHED_YIELD: i32 = 158;
+    pub(super) const PROCESS_VM_READV: i32 = 376;
+    pub(super) const PROCESS_VM_WRITEV: i32 = 377;
+}
+
+// Every C library has these, under these names. (A link to the C library itself would tie the library to one of them.)
+unsafe extern "C" {
+    fn syscall(number: c_long, ...) -> c_long;
+    fn __errno_location() -> *mut c_int;
+    fn dlsym(handle: *mut c_void, name: *const c_char) -> *mut c_void;
+    fn getenv(name: *const c_char) -> *const c_char;
+    #[cfg(not(test))]
+    #[link_name = "abort"]
+    fn abort_process() -> !;
+}
+
+/// Ends the program.
+#[cfg(not(test))]
+pub(crate) fn abort() -> ! {
+    // SAFETY: it takes nothing and does not return.
+    unsafe { abort_process() }
+}
+
+/// The errno of the calling thread.
+pub(super) fn errno() -> Errno {
+    // SAFETY: the address is valid for the thread's life.
+    unsafe { *__errno_location() }
+}
+
+/// Sets the errno of the calling thread.
+pub(super) fn set_errno(errno: Errno) {
+    // SAFETY: as above.
+    unsafe { *__errno_location() = errno };
+}
+
+/// The address of the next function of this name after this library's own, or 0.
+pub(super) fn next(name: &CStr) -> usize {
+    const RTLD_NEXT: usize = usize::MAX;
+    // SAFETY: the handle is the constant of that value, the name is a C string.
+    unsafe { dlsym(core::ptr::without_provenance_mut(RTLD_NEXT), name.as_ptr()) }
+        .expose_provenance()
+}
+
+/// The value of an environment variable, as long as nobody changes it.
+pub(super) fn environment<'a>(name: &CStr) -> Option<&'a [u8]> {
+    // SAFETY: the name is a C string.
+    let value = unsafe { getenv(name.as_ptr()) };
+    if value.is_null() {
+        return None;
+    }
+    // SAFETY: getenv returned a C string; it is copied before the program gets the time to change it.
+    Some(unsafe { CStr::from_ptr(value) }.to_bytes())
+}
+
+/// A system call.
+///
+/// # Safety
+/// Every argument that the kernel takes for an address must be good for what the kernel does there.
+unsafe fn call(number: i32, arguments: [usize; 6]) -> Result<usize, Errno> {
+    let [a, b, c, d, e, f] = arguments;
+    let number = c_long::from(number);
+    // SAFETY: the caller vouches for the arguments.
+    let result = unsafe { syscall(number, a, b, c, d, e, f) };
+    usize::try_from(result).map_err(|_negative| errno())
+}
+
+fn argument(number: c_int) -> usize {
+    // The kernel looks at the lower half only.
+    usize::from_ne_bytes(isize::try_from(number).unwrap_or(-1).to_ne_bytes())
+}
+
+fn descriptor_of(result: usize) -> Result<c_int, Errno> {
+    c_int::try_from(result).map_err(|_too_large| EBADF)
+}
+
+/// This process's number; asked anew each time, so that it is right after a fork.
+pub(super) fn own_pid() -> i32 {
+    // SAFETY: there are no arguments.
+    let pid = unsafe { call(number::GETPID, [0; 6]) };
+    pid.ok()
+        .and_then(|pid| i32::try_from(pid).ok())
+        .unwrap_or(-1)
+}
+
+/// Lets others run.
+pub(super) fn give_way() {
+    // SAFETY: there are no arguments.
+    let _ = unsafe { call(number::SCHED_YIELD, [0; 6]) };
+}
+
+/// A new Unix socket.
+pub(super) fn socket(close_on_exec: bool) -> Result<c_int, Errno> {
+    let kind = SOCK_STREAM | if close_on_exec { SOCK_CLOEXEC } else { 0 };
+    // SAFETY: no argument is an address.
+    let result = unsafe { call(number::SOCKET, [AF_UNIX.into(), kind, 0, 0, 0, 0]) };
+    result.and_then(descriptor_of)
+}
+
+/// Closes a descriptor; errors have no consequence.
+pub(super) fn close(descriptor: c_int) {
+    // SAFETY: no argument is an address.
+    let _ = unsafe { call(number::CLOSE, [argument(descriptor), 0, 0, 0, 0, 0]) };
+}
+
+/// Moves a descriptor out of the way, to a number from `lowest` on that is closed on exec; or leaves it where it is.
+pub(super) fn move_up(descriptor: c_int, lowest: usize) -> c_int {
+    let arguments = [argument(descriptor), F_DUPFD_CLOEXEC, lowest, 0, 0, 0];
+    // SAFETY: no argument is an address.
+    match unsafe { call(number::FCNTL, arguments) }.and_then(descriptor_of) {
+        Ok(moved) => {
+            close(descriptor);
+            moved
+        }
+        Err(_) => descriptor,
+    }
+}
+
+/// The name of a socket that has no path, without the zero byte in front.
+#[repr(C)]
+pub(super) struct SocketName {
+    family: u16,
+    bytes: [u8; SOCKET_NAME_BYTES],
+    length: usize,
+}
+
+impl SocketName {
+    /// The parts, one after the other; what does not fit is left out, and then the name leads nowhere.
+    pub(super) fn new(parts: &[&[u8]]) -> Self {
+        let mut name = Self {
+            family: AF_UNIX,
+            bytes: [0; SOCKET_NAME_BYTES],
+            length: 1,
+        };
+        let letters = parts.iter().flat_map(|part| part.iter());
+        for (to, from) in name.bytes.iter_mut().skip(1).zip(letters) {
+            *to = *from;
+            name.length += 1;
+        }
+        name
+    }
+
+    fn of_address(address_bytes: usize) -> usize {
+        size_of::<u16>() + address_bytes
+    }
+}
+
+/// Gives a socket its name.
+pub(super) fn bind(descriptor: c_int, name: &SocketName) -> Result<(), Errno> {
+    // SAFETY: the kernel reads an address of that length, which `name` has.
+    unsafe { with_name(number::BIND, descriptor, name) }
+}
+
+/// Connects a socket.
+pub(super) fn connect(descriptor: c_int, name: &SocketName) -> Result<(), Errno> {
+    // SAFETY: as above.
+    unsafe { with_name(number::CONNECT, descriptor, name) }
+}
+
+/// # Safety
+/// The system call must only read the name.
+unsafe fn with_name(number: i32, descriptor: c_int, name: &SocketName) -> Result<(), Errno> {
+    let at = core::ptr::from_ref(name).expose_provenance();
+    let length = SocketName::of_address(name.length);
+    let arguments = [argument(descriptor), at, length, 0, 0, 0];
+    // SAFETY: the caller vouches for the call; `name` outlives it.
+    unsafe { call(number, arguments) }.map(drop)
+}
+
+/// A socket's own name, if it has one without a path; `with` sees it without the zero byte in front.
+pub(super) fn with_own_name<T>(
+    descriptor: c_int,
+    with: impl FnOnce(&[u8]) -> Option<T>,
+) -> Option<T> {
+    let mut name = SocketName::new(&[]);
+    let mut length = u32::try_from(SocketName::of_address(SOCKET_NAME_BYTES)).unwrap_or(0);
+    let at = core::ptr::from_mut(&mut name).expose_provenance();
+    let length_at = core::ptr::from_mut(&mut length).expose_provenance();
+    let arguments = [argument(descriptor), at, length_at, 0, 0, 0];
+    // SAFETY: the kernel writes at most `length` bytes of address, and the length; there is room for both.
+    unsafe { call(number::GETSOCKNAME, arguments) }.ok()?;
+    let end = usize::try_from(length)
+        .ok()?
+        .checked_sub(size_of::<u16>())?;
+    let (first, rest) = name.bytes.get(..end)?.split_first()?;
+    if name.family == AF_UNIX && *first == 0 {
+        with(rest)
+    } else {
+        None
+    }
+}
+
+/// Sends all bytes.
+pub(super) fn send(descriptor: c_int, mut bytes: &[u8]) -> Result<(), Errno> {
+    while !bytes.is_empty() {
+        let at = bytes.as_ptr().expose_provenance();
+        let arguments = [argument(descriptor), at, bytes.len(), MSG_NOSIGNAL, 0, 0];
+        // SAFETY: the kernel reads `bytes` and nothing else.
+        match unsafe { call(number::SENDTO, arguments) } {
+            Ok(sent) => bytes = bytes.get(sent..).unwrap_or(&[]),
+            Err(EINTR) => {}
+            Err(errno) => return Err(errno),
+        }
+    }
+    Ok(())
+}
+
+/// Receives what has come, and waits for at least a byte; the end of the connection is ENOTCONN.
+pub(super) fn receive(descriptor: c_int, into: &mut [u8]) -> Result<usize, Errno> {
+    let at = into.as_mut_ptr().expose_provenance();
+    let arguments = [argument(descriptor), at, into.len(), 0, 0, 0];
+    loop {
+        // SAFETY: the kernel writes into `into` and nowhere else.
+        match unsafe { call(number::RECVFROM, arguments) } {
+            Ok(0) => return Err(ENOTCONN),
+            Err(EINTR) => {}
+            result => return result,
+        }
+    }
+}
+
+/// The text of a symbolic link, as far as it fits.
+pub(super) fn read_link<'a>(path: &CStr, into: &'a mut [u8]) -> Option<&'a [u8]> {
+    let text_at = into.as_mut_ptr().expose_provenance();
+    let path_at = path.as_ptr().expose_provenance();
+    let arguments = [argument(AT_FDCWD), path_at, text_at, into.len(), 0, 0];
+    // SAFETY: the kernel reads the path and writes into `into`.
+    let length = unsafe { call(number::READLINKAT, arguments) }.ok()?;
+    into.get(..length)
+}
+
+/// Copies from an address that may lead nowhere.
+pub(super) fn peek(address: u64, into: &mut [u8]) -> Result<(), Errno> {
+    let here = into.as_mut_ptr();
+    match copy(
+        number::PROCESS_VM_READV,
+        here.expose_provenance(),
+        address,
+        into.len(),
+    ) {
+        Some(outcome) => outcome,
+        None => {
+            let there =
+                core::ptr::with_exposed_provenance::<u8>(usize::try_from(address).or(Err(EFAULT))?);
+            // SAFETY: the program says that its memory is there, as it would to any function of the C library; `here`
+            // has room. What else the program does with that memory meanwhile is its own affair.
+            unsafe { core::ptr::copy(there, here, into.len()) };
+            Ok(())
+        }
+    }
+}
+
+/// Copies to an address that may lead nowhere.
+pub(super) fn poke(address: u64, bytes: &[u8]) -> Result<(), Errno> {
+    let here = bytes.as_ptr();
+    match copy(
+        number::PROCESS_VM_WRITEV,
+        here.expose_provenance(),
+        address,
+        bytes.len(),
+    ) {
+        Some(outcome) => outcome,
+        None => {
+            let there = core::ptr::with_exposed_provenance_mut::<u8>(
+                usize::try_from(address).or(Err(EFAULT))?,
+            );
+            // SAFETY: as above, for writing.
+            unsafe { core::ptr::copy(here, there, bytes.len()) };
+            Ok(())
+        }
+    }
+}
+
+#[repr(C)]
+struct Span {
+    start: usize,
+    length: usize,
+}
+
+/// Lets the kernel copy between two places of this process, so that a bad address is an errno; `None` where the kernel
+/// may not (a sandbox, qemu-user): there a bad address ends the program, as in any function of the C library.
+fn copy(number: i32, here: usize, there: u64, length: usize) -> Option<Result<(), Errno>> {
+    static FORBIDDEN: AtomicBool = AtomicBool::new(false);
+    if FORBIDDEN.load(Ordering::Relaxed) {
+        return None;
+    }
+    let Ok(there) = usize::try_from(there) else {
+        return Some(Err(EFAULT));
+    };
+    let (here, there) = (
+        Span {
+            start: here,
+            length,
+        },
+        Span {
+            start: there,
+            length,
+        },
+    );
+    let arguments = [
+        argument(own_pid()),
+        core::ptr::from_ref(&here).expose_provenance(),
+        1,
+        core::ptr::from_ref(&there).expose_provenance(),
+        1,
+        0,
+    ];
+    // SAFETY: the kernel checks both spans; the one on this side is a slice of the caller's.
+    match unsafe { call(number, arguments) } {
+        Ok(copied) if copied == length => Some(Ok(())),
+        Err(ENOSYS | EPERM) => {
+            FORBIDDEN.store(true, Ordering::Relaxed);
+            None
+        }
+        _ => Some(Err(EFAULT)),
+    }
+}

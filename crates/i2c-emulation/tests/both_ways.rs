@@ -1,0 +1,283 @@
+//! Programs that nobody here wrote, unmodified, with an emulated bus as their `/dev/i2c-N`: each test by FUSE and by the
+//! preloaded library, so that a program cannot tell the ways apart.
+//!
+//! What a machine lacks must be named: `GRIDEYE_WITHOUT_FUSE=1` leaves out everything that needs FUSE,
+//! `GRIDEYE_WITHOUT_I2C_TOOLS=1` what needs i2c-tools. Without these variables a lack fails the test.
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "helpers of tests are outside the functions that clippy knows as tests"
+)]
+
+mod common;
+
+use std::os::unix::process::ExitStatusExt;
+use std::process::Command;
+
+use common::*;
+use i2c_emulation::ioctl::AdapterMode;
+use i2c_emulation::program::{self, Via};
+
+macro_rules! by_both_ways {
+    ($($name:ident)*) => {
+        mod by_fuse {
+            $(#[test]
+            fn $name() {
+                if crate::common::fuse_works() {
+                    crate::$name(crate::Via::Fuse);
+                }
+            })*
+        }
+
+        mod by_preload {
+            $(#[test]
+            fn $name() {
+                crate::$name(crate::Via::Preload);
+            })*
+        }
+    };
+}
+
+by_both_ways! {
+    i2cdetect_sees_the_target_and_nobody_else
+    i2cdetect_lists_what_a_raspberry_pi_offers
+    i2cget_and_i2cset_share_one_chip_over_several_runs
+    i2cdump_shows_all_registers
+    i2ctransfer_reads_128_bytes_after_one_write
+    a_missing_target_gives_the_errno_of_the_mode
+    python_reads_a_block_by_i2c_rdwr_and_by_plain_read_and_write
+    hostile_calls_get_the_kernels_errno
+    transfers_of_several_processes_never_mingle
+    exit_codes_and_signals_are_handed_on_and_nothing_is_left
+    a_command_can_be_run_again
+    a_program_that_leaves_others_behind_ends_all_the_same
+}
+
+fn i2cdetect_sees_the_target_and_nobody_else(via: Via) {
+    let bench = Bench::new(via, AdapterMode::Pi);
+    let Some(found) = bench.i2c_tool("i2cdetect", "-y BUS") else {
+        return;
+    };
+    let expected = "     0  1  2  3  4  5  6  7  8  9  a  b  c  d  e  f\n\
+        00:                         -- -- -- -- -- -- -- -- \n\
+        10: -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- \n\
+        20: -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- \n\
+        30: -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- \n\
+        40: -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- \n\
+        50: -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- -- \n\
+        60: -- -- -- -- -- -- -- -- -- 69 -- -- -- -- -- -- \n\
+        70: -- -- -- -- -- -- -- --                         \n";
+    assert_eq!(found, expected);
+    let Some(busy) = Bench::new(via, AdapterMode::Busy).i2c_tool("i2cdetect", "-y BUS") else {
+        return;
+    };
+    assert_eq!(busy.matches("UU").count(), 0x78 - 0x08, "{busy}");
+}
+
+fn i2cdetect_lists_what_a_raspberry_pi_offers(via: Via) {
+    let Some(offers) = Bench::new(via, AdapterMode::Pi).i2c_tool("i2cdetect", "-F BUS") else {
+        return;
+    };
+    let line = |name: &str| {
+        let line = offers.lines().find(|line| line.starts_with(name));
+        line.unwrap_or_else(|| panic!("no {name} in\n{offers}"))
+            .ends_with("yes")
+    };
+    assert!(line("I2C "));
+    assert!(line("SMBus Quick Command"));
+    assert!(line("I2C Block Read"));
+    assert!(!line("SMBus Block Read"));
+    assert!(!line("SMBus Block Process Call"));
+}
+
+fn i2cget_and_i2cset_share_one_chip_over_several_runs(via: Via) {
+    let bench = Bench::new(via, AdapterMode::Pi);
+    let Some(before) = bench.i2c_tool("i2cget", "-y BUS 0x69 0x10") else {
+        return;
+    };
+    assert_eq!(before, "0x73\n", "16 x 7 + 3");
+    bench.i2c_tool("i2cset", "-y BUS 0x69 0x10 0x5a");
+    assert_eq!(
+        bench.i2c_tool("i2cget", "-y BUS 0x69 0x10").unwrap(),
+        "0x5a\n"
+    );
+    assert_eq!(
+        bench.i2c_tool("i2cget", "-y BUS 0x69 0x10 w").unwrap(),
+        "0x7a5a\n",
+        "the low byte comes first"
+    );
+    bench.i2c_tool("i2cset", "-y BUS 0x69 0x20 1 2 3 4 i");
+    assert_eq!(
+        bench.i2c_tool("i2cget", "-y BUS 0x69 0x20 i 5").unwrap(),
+        "0x01 0x02 0x03 0x04 0xff\n"
+    );
+    assert_eq!(bench.chip.values()[0x20..0x24], [1, 2, 3, 4]);
+}
+
+fn i2cdump_shows_all_registers(via: Via) {
+    for way in ["b", "i"] {
+        let Some(dump) =
+            Bench::new(via, AdapterMode::Pi).i2c_tool("i2cdump", &format!("-y BUS 0x69 {way}"))
+        else {
+            return;
+        };
+        let rows: Vec<&str> = dump
+            .lines()
+            .filter(|line| line.get(2..4) == Some(": "))
+            .collect();
+        assert_eq!(rows.len(), 16, "{dump}");
+        for (row, line) in rows.iter().enumerate() {
+            let expected: Vec<String> = (0..16)
+                .map(|column| format!("{:02x}", first_value(row * 16 + column)))
+                .collect();
+            assert_eq!(
+                &line[..51],
+                format!("{row:x}0: {}", expected.join(" ")),
+                "{dump}"
+            );
+        }
+    }
+}
+
+fn i2ctransfer_reads_128_bytes_after_one_write(via: Via) {
+    let bench = Bench::new(via, AdapterMode::Pi);
+    let Some(read) = bench.i2c_tool("i2ctransfer", "-y BUS w1@0x69 0x80 r128") else {
+        return;
+    };
+    let expected: Vec<String> = (0x80..0x100)
+        .map(|register| format!("{:#04x}", first_value(register)))
+        .collect();
+    assert_eq!(read.trim_end(), expected.join(" "));
+}
+
+fn a_missing_target_gives_the_errno_of_the_mode(via: Via) {
+    for (mode, expected) in [
+        (AdapterMode::Pi, "EREMOTEIO"),
+        (AdapterMode::Pi5, "EREMOTEIO"),
+        (AdapterMode::Usb, "ENXIO"),
+        (AdapterMode::SmbusOnly, "EOPNOTSUPP"),
+        (AdapterMode::Gone, "ENODEV"),
+        (AdapterMode::Virtio, "0 messages, buffer untouched"),
+    ] {
+        let bench = Bench::new(via, mode);
+        let said = bench.python(
+            "buffer = b'stale'\n\
+             try:\n\
+             \x20   count, (_, read) = rdwr(f, [(0x10, 0, b'\\x80'), (0x10, 1, buffer)])\n\
+             \x20   print(count, 'messages, buffer', 'untouched' if read == buffer else 'changed')\n\
+             except OSError as error:\n\
+             \x20   print(errno.errorcode[error.errno].replace('ENOTSUP', 'EOPNOTSUPP') if 'OPNOT' not in errno.errorcode[error.errno] else 'EOPNOTSUPP')",
+        );
+        assert_eq!(said.trim(), expected, "{mode}");
+    }
+}
+
+fn python_reads_a_block_by_i2c_rdwr_and_by_plain_read_and_write(via: Via) {
+    let bench = Bench::new(via, AdapterMode::Pi);
+    let said = bench.python(
+        "count, (_, block) = rdwr(f, [(0x69, 0, b'\\x80'), (0x69, 1, bytes(128))])\n\
+         assert count == 2 and block == bytes((n * 7 + 3) & 255 for n in range(0x80, 0x100)), block\n\
+         fcntl.ioctl(f, 0x0703, 0x69)\n\
+         assert os.write(f, b'\\x40\\xaa\\xbb') == 3\n\
+         assert os.write(f, b'\\x40') == 1\n\
+         assert os.read(f, 3) == bytes([0xaa, 0xbb, (0x42 * 7 + 3) & 255])\n\
+         assert len(os.read(f, 20000)) == 8192, 'i2c-dev reads 8192 bytes at most'\n\
+         assert os.write(f, bytes(20000)) == 8192, 'i2c-dev writes 8192 bytes at most'\n\
+         print('done')",
+    );
+    assert_eq!(said, "done\n");
+}
+
+fn hostile_calls_get_the_kernels_errno(via: Via) {
+    let said = Bench::new(via, AdapterMode::Pi).python(
+        "def tried(request, argument):\n\
+         \x20   try: return fcntl.ioctl(f, request, argument)\n\
+         \x20   except OSError as error: return errno.errorcode[error.errno]\n\
+         print(tried(0x0703, 0x80), tried(0x0799, 0), tried(0x0707, 0), tried(0x0705, 1), tried(0x0720, 12345))\n\
+         try: rdwr(f, [(0x69, 0, b'\\x80'), (0x69, 1, bytes(9000))])\n\
+         except OSError as error: print(errno.errorcode[error.errno])\n\
+         try: os.lseek(f, 0, os.SEEK_SET)\n\
+         except OSError as error: print(errno.errorcode[error.errno])\n\
+         assert fcntl.ioctl(f, 0x0703, 0x69) == 0\n\
+         assert os.read(f, 1) == b'\\x03'",
+    );
+    assert_eq!(said, "EINVAL ENOTTY EFAULT EFAULT EFAULT\nEINVAL\nESPIPE\n");
+}
+
+/// Four processes on one bus: were a transfer not atomic, one would read from another's register.
+fn transfers_of_several_processes_never_mingle(via: Via) {
+    let said = Bench::new(via, AdapterMode::Pi).python(
+        "children = []\n\
+         for k in range(4):\n\
+         \x20   pid = os.fork()\n\
+         \x20   if pid == 0:\n\
+         \x20       own = os.open(DEVICE, os.O_RDWR)\n\
+         \x20       for n in range(200):\n\
+         \x20           r = (n * 31 + k * 64) & 255\n\
+         \x20           _, (_, block) = rdwr(own, [(0x69, 0, bytes([r])), (0x69, 1, bytes(16))])\n\
+         \x20           if block != bytes((((r + i) & 255) * 7 + 3) & 255 for i in range(16)): os._exit(1)\n\
+         \x20       os._exit(0)\n\
+         \x20   children.append(pid)\n\
+         print([os.waitpid(pid, 0)[1] for pid in children])",
+    );
+    assert_eq!(said, "[0, 0, 0, 0]\n");
+}
+
+fn exit_codes_and_signals_are_handed_on_and_nothing_is_left(via: Via) {
+    let bench = Bench::new(via, AdapterMode::Pi);
+    let device = bench.device();
+    let device = device.display();
+    let run = |script: String| {
+        bench
+            .run(Command::new("sh").args(["-c", &script]))
+            .unwrap()
+            .status
+    };
+    assert_eq!(run("exit 37".to_owned()).code(), Some(37));
+    assert_eq!(
+        run(format!("exec 3<>{device}; kill -KILL $$")).signal(),
+        Some(9)
+    );
+    assert_eq!(
+        run(format!("exec 3<>{device}; kill -INT $$")).signal(),
+        Some(2)
+    );
+    assert_eq!(
+        run("true".to_owned()).code(),
+        Some(0),
+        "the same bench serves again"
+    );
+}
+
+/// One command twice: what was arranged for the first run must not be repeated in the second.
+fn a_command_can_be_run_again(via: Via) {
+    let bench = Bench::new(via, AdapterMode::Pi);
+    let mut command = Command::new("test");
+    command.arg("-e").arg(bench.device());
+    assert!(bench.run(&mut command).unwrap().status.success());
+    assert!(bench.run(&mut command).unwrap().status.success());
+    assert!(
+        !command.status().unwrap().success(),
+        "outside there is no device"
+    );
+}
+
+/// What the program leaves running loses its bus at the program's end, and does not keep `run` from returning.
+fn a_program_that_leaves_others_behind_ends_all_the_same(via: Via) {
+    let bench = Bench::new(via, AdapterMode::Pi);
+    let device = bench.device();
+    let device = device.display();
+    let script = format!(
+        "import os, fcntl\nf = os.open('{device}', os.O_RDWR)\nfcntl.ioctl(f, 0x0703, 0x69)\nos.read(f, 1)\n\
+         if os.fork() > 0: os._exit(7)\n\
+         try:\n\
+         \x20   while True: os.read(f, 1)\n\
+         except OSError: os._exit(0)"
+    );
+    let mut command = Command::new("python3");
+    command.args(["-c", &script]);
+    let ended = program::run(&bench.rack, &bench.options, &mut command).unwrap();
+    assert_eq!(ended.status.code(), Some(7));
+    wait_until(|| processes_that_mount(&bench.device()).is_empty());
+    assert_nothing_left(&bench.device());
+}
