@@ -1,7 +1,7 @@
 //! Way 2 as other processes meet it: the Rust client, the Python client, raw packets, and the socket's file.
 //!
-//! What a machine lacks must be named: `GRIDEYE_WITHOUT_FUSE=1` leaves out what compares with a real `/dev/i2c-N` user,
-//! `GRIDEYE_WITHOUT_PYTHON=1` what needs Python, `GRIDEYE_WITHOUT_PYPI=1` what needs smbus2 from PyPI.
+//! What a machine lacks must be named: `GRIDEYE_WITHOUT_FUSE=1` and `GRIDEYE_WITHOUT_PYTHON_DRIVERS=1` leave out the
+//! comparison with the real smbus2 from PyPI, `GRIDEYE_WITHOUT_I2C_TOOLS=1` what needs Python, where there is none.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,

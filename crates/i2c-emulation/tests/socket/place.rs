@@ -8,9 +8,10 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Barrier;
+use std::time::Duration;
 
 use i2c_emulation::rack::{Rack, SharedAdapter};
-use i2c_emulation::socket::{Client, Options, PATH_BYTES_MAX, Server, SocketError};
+use i2c_emulation::socket::{Client, ClientOptions, Options, PATH_BYTES_MAX, Server, SocketError};
 
 use crate::bench::{Bench, Log, RegisterFile};
 
@@ -259,6 +260,37 @@ fn after_sigkill_the_next_server_takes_over() {
     );
     drop(bind(&path).unwrap());
     assert!(entries(folder.path()).is_empty());
+}
+
+/// A server that has run out of descriptors turns clients away, and takes new ones once others have left.
+#[test]
+fn a_server_without_descriptors_recovers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bus.sock");
+    let server = server_process(&path);
+    let mut child = Command::new("sh")
+        .args(["-c", "ulimit -n 20 && exec \"$0\" \"$@\""])
+        .arg(server.get_program())
+        .args(server.get_args())
+        .env(ROLE, &path)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    assert!(first_line(&mut child).starts_with("listening on "));
+    let impatient = ClientOptions {
+        wait_max: Duration::from_millis(50),
+        ..ClientOptions::default()
+    };
+    let clients: Vec<_> = (0..20)
+        .map(|_| Client::connect_with(&path, 1, impatient))
+        .collect();
+    let served = clients.iter().filter(|client| client.is_ok()).count();
+    assert!((1..20).contains(&served), "{served} of 20 were served");
+    drop(clients);
+    Client::connect(&path, 1).unwrap();
+    child.kill().unwrap();
+    child.wait().unwrap();
 }
 
 /// As another user if this one may do everything.
