@@ -13,8 +13,8 @@ const VENDOR: u16 = 0x0403;
 const PRODUCT: u16 = 0xC631;
 /// Release 2.00, in binary-coded decimal.
 const RELEASE: u16 = 0x0200;
-/// USB_SPEED_FULL of `linux/usb/ch9.h`. The original is slower, which only its cable would notice.
-pub(super) const SPEED_FULL: u32 = 2;
+/// USB_SPEED_LOW of `linux/usb/ch9.h`, as the original has it. vhci-hcd complains in the kernel's log about full speed.
+pub(super) const SPEED_LOW: u32 = 1;
 
 const ENGLISH: u16 = 0x0409;
 

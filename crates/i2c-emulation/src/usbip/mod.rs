@@ -39,7 +39,7 @@ pub use session::SessionError;
 pub use vhci::{Attached, AttachedBus, attach};
 pub use wire::{Malformed, TRANSFER_BYTES_MAX};
 
-use device::{Device, SPEED_FULL, device_descriptor};
+use device::{Device, SPEED_LOW, device_descriptor};
 use wire::Described;
 
 /// Most buses of one rack that become adapters: a usual vhci_hcd has eight ports.
@@ -121,7 +121,7 @@ pub enum UsbipError {
     },
     /// The device was plugged in, but nothing made an adapter of it.
     #[error(
-        "the kernel made no I2C adapter of the USB device at port {port} within {waited:?}\nhint: the kernel modules vhci-hcd, i2c-tiny-usb and i2c-dev are needed; {HINT_MODULES}"
+        "the kernel made no I2C adapter of the USB device at port {port} within {waited:?}\nhint: {HINT_MODULES}; a program that still holds the /dev/i2c-N of a USB adapter that was pulled out keeps the kernel from taking another one: end it"
     )]
     NoAdapter {
         /// The port at which the device is.
@@ -189,7 +189,7 @@ fn identity(bus: u32, index: usize) -> Described {
         bus_id: bus_id(bus),
         bus_number: 1,
         device_number: u16::try_from(index + 1).unwrap_or(u16::MAX),
-        speed: SPEED_FULL,
+        speed: SPEED_LOW,
         descriptor: device_descriptor(),
     }
 }

@@ -597,7 +597,7 @@ fn the_list_of_devices_is_laid_out_as_documented() {
         assert_eq!(device[256..260], *format!("{name}\0").as_bytes());
         assert_eq!(device[0x120..0x124], [0, 0, 0, 1], "bus");
         assert_eq!(device[0x124..0x128], [0, 0, 0, number], "device");
-        assert_eq!(device[0x128..0x12C], [0, 0, 0, 2], "full speed");
+        assert_eq!(device[0x128..0x12C], [0, 0, 0, 1], "low speed");
         assert_eq!(
             device[0x12C..0x130],
             [0x04, 0x03, 0xC6, 0x31],
@@ -879,8 +879,8 @@ mod sysfs {
         assert_eq!(words.len(), 4);
         assert_eq!(
             [words[0], words[2], words[3]],
-            ["1", "65537", "2"],
-            "port, device 1:1, full speed"
+            ["1", "65537", "1"],
+            "port, device 1:1, low speed"
         );
         assert_eq!(vendor, 0x03);
         assert!(!machine.folder.path().join("dev/i2c-7").exists());

@@ -1,6 +1,6 @@
 //! The kernel's virtual USB host controller, by its files in sysfs.
 
-use super::device::SPEED_FULL;
+use super::device::SPEED_LOW;
 use super::session::{self, SessionError};
 use super::wire::Described;
 use super::{Options, UsbipError, check_number, device_of, identity};
@@ -233,7 +233,7 @@ impl Controller {
                 },
             })?;
         let device_id = u32::from(described.bus_number) << 16 | u32::from(described.device_number);
-        let line = format!("{port} {} {device_id} {SPEED_FULL}", kernels.as_raw_fd());
+        let line = format!("{port} {} {device_id} {SPEED_LOW}", kernels.as_raw_fd());
         file.write_all(line.as_bytes())
             .map_err(|source| UsbipError::Refused { port, source })
     }
