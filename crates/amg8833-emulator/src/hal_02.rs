@@ -2,6 +2,7 @@
 
 use crate::bus::{Bus, BusError};
 use crate::clock::Clock;
+use crate::mux::Mux;
 use crate::shared::{IntPin, PinError, SharedBus};
 use crate::source::FrameSource;
 use alloc::vec::Vec;
@@ -100,6 +101,7 @@ macro_rules! as_in_0_2 {
 
 as_in_0_2!(Bus<C, S>);
 as_in_0_2!(SharedBus<'_, C, S>);
+as_in_0_2!(Mux<C, S>);
 
 fn operation<'a>(operation: &'a mut i2c::Operation<'_>) -> Operation<'a> {
     match operation {

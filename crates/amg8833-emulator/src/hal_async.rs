@@ -2,15 +2,21 @@
 
 use crate::bus::{Bus, BusError};
 use crate::clock::Clock;
+use crate::device::{Device, InterruptPin};
 use crate::edge::Edge;
+use crate::mux::Mux;
 use crate::shared::{IntPin, PinError, SharedBus};
 use crate::source::FrameSource;
-use crate::wait::{Waiting, What};
+use crate::wait::WAIT_MAX;
 use core::future::poll_fn;
 use core::task::Poll;
+use core::time::Duration;
 use embedded_hal::i2c::{I2c as Blocking, Operation};
 use embedded_hal_async::digital::Wait;
 use embedded_hal_async::i2c::I2c;
+
+/// The step in which an emulated clock moves while a sensor that measures nothing is waited for: the sensor's period.
+const IDLE_STEP: Duration = Duration::from_millis(100);
 
 /// Ready at once: the emulated bus does its work, and lets its clock pass, within one poll.
 impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
@@ -25,6 +31,17 @@ impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
 
 /// Ready at once, as on the bus itself.
 impl<C: Clock, S: FrameSource> I2c for SharedBus<'_, C, S> {
+    async fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), BusError> {
+        Blocking::transaction(self, address, operations)
+    }
+}
+
+/// Ready at once, as on the bus itself.
+impl<C: Clock, S: FrameSource> I2c for Mux<C, S> {
     async fn transaction(
         &mut self,
         address: u8,
@@ -81,4 +98,68 @@ async fn wait<C: Clock, S: FrameSource>(
         Err(error) => Poll::Ready(Err(error)),
     })
     .await
+}
+
+impl<C: Clock, S: FrameSource> IntPin<'_, C, S> {
+    /// Looks at the pin; unless the look is what was waited for, lets an emulated clock pass on to the sensor's next
+    /// frame and looks again. One frame at a time, so that other tasks come to their turn in between.
+    fn look(&self, wait: &mut Waiting) -> Result<bool, PinError> {
+        self.with_bus(|bus, address| {
+            let came = |bus: &mut Bus<C, S>, wait: &mut Waiting| {
+                let low = bus.interrupt_pin(address) == Some(InterruptPin::Low);
+                let counts = bus.device(address).map(Device::edge_counts);
+                wait.came(low, counts.unwrap_or_default())
+            };
+            if came(bus, wait) {
+                return Ok(true);
+            }
+            let now = bus.clock().now();
+            if now.saturating_sub(*wait.since.get_or_insert(now)) >= WAIT_MAX {
+                return Err(PinError::Late);
+            }
+            let next = bus.device(address).and_then(Device::next_frame_at);
+            let next = next.filter(|next| *next > now);
+            bus.clock()
+                .wait(next.unwrap_or_else(|| now.saturating_add(IDLE_STEP)));
+            Ok(came(bus, wait))
+        })?
+    }
+}
+
+/// What is waited for on a pin, and since when.
+#[derive(Debug)]
+struct Waiting {
+    what: What,
+    /// Falling and rising edges so far when the wait began, which is with the first look.
+    before: Option<(u64, u64)>,
+    since: Option<Duration>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum What {
+    Low,
+    High,
+    Edge(Edge),
+    AnyEdge,
+}
+
+impl Waiting {
+    const fn new(what: What) -> Self {
+        Self {
+            what,
+            before: None,
+            since: None,
+        }
+    }
+
+    fn came(&mut self, low: bool, (falling, rising): (u64, u64)) -> bool {
+        let before = *self.before.get_or_insert((falling, rising));
+        match self.what {
+            What::Low => low,
+            What::High => !low,
+            What::Edge(Edge::Falling) => falling > before.0,
+            What::Edge(Edge::Rising) => rising > before.1,
+            What::AnyEdge => (falling, rising) != before,
+        }
+    }
 }

@@ -109,7 +109,7 @@ impl<C: Clock, S: FrameSource> digital::InputPin for IntPin<'_, C, S> {
     }
 
     fn is_low(&mut self) -> Result<bool, PinError> {
-        let pin = self.with_bus(|bus, address| bus.interrupt_pin(address))?;
+        let pin = self.with_bus(Bus::interrupt_pin)?;
         Ok(pin == Some(InterruptPin::Low))
     }
 }

@@ -1,15 +1,13 @@
 //! The INT pin as an event.
 
 use crate::clock::Clock;
-use crate::edge::{Edge, PinEdge};
+use crate::edge::PinEdge;
 use crate::shared::{IntPin, PinError};
 use crate::source::FrameSource;
 use core::time::Duration;
 
 /// How long a wait for the INT pin lasts at most, on the clock of the bus: a day.
 pub const WAIT_MAX: Duration = Duration::from_secs(86_400);
-/// The step in which an emulated clock moves while a sensor that measures nothing is waited for: the sensor's period.
-const IDLE_STEP: Duration = Duration::from_millis(100);
 
 impl<'a, C: Clock, S: FrameSource> IntPin<'a, C, S> {
     /// When the next frame comes into the registers: the next time at which the pin can change by itself. `None` when
@@ -33,30 +31,6 @@ impl<'a, C: Clock, S: FrameSource> IntPin<'a, C, S> {
     #[must_use]
     pub const fn edges(&self, until: Duration) -> PinEdges<'a, C, S> {
         PinEdges { pin: *self, until }
-    }
-
-    /// Looks at the pin; unless the look is what was waited for, lets an emulated clock pass on to the sensor's next
-    /// frame and looks again. One frame at a time, so that other tasks come to their turn in between.
-    pub(crate) fn look(&self, wait: &mut Waiting) -> Result<bool, PinError> {
-        self.with_bus(|bus, address| {
-            let came = |bus: &mut crate::Bus<C, S>, wait: &mut Waiting| {
-                let low = bus.interrupt_pin(address) == Some(crate::InterruptPin::Low);
-                let counts = bus.device(address).map(crate::Device::edge_counts);
-                wait.came(low, counts.unwrap_or_default())
-            };
-            if came(bus, wait) {
-                return Ok(true);
-            }
-            let now = bus.clock().now();
-            if now.saturating_sub(*wait.since.get_or_insert(now)) >= WAIT_MAX {
-                return Err(PinError::Late);
-            }
-            let next = bus.device(address).and_then(crate::Device::next_frame_at);
-            let next = next.filter(|next| *next > now);
-            bus.clock()
-                .wait(next.unwrap_or_else(|| now.saturating_add(IDLE_STEP)));
-            Ok(came(bus, wait))
-        })?
     }
 }
 
@@ -88,44 +62,6 @@ impl<C: Clock, S: FrameSource> Iterator for PinEdges<'_, C, S> {
             if let Some(edge) = self.pin.with_bus(step).ok()?? {
                 return Some(edge);
             }
-        }
-    }
-}
-
-/// What is waited for on a pin, and since when.
-#[derive(Debug)]
-pub(crate) struct Waiting {
-    what: What,
-    /// Falling and rising edges so far when the wait began, which is with the first look.
-    before: Option<(u64, u64)>,
-    since: Option<Duration>,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum What {
-    Low,
-    High,
-    Edge(Edge),
-    AnyEdge,
-}
-
-impl Waiting {
-    pub(crate) const fn new(what: What) -> Self {
-        Self {
-            what,
-            before: None,
-            since: None,
-        }
-    }
-
-    fn came(&mut self, low: bool, (falling, rising): (u64, u64)) -> bool {
-        let before = *self.before.get_or_insert((falling, rising));
-        match self.what {
-            What::Low => low,
-            What::High => !low,
-            What::Edge(Edge::Falling) => falling > before.0,
-            What::Edge(Edge::Rising) => rising > before.1,
-            What::AnyEdge => (falling, rising) != before,
         }
     }
 }

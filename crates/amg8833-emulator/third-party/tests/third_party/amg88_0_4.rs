@@ -154,7 +154,11 @@ fn modes_rate_resets_and_moving_average() {
         driver.set_power_mode(mode).unwrap();
         assert_eq!(driver.power_mode().unwrap(), mode);
     }
-    assert_eq!(driver.thermistor().unwrap(), -0.0, "0x8000 in sleep, read as 0");
+    assert_eq!(
+        driver.thermistor().unwrap(),
+        -0.0,
+        "0x8000 in sleep, read as 0"
+    );
     driver.set_power_mode(PowerControlValue::Normal).unwrap();
     driver.reset_initial().unwrap();
     driver.reset_flags().unwrap();
@@ -171,7 +175,10 @@ fn a_person_who_walks_through() {
         let mut contrasts = Vec::new();
         for tenth in 1..=60 {
             set(&sensor, 100 * tenth);
-            let truth: Vec<f32> = words(&sensor, 0x80, 64).into_iter().map(true_pixel).collect();
+            let truth: Vec<f32> = words(&sensor, 0x80, 64)
+                .into_iter()
+                .map(true_pixel)
+                .collect();
             let image = driver.image().unwrap();
             assert_eq!(image.iter().copied().collect::<Vec<f32>>(), truth);
             assert_eq!(image.iter().all(|pixel| *pixel < 0.0), colder_by > 0.0);
@@ -179,7 +186,10 @@ fn a_person_who_walks_through() {
         }
         let most = contrasts.iter().copied().fold(0.0, f32::max);
         let least = contrasts.iter().copied().fold(f32::MAX, f32::min);
-        assert!(most > 2.0 && least < 1.25, "comes and goes: {contrasts:?}");
+        assert!(
+            most >= 1.75 && least <= 0.75,
+            "comes and goes: {contrasts:?}"
+        );
     }
 }
 

@@ -134,10 +134,13 @@ fn overflow_is_never_seen_and_can_be_cleared() {
     let sensor = sensor(|_| uniform(600.0));
     set(&sensor, 100);
     let mut driver = driver(&sensor);
-    assert_eq!(registers(&sensor, 0x04, 1), [0x06]);
+    assert_eq!(registers(&sensor, 0x04, 1), [0x04]);
     assert!(!driver.pixel_temperature_out_ok().unwrap(), "wrong");
+    driver.clear_device_temperature_overflow().unwrap();
+    assert_eq!(registers(&sensor, 0x04, 1), [0x04], "right: another flag");
     driver.clear_pixel_temperatur_overflow().unwrap();
-    assert_eq!(registers(&sensor, 0x04, 1), [0x02], "right");
+    assert_eq!(registers(&sensor, 0x04, 1), [0x00], "right");
+    set(&sensor, 200);
     driver.clear_all_status().unwrap();
     assert_eq!(registers(&sensor, 0x04, 1), [0x00], "right");
 }
@@ -193,7 +196,10 @@ fn a_person_who_walks_through() {
         }
         let most = contrasts.iter().copied().fold(0.0, f32::max);
         let least = contrasts.iter().copied().fold(f32::MAX, f32::min);
-        assert!(most > 2.0 && least < 1.25, "comes and goes: {contrasts:?}");
+        assert!(
+            most >= 1.75 && least <= 0.75,
+            "comes and goes: {contrasts:?}"
+        );
     }
 }
 

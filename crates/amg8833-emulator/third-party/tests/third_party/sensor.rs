@@ -62,7 +62,11 @@ pub(crate) fn true_pixel(word: u16) -> f32 {
 /// What the thermistor's word means: sign and magnitude, a sixteenth of a degree each (AMG88 spec §4-11-9).
 pub(crate) fn true_thermistor(word: u16) -> f32 {
     let magnitude = f32::from(word & 0x7FF) / 16.0;
-    if word & 0x800 == 0 { magnitude } else { -magnitude }
+    if word & 0x800 == 0 {
+        magnitude
+    } else {
+        -magnitude
+    }
 }
 
 /// The scene of the paper's experiment 3, a person who walks through below the sensor, and how far it is from its
@@ -73,7 +77,10 @@ pub(crate) fn person(colder_by: f64) -> impl FnMut(Duration) -> Frame + 'static 
     for celsius in ["23.5", "27.5", "27 "] {
         let value: f64 = celsius.trim().parse().unwrap();
         assert!(text.contains(&format!("_c = {celsius}")));
-        text = text.replace(&format!("_c = {celsius}"), &format!("_c = {:.1} ", value - colder_by));
+        text = text.replace(
+            &format!("_c = {celsius}"),
+            &format!("_c = {:.1} ", value - colder_by),
+        );
     }
     let files = |name: &str| std::fs::read_to_string(format!("{scenes}{name}"));
     let loaded = Scene::parse(&text, "experiment-3.toml", &files).unwrap();
@@ -84,7 +91,10 @@ pub(crate) fn person(colder_by: f64) -> impl FnMut(Duration) -> Frame + 'static 
 
 /// How far the warmest pixel of the frame in the registers is above the median one: the person, or the noise.
 pub(crate) fn contrast(sensor: &Sensor) -> f32 {
-    let mut pixels: Vec<f32> = words(sensor, 0x80, 64).into_iter().map(true_pixel).collect();
+    let mut pixels: Vec<f32> = words(sensor, 0x80, 64)
+        .into_iter()
+        .map(true_pixel)
+        .collect();
     pixels.sort_by(f32::total_cmp);
     pixels[63] - pixels[32]
 }
