@@ -71,7 +71,7 @@ fn wild(t: Duration) -> Frame {
 fn live(random: &mut Random, options: Options, outcome: &mut Outcome) {
     let mut bus = Bus::new(ManualClock::new());
     if random.below(2) == 0 {
-        bus = bus.with_scl_hz(NonZeroU32::new(10_000 + 90_000 * u32::from(random.byte())).unwrap());
+        bus = bus.with_scl_hz(NonZeroU32::new(10_000 + 90_000 * u32::from(any_byte(random))).unwrap());
     }
     let plugged = random.below(2) == 0;
     bus.plug(Address::High, wild as Source, options);
@@ -100,6 +100,10 @@ fn live(random: &mut Random, options: Options, outcome: &mut Outcome) {
     end(bus);
 }
 
+fn any_byte(random: &mut Random) -> u8 {
+    random.next().to_le_bytes()[7]
+}
+
 /// The bytes of commands more often than chance would have it.
 fn byte(random: &mut Random) -> u8 {
     const COMMANDS: [u8; 20] = [
@@ -107,14 +111,14 @@ fn byte(random: &mut Random) -> u8 {
         0x45, 0x50, 0x57, 0x80, 0xFF,
     ];
     if random.below(4) == 0 {
-        return random.byte();
+        return any_byte(random);
     }
     COMMANDS[usize::try_from(random.below(20)).unwrap()]
 }
 
 fn transfer(random: &mut Random, bus: &mut Bus<ManualClock, Source>, outcome: &mut Outcome) {
     let address = match random.below(16) {
-        0 => random.byte(),
+        0 => any_byte(random),
         1 => 0x68,
         _ => 0x69,
     };
@@ -154,9 +158,9 @@ fn pass(random: &mut Random, bus: &Bus<ManualClock, Source>) {
 
 fn fault(random: &mut Random) -> Fault {
     let kind = FaultKind::ALL[usize::try_from(random.below(20)).unwrap()];
-    let word = u16::from_le_bytes([random.byte(), random.byte()]);
-    let pixel = PixelIndex::new((random.byte() % 80).into());
-    let bit = random.byte() % 8;
+    let word = u16::from_le_bytes([any_byte(random), any_byte(random)]);
+    let pixel = PixelIndex::new((any_byte(random) % 80).into());
+    let bit = any_byte(random) % 8;
     match kind {
         FaultKind::NackAddress => Fault::NackAddress,
         FaultKind::NackByte => Fault::NackByte(word % 8),
@@ -169,7 +173,7 @@ fn fault(random: &mut Random) -> Fault {
             bit,
         },
         FaultKind::BitFlip => Fault::BitFlip {
-            register: pixel.map(|_| random.byte()),
+            register: pixel.map(|_| any_byte(random)),
             byte: (word % 2 == 0).then_some(word % 9),
             bit: (word % 3 == 0).then_some(bit),
         },
@@ -184,10 +188,10 @@ fn fault(random: &mut Random) -> Fault {
         FaultKind::PixelGlitch => Fault::PixelGlitch { pixel, word },
         FaultKind::ThermistorFailure => Fault::ThermistorFailure { word },
         FaultKind::ClockError => Fault::ClockError {
-            ppm: i32::from_le_bytes([random.byte(), random.byte(), random.byte(), random.byte()]),
+            ppm: i32::from_le_bytes([any_byte(random), any_byte(random), any_byte(random), any_byte(random)]),
         },
         FaultKind::SclSpeed => Fault::SclSpeed {
-            hz: NonZeroU32::new(1_000 + 4_000 * u32::from(random.byte())).unwrap(),
+            hz: NonZeroU32::new(1_000 + 4_000 * u32::from(any_byte(random))).unwrap(),
         },
     }
 }

@@ -1,0 +1,45 @@
+//! Reference sections 1.4 and 5: the burst is never torn, and every other way is as often as its read-out time says.
+//! The table with more reads: `cargo run --release -p amg8833-emulator --example tearing`.
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
+#[path = "common/random.rs"]
+mod random;
+#[path = "common/tearing.rs"]
+mod tearing;
+
+use tearing::Way;
+
+#[test]
+fn each_way_of_reading_tears_as_often_as_its_time_says() {
+    let (text, shares) = tearing::table(4_000);
+    println!("{text}");
+    for (way, share) in shares {
+        let whole = matches!(
+            way,
+            Way::Burst | Way::BurstAfterStop | Way::OneTransaction(_)
+        );
+        if whole {
+            assert_eq!(share.torn, 0, "{way:?}");
+        } else {
+            // Five standard deviations: one in two million by chance.
+            let off = (share.percent() - 100.0 * share.expected).abs();
+            assert!(off < 5.0 * share.deviation_percent(), "{way:?}: {share:?}");
+            assert!(share.expected > 0.01, "{way:?}");
+        }
+    }
+}
+
+/// The reference's estimates lie above what is found, as they count the thermistor and the last transaction too, and
+/// take a period of 100 ms for one of 104 ms; and not far above.
+#[test]
+fn the_estimates_of_the_reference_are_of_the_right_size() {
+    for (name, way, estimates) in tearing::WAYS {
+        for (hz, estimate) in [100_000, 400_000].into_iter().zip(estimates) {
+            let expected = 100.0 * tearing::share(way, hz, 1).expected;
+            if estimate > 0.0 {
+                let ratio = expected / estimate;
+                assert!((0.6..1.0).contains(&ratio), "{name}: {expected} {estimate}");
+            }
+        }
+    }
+}
