@@ -201,7 +201,8 @@ impl Chosen {
 
     /// Runs `command` to its end with the buses of `rack` at `/dev/i2c-N`, and returns how it ended.
     ///
-    /// When this process dies, however that happens, the program is sent SIGTERM, and its buses are dead (ENOTCONN).
+    /// When this process dies, however that happens, the program is sent SIGTERM (perhaps
+    /// more than once), and its buses are dead (ENOTCONN).
     /// With [`Options::signals`], SIGTERM and SIGHUP that arrive meanwhile are handed on to the program, and so are
     /// SIGINT and SIGQUIT unless they come from the terminal, which signals the program itself; this process lives on
     /// until the program has ended. Afterwards all handlers are as before. One such run at a time has the signals.
