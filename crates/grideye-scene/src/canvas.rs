@@ -197,8 +197,8 @@ pub(crate) struct Bench<'a> {
     changed_rows: Range<usize>,
 }
 
-/// Nobody's: what stands still.
-const NOBODY: u32 = u32::MAX;
+/// The owner of what stands still.
+pub(crate) const NOBODY: u32 = u32::MAX;
 
 impl<'a> Bench<'a> {
     pub(crate) fn new(
@@ -230,9 +230,14 @@ impl<'a> Bench<'a> {
         self.add_to(pixels);
     }
 
-    /// Adds to each pixel the share of its cells in which a patch of `owner` is seen.
-    pub(crate) fn add_share(mut self, patches: &[Painted], owner: u32, pixels: &mut [f64]) {
-        self.draw::<true>(patches, |cell| f64::from(u8::from(cell.owner == owner)));
+    /// Adds to each pixel the share of its cells in which a patch is seen whose owner counts.
+    pub(crate) fn add_share(
+        mut self,
+        patches: &[Painted],
+        counts: impl Fn(u32) -> bool,
+        pixels: &mut [f64],
+    ) {
+        self.draw::<true>(patches, |cell| f64::from(u8::from(counts(cell.owner))));
         self.add_to(pixels);
     }
 

@@ -1,17 +1,17 @@
 //! From the file's tables to a scene that can be simulated, or to the error that says why not.
 
+use crate::body;
 use crate::count;
-use crate::cuboid::Cuboid;
-use crate::document::{AgentTable, ObjectTable, RoomTable, SceneTable, SensorTable};
+use crate::document::{AgentTable, RoomTable, SceneTable, SensorTable};
 use crate::error::{SceneError, Warning};
 use crate::files::Files;
-use crate::perceived::{Law, Surface};
+use crate::perceived::Law;
 use crate::pose::Pose;
 use crate::rule::{
-    AMBIENT, AZIMUTH, ELEVATION, EMISSIVITY, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL,
-    SAMPLING, SPEED, TEMPERATURE, YAW,
+    AMBIENT, AZIMUTH, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL, SAMPLING,
+    SPEED,
 };
-use crate::scene::{Agent, Body, Loaded, Room, Scene, Sensor, limits};
+use crate::scene::{Agent, Loaded, Room, Scene, Sensor, limits};
 use crate::source::{MM_PER_M, Source};
 use crate::trajectory::{Trajectory, WayPoint, read_way_points};
 use glam::{DVec2, DVec3, USizeVec2};
@@ -30,8 +30,8 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
     let mut objects = Vec::new();
     let mut warnings = Vec::new();
     for table in &tables.object {
-        let object = object(&source, table.get_ref(), room.ambient_c)?;
-        match beyond(&object.shape, &room) {
+        let object = body::object(&source, table, room.ambient_c, files)?;
+        match beyond(object.solid.bounds_m(), &room) {
             None => objects.push(object),
             Some(reach_mm) => warnings.push(Warning::ObjectOutsideRoom {
                 place: source.place(table.get_ref().name.span().start),
@@ -97,24 +97,6 @@ fn room(source: &Source<'_>, table: &RoomTable) -> Result<Room, SceneError> {
     })
 }
 
-fn object(source: &Source<'_>, table: &ObjectTable, ambient_c: f64) -> Result<Body, SceneError> {
-    let base_m = source.position_m(&table.position_mm)?;
-    let size_m = source.size_m(&table.size_mm)?;
-    let yaw_deg = source.number_or(table.yaw_deg.as_ref(), &YAW, 0.0)?;
-    Ok(Body {
-        name: source.name(&table.name)?,
-        shape: Cuboid::new(base_m, size_m, yaw_deg),
-        surface: Surface {
-            celsius: source.number_or(table.temperature_c.as_ref(), &TEMPERATURE, ambient_c)?,
-            emissivity: source.number_or(
-                table.emissivity.as_ref(),
-                &EMISSIVITY,
-                EMISSIVITY_DEFAULT,
-            )?,
-        },
-    })
-}
-
 fn agent(
     source: &Source<'_>,
     table: &Spanned<AgentTable>,
@@ -122,33 +104,21 @@ fn agent(
     files: &dyn Files,
 ) -> Result<Agent, SceneError> {
     let keys = table.get_ref();
-    let name = source.name(&keys.name)?;
     let way_points = way_points(source, table, files)?;
-    let size_m = source.size_m(&keys.size_mm)?;
-    let yaw_deg = source.number_or(keys.yaw_deg.as_ref(), &YAW, 0.0)?;
-    let first_m = way_points
+    let start_m = way_points
         .first()
         .map_or(DVec3::ZERO, |point| point.position_mm / MM_PER_M);
-    let body = Body {
-        name,
-        shape: Cuboid::new(first_m, size_m, yaw_deg),
-        surface: Surface {
-            celsius: source.number(&keys.temperature_c, &TEMPERATURE)?,
-            emissivity: source.number_or(
-                keys.emissivity.as_ref(),
-                &EMISSIVITY,
-                EMISSIVITY_DEFAULT,
-            )?,
-        },
-    };
-    // The room is convex and the body does not turn: if it is inside at every way-point, it is so between them.
-    for point in &way_points {
-        check_agent_inside(&body, point, room)?;
-    }
-    Ok(Agent {
-        body,
+    let agent = Agent {
+        name: source.name(&keys.name)?,
+        parts: body::parts(source, table, start_m, room.ambient_c, files)?,
+        start_m,
         trajectory: trajectory(source, keys, &way_points)?,
-    })
+    };
+    // The room is convex and the agent does not turn: if it is inside at every way-point, it is so between them.
+    for point in &way_points {
+        check_agent_inside(&agent, point, room)?;
+    }
+    Ok(agent)
 }
 
 /// The rows of the trajectory, or the position as the only way-point.
@@ -188,13 +158,24 @@ fn read_trajectory(
     files: &dyn Files,
 ) -> Result<Vec<WayPoint>, SceneError> {
     let relative = path.get_ref();
-    let place = source.place(path.span().start);
+    let text = read_below(source, ("trajectory", "trajectory"), path, files)?;
+    read_way_points(relative, &text)
+}
+
+/// The text of a file that the scene names, in or below its own folder; `what` is the key and what it stands for.
+pub(crate) fn read_below(
+    source: &Source<'_>,
+    (key, what): (&'static str, &'static str),
+    path: &Spanned<String>,
+    files: &dyn Files,
+) -> Result<String, SceneError> {
+    let relative = path.get_ref();
     let stays_below = Path::new(relative)
         .components()
         .all(|part| matches!(part, Component::Normal(_)));
     if relative.is_empty() || relative.contains('\\') || !stays_below {
         return Err(source.refused(
-            "trajectory",
+            key,
             path.span(),
             "a path with / below the scene file's folder",
             "put the file beside the scene, as in trajectory = \"trajectories/walk.csv\"",
@@ -202,8 +183,9 @@ fn read_trajectory(
     }
     let text = files
         .read(relative)
-        .map_err(|error| SceneError::TrajectoryUnreadable {
-            place,
+        .map_err(|error| SceneError::FileUnreadable {
+            place: source.place(path.span().start),
+            what,
             path: relative.clone(),
             source: error,
         })?;
@@ -212,7 +194,7 @@ fn read_trajectory(
         text: &text,
     }
     .check_length()?;
-    read_way_points(relative, &text)
+    Ok(text)
 }
 
 fn trajectory(
@@ -259,13 +241,18 @@ fn trajectory(
     }
 }
 
-fn check_agent_inside(body: &Body, point: &WayPoint, room: &Room) -> Result<(), SceneError> {
-    let Some(reach_mm) = beyond(&body.shape.moved_to(point.position_mm / MM_PER_M), room) else {
+fn check_agent_inside(agent: &Agent, point: &WayPoint, room: &Room) -> Result<(), SceneError> {
+    let moved_m = point.position_mm / MM_PER_M - agent.start_m;
+    let reaches = agent.parts.iter().find_map(|part| {
+        let (low, high) = part.solid.bounds_m();
+        beyond((low + moved_m, high + moved_m), room)
+    });
+    let Some(reach_mm) = reaches else {
         return Ok(());
     };
     Err(SceneError::AgentLeavesRoom {
         place: point.place.clone(),
-        name: body.name.clone(),
+        name: agent.name.clone(),
         reach_mm,
         room_mm: millimetres(room.size_m),
     })
@@ -377,13 +364,31 @@ struct Preset {
     sampling_hz: f64,
 }
 
-const PRESETS: [Preset; 1] = [Preset {
+const GRID_EYE: Preset = Preset {
     name: "grid-eye",
     resolution: USizeVec2::splat(8),
     fov_deg: DVec2::splat(60.0),
     noise_sigma_c: 0.2,
     sampling_hz: 10.0,
-}];
+};
+
+/// The sensors of the paper ("Experiment setup"; "Experiment 5" for the Lepton, whose own rate is 8.7 Hz, and which
+/// has 50° on either axis there), and the Grid-EYE with the wide lens.
+const PRESETS: [Preset; 3] = [
+    GRID_EYE,
+    Preset {
+        name: "grid-eye-wide",
+        fov_deg: DVec2::splat(90.0),
+        ..GRID_EYE
+    },
+    Preset {
+        name: "lepton",
+        resolution: USizeVec2::new(80, 60),
+        fov_deg: DVec2::splat(50.0),
+        noise_sigma_c: 1.6,
+        sampling_hz: 8.7,
+    },
+];
 
 fn preset(
     source: &Source<'_>,
@@ -405,9 +410,8 @@ fn preset(
     })
 }
 
-/// From where to where the shape reaches, if it sticks out of the room.
-fn beyond(shape: &Cuboid, room: &Room) -> Option<String> {
-    let (low, high) = shape.bounds_in_world();
+/// From where to where the bounds reach, if they stick out of the room.
+fn beyond((low, high): (DVec3, DVec3), room: &Room) -> Option<String> {
     let inside = low.cmpge(DVec3::splat(-SLACK_M)).all() && high.cmple(room.size_m + SLACK_M).all();
     (!inside).then(|| format!("from {} to {}", millimetres(low), millimetres(high)))
 }
@@ -423,9 +427,7 @@ fn millimetres(metres: DVec3) -> String {
 
 /// Rounding of positions that touch a wall: a nanometre.
 const SLACK_M: f64 = 1e-9;
-/// PeerJ CS 11:e3124, "Perceived temperature calculation": opaque or dark surfaces such as fabrics.
-const EMISSIVITY_DEFAULT: f64 = 0.8;
-/// The same: "default: 5 m".
+/// PeerJ CS 11:e3124, "Perceived temperature calculation": "default: 5 m".
 const OPERATING_DISTANCE_DEFAULT_MM: f64 = 5000.0;
 /// The same, "Sensor model implementation": 5 is the default.
 const PIXELS_PER_DEGREE_DEFAULT: f64 = 5.0;

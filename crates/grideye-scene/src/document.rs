@@ -27,25 +27,38 @@ pub(crate) struct RoomTable {
     pub(crate) ambient_c: Spanned<f64>,
 }
 
+/// An object, or a part of an agent.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectTable {
     pub(crate) name: Spanned<String>,
     pub(crate) position_mm: Spanned<Triple>,
-    pub(crate) size_mm: Spanned<Triple>,
+    pub(crate) size_mm: Option<Spanned<Triple>>,
+    pub(crate) shape: Option<Spanned<String>>,
     pub(crate) yaw_deg: Option<Spanned<f64>>,
+    pub(crate) pitch_deg: Option<Spanned<f64>>,
+    pub(crate) roll_deg: Option<Spanned<f64>>,
+    pub(crate) vertices_mm: Option<Spanned<Vec<Spanned<Triple>>>>,
+    pub(crate) faces: Option<Spanned<Vec<Vec<i64>>>>,
+    pub(crate) file: Option<Spanned<String>>,
+    pub(crate) unit_mm: Option<Spanned<f64>>,
     pub(crate) temperature_c: Option<Spanned<f64>>,
     pub(crate) emissivity: Option<Spanned<f64>>,
+    pub(crate) color: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AgentTable {
     pub(crate) name: Spanned<String>,
-    pub(crate) size_mm: Spanned<Triple>,
+    pub(crate) size_mm: Option<Spanned<Triple>>,
+    pub(crate) shape: Option<Spanned<String>>,
     pub(crate) yaw_deg: Option<Spanned<f64>>,
-    pub(crate) temperature_c: Spanned<f64>,
+    pub(crate) temperature_c: Option<Spanned<f64>>,
     pub(crate) emissivity: Option<Spanned<f64>>,
+    pub(crate) color: Option<Spanned<String>>,
+    #[serde(default)]
+    pub(crate) part: Vec<Spanned<ObjectTable>>,
     pub(crate) position_mm: Option<Spanned<Triple>>,
     pub(crate) trajectory: Option<Spanned<String>>,
     pub(crate) speed_mm_per_s: Option<Spanned<f64>>,

@@ -1,3 +1,4 @@
+use crate::solid::SolidError;
 use std::fmt;
 use std::io;
 
@@ -141,13 +142,15 @@ pub enum SceneError {
         /// The room's size.
         room_mm: String,
     },
-    /// A trajectory file that could not be read.
+    /// A file that the scene names, and that could not be read.
     #[error(
-        "{place}: cannot read the trajectory `{path}`: {source}\nhint: the path is taken from the scene file's folder"
+        "{place}: cannot read the {what} `{path}`: {source}\nhint: the path is taken from the scene file's folder"
     )]
-    TrajectoryUnreadable {
+    FileUnreadable {
         /// The key that names it.
         place: Place,
+        /// `trajectory`, or `OBJ file`.
+        what: &'static str,
         /// The path in the scene.
         path: String,
         /// What kept it from being read.
@@ -164,6 +167,30 @@ pub enum SceneError {
         found: String,
         /// What should be.
         expected: String,
+    },
+    /// Vertices and faces that make no surface.
+    #[error("{place}: `{name}` is no solid: {source}\nhint: {hint}")]
+    NoSolid {
+        /// The key, or the OBJ file's line.
+        place: Place,
+        /// The object, or the part of an agent.
+        name: String,
+        /// What is wrong with them.
+        source: SolidError,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A line of an OBJ file that is none.
+    #[error(
+        "{place}: found {found}, expected {expected}\nhint: of OBJ files, lines `v x y z` and `f a b c` are read, everything else is passed over"
+    )]
+    ObjLine {
+        /// The line.
+        place: Place,
+        /// What is there.
+        found: String,
+        /// What should be.
+        expected: &'static str,
     },
     /// A sensor that the scene has not.
     #[error("no sensor `{name}` in this scene\nhint: {}", known_names(known))]

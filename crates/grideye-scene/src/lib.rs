@@ -60,6 +60,7 @@
 //! ```
 
 mod angle;
+mod body;
 mod canvas;
 mod check;
 mod count;
@@ -68,6 +69,7 @@ mod document;
 mod error;
 mod files;
 mod noise;
+mod obj;
 pub mod perceived;
 mod pose;
 pub mod profile;

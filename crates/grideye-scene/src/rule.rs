@@ -43,6 +43,26 @@ pub(crate) const YAW: Rule = Rule {
     expected: "-360 to 360",
     hint: "angles are degrees, counter-clockwise as seen from above",
 };
+pub(crate) const PITCH: Rule = Rule {
+    key: "pitch_deg",
+    hint: "angles are degrees; a thing is rolled about x, pitched about y, then turned about the vertical",
+    ..YAW
+};
+pub(crate) const ROLL_OF_BODY: Rule = Rule {
+    key: "roll_deg",
+    ..PITCH
+};
+pub(crate) const VERTEX: Rule = Rule {
+    key: "vertices_mm",
+    hint: "vertices are [x, y, z] in millimetres from the thing's own position, before it is turned",
+    ..POSITION
+};
+pub(crate) const UNIT: Rule = Rule {
+    key: "unit_mm",
+    holds: |length_mm| (1e-3..=1e6).contains(&length_mm),
+    expected: "0.001 to 1000000 mm",
+    hint: "an OBJ file in metres has 1000, one in millimetres 1",
+};
 pub(crate) const AZIMUTH: Rule = Rule {
     key: "azimuth_deg",
     ..YAW

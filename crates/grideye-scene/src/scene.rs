@@ -1,9 +1,9 @@
 use crate::check;
-use crate::cuboid::Cuboid;
 use crate::error::{SceneError, Warning};
 use crate::files::Files;
 use crate::perceived::{Law, Surface};
 use crate::pose::Pose;
+use crate::solid::Solid;
 use crate::trajectory::Trajectory;
 use glam::{DVec2, DVec3, USizeVec2};
 use grideye_frame::Celsius;
@@ -20,7 +20,11 @@ pub mod limits {
     /// Sensors of a scene.
     pub const SENSORS_MAX: usize = 1_000;
     /// Moving agents of a scene.
-    pub const AGENTS_MAX: usize = 1;
+    pub const AGENTS_MAX: usize = 100;
+    /// Parts of an agent.
+    pub const PARTS_MAX: usize = 100;
+    /// Vertices, and faces, of one polyhedron.
+    pub const VERTICES_MAX: usize = 100_000;
     /// Way-points of a trajectory.
     pub const WAY_POINTS_MAX: usize = 100_000;
     /// Points of a sensor's sampling grid on one axis: field of view times points a degree.
@@ -61,20 +65,30 @@ pub struct Room {
 
 /// A thing of one temperature, standing or at the start of its way.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Body {
     /// Its name in the file.
     pub name: String,
-    /// Its place and shape.
-    pub shape: Cuboid,
+    /// Its place in the room: what the file calls its position, metres.
+    pub base_m: DVec3,
+    /// Its surface, where it stands.
+    pub solid: Solid,
     /// Its temperature and emissivity.
     pub surface: Surface,
+    /// Its colour in drawings of the room: red, green, blue.
+    pub color: Option<[u8; 3]>,
 }
 
-/// The one body that may move.
+/// Somebody who may move: one or several bodies that keep their places to one another.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Agent {
-    /// Its body, at the start of its way.
-    pub body: Body,
+    /// Its name in the file.
+    pub name: String,
+    /// Its bodies, where they are at the start of its way; one at least.
+    pub parts: Vec<Body>,
+    /// Where it starts, metres.
+    pub start_m: DVec3,
     /// Its way, or `None` if it stands still.
     pub trajectory: Option<Trajectory>,
 }
@@ -135,7 +149,7 @@ impl Scene {
         &self.objects
     }
 
-    /// The agents, at most [`limits::AGENTS_MAX`].
+    /// The agents, in the order of the file.
     #[must_use]
     pub fn agents(&self) -> &[Agent] {
         &self.agents
@@ -177,7 +191,7 @@ impl Scene {
         self.duration().is_zero()
     }
 
-    /// The time that the agent takes for its way: zero if nothing moves.
+    /// The time that the agents take for their ways: zero if nothing moves.
     #[must_use]
     pub fn duration(&self) -> Duration {
         self.agents
@@ -187,7 +201,7 @@ impl Scene {
             .unwrap_or_default()
     }
 
-    /// How many frames the sensor takes while the agent is on its way, the first at its start: 1 if nothing moves.
+    /// How many frames the sensor takes while an agent is on its way, the first at its start: 1 if nothing moves.
     #[must_use]
     pub fn frame_count(&self, sensor: &Sensor) -> u64 {
         // A hair's breadth keeps the last frame in, if the way ends on it but for rounding.
@@ -197,19 +211,12 @@ impl Scene {
 }
 
 impl Agent {
-    /// Where the middle of the agent's underside is at `time`, metres.
+    /// Where the agent is at `time`: the middle of its underside, metres.
     #[must_use]
     pub fn position_m(&self, time: Duration) -> DVec3 {
-        self.trajectory.as_ref().map_or_else(
-            || self.body.shape.base_m(),
-            |trajectory| trajectory.position_m(time),
-        )
-    }
-
-    /// The agent's shape where it is at `time`.
-    #[must_use]
-    pub fn shape(&self, time: Duration) -> Cuboid {
-        self.body.shape.moved_to(self.position_m(time))
+        self.trajectory
+            .as_ref()
+            .map_or(self.start_m, |trajectory| trajectory.position_m(time))
     }
 
     /// The time it takes for its way: zero if it stands still.

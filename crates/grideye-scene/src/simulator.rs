@@ -1,10 +1,9 @@
-use crate::canvas::{Backdrop, Bench, Painted};
+use crate::canvas::{Backdrop, Bench, NOBODY, Painted};
 use crate::error::SceneError;
 use crate::noise::add_noise;
-use crate::perceived::{Air, Glow};
+use crate::perceived::Air;
 use crate::resample::Resampler;
-use crate::scene::{Agent, Scene, Sensor};
-use crate::solid::Solid;
+use crate::scene::{Agent, Body, Scene, Sensor};
 use crate::view::View;
 use glam::DVec3;
 use grideye_frame::{COLUMNS, Celsius, Frame, ROWS};
@@ -12,7 +11,7 @@ use std::time::Duration;
 
 /// One sensor of a scene, ready to be asked for frames at any time, in any order, from any thread.
 ///
-/// What stands still is cast once, when the simulator is made; a frame then costs the cells that the agent covers.
+/// What stands still is cast once, when the simulator is made; a frame then costs the cells that the agents cover.
 #[derive(Debug, Clone)]
 pub struct Simulator {
     sensor: Sensor,
@@ -24,8 +23,7 @@ pub struct Simulator {
     backdrop: Backdrop,
     /// The pixels with nothing but what stands still.
     still_c: Vec<f64>,
-    /// With the surface at the start of the way.
-    agents: Vec<(Agent, Solid, Glow)>,
+    agents: Vec<Agent>,
 }
 
 /// A picture in degrees, row by row: row 0 is the top, column 0 the left of what the sensor sees.
@@ -39,14 +37,14 @@ pub struct Image {
     pub celsius: Vec<f64>,
 }
 
-/// How much of each pixel is the agent, laid out as the [`Image`] is.
+/// How much of each pixel is an agent, laid out as the [`Image`] is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mask {
     /// Pixels in a row.
     pub columns: usize,
     /// Pixels in a column.
     pub rows: usize,
-    /// Share of the pixel's response (weight of the resampling kernel) that falls on a visible part of the agent,
+    /// Share of the pixel's response (weight of the resampling kernel) that falls on a visible part of it,
     /// 0 to 1.
     pub share: Vec<f64>,
 }
@@ -66,24 +64,13 @@ impl Simulator {
         let standing: Vec<Painted> = scene
             .objects
             .iter()
-            .flat_map(|object| {
-                let solid = Solid::of_cuboid(&object.shape);
-                painted(&view, &air, &solid, DVec3::ZERO, air.glow(object.surface))
-            })
+            .flat_map(|object| painted(&view, &air, object, DVec3::ZERO, NOBODY))
             .collect();
         let backdrop = Backdrop::new(&view, &air, &standing);
         let still_c = resampler
             .apply(backdrop.excess_c())
             .iter()
             .map(|excess| ambient_c + excess)
-            .collect();
-        let agents = scene
-            .agents
-            .iter()
-            .map(|agent| {
-                let solid = Solid::of_cuboid(&agent.body.shape);
-                (agent.clone(), solid, air.glow(agent.body.surface))
-            })
             .collect();
         Ok(Self {
             sensor,
@@ -93,7 +80,7 @@ impl Simulator {
             resampler,
             backdrop,
             still_c,
-            agents,
+            agents: scene.agents.clone(),
         })
     }
 
@@ -141,12 +128,22 @@ impl Simulator {
         image
     }
 
-    /// How much of each pixel is the agent at `time`.
+    /// How much of each pixel is an agent at `time`, whichever.
     #[must_use]
     pub fn truth(&self, time: Duration) -> Mask {
+        self.mask(time, |owner| owner != NOBODY)
+    }
+
+    /// How much of each pixel is the agent with this place in [`Scene::agents`] at `time`; nothing if there is none.
+    #[must_use]
+    pub fn truth_of(&self, agent: usize, time: Duration) -> Mask {
+        self.mask(time, |owner| owner == number(agent))
+    }
+
+    fn mask(&self, time: Duration, counts: impl Fn(u32) -> bool) -> Mask {
         let mut share = vec![0.0; self.still_c.len()];
         self.bench()
-            .add_share(&self.agent_patches(time), AGENT, &mut share);
+            .add_share(&self.agent_patches(time), counts, &mut share);
         // The weights of a whole pixel sum to 1 but for rounding.
         share.iter_mut().for_each(|share| *share = share.min(1.0));
         Mask {
@@ -158,11 +155,14 @@ impl Simulator {
 
     /// The patches of the agents where they are at `time`.
     fn agent_patches(&self, time: Duration) -> Vec<Painted> {
-        let placed = self.agents.iter().flat_map(|(agent, solid, glow)| {
-            let offset_m = agent.position_m(time) - agent.body.shape.base_m();
-            painted(&self.view, &self.air, solid, offset_m, *glow)
-        });
-        placed.collect()
+        let mut patches = Vec::new();
+        for (index, agent) in self.agents.iter().enumerate() {
+            let moved_m = agent.position_m(time) - agent.start_m;
+            for part in &agent.parts {
+                patches.extend(painted(&self.view, &self.air, part, moved_m, number(index)));
+            }
+        }
+        patches
     }
 
     fn bench(&self) -> Bench<'_> {
@@ -170,19 +170,28 @@ impl Simulator {
     }
 }
 
-/// Whose patches the agents' are.
-const AGENT: u32 = 0;
+/// The number of an agent on the canvas.
+fn number(agent: usize) -> u32 {
+    u32::try_from(agent).unwrap_or(NOBODY)
+}
 
-fn painted(view: &View, air: &Air, solid: &Solid, offset_m: DVec3, glow: Glow) -> Vec<Painted> {
-    let patches = view.patches(solid, offset_m).into_iter();
-    patches
-        .map(|patch| Painted {
-            root: air.root(&glow, patch.depth_min_m()),
-            patch,
-            glow,
-            owner: AGENT,
-        })
-        .collect()
+/// The visible faces of a body that has moved by `moved_m`.
+fn painted(
+    view: &View,
+    air: &Air,
+    body: &Body,
+    moved_m: DVec3,
+    owner: u32,
+) -> impl Iterator<Item = Painted> + use<> {
+    let air = *air;
+    let glow = air.glow(body.surface);
+    let patches = view.patches(&body.solid, moved_m).into_iter();
+    patches.map(move |patch| Painted {
+        root: air.root(&glow, patch.depth_min_m()),
+        patch,
+        glow,
+        owner,
+    })
 }
 
 impl Image {

@@ -104,7 +104,7 @@ impl Solid {
         }
     }
 
-    /// An ellipsoid with diameters `size_m`, standing on the origin, as a polyhedron of 480 faces.
+    /// An ellipsoid with diameters `size_m`, standing on the origin, as a polyhedron of 512 faces.
     ///
     /// Its corners lie outside the ellipsoid by so much that its outline, seen from above, has the ellipse's area;
     /// from no side does the outline depart from the ellipse by more than 1 % of the radius.

@@ -2,7 +2,7 @@
 
 use crate::document::{Exactly, PerAxis, SceneTable, Triple};
 use crate::error::{Place, SceneError};
-use crate::rule::{FIELD_OF_VIEW, POSITION, Rule, SIZE};
+use crate::rule::{FIELD_OF_VIEW, POSITION, Rule, SIZE, VERTEX};
 use crate::scene::limits;
 use glam::{DVec2, DVec3, USizeVec2};
 use std::collections::HashMap;
@@ -87,8 +87,16 @@ impl Source<'_> {
             "[[agent]] tables",
             &tables.agent,
             limits::AGENTS_MAX,
-            "only one moving agent so far; write people who stand still as [[object]]",
+            "write people who stand still as [[object]]",
         )?;
+        for agent in &tables.agent {
+            self.check_tables(
+                "[[agent.part]] tables",
+                &agent.get_ref().part,
+                limits::PARTS_MAX,
+                "a mesh, shape = \"obj\", may have more faces than parts can",
+            )?;
+        }
         self.check_tables(
             "[[sensor]] tables",
             &tables.sensor,
@@ -101,6 +109,10 @@ impl Source<'_> {
         let objects = tables.object.iter().map(|table| &table.get_ref().name);
         let agents = tables.agent.iter().map(|table| &table.get_ref().name);
         self.check_unique(objects.chain(agents), "object and agent")?;
+        for agent in &tables.agent {
+            let parts = agent.get_ref().part.iter();
+            self.check_unique(parts.map(|part| &part.get_ref().name), "part of an agent")?;
+        }
         self.check_unique(
             tables.sensor.iter().map(|table| &table.get_ref().name),
             "sensor",
@@ -195,6 +207,16 @@ impl Source<'_> {
             })
     }
 
+    pub(crate) fn vertices_m(
+        &self,
+        vertices_mm: &[Spanned<Triple>],
+    ) -> Result<Vec<DVec3>, SceneError> {
+        let vertices = vertices_mm.iter();
+        vertices
+            .map(|vertex| self.metres(vertex, &VERTEX))
+            .collect()
+    }
+
     fn metres(&self, lengths_mm: &Spanned<Triple>, rule: &Rule) -> Result<DVec3, SceneError> {
         for length_mm in lengths_mm.get_ref().0 {
             self.check(length_mm, lengths_mm.span(), rule)?;
@@ -220,7 +242,7 @@ impl Source<'_> {
         self.check_count(what, tables.len(), limit, first_too_many, hint)
     }
 
-    fn check_count(
+    pub(crate) fn check_count(
         &self,
         what: &'static str,
         found: usize,

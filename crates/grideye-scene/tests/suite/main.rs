@@ -15,6 +15,7 @@
 mod invariants;
 mod peer;
 mod refusals;
+mod shapes;
 mod shipped;
 
 use grideye_scene::{Loaded, Scene, SceneError, Simulator};

@@ -63,8 +63,12 @@ fn experiment_1_is_the_papers_table_1() {
         (agent.position_m(Duration::ZERO) * 1000.0).to_array(),
         [1200.0, 1350.0, 0.0]
     );
-    assert_eq!(agent.body.surface.celsius, 28.0);
-    assert_eq!(agent.body.shape.size_m().to_array(), [0.5, 0.2, 1.75]);
+    let [body] = agent.parts.as_slice() else {
+        panic!("one body");
+    };
+    assert_eq!(body.surface.celsius, 28.0);
+    let (low, high) = body.solid.bounds_m();
+    assert!((high - low).abs_diff_eq(glam::DVec3::new(0.5, 0.2, 1.75), 1e-12));
     let fan_coil = scene
         .objects()
         .iter()
@@ -213,6 +217,7 @@ fn the_readme_names_every_key_that_there_is() {
             assert!(
                 readme.contains(&format!("\n{key} = "))
                     || readme.contains(&format!("[{key}]"))
+                    || readme.contains(&format!("[[{table}.{key}]]"))
                     || readme.contains(&format!("or {key} = ")),
                 "{table}: {key}"
             );
