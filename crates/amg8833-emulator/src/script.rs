@@ -23,6 +23,9 @@
 //! assert_eq!(bus.write(0x69, &[0x80]), Err(BusError::Timeout));
 //! ```
 
+#[doc = include_str!("../scripts/README.md")]
+pub mod format {}
+
 mod error;
 #[cfg(feature = "script")]
 mod parse;

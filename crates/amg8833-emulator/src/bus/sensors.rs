@@ -85,10 +85,7 @@ impl<S: FrameSource> Sensors<S> {
         now: Duration,
     ) -> Option<Device<S>> {
         self.catch_up(now);
-        #[cfg(feature = "alloc")]
-        if let Some(script) = &mut self.script {
-            script.plugged(address);
-        }
+        self.note_leaving(address);
         let before = self.devices[address.place()].replace(device);
         self.apply_conditions(now);
         before.map(mended)
@@ -97,6 +94,7 @@ impl<S: FrameSource> Sensors<S> {
     pub(crate) fn unplug(&mut self, address: Address, now: Duration) -> Option<Device<S>> {
         self.catch_up(now);
         self.faults.clear(Some(address));
+        self.note_leaving(address);
         let device = self.devices[address.place()].take();
         self.apply_conditions(now);
         device.map(mended)
@@ -247,6 +245,17 @@ impl<S: FrameSource> Sensors<S> {
             self.faults.settle_frame(address, number);
         }
     }
+
+    #[cfg(feature = "alloc")]
+    fn note_leaving(&mut self, address: Address) {
+        let frames = self.device(address).map_or(0, Device::frames);
+        if let Some(script) = &mut self.script {
+            script.left(address, frames);
+        }
+    }
+
+    #[cfg(not(feature = "alloc"))]
+    fn note_leaving(&mut self, _address: Address) {}
 
     #[cfg(feature = "alloc")]
     fn follow(&mut self, at: Duration) {

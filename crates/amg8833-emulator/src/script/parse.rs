@@ -1,4 +1,4 @@
-//! Scripts in TOML: `examples/faults.md` is the format.
+//! Scripts in TOML: `scripts/README.md` is the format.
 
 use crate::bus::Address;
 use crate::fault::{Chance, Fault, FaultKind, Unit};

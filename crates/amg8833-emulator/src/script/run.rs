@@ -35,8 +35,9 @@ enum End {
 pub(crate) struct Running {
     started: Duration,
     rules: Vec<Progress>,
-    /// Frames of each sensor before the script.
-    frames_before: [u64; 2],
+    /// What a sensor's own count of frames lacks, or has too many, for the frames at its address since the script began.
+    /// Wraps around.
+    frames_more: [u64; 2],
     counts_frames: bool,
 }
 
@@ -54,7 +55,7 @@ impl Running {
             started: now,
             counts_frames: rules.iter().any(Progress::counts_frames),
             rules,
-            frames_before: Address::ALL.map(frames),
+            frames_more: Address::ALL.map(|address| frames(address).wrapping_neg()),
         }
     }
 
@@ -63,9 +64,10 @@ impl Running {
         self.counts_frames
     }
 
-    /// Another sensor is at this address: its frames count from its first.
-    pub(crate) fn plugged(&mut self, address: Address) {
-        self.frames_before[address.place()] = 0;
+    /// A sensor that had this many frames left its address: those of the next one count on from there.
+    pub(crate) fn left(&mut self, address: Address, frames: u64) {
+        let more = &mut self.frames_more[address.place()];
+        *more = more.wrapping_add(frames);
     }
 
     /// When the next rule begins or ends, if a time says so.
@@ -108,7 +110,10 @@ impl Running {
         for progress in &mut self.rules {
             progress.skip_to(elapsed);
         }
-        self.follow(sensors, now);
+        // Every rule begins once at most, and ends.
+        for _ in 0..2 {
+            self.follow(sensors, now);
+        }
         self.follow_frames(sensors, now);
     }
 
@@ -128,8 +133,8 @@ impl Running {
             progress.end = None;
             set(sensors, slot, None);
         }
-        if progress.next_start().is_some_and(|start| start <= elapsed) {
-            let begun = progress.begin(elapsed, frames);
+        if let Some(start) = progress.next_start().filter(|start| *start <= elapsed) {
+            let begun = progress.begin(start, frames);
             begin(sensors, slot, begun, now);
         }
     }
@@ -172,7 +177,7 @@ impl Running {
             return 0;
         };
         let frames = sensors.device(address).map_or(0, |device| device.frames());
-        frames.saturating_sub(self.frames_before[address.place()])
+        frames.wrapping_add(self.frames_more[address.place()])
     }
 }
 
