@@ -45,6 +45,8 @@ use std::time::Duration;
 pub const CYCLE_TICKS: u64 = 5;
 /// Bytes of a profile's text at most; one with every map filled has under 4 kB.
 pub const TEXT_BYTES_MAX: usize = 64 * 1024;
+/// Octaves of the slow wander at most: from an hour down to a few seconds, or from a minute to a tenth of a second.
+pub const OCTAVES_MAX: u32 = 10;
 /// Characters of a profile's name at most.
 pub const NAME_CHARACTERS_MAX: usize = 100;
 
@@ -74,13 +76,16 @@ pub struct Profile {
 }
 
 /// What all pixels do together.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommonMode {
     /// Standard deviation of a slow wander of the whole image, °C, 0 to 100.
     pub sd_c: f64,
-    /// Time after which the wander has mostly forgotten itself (autocorrelation 0.29; none after twice the time),
-    /// seconds, 0.1 to 10^6; without meaning where `sd_c` is 0.
+    /// Time after which the slowest wander has mostly forgotten itself (autocorrelation 0.29; none after twice the
+    /// time), seconds, 0.1 to 10^6; without meaning where `sd_c` is 0.
     pub correlation_s: f64,
+    /// So many wanders of equal variance, each twice as quick as the one before, make the wander: 1 to
+    /// [`OCTAVES_MAX`]. With many it flickers over all times up to `correlation_s`, as that of real sensors does.
+    pub octaves: u32,
     /// By how much one tick in [`CYCLE_TICKS`] is colder, °C, 0 to 100. Which one, the seed decides.
     pub cycle_depth_c: f64,
 }
@@ -125,6 +130,17 @@ pub struct ClockError {
     pub drift_ppm_per_hour: i32,
 }
 
+impl Default for CommonMode {
+    fn default() -> Self {
+        Self {
+            sd_c: 0.0,
+            correlation_s: 0.0,
+            octaves: 1,
+            cycle_depth_c: 0.0,
+        }
+    }
+}
+
 impl Default for Profile {
     fn default() -> Self {
         Self {
@@ -165,7 +181,7 @@ impl Profile {
     /// perfect sensor would see; its thermistor is the ambient temperature. `seed` is the specimen and its luck.
     ///
     /// Every draw is one of ChaCha with 12 rounds: bytes 0 to 7 of the key are the seed, 8 to 15 the purpose (1 tick, 2
-    /// wander, 3 specimen), 16 to 23 zero, 24 to 31 the tag `grideyep`; the stream is the tick, the number of the
+    /// wander, 3 specimen), 16 to 23 the wander's octave or zero, 24 to 31 the tag `grideyep`; the stream is the tick, the number of the
     /// wander's knot, or 0; numbers are little-endian. A result below absolute zero is cut off there.
     #[must_use]
     pub fn apply(&self, seed: u64, index: u64, t: Duration, scene: Frame) -> Frame {
@@ -202,11 +218,12 @@ impl Profile {
         let CommonMode {
             sd_c,
             correlation_s,
+            octaves,
             cycle_depth_c,
         } = self.common_mode;
         let mut common_c = self.warm_up.drift_c_per_hour * (t_s / SECONDS_PER_HOUR);
         if sd_c > 0.0 {
-            common_c += sd_c * wander(seed, t_s / correlation_s);
+            common_c += sd_c * wander(seed, t_s / correlation_s, octaves);
         }
         if index % CYCLE_TICKS == seed % CYCLE_TICKS {
             common_c -= cycle_depth_c;
@@ -249,14 +266,25 @@ impl FixedPattern {
 
 const SECONDS_PER_HOUR: f64 = 3600.0;
 
+/// A random function of variance 1 everywhere, of so many octaves with equal shares.
+fn wander(seed: u64, at: f64, octaves: u32) -> f64 {
+    let mut sum = 0.0;
+    let mut quicker = at;
+    for octave in 0..octaves {
+        sum += smooth(seed, octave, quicker);
+        quicker *= 2.0;
+    }
+    sum / f64::from(octaves).sqrt()
+}
+
 /// A smooth random function of variance 1 everywhere, whose values at whole numbers are independent: any moment can be
 /// asked for without those before it.
-fn wander(seed: u64, at: f64) -> f64 {
+fn smooth(seed: u64, octave: u32, at: f64) -> f64 {
     let knot = crate::count::floor(at);
     let share = at - float(knot);
     let number = u64::try_from(knot).unwrap_or(u64::MAX);
-    let before = Draws::knot(seed, number).normal();
-    let after = Draws::knot(seed, number.saturating_add(1)).normal();
+    let before = Draws::knot(seed, octave, number).normal();
+    let after = Draws::knot(seed, octave, number.saturating_add(1)).normal();
     let (left, right) = (1.0 - share, share);
     // A weighted sum of two independent draws has the variance of the squared weights, which is put right here.
     (left * before + right * after) / (left * left + right * right).sqrt()

@@ -88,7 +88,7 @@ fn a_frame_is_the_same_to_the_last_bit_everywhere() {
         });
     assert_eq!(
         (bits, frame.thermistor.get().to_bits()),
-        (0xc069_eb4e_f7b0_56a3, 0x41b7_4252),
+        (0xf37e_4649_805b_36df, 0x41b7_4252),
         "the first pixels: {:?}",
         &frame.pixels[..4]
     );
@@ -181,6 +181,34 @@ fn the_wander_has_its_size_and_its_memory() {
     );
     assert!(correlation(40).abs() < 0.06, "{}", correlation(40));
     assert!(correlation(1) > 0.95, "{}", correlation(1));
+}
+
+/// Octaves of equal shares: after one time of the slowest, it alone remembers, and holds a third of the variance.
+#[test]
+fn octaves_share_the_variance_and_forget_one_after_the_other() {
+    let profile = parse("[common_mode]\nsd_c = 0.5\ncorrelation_s = 4\noctaves = 3\n");
+    let wander = common(&excess(&profile, 2, 100_000));
+    assert!((sd(&wander) - 0.5).abs() < 0.02, "{}", sd(&wander));
+    let correlation = |lag: usize| {
+        let products: Vec<f64> = wander
+            .iter()
+            .zip(&wander[lag..])
+            .map(|(a, b)| a * b)
+            .collect();
+        mean(&products) / 0.25
+    };
+    let after_one = std::f64::consts::FRAC_PI_4 - 0.5;
+    assert!(
+        (correlation(40) - after_one / 3.0).abs() < 0.06,
+        "{}",
+        correlation(40)
+    );
+    // After half of it: the slowest has 0.736 (the same integral at one half), the second one has just done one time.
+    assert!(
+        (correlation(20) - (0.736 + after_one) / 3.0).abs() < 0.06,
+        "{}",
+        correlation(20)
+    );
 }
 
 #[test]
@@ -318,6 +346,7 @@ sigma_c = 0.3
 [common_mode]
 sd_c = 0.1
 correlation_s = 30
+octaves = 2
 cycle_depth_c = 0.15
 
 [fixed_pattern]
@@ -361,6 +390,7 @@ fn every_key_is_read_into_its_own_place() {
     for line in EVERYTHING.lines().filter(|line| line.contains(" = ")) {
         let changed = match line.split_once(" = ") {
             Some((key, value)) if value.starts_with('"') => format!("{key} = \"other\""),
+            Some(("octaves", _)) => "octaves = 3".to_owned(),
             Some((key, value)) => format!("{key} = {value}1"),
             None => unreachable!(),
         };
@@ -428,6 +458,18 @@ fn assert_refused(text: &str, expected: &[&str]) {
 }
 
 const MISTAKES: &[(&str, &[&str])] = &[
+    (
+        "[common_mode]\noctaves = 11\n",
+        &["`common_mode.octaves` is 11, expected a whole number, 1 to 10"],
+    ),
+    (
+        "[common_mode]\noctaves = 0\n",
+        &["`common_mode.octaves` is 0"],
+    ),
+    (
+        "[common_mode]\noctaves = 1.5\n",
+        &["`common_mode.octaves` is 1.5"],
+    ),
     (
         "[noise]\nsigma = 0.3\n",
         &[

@@ -5,7 +5,7 @@ use super::document::{
     WarmUpTable,
 };
 use super::{
-    ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, Profile, ProfileError,
+    ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile, ProfileError,
     TEXT_BYTES_MAX, Thermistor, WarmUp,
 };
 use crate::error::Place;
@@ -94,6 +94,7 @@ impl File<'_> {
         Ok(CommonMode {
             sd_c,
             correlation_s,
+            octaves: self.octaves(table.octaves.as_ref())?,
             cycle_depth_c: self.number(table.cycle_depth_c.as_ref(), &CYCLE_DEPTH)?,
         })
     }
@@ -156,10 +157,16 @@ impl File<'_> {
         })
     }
 
+    /// One where the file has none.
+    fn octaves(&self, octaves: Option<&Spanned<f64>>) -> Result<u32, ProfileError> {
+        let octaves = self.whole(octaves, &OCTAVES)?.max(1);
+        Ok(octaves.unsigned_abs())
+    }
+
     #[expect(
         clippy::as_conversions,
         clippy::cast_possible_truncation,
-        reason = "the rule admits whole numbers of at most 500,000 alone"
+        reason = "the rules admit whole numbers of at most 500,000 alone"
     )]
     fn whole(&self, number: Option<&Spanned<f64>>, rule: &Rule) -> Result<i32, ProfileError> {
         Ok(self.number(number, rule)? as i32)
@@ -265,6 +272,14 @@ const COMMON_CORRELATION: Rule = Rule {
     holds: time,
     expected: "0.1 to 1000000 s",
     hint: "the wander of real units takes seconds to minutes",
+};
+const OCTAVES: Rule = Rule {
+    key: "common_mode.octaves",
+    holds: |octaves| {
+        (1.0..=f64::from(OCTAVES_MAX)).contains(&octaves) && octaves == octaves.trunc()
+    },
+    expected: "a whole number, 1 to 10",
+    hint: "each octave is a wander twice as quick as the one before; 1 is the slow one alone",
 };
 const CYCLE_DEPTH: Rule = Rule {
     key: "common_mode.cycle_depth_c",

@@ -37,6 +37,7 @@ pub(crate) struct NoiseTable {
 pub(crate) struct CommonModeTable {
     pub(crate) sd_c: Option<Spanned<f64>>,
     pub(crate) correlation_s: Option<Spanned<f64>>,
+    pub(crate) octaves: Option<Spanned<f64>>,
     pub(crate) cycle_depth_c: Option<Spanned<f64>>,
 }
 

@@ -13,23 +13,24 @@ const SPECIMEN: u64 = 3;
 impl Draws {
     /// For one tick of the sensor.
     pub(crate) fn tick(seed: u64, index: u64) -> Self {
-        Self::new(seed, TICK, index)
+        Self::new(seed, TICK, 0, index)
     }
 
-    /// For one knot of the slow wander.
-    pub(crate) fn knot(seed: u64, number: u64) -> Self {
-        Self::new(seed, KNOT, number)
+    /// For one knot of one octave of the slow wander.
+    pub(crate) fn knot(seed: u64, octave: u32, number: u64) -> Self {
+        Self::new(seed, KNOT, octave, number)
     }
 
     /// For what the specimen keeps for ever.
     pub(crate) fn specimen(seed: u64) -> Self {
-        Self::new(seed, SPECIMEN, 0)
+        Self::new(seed, SPECIMEN, 0, 0)
     }
 
-    fn new(seed: u64, purpose: u64, stream: u64) -> Self {
+    fn new(seed: u64, purpose: u64, octave: u32, stream: u64) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         key[8..16].copy_from_slice(&purpose.to_le_bytes());
+        key[16..24].copy_from_slice(&u64::from(octave).to_le_bytes());
         key[24..].copy_from_slice(b"grideyep");
         let mut generator = ChaCha12Rng::from_seed(key);
         generator.set_stream(stream);

@@ -12,6 +12,7 @@ pub(crate) fn toml(profile: &Profile) -> String {
     let common = &profile.common_mode;
     let (warm_up, thermistor) = (&profile.warm_up, &profile.thermistor);
     let time = |amount: f64, time: f64| if amount == 0.0 { 0.0 } else { time };
+    let octaves = (common.sd_c != 0.0 && common.octaves != 1).then(|| common.octaves.to_string());
     let tables = [
         ("noise", vec![("sigma_c", map(&profile.noise_sigma_c))]),
         (
@@ -22,6 +23,7 @@ pub(crate) fn toml(profile: &Profile) -> String {
                     "correlation_s",
                     number(time(common.sd_c, common.correlation_s)),
                 ),
+                ("octaves", octaves),
                 ("cycle_depth_c", number(common.cycle_depth_c)),
             ],
         ),
