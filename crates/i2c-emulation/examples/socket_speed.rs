@@ -12,9 +12,9 @@ use i2c_emulation::adapter::{EmulatedAdapter, Message, TransferError};
 use i2c_emulation::rack::{Rack, SharedAdapter};
 use i2c_emulation::socket::{Client, ClientOptions, Options, Server};
 
-const REPEATS: u32 = 5;
-const READS: u32 = 20_000;
-const READS_IN_PROCESS: u32 = 1_000_000;
+const REPEATS: u32 = 60;
+const READS: u32 = 1_000;
+const READS_IN_PROCESS: u32 = 100_000;
 
 /// 256 registers; the simplest target there is, so that what is measured is the way and not the target.
 struct Registers([u8; 256], u8);
@@ -91,7 +91,7 @@ fn read_frame_near(bus: &mut SharedAdapter) {
     .unwrap();
 }
 
-/// The best of [`REPEATS`] runs, in microseconds a call.
+/// The best of [`REPEATS`] short runs, in microseconds a call: on a busy machine the shortest was disturbed least.
 fn best_microseconds(calls: u32, mut call: impl FnMut()) -> f64 {
     (0..REPEATS)
         .map(|_| {
@@ -109,7 +109,7 @@ fn python_rows(path: &Path, near: f64) {
          bus, i2c, frame = SMBus(1), I2C(), bytearray(128)\n\
          def opened():\n\
          \x20   with SMBus(1) as fresh: fresh.read_byte_data(0x69, 0x80)\n\
-         def row(name, call, number={READS} // 4):\n\
+         def row(name, call, number={READS} // 2):\n\
          \x20   best = min(timeit.repeat(call, number=number, repeat={REPEATS})) / number * 1e6\n\
          \x20   print('%s;%f' % (name, best))\n\
          row('SMBus.i2c_rdwr, write 1 + read 128', lambda: bus.i2c_rdwr(i2c_msg.write(0x69, [0x80]), i2c_msg.read(0x69, 128)))\n\

@@ -258,6 +258,57 @@ fn a_file_meets_the_driver_that_owns_the_address() {
     assert_eq!(&answer[3..], b"read() and write() are one message each");
 }
 
+/// The kernel lends each message its own buffer: what one reads is not what the next writes.
+#[test]
+fn each_message_has_its_own_bytes_also_behind_a_read() {
+    let bench = Bench::new(Options {
+        mode: AdapterMode::Pi5,
+        ..Options::default()
+    });
+    let mut raw = bench.greeted();
+    let messages = [
+        read(0x69, 2),
+        write(0x69, &[0x80]),
+        read(0x69, 1),
+        write(0x69, &[0x10, 7]),
+    ];
+    let expected = [
+        0x82,
+        4,
+        0,
+        first_value(0),
+        first_value(1),
+        first_value(0x80),
+    ];
+    assert_eq!(raw.ask(&transfer(1, 1, &messages)), expected);
+    assert_eq!(bench.transfers(), ["69R2 69W[80] 69R1 69W[10, 07]"]);
+}
+
+/// i2c-virtio tells a fault by its count alone.
+#[test]
+fn a_mode_that_hides_faults_hides_them_here_too() {
+    let bench = Bench::new(Options {
+        mode: AdapterMode::Virtio,
+        ..Options::default()
+    });
+    let [(nobody, _), ..] = FAILING;
+    let mut raw = bench.greeted();
+    for (judge, messages, expected) in [
+        (0, vec![read(nobody, 1)], &[0x83, 1, 0, 0, 0, 0][..]),
+        (1, vec![read(nobody, 1)], &[0x82, 0, 0]),
+        (2, vec![read(nobody, 1)], &[0x82, 0, 0]),
+        (2, vec![write(nobody, &[1])], &[0x82, 0, 0]),
+        (
+            1,
+            vec![read(0x69, 1), read(nobody, 1)],
+            &[0x82, 1, 0, first_value(0)],
+        ),
+    ] {
+        let answer = raw.ask(&transfer(1, judge, &messages));
+        assert_eq!(answer, expected, "judge {judge}");
+    }
+}
+
 #[test]
 fn a_client_too_many_is_turned_away_and_may_come_again() {
     assert_eq!(Options::default().clients_max, CLIENTS_MAX);
@@ -310,14 +361,16 @@ fn a_trickle_is_too_slow_as_well() {
         ..Options::default()
     });
     let mut slow = bench.greeted();
-    for _ in 0..1000 {
-        let outcome = slow.0.write_all(&[1]);
-        if outcome.is_err() {
-            return;
-        }
+    let announced = 2000_u32;
+    slow.0.write_all(&announced.to_le_bytes()).unwrap();
+    let mut sent = 0;
+    while sent < announced && slow.0.write_all(&[1]).is_ok() {
+        sent += 1;
         std::thread::sleep(Duration::from_millis(10));
     }
-    panic!("the server took a thousand bytes one by one");
+    assert!(sent < announced, "the server took all bytes one by one");
+    let expected = "a packet was not complete after 60ms";
+    assert_eq!(slow.farewell(), (1, expected.to_owned()));
 }
 
 /// The server gives up on a client whose socket is full, and serves the others meanwhile.
