@@ -30,7 +30,7 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "C", group = "shown", value_parser = constant, allow_hyphen_values = true)]
     pub(crate) constant: Option<f32>,
     /// When a recording's frames come.
-    #[arg(long, value_enum, value_name = "times|frames", requires = "recording")]
+    #[arg(long, value_enum, value_name = "times|frames")]
     pub(crate) replay: Option<Replay>,
     /// What comes after the end of a walk or a recording.
     #[arg(

@@ -41,7 +41,11 @@ impl Timebase {
 pub(super) struct BusClock {
     base: Arc<Timebase>,
     busy_until_ns: AtomicU64,
+    held_ns: AtomicU64,
 }
+
+/// The clock follows the machine's time.
+const NOT_HELD: u64 = u64::MAX;
 
 impl BusClock {
     /// A bus of this machine.
@@ -49,7 +53,20 @@ impl BusClock {
         Arc::new(Self {
             base: Arc::clone(base),
             busy_until_ns: AtomicU64::new(0),
+            held_ns: AtomicU64::new(NOT_HELD),
         })
+    }
+
+    /// From here on only bits move this bus's time, so that a transfer is as long as its bits, and not as this program
+    /// takes for it.
+    pub(super) fn hold(&self) {
+        let now_ns = u64::try_from(self.now().as_nanos()).unwrap_or(NOT_HELD);
+        self.held_ns.store(now_ns, Ordering::SeqCst);
+    }
+
+    /// The time of this bus follows the machine's again.
+    pub(super) fn release(&self) {
+        self.held_ns.store(NOT_HELD, Ordering::SeqCst);
     }
 
     /// Waits until the bus has had the time for its bits.
@@ -64,7 +81,11 @@ impl BusClock {
 impl Clock for BusClock {
     fn now(&self) -> Duration {
         let busy_until = Duration::from_nanos(self.busy_until_ns.load(Ordering::SeqCst));
-        self.base.now().max(busy_until)
+        let time = match self.held_ns.load(Ordering::SeqCst) {
+            NOT_HELD => self.base.now(),
+            held_ns => Duration::from_nanos(held_ns),
+        };
+        time.max(busy_until)
     }
 
     fn pass(&self, bus_time: Duration) {
@@ -121,6 +142,21 @@ mod tests {
             started.elapsed() >= Duration::from_millis(100),
             "one second at ten times the speed"
         );
+    }
+
+    #[test]
+    fn a_bus_that_is_held_is_moved_by_its_bits_alone() {
+        let base = Timebase::new(Duration::ZERO, 1000.0);
+        base.start();
+        let clock = BusClock::new(&base);
+        clock.hold();
+        let held = clock.now();
+        std::thread::sleep(Duration::from_millis(2));
+        assert_eq!(clock.now(), held);
+        clock.pass(Duration::from_micros(90));
+        assert_eq!(clock.now(), held + Duration::from_micros(90));
+        clock.release();
+        assert!(clock.now() >= held + Duration::from_secs(2));
     }
 
     #[test]

@@ -3,9 +3,9 @@
 use super::clock::{BusClock, Timebase};
 use super::plan::Planned;
 use super::show::{Show, World};
+use super::trace::TraceFile;
 use super::wires::{SensorBus, Wires};
 use amg8833_emulator::script::Script;
-use amg8833_emulator::trace::Transfer;
 use amg8833_emulator::{BusError, Clock as _, Options, Refusals};
 use embedded_hal::i2c::{Error as _, ErrorKind, NoAcknowledgeSource};
 use i2c_emulation::adapter::{EmulatedAdapter, Fault, HalAdapter, Message, TransferError};
@@ -30,12 +30,9 @@ pub(super) struct Wiring {
     pub(super) scl_hz: Option<NonZeroU32>,
     /// Begins with the first transfer on any bus.
     pub(super) script: Option<Script>,
-    /// Is told of every message, with the number of its bus.
-    pub(super) trace: Option<Trace>,
+    /// Is told of every message.
+    pub(super) trace: Option<TraceFile>,
 }
-
-/// Whoever writes the messages of all buses down.
-pub(super) type Trace = Arc<Mutex<dyn FnMut(u32, &Transfer<'_>) + Send>>;
 
 /// All buses, switched on, with time standing still until [`start`](Self::start).
 pub(super) struct Machine {
@@ -92,6 +89,7 @@ impl Machine {
             .into_iter()
             .map(|(number, line)| {
                 let handle = Handle {
+                    number,
                     line,
                     all: Arc::clone(&all),
                     world: Arc::clone(world),
@@ -158,11 +156,7 @@ fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring) 
         }
     }
     if let Some(trace) = &wiring.trace {
-        let trace = Arc::clone(trace);
-        wires.trunk().set_trace(move |transfer| {
-            let mut write = trace.lock().unwrap_or_else(PoisonError::into_inner);
-            write(number, transfer);
-        });
+        wires.trunk().set_trace(trace.observer(number));
     }
     wires
 }
@@ -183,6 +177,7 @@ fn lock(line: &SharedLine) -> MutexGuard<'_, Line> {
 /// One bus as a way to it holds it. It knows the others, because what begins with the first transfer begins on all.
 #[derive(Clone)]
 struct Handle {
+    number: u32,
     line: SharedLine,
     all: Arc<[(u32, SharedLine)]>,
     world: Arc<World>,
@@ -191,36 +186,51 @@ struct Handle {
 
 impl EmulatedAdapter for Handle {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-        if !self.world.has_begun() {
-            self.begin();
+        let (outcome, is_first) = self.transfer_here(messages);
+        if is_first {
+            self.script_elsewhere();
         }
-        lock(&self.line).transfer(messages)
+        outcome
     }
 }
 
 impl Handle {
-    fn begin(&self) {
-        let now = lock(&self.line).clock.now();
-        if !self.world.begin(now) {
-            return;
+    /// The transfer, and whether it was the first on any bus.
+    fn transfer_here(&self, messages: &mut [Message<'_>]) -> (Result<(), TransferError>, bool) {
+        let mut line = lock(&self.line);
+        line.clock.hold();
+        let is_first = self.world.begin(line.clock.now());
+        if is_first {
+            self.script(&mut line, self.number);
         }
-        let Some(script) = &self.script else {
-            return;
-        };
+        let outcome = line.transfer(messages);
+        line.clock.release();
+        line.clock.settle();
+        (outcome, is_first)
+    }
+
+    /// Lets the script begin on the other buses, with none of them locked while another is.
+    fn script_elsewhere(&self) {
         for (number, line) in self.all.iter() {
-            lock(line).wires.bus().set_script(&script.for_bus(*number));
+            if *number != self.number {
+                self.script(&mut lock(line), *number);
+            }
+        }
+    }
+
+    fn script(&self, line: &mut Line, number: u32) {
+        if let Some(script) = &self.script {
+            line.wires.bus().set_script(&script.for_bus(number));
         }
     }
 }
 
 impl Line {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-        let outcome = match all_set(&self.endings) {
+        match all_set(&self.endings) {
             true => Err(GONE),
             false => self.wires.transfer(messages),
-        };
-        self.clock.settle();
-        outcome
+        }
     }
 }
 

@@ -11,6 +11,7 @@ mod parts;
 mod plan;
 mod say;
 mod show;
+mod trace;
 mod ways;
 mod wires;
 
@@ -40,11 +41,14 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     } else {
         ON_BEFORE
     };
-    let wiring = parts::wiring(options)?;
+    let wiring = parts::wiring(options, prepared.buses())?;
     let voice = Voice::new(options, &prepared);
     let base = Timebase::new(ahead, options.speed);
     let machine = Machine::new(base, &world, prepared.parts, &wiring);
     let outcome = keeping_up(&machine, || ways::serve(options, &machine, &voice))?;
+    if let Some(trace) = &wiring.trace {
+        voice.note(&trace.finish()?);
+    }
     voice.end(&machine.counts(), outcome)?;
     Ok(outcome)
 }

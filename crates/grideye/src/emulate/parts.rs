@@ -3,17 +3,19 @@
 use super::machine::{Part, Wiring};
 use super::plan::{self, Planned, Wish};
 use super::show::{self, AtEnd, Pictures, Replay, Show, Specimen, Timeline, World};
+use super::trace::TraceFile;
 use crate::cli::Emulate;
 use crate::exit::bad_input;
 use crate::{files, recordings, sensor};
 use amg8833::word;
-use amg8833_emulator::Options;
 use amg8833_emulator::script::Script;
+use amg8833_emulator::{Drift, Options};
 use anyhow::{Result, anyhow};
 use grideye_frame::{Celsius, Frame};
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -37,7 +39,7 @@ pub(super) struct Prepared {
 }
 
 /// What the buses are like: their speed, their faults, and who is told of what passes on them.
-pub(super) fn wiring(options: &Emulate) -> Result<Wiring> {
+pub(super) fn wiring(options: &Emulate, buses: usize) -> Result<Wiring> {
     let script = options
         .faults
         .as_deref()
@@ -48,13 +50,15 @@ pub(super) fn wiring(options: &Emulate) -> Result<Wiring> {
             let seed = script.seed().wrapping_add(options.seed).wrapping_sub(1);
             script.with_seed(seed)
         });
-    if options.trace.is_some() {
-        return Err(bad_input(anyhow!("--trace comes with the trace's writers")));
-    }
+    let trace = options
+        .trace
+        .as_deref()
+        .map(|path| TraceFile::create(path, buses))
+        .transpose()?;
     Ok(Wiring {
         scl_hz: options.scl,
         script,
-        trace: None,
+        trace,
     })
 }
 
@@ -66,6 +70,18 @@ fn script(path: &Path) -> Result<Script> {
         ))
     })?;
     Script::from_toml(&text, &path.display().to_string()).map_err(bad_input)
+}
+
+impl Prepared {
+    /// How many buses there are.
+    pub(super) fn buses(&self) -> usize {
+        let numbers: BTreeSet<u32> = self
+            .parts
+            .iter()
+            .map(|part| part.planned.place.bus)
+            .collect();
+        numbers.len()
+    }
 }
 
 /// Reads what the options name, and checks them against each other, before anything is started.
@@ -122,8 +138,10 @@ fn part(
 /// How the chip behaves: its clock is the command line's, else the profile's.
 fn chip(options: &Emulate, profile: Option<&Profile>) -> Options {
     let of_the_profile = profile.map_or(0, Profile::clock_error_ppm);
+    let drift_ppm = profile.map_or(0, Profile::clock_drift_ppm_per_hour);
     Options {
         clock_error_ppm: options.clock_error.unwrap_or(of_the_profile),
+        clock_drift: Drift::PpmPerHour(drift_ppm),
         ..Options::default()
     }
 }
@@ -162,6 +180,11 @@ impl Shown {
     /// What the options ask of this show that it has not.
     fn check(&self, options: &Emulate, has_profile: bool) -> Result<()> {
         match self {
+            Self::Scene { .. } | Self::Constant(_) if options.replay.is_some() => {
+                Err(bad_input(anyhow!(
+                    "--replay says when the frames of a recording come, and there is none\nhint: leave out --replay, or name a --recording"
+                )))
+            }
             Self::Recording { .. } if has_profile => Err(bad_input(anyhow!(
                 "a recording has the noise of the sensor that recorded it, and --profile would add another's\nhint: leave out --profile; --clock-error sets the sensor's clock"
             ))),
@@ -226,7 +249,7 @@ impl Shown {
                 if noise_seed.is_some() {
                     frame.thermistor = sensor::self_heated(room);
                 }
-                Ok((Duration::ZERO, Pictures::Constant(frame)))
+                Ok((Duration::ZERO, Pictures::Constant(Box::new(frame))))
             }
         }
     }

@@ -67,11 +67,6 @@ impl World {
         begun.is_ok()
     }
 
-    /// Whether somebody has spoken.
-    pub(super) fn has_begun(&self) -> bool {
-        self.begun_ns.load(Ordering::SeqCst) != NOT_BEGUN
-    }
-
     /// The world's time; `None` before it has begun.
     fn since(&self, t: Duration) -> Option<Duration> {
         let begun = self.begun_ns.load(Ordering::SeqCst);
@@ -137,7 +132,7 @@ pub(super) enum Pictures {
     /// Frames, one each time that the sensor measures.
     Frames { frames: Vec<Frame>, shown: usize },
     /// One frame for ever.
-    Constant(Frame),
+    Constant(Box<Frame>),
 }
 
 /// One specimen of the sensor, whose noise and pattern the profile tells and the seed decides.
@@ -200,7 +195,7 @@ impl Show {
                 let index = index.min(frames.len().saturating_sub(1));
                 frames.get(index).copied().unwrap_or(nothing())
             }
-            Pictures::Constant(frame) => *frame,
+            Pictures::Constant(frame) => **frame,
         }
     }
 }

@@ -1,0 +1,70 @@
+//! `--trace`: the log of the buses, as a table or as the lines that a logic analyser shows.
+
+use crate::exit::bad_input;
+use amg8833_emulator::trace::{CsvTrace, TraceSummary, Transfer, VcdTrace};
+use anyhow::{Context as _, Result, anyhow};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// A log under way.
+pub(super) struct TraceFile {
+    path: PathBuf,
+    format: Format,
+}
+
+enum Format {
+    Csv(CsvTrace<File>),
+    Vcd(VcdTrace<File>),
+}
+
+/// What a bus tells its messages to.
+pub(super) type Observer = Box<dyn FnMut(&Transfer<'_>) + Send>;
+
+impl TraceFile {
+    /// Makes the file; its name says which format.
+    pub(super) fn create(path: &Path, buses: usize) -> Result<Self> {
+        let ending = path.extension().unwrap_or_default();
+        if ending != "csv" && ending != "vcd" {
+            return Err(bad_input(anyhow!(
+                "cannot tell what to write from the name {}\nhint: end it with .csv or .vcd",
+                path.display()
+            )));
+        }
+        if ending == "vcd" && buses > 1 {
+            return Err(bad_input(anyhow!(
+                "{} would draw one pair of lines, and there are {buses} buses\nhint: end the name with .csv, which has a column for the bus",
+                path.display()
+            )));
+        }
+        let file = File::create(path).map_err(|error| {
+            bad_input(anyhow!(
+                "cannot write {}: {error}\nhint: name a file in a folder that you may write into",
+                path.display()
+            ))
+        })?;
+        let format = match ending == "csv" {
+            true => Format::Csv(CsvTrace::new(file)),
+            false => Format::Vcd(VcdTrace::new(file)),
+        };
+        let path = path.to_owned();
+        Ok(Self { path, format })
+    }
+
+    /// What the bus of this number tells its messages to.
+    pub(super) fn observer(&self, bus: u32) -> Observer {
+        match &self.format {
+            Format::Csv(trace) => Box::new(trace.observer(&format!("i2c-{bus}"))),
+            Format::Vcd(trace) => Box::new(trace.observer()),
+        }
+    }
+
+    /// Completes the file, and says what is in it.
+    pub(super) fn finish(&self) -> Result<String> {
+        let summary: TraceSummary = match &self.format {
+            Format::Csv(trace) => trace.finish(),
+            Format::Vcd(trace) => trace.finish(),
+        }
+        .with_context(|| format!("cannot write the trace {}", self.path.display()))?;
+        Ok(format!("trace {}: {summary}", self.path.display()))
+    }
+}

@@ -1,0 +1,14 @@
+//! `grideye emulate` as its users have it: the program, its ways, its errors, and what it leaves behind, which is nothing.
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "what fails in a helper fails the test"
+)]
+
+mod ending;
+mod examples;
+mod faults;
+mod rack;
+mod refusals;
+mod support;
+mod time;

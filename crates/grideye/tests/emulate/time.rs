@@ -1,0 +1,281 @@
+//! What is shown when: sources, their ends, speed, the sensor's own clock. Bounds hold however slow this machine is.
+
+use crate::support::{Server, file, pixels, recording, root};
+use embedded_hal::i2c::I2c as _;
+use std::time::{Duration, Instant};
+
+/// Frames 100 ms apart, each a quarter of a degree warmer than the one before.
+fn staircase(count: u32) -> Vec<(u64, f64)> {
+    (0..count)
+        .map(|step| (u64::from(step) * 100, f64::from(step) * 0.25))
+        .collect()
+}
+
+#[test]
+fn a_constant_is_what_every_pixel_reads() {
+    for (celsius, quarters) in [("21.5", 86), ("-3.25", -13), ("0", 0)] {
+        let server = Server::start(&["--constant", celsius]);
+        assert_eq!(pixels(&mut server.client(1), 0x69), [quarters; 64]);
+    }
+}
+
+#[test]
+fn a_real_session_is_shown_as_it_was_recorded() {
+    let session = "recordings/linaige/Session2_2021-07-01_RoomB_v2.csv";
+    let text = std::fs::read_to_string(root().join(session)).unwrap();
+    let first: Vec<f64> = text
+        .lines()
+        .nth(1)
+        .unwrap()
+        .split(',')
+        .skip(2)
+        .take(64)
+        .map(|cell| cell.parse().unwrap())
+        .collect();
+    let server = Server::start(&["--recording", session, "--speed", "0.001"]);
+    let seen = pixels(&mut server.client(1), 0x69);
+    let seen: Vec<f64> = seen
+        .into_iter()
+        .map(|quarters| f64::from(quarters) / 4.0)
+        .collect();
+    assert_eq!(seen, first);
+}
+
+#[test]
+fn the_show_waits_for_the_first_transfer() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = recording(folder.path(), &staircase(20));
+    for replay in ["times", "frames"] {
+        // In the time that the connection takes, the recording would be over a hundred times.
+        let server = Server::start(&[
+            "--recording",
+            &recording,
+            "--replay",
+            replay,
+            "--speed",
+            "1000",
+        ]);
+        std::thread::sleep(Duration::from_millis(50));
+        let mut client = server.client(1);
+        assert_eq!(
+            pixels(&mut client, 0x69),
+            [0; 64],
+            "{replay}: the first frame"
+        );
+        std::thread::sleep(Duration::from_millis(10));
+        assert_eq!(
+            pixels(&mut client, 0x69),
+            [19; 64],
+            "{replay}: the last one stays"
+        );
+    }
+}
+
+/// Which step of the staircase is on show, and between which moments that was asked.
+fn step(client: &mut i2c_emulation::socket::Client, started: Instant) -> (f64, f64, f64) {
+    let before = started.elapsed().as_secs_f64();
+    let step = f64::from(pixels(client, 0x69)[0]);
+    (step, before, started.elapsed().as_secs_f64())
+}
+
+/// Ticks a second of real time, between bounds that allow for every delay of this machine.
+fn rate_bounds(arguments: &[&str], folder: &std::path::Path) -> (f64, f64) {
+    let recording = recording(folder, &staircase(1000));
+    let mut all = vec!["--recording", recording.as_str(), "--replay", "frames"];
+    all.extend(arguments);
+    let server = Server::start(&all);
+    let mut client = server.client(1);
+    let started = Instant::now();
+    pixels(&mut client, 0x69);
+    std::thread::sleep(Duration::from_millis(20));
+    let (first, first_before, first_after) = step(&mut client, started);
+    std::thread::sleep(Duration::from_millis(400));
+    let (last, last_before, last_after) = step(&mut client, started);
+    assert!(last < 999.0, "the staircase is long enough: {last}");
+    let steps = last - first;
+    (
+        (steps - 1.0) / (last_after - first_before),
+        (steps + 1.0) / (last_before - first_after),
+    )
+}
+
+#[test]
+fn speed_and_clock_error_set_the_rate_of_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, expected) in [
+        (&["--speed", "50"][..], 500.0),
+        (&["--speed", "100", "--clock-error", "-500000"], 500.0),
+        (&["--speed", "50", "--clock-error", "500000"], 750.0),
+    ] {
+        let (least, most) = rate_bounds(arguments, folder.path());
+        assert!(
+            least <= expected && expected <= most,
+            "{arguments:?}: {expected} a second, measured {least} to {most}"
+        );
+        // The bounds are of use: a rate that is off by a quarter would be seen, unless this machine stalls.
+        println!("{arguments:?}: {least:.0} to {most:.0} frames a second");
+    }
+}
+
+#[test]
+fn a_recording_without_frames_for_a_while_keeps_its_own_times() {
+    let folder = tempfile::tempdir().unwrap();
+    // An hour between two frames: frame by frame that is one tick, at its own times it is 36,000.
+    let recording = recording(folder.path(), &[(0, 20.0), (3_600_000, 30.0)]);
+    for (replay, expected) in [("times", 80), ("frames", 120)] {
+        let server = Server::start(&[
+            "--recording",
+            &recording,
+            "--replay",
+            replay,
+            "--speed",
+            "50",
+        ]);
+        let mut client = server.client(1);
+        pixels(&mut client, 0x69);
+        std::thread::sleep(Duration::from_millis(20));
+        assert_eq!(pixels(&mut client, 0x69), [expected; 64], "{replay}");
+    }
+}
+
+#[test]
+fn after_the_end_the_bus_is_gone_and_the_server_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = recording(folder.path(), &staircase(3));
+    let server = Server::start(&[
+        "--recording",
+        &recording,
+        "--at-end",
+        "end",
+        "--speed",
+        "10",
+    ]);
+    let mut client = server.client(1);
+    assert_eq!(pixels(&mut client, 0x69), [0; 64]);
+    let gone = crate::support::wait_for("the end of the show", || {
+        client.write_read(0x69, &[0x80], &mut [0; 2]).err()
+    });
+    let said = gone.to_string();
+    assert!(
+        said.contains("gone") || said.contains("no longer") || said.contains("closed"),
+        "{said}"
+    );
+    let ended = server.wait();
+    assert_eq!(ended.code, 0, "{ended:?}");
+}
+
+#[test]
+fn a_recording_that_is_looped_begins_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = recording(folder.path(), &staircase(40));
+    let server = Server::start(&[
+        "--recording",
+        &recording,
+        "--at-end",
+        "loop",
+        "--speed",
+        "10",
+    ]);
+    let mut client = server.client(1);
+    let mut seen = Vec::new();
+    crate::support::wait_for("the second round", || {
+        seen.push(pixels(&mut client, 0x69)[0]);
+        seen.windows(2).any(|pair| pair[1] < pair[0]).then_some(())
+    });
+}
+
+#[test]
+fn a_person_walks_while_the_driver_reads() {
+    let server = Server::start(&[
+        "--scene",
+        "scenes/experiment-3.toml",
+        "--speed",
+        "5",
+        "--profile",
+        "ideal",
+    ]);
+    let mut client = server.client(1);
+    let warmest = |frame: &[i32]| {
+        frame
+            .iter()
+            .enumerate()
+            .max_by_key(|(_, pixel)| **pixel)
+            .unwrap()
+            .0
+    };
+    let mut places = std::collections::BTreeSet::new();
+    crate::support::wait_for("a walk over the image", || {
+        places.insert(warmest(&pixels(&mut client, 0x69)) % 8);
+        (places.len() >= 4).then_some(())
+    });
+}
+
+#[test]
+fn the_program_meets_frames_unless_it_is_to_see_the_sensor_switched_on() {
+    // In a thousandth of the speed, the first tick after power-on is a hundred seconds away.
+    let on = Server::start(&["--constant", "21", "--speed", "0.001"]);
+    assert_eq!(pixels(&mut on.client(1), 0x69), [84; 64]);
+    let switched_on = Server::start(&["--constant", "21", "--speed", "0.001", "--power-on"]);
+    assert_eq!(pixels(&mut switched_on.client(1), 0x69), [0; 64]);
+}
+
+#[test]
+fn bits_take_the_time_of_the_bus_clock() {
+    let server = Server::start(&["--constant", "21", "--scl", "100000"]);
+    let mut client = server.client(1);
+    let started = Instant::now();
+    pixels(&mut client, 0x69);
+    // 131 bytes of nine bits, and three conditions: 1,182 bits of 10 µs (tests/tests/bus_cost.rs derives 12.30 ms
+    // for the whole of a frame with its thermistor).
+    assert!(
+        started.elapsed() >= Duration::from_micros(11_820),
+        "{:?}",
+        started.elapsed()
+    );
+}
+
+#[test]
+fn a_profile_takes_the_place_of_the_scenes_noise() {
+    let ideal = Server::start(&[
+        "--scene",
+        "scenes/experiment-1.toml",
+        "--profile",
+        "ideal",
+        "--speed",
+        "20",
+    ]);
+    let mut client = ideal.client(1);
+    let first = pixels(&mut client, 0x69);
+    std::thread::sleep(Duration::from_millis(30));
+    assert_eq!(pixels(&mut client, 0x69), first, "no noise at all");
+
+    let folder = tempfile::tempdir().unwrap();
+    let hot = file(folder.path(), "hot.toml", "[thermistor]\noffset_c = 10.0\n");
+    let server = Server::start(&["--constant", "20", "--profile", &hot]);
+    let mut word = [0; 2];
+    server
+        .client(1)
+        .write_read(0x69, &[0x0E], &mut word)
+        .unwrap();
+    // 30 °C in sixteenths (AMG88 spec §4-11-10).
+    assert_eq!(u16::from_le_bytes(word), 30 * 16);
+}
+
+#[test]
+fn the_seed_decides_the_noise() {
+    let frame = |seed: &str| {
+        // Time that all but stands shows the same tick to each.
+        let server = Server::start(&[
+            "--scene",
+            "scenes/experiment-1.toml",
+            "--seed",
+            seed,
+            "--speed",
+            "0.001",
+        ]);
+        pixels(&mut server.client(1), 0x69)
+    };
+    let first = frame("1");
+    assert_eq!(frame("1"), first);
+    assert_ne!(frame("2"), first);
+}
