@@ -43,7 +43,7 @@ mod number {
     pub(super) const GETPID: i32 = 39;
     pub(super) const READLINKAT: i32 = 267;
     pub(super) const SCHED_YIELD: i32 = 24;
-    pub(super) const PROCESS_VM_READV: i32 = 310;
+    pub(super) const RT_SIGPROCMASK: i32 = 14;
     pub(super) const PROCESS_VM_WRITEV: i32 = 311;
 }
 #[cfg(any(target_arch = "aarch64", target_arch = "riscv64"))]
@@ -59,7 +59,7 @@ mod number {
     pub(super) const GETPID: i32 = 172;
     pub(super) const READLINKAT: i32 = 78;
     pub(super) const SCHED_YIELD: i32 = 124;
-    pub(super) const PROCESS_VM_READV: i32 = 270;
+    pub(super) const RT_SIGPROCMASK: i32 = 135;
     pub(super) const PROCESS_VM_WRITEV: i32 = 271;
 }
 #[cfg(target_arch = "arm")]
@@ -75,7 +75,7 @@ mod number {
     pub(super) const GETPID: i32 = 20;
     pub(super) const READLINKAT: i32 = 332;
     pub(super) const SCHED_YIELD: i32 = 158;
-    pub(super) const PROCESS_VM_READV: i32 = 376;
+    pub(super) const RT_SIGPROCMASK: i32 = 175;
     pub(super) const PROCESS_VM_WRITEV: i32 = 377;
 }
 
@@ -305,41 +305,54 @@ pub(super) fn read_link<'a>(path: &CStr, into: &'a mut [u8]) -> Option<&'a [u8]>
 }
 
 /// Copies from an address that may lead nowhere.
+///
+/// The kernel looks whether something is there, by a call that reads a word and then finds it senseless: five times
+/// cheaper than to let it copy (process_vm_readv).
 pub(super) fn peek(address: u64, into: &mut [u8]) -> Result<(), Errno> {
-    let here = into.as_mut_ptr();
-    match copy(
-        number::PROCESS_VM_READV,
-        here.expose_provenance(),
-        address,
-        into.len(),
-    ) {
-        Some(outcome) => outcome,
-        None => {
-            let there =
-                core::ptr::with_exposed_provenance::<u8>(usize::try_from(address).or(Err(EFAULT))?);
-            // SAFETY: the program says that its memory is there, as it would to any function of the C library; `here`
-            // has room. What else the program does with that memory meanwhile is its own affair.
-            unsafe { core::ptr::copy(there, here, into.len()) };
-            Ok(())
-        }
+    const PAGE_BYTES: usize = 4096;
+    let start = usize::try_from(address).or(Err(EFAULT))?;
+    let Some(last) = into.len().checked_sub(1) else {
+        return Ok(());
+    };
+    let last = start.checked_add(last).ok_or(EFAULT)?;
+    let mut page = start;
+    while page <= last {
+        look_at_word(page)?;
+        page = (page - page % PAGE_BYTES)
+            .checked_add(PAGE_BYTES)
+            .ok_or(EFAULT)?;
+    }
+    let there = core::ptr::with_exposed_provenance::<u8>(start);
+    // SAFETY: the kernel has just read from every page of it, and `into` has room. A program that takes its memory away
+    // meanwhile, from another thread, would not be safe with any function of the C library either.
+    unsafe { core::ptr::copy(there, into.as_mut_ptr(), into.len()) };
+    Ok(())
+}
+
+/// EFAULT if the word around an address cannot be read; a word never lies in two pages.
+fn look_at_word(address: usize) -> Result<(), Errno> {
+    const SENSELESS: c_int = -1;
+    const WORD_BYTES: usize = 8;
+    // At address 0 the kernel would see no word at all.
+    let word = (address - address % WORD_BYTES).max(1);
+    let arguments = [argument(SENSELESS), word, 0, WORD_BYTES, 0, 0];
+    // SAFETY: the kernel checks the word's address, and writes nothing: there is no place for the old mask.
+    match unsafe { call(number::RT_SIGPROCMASK, arguments) } {
+        Err(EFAULT) => Err(EFAULT),
+        _ => Ok(()),
     }
 }
 
 /// Copies to an address that may lead nowhere.
 pub(super) fn poke(address: u64, bytes: &[u8]) -> Result<(), Errno> {
     let here = bytes.as_ptr();
-    match copy(
-        number::PROCESS_VM_WRITEV,
-        here.expose_provenance(),
-        address,
-        bytes.len(),
-    ) {
+    match copy_out(here.expose_provenance(), address, bytes.len()) {
         Some(outcome) => outcome,
         None => {
             let there = core::ptr::with_exposed_provenance_mut::<u8>(
                 usize::try_from(address).or(Err(EFAULT))?,
             );
-            // SAFETY: as above, for writing.
+            // SAFETY: the program says that its memory is there, as it would to any function of the C library.
             unsafe { core::ptr::copy(here, there, bytes.len()) };
             Ok(())
         }
@@ -352,9 +365,9 @@ struct Span {
     length: usize,
 }
 
-/// Lets the kernel copy between two places of this process, so that a bad address is an errno; `None` where the kernel
+/// Lets the kernel copy from one place of this process to another, so that a bad address is an errno; `None` where the kernel
 /// may not (a sandbox, qemu-user): there a bad address ends the program, as in any function of the C library.
-fn copy(number: i32, here: usize, there: u64, length: usize) -> Option<Result<(), Errno>> {
+fn copy_out(here: usize, there: u64, length: usize) -> Option<Result<(), Errno>> {
     static FORBIDDEN: AtomicBool = AtomicBool::new(false);
     if FORBIDDEN.load(Ordering::Relaxed) {
         return None;
@@ -381,12 +394,83 @@ fn copy(number: i32, here: usize, there: u64, length: usize) -> Option<Result<()
         0,
     ];
     // SAFETY: the kernel checks both spans; the one on this side is a slice of the caller's.
-    match unsafe { call(number, arguments) } {
+    match unsafe { call(number::PROCESS_VM_WRITEV, arguments) } {
         Ok(copied) if copied == length => Some(Ok(())),
         Err(ENOSYS | EPERM) => {
             FORBIDDEN.store(true, Ordering::Relaxed);
             None
         }
         _ => Some(Err(EFAULT)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAGE_BYTES: usize = 4096;
+
+    /// Two pages, the second of which has these rights only; the address of their border.
+    fn border(rights: c_int) -> usize {
+        // SAFETY: the mapping is new and private; it is never given back.
+        unsafe {
+            let flags = libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
+            let all = libc::PROT_READ | libc::PROT_WRITE;
+            let pages = libc::mmap(core::ptr::null_mut(), 2 * PAGE_BYTES, all, flags, -1, 0);
+            assert_ne!(pages, libc::MAP_FAILED);
+            let second = pages.byte_add(PAGE_BYTES);
+            assert_eq!(libc::mprotect(second, PAGE_BYTES, rights), 0);
+            second.expose_provenance()
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_efault_and_not_the_programs_end() {
+        let border = u64::try_from(border(libc::PROT_NONE)).unwrap();
+        for length in [1, 2, 8, 100] {
+            let length_64 = u64::try_from(length).unwrap();
+            let mut bytes = vec![7; length];
+            assert_eq!(peek(border - length_64, &mut bytes), Ok(()), "{length}");
+            assert_eq!(bytes, vec![0; length]);
+            assert_eq!(
+                peek(border - length_64 + 1, &mut bytes),
+                Err(EFAULT),
+                "{length}"
+            );
+            assert_eq!(poke(border - length_64, &bytes), Ok(()), "{length}");
+            assert_eq!(
+                poke(border - length_64 + 1, &bytes),
+                Err(EFAULT),
+                "{length}"
+            );
+        }
+        let mut long = vec![0; PAGE_BYTES];
+        assert_eq!(peek(border - 4095, &mut long), Err(EFAULT));
+        for address in [0, 1, 9, u64::MAX, u64::MAX - 3, 1 << 63] {
+            assert_eq!(peek(address, &mut [0; 4]), Err(EFAULT), "{address:#x}");
+            assert_eq!(poke(address, &[0; 4]), Err(EFAULT), "{address:#x}");
+            assert_eq!(peek(address, &mut []), Ok(()), "{address:#x}");
+        }
+    }
+
+    #[test]
+    fn memory_that_may_only_be_read_is_not_written() {
+        let border = u64::try_from(border(libc::PROT_READ)).unwrap();
+        assert_eq!(peek(border - 2, &mut [0; 4]), Ok(()));
+        assert_eq!(poke(border - 2, &[1; 4]), Err(EFAULT));
+        assert_eq!(poke(border - 2, &[1; 2]), Ok(()));
+    }
+
+    #[test]
+    fn a_name_that_is_not_without_a_path_is_nobodys() {
+        let socket = socket(true).unwrap();
+        assert_eq!(with_own_name(socket, |_| Some(())), None, "no name at all");
+        let name = SocketName::new(&[b"i2c-emulation-test", b"/t", b"1"]);
+        bind(socket, &name).unwrap();
+        let own = with_own_name(socket, |name| Some(name.to_vec()));
+        assert_eq!(own.as_deref(), Some(&b"i2c-emulation-test/t1"[..]));
+        close(socket);
+        assert_eq!(with_own_name(socket, |_| Some(())), None);
+        assert_eq!(with_own_name(0, |_| Some(())), None, "not a socket");
     }
 }

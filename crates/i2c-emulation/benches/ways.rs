@@ -1,0 +1,227 @@
+//! What one call on `/dev/i2c-N` costs by each way. `cargo bench -p i2c-emulation --bench ways`
+//!
+//! The client is this very program, started again with the device in front of it. "asking" is preloading without sending
+//! memory along: the emulator then asks for each piece, as a library would need to that only shows its memory.
+#![expect(
+    unsafe_code,
+    clippy::unwrap_used,
+    reason = "the client makes the system calls that are measured, and what fails ends the benchmark"
+)]
+
+use std::convert::Infallible;
+use std::fs::File;
+use std::hint::black_box;
+use std::os::fd::{AsRawFd, RawFd};
+use std::process::Command;
+use std::time::Instant;
+
+use embedded_hal::i2c::{ErrorType, I2c, Operation, SevenBitAddress};
+use i2c_emulation::adapter::HalAdapter;
+use i2c_emulation::program::{self, Options, Via};
+use i2c_emulation::rack::{Rack, SharedAdapter};
+
+const ROLE: &str = "I2C_EMULATION_BENCH_DEVICE";
+const NUMBER: u32 = 7_777;
+/// Calls of one round; the fastest of so many rounds counts, since everything that disturbs makes a round slower.
+const CALLS: u32 = 100;
+const ROUNDS: u32 = 400;
+const KINDS: [&str; 4] = [
+    "I2C_FUNCS",
+    "I2C_SMBUS read of a byte",
+    "I2C_RDWR write 1 + read 128",
+    "another file: read 1 byte",
+];
+
+/// Answers at once, so that nothing but the way is measured.
+struct Instantly;
+
+impl ErrorType for Instantly {
+    type Error = Infallible;
+}
+
+impl I2c for Instantly {
+    fn transaction(
+        &mut self,
+        _: SevenBitAddress,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), Infallible> {
+        for operation in operations {
+            if let Operation::Read(buffer) = operation {
+                buffer.fill(0xA5);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn main() {
+    match std::env::var(ROLE) {
+        Ok(device) => client(&device),
+        Err(_) => measure(),
+    }
+}
+
+fn measure() {
+    println!("microseconds a call, best of {ROUNDS} rounds of {CALLS} calls\n");
+    let none = figures(Command::new(std::env::current_exe().unwrap()).env(ROLE, ""));
+    let fuse = by(Via::Fuse, "1");
+    let preload = by(Via::Preload, "1");
+    let asking = by(Via::Preload, "0");
+    println!("| call | without | FUSE | preload | FUSE : preload | asking | asking : preload |");
+    println!("|---|---|---|---|---|---|---|");
+    let show = |figure: Option<f64>| figure.map_or("-".to_owned(), |figure| format!("{figure:.2}"));
+    let ratio = |first: Option<f64>, second: Option<f64>| match (first, second) {
+        (Some(first), Some(second)) => format!("{:.2}", first / second),
+        _ => "-".to_owned(),
+    };
+    for (index, kind) in KINDS.iter().enumerate() {
+        let [none, fuse, preload, asking] =
+            [&none, &fuse, &preload, &asking].map(|way| way.get(index).copied().flatten());
+        println!(
+            "| {kind} | {} | {} | {} | {} | {} | {} |",
+            show(none),
+            show(fuse),
+            show(preload),
+            ratio(fuse, preload),
+            show(asking),
+            ratio(asking, preload),
+        );
+    }
+}
+
+/// The figures of the client by one way; none if the way does not work here.
+fn by(via: Via, prefetch: &str) -> Vec<Option<f64>> {
+    let mut rack = Rack::new();
+    let bus = HalAdapter::with_faults(Instantly, |never| match *never {});
+    rack.insert(NUMBER, SharedAdapter::new(bus));
+    let options = Options {
+        via,
+        ..Options::default()
+    };
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command
+        .env(ROLE, format!("/dev/i2c-{NUMBER}"))
+        .env("I2C_EMULATION_PREFETCH", prefetch);
+    let file = tempfile::NamedTempFile::new().unwrap();
+    command.stdout(file.reopen().unwrap());
+    match program::run(&rack, &options, &mut command) {
+        Ok(ended) if ended.status.success() => {
+            parse(&std::fs::read_to_string(file.path()).unwrap())
+        }
+        Ok(ended) => {
+            println!("{via}: the client ended with {}", ended.status);
+            Vec::new()
+        }
+        Err(error) => {
+            println!("{via}: {error}");
+            Vec::new()
+        }
+    }
+}
+
+fn figures(command: &mut Command) -> Vec<Option<f64>> {
+    parse(&String::from_utf8(command.output().unwrap().stdout).unwrap())
+}
+
+fn parse(text: &str) -> Vec<Option<f64>> {
+    text.lines().map(|line| line.parse().ok()).collect()
+}
+
+/// Prints the microseconds of each kind of call, in the order of [`KINDS`].
+fn client(device: &str) {
+    let zero = File::open("/dev/zero").unwrap();
+    if device.is_empty() {
+        KINDS[1..].iter().for_each(|_| println!("-"));
+    } else {
+        let device = File::options().read(true).write(true).open(device).unwrap();
+        let device = device.as_raw_fd();
+        println!("{}", timed(|| functionality(device)));
+        println!("{}", timed(|| smbus_byte(device)));
+        println!("{}", timed(|| frame(device)));
+    }
+    println!("{}", timed(|| plain_read(zero.as_raw_fd())));
+}
+
+fn timed(call: impl Fn()) -> f64 {
+    let round = || {
+        let start = Instant::now();
+        (0..CALLS).for_each(|_| call());
+        start.elapsed().as_secs_f64() * 1e6 / f64::from(CALLS)
+    };
+    (0..ROUNDS).map(|_| round()).fold(f64::INFINITY, f64::min)
+}
+
+fn functionality(device: RawFd) {
+    let mut bits: libc::c_ulong = 0;
+    // SAFETY: I2C_FUNCS writes an unsigned long.
+    let result = unsafe { libc::ioctl(device, 0x0705, &raw mut bits) };
+    assert!(result == 0 && black_box(bits) != 0);
+}
+
+#[repr(C)]
+struct Smbus {
+    read_write: u8,
+    command: u8,
+    size: u32,
+    data: *mut u8,
+}
+
+fn smbus_byte(device: RawFd) {
+    let mut data = [0u8; 34];
+    let call = Smbus {
+        read_write: 1,
+        command: 0x0E,
+        size: 2,
+        data: data.as_mut_ptr(),
+    };
+    // SAFETY: I2C_SMBUS reads this structure and writes at most 34 bytes at `data`.
+    let result = unsafe { libc::ioctl(device, 0x0720, &raw const call) };
+    assert!(result == 0 && black_box(data)[0] == 0xA5);
+}
+
+#[repr(C)]
+struct Message {
+    address: u16,
+    flags: u16,
+    length: u16,
+    buffer: *mut u8,
+}
+
+#[repr(C)]
+struct Transfer {
+    messages: *mut Message,
+    count: u32,
+}
+
+fn frame(device: RawFd) {
+    let mut register = [0x80u8];
+    let mut pixels = [0u8; 128];
+    let mut messages = [
+        Message {
+            address: 0x69,
+            flags: 0,
+            length: 1,
+            buffer: register.as_mut_ptr(),
+        },
+        Message {
+            address: 0x69,
+            flags: 1,
+            length: 128,
+            buffer: pixels.as_mut_ptr(),
+        },
+    ];
+    let transfer = Transfer {
+        messages: messages.as_mut_ptr(),
+        count: 2,
+    };
+    // SAFETY: I2C_RDWR reads these structures, and writes only into the buffer of the message that is a read.
+    let result = unsafe { libc::ioctl(device, 0x0707, &raw const transfer) };
+    assert!(result == 2 && black_box(pixels)[127] == 0xA5);
+}
+
+fn plain_read(file: RawFd) {
+    let mut byte = [1u8];
+    // SAFETY: there is room for the one byte.
+    let result = unsafe { libc::read(file, byte.as_mut_ptr().cast(), 1) };
+    assert!(result == 1 && black_box(byte)[0] == 0);
+}
