@@ -71,7 +71,8 @@ fn wild(t: Duration) -> Frame {
 fn live(random: &mut Random, options: Options, outcome: &mut Outcome) {
     let mut bus = Bus::new(ManualClock::new());
     if random.below(2) == 0 {
-        bus = bus.with_scl_hz(NonZeroU32::new(10_000 + 90_000 * u32::from(any_byte(random))).unwrap());
+        bus = bus
+            .with_scl_hz(NonZeroU32::new(10_000 + 90_000 * u32::from(any_byte(random))).unwrap());
     }
     let plugged = random.below(2) == 0;
     bus.plug(Address::High, wild as Source, options);
@@ -188,7 +189,12 @@ fn fault(random: &mut Random) -> Fault {
         FaultKind::PixelGlitch => Fault::PixelGlitch { pixel, word },
         FaultKind::ThermistorFailure => Fault::ThermistorFailure { word },
         FaultKind::ClockError => Fault::ClockError {
-            ppm: i32::from_le_bytes([any_byte(random), any_byte(random), any_byte(random), any_byte(random)]),
+            ppm: i32::from_le_bytes([
+                any_byte(random),
+                any_byte(random),
+                any_byte(random),
+                any_byte(random),
+            ]),
         },
         FaultKind::SclSpeed => Fault::SclSpeed {
             hz: NonZeroU32::new(1_000 + 4_000 * u32::from(any_byte(random))).unwrap(),

@@ -343,6 +343,50 @@ fn line_9_the_moving_average_needs_its_key() {
     assert_eq!(rig.register(0x07), 0x00, "only bit 5 exists");
 }
 
+/// Section 2.5: what drivers send who got the key wrong, or have none; the sensor goes on without averages.
+#[test]
+fn line_9_keys_that_drivers_got_wrong() {
+    let key_elsewhere = [
+        [0x15, 0x50],
+        [0x15, 0x45],
+        [0x15, 0x57],
+        [0x07, 0x20],
+        [0x15, 0x00],
+    ];
+    let value_elsewhere = [
+        [0x1F, 0x50],
+        [0x1F, 0x45],
+        [0x1F, 0x57],
+        [0x1F, 0x20],
+        [0x1F, 0x00],
+    ];
+    let another_bit = [
+        [0x1F, 0x50],
+        [0x1F, 0x45],
+        [0x1F, 0x57],
+        [0x07, 0x01],
+        [0x1F, 0x00],
+    ];
+    for pairs in [key_elsewhere, value_elsewhere, another_bit] {
+        let step = |t: Duration| {
+            uniform(if t < Duration::from_secs(1) {
+                20.0
+            } else {
+                24.0
+            })
+        };
+        let mut rig = Rig::new(step);
+        for pair in pairs {
+            rig.write(&pair);
+        }
+        assert_eq!(rig.register(0x07), 0x00, "{pairs:02x?}");
+        rig.set(900);
+        rig.frames();
+        rig.set(1_000);
+        assert_eq!(rig.word(), 96, "{pairs:02x?}: no mean");
+    }
+}
+
 /// Section 1.3: Panasonic's diagrams of 2021 chain the five pairs by repeated STARTs. A bus that merges adjacent writes
 /// cannot show that, so this is on the level of bytes.
 #[test]

@@ -473,7 +473,8 @@ fn chances_are_drawn_anew_for_every_transaction() {
             .map(|_| rig.bus.write(HIGH, &[]).is_err())
             .collect();
         let counted = rig.bus.fault_counts().of(FaultKind::NackAddress);
-        assert_eq!(hits.iter().filter(|hit| **hit).count() as u64, counted);
+        let hit = hits.iter().filter(|hit| **hit).count();
+        assert_eq!(u64::try_from(hit), Ok(counted));
         hits
     };
     let one = hits(1);
