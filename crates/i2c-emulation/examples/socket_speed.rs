@@ -89,6 +89,7 @@ fn read_frame_near(bus: &mut SharedAdapter) {
         message(Operation::Read(std::hint::black_box(&mut frame))),
     ])
     .unwrap();
+    std::hint::black_box(frame);
 }
 
 /// The best of [`REPEATS`] short runs, in microseconds a call: on a busy machine the shortest was disturbed least.

@@ -32,6 +32,8 @@ pub const STOP_WAIT_MAX: Duration = Duration::from_secs(2);
 const PAUSE_AFTER_FAILURE: Duration = Duration::from_millis(100);
 /// An answer of the usual size; a larger buffer is given back after use.
 const ANSWER_BYTES_KEPT: usize = 16 * 1024;
+/// Bytes written at once: a client that takes them slowly is looked at after each such part.
+const WRITE_BYTES: usize = 16 * 1024;
 const STOPPING: &str = "the server is stopping";
 
 /// How the server behaves.
@@ -348,7 +350,9 @@ fn write_within(mut stream: &UnixStream, bytes: &[u8], wait: Duration) -> io::Re
     let begin = Instant::now();
     let mut rest = bytes;
     while !rest.is_empty() {
-        match stream.write(rest) {
+        // The kernel's time limit starts anew with each part that finds room.
+        let part = rest.get(..WRITE_BYTES).unwrap_or(rest);
+        match stream.write(part) {
             Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
             Ok(written) => rest = rest.get(written..).unwrap_or_default(),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}

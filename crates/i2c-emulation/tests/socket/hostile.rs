@@ -400,6 +400,28 @@ fn a_client_that_takes_no_answers_is_left() {
     assert!(taken.len() < 4 * 42 * 8192, "all was answered");
 }
 
+/// A client that takes a little now and then gets no more time than one that takes nothing.
+#[test]
+fn a_client_that_takes_answers_in_sips_is_left() {
+    let bench = Bench::new(Options {
+        packet_wait_max: Duration::from_millis(100),
+        ..Options::default()
+    });
+    let mut sipper = bench.greeted();
+    let question = transfer(1, 0, &vec![read(0x69, 8192); 42]);
+    // More than the socket's buffer holds.
+    sipper.send(&question);
+    sipper.send(&question);
+    let mut taken = 0;
+    let mut sip = [0; 4096];
+    while let Ok(bytes @ 1..) = sipper.0.read(&mut sip) {
+        taken += bytes;
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let all = 2 * (4 + 3 + 42 * 8192);
+    assert!((1..all).contains(&taken), "{taken} of {all} bytes");
+}
+
 #[test]
 fn a_bus_that_panics_costs_its_caller_the_connection_and_nobody_else() {
     let bench = Bench::new(Options {

@@ -33,6 +33,13 @@ def both_ways(*messages):
     return [list(message) for message in messages]
 
 
+def read_into_old_bytes(address):
+    message = i2c_msg.read(address, 2)
+    message.buf[0], message.buf[1] = b"U", b"V"
+    bus.i2c_rdwr(i2c_msg.write(TARGET, [0]), message)
+    return list(message)
+
+
 bus = SMBus(BUS)
 show("funcs", lambda: hex(bus.funcs))
 show("funcs & I2C", lambda: bool(bus.funcs & I2cFunc.I2C))
@@ -102,6 +109,8 @@ both_ways(i2c_msg.read(T, 0))
 both_ways(i2c_msg.write(T, []))
 both_ways(i2c_msg.write(T, [1]), i2c_msg.read(N, 2))
 both_ways(i2c_msg.write(N, [1]), i2c_msg.read(N, 2))
+read_into_old_bytes(N)
+read_into_old_bytes(T)
 both_ways(*[i2c_msg.write(T, [0])] * 42)
 both_ways(*[i2c_msg.write(T, [0])] * 43)
 both_ways(i2c_msg.write(T, [0]), i2c_msg.read(T, 8192))
@@ -132,7 +141,7 @@ bus.read_byte_data(T, 0x80)
 bus.open("/dev/i2c-%d" % BUS)
 bus.read_byte_data(T, 0x80)
 """
-names = {"bus": bus, "T": TARGET, "N": NOBODY, "i2c_msg": i2c_msg, "both_ways": both_ways, "BUS": BUS}
+names = {"bus": bus, "T": TARGET, "N": NOBODY, "i2c_msg": i2c_msg, "both_ways": both_ways, "read_into_old_bytes": read_into_old_bytes, "BUS": BUS}
 for line in CALLS.strip().splitlines():
     show(line, lambda: eval(line, names))
 bus.close()

@@ -279,14 +279,15 @@ fn a_server_without_descriptors_recovers() {
         .unwrap();
     assert!(first_line(&mut child).starts_with("listening on "));
     let impatient = ClientOptions {
-        wait_max: Duration::from_millis(50),
+        wait_max: Duration::from_secs(1),
         ..ClientOptions::default()
     };
-    let clients: Vec<_> = (0..20)
-        .map(|_| Client::connect_with(&path, 1, impatient))
-        .collect();
-    let served = clients.iter().filter(|client| client.is_ok()).count();
-    assert!((1..20).contains(&served), "{served} of 20 were served");
+    let mut clients = Vec::new();
+    while let Ok(client) = Client::connect_with(&path, 1, impatient) {
+        clients.push(client);
+        assert!(clients.len() < 20, "more clients than descriptors");
+    }
+    assert!(!clients.is_empty());
     drop(clients);
     Client::connect(&path, 1).unwrap();
     child.kill().unwrap();
