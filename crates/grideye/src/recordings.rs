@@ -25,13 +25,19 @@ pub(crate) fn load(path: &Path) -> Result<Vec<Row>> {
     open(path)?.collect()
 }
 
-/// The records of a recording that holds one stream, with at least one frame that was read.
-pub(crate) fn load_stream(path: &Path) -> Result<Vec<Record>> {
+/// The records of every stream of a recording, in order.
+pub(crate) fn load_streams(path: &Path) -> Result<BTreeMap<StreamId, Vec<Record>>> {
     let mut streams: BTreeMap<StreamId, Vec<Record>> = BTreeMap::new();
     for row in open(path)? {
         let row = row?;
         streams.entry(row.stream).or_default().push(row.record);
     }
+    Ok(streams)
+}
+
+/// The records of a recording that holds one stream, with at least one frame that was read.
+pub(crate) fn load_stream(path: &Path) -> Result<Vec<Record>> {
+    let mut streams = load_streams(path)?;
     if streams.len() > 1 {
         return Err(bad_input(anyhow!(
             "{} holds {} streams, and one is taken at a time\nhint: keep the rows of one device, sensor and boot",

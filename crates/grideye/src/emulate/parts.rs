@@ -15,7 +15,7 @@ use grideye_frame::{Celsius, Frame};
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -146,6 +146,9 @@ fn chip(options: &Emulate, profile: Option<&Profile>) -> Options {
     }
 }
 
+/// The frames of each sensor of a recording, by its name.
+type Sensors = BTreeMap<String, Vec<(Duration, Frame)>>;
+
 /// What all sensors are shown.
 enum Shown {
     Scene {
@@ -155,7 +158,7 @@ enum Shown {
     Recording {
         path: PathBuf,
         replay: Replay,
-        frames: Vec<(Duration, Frame)>,
+        sensors: Sensors,
     },
     Constant(f32),
 }
@@ -166,7 +169,7 @@ impl Shown {
             return Ok(Self::Recording {
                 path: path.clone(),
                 replay: options.replay.unwrap_or(Replay::Times),
-                frames: recorded(&recordings::load_stream(path)?),
+                sensors: recorded(path)?,
             });
         }
         if let Some(celsius) = options.constant {
@@ -205,6 +208,9 @@ impl Shown {
                 let names = scene.sensors().iter().map(|sensor| sensor.name.clone());
                 Some(names.collect())
             }
+            Self::Recording { sensors, .. } if sensors.len() > 1 => {
+                Some(sensors.keys().cloned().collect())
+            }
             Self::Recording { .. } | Self::Constant(_) => None,
         }
     }
@@ -233,15 +239,24 @@ impl Shown {
                 };
                 Ok((scene.duration(), pictures))
             }
-            Self::Recording { replay, frames, .. } => {
+            Self::Recording {
+                replay, sensors, ..
+            } => {
+                // The one sensor of a recording answers to any name.
+                let frames = sensors
+                    .get(name)
+                    .or_else(|| sensors.values().next())
+                    .map_or(&[][..], Vec::as_slice);
                 let pictures = match replay {
-                    Replay::Times => Pictures::Times(frames.clone()),
+                    Replay::Times => Pictures::Times(frames.to_vec()),
                     Replay::Frames => Pictures::Frames {
                         frames: frames.iter().map(|(_, frame)| *frame).collect(),
                         shown: 0,
                     },
                 };
-                Ok((show::length(frames), pictures))
+                // All of them end, and begin anew, together.
+                let length = sensors.values().map(|frames| show::length(frames)).max();
+                Ok((length.unwrap_or_default(), pictures))
             }
             Self::Constant(celsius) => {
                 let room = Celsius::new(*celsius);
@@ -255,19 +270,41 @@ impl Shown {
     }
 }
 
-/// The frames of a recording with their times since the first; those that are missing are left out.
-fn recorded(records: &[Record]) -> Vec<(Duration, Frame)> {
-    let frames = records.iter().filter_map(|record| {
-        let frame = record.reading.frame()?;
-        Some((record.stamp.t_boot_ns, word::frame(frame)))
-    });
-    let mut first_ns = None;
-    frames
-        .map(|(t_boot_ns, frame)| {
-            let since = t_boot_ns.saturating_sub(*first_ns.get_or_insert(t_boot_ns));
-            (Duration::from_nanos(since), frame)
-        })
-        .collect()
+/// The frames of a recording's sensors with their times since the first of all; those that are missing are left out.
+fn recorded(path: &Path) -> Result<Sensors> {
+    let streams = recordings::load_streams(path)?;
+    let mut sensors = Sensors::new();
+    let runs: BTreeSet<(&str, &str)> = streams
+        .keys()
+        .map(|stream| (stream.device.as_str(), stream.boot.as_str()))
+        .collect();
+    if runs.len() > 1 {
+        return Err(bad_input(anyhow!(
+            "{} holds {} streams of {} runs of an agent, whose times have no common beginning\nhint: keep the rows of one device and boot",
+            path.display(),
+            streams.len(),
+            runs.len()
+        )));
+    }
+    let boot_ns = |record: &Record| record.reading.frame().map(|_| record.stamp.t_boot_ns);
+    let Some(first_ns) = streams.values().flatten().filter_map(boot_ns).min() else {
+        return Err(bad_input(anyhow!(
+            "{} holds no frame\nhint: name a recording in which the sensor was read",
+            path.display()
+        )));
+    };
+    for (stream, records) in streams {
+        let frames = records.iter().filter_map(|record| {
+            let since_ns = record.stamp.t_boot_ns.saturating_sub(first_ns);
+            let frame = word::frame(record.reading.frame()?);
+            Some((Duration::from_nanos(since_ns), frame))
+        });
+        let frames: Vec<_> = frames.collect();
+        if !frames.is_empty() {
+            sensors.insert(stream.sensor, frames);
+        }
+    }
+    Ok(sensors)
 }
 
 /// A built-in profile by its name, else the one in this file.

@@ -1,8 +1,6 @@
 //! How it ends: by itself, by signals, with the program; the exit code, what is said last, and nothing left behind.
 
-use crate::support::{
-    Ended, Server, emulate, is_left_out, pixels, run, signal_process, wait, wait_for,
-};
+use crate::support::{Ended, Server, emulate, pixels, run, signal_process, wait, wait_for, ways};
 use rustix::process::Signal;
 use std::io::Read as _;
 use std::os::unix::process::CommandExt as _;
@@ -75,21 +73,20 @@ fn with_a_program(arguments: &[&str], script: &str) -> Ended {
 
 #[test]
 fn the_exit_code_is_the_programs() {
-    if is_left_out("GRIDEYE_WITHOUT_FUSE", "the exit code of a program") {
-        return;
-    }
-    for (script, code) in [
-        ("exit 0", 0),
-        ("exit 7", 7),
-        ("kill -KILL $$", 137),
-        ("kill -TERM $$", 143),
-    ] {
-        let ended = with_a_program(&["--constant", "21"], script);
-        assert_eq!(ended.code, code, "{script}: {ended:?}");
-        assert!(
-            ended.stderr.contains("sh never opened /dev/i2c-1"),
-            "{ended:?}"
-        );
+    for via in ways("the exit code of a program") {
+        for (script, code) in [
+            ("exit 0", 0),
+            ("exit 7", 7),
+            ("kill -KILL $$", 137),
+            ("kill -TERM $$", 143),
+        ] {
+            let ended = with_a_program(&["--constant", "21", "--via", via], script);
+            assert_eq!(ended.code, code, "{script}: {ended:?}");
+            assert!(
+                ended.stderr.contains("sh never opened /dev/i2c-1"),
+                "{ended:?}"
+            );
+        }
     }
 }
 
@@ -98,9 +95,6 @@ fn quiet_says_nothing_and_json_says_it_to_programs() {
     let quiet = Server::start(&["--constant", "21", "--quiet", "--seconds", "0.1"]).wait();
     assert_eq!(quiet.stderr, "");
 
-    if is_left_out("GRIDEYE_WITHOUT_FUSE", "the JSON beside a program") {
-        return;
-    }
     let ended = with_a_program(
         &["--constant", "21", "--json", "--sensor", "a=3:0x70.2:0x68"],
         "echo mine; exit 5",
@@ -125,8 +119,8 @@ fn quiet_says_nothing_and_json_says_it_to_programs() {
 }
 
 /// A program of its own process group, as a terminal would start it.
-fn started(script: &str, socket: &std::path::Path) -> std::process::Child {
-    emulate(&["--constant", "21", "--socket"])
+fn started(via: &str, script: &str, socket: &std::path::Path) -> std::process::Child {
+    emulate(&["--constant", "21", "--via", via, "--socket"])
         .arg(socket)
         .args(["--", "sh", "-c", script])
         .stdout(Stdio::piped())
@@ -138,9 +132,12 @@ fn started(script: &str, socket: &std::path::Path) -> std::process::Child {
 
 #[test]
 fn signals_are_the_programs_and_nothing_is_left_behind() {
-    if is_left_out("GRIDEYE_WITHOUT_FUSE", "signals to a program") {
-        return;
+    for via in ways("signals to a program") {
+        signals_by(via);
     }
+}
+
+fn signals_by(via: &str) {
     let folder = tempfile::tempdir().unwrap();
     let (socket, ready) = (folder.path().join("amg.sock"), folder.path().join("ready"));
     for (signal, name, to_all) in [(Signal::INT, "INT", true), (Signal::TERM, "TERM", false)] {
@@ -148,7 +145,7 @@ fn signals_are_the_programs_and_nothing_is_left_behind() {
             "trap 'echo caught {name}; exit 9' {name}; touch {}; while :; do sleep 0.05; done",
             ready.display()
         );
-        let mut child = started(&script, &socket);
+        let mut child = started(via, &script, &socket);
         wait_for("the program", || ready.exists().then_some(()));
         if to_all {
             // As Ctrl-C at a terminal: everybody in the group is told.

@@ -1,6 +1,8 @@
 //! Sensors on buses and behind a multiplexer; who sees them.
 
-use crate::support::{Server, TWO_SENSORS, emulate, file, is_left_out, pixels, run, wait_for};
+use crate::support::{
+    Server, TWO_SENSORS, emulate, file, is_left_out, pixels, root, run, wait_for, ways,
+};
 use embedded_hal::i2c::I2c as _;
 use std::process::Command;
 
@@ -29,6 +31,38 @@ fn each_sensor_is_where_it_was_put_and_nowhere_else() {
     assert!(three.write(0x68, &[0x80]).is_err(), "nobody is there");
     let elsewhere = i2c_emulation::socket::Client::connect(server.socket(), 2);
     assert!(elsewhere.is_err(), "there is no bus 2");
+}
+
+#[test]
+fn a_recording_of_two_sensors_is_shown_by_two() {
+    let both = "recordings/golden/two-sensors.csv";
+    let text = std::fs::read_to_string(root().join(both)).unwrap();
+    let first = |sensor: &str| -> Vec<f64> {
+        let row = text.lines().find(|line| line.contains(sensor)).unwrap();
+        row.split(',')
+            .skip(10)
+            .map(|cell| cell.parse().unwrap())
+            .collect()
+    };
+    let server = Server::start(&[
+        "--recording",
+        both,
+        "--sensor",
+        "i2c-1:0x68=1:0x68",
+        "--sensor",
+        "i2c-1:0x69=1:0x69",
+        "--speed",
+        "0.001",
+    ]);
+    let mut client = server.client(1);
+    for (address, name) in [(0x68, ",i2c-1:0x68,"), (0x69, ",i2c-1:0x69,")] {
+        let seen = pixels(&mut client, address);
+        let seen: Vec<f64> = seen
+            .into_iter()
+            .map(|quarters| f64::from(quarters) / 4.0)
+            .collect();
+        assert_eq!(seen, first(name), "{name}");
+    }
 }
 
 #[test]
@@ -103,27 +137,33 @@ fn a_program_and_the_socket_have_one_machine() {
 
 #[test]
 fn a_program_sees_every_bus_under_its_number() {
-    if is_left_out("GRIDEYE_WITHOUT_FUSE", "several buses of a program")
-        || is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "i2cget on several buses")
-    {
+    if is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "i2cget on several buses") {
         return;
     }
-    let ended = run(&mut emulate(&[
-        "--constant",
-        "21",
-        "--sensor",
-        "a=1:0x68",
-        "--sensor",
-        "b=3:0x69",
-        "--",
-        "sh",
-        "-c",
-        "i2cget -y 1 0x68 0x80; i2cget -y 3 0x69 0x80; i2cget -y 1 0x69 0x80; ls /dev/i2c-*",
-    ]));
-    assert_eq!(
-        ended.stdout, "0x54\n0x54\n/dev/i2c-1\n/dev/i2c-3\n",
-        "{ended:?}"
-    );
+    for via in ways("several buses of a program") {
+        let ended = run(&mut emulate(&[
+            "--constant",
+            "21",
+            "--via",
+            via,
+            "--sensor",
+            "a=1:0x68",
+            "--sensor",
+            "b=3:0x69",
+            "--",
+            "sh",
+            "-c",
+            "i2cget -y 1 0x68 0x80; i2cget -y 3 0x69 0x80; i2cget -y 1 0x69 0x80; exit 6",
+        ]));
+        assert_eq!(
+            (ended.code, ended.stdout.as_str()),
+            (6, "0x54\n0x54\n"),
+            "{ended:?}"
+        );
+        let said =
+            format!("/dev/i2c-1, /dev/i2c-3 by {via}: a at 1:0x68, b at 3:0x69, showing 21 °C");
+        assert!(ended.stderr.contains(&said), "{ended:?}");
+    }
 }
 
 /// What a usual machine has, where the programs of the other tests run, is left as it is.

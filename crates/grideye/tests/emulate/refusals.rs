@@ -1,6 +1,6 @@
 //! Bad input: one clear error that names the place and the fix, exit code 2, and nothing started or left behind.
 
-use crate::support::{TWO_SENSORS, emulate, file, is_left_out, recording, run};
+use crate::support::{TWO_SENSORS, emulate, file, recording, run, ways};
 use std::path::Path;
 
 /// It must end with 2 and one error that has all of these words and a hint.
@@ -145,7 +145,7 @@ fn files_are_checked_and_named_with_their_place() {
         (&["--recording", &no_recording], &["notes.csv", "hint:"]),
         (
             &["--recording", "recordings/golden/two-sensors.csv"],
-            &["2 streams", "hint:"],
+            &["2 sensors", "i2c-1:0x68, i2c-1:0x69", "hint:"],
         ),
         (
             &["--scene", SCENE, "--profile", "perfect"],
@@ -251,33 +251,47 @@ fn a_kernel_that_takes_no_adapter_is_named_with_its_modules() {
 
 #[test]
 fn a_program_that_cannot_be_run_is_named() {
-    if is_left_out(
-        "GRIDEYE_WITHOUT_FUSE",
-        "programs that cannot be run by FUSE",
-    ) {
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let not_executable = file(folder.path(), "notes.txt", "mine");
     let socket = folder.path().join("amg.sock");
-    for (program, words) in [
-        ("no-such-program", &["no-such-program", "hint:"]),
-        (not_executable.as_str(), &["notes.txt", "hint:"]),
-    ] {
-        let socket = socket.to_str().unwrap();
-        let ended = run(&mut emulate(&[
-            "--constant",
-            "3",
-            "--quiet",
-            "--socket",
-            socket,
-            "--",
-            program,
-        ]));
-        assert_eq!(ended.code, 2, "{ended:?}");
-        for word in words {
-            assert!(ended.stderr.contains(word), "{ended:?}");
+    let socket = socket.to_str().unwrap();
+    for via in ways("programs that cannot be run") {
+        for (program, named) in [
+            ("no-such-program", "no-such-program"),
+            (&not_executable, "notes.txt"),
+        ] {
+            let ended = run(&mut emulate(&[
+                "--constant",
+                "3",
+                "--via",
+                via,
+                "--quiet",
+                "--socket",
+                socket,
+                "--",
+                program,
+            ]));
+            assert_eq!(ended.code, 2, "{via}: {ended:?}");
+            for word in [named, "hint:"] {
+                assert!(ended.stderr.contains(word), "{via}: {ended:?}");
+            }
+            assert!(!Path::new(socket).exists(), "{via}");
         }
-        assert!(!Path::new(socket).exists());
     }
+}
+
+/// Debian's ldconfig is linked statically, so that it works when the libraries do not.
+#[test]
+fn a_static_program_is_told_which_way_reaches_it() {
+    let ldconfig = "/sbin/ldconfig";
+    let is_static = std::fs::read(ldconfig)
+        .is_ok_and(|program| !program.windows(7).any(|name| name == b".interp"));
+    if !is_static {
+        println!("left out: preloading into a static program (no static {ldconfig} here)");
+        return;
+    }
+    refused(
+        &["--constant", "3", "--via", "preload", "--", ldconfig, "-p"],
+        &[ldconfig, "statically linked", "hint:", "--via fuse"],
+    );
 }

@@ -51,6 +51,15 @@ pub(crate) fn is_left_out(variable: &str, what: &str) -> bool {
     is_left_out
 }
 
+/// The ways to a `/dev/i2c-N` that this machine has; those that it has not are named.
+pub(crate) fn ways(what: &str) -> Vec<&'static str> {
+    let mut ways = vec!["preload"];
+    if !is_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
+        ways.push("fuse");
+    }
+    ways
+}
+
 /// Asks until there is an answer.
 pub(crate) fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     let since = Instant::now();
