@@ -11,7 +11,10 @@ const FRAMES: u32 = 50;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-    println!("scene               set-up    image    noisy    truth  (microseconds a frame)");
+    println!(
+        "                    set-up    image    noisy    truth   set-up    image   (microseconds a frame)"
+    );
+    println!("scene             by grid                              by area");
     for number in 1..=4 {
         let name = format!("experiment-{number}.toml");
         let files = |relative: &str| std::fs::read_to_string(folder.join(relative));
@@ -24,11 +27,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             best(|| drop(black_box(Simulator::new(&scene, "ceiling")))) * f64::from(FRAMES);
         let each =
             |frame: &dyn Fn(Duration)| best(|| moments.iter().for_each(|moment| frame(*moment)));
+        let by_area = Simulator::without_grid(&scene, "ceiling")?;
+        let area_set_up = best(|| drop(black_box(Simulator::without_grid(&scene, "ceiling"))))
+            * f64::from(FRAMES);
         println!(
-            "{name:18} {set_up:7.1} {:8.1} {:8.1} {:8.1}",
+            "{name:18} {set_up:7.1} {:8.1} {:8.1} {:8.1} {area_set_up:8.1} {:8.1}",
             each(&|moment| drop(black_box(simulator.image(moment)))),
             each(&|moment| drop(black_box(simulator.noisy(moment, 1)))),
             each(&|moment| drop(black_box(simulator.truth(moment)))),
+            each(&|moment| drop(black_box(by_area.image(moment)))),
         );
     }
     Ok(())

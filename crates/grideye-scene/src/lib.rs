@@ -60,6 +60,7 @@
 //! ```
 
 mod angle;
+mod area;
 mod body;
 mod canvas;
 mod check;

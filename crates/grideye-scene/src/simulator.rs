@@ -1,10 +1,11 @@
+use crate::area::{Facet, Plane, Still};
 use crate::canvas::{Backdrop, Bench, NOBODY, Painted};
 use crate::error::SceneError;
 use crate::noise::add_noise;
 use crate::perceived::Air;
 use crate::resample::Resampler;
 use crate::scene::{Agent, Body, Scene, Sensor};
-use crate::view::View;
+use crate::view::{Sight, View};
 use glam::DVec3;
 use grideye_frame::{COLUMNS, Celsius, Frame, ROWS};
 use std::time::Duration;
@@ -17,13 +18,24 @@ pub struct Simulator {
     sensor: Sensor,
     ambient_c: f64,
     air: Air,
-    view: View,
-    resampler: Resampler,
-    /// The nearest standing surface of each cell.
-    backdrop: Backdrop,
+    method: Method,
     /// The pixels with nothing but what stands still.
     still_c: Vec<f64>,
     agents: Vec<Agent>,
+}
+
+/// How a frame is made, and what stands still in it.
+#[derive(Debug, Clone)]
+enum Method {
+    Grid {
+        view: View,
+        resampler: Resampler,
+        backdrop: Backdrop,
+    },
+    Area {
+        plane: Plane,
+        still: Still,
+    },
 }
 
 /// A picture in degrees, row by row: row 0 is the top, column 0 the left of what the sensor sees.
@@ -64,7 +76,10 @@ impl Simulator {
         let standing: Vec<Painted> = scene
             .objects
             .iter()
-            .flat_map(|object| painted(&view, &air, object, DVec3::ZERO, NOBODY))
+            .flat_map(|object| {
+                let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
+                painted(&view, &air, object, &sight, NOBODY)
+            })
             .collect();
         let backdrop = Backdrop::new(&view, &air, &standing);
         let still_c = resampler
@@ -76,9 +91,42 @@ impl Simulator {
             sensor,
             ambient_c,
             air,
-            view,
-            resampler,
-            backdrop,
+            method: Method::Grid {
+                view,
+                resampler,
+                backdrop,
+            },
+            still_c,
+            agents: scene.agents.clone(),
+        })
+    }
+
+    /// The same without a sampling grid: each pixel is the integral of what is seen, weighted by its response, which
+    /// is what the grid tends to as it gets finer. It needs neither the memory nor the aliasing of a grid.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownSensor`].
+    pub fn without_grid(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
+        let sensor = scene.sensor(sensor_name)?.clone();
+        let ambient_c = scene.room.ambient_c;
+        let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
+        let plane = Plane::new(&sensor);
+        let standing = scene
+            .objects
+            .iter()
+            .flat_map(|object| {
+                let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
+                facets(&plane, &air, object, &sight, NOBODY)
+            })
+            .collect();
+        let still = Still::new(standing);
+        let mut still_c = vec![ambient_c; sensor.columns * sensor.rows];
+        still.add(&plane, &air, &mut still_c);
+        Ok(Self {
+            sensor,
+            ambient_c,
+            air,
+            method: Method::Area { plane, still },
             still_c,
             agents: scene.agents.clone(),
         })
@@ -100,8 +148,24 @@ impl Simulator {
     #[must_use]
     pub fn image(&self, time: Duration) -> Image {
         let mut celsius = self.still_c.clone();
-        self.bench()
-            .add_excess(&self.agent_patches(time), &mut celsius);
+        match &self.method {
+            Method::Grid {
+                view,
+                resampler,
+                backdrop,
+            } => {
+                let patches = self.agents_by(time, |body, sight, owner| {
+                    painted(view, &self.air, body, sight, owner)
+                });
+                Bench::new(view, &self.air, backdrop, resampler).add_excess(&patches, &mut celsius);
+            }
+            Method::Area { plane, still } => {
+                let moving = self.agents_by(time, |body, sight, owner| {
+                    facets(plane, &self.air, body, sight, owner)
+                });
+                still.add_change(plane, &self.air, &moving, &mut celsius);
+            }
+        }
         Image {
             columns: self.sensor.columns,
             rows: self.sensor.rows,
@@ -142,8 +206,25 @@ impl Simulator {
 
     fn mask(&self, time: Duration, counts: impl Fn(u32) -> bool) -> Mask {
         let mut share = vec![0.0; self.still_c.len()];
-        self.bench()
-            .add_share(&self.agent_patches(time), counts, &mut share);
+        match &self.method {
+            Method::Grid {
+                view,
+                resampler,
+                backdrop,
+            } => {
+                let patches = self.agents_by(time, |body, sight, owner| {
+                    painted(view, &self.air, body, sight, owner)
+                });
+                Bench::new(view, &self.air, backdrop, resampler)
+                    .add_share(&patches, counts, &mut share);
+            }
+            Method::Area { plane, still } => {
+                let moving = self.agents_by(time, |body, sight, owner| {
+                    facets(plane, &self.air, body, sight, owner)
+                });
+                still.add_share(plane, &moving, counts, &mut share);
+            }
+        }
         // The weights of a whole pixel sum to 1 but for rounding.
         share.iter_mut().for_each(|share| *share = share.min(1.0));
         Mask {
@@ -153,20 +234,17 @@ impl Simulator {
         }
     }
 
-    /// The patches of the agents where they are at `time`.
-    fn agent_patches(&self, time: Duration) -> Vec<Painted> {
-        let mut patches = Vec::new();
+    /// What `build` makes of each part of each agent where it is at `time`.
+    fn agents_by<T>(&self, time: Duration, build: impl Fn(&Body, &Sight, u32) -> Vec<T>) -> Vec<T> {
+        let mut built = Vec::new();
         for (index, agent) in self.agents.iter().enumerate() {
             let moved_m = agent.position_m(time) - agent.start_m;
             for part in &agent.parts {
-                patches.extend(painted(&self.view, &self.air, part, moved_m, number(index)));
+                let sight = Sight::new(&self.sensor.pose, &part.solid, moved_m);
+                built.extend(build(part, &sight, number(index)));
             }
         }
-        patches
-    }
-
-    fn bench(&self) -> Bench<'_> {
-        Bench::new(&self.view, &self.air, &self.backdrop, &self.resampler)
+        built
     }
 }
 
@@ -175,23 +253,35 @@ fn number(agent: usize) -> u32 {
     u32::try_from(agent).unwrap_or(NOBODY)
 }
 
-/// The visible faces of a body that has moved by `moved_m`.
-fn painted(
-    view: &View,
-    air: &Air,
-    body: &Body,
-    moved_m: DVec3,
-    owner: u32,
-) -> impl Iterator<Item = Painted> + use<> {
-    let air = *air;
+/// The faces of a body that are seen, for the sampling grid.
+fn painted(view: &View, air: &Air, body: &Body, sight: &Sight, owner: u32) -> Vec<Painted> {
     let glow = air.glow(body.surface);
-    let patches = view.patches(&body.solid, moved_m).into_iter();
-    patches.map(move |patch| Painted {
-        root: air.root(&glow, patch.depth_min_m()),
-        patch,
-        glow,
-        owner,
-    })
+    let patches = view.patches(sight).into_iter();
+    patches
+        .map(|patch| Painted {
+            root: air.root(&glow, patch.depth_min_m()),
+            patch,
+            glow,
+            owner,
+        })
+        .collect()
+}
+
+/// The faces of a body that are seen, in the picture plane.
+fn facets(plane: &Plane, air: &Air, body: &Body, sight: &Sight, owner: u32) -> Vec<Facet> {
+    let made_of = (air, air.glow(body.surface), owner);
+    match sight {
+        Sight::Inside(touching) => plane
+            .facet_all_around(touching, made_of)
+            .into_iter()
+            .collect(),
+        Sight::Outside(faces) => faces
+            .iter()
+            .filter_map(|face| {
+                plane.facet(face.corners.iter().copied(), face.inverse_depth, made_of)
+            })
+            .collect(),
+    }
 }
 
 impl Image {

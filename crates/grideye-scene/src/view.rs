@@ -14,7 +14,6 @@ use std::ops::Range;
 /// forward.
 #[derive(Debug, Clone)]
 pub(crate) struct View {
-    pose: Pose,
     columns: usize,
     /// Slope to the left of each column of points, metres for each metre forward; falling, and going on beyond the grid.
     slopes_left: Vec<f64>,
@@ -38,7 +37,6 @@ impl View {
         let slopes_left = slopes(columns, columns + LANES, focal_points[0]);
         Self {
             columns,
-            pose: sensor.pose,
             slopes_left2: slopes_left.iter().map(|slope| slope * slope).collect(),
             slopes_left,
             slopes_up: slopes(sensor.grid_points.y, sensor.grid_points.y, focal_points[1]),
@@ -67,46 +65,26 @@ impl View {
         self.slopes_up[row]
     }
 
-    /// The faces of a solid that the sensor can see, if nothing is before them, moved by `offset_m` in the room.
-    pub(crate) fn patches(&self, solid: &Solid, offset_m: DVec3) -> Vec<Patch> {
-        let in_sensor: Vec<DVec3> = solid
-            .vertices_m()
-            .iter()
-            .map(|vertex| self.pose.point_in_sensor(*vertex + offset_m))
-            .collect();
-        if let Some(touching) = enclosure(solid, &in_sensor) {
-            return vec![self.patch_all_around(touching)];
+    /// The patches of what the sensor sees of a solid, as far as they may be in its view.
+    pub(crate) fn patches(&self, sight: &Sight) -> Vec<Patch> {
+        match sight {
+            Sight::Inside(touching) => vec![self.patch_all_around(touching)],
+            Sight::Outside(faces) => faces.iter().filter_map(|face| self.patch(face)).collect(),
         }
-        solid
-            .faces()
-            .filter_map(|face| self.patch(face, &in_sensor, solid.enclosure()))
-            .collect()
     }
 
-    /// The patch of one face; `None` if it shows its inside, is seen edge-on or lies beside the view.
-    fn patch(&self, face: &[usize], in_sensor: &[DVec3], enclosure: Enclosure) -> Option<Patch> {
-        let corners = || face.iter().map(|corner| in_sensor[*corner]);
-        let next = || corners().cycle().skip(1);
-        let anchor = corners().next()?;
-        let normal = normal(anchor, corners());
-        let offset = normal.dot(anchor);
-        let faces_the_sensor = match enclosure {
-            Enclosure::Open => offset != 0.0,
-            Enclosure::Closed | Enclosure::Convex => offset < 0.0,
-        };
-        if !faces_the_sensor {
-            return None;
-        }
+    fn patch(&self, face: &SeenFace) -> Option<Patch> {
+        let corners = || face.corners.iter().copied();
         let rows = self.rows_of(corners())?;
-        let inverse_depth = normal / offset;
+        let next = corners().cycle().skip(1);
         let sides = corners()
-            .zip(next())
-            .map(|(from, to)| from.cross(to) * offset.signum())
-            .chain([inverse_depth]);
+            .zip(next)
+            .map(|(from, to)| from.cross(to) * face.orientation)
+            .chain([face.inverse_depth]);
         Some(Patch {
             rows,
             bounds: sides.map(|side| self.bound(side)).collect(),
-            inverse_depth,
+            inverse_depth: face.inverse_depth,
             depth_min_m: corners().fold(f64::INFINITY, |depth_m, corner| depth_m.min(corner.x)),
         })
     }
@@ -150,16 +128,68 @@ impl View {
     }
 
     /// The patch of a solid that the sensor is in, at no distance, but for rays that leave the faces it touches.
-    fn patch_all_around(&self, touching: Vec<DVec3>) -> Patch {
+    fn patch_all_around(&self, touching: &[DVec3]) -> Patch {
         Patch {
             rows: 0..self.rows(),
-            bounds: touching
-                .into_iter()
-                .map(|normal| self.bound(-normal))
-                .collect(),
+            bounds: touching.iter().map(|normal| self.bound(-*normal)).collect(),
             inverse_depth: DVec3::new(f64::INFINITY, 0.0, 0.0),
             depth_min_m: 0.0,
         }
+    }
+}
+
+/// What a sensor sees of a solid, if nothing is before it.
+#[derive(Debug, Clone)]
+pub(crate) enum Sight {
+    /// It is in the solid, or on it, and touches faces with these outward normals: it sees the solid in all directions
+    /// that do not lead out of one of them.
+    Inside(Vec<DVec3>),
+    /// The faces that show it their outsides.
+    Outside(Vec<SeenFace>),
+}
+
+/// A face in the sensor's axes.
+#[derive(Debug, Clone)]
+pub(crate) struct SeenFace {
+    pub(crate) corners: Vec<DVec3>,
+    /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
+    pub(crate) inverse_depth: DVec3,
+    /// 1 if the corners run counter-clockwise as the sensor looks along the ray, -1 if clockwise.
+    orientation: f64,
+}
+
+impl Sight {
+    /// What the sensor sees of a solid that has moved by `moved_m` in the room.
+    pub(crate) fn new(pose: &Pose, solid: &Solid, moved_m: DVec3) -> Self {
+        let in_sensor: Vec<DVec3> = solid
+            .vertices_m()
+            .iter()
+            .map(|vertex| pose.point_in_sensor(*vertex + moved_m))
+            .collect();
+        if let Some(touching) = enclosure(solid, &in_sensor) {
+            return Self::Inside(touching);
+        }
+        let seen = |face| SeenFace::new(face, &in_sensor, solid.enclosure());
+        Self::Outside(solid.faces().filter_map(seen).collect())
+    }
+}
+
+impl SeenFace {
+    /// `None` if the face shows its inside or is seen edge-on.
+    fn new(face: &[usize], in_sensor: &[DVec3], enclosure: Enclosure) -> Option<Self> {
+        let corners: Vec<DVec3> = face.iter().map(|corner| in_sensor[*corner]).collect();
+        let anchor = *corners.first()?;
+        let normal = normal(anchor, corners.iter().copied());
+        let offset = normal.dot(anchor);
+        let faces_the_sensor = match enclosure {
+            Enclosure::Open => offset != 0.0,
+            Enclosure::Closed | Enclosure::Convex => offset < 0.0,
+        };
+        faces_the_sensor.then(|| Self {
+            corners,
+            inverse_depth: normal / offset,
+            orientation: offset.signum(),
+        })
     }
 }
 

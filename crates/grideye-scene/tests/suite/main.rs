@@ -12,6 +12,7 @@
     reason = "a test that panics has failed, and its counts are small"
 )]
 
+mod area;
 mod invariants;
 mod peer;
 mod refusals;

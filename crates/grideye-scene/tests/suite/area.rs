@@ -1,0 +1,135 @@
+//! Frames without a sampling grid, against ever finer grids.
+
+use crate::{CEILING, ROOM, object, scene};
+use grideye_scene::{Scene, Simulator};
+use std::time::Duration;
+
+/// The largest difference of the frames by grid and by area, and of the shares, over a walk.
+fn difference(scene: &Scene, moments: u32) -> (f64, f64) {
+    let name = &scene.sensors()[0].name;
+    let by_grid = Simulator::new(scene, name).unwrap();
+    let by_area = Simulator::without_grid(scene, name).unwrap();
+    let largest = |one: &[f64], other: &[f64]| {
+        let pairs = one.iter().zip(other);
+        pairs
+            .map(|(one, other)| (one - other).abs())
+            .fold(0.0, f64::max)
+    };
+    let mut found = (0.0_f64, 0.0_f64);
+    for moment in 0..moments {
+        let time = scene.duration() * moment / moments;
+        let (grid, area) = (by_grid.image(time), by_area.image(time));
+        found.0 = found.0.max(largest(&grid.celsius, &area.celsius));
+        let (grid, area) = (by_grid.truth(time), by_area.truth(time));
+        found.1 = found.1.max(largest(&grid.share, &area.share));
+    }
+    found
+}
+
+/// Boxes behind, before and through one another, a round body, one of them moving.
+fn crowded(pixels_per_degree: u32) -> Scene {
+    let things = [
+        object(
+            "table",
+            [2000.0, 3000.0, 0.0],
+            [1600.0, 900.0, 750.0],
+            20.0,
+            24.0,
+        ),
+        object(
+            "pillar",
+            [2100.0, 3050.0, 0.0],
+            [300.0, 300.0, 1500.0],
+            50.0,
+            12.0,
+        ),
+        object(
+            "shelf",
+            [1500.0, 2500.0, 900.0],
+            [900.0, 400.0, 100.0],
+            -10.0,
+            33.0,
+        ),
+        object(
+            "ball",
+            [1400.0, 3500.0, 300.0],
+            [500.0, 400.0, 600.0],
+            0.0,
+            40.0,
+        ) + "shape = \"ellipsoid\"\n",
+        object(
+            "person",
+            [1650.0, 2650.0, 0.0],
+            [300.0, 500.0, 1650.0],
+            35.0,
+            30.0,
+        )
+        .replace("object", "agent"),
+    ];
+    let sensor = CEILING.replace("elevation_deg = 90", "elevation_deg = 80\nroll_deg = 7");
+    scene(&format!(
+        "{ROOM}{sensor}pixels_per_degree = {pixels_per_degree}\n{}",
+        things.concat()
+    ))
+}
+
+#[test]
+fn finer_grids_tend_to_the_area() {
+    let differences = [2, 8, 32].map(|points| difference(&crowded(points), 1));
+    for pair in differences.windows(2) {
+        assert!(pair[1].0 < 0.5 * pair[0].0, "degrees: {differences:?}");
+        assert!(pair[1].1 < 0.5 * pair[0].1, "shares: {differences:?}");
+    }
+    assert!(differences[2].0 < 2e-3, "{differences:?}");
+    assert!(differences[2].1 < 5e-4, "{differences:?}");
+}
+
+#[test]
+fn an_empty_room_and_a_sensor_in_a_body_are_exact() {
+    let empty = scene(&format!("{ROOM}{CEILING}"));
+    assert_eq!(difference(&empty, 1), (0.0, 0.0));
+    let around = object(
+        "cupboard",
+        [2000.0, 3000.0, 1000.0],
+        [900.0, 900.0, 1700.0],
+        0.0,
+        31.0,
+    );
+    for kind in ["object", "agent"] {
+        let inside = format!("{ROOM}{CEILING}{}", around.replace("object", kind));
+        let inside = scene(&inside.replace("3000, 2700]", "3000, 2000]"));
+        let image = Simulator::without_grid(&inside, "ceiling")
+            .unwrap()
+            .image(Duration::ZERO);
+        for celsius in image.celsius {
+            assert!((celsius - 31.0).abs() < 1e-9, "{kind}: {celsius}");
+        }
+    }
+}
+
+#[test]
+fn coinciding_faces_show_the_warmer_whatever_their_order() {
+    let one = object(
+        "one",
+        [2000.0, 3000.0, 0.0],
+        [600.0, 600.0, 800.0],
+        0.0,
+        30.0,
+    );
+    let other = object(
+        "other",
+        [2200.0, 3000.0, 0.0],
+        [600.0, 600.0, 800.0],
+        0.0,
+        26.0,
+    );
+    let pictures = [[&one, &other], [&other, &one]].map(|[first, second]| {
+        let scene = scene(&format!("{ROOM}{CEILING}{first}{second}"));
+        let by_area = Simulator::without_grid(&scene, "ceiling").unwrap();
+        assert!(difference(&scene, 1).0 < 0.05);
+        by_area.image(Duration::ZERO).celsius
+    });
+    for (one, other) in pictures[0].iter().zip(&pictures[1]) {
+        assert!((one - other).abs() < 1e-9);
+    }
+}
