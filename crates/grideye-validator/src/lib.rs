@@ -38,6 +38,7 @@
 //! # Ok::<(), grideye_validator::ValidatorError>(())
 //! ```
 
+pub mod characterize;
 mod compare;
 mod error;
 mod frames;

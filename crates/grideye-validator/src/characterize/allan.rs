@@ -1,0 +1,158 @@
+use super::histogram::Histogram;
+use super::number::{Spread, long_float};
+use super::{DIFFERENCE_BIN_C, Degrees};
+use grideye_frame::PIXELS;
+
+/// Averages of 1, 2, 4 and so on up to 512 frames.
+const OCTAVES: usize = 10;
+/// Pairs of averages below which nothing is said.
+const PAIRS_MIN: u64 = 8;
+
+/// How far averages over one stretch of time differ from those over the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AllanPoint {
+    /// Length of the averages, seconds.
+    pub tau_s: f64,
+    /// Allan deviation of a single pixel, °C, from the middle of the distribution over all pixels: white noise falls with
+    /// the root of `tau_s`, drift rises.
+    pub pixel_c: f64,
+    /// Allan deviation of the common mode, °C.
+    pub common_c: f64,
+}
+
+#[derive(Debug)]
+pub(crate) struct Allan(Vec<Octave>);
+
+#[derive(Debug)]
+struct Octave {
+    pixels: Histogram,
+    common: Spread,
+    /// The first of two averages of the next octave's, and the average before this one.
+    half: Option<Average>,
+    before: Option<Average>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Average {
+    pixels: Degrees,
+    common: f64,
+}
+
+impl Default for Allan {
+    fn default() -> Self {
+        let octave = |number: i32| Octave {
+            // Averages differ the less, the longer they are.
+            pixels: Histogram::new(DIFFERENCE_BIN_C / 2.0_f64.powi(number).sqrt()),
+            common: Spread::default(),
+            half: None,
+            before: None,
+        };
+        Self((0..).take(OCTAVES).map(octave).collect())
+    }
+}
+
+impl Allan {
+    pub(crate) fn push(&mut self, frame: &Degrees, common: f64) {
+        let mut average = Average {
+            pixels: *frame,
+            common,
+        };
+        for octave in &mut self.0 {
+            octave.take(&average);
+            let Some(half) = octave.half.take() else {
+                octave.half = Some(average);
+                return;
+            };
+            average = half.mean(&average);
+        }
+    }
+
+    pub(crate) fn break_off(&mut self) {
+        for octave in &mut self.0 {
+            octave.half = None;
+            octave.before = None;
+        }
+    }
+
+    pub(crate) fn finish(self, period_s: f64) -> Vec<AllanPoint> {
+        let root_two = 2.0_f64.sqrt();
+        let mut frames = 1.0;
+        let mut points = Vec::new();
+        for octave in self.0 {
+            let pairs = octave.common.count();
+            if pairs < PAIRS_MIN {
+                break;
+            }
+            // About zero, not about the mean: an even drift is a deviation too.
+            let common = octave.common;
+            let square = common.variance() * long_float(pairs - 1) / long_float(pairs)
+                + common.mean() * common.mean();
+            points.push(AllanPoint {
+                tau_s: frames * period_s,
+                pixel_c: octave.pixels.gaussian_sigma().unwrap_or(0.0) / root_two,
+                common_c: square.sqrt() / root_two,
+            });
+            frames *= 2.0;
+        }
+        points
+    }
+}
+
+impl Octave {
+    fn take(&mut self, average: &Average) {
+        if let Some(before) = self.before.replace(*average) {
+            for (now, then) in average.pixels.iter().zip(before.pixels) {
+                self.pixels.push(now - then);
+            }
+            self.common.push(average.common - before.common);
+        }
+    }
+}
+
+impl Average {
+    fn mean(&self, other: &Self) -> Self {
+        Self {
+            pixels: std::array::from_fn::<f64, PIXELS, _>(|pixel| {
+                0.5 * (self.pixels[pixel] + other.pixels[pixel])
+            }),
+            common: 0.5 * (self.common + other.common),
+        }
+    }
+}
+
+const _: () = assert!(
+    OCTAVES < 16,
+    "an octave's bins would be narrower than a float's steps of a temperature"
+);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha12Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    #[test]
+    fn white_noise_falls_with_the_root_and_a_ramp_rises() {
+        let mut generator = ChaCha12Rng::seed_from_u64(5);
+        let mut allan = Allan::default();
+        for place in 0..4096_u32 {
+            let frame: Degrees = std::array::from_fn(|_| {
+                let noise: f64 = StandardNormal.sample(&mut generator);
+                20.0 + 0.3 * noise
+            });
+            // A ramp of 0.001 a frame has an Allan deviation of 0.001 m / sqrt(2).
+            allan.push(&frame, 0.001 * f64::from(place));
+        }
+        let points = allan.finish(0.1);
+        assert_eq!(points.len(), 9);
+        for (number, point) in (0..).zip(points) {
+            let frames = 2.0_f64.powi(number);
+            assert!((point.tau_s - 0.1 * frames).abs() < 1e-9);
+            let white = 0.3 / frames.sqrt();
+            assert!((point.pixel_c / white - 1.0).abs() < 0.1, "{point:?}");
+            let ramp = 0.001 * frames / 2.0_f64.sqrt();
+            assert!((point.common_c / ramp - 1.0).abs() < 1e-6, "{point:?}");
+        }
+    }
+}

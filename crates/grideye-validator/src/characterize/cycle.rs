@@ -1,0 +1,223 @@
+use super::number::{float, mean_between};
+use super::segment::SEGMENT_FRAMES;
+use std::f64::consts::{PI, TAU};
+
+/// Frequencies are this far apart, cycles a recorded frame.
+const FREQUENCY_STEP: f64 = 0.0005;
+/// Cycles of 12.5 to 3 frames make the spectrum, by number of the frequency,
+const LOWEST: usize = 160;
+const HIGHEST: usize = 666;
+/// and those of 7 to 4 frames are looked for in it.
+const SOUGHT: core::ops::RangeInclusive<usize> = 286..=500;
+/// A peak so many times the middle of the spectrum is no accident, however many segments there are,
+const CONTRAST_MIN: f64 = 3.0;
+/// nor one above 1 by this over the root of the number of segments, which is how spectra of noise scatter.
+const SCATTER: f64 = 9.0;
+/// Segments below which no cycle is looked for.
+const SEGMENTS_MIN: u64 = 3;
+/// Frames of the sensor in its cycle: it was five on every unit that was measured.
+const SENSOR_FRAMES: f64 = 5.0;
+/// Within this the reading is in step with the sensor, recorded frames.
+const IN_STEP: f64 = 0.02;
+/// Rates that a sensor of 10 Hz can have: the cycle tells the rate only inside.
+const SENSOR_HZ: core::ops::RangeInclusive<f64> = 8.0..=12.0;
+
+/// A cold frame that comes again and again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cycle {
+    /// Recorded frames from one to the next, duplicates not counted. Five frames of the sensor are more, or fewer, frames of a recording that was
+    /// made at another rate than the sensor's own.
+    pub frames: f64,
+    /// By how much that one sensor frame is colder than the others, °C.
+    pub depth_c: f64,
+    /// How far the peak stands out of the spectrum of the common mode.
+    pub contrast: f64,
+    /// The sensor's own frame rate, frames a second, if its cycle is five of its frames; `None` where that would be no
+    /// rate of a 10 Hz sensor.
+    pub sensor_hz: Option<f64>,
+}
+
+/// The mean spectrum of the common mode over all segments.
+#[derive(Debug)]
+pub(crate) struct CycleFinder {
+    segments: u64,
+    /// Squared amplitudes by number of the frequency, up to twice the highest one looked for.
+    power: Vec<f64>,
+}
+
+impl Default for CycleFinder {
+    fn default() -> Self {
+        Self {
+            segments: 0,
+            power: vec![0.0; 2 * HIGHEST + 1],
+        }
+    }
+}
+
+impl CycleFinder {
+    /// Takes the levels of one segment.
+    pub(crate) fn push(&mut self, levels_c: &[f64]) {
+        self.segments += 1;
+        let mean = levels_c.iter().sum::<f64>() / float(levels_c.len());
+        // A Hann window keeps a slow drift out of the frequencies of the cycle.
+        let windowed: Vec<f64> = (0..levels_c.len())
+            .zip(levels_c)
+            .map(|(place, level)| {
+                let angle = TAU * (float(place) + 0.5) / float(levels_c.len());
+                (level - mean) * 0.5 * (1.0 - angle.cos())
+            })
+            .collect();
+        let weight = 0.5 * float(levels_c.len());
+        for (number, power) in (0..).zip(&mut self.power) {
+            if number >= LOWEST {
+                *power += squared_amplitude(&windowed, frequency(number)) / (weight * weight);
+            }
+        }
+    }
+
+    pub(crate) fn finish(mut self, rate_hz: f64) -> Option<Cycle> {
+        if self.segments < SEGMENTS_MIN {
+            return None;
+        }
+        let segments = super::number::long_float(self.segments);
+        self.power.iter_mut().for_each(|power| *power /= segments);
+        let strengths: Vec<f64> = (LOWEST..=HIGHEST)
+            .map(|number| self.strength(number))
+            .collect();
+        let middle = mean_between(&mut strengths.clone(), strengths.len());
+        let (number, strength) = highest_peak(&strengths)?;
+        let contrast = strength / middle;
+        let enough = CONTRAST_MIN.max(1.0 + SCATTER / segments.sqrt());
+        if contrast.is_nan() || contrast < enough {
+            return None;
+        }
+        let frames = 1.0 / (frequency(LOWEST) + FREQUENCY_STEP * refined(&strengths, number));
+        let sensor_hz = rate_hz * SENSOR_FRAMES / frames;
+        Some(Cycle {
+            frames,
+            depth_c: self.depth(number + LOWEST, frames),
+            contrast,
+            sensor_hz: SENSOR_HZ.contains(&sensor_hz).then_some(sensor_hz),
+        })
+    }
+
+    /// A cold frame shows at the cycle's frequency and, as strongly, at twice that; drifts and people at low
+    /// frequencies weigh little once the series is differenced, which is what the sines do.
+    fn strength(&self, number: usize) -> f64 {
+        let differenced =
+            |number: usize| self.power[number] * (2.0 * (PI * frequency(number)).sin()).powi(2);
+        differenced(number) + differenced(2 * number)
+    }
+
+    /// The depth of a pulse of one sensor frame in a cycle from the amplitude of its first harmonic.
+    fn depth(&self, number: usize, frames: f64) -> f64 {
+        // The noise under the peak is that on both sides of it, one to two widths of the window away.
+        let (near, far) = (80, 160);
+        let mut beside: Vec<f64> = (near..far)
+            .flat_map(|off| [number - off.min(number), number + off])
+            .filter_map(|beside| self.power.get(beside).copied())
+            .filter(|power| *power > 0.0)
+            .collect();
+        let cut = beside.len();
+        let squared = (self.power[number] - mean_between(&mut beside, cut)).max(0.0);
+        let share = if (frames - SENSOR_FRAMES).abs() < IN_STEP {
+            1.0 / SENSOR_FRAMES
+        } else {
+            // Read out of step, the pulse is a step function of time.
+            (PI / SENSOR_FRAMES).sin() / PI
+        };
+        squared.sqrt() / share
+    }
+}
+
+fn frequency(number: usize) -> f64 {
+    FREQUENCY_STEP * float(number)
+}
+
+/// The square of the amplitude at one frequency (Goertzel).
+fn squared_amplitude(values: &[f64], frequency: f64) -> f64 {
+    let turn = 2.0 * (TAU * frequency).cos();
+    let (mut last, mut before) = (0.0, 0.0);
+    for value in values {
+        (last, before) = (value + turn * last - before, last);
+    }
+    last * last + before * before - turn * last * before
+}
+
+/// The highest of the peaks that are sought. A slope is no peak: the spectrum of a drift is highest at its end.
+fn highest_peak(values: &[f64]) -> Option<(usize, f64)> {
+    SOUGHT
+        .map(|number| number - LOWEST)
+        .filter(|place| values[*place] > values[place - 1] && values[*place] >= values[place + 1])
+        .map(|place| (place, values[place]))
+        .max_by(|left, right| left.1.total_cmp(&right.1))
+}
+
+/// The place of the top of a parabola through the peak and a point a quarter of the window's width away on either side.
+fn refined(values: &[f64], place: usize) -> f64 {
+    let off = 8_usize;
+    let (Some(left), Some(right)) = (
+        place.checked_sub(off).and_then(|left| values.get(left)),
+        values.get(place + off),
+    ) else {
+        return float(place);
+    };
+    let bend = left - 2.0 * values[place] + right;
+    if bend >= 0.0 {
+        return float(place);
+    }
+    float(place) + 0.5 * float(off) * (left - right) / bend
+}
+
+const _: () = assert!(
+    SEGMENT_FRAMES == 100,
+    "the window's width above is 4 / 100 of a cycle"
+);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha12Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// The common mode of a sensor whose cycle is `frames` recorded frames, with noise of 0.05 °C.
+    fn found(frames: f64, depth_c: f64, segments: u32) -> Option<Cycle> {
+        let mut generator = ChaCha12Rng::seed_from_u64(3);
+        let mut finder = CycleFinder::default();
+        let mut place = 0.0_f64;
+        for _ in 0..segments {
+            let levels: Vec<f64> = (0..SEGMENT_FRAMES)
+                .map(|_| {
+                    place += 1.0;
+                    let noise: f64 = StandardNormal.sample(&mut generator);
+                    // A hundredth beyond the frame, so that rounding cannot make two of five cold.
+                    let cold = ((place + 0.01) / frames).fract() < 0.2;
+                    0.05 * noise + 0.002 * place - if cold { depth_c } else { 0.0 }
+                })
+                .collect();
+            finder.push(&levels);
+        }
+        finder.finish(10.0)
+    }
+
+    #[test]
+    fn a_cold_frame_in_five_is_found_with_its_depth_in_step_and_out_of_step() {
+        for (frames, depth_c) in [(5.0, 0.15), (5.1, 0.15), (4.9, 0.08), (5.22, 0.2)] {
+            let cycle = found(frames, depth_c, 80).unwrap();
+            assert!((cycle.frames - frames).abs() < 0.02, "{cycle:?}");
+            assert!((cycle.depth_c / depth_c - 1.0).abs() < 0.08, "{cycle:?}");
+            assert!(
+                (cycle.sensor_hz.unwrap() - 50.0 / frames).abs() < 0.04,
+                "{cycle:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn noise_alone_has_no_cycle() {
+        assert_eq!(found(5.0, 0.0, 3), None);
+        assert_eq!(found(5.0, 0.0, 50), None);
+        assert_eq!(found(5.0, 0.2, 2), None);
+    }
+}

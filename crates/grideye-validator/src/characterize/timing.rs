@@ -1,0 +1,289 @@
+use super::number::long_float;
+use grideye_recording::{ClockState, Stamp};
+use std::collections::{BTreeMap, VecDeque};
+
+/// Jumps of the wall clock that are listed; further ones are counted alone.
+pub const JUMPS_LISTED_MAX: usize = 16;
+/// Bins of intervals differ by this ratio: 0.1 %.
+const BIN_RATIO: f64 = 1.001;
+/// An interval counts as a period of the reading from one half to one and a half of the middle one.
+const PERIODS: (f64, f64) = (0.5, 1.5);
+/// A longer interval than so many middle ones is a stall.
+const STALL_PERIODS: f64 = 2.5;
+/// A shorter one than this part is a burst, as comes after a stall.
+const BURST_PERIODS: f64 = 0.25;
+/// The wall clock jumps when it departs from the boot clock by this between two frames, nanoseconds.
+const JUMP_MIN_NS: i128 = 500_000_000;
+const NANOSECONDS_PER_SECOND: f64 = 1e9;
+/// So many intervals are looked at before a stall breaks the sequence.
+const INTERVALS_MIN: u64 = 10;
+
+/// When frames came.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timing {
+    /// From the first frame to the last by the boot clock, seconds.
+    pub span_s: f64,
+    /// Frames a second where nothing stalled: one over the mean of the intervals between half and one and a half of the
+    /// middle one. The rate of the reading; 0 if there is no interval.
+    pub rate_hz: f64,
+    /// The middle interval, seconds.
+    pub period_s: f64,
+    /// Standard deviation of the intervals that count for the rate, seconds.
+    pub jitter_s: f64,
+    /// The interval below which one in a hundred lies, seconds.
+    pub shortest_percent_s: f64,
+    /// The interval above which one in a hundred lies, seconds.
+    pub longest_percent_s: f64,
+    /// The longest interval between two consecutive frames, seconds.
+    pub longest_s: f64,
+    /// Intervals longer than two and a half middle ones, with no frame known to be missing.
+    pub stalls: u64,
+    /// Intervals shorter than a quarter of the middle one.
+    pub bursts: u64,
+    /// Jumps of the wall clock against the boot clock.
+    pub jumps: u64,
+    /// The first [`JUMPS_LISTED_MAX`] of them.
+    pub listed_jumps: Vec<Jump>,
+}
+
+/// A jump of the wall clock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jump {
+    /// The frame after it.
+    pub seq: u64,
+    /// By how much the wall clock went on, seconds; negative is back. Less what passed on the boot clock, unless the
+    /// recording does not know that (it marks such a frame `stepped`).
+    pub by_s: f64,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Times {
+    first_ns: Option<u64>,
+    last: Option<Stamp>,
+    bins: BTreeMap<i64, Bin>,
+    intervals: u64,
+    typical_s: f64,
+    longest_s: f64,
+    span_s: f64,
+    jumps: u64,
+    listed: VecDeque<Jump>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Bin {
+    count: u64,
+    sum_s: f64,
+    squares_s2: f64,
+}
+
+impl Bin {
+    fn mean_s(&self) -> f64 {
+        self.sum_s / long_float(self.count)
+    }
+}
+
+impl Times {
+    /// Takes the stamp of a frame; `follows` says that it is the one right after the last. Gives whether the sequence
+    /// is broken: by a stall, or by a clock that cannot say how long it was.
+    pub(crate) fn push(&mut self, seq: u64, stamp: &Stamp, follows: bool) -> bool {
+        let begin_ns = *self.first_ns.get_or_insert(stamp.t_boot_ns);
+        self.span_s = self
+            .span_s
+            .max(seconds(i128::from(stamp.t_boot_ns) - i128::from(begin_ns)));
+        let Some(last) = self.last.replace(*stamp) else {
+            return false;
+        };
+        let jumped = self.look_for_jump(seq, &last, stamp);
+        let interval_ns = i128::from(stamp.t_boot_ns) - i128::from(last.t_boot_ns);
+        if !follows || interval_ns <= 0 || (jumped && stamp.clock == ClockState::Stepped) {
+            return true;
+        }
+        self.take_interval(seconds(interval_ns))
+    }
+
+    pub(crate) fn finish(self) -> Timing {
+        let period_s = self.quantile_s(0.5);
+        let counted = self.sum(|interval_s| {
+            interval_s >= PERIODS.0 * period_s && interval_s <= PERIODS.1 * period_s
+        });
+        let mean_s = counted.mean_s();
+        let variance = (counted.squares_s2 / long_float(counted.count) - mean_s * mean_s).max(0.0);
+        let some = counted.count > 0;
+        Timing {
+            span_s: self.span_s,
+            rate_hz: if some { 1.0 / mean_s } else { 0.0 },
+            period_s,
+            jitter_s: if some { variance.sqrt() } else { 0.0 },
+            shortest_percent_s: self.quantile_s(0.01),
+            longest_percent_s: self.quantile_s(0.99),
+            longest_s: self.longest_s,
+            stalls: self
+                .sum(|interval_s| interval_s > STALL_PERIODS * period_s)
+                .count,
+            bursts: self
+                .sum(|interval_s| interval_s < BURST_PERIODS * period_s)
+                .count,
+            jumps: self.jumps,
+            listed_jumps: self.listed.into(),
+        }
+    }
+
+    fn look_for_jump(&mut self, seq: u64, last: &Stamp, stamp: &Stamp) -> bool {
+        let wall_ns = i128::from(stamp.t_utc_ns) - i128::from(last.t_utc_ns);
+        let boot_ns = i128::from(stamp.t_boot_ns) - i128::from(last.t_boot_ns);
+        // Where the wall clock was set, an import without a boot clock has made one up for this interval.
+        let by_ns = match stamp.clock {
+            ClockState::Stepped => wall_ns,
+            ClockState::Unsynced | ClockState::Synced => wall_ns - boot_ns,
+        };
+        let jumped = by_ns.abs() >= JUMP_MIN_NS;
+        if jumped {
+            self.jumps += 1;
+            if self.listed.len() < JUMPS_LISTED_MAX {
+                self.listed.push_back(Jump {
+                    seq,
+                    by_s: seconds(by_ns),
+                });
+            }
+        }
+        jumped
+    }
+
+    #[expect(
+        clippy::as_conversions,
+        clippy::cast_possible_truncation,
+        reason = "the logarithm of 64 bits of nanoseconds, in thousandths: some ten thousand bins at most"
+    )]
+    fn take_interval(&mut self, interval_s: f64) -> bool {
+        let stalled =
+            self.intervals >= INTERVALS_MIN && interval_s > STALL_PERIODS * self.typical_s;
+        let bin = self
+            .bins
+            .entry((interval_s.ln() / BIN_RATIO.ln()).floor() as i64)
+            .or_default();
+        bin.count += 1;
+        bin.sum_s += interval_s;
+        bin.squares_s2 += interval_s * interval_s;
+        self.intervals += 1;
+        self.longest_s = self.longest_s.max(interval_s);
+        // The middle interval changes little; looking for it each time would cost more than all the rest.
+        if self.intervals.is_power_of_two() || self.intervals % 1024 == 0 {
+            self.typical_s = self.quantile_s(0.5);
+        }
+        stalled
+    }
+
+    fn quantile_s(&self, share: f64) -> f64 {
+        let wanted = share * long_float(self.intervals);
+        let mut below = 0.0;
+        for bin in self.bins.values() {
+            below += long_float(bin.count);
+            if below >= wanted {
+                return bin.mean_s();
+            }
+        }
+        0.0
+    }
+
+    fn sum(&self, holds: impl Fn(f64) -> bool) -> Bin {
+        let mut sum = Bin::default();
+        for bin in self.bins.values().filter(|bin| holds(bin.mean_s())) {
+            sum.count += bin.count;
+            sum.sum_s += bin.sum_s;
+            sum.squares_s2 += bin.squares_s2;
+        }
+        sum
+    }
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "what a float loses of nanoseconds is less than any clock tells"
+)]
+fn seconds(nanoseconds: i128) -> f64 {
+    nanoseconds as f64 / NANOSECONDS_PER_SECOND
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn stamp(t_boot_ms: u64, t_utc_ms: i64) -> Stamp {
+        Stamp {
+            t_boot_ns: t_boot_ms * MS,
+            t_utc_ns: t_utc_ms * 1_000_000,
+            clock: ClockState::Synced,
+        }
+    }
+
+    fn push_at(times: &mut Times, at_ms: impl IntoIterator<Item = u64>) -> Vec<bool> {
+        (0_u64..)
+            .zip(at_ms)
+            .map(|(seq, ms)| times.push(seq, &stamp(ms, i64::try_from(ms).unwrap()), seq > 0))
+            .collect()
+    }
+
+    #[test]
+    fn rate_and_jitter_leave_stalls_and_bursts_out() {
+        let mut times = Times::default();
+        // 100 intervals of 99 and 101 ms by turns, a stall of 1.5 s, five frames 2 ms apart.
+        let mut at = vec![0];
+        (0..100).for_each(|i| at.push(at[at.len() - 1] + if i % 2 == 0 { 99 } else { 101 }));
+        at.push(at[at.len() - 1] + 1500);
+        (0..5).for_each(|_| at.push(at[at.len() - 1] + 2));
+        let broken = push_at(&mut times, at);
+        assert_eq!(broken.iter().filter(|broken| **broken).count(), 1);
+        assert!(broken[101]);
+        let timing = times.finish();
+        assert!((timing.rate_hz - 10.0).abs() < 1e-9);
+        assert!((timing.jitter_s - 0.001).abs() < 1e-9);
+        assert_eq!((timing.stalls, timing.bursts, timing.jumps), (1, 5, 0));
+        assert!((timing.longest_s - 1.5).abs() < 1e-12);
+        assert!((timing.span_s - 11.51).abs() < 1e-9);
+    }
+
+    #[test]
+    fn jumps_are_listed_up_to_a_limit_and_then_counted() {
+        let mut times = Times::default();
+        let jumps = u64::try_from(JUMPS_LISTED_MAX).unwrap() + 3;
+        for seq in 0..=jumps {
+            let back = i64::try_from(seq).unwrap() * -3000;
+            times.push(seq, &stamp(seq * 100, back), seq > 0);
+        }
+        let timing = times.finish();
+        assert_eq!(timing.jumps, jumps);
+        assert_eq!(timing.listed_jumps.len(), JUMPS_LISTED_MAX);
+        assert_eq!(timing.listed_jumps[0], Jump { seq: 1, by_s: -3.1 });
+    }
+
+    #[test]
+    fn memory_is_bounded_by_the_ratio_of_the_bins() {
+        let mut times = Times::default();
+        let mut at_ns = 0;
+        for seq in 0..20_000_u64 {
+            at_ns += 1 + seq * seq * seq;
+            times.push(
+                seq,
+                &Stamp {
+                    t_boot_ns: at_ns,
+                    ..stamp(0, 0)
+                },
+                seq > 0,
+            );
+        }
+        // From a nanosecond to 8000 s there are ln(8e12) / ln(1.001) = 29,700 bins.
+        assert!(times.bins.len() < 29_800);
+    }
+
+    #[test]
+    fn nothing_is_not_a_number() {
+        let timing = Times::default().finish();
+        assert_eq!(
+            (timing.rate_hz, timing.period_s, timing.jitter_s),
+            (0.0, 0.0, 0.0)
+        );
+    }
+}

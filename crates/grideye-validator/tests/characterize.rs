@@ -1,0 +1,408 @@
+//! What the characterisation finds on real recordings, against the figures of the reference, which other programs
+//! measured on the same files, and on recordings with planted faults.
+#![expect(
+    clippy::unwrap_used,
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "what fails in a helper fails the test, and its counts are small"
+)]
+
+use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
+use grideye_recording::{ClockState, Record, Stamp};
+use grideye_scene::profile::Profile;
+use grideye_validator::characterize::{
+    Characterization, CharacterizeError, Characterizer, FRAMES_MIN, characterize,
+};
+use std::fs::File;
+use std::path::Path;
+
+const SESSION_2: &str = "Session2_2021-07-01_RoomB_v2.csv";
+const SESSION_3: &str = "Session3_2021-07-06_RoomA_v2.csv";
+
+fn records(name: &str) -> Vec<Record> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../recordings/linaige")
+        .join(name);
+    let date = Date::from_file_name(name).unwrap();
+    Reader::new(File::open(path).unwrap(), date, stream_from_file_name(name))
+        .unwrap()
+        .map(|row| row.unwrap().row.record)
+        .collect()
+}
+
+fn found(name: &str) -> Characterization {
+    characterize(records(name)).unwrap()
+}
+
+fn pixels(record: &Record) -> [f64; PIXELS] {
+    // The datasheet's words, decoded by hand: both sessions are above zero.
+    record
+        .reading
+        .frame()
+        .unwrap()
+        .pixels
+        .map(|word| f64::from(word.0 & 0xFFF) * 0.25)
+}
+
+/// Reference, "Values" and "Time": steps, sigma about 0.33 (0.2 to 0.55), 9.98 Hz, about 4.5 % torn, the period of five.
+#[test]
+fn both_sessions_show_the_figures_of_the_reference() {
+    for name in [SESSION_2, SESSION_3] {
+        let found = found(name);
+        assert_eq!(found.steps.pixel_c, Some(0.25), "{name}");
+        assert_eq!(found.steps.thermistor_c, Some(0.0625), "{name}");
+        let sigma_c = found.noise.median_c();
+        assert!((0.32..0.34).contains(&sigma_c), "{name}: {sigma_c}");
+        let (least, most) = found.noise.range_c();
+        assert!(
+            least > 0.2 && most < 0.55 && most > 1.5 * least,
+            "{name}: {least} to {most}"
+        );
+        assert!(
+            (found.timing.rate_hz - 9.98).abs() < 0.005,
+            "{name}: {}",
+            found.timing.rate_hz
+        );
+        let torn = found.faults.torn_share();
+        assert!((0.043..0.048).contains(&torn), "{name}: {torn}");
+        assert!(
+            found.faults.torn_by_chance < 0.003,
+            "{name}: {}",
+            found.faults.torn_by_chance
+        );
+        assert_eq!(found.faults.duplicates, 0, "{name}");
+        assert_eq!(found.faults.glitch_frames, 0, "{name}");
+        let cycle = found.common_mode.unwrap().cycle.unwrap();
+        // A sensor that is 2 % slow: its five frames are 5.1 of the recording's.
+        assert!((cycle.frames - 5.1).abs() < 0.03, "{name}: {cycle:?}");
+        assert!((0.15..0.3).contains(&cycle.depth_c), "{name}: {cycle:?}");
+        let pattern = found.pattern.unwrap();
+        assert!(
+            (0.15..=0.26).contains(&pattern.sd_c),
+            "{name}: {}",
+            pattern.sd_c
+        );
+        let above = found.thermistor.offset_c;
+        assert!((3.5..6.0).contains(&above), "{name}: {above}");
+    }
+}
+
+/// The rows that the reference names as an empty room, differenced with no regard to outliers.
+#[test]
+fn the_noise_of_each_pixel_is_that_of_the_empty_room() {
+    for (name, empty) in [(SESSION_2, 1376..1476), (SESSION_3, 988..1160)] {
+        let map = found(name).noise.sigma_c;
+        let rows: Vec<[f64; PIXELS]> = records(name)[empty].iter().map(pixels).collect();
+        let plain: Vec<f64> = (0..PIXELS)
+            .map(|pixel| {
+                let squares: Vec<f64> = rows
+                    .windows(2)
+                    .map(|pair| (pair[1][pixel] - pair[0][pixel]).powi(2))
+                    .collect();
+                (squares.iter().sum::<f64>() / squares.len() as f64 / 2.0).sqrt()
+            })
+            .collect();
+        let mut ratios: Vec<f64> = map
+            .iter()
+            .zip(&plain)
+            .map(|(map, plain)| map / plain)
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        // A hundred rows know a standard deviation to 9 %; the plain one still has the common mode in it.
+        assert!((0.93..1.02).contains(&ratios[32]), "{name}: {}", ratios[32]);
+        assert!(ratios[0] > 0.7 && ratios[63] < 1.3, "{name}: {ratios:?}");
+    }
+}
+
+#[test]
+fn session_3_jumps_back_by_804_seconds_and_session_2_does_not() {
+    let timing = found(SESSION_3).timing;
+    assert_eq!(timing.jumps, 1);
+    assert_eq!(timing.listed_jumps[0].seq, 1056);
+    assert!((timing.listed_jumps[0].by_s + 804.48).abs() < 0.01);
+    assert_eq!(found(SESSION_2).timing.jumps, 0);
+    assert_eq!(found(SESSION_2).timing.stalls, 1, "one interval of 448 ms");
+}
+
+/// Temperatures that wander about without a pattern, from a multiplicative generator.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self, below: u64) -> u64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % below
+    }
+
+    fn frame(&mut self) -> RawFrame {
+        RawFrame {
+            thermistor: ThermistorWord(400),
+            pixels: std::array::from_fn(|_| PixelWord(80 + u16::try_from(self.next(7)).unwrap())),
+        }
+    }
+}
+
+fn record(seq: u64, frame: RawFrame) -> Record {
+    Record {
+        seq,
+        stamp: Stamp {
+            t_boot_ns: seq * 100_000_000,
+            t_utc_ns: i64::try_from(seq).unwrap() * 100_000_000,
+            clock: ClockState::Synced,
+        },
+        reading: Reading::Frame(frame),
+    }
+}
+
+fn planted(change: impl FnOnce(&mut Vec<Record>)) -> Characterization {
+    let mut noise = Noise(1);
+    let mut records: Vec<Record> = (0..400).map(|seq| record(seq, noise.frame())).collect();
+    change(&mut records);
+    characterize(records).unwrap()
+}
+
+fn frame(record: &mut Record) -> &mut RawFrame {
+    match &mut record.reading {
+        Reading::Frame(frame) => frame,
+        Reading::NoData(_) => unreachable!("the helper makes frames alone"),
+    }
+}
+
+#[test]
+fn a_sound_recording_has_no_faults() {
+    let found = planted(|_| {});
+    let faults = &found.faults;
+    assert_eq!(
+        (faults.torn, faults.duplicates, faults.glitch_frames),
+        (0, 0, 0)
+    );
+    assert_eq!((found.skipped, found.gaps, found.timing.stalls), (0, 0, 0));
+    // Seven equal steps of 0.25 have a standard deviation of 0.5; three of them stand apart by the cut at 3 sigma.
+    assert!(
+        (found.noise.median_c() - 0.5).abs() < 0.03,
+        "{}",
+        found.noise.median_c()
+    );
+    assert_eq!(found.common_mode.unwrap().cycle, None);
+    assert_eq!(found.sensor_hz(), Some(found.timing.rate_hz));
+}
+
+#[test]
+fn each_planted_fault_is_counted_as_what_it_is() {
+    let torn = planted(|records| {
+        let before = *frame(&mut records[99]);
+        frame(&mut records[100]).pixels[16..32].copy_from_slice(&before.pixels[16..32]);
+    });
+    assert_eq!((torn.faults.torn, torn.faults.duplicates), (1, 0));
+
+    let twice = planted(|records| records[100].reading = records[99].reading);
+    assert_eq!((twice.faults.torn, twice.faults.duplicates), (0, 1));
+    assert_eq!(
+        twice.sensor_hz(),
+        None,
+        "a frame that was read twice says that the reading is not in step"
+    );
+
+    let glitch = planted(|records| frame(&mut records[7]).pixels[13] = PixelWord(0));
+    assert_eq!(
+        (glitch.faults.glitch_frames, glitch.faults.glitch_pixels),
+        (1, 1)
+    );
+    let [with, without] = [&glitch, &planted(|_| {})].map(|found| found.noise.sigma_c[13]);
+    assert!(
+        (with - without).abs() < 0.01,
+        "a glitch is no noise: {with}, {without}"
+    );
+
+    let missing = planted(|records| {
+        for record in &mut records[20..23] {
+            record.reading = Reading::NoData(NoData::Nack);
+        }
+    });
+    assert_eq!(missing.missing.get(&NoData::Nack), Some(&3));
+    assert_eq!(missing.frames, 397);
+
+    let skipped = planted(|records| drop(records.drain(50..60)));
+    assert_eq!(
+        (skipped.skipped, skipped.gaps, skipped.timing.stalls),
+        (10, 1, 0)
+    );
+
+    let stalled = planted(|records| {
+        for record in &mut records[200..] {
+            record.stamp.t_boot_ns += 1_500_000_000;
+            record.stamp.t_utc_ns += 1_500_000_000;
+        }
+    });
+    assert_eq!(
+        (stalled.timing.stalls, stalled.skipped, stalled.timing.jumps),
+        (1, 0, 0)
+    );
+    assert!((stalled.timing.rate_hz - 10.0).abs() < 1e-6);
+}
+
+/// A person walks back and forth before every pixel: the noise stays what it was.
+#[test]
+fn people_who_walk_through_are_no_noise() {
+    let walked = planted(|records| {
+        for (step, record) in (0_usize..).zip(records) {
+            let place = step / 4 % 8;
+            for row in 0..8 {
+                frame(record).pixels[row * 8 + place].0 += 14;
+            }
+        }
+    });
+    let still = planted(|_| {});
+    let ratio = walked.noise.median_c() / still.noise.median_c();
+    assert!((0.95..1.1).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn too_little_or_out_of_order_is_an_error() {
+    let mut noise = Noise(2);
+    let few: Vec<Record> = (0..FRAMES_MIN - 1)
+        .map(|seq| record(seq, noise.frame()))
+        .collect();
+    let error = characterize(few.clone()).unwrap_err();
+    assert_eq!(
+        error,
+        CharacterizeError::TooFewFrames {
+            found: FRAMES_MIN - 1,
+            needed: FRAMES_MIN
+        }
+    );
+    assert!(error.to_string().contains("\nhint: "));
+    let missing = (0..1000).map(|seq| Record {
+        reading: Reading::NoData(NoData::Unplugged),
+        ..record(seq, noise.frame())
+    });
+    let none = CharacterizeError::TooFewFrames {
+        found: 0,
+        needed: FRAMES_MIN,
+    };
+    assert_eq!(characterize(missing).unwrap_err(), none);
+    let error = characterize(few.iter().chain(&few).copied()).unwrap_err();
+    assert_eq!(
+        error,
+        CharacterizeError::NotAscending {
+            previous: FRAMES_MIN - 2,
+            found: 0
+        }
+    );
+}
+
+#[test]
+fn just_enough_frames_give_noise_but_no_common_mode() {
+    let mut noise = Noise(3);
+    let found = characterize((0..FRAMES_MIN).map(|seq| record(seq, noise.frame()))).unwrap();
+    assert!(found.noise.median_c() > 0.3);
+    assert_eq!((found.common_mode, found.pattern), (None, None));
+    assert!(found.text().contains("no hundred frames in a row"));
+    assert!(found.to_json().contains("\"common_mode\": null"));
+}
+
+/// What is held grows with the intervals that differ by more than 0.1 %, and not with the frames.
+#[test]
+fn memory_does_not_grow_with_the_recording() {
+    let mut noise = Noise(4);
+    let mut characterizer = Characterizer::new();
+    let mut lengths = Vec::new();
+    for seq in 0..20_000 {
+        characterizer.push(&record(seq, noise.frame())).unwrap();
+        if seq == 1999 || seq == 19_999 {
+            // The text of every number held; counts grow by a digit each.
+            lengths.push(format!("{characterizer:?}").len());
+        }
+    }
+    assert!(lengths[1] < lengths[0] * 11 / 10, "{lengths:?}");
+}
+
+#[test]
+fn the_profile_of_a_recording_is_a_profile_that_is_read_back() {
+    for name in [SESSION_2, SESSION_3] {
+        let profile = found(name).profile("linaige");
+        assert_eq!(
+            Profile::parse(&profile.to_toml(), "out.toml").unwrap(),
+            profile
+        );
+        // Sheppard: what the sensor rounds adds 0.072 °C in squares, and is not the profile's.
+        let (read, own) = (found(name).noise.sigma_c[0], profile.noise_sigma_c[0]);
+        assert!(
+            (read * read - own * own - 0.0625 / 12.0).abs() < 1e-4,
+            "{read} {own}"
+        );
+        assert!(
+            (-25_000..-19_000).contains(&profile.clock_error_ppm()),
+            "{}",
+            profile.clock_error_ppm()
+        );
+    }
+}
+
+/// `scenes/profiles/linaige.toml` is what its head says: made from session 3 by the command that stands there.
+#[test]
+fn the_shipped_profile_is_what_session_3_gives() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/profiles/linaige.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let shipped = Profile::parse(&text, "linaige.toml").unwrap();
+    let made = found(SESSION_3).profile(&shipped.name);
+    let near = |left: f64, right: f64| (left - right).abs() <= 2e-4;
+    let all_near = |left: &[f64], right: &[f64]| {
+        left.iter()
+            .zip(right)
+            .all(|(left, right)| near(*left, *right))
+    };
+    assert!(all_near(&shipped.noise_sigma_c, &made.noise_sigma_c));
+    assert!(all_near(
+        &shipped.fixed_pattern.offset_c,
+        &made.fixed_pattern.offset_c
+    ));
+    assert!(near(
+        shipped.common_mode.cycle_depth_c,
+        made.common_mode.cycle_depth_c
+    ));
+    assert!(near(shipped.common_mode.sd_c, made.common_mode.sd_c));
+    assert!(near(shipped.thermistor.offset_c, made.thermistor.offset_c));
+    assert_eq!(shipped.clock, made.clock);
+    assert!(
+        text.starts_with("# ") && text.contains("grideye characterize recordings/linaige/Session3")
+    );
+}
+
+#[test]
+fn the_json_is_one_and_has_the_numbers() {
+    let found = found(SESSION_3);
+    let json: serde_json::Value = serde_json::from_str(&found.to_json()).unwrap();
+    assert_eq!(json["format"], "grideye-characterization");
+    assert_eq!(json["frames"], 1672);
+    assert_eq!(json["noise_sigma_c"].as_array().unwrap().len(), 64);
+    assert_eq!(json["timing"]["listed_jumps"][0]["seq"], 1056);
+    assert_eq!(json["faults"]["torn"], found.faults.torn);
+    assert_eq!(json["pixel_step_c"], 0.25);
+}
+
+#[test]
+fn the_text_shows_every_line_and_the_map() {
+    let text = found(SESSION_3).text();
+    for part in [
+        "frame rate of the recording, Hz     9.980",
+        "jumps of the clock",
+        "−804.5 s at frame 1056",
+        "partly repeated (torn) frames, %     4.73",
+        "noise of each pixel, °C",
+        "Allan deviation, °C",
+    ] {
+        let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            squeezed(&text).contains(&squeezed(part)),
+            "{part} is not in\n{text}"
+        );
+    }
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 100),
+        "{text}"
+    );
+}
