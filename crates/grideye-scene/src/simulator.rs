@@ -27,15 +27,15 @@ pub struct Simulator {
 /// How a frame is made, and what stands still in it.
 #[derive(Debug, Clone)]
 enum Method {
-    Grid {
-        view: View,
-        resampler: Resampler,
-        backdrop: Backdrop,
-    },
-    Area {
-        plane: Plane,
-        still: Still,
-    },
+    Grid(Box<Grid>),
+    Area { plane: Plane, still: Still },
+}
+
+#[derive(Debug, Clone)]
+struct Grid {
+    view: View,
+    resampler: Resampler,
+    backdrop: Backdrop,
 }
 
 /// A picture in degrees, row by row: row 0 is the top, column 0 the left of what the sensor sees.
@@ -91,11 +91,11 @@ impl Simulator {
             sensor,
             ambient_c,
             air,
-            method: Method::Grid {
+            method: Method::Grid(Box::new(Grid {
                 view,
                 resampler,
                 backdrop,
-            },
+            })),
             still_c,
             agents: scene.agents.clone(),
         })
@@ -149,15 +149,11 @@ impl Simulator {
     pub fn image(&self, time: Duration) -> Image {
         let mut celsius = self.still_c.clone();
         match &self.method {
-            Method::Grid {
-                view,
-                resampler,
-                backdrop,
-            } => {
+            Method::Grid(grid) => {
                 let patches = self.agents_by(time, |body, sight, owner| {
-                    painted(view, &self.air, body, sight, owner)
+                    painted(&grid.view, &self.air, body, sight, owner)
                 });
-                Bench::new(view, &self.air, backdrop, resampler).add_excess(&patches, &mut celsius);
+                grid.bench(&self.air).add_excess(&patches, &mut celsius);
             }
             Method::Area { plane, still } => {
                 let moving = self.agents_by(time, |body, sight, owner| {
@@ -207,15 +203,11 @@ impl Simulator {
     fn mask(&self, time: Duration, counts: impl Fn(u32) -> bool) -> Mask {
         let mut share = vec![0.0; self.still_c.len()];
         match &self.method {
-            Method::Grid {
-                view,
-                resampler,
-                backdrop,
-            } => {
+            Method::Grid(grid) => {
                 let patches = self.agents_by(time, |body, sight, owner| {
-                    painted(view, &self.air, body, sight, owner)
+                    painted(&grid.view, &self.air, body, sight, owner)
                 });
-                Bench::new(view, &self.air, backdrop, resampler)
+                grid.bench(&self.air)
                     .add_share(&patches, counts, &mut share);
             }
             Method::Area { plane, still } => {
@@ -245,6 +237,12 @@ impl Simulator {
             }
         }
         built
+    }
+}
+
+impl Grid {
+    fn bench<'a>(&'a self, air: &'a Air) -> Bench<'a> {
+        Bench::new(&self.view, air, &self.backdrop, &self.resampler)
     }
 }
 
