@@ -2,7 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use amg8833_emulator::{
-    Address, Bus, BusError, Clock, IntPin, ManualClock, PinError, SharedBus, WAIT_MAX,
+    Address, Bus, BusError, Clock, IntPin, ManualClock, Mux, MuxAddress, PinError, SharedBus,
+    WAIT_MAX,
 };
 use core::time::Duration;
 use grideye_frame::{Celsius, Frame};
@@ -21,7 +22,15 @@ fn visit(t: Duration) -> Frame {
 }
 
 fn sensor(clock: &ManualClock) -> Sensor<'_> {
-    RefCell::new(Bus::with_sensor(clock, Address::High, visit as Source))
+    let source: Source = visit;
+    RefCell::new(Bus::with_sensor(clock, Address::High, source))
+}
+
+/// A multiplexer at 0x70 with the sensor behind its channel 3.
+fn mux(clock: &ManualClock) -> Mux<&ManualClock, Source> {
+    let mut channels = std::array::from_fn(|_| Bus::new(clock));
+    channels[3] = sensor(clock).into_inner();
+    Mux::new(Bus::new(clock), MuxAddress::FIRST, channels)
 }
 
 const fn ms(milliseconds: u64) -> Duration {
@@ -32,12 +41,12 @@ const fn ms(milliseconds: u64) -> Duration {
 fn finish<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
-    for _ in 0..2_000_000 {
-        if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
-            return output;
-        }
-    }
-    panic!("it never comes");
+    let polls = (0..2_000_000).map(|_| future.as_mut().poll(&mut context));
+    let ready = polls.filter_map(|poll| match poll {
+        Poll::Ready(output) => Some(output),
+        Poll::Pending => None,
+    });
+    ready.take(1).next().unwrap()
 }
 
 mod with_async {
@@ -65,6 +74,18 @@ mod with_async {
         let nobody = finish(shared.read(0x68, &mut rate));
         assert!(matches!(nobody, Err(BusError::NoAcknowledge { .. })));
         assert_eq!(sensor.borrow().traffic().transactions, 4);
+    }
+
+    #[test]
+    fn a_multiplexer_is_an_asynchronous_bus() {
+        let clock = ManualClock::new();
+        let mut mux = mux(&clock);
+        clock.set(ms(100));
+        let mut pixel = [0; 2];
+        assert!(finish(mux.write_read(0x69, &[0x80], &mut pixel)).is_err());
+        finish(mux.write(0x70, &[1 << 3])).unwrap();
+        finish(mux.write_read(0x69, &[0x80], &mut pixel)).unwrap();
+        assert_eq!(pixel, [0xFF, 0x0F]);
     }
 
     fn alarm(sensor: &Sensor<'_>) {
@@ -183,6 +204,18 @@ mod with_0_2 {
         TransactionalIter::exec_iter(&mut shared, 0x69, operations).unwrap();
         assert_eq!(two, [0xEC, 0x0F]);
         assert_eq!(sensor.borrow().traffic().transactions, 8);
+    }
+
+    #[test]
+    fn a_multiplexer_is_a_bus_of_the_older_version() {
+        let clock = ManualClock::new();
+        let mut mux = mux(&clock);
+        clock.set(ms(100));
+        let mut pixel = [0; 2];
+        assert!(WriteRead::write_read(&mut mux, 0x69, &[0x80], &mut pixel).is_err());
+        Write::write(&mut mux, 0x70, &[1 << 3]).unwrap();
+        WriteRead::write_read(&mut mux, 0x69, &[0x80], &mut pixel).unwrap();
+        assert_eq!(pixel, [0xFF, 0x0F]);
     }
 
     #[test]

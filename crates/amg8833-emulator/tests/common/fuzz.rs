@@ -30,6 +30,7 @@ pub(crate) struct Outcome {
 }
 
 type Source = fn(Duration) -> Frame;
+const WILD: Source = wild;
 
 /// At least so many transactions. Panics on the first life that a power cycle does not end.
 pub(crate) fn run(seed: u64, transactions: u64) -> Outcome {
@@ -75,9 +76,9 @@ fn live(random: &mut Random, options: Options, outcome: &mut Outcome) {
             .with_scl_hz(NonZeroU32::new(10_000 + 90_000 * u32::from(any_byte(random))).unwrap());
     }
     let plugged = random.below(2) == 0;
-    bus.plug(Address::High, wild as Source, options);
+    bus.plug(Address::High, WILD, options);
     if plugged {
-        bus.plug(Address::Low, wild as Source, Options::default());
+        bus.plug(Address::Low, WILD, Options::default());
     }
     bus.set_seed(random.next());
     for _ in 0..LIFE {
@@ -245,7 +246,7 @@ fn end(mut bus: Bus<ManualClock, Source>) {
     used.power_cycle(start);
     let options = *used.options();
     // The clock's error by call is part of the specimen and outlives a power cycle.
-    let mut fresh = amg8833_emulator::Device::new(wild as Source, options, start);
+    let mut fresh = amg8833_emulator::Device::new(WILD, options, start);
     let frames = used.frames();
     let ask = |device: &mut amg8833_emulator::Device<Source>, now: Duration| {
         device.start_read(now);

@@ -116,7 +116,8 @@ pub(crate) fn share(way: Way, scl_hz: u32, reads: u32) -> Share {
         clock_error_ppm: CLOCK_ERROR_PPM,
         ..Options::default()
     };
-    bus.plug(Address::High, ticking as fn(Duration) -> Frame, options);
+    let source: fn(Duration) -> Frame = ticking;
+    bus.plug(Address::High, source, options);
     let mut random = Random::new(u64::from(scl_hz));
     let mut torn = 0;
     let mut readout = Duration::ZERO;

@@ -147,8 +147,11 @@ fn the_next_frame_is_known_in_every_mode() {
     assert_eq!(rig.device().next_frame_at(), None);
 }
 
-fn shared(clock: &ManualClock) -> RefCell<Bus<&ManualClock, fn(Duration) -> Frame>> {
-    let mut bus = Bus::with_sensor(clock, Address::High, visits as fn(Duration) -> Frame);
+type Visits = fn(Duration) -> Frame;
+
+fn shared(clock: &ManualClock) -> RefCell<Bus<&ManualClock, Visits>> {
+    let source: Visits = visits;
+    let mut bus = Bus::with_sensor(clock, Address::High, source);
     for pair in ALARM {
         bus.write(HIGH, &pair).unwrap();
     }
