@@ -1,0 +1,471 @@
+//! This project's agent, the release program, on the emulated `/dev/i2c-N`: what it says of each kind of adapter, and
+//! an hour of frames of which none is torn, none comes twice, and none is missing without its reason.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "what fails in a helper fails the test"
+)]
+
+use grideye_tests::emulated::{Way, Words, recording, run_emulated};
+use grideye_tests::programs::{Ended, RunningCollector, grideye_agent};
+use std::collections::{BTreeMap, HashMap};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+const SCENE: [&str; 2] = ["--scene", "scenes/experiment-1.toml"];
+
+/// `grideye-agent check` on bus 1.
+fn check(way: Way, adapter: &str, address: &str) -> Ended {
+    let mut command = Command::new(grideye_agent().get_program());
+    command.args(["check", "--bus", "/dev/i2c-1", "--address", address]);
+    let source = [&SCENE[..], &["--adapter", adapter]].concat();
+    // The check runs in real time: a host that stalls is told apart from a sensor at fault, and asked again.
+    (0..3)
+        .map(|_| run_emulated(way, &source, &command))
+        .find(|ended| !format!("{ended:?}").contains("too busy to read in time"))
+        .unwrap()
+}
+
+const NOBODY: &str = "hint: nobody answers at this address";
+
+/// Adapter, address, exit code and words of `grideye-agent check`. The errno are those of the kernel's drivers (the
+/// reference on Linux' I2C, and the table of `AdapterMode`).
+const CHECKS: [(&str, &str, i32, &[&str]); 13] = [
+    ("pi", "0x69", 0, &["20 frames read, 0 missing"]),
+    (
+        "pi",
+        "0x68",
+        1,
+        &["nack (Remote I/O error (os error 121))", NOBODY],
+    ),
+    ("pi5", "0x69", 0, &["20 frames read, 0 missing"]),
+    (
+        "pi5",
+        "0x68",
+        1,
+        &["nack (Remote I/O error (os error 121))", NOBODY],
+    ),
+    ("usb", "0x69", 0, &["20 frames read, 0 missing"]),
+    (
+        "usb",
+        "0x68",
+        1,
+        &["nack (No such device or address (os error 6))", NOBODY],
+    ),
+    (
+        "smbus-only",
+        "0x69",
+        1,
+        &[
+            "bus-error (Operation not supported (os error 95))",
+            "SMBus only cannot read this sensor",
+        ],
+    ),
+    (
+        "busy",
+        "0x69",
+        1,
+        &["a kernel driver owns address 0x69", "hint: unbind it"],
+    ),
+    (
+        "busy",
+        "0x68",
+        1,
+        &["a kernel driver owns address 0x68", "hint: unbind it"],
+    ),
+    (
+        "gone",
+        "0x69",
+        1,
+        &[
+            "unplugged (No such device (os error 19))",
+            "hint: the bus adapter is gone",
+        ],
+    ),
+    (
+        "gone",
+        "0x68",
+        1,
+        &[
+            "unplugged (No such device (os error 19))",
+            "hint: the bus adapter is gone",
+        ],
+    ),
+    ("virtio", "0x69", 0, &["20 frames read, 0 missing"]),
+    (
+        "virtio",
+        "0x68",
+        1,
+        &[
+            "short-transfer (short transfer: expected 1 messages, found 0)",
+            "hint: the adapter transferred less",
+        ],
+    ),
+];
+
+/// What a person is told on each kind of adapter, where the sensor is and where it is not.
+#[test]
+fn check_says_of_each_adapter_what_a_raspberry_pi_would_say() {
+    for way in Way::to_a_device_file("grideye-agent check on each kind of adapter") {
+        std::thread::scope(|scope| {
+            for (adapter, address, code, words) in CHECKS {
+                scope.spawn(move || {
+                    let ended = check(way, adapter, address);
+                    let context = format!("{way:?}, {adapter}, {address}: {ended:?}");
+                    assert_eq!(ended.code, code, "{context}");
+                    let said = format!("{}{}", ended.stdout, ended.stderr);
+                    for word in words {
+                        assert!(said.contains(word), "{word:?}: {context}");
+                    }
+                });
+            }
+        });
+    }
+}
+
+/// Frame `index` of a recording in which no two frames are alike, and no part of one occurs in another at its place:
+/// the first two pixels hold the index, the others are scattered over -40 to +79.75 °C by it.
+fn identifiable(index: usize) -> Words {
+    let quarters = |pixel: usize| match pixel {
+        0 => index % 512,
+        1 => index / 512,
+        _ => (index * 2_654_435_761 + pixel * 40_503) / 512 % 480,
+    };
+    Words {
+        pixels: std::array::from_fn(|pixel| {
+            let quarters = i16::try_from(quarters(pixel)).unwrap() - 160;
+            u16::from_ne_bytes(quarters.to_ne_bytes()) & 0xFFF
+        }),
+        thermistor: u16::try_from(160 + index % 1000).unwrap(),
+    }
+}
+
+/// The cells of a row of a recording by column, and its frame as the text of its 64 pixels.
+struct Row {
+    device: String,
+    sensor: String,
+    seq: u64,
+    missing: String,
+    pixels: String,
+}
+
+fn rows(csv: &str) -> Vec<Row> {
+    csv.lines()
+        .skip(1)
+        .map(|line| {
+            let cells: Vec<&str> = line.splitn(11, ',').collect();
+            Row {
+                device: cells[0].to_owned(),
+                sensor: cells[1].to_owned(),
+                seq: cells[3].parse().unwrap(),
+                missing: cells[8].to_owned(),
+                pixels: cells[10].to_owned(),
+            }
+        })
+        .collect()
+}
+
+/// Which frame of the source a stored one is. Nothing else than a whole frame of the source is found.
+fn indices(source: &Path) -> HashMap<String, u64> {
+    let text = std::fs::read_to_string(source).unwrap();
+    let frames: HashMap<String, u64> = rows(&text)
+        .into_iter()
+        .map(|row| (row.pixels, row.seq))
+        .collect();
+    assert_eq!(frames.len(), text.lines().count() - 1, "no two are alike");
+    frames
+}
+
+/// Sixteen buses with two sensors each: what an agent takes at most.
+const BUSES: usize = 16;
+const SENSORS: usize = 2 * BUSES;
+/// Frames of an hour at 10 Hz, and of each sensor.
+const HOUR: usize = 36_000;
+const FRAMES: usize = HOUR / SENSORS;
+/// More frames than are read, for those that pass before the agent is ready and those that it misses.
+const SOURCE_FRAMES: usize = FRAMES + 600;
+
+/// The options that put all sensors in, and the agent's configuration for them.
+fn a_full_agent(
+    folder: &Path,
+    source: &Path,
+    collector: &RunningCollector,
+) -> (Vec<String>, String) {
+    let mut options = [
+        "--recording",
+        source.to_str().unwrap(),
+        "--replay",
+        "frames",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    let mut config = format!("device = \"pi-1\"\ncollector = \"{}\"\n", collector.url());
+    for bus in 1..=BUSES {
+        write!(config, "[[bus]]\npath = \"/dev/i2c-{bus}\"\n").unwrap();
+        for address in ["0x68", "0x69"] {
+            options.extend([
+                "--sensor".to_owned(),
+                format!("s{bus}-{address}={bus}:{address}"),
+            ]);
+            write!(config, "[[bus.sensor]]\naddress = {address}\n").unwrap();
+        }
+    }
+    let path = folder.join("agent.toml");
+    std::fs::write(&path, config).unwrap();
+    (options, path.to_str().unwrap().to_owned())
+}
+
+/// An hour of one sensor, told by frames: 36,000 of them, by 32 sensors in real time, by each way at once.
+#[test]
+fn an_hour_of_frames_arrives_none_torn_none_twice_and_each_gap_with_its_reason() {
+    std::thread::scope(|scope| {
+        for way in Way::to_a_device_file("an hour of frames through grideye-agent") {
+            scope.spawn(move || an_hour(way));
+        }
+    });
+}
+
+fn an_hour(way: Way) {
+    let folder = tempfile::tempdir().unwrap();
+    let frames = (0..SOURCE_FRAMES).map(identifiable);
+    let source = recording(folder.path(), "source.csv", frames);
+    let collector = RunningCollector::start(folder.path());
+    let id = collector.start_recording("hour");
+    let (options, config) = a_full_agent(folder.path(), &source, &collector);
+    let mut agent = Command::new(grideye_agent().get_program());
+    agent.args(["run", "--frames", &FRAMES.to_string(), "--config", &config]);
+    let ended = run_emulated(way, &options, &agent);
+
+    let audit = collector.json("/v1/audit");
+    let stored = rows(&collector.recording_csv(id));
+    let hour = Hour::of(&stored, &indices(&source));
+    println!("{way:?}: {hour}");
+    assert_eq!(audit["balanced"], true, "{audit}");
+    let sum = |what: &str| -> u64 {
+        let streams = audit["streams"].as_array().unwrap();
+        let counts = streams.iter().map(|stream| stream[what].as_u64().unwrap());
+        counts.sum()
+    };
+    assert_eq!(sum("read"), u64::try_from(HOUR).unwrap());
+    assert_eq!(sum("stored"), sum("read"), "{audit}");
+    assert_eq!(
+        hour.frames,
+        sum("stored"),
+        "every stored frame was compared"
+    );
+    let missing: u64 = hour.missing.values().sum();
+    assert_eq!(missing, sum("missing"), "{hour}");
+    // A host that stalls costs frames here, and must say so.
+    let code = if missing == 0 { 0 } else { 3 };
+    assert_eq!(ended.code, code, "{hour}: {ended:?}");
+}
+
+/// What became of all sensors' frames.
+#[derive(Debug, Default)]
+struct Hour {
+    frames: u64,
+    missing: BTreeMap<String, u64>,
+}
+
+impl Hour {
+    /// Compares every row with the source.
+    fn of(rows: &[Row], indices: &HashMap<String, u64>) -> Self {
+        let mut hour = Self::default();
+        let mut streams: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
+        for row in rows {
+            streams.entry(&row.sensor).or_default().push(row);
+        }
+        assert_eq!(streams.len(), SENSORS);
+        for (sensor, rows) in streams {
+            // seq counts the sensor's frames, so its distance to the source's number is the same in every row:
+            // a frame that came twice, or was missed and not counted, would move it.
+            let mut distance = None;
+            for (expected, row) in (0..).zip(&rows) {
+                assert_eq!(
+                    row.seq, expected,
+                    "{sensor}: neither a gap nor a repetition"
+                );
+                if !row.missing.is_empty() {
+                    *hour.missing.entry(row.missing.clone()).or_default() += 1;
+                    continue;
+                }
+                let index = indices.get(&row.pixels);
+                let index = index.unwrap_or_else(|| panic!("{sensor} {}: torn", row.seq));
+                let of_this_row = index - row.seq;
+                assert_eq!(
+                    *distance.get_or_insert(of_this_row),
+                    of_this_row,
+                    "{sensor} {}",
+                    row.seq
+                );
+                hour.frames += 1;
+            }
+        }
+        hour
+    }
+}
+
+impl std::fmt::Display for Hour {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            formatter,
+            "{} frames of {SENSORS} sensors, each one whole frame of the source, none twice; missing: {:?}",
+            self.frames, self.missing
+        )
+    }
+}
+
+/// What a fault of the bus is to a stored row, by adapter: errno for errno what the kernel's drivers make of it.
+struct Expected {
+    fault: &'static str,
+    /// On `pi`, `pi5`, `usb`, `virtio`.
+    reasons: [&'static str; 4],
+}
+
+const ADAPTERS: [&str; 4] = ["pi", "pi5", "usb", "virtio"];
+
+const FAULTS: [Expected; 8] = [
+    Expected {
+        fault: "kind = \"nack-address\"",
+        reasons: ["nack", "nack", "nack", "short-transfer"],
+    },
+    Expected {
+        fault: "kind = \"nack-byte\"\nbyte = 0",
+        reasons: ["nack", "nack", "bus-error", "short-transfer"],
+    },
+    Expected {
+        fault: "kind = \"bus-error\"",
+        reasons: ["bus-error", "bus-error", "bus-error", "short-transfer"],
+    },
+    Expected {
+        fault: "kind = \"arbitration-loss\"",
+        reasons: ["bus-error", "bus-error", "bus-error", "short-transfer"],
+    },
+    Expected {
+        fault: "kind = \"timeout\"",
+        reasons: ["bus-timeout", "bus-timeout", "bus-error", "short-transfer"],
+    },
+    Expected {
+        fault: "kind = \"hang\"",
+        reasons: ["bus-timeout", "bus-timeout", "bus-error", "short-transfer"],
+    },
+    // The sensor is off the bus: nobody acknowledges.
+    Expected {
+        fault: "kind = \"unplugged\"",
+        reasons: ["nack", "nack", "nack", "short-transfer"],
+    },
+    // The adapter is off the computer: ENODEV, whatever it is.
+    Expected {
+        fault: "kind = \"adapter-gone\"",
+        reasons: ["unplugged", "unplugged", "unplugged", "unplugged"],
+    },
+];
+
+/// What a row may say besides, while the sensor is set up again behind the fault or the host is busy.
+const BESIDES: [&str; 4] = [
+    "not-ready",
+    "all-zero",
+    "wrong-configuration",
+    "host-stalled",
+];
+
+/// A second of a fault in the midst of a run.
+fn script(folder: &Path, device: &str, fault: &str) -> String {
+    let path = folder.join(format!("{device}-faults.toml"));
+    let text = format!("[[fault]]\n{fault}\nfrom = \"1.5 s\"\nuntil = \"2.5 s\"\n");
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// A fault is a row with its reason, and never the frame before once more: not even where the adapter gives no errno
+/// and leaves the last frame's bytes in the buffer (`virtio`, a short message count).
+#[test]
+fn each_fault_is_a_missing_row_with_its_reason_and_no_stale_frame_passes_as_fresh() {
+    std::thread::scope(|scope| {
+        for way in Way::to_a_device_file("faults under grideye-agent") {
+            scope.spawn(move || every_fault_on_every_adapter(way));
+        }
+    });
+}
+
+fn every_fault_on_every_adapter(way: Way) {
+    let folder = tempfile::tempdir().unwrap();
+    let source = recording(folder.path(), "source.csv", (0..200).map(identifiable));
+    let indices = indices(&source);
+    let collector = RunningCollector::start(folder.path());
+    let id = collector.start_recording("faults");
+    for adapter in ADAPTERS {
+        std::thread::scope(|scope| {
+            for (number, expected) in FAULTS.iter().enumerate() {
+                let (folder, source, collector) = (folder.path(), &source, &collector);
+                scope.spawn(move || {
+                    let device = format!("{adapter}-{number}");
+                    let script = script(folder, &device, expected.fault);
+                    let source = source.to_str().unwrap();
+                    let shown = ["--recording", source, "--replay", "frames"];
+                    let broken = ["--adapter", adapter, "--faults", &script];
+                    let options = [shown, broken].concat();
+                    let ended = faulty_run(way, folder, &device, &options, collector);
+                    assert_eq!(ended.code, 3, "{device}: data were lost: {ended:?}");
+                });
+            }
+        });
+    }
+    let stored = rows(&collector.recording_csv(id));
+    for (column, adapter) in ADAPTERS.iter().enumerate() {
+        for (number, expected) in FAULTS.iter().enumerate() {
+            let device = format!("{adapter}-{number}");
+            let rows: Vec<&Row> = stored.iter().filter(|row| row.device == device).collect();
+            let context = format!("{way:?}, {adapter}, {}", expected.fault.replace('\n', ", "));
+            holds_what_it_must(&rows, expected.reasons[column], &indices, &context);
+        }
+    }
+}
+
+fn faulty_run(
+    way: Way,
+    folder: &Path,
+    device: &str,
+    options: &[&str],
+    collector: &RunningCollector,
+) -> Ended {
+    let config = folder.join(format!("{device}.toml"));
+    let text = format!(
+        "device = \"{device}\"\ncollector = \"{}\"\n[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n",
+        collector.url()
+    );
+    std::fs::write(&config, text).unwrap();
+    let mut agent = Command::new(grideye_agent().get_program());
+    agent
+        .args(["run", "--frames", "30", "--config"])
+        .arg(&config);
+    run_emulated(way, options, &agent)
+}
+
+fn holds_what_it_must(rows: &[&Row], reason: &str, indices: &HashMap<String, u64>, context: &str) {
+    let missing: Vec<&str> = rows
+        .iter()
+        .map(|row| row.missing.as_str())
+        .filter(|why| !why.is_empty())
+        .collect();
+    let said = missing.iter().filter(|why| **why == reason).count();
+    println!("{context}: {missing:?}");
+    assert!(said >= 5, "{context}: {missing:?}");
+    let others = missing
+        .iter()
+        .filter(|why| **why != reason && !BESIDES.contains(why));
+    assert_eq!(others.count(), 0, "{context}: {missing:?}");
+    let mut last = None;
+    for row in rows.iter().filter(|row| row.missing.is_empty()) {
+        let index = indices.get(&row.pixels);
+        let index = *index.unwrap_or_else(|| panic!("{context}, row {}: torn", row.seq));
+        assert!(
+            last < Some(index),
+            "{context}, row {}: frame {index} behind {last:?}",
+            row.seq
+        );
+        last = Some(index);
+    }
+}
