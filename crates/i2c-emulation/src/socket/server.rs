@@ -152,10 +152,11 @@ impl Server {
     }
 
     fn admit(&self, stream: UnixStream) {
-        let Ok(for_stop) = stream.try_clone() else {
-            return;
-        };
-        let guest = match self.shared.admit(for_stop, self.options.clients_max) {
+        let stream = Arc::new(stream);
+        let guest = match self
+            .shared
+            .admit(Arc::clone(&stream), self.options.clients_max)
+        {
             Ok(guest) => guest,
             Err((reason, text)) => return say_bye(&stream, reason, &text),
         };
@@ -217,7 +218,7 @@ struct Shared {
 
 #[derive(Debug, Default)]
 struct Clients {
-    streams: BTreeMap<u64, UnixStream>,
+    streams: BTreeMap<u64, Arc<UnixStream>>,
     next: u64,
     stopping: bool,
 }
@@ -229,7 +230,7 @@ impl Shared {
 
     fn admit(
         self: &Arc<Self>,
-        stream: UnixStream,
+        stream: Arc<UnixStream>,
         clients_max: usize,
     ) -> Result<Guest, (ByeReason, String)> {
         let mut clients = self.lock();
@@ -275,7 +276,7 @@ impl Drop for Guest {
 
 /// One client's thread.
 struct Connection {
-    stream: UnixStream,
+    stream: Arc<UnixStream>,
     session: Session,
     options: Options,
     guest: Guest,

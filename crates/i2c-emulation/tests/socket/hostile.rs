@@ -319,7 +319,7 @@ fn a_client_too_many_is_turned_away_and_may_come_again() {
     let mut leaving = guests.pop().unwrap();
     leaving.send(&[]);
     leaving.farewell();
-    // The server frees the place just after it has closed the connection.
+    // The end of the connection and of its place may be seen one after the other.
     while bench.raw().ask(&hello(1))[0] == 0x85 {
         std::thread::yield_now();
     }
@@ -339,10 +339,15 @@ fn waits_have_ends() {
     assert_eq!(stranger.farewell(), (4, "nothing came for 30ms".to_owned()));
     let mut silent = bench.greeted();
     assert_eq!(silent.farewell(), (4, "nothing came for 120ms".to_owned()));
+    let bench = Bench::new(Options {
+        packet_wait_max: short,
+        ..Options::default()
+    });
     let mut slow = bench.greeted();
     slow.0.write_all(&[20, 0, 0, 0, 2]).unwrap();
     let expected = "a packet was not complete after 30ms";
     assert_eq!(slow.farewell(), (1, expected.to_owned()));
+    let bench = Bench::new(Options::default());
     let mut cut = bench.greeted();
     cut.0.write_all(&[20, 0, 0]).unwrap();
     cut.0.shutdown(std::net::Shutdown::Write).unwrap();
@@ -377,7 +382,7 @@ fn a_trickle_is_too_slow_as_well() {
 #[test]
 fn a_client_that_takes_no_answers_is_left() {
     let bench = Bench::new(Options {
-        packet_wait_max: Duration::from_millis(100),
+        packet_wait_max: Duration::from_millis(400),
         ..Options::default()
     });
     let mut glutton = bench.greeted();
@@ -388,7 +393,7 @@ fn a_client_that_takes_no_answers_is_left() {
     assert_served(&bench);
     // The part of the first answer that fits is there; then comes the end.
     let mut taken = Vec::new();
-    std::thread::sleep(Duration::from_millis(300));
+    std::thread::sleep(Duration::from_millis(1200));
     let end = glutton.0.read_to_end(&mut taken);
     assert!(
         end.as_ref().is_ok()
