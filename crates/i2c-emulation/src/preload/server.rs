@@ -1,5 +1,6 @@
 //! The emulator's end of the conversation: open files, and one thread for each channel.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -8,7 +9,7 @@ use std::net::Shutdown;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::Scope;
 
@@ -113,7 +114,7 @@ impl Server {
 
     /// How often a device was opened.
     pub(super) fn opens(&self) -> u64 {
-        self.opens.load(Ordering::Relaxed)
+        self.opens.load(Relaxed)
     }
 
     /// Lets connections in until `wake` is closed; then ends them all.
@@ -260,7 +261,7 @@ impl Server {
         let open = OpenFile::new(self.mode);
         let file = Arc::new(Mutex::new(File { open, bus, access }));
         files.insert(number, file);
-        self.opens.fetch_add(1, Ordering::Relaxed);
+        self.opens.fetch_add(1, Relaxed);
         Ok(())
     }
 
@@ -269,7 +270,7 @@ impl Server {
         if channels.len() >= CHANNELS_MAX {
             return Err(Errno::ENFILE);
         }
-        let number = self.channel_next.fetch_add(1, Ordering::Relaxed);
+        let number = self.channel_next.fetch_add(1, Relaxed);
         channels.insert(number, Arc::clone(stream));
         Ok(Registered {
             server: self,
@@ -288,8 +289,10 @@ impl Server {
                     let request = Request::parse(front).ok_or(io::ErrorKind::InvalidData)?;
                     let length = usize::try_from(request.memory_bytes).map_err(io::Error::other)?;
                     // A caller waits for its answer: nothing can come after its request.
-                    if filled == REQUEST_BYTES + length {
-                        break request;
+                    match filled.cmp(&(REQUEST_BYTES + length)) {
+                        Ordering::Less => {}
+                        Ordering::Equal => break request,
+                        Ordering::Greater => return Err(io::ErrorKind::InvalidData.into()),
                     }
                 }
                 match { stream }.read(&mut buffer[filled..]) {
@@ -486,3 +489,6 @@ fn hexadecimal(bytes: &[u8]) -> String {
 fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+#[cfg(test)]
+mod tests;
