@@ -57,6 +57,7 @@ pub enum Acknowledge {
 }
 
 /// How a message ended.
+#[derive(Clone, Copy)]
 #[cfg_attr(
     not(feature = "alloc"),
     expect(dead_code, reason = "nobody traces the bus without the feature alloc")

@@ -20,6 +20,8 @@ const EXAMPLE: &str = include_str!("../scripts/faults.toml");
 type Source = fn(Duration) -> Frame;
 type TestBus = Bus<ManualClock, Source>;
 
+const COUNTING: Source = counting;
+
 const fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
@@ -31,7 +33,7 @@ fn counting(t: Duration) -> Frame {
 }
 
 fn bus() -> TestBus {
-    Bus::with_sensor(ManualClock::new(), Address::High, counting as Source)
+    Bus::with_sensor(ManualClock::new(), Address::High, COUNTING)
 }
 
 fn following(rules: Vec<Rule>) -> TestBus {
@@ -212,7 +214,7 @@ fn frames_count_from_the_script_and_on_with_a_new_sensor() {
     assert_eq!(pixels(&mut bus).unwrap()[0], 12);
     bus.unplug(Address::High);
     bus.clock().set(ms(1_250));
-    bus.plug(Address::High, counting as Source, Options::default());
+    bus.plug(Address::High, COUNTING, Options::default());
     bus.clock().set(ms(1_350));
     assert_eq!(pixels(&mut bus).unwrap()[0], 0xFFF, "its first, our third");
     bus.clock().set(ms(1_450));
@@ -222,7 +224,7 @@ fn frames_count_from_the_script_and_on_with_a_new_sensor() {
 #[test]
 fn faults_of_one_address_leave_the_other_alone() {
     let mut bus = from_toml("[[fault]]\nkind = \"unplugged\"\naddress = 0x68\n");
-    bus.plug(Address::Low, counting as Source, Options::default());
+    bus.plug(Address::Low, COUNTING, Options::default());
     assert_eq!(bus.write(HIGH, &[]), Ok(()));
     assert!(bus.write(0x68, &[]).is_err());
     assert_eq!(bus.device(Address::Low).unwrap().next_tick_at(), None);
@@ -419,13 +421,16 @@ fn the_document_knows_every_kind() {
     }
 }
 
+fn hang(fields: &str) -> String {
+    error(&format!("[[fault]]\nkind = \"hang\"\n{fields}\n"))
+}
+
 fn error(text: &str) -> String {
     Script::from_toml(text, "f.toml").unwrap_err().to_string()
 }
 
 #[test]
-fn what_is_wrong_with_a_script_is_said_with_its_place() {
-    let hang = |fields: &str| error(&format!("[[fault]]\nkind = \"hang\"\n{fields}\n"));
+fn what_is_wrong_with_a_time_is_said_with_its_place() {
     let rows = [
         (
             hang("at = \"12 s\""),
@@ -475,6 +480,15 @@ fn what_is_wrong_with_a_script_is_said_with_its_place() {
             hang("frame = 0"),
             "f.toml:3:9: fault 1, `frame`: 0 is not within 1 to 9223372036854775807\nhint: frames count from 1",
         ),
+    ];
+    for (found, expected) in rows {
+        assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_field_is_said_with_its_place() {
+    let rows = [
         (
             hang("probability = 1.5"),
             "f.toml:3:15: fault 1, `probability`: 1.5 is no probability\nhint: 0 to 1",
@@ -771,7 +785,7 @@ type Seen = (Result<(), BusError>, Vec<u8>);
 
 fn play(rules: &[Rule], acts: &[Act], seed: u64) -> (TestBus, Vec<Seen>, FaultCounts) {
     let mut bus = bus().with_scl_hz(400_000.try_into().unwrap());
-    bus.plug(Address::Low, counting as Source, Options::default());
+    bus.plug(Address::Low, COUNTING, Options::default());
     if let Ok(script) = Script::new(seed, rules.to_vec()) {
         bus.set_script(script);
     }
@@ -790,7 +804,7 @@ fn play(rules: &[Rule], acts: &[Act], seed: u64) -> (TestBus, Vec<Seen>, FaultCo
             Act::Write(to, bytes) => bus.write(*to, bytes),
             Act::Replug(address) => {
                 bus.unplug(*address);
-                bus.plug(*address, counting as Source, Options::default());
+                bus.plug(*address, COUNTING, Options::default());
                 Ok(())
             }
             Act::Call(address, fault) => {

@@ -104,6 +104,8 @@ pub(crate) struct Plan {
 pub(crate) struct Faults {
     pub(crate) seed: u64,
     by_call: [Option<Entry>; FAULTS_MAX],
+    /// All slots from here on are empty: without a fault, none is looked at.
+    used: usize,
     /// A place for each rule of the script.
     #[cfg(feature = "alloc")]
     pub(crate) by_rule: alloc::vec::Vec<Option<Entry>>,
@@ -123,6 +125,7 @@ impl Faults {
         Self {
             seed: 0,
             by_call: [None; FAULTS_MAX],
+            used: 0,
             #[cfg(feature = "alloc")]
             by_rule: alloc::vec::Vec::new(),
             counts: FaultCounts([0; FaultKind::COUNT]),
@@ -165,6 +168,7 @@ impl Faults {
             entry.chance = Chance::ALWAYS;
         }
         *slot = Some(entry);
+        self.note_used();
         true
     }
 
@@ -175,6 +179,7 @@ impl Faults {
                 *slot = None;
             }
         }
+        self.note_used();
     }
 
     /// Every kind that the sensor at this address meets, itself or with its bus.
@@ -254,6 +259,7 @@ impl Faults {
 
     /// What keeps the controller from reaching anybody: the first of these kinds.
     pub(crate) fn blocking(&self, address: Option<Address>, place: u64) -> Option<FaultKind> {
+        self.active().next()?;
         CONTROLLER.into_iter().map(|(kind, _)| kind).find(|kind| {
             self.aimed_at(address)
                 .any(|(_, entry)| entry.kind() == *kind && self.drawn(entry, place))
@@ -333,6 +339,11 @@ impl Faults {
         self.happened.insert(kind);
     }
 
+    fn note_used(&mut self) {
+        let last = self.by_call.iter().rposition(Option::is_some);
+        self.used = last.map_or(0, |place| place + 1);
+    }
+
     fn drawn(&self, entry: &Entry, place: u64) -> bool {
         entry.strikes(self.seed, place)
     }
@@ -361,7 +372,7 @@ impl Faults {
 
     /// The active faults and their slots: those by call first.
     fn active(&self) -> impl Iterator<Item = (usize, &Entry)> {
-        let slots = self.by_call.iter();
+        let slots = self.by_call.iter().take(self.used);
         #[cfg(feature = "alloc")]
         let slots = slots.chain(&self.by_rule);
         slots.enumerate().filter_map(|(slot, entry)| {
@@ -382,7 +393,7 @@ impl Faults {
 
     /// Takes one time from each of these, and counts each of their kinds once.
     fn spend(&mut self, hit: &Slots) {
-        let slots = self.by_call.iter_mut();
+        let slots = self.by_call.iter_mut().take(self.used);
         #[cfg(feature = "alloc")]
         let slots = slots.chain(&mut self.by_rule);
         let mut kinds = FaultSet::EMPTY;

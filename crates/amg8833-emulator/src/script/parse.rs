@@ -529,7 +529,7 @@ fn with_hint(message: &str) -> String {
     } else if message.contains("expected a string") || message.contains("expected string") {
         "\nhint: times and kinds stand in quotes: at = \"12.5 s\", kind = \"hang\""
     } else if message.contains("unknown field") {
-        ""
+        "\nhint: write one of these instead, or take it out; scripts/README.md says what each means"
     } else {
         "\nhint: a script is a list of [[fault]] tables, and `seed = 7` before the first"
     };

@@ -2,6 +2,7 @@
 
 use crate::bus::Address;
 use crate::bus::sensors::Sensors;
+use crate::device::Device;
 use crate::fault::active::Entry;
 use crate::fault::{Chance, FaultKind, Unit, draw};
 use crate::script::{Lasting, Rule, Script, When};
@@ -50,7 +51,7 @@ impl Running {
         let rules: Vec<Progress> = script.rules.into_iter().map(Progress::new).collect();
         sensors.faults.by_rule.clear();
         sensors.faults.by_rule.resize(rules.len(), None);
-        let frames = |address| sensors.device(address).map_or(0, |device| device.frames());
+        let frames = |address| sensors.device(address).map_or(0, Device::frames);
         Self {
             started: now,
             counts_frames: rules.iter().any(Progress::counts_frames),
@@ -176,7 +177,7 @@ impl Running {
         let Some(address) = named.or(first) else {
             return 0;
         };
-        let frames = sensors.device(address).map_or(0, |device| device.frames());
+        let frames = sensors.device(address).map_or(0, Device::frames);
         frames.wrapping_add(self.frames_more[address.place()])
     }
 }
