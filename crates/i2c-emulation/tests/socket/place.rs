@@ -227,25 +227,44 @@ fn server_process(path: &Path) -> Command {
     command
 }
 
-fn first_line(child: &mut Child) -> String {
-    let mut line = String::new();
-    BufReader::new(child.stderr.take().unwrap())
-        .read_line(&mut line)
-        .unwrap();
-    line
+/// A server's process, which does not outlive a test that fails.
+struct Process(Child);
+
+impl Process {
+    /// Starts it and waits until clients can connect.
+    fn start(command: &mut Command) -> Self {
+        let mut process = Self(command.spawn().unwrap());
+        let mut line = String::new();
+        BufReader::new(process.0.stderr.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        assert!(line.starts_with("listening on "), "{line}");
+        process
+    }
+
+    fn kill(&mut self) {
+        self.0.kill().unwrap();
+        assert_eq!(self.0.wait().unwrap().signal(), Some(9));
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It may have ended, and be waited for, already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 #[test]
 fn after_sigkill_the_next_server_takes_over() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bus.sock");
-    let mut child = server_process(&path).spawn().unwrap();
-    assert!(first_line(&mut child).starts_with("listening on "));
+    let mut process = Process::start(&mut server_process(&path));
     let mut client = Client::connect(&path, 1).unwrap();
     assert!(matches!(bind(&path), Err(SocketError::InUse { .. })));
 
-    child.kill().unwrap();
-    assert_eq!(child.wait().unwrap().signal(), Some(9));
+    process.kill();
     assert_eq!(
         entries(folder.path()),
         std::slice::from_ref(&path),
@@ -268,16 +287,15 @@ fn a_server_without_descriptors_recovers() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bus.sock");
     let server = server_process(&path);
-    let mut child = Command::new("sh")
+    let mut with_few = Command::new("sh");
+    with_few
         .args(["-c", "ulimit -n 20 && exec \"$0\" \"$@\""])
         .arg(server.get_program())
         .args(server.get_args())
         .env(ROLE, &path)
         .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    assert!(first_line(&mut child).starts_with("listening on "));
+        .stderr(Stdio::piped());
+    let _process = Process::start(&mut with_few);
     let impatient = ClientOptions {
         wait_max: Duration::from_secs(1),
         ..ClientOptions::default()
@@ -289,8 +307,6 @@ fn a_server_without_descriptors_recovers() {
     }
     drop(clients);
     Client::connect(&path, 1).unwrap();
-    child.kill().unwrap();
-    child.wait().unwrap();
 }
 
 /// As another user if this one may do everything.
