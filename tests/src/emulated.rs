@@ -4,7 +4,7 @@ use crate::programs::{Ended, grideye, is_left_out, root, run, terminate, wait, w
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 /// One frame as the registers hold it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,20 +111,27 @@ pub fn run_emulated<S: AsRef<OsStr>>(way: Way, source: &[S], program: &Command) 
 fn run_behind_socket(mut server: Command, program: &Command) -> Ended {
     let folder = tempfile::tempdir().unwrap();
     let socket = folder.path().join("bus");
-    let mut server = server
-        .arg("--socket")
-        .arg(&socket)
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
+    server.arg("--socket").arg(&socket).stdout(Stdio::null());
+    let mut server = Server(server.spawn().unwrap());
     wait_for("the socket", || socket.exists().then_some(()));
     let client = root().join("crates/i2c-emulation/python/grideye_i2c.py");
     let ended = run(Command::new(program.get_program())
         .arg(client)
         .arg(&socket)
         .args(program.get_args()));
-    terminate(&server);
-    assert_eq!(wait(&mut server), 0, "the end of the server");
+    terminate(&server.0);
+    assert_eq!(wait(&mut server.0), 0, "the end of the server");
     assert!(!socket.exists(), "the server left its socket behind");
     ended
+}
+
+/// A server that ends with its test, also with one that fails.
+struct Server(Child);
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }

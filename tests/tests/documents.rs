@@ -1,0 +1,482 @@
+//! The examples of the documents: every command that a person can copy is run, or is run by a test that is named here.
+//!
+//! A command in a document that this file does not know fails the test, and so does one here that no document has.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "what fails in a helper fails the test"
+)]
+
+use grideye_tests::programs::{Ended, folder, is_left_out, root, run};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// How a documented command is kept from rotting.
+enum Kept {
+    /// It is run as it stands, behind what makes its files, and must end with 0 and print these words.
+    Run(&'static str, &'static [&'static str]),
+    /// The same, as a program on the emulated sensor.
+    Emulated(&'static [&'static str]),
+    /// It serves until Ctrl-C, which comes after two seconds; it must have printed these words and end with 0.
+    Serves(&'static str, &'static [&'static str]),
+    /// A test of the repository runs it, or the same with another port, speed or length: file and function.
+    By(&'static str, &'static str),
+    /// It needs what no test has.
+    Not(&'static str),
+}
+
+use Kept::{By, Emulated, Not, Run, Serves};
+
+const PIPELINE: &str = "tests/tests/pipeline.rs";
+const WALK: &str = "grideye simulate scenes/experiment-3.toml --out walk.csv";
+
+/// Every command of the documents.
+const COMMANDS: &[(&str, Kept)] = &[
+    // README.md
+    (
+        "cargo run --release -- demo",
+        By(
+            "tests/tests/demo_page.rs",
+            "the_demonstration_shows_its_sensor_live_until_it_is_interrupted",
+        ),
+    ),
+    (
+        "cargo run --release -- demo --once --out out",
+        By(
+            PIPELINE,
+            "the_demonstration_ends_with_delivery_scores_and_report",
+        ),
+    ),
+    ("tests/run", Not("it is what runs this test")),
+    (
+        "cargo run --release -- demo --replay recordings/linaige/Session2_2021-07-01_RoomB_v2.csv --once --speed 20",
+        By(
+            PIPELINE,
+            "a_real_recording_comes_out_as_it_went_in_through_registers_bus_http_and_store",
+        ),
+    ),
+    (
+        "grideye emulate --scene scenes/experiment-1.toml -- i2ctransfer -y 1 w1@0x69 0x80 r8",
+        Run("", &["0x5d 0x00 0x5f 0x00 0x5e 0x00 0x5d 0x00"]),
+    ),
+    (
+        "grideye emulate --scene scenes/experiment-1.toml -- grideye-agent check --bus /dev/i2c-1 --address 0x69",
+        Run(
+            "",
+            &["i2c-1:0x69: ok", "thermistor 28.0000 °C", "20 frames read"],
+        ),
+    ),
+    (
+        "grideye-agent check --bus /dev/i2c-1 --address 0x69",
+        Emulated(&["i2c-1:0x69: ok"]),
+    ),
+    (
+        "grideye collect --listen 192.168.1.20:8833 --trust-network",
+        Serves("", &["http://127.0.0.1:"]),
+    ),
+    (
+        "grideye record evening --seconds 60 --out evening.csv",
+        By(
+            PIPELINE,
+            "what_arrives_is_recorded_under_a_name_and_fetched",
+        ),
+    ),
+    (
+        "grideye compare --scene my-room.toml --recording evening.csv --report evening.html --json evening.json",
+        Run(
+            "cp scenes/experiment-1.toml my-room.toml; grideye simulate my-room.toml --seed 2 --out evening.csv",
+            &["agrees"],
+        ),
+    ),
+    // firmware-config/README.md
+    (
+        "sudo cp 99-grideye-i2c.rules /etc/udev/rules.d/",
+        Not("a Raspberry Pi"),
+    ),
+    (
+        "sudo mkdir -p /etc/grideye && sudo cp agent.toml /etc/grideye/",
+        Not("a Raspberry Pi"),
+    ),
+    (
+        "sudo cp grideye-agent.service /etc/systemd/system/",
+        Not("a Raspberry Pi"),
+    ),
+    ("sudo reboot", Not("a Raspberry Pi")),
+    ("grideye-agent check", Emulated(&["i2c-1:0x69: ok"])),
+    (
+        "sudo systemctl enable --now grideye-agent",
+        Not("a Raspberry Pi"),
+    ),
+    (
+        "grideye collect --listen 0.0.0.0:8833 --trust-network",
+        Serves("", &["http://0.0.0.0:"]),
+    ),
+    // crates/grideye-agent/README.md
+    (
+        "grideye-agent run --config agent.toml",
+        By(
+            PIPELINE,
+            "the_agent_delivers_from_a_device_file_to_a_collector",
+        ),
+    ),
+    // crates/i2c-emulation/README.md
+    (
+        "cargo run -p i2c-emulation --example with_a_chip -- --via preload i2cget -y 1 0x50 0x10 i 4",
+        Run("", &["0x10 0x11 0x12 0x13"]),
+    ),
+    // the helps
+    (
+        "grideye demo --once --out out",
+        By(
+            PIPELINE,
+            "the_demonstration_ends_with_delivery_scores_and_report",
+        ),
+    ),
+    (
+        "grideye simulate scenes/experiment-3.toml --out walk.csv",
+        Run("", &[]),
+    ),
+    (
+        "grideye emulate --scene scenes/experiment-1.toml -- i2cdetect -y 1",
+        Run("", &["60: -- -- -- -- -- -- -- -- -- 69"]),
+    ),
+    (
+        "grideye characterize empty-room.csv --profile my-sensor.toml",
+        Run(
+            "grideye simulate scenes/experiment-1.toml --frames 1200 --out empty-room.csv",
+            &[],
+        ),
+    ),
+    (
+        "grideye emulate --recording walk.csv --socket /tmp/amg.sock",
+        Serves(WALK, &["/tmp/amg.sock"]),
+    ),
+    (
+        "grideye collect --store frames.sqlite",
+        Serves("", &["http://127.0.0.1:"]),
+    ),
+    (
+        "grideye record empty-room --seconds 60 --out empty-room.csv",
+        By(
+            PIPELINE,
+            "what_arrives_is_recorded_under_a_name_and_fetched",
+        ),
+    ),
+    (
+        "grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv --report report.html",
+        Run(
+            "mkdir out; grideye simulate scenes/experiment-1.toml --seed 2 --out out/recording.csv",
+            &["agrees"],
+        ),
+    ),
+    (
+        "grideye convert recordings/linaige/Session2_2021-07-01_RoomB_v2.csv session2.csv",
+        Run("", &[]),
+    ),
+    (
+        "grideye audit --json",
+        By(
+            PIPELINE,
+            "the_agent_delivers_from_a_device_file_to_a_collector",
+        ),
+    ),
+];
+
+/// The documents with commands, from the repository's root.
+fn documents() -> Vec<PathBuf> {
+    let folders = [
+        "",
+        "firmware-config",
+        "scenes",
+        "scenes/profiles",
+        "recordings",
+    ];
+    let mut documents: Vec<PathBuf> = folders
+        .iter()
+        .map(|folder| root().join(folder).join("README.md"))
+        .collect();
+    for crate_folder in std::fs::read_dir(root().join("crates")).unwrap() {
+        documents.push(crate_folder.unwrap().path().join("README.md"));
+    }
+    documents.retain(|document| document.exists());
+    documents
+}
+
+/// The commands of a document: lines of a `sh` block, lines behind a `$`, and indented lines that call one of the
+/// programs. What stands two blanks behind a command is said about it.
+fn commands_of(text: &str) -> Vec<String> {
+    let mut commands = Vec::new();
+    let mut fence: Option<&str> = None;
+    for line in text.lines() {
+        if let Some(language) = line.trim_start().strip_prefix("```") {
+            fence = if fence.is_some() {
+                None
+            } else {
+                Some(language)
+            };
+            continue;
+        }
+        let command = match fence {
+            Some("sh") => Some(line),
+            Some(_) => line.strip_prefix("$ "),
+            None => line.strip_prefix("    ").filter(|rest| is_call(rest)),
+        };
+        let command = command.and_then(|command| command.trim().split("  ").next());
+        commands.extend(
+            command
+                .filter(|command| !command.is_empty())
+                .map(str::to_owned),
+        );
+    }
+    commands
+}
+
+fn is_call(line: &str) -> bool {
+    let programs = [
+        "grideye ",
+        "grideye-agent ",
+        "sudo ",
+        "cargo ",
+        "i2c",
+        "python3 ",
+    ];
+    programs.iter().any(|program| line.starts_with(program))
+}
+
+/// The examples in the helps of `grideye`, from their source: what is printed is wrapped.
+fn commands_of_the_helps() -> Vec<String> {
+    let mut commands = Vec::new();
+    let mut folders = vec![root().join("crates/grideye/src")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap();
+            let prefix = match path.extension().and_then(|extension| extension.to_str()) {
+                Some("txt") => "  grideye ",
+                _ => "/// Example: grideye ",
+            };
+            let examples = text.lines().filter_map(|line| line.strip_prefix(prefix));
+            commands.extend(examples.map(|rest| format!("grideye {rest}")));
+        }
+    }
+    assert!(commands.len() >= 9, "{commands:?}");
+    commands
+}
+
+fn words(ended: &Ended) -> String {
+    format!("{}{}", ended.stdout, ended.stderr)
+}
+
+#[test]
+fn every_documented_command_is_known_here_and_none_here_is_left_over() {
+    let mut documented = BTreeSet::new();
+    for document in documents() {
+        let text = std::fs::read_to_string(&document).unwrap();
+        for command in commands_of(&text) {
+            let known = COMMANDS.iter().any(|(known, _)| *known == command);
+            assert!(
+                known,
+                "{}: nothing keeps this example: {command}",
+                document.display()
+            );
+            documented.insert(command);
+        }
+    }
+    for command in commands_of_the_helps() {
+        let known = COMMANDS.iter().any(|(known, _)| *known == command);
+        assert!(known, "help: nothing keeps this example: {command}");
+        documented.insert(command);
+    }
+    for (command, kept) in COMMANDS {
+        assert!(
+            documented.contains(*command),
+            "no document has this example: {command}"
+        );
+        match kept {
+            By(file, function) => {
+                let text = std::fs::read_to_string(root().join(file)).unwrap();
+                assert!(
+                    text.contains(&format!("fn {function}()")),
+                    "{file} has no test {function}"
+                );
+            }
+            Not(why) => println!("not run: {command} ({why})"),
+            Run(..) | Emulated(..) | Serves(..) => {}
+        }
+    }
+}
+
+/// Whether it needs what the machine has not; names it.
+fn lacks_what_it_needs(command: &str) -> bool {
+    let i2c_tools = ["i2ctransfer", "i2cdetect", "i2cget"];
+    i2c_tools.iter().any(|tool| command.contains(tool))
+        && is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", command)
+}
+
+/// A folder in which a command finds what it finds in the repository.
+fn like_the_repository() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["scenes", "recordings"] {
+        std::os::unix::fs::symlink(
+            root().canonicalize().unwrap().join(name),
+            folder.path().join(name),
+        )
+        .unwrap();
+    }
+    folder
+}
+
+/// Runs a line with the release programs in reach; an example of a crate is built from the repository.
+fn shell(line: &str, at: &Path) -> Ended {
+    let path = std::env::var("PATH").unwrap();
+    let manifest = root().canonicalize().unwrap().join("Cargo.toml");
+    let cargo = format!(
+        "{} run --quiet --locked --manifest-path {} -p",
+        env!("CARGO"),
+        manifest.display()
+    );
+    let line = line.replace("cargo run -p", &cargo);
+    run(Command::new("sh")
+        .args(["-c", &line])
+        .current_dir(at)
+        .env("PATH", format!("{}:{path}", folder().display())))
+}
+
+#[test]
+fn the_documented_commands_do_what_their_documents_say() {
+    std::thread::scope(|scope| {
+        for (command, kept) in COMMANDS {
+            scope.spawn(move || holds(command, kept));
+        }
+    });
+}
+
+fn holds(command: &str, kept: &Kept) {
+    let at = like_the_repository();
+    let (before, line, expected) = match kept {
+        Run(before, expected) => (*before, command.to_owned(), *expected),
+        Emulated(expected) => (
+            "",
+            format!("grideye emulate --quiet --scene scenes/experiment-1.toml -- {command}"),
+            *expected,
+        ),
+        Serves(before, expected) => (*before, for_two_seconds(command, at.path()), *expected),
+        By(..) | Not(_) => return,
+    };
+    if lacks_what_it_needs(command) {
+        return;
+    }
+    let prepared = shell(before, at.path());
+    assert_eq!(prepared.code, 0, "{before}: {prepared:?}");
+    // What runs in real time on a host that stalls is asked again.
+    let ended = (0..3)
+        .map(|_| shell(&line, at.path()))
+        .find(|ended| !words(ended).contains("too busy to read in time"))
+        .unwrap_or_else(|| panic!("{line}: this computer is too busy"));
+    assert_eq!(ended.code, 0, "{line}: {ended:?}");
+    for word in expected {
+        let word = word.replace(
+            "/tmp/amg.sock",
+            &at.path().join("amg.sock").display().to_string(),
+        );
+        assert!(
+            words(&ended).contains(&word),
+            "{line} does not print {word:?}: {ended:?}"
+        );
+    }
+}
+
+/// A server's command, with this machine's addresses and a socket of its own, ended by Ctrl-C after two seconds.
+fn for_two_seconds(command: &str, at: &Path) -> String {
+    let command = command
+        .replace("192.168.1.20:8833", "127.0.0.1:0")
+        .replace("0.0.0.0:8833", "0.0.0.0:0")
+        .replace("collect --store", "collect --listen 127.0.0.1:0 --store")
+        .replace("/tmp/amg.sock", &at.join("amg.sock").display().to_string());
+    format!("timeout --preserve-status --signal INT 2 {command}")
+}
+
+/// What a document prints of a command's output is what the command prints.
+#[test]
+fn the_documented_outputs_are_those_of_the_table() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    for (command, kept) in COMMANDS {
+        let shown = readme.contains(&format!("$ {command}\n"));
+        if let (true, Run(_, expected)) = (shown, kept) {
+            for word in *expected {
+                assert!(
+                    readme.contains(word),
+                    "README.md does not show {word:?} of {command}"
+                );
+            }
+        }
+    }
+}
+
+/// Options in running text: `grideye emulate --socket …` must exist.
+#[test]
+fn every_option_that_a_document_names_exists() {
+    for document in documents() {
+        let text = std::fs::read_to_string(&document).unwrap();
+        for piece in text.split('`').filter(|piece| !piece.contains('\n')) {
+            let mut parts = piece.split_whitespace();
+            let (Some("grideye"), Some(subcommand)) = (parts.next(), parts.next()) else {
+                continue;
+            };
+            if !subcommand.chars().all(|letter| letter.is_ascii_lowercase()) {
+                continue;
+            }
+            let help = run(Command::new(folder().join("grideye")).args([subcommand, "--help"]));
+            assert_eq!(help.code, 0, "{}: {piece}: {help:?}", document.display());
+            for option in parts
+                .take_while(|part| *part != "--")
+                .filter(|part| part.starts_with("--"))
+            {
+                let option = option.trim_end_matches([',', '.']);
+                assert!(
+                    help.stdout.contains(option),
+                    "{}: {piece}: there is no {option}",
+                    document.display()
+                );
+            }
+        }
+    }
+}
+
+/// A crate's example in Rust is compiled where it stands in the crate's own documentation: as the README itself, or
+/// line by line the same.
+#[test]
+fn every_example_in_rust_is_one_that_the_compiler_sees() {
+    for crate_folder in std::fs::read_dir(root().join("crates")).unwrap() {
+        let folder = crate_folder.unwrap().path();
+        let (Ok(readme), Ok(library)) = (
+            std::fs::read_to_string(folder.join("README.md")),
+            std::fs::read_to_string(folder.join("src/lib.rs")),
+        ) else {
+            continue;
+        };
+        if library.contains("include_str!(\"../README.md\")") {
+            continue;
+        }
+        let mut is_rust = false;
+        for line in readme.lines() {
+            if let Some(language) = line.strip_prefix("```") {
+                is_rust = !is_rust && language.starts_with("rust");
+                continue;
+            }
+            let compiled = format!("//! {line}");
+            let is_compiled = library.lines().any(|found| found == compiled.trim_end());
+            assert!(
+                !is_rust || is_compiled,
+                "{}: no compiler sees this line: {line}",
+                folder.display()
+            );
+        }
+    }
+}
