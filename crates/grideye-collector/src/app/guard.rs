@@ -120,13 +120,16 @@ impl Hosts {
         let Some(host) = without_port(host_and_port) else {
             return false;
         };
-        match host.parse::<IpAddr>() {
+        // The name may be an address as well: that of this machine beyond a NAT, as QEMU's guests see it.
+        let is_named = self.names.iter().any(|name| name == host);
+        let is_own = match host.parse::<IpAddr>() {
             // Rebinding needs a name: where every address is listened on, every address may be asked for.
             Ok(address) => {
                 address.is_loopback() || address == self.listen || self.listen.is_unspecified()
             }
-            Err(_name) => host == "localhost" || self.names.iter().any(|name| name == host),
-        }
+            Err(_name) => host == "localhost",
+        };
+        is_named || is_own
     }
 }
 
@@ -184,6 +187,15 @@ mod tests {
         ] {
             assert!(!hosts.accepts(foreign), "{foreign}");
         }
+    }
+
+    #[test]
+    fn an_address_that_was_named_is_answered_for_and_its_neighbour_is_not() {
+        let hosts = Hosts::new(IpAddr::from([127, 0, 0, 1]), &["10.0.2.2".to_owned()]);
+        assert!(hosts.accepts("10.0.2.2:8833"));
+        assert!(!hosts.accepts("10.0.2.3:8833"));
+        let unnamed = Hosts::new(IpAddr::from([127, 0, 0, 1]), &[]);
+        assert!(!unnamed.accepts("10.0.2.2:8833"));
     }
 
     #[test]
