@@ -56,7 +56,7 @@ unpack() { # unpack ARCHITECTURE FOLDER PACKAGE[=VERSION]...: into FOLDER, each 
   for package in "$@"; do
     version=$(private_apt "$architecture" apt-cache show --no-all-versions "$package" | sed -n 's/^Version: //p' | head -n 1)
     [ -n "$version" ] || fail "there is no package $package for $architecture in Debian $codename" "was it renamed?"
-    name="${package%%=*} $version"
+    name="${package%%=*} $version $architecture"
     grep -qxF "$name" "$folder/.unpacked" 2>/dev/null && continue
     rm -rf "$folder/.deb" && mkdir "$folder/.deb"
     (cd "$folder/.deb" && private_apt "$architecture" apt-get download "$package" >log 2>&1) ||

@@ -1,0 +1,339 @@
+//! Way 4 in whole machines: QEMU guests with Debian's stock kernel and a real `/dev/i2c-N`, and the agent built for a
+//! Raspberry Pi. What happens in the guest is `tests/guests/way-4`; here is what must have come of it.
+
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
+use grideye_tests::programs::{Ended, folder, grideye, is_left_out, root, run};
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+const GUESTS: &str = "GRIDEYE_WITHOUT_GUESTS";
+const CROSS: &str = "GRIDEYE_WITHOUT_CROSS";
+const SCENE: &str = "scenes/experiment-1.toml";
+
+/// A program that says on its first line where it can be reached; killed when dropped.
+struct Serving {
+    child: Child,
+    address: String,
+}
+
+impl Serving {
+    fn start(command: &mut Command) -> Self {
+        let mut child = command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        let mut stdout = BufReader::new(child.stdout.take().unwrap());
+        stdout.read_line(&mut line).unwrap();
+        let address = line
+            .trim()
+            .trim_start_matches("http://")
+            .trim_end_matches('/');
+        assert!(address.contains(':'), "it said {line:?}");
+        Self {
+            child,
+            address: address.to_owned(),
+        }
+    }
+
+    /// This machine, as the guest sees it.
+    fn from_the_guest(&self) -> String {
+        self.address.replace("127.0.0.1", "10.0.2.2")
+    }
+}
+
+impl Drop for Serving {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn collector(store: &Path) -> Serving {
+    let mut command = grideye();
+    command.args([
+        "collect",
+        "--listen",
+        "127.0.0.1:0",
+        "--host-name",
+        "10.0.2.2",
+    ]);
+    Serving::start(command.arg("--store").arg(store.join("store.sqlite")))
+}
+
+fn script(name: &str) -> Command {
+    Command::new(root().join("tests/guests").join(name))
+}
+
+/// Runs a script that prints a folder on its last line.
+fn folder_of(command: &mut Command) -> PathBuf {
+    let ended = run(command);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    PathBuf::from(ended.stdout.lines().last().unwrap())
+}
+
+/// What the guest said: the lines that begin with `guest: `, without that.
+struct Said(Vec<String>);
+
+impl Said {
+    fn boot(architecture: &str, programs: &[PathBuf], variables: &[(&str, String)]) -> Self {
+        folder_of(script("prepare").arg(architecture));
+        let mut boot = script("boot");
+        boot.arg(architecture)
+            .arg(root().join("tests/guests/way-4"));
+        boot.args(programs).arg(root().join(SCENE));
+        boot.envs(variables.iter().map(|(name, value)| (name, value)));
+        let Ended {
+            code,
+            stdout,
+            stderr,
+        } = run(&mut boot);
+        print!("{stdout}");
+        assert_eq!(code, 0, "{stderr}");
+        let lines = stdout
+            .lines()
+            .filter_map(|line| line.trim_end().strip_prefix("guest: "));
+        Self(lines.map(str::to_owned).collect())
+    }
+
+    /// What follows this word, line by line.
+    fn all<'a>(&'a self, word: &'a str) -> impl Iterator<Item = &'a str> {
+        self.0
+            .iter()
+            .filter_map(move |line| line.strip_prefix(word)?.strip_prefix(' '))
+    }
+
+    fn one<'a>(&'a self, word: &'a str) -> &'a str {
+        self.all(word).next().unwrap_or_default()
+    }
+}
+
+/// The AMG8833 on a bus that every tool of i2c-tools sees (AMG88 spec §4-8: address 0x69; registers 0x80 to 0xFF).
+fn check_the_tools(said: &Said) {
+    assert!(
+        said.one("list").contains("i2c-tiny-usb at bus"),
+        "{}",
+        said.one("list")
+    );
+    let row = said
+        .all("detect")
+        .find(|row| row.starts_with("60:"))
+        .unwrap_or_default();
+    assert_eq!(row, "60: -- -- -- -- -- -- -- -- -- 69 -- -- -- -- -- --");
+    let others: Vec<&str> = said
+        .all("detect")
+        .filter(|row| row.contains(':') && !row.starts_with("60:"))
+        .collect();
+    assert_eq!(others.len(), 7);
+    for row in others {
+        let cells = row.split_once(':').unwrap().1;
+        assert!(cells.chars().all(|cell| "- ".contains(cell)), "{row}");
+    }
+    assert_eq!(
+        said.one("missing"),
+        "i2cget: read failed: No such device or address",
+        "ENXIO"
+    );
+    assert_eq!(said.one("asleep"), "0x10", "what i2cset wrote is read back");
+    // 28 °C are 448 steps of a sixteenth: the scene's room, and what the chip heats itself.
+    assert_eq!(said.one("thermistor"), "0x01c0");
+    let rows: Vec<Vec<&str>> = said
+        .all("dump")
+        .map(|row| row.split(' ').collect())
+        .collect();
+    let register = |address: usize| rows[1 + address / 16][1 + address % 16];
+    assert_eq!(rows.len(), 17, "256 registers");
+    assert_eq!(
+        [register(0x0E), register(0x0F)],
+        ["c0", "01"],
+        "thermistor, low byte first"
+    );
+    assert_eq!(register(0x00), "00", "normal mode");
+    assert!(
+        (0x81..=0xFF).step_by(2).all(|high| register(high) == "00"),
+        "12-bit pixels"
+    );
+    assert!((0x20..0x80).all(|reserved| register(reserved) == "00"));
+}
+
+/// The scene has one person right below the sensor: the warm pixels are in the middle, and nowhere else.
+fn check_the_frame(text: &str) {
+    let bytes: Vec<u16> = text
+        .split_ascii_whitespace()
+        .map(|byte| u16::from_str_radix(byte.trim_start_matches("0x"), 16).unwrap())
+        .collect();
+    assert_eq!(bytes.len(), 128, "{text}");
+    let pixels: Vec<u16> = bytes.chunks(2).map(|pair| pair[0] | pair[1] << 8).collect();
+    let in_the_middle =
+        |index: usize| (2..6).contains(&(index / 8)) && (2..6).contains(&(index % 8));
+    let mean = |inside: bool| {
+        let chosen: Vec<f64> = (0..64)
+            .filter(|index| in_the_middle(*index) == inside)
+            .map(|index| f64::from(pixels[index]) / 4.0)
+            .collect();
+        chosen.iter().sum::<f64>() / f64::from(u32::try_from(chosen.len()).unwrap())
+    };
+    let (person, room) = (mean(true), mean(false));
+    println!("middle {person:.2} °C, border {room:.2} °C");
+    assert!(
+        (23.0..24.0).contains(&room),
+        "the room is at 23.5 °C: {room}"
+    );
+    assert!(
+        person - room > 0.4,
+        "a person of 28 °C: {person} against {room}"
+    );
+    let warmest = (0..64).max_by_key(|index| pixels[*index]).unwrap();
+    assert!(
+        in_the_middle(warmest) && pixels[warmest] >= 98,
+        "pixel {warmest}: {}",
+        pixels[warmest]
+    );
+}
+
+/// The agent lost the adapter, said so, found it again, and every frame is accounted for outside.
+fn check_the_agent(said: &Said, collector: &Serving) {
+    assert!(
+        said.all("check").any(|line| line.ends_with(": ok")),
+        "grideye-agent check"
+    );
+    assert_eq!(
+        said.one("unplugged,"),
+        "ports in use: 0",
+        "nothing is left of a killed emulator"
+    );
+    assert!(said.one("replugged").starts_with("/dev/i2c-"));
+    let log: Vec<&str> = said.all("agent").collect();
+    let position = |text: &str| log.iter().position(|line| line.contains(text));
+    let closed = position("closed after unplugged");
+    assert!(closed.is_some(), "{log:#?}");
+    let opened_again = log.iter().rposition(|line| line.ends_with(": opened"));
+    assert!(opened_again > closed, "{log:#?}");
+    assert!(
+        log.iter()
+            .skip(opened_again.unwrap())
+            .any(|line| line.contains("reading again")),
+        "{log:#?}"
+    );
+    assert_eq!(said.one("left"), "behind, ports in use: 0");
+
+    let audit = run(grideye().args([
+        "audit",
+        "--json",
+        "--collector",
+        &format!("http://{}", collector.address),
+    ]));
+    let rows: serde_json::Value = serde_json::from_str(&audit.stdout).unwrap();
+    let row = &rows[0];
+    println!("audit {row}");
+    assert_eq!(rows.as_array().unwrap().len(), 1, "{rows}");
+    assert_eq!(row["balanced"], true, "{row}");
+    assert_eq!(
+        row["read"], row["stored"],
+        "every frame that was read is stored: {row}"
+    );
+    // 14 seconds at 10 Hz with the adapter plugged in. A busy host misses frames, and each is counted.
+    assert!(row["stored"].as_u64().unwrap() >= 20, "{row}");
+    assert!(
+        row["missing"].as_u64().unwrap() >= 5,
+        "the time without an adapter: {row}"
+    );
+    assert_eq!(audit.code, 3, "missing frames are told");
+}
+
+/// How long a frame takes, from uptimes before ten reads, after them, and after ten times 21 reads.
+fn print_the_cost(said: &Said) {
+    let uptimes: Vec<f64> = said
+        .one("uptimes")
+        .split(' ')
+        .map(|time| time.parse().unwrap())
+        .collect();
+    let difference = (uptimes[2] - uptimes[1]) - (uptimes[1] - uptimes[0]);
+    println!(
+        "up after {}; one frame (write 1, read 128) {:.1} ms",
+        said.one("up"),
+        difference * 1e3 / 200.0
+    );
+    assert!(difference > 0.0);
+}
+
+#[test]
+fn a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus() {
+    if is_left_out(GUESTS, "QEMU guest x86-64") {
+        return;
+    }
+    let store = tempfile::tempdir().unwrap();
+    let collector = collector(store.path());
+    let programs = ["grideye", "grideye-agent"].map(|name| folder().join(name));
+    let said = Said::boot(
+        "amd64",
+        &programs,
+        &[("GUEST_COLLECTOR", collector.from_the_guest())],
+    );
+    assert!(said.one("up").contains("x86_64"));
+    assert_eq!(
+        said.one("told"),
+        said.one("device"),
+        "the program names the kernel's device"
+    );
+    let refused = |when, text: &str| {
+        let line = said.all(when).next().unwrap_or_default();
+        assert!(
+            line.contains(text) && line.contains("hint: "),
+            "{when} {line}"
+        );
+    };
+    refused("not", "run as root");
+    refused("without", "modprobe -a vhci-hcd i2c-tiny-usb i2c-dev");
+    refused("without vhci_hcd:", "no virtual USB controller");
+    check_the_tools(&said);
+    check_the_frame(said.one("frame"));
+    check_the_agent(&said, &collector);
+    print_the_cost(&said);
+}
+
+/// A Raspberry Pi's processor with the agent that was built for it; the chip comes from this machine, over TCP.
+#[test]
+fn an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry_pi() {
+    if is_left_out(GUESTS, "QEMU guest arm64") || is_left_out(CROSS, "QEMU guest arm64") {
+        return;
+    }
+    let store = tempfile::tempdir().unwrap();
+    let collector = collector(store.path());
+    let emulator =
+        Serving::start(grideye().args(["emulate", "--scene", SCENE, "--usbip", "127.0.0.1:0"]));
+    let agent = folder_of(script("cross").arg("aarch64")).join("grideye-agent");
+    let variables = [
+        ("GUEST_COLLECTOR", collector.from_the_guest()),
+        ("GUEST_SERVER", emulator.from_the_guest()),
+    ];
+    let said = Said::boot("arm64", &[agent], &variables);
+    assert!(said.one("up").contains("aarch64"));
+    check_the_tools(&said);
+    check_the_frame(said.one("frame"));
+    check_the_agent(&said, &collector);
+    print_the_cost(&said);
+}
+
+/// In QEMU's user mode there is no bus; the agent must still start, and say what is missing.
+#[test]
+fn the_agent_for_the_raspberry_pi_runs_and_names_the_missing_bus() {
+    if is_left_out(CROSS, "the agent for aarch64 under qemu-user") {
+        return;
+    }
+    let libraries = folder_of(script("prepare").arg("arm64")).join("root");
+    let agent = folder_of(script("cross").arg("aarch64")).join("grideye-agent");
+    let mut command = Command::new("qemu-aarch64-static");
+    command.arg("-L").arg(libraries).arg(agent);
+    let ended = run(command.args(["check", "--bus", "/dev/i2c-99"]));
+    assert_eq!(ended.code, 1, "{ended:?}");
+    let said = ended.stdout + &ended.stderr;
+    assert!(
+        said.contains("/dev/i2c-99: no such bus") && said.contains("hint: "),
+        "{said}"
+    );
+}
