@@ -12,6 +12,7 @@
 mod common;
 
 use std::os::unix::process::ExitStatusExt;
+use std::path::PathBuf;
 use std::process::Command;
 
 use common::*;
@@ -39,6 +40,7 @@ macro_rules! by_both_ways {
 }
 
 by_both_ways! {
+    a_hardened_program_in_c_works
     i2cdetect_sees_the_target_and_nobody_else
     i2cdetect_lists_what_a_raspberry_pi_offers
     i2cget_and_i2cset_share_one_chip_over_several_runs
@@ -280,4 +282,87 @@ fn a_program_that_leaves_others_behind_ends_all_the_same(via: Via) {
     assert_eq!(ended.status.code(), Some(7));
     wait_until(|| processes_that_mount(&bench.device()).is_empty());
     assert_nothing_left(&bench.device());
+}
+
+/// A program in C, optimised and hardened as Debian's are: it calls `__read_chk` and `__open64_2` where others call
+/// `read` and `open`.
+const CLIENT: &str = r#"
+#define _FILE_OFFSET_BITS 64
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <sys/uio.h>
+#include <unistd.h>
+int main(int count, char **arguments) {
+    volatile int flags = O_RDWR;
+    int file = open(arguments[1], flags);
+    if (file < 0) { perror("open"); return 1; }
+    if (ioctl(file, 0x0703, 0x69)) { perror("I2C_SLAVE"); return 2; }
+    unsigned char bytes[4] = {0x10};
+    volatile size_t length = atoi(arguments[2]);
+    if (write(file, bytes, 1) != 1) { perror("write"); return 3; }
+    if (read(file, bytes, length) != length) { perror("read"); return 4; }
+    struct iovec pieces[2] = {{bytes + 2, 1}, {bytes + 3, 1}};
+    if (readv(file, pieces, 2) != 2) { perror("readv"); return 5; }
+    printf("%02x %02x %02x %02x\n", bytes[0], bytes[1], bytes[2], bytes[3]);
+    int there = ioctl(file, 0x0705, (void *)3);
+    printf("%d %d\n", there, errno == EFAULT);
+    return close(file) || read(file, bytes, 1) != -1 || errno != EBADF;
+}
+"#;
+
+/// The program, linked as `flags` say; `None` where this machine has no C compiler, or no library for that.
+fn compiled(folder: &tempfile::TempDir, flags: &[&str]) -> Option<PathBuf> {
+    let source = folder.path().join("client.c");
+    std::fs::write(&source, CLIENT).unwrap();
+    let program = folder.path().join("client");
+    let made = Command::new("cc")
+        .args(["-O2", "-w", "-U_FORTIFY_SOURCE", "-D_FORTIFY_SOURCE=2"])
+        .args(flags)
+        .arg(&source)
+        .arg("-o")
+        .arg(&program)
+        .output();
+    match made {
+        Ok(made) if made.status.success() => Some(program),
+        _ => {
+            left_out(&format!("a program in C: `cc {flags:?}` does not work"));
+            None
+        }
+    }
+}
+
+fn a_hardened_program_in_c_works(via: Via) {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(program) = compiled(&folder, &[]) else {
+        return;
+    };
+    let bench = Bench::new(via, AdapterMode::Pi);
+    let device = bench.device();
+    let said = bench.output(&program, &[device.to_str().unwrap(), "2"]);
+    // 16 x 7 + 3 and the next three.
+    assert_eq!(said, "73 7a 81 88\n-1 1\n");
+}
+
+#[test]
+fn a_static_program_works_by_fuse_and_is_refused_by_preload() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(program) = compiled(&folder, &["-static"]) else {
+        return;
+    };
+    if fuse_works() {
+        let bench = Bench::new(Via::Auto, AdapterMode::Pi);
+        let device = bench.device();
+        let said = bench.output(&program, &[device.to_str().unwrap(), "2"]);
+        assert_eq!(said, "73 7a 81 88\n-1 1\n");
+    }
+    let bench = Bench::new(Via::Preload, AdapterMode::Pi);
+    let refused = bench.run(&mut Command::new(&program)).unwrap_err();
+    assert!(refused.is_bad_input());
+    assert!(
+        refused.to_string().contains("statically linked"),
+        "{refused}"
+    );
 }
