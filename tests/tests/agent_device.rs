@@ -8,7 +8,7 @@
 )]
 
 use grideye_tests::emulated::{Way, Words, recording, run_emulated};
-use grideye_tests::programs::{Ended, RunningCollector, grideye_agent};
+use grideye_tests::programs::{Ended, RunningCollector, grideye_agent, is_left_out};
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -220,6 +220,12 @@ fn a_full_agent(
 /// An hour of one sensor, told by frames: 36,000 of them, by 32 sensors in real time, by each way at once.
 #[test]
 fn an_hour_of_frames_arrives_none_torn_none_twice_and_each_gap_with_its_reason() {
+    if is_left_out(
+        "GRIDEYE_WITHOUT_HOUR",
+        "36,000 frames through grideye-agent (two minutes)",
+    ) {
+        return;
+    }
     std::thread::scope(|scope| {
         for way in Way::to_a_device_file("an hour of frames through grideye-agent") {
             scope.spawn(move || an_hour(way));
