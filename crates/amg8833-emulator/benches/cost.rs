@@ -48,7 +48,7 @@ fn transfers(thousands: u32) {
         bus.write_read(0x69, &[black_box(0x04)], &mut byte).unwrap();
         black_box(&byte);
     });
-    let bare_register = each(thousands * 3_000, || {
+    let bare_register = each(thousands * 30_000, || {
         byte.copy_from_slice(&file[black_box(0x04)..][..1]);
         black_box(&byte);
     });
@@ -63,7 +63,7 @@ fn transfers(thousands: u32) {
             .unwrap();
         black_box(&frame);
     });
-    let bare_frame = each(thousands * 200, || {
+    let bare_frame = each(thousands * 20_000, || {
         frame.copy_from_slice(&file[black_box(0x80)..][..128]);
         black_box(&frame);
     });
