@@ -26,6 +26,7 @@ pub(crate) enum Command {
     Record(Record),
     Compare(Compare),
     Convert(Convert),
+    Characterize(Characterize),
     Audit(Audit),
 }
 
@@ -165,6 +166,23 @@ pub(crate) struct Convert {
     pub(crate) input: PathBuf,
     /// Recording to write (.csv).
     pub(crate) output: PathBuf,
+}
+
+/// Measure the sensor itself from a recording of a still room: noise, common mode, pattern, drift, clock, glitches.
+///
+/// Exit code 3: the recording is too short to say anything.
+///
+/// Example: grideye characterize empty-room.csv --profile my-sensor.toml
+#[derive(Debug, Args)]
+pub(crate) struct Characterize {
+    /// Recording (this project's CSV, or a LINAIGE session).
+    pub(crate) recording: PathBuf,
+    /// Profile to write, for `grideye emulate --profile`.
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) profile: Option<PathBuf>,
+    /// The same content for programs; `-` is standard output.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
 }
 
 /// Count every frame at a running collector: read = stored + dropped + spooled.

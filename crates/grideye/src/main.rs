@@ -1,4 +1,5 @@
-//! `grideye`: demonstrate, simulate, emulate, collect, record, compare, convert and audit, from one command line.
+//! `grideye`: demonstrate, simulate, emulate, collect, record, compare, convert, characterize and audit, from one command
+//! line.
 //!
 //! ```text
 //! grideye demo                                   the whole loop, without hardware
@@ -9,6 +10,7 @@
 //! ```
 
 mod audit;
+mod characterize;
 mod cli;
 mod client;
 mod collect;
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Command::Record(options) => record::run(&options),
         Command::Compare(options) => compare::run(&options),
         Command::Convert(options) => convert::run(&options),
+        Command::Characterize(options) => characterize::run(&options),
         Command::Audit(options) => audit::run(&options),
     };
     match result {

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// The profiles that are built in: name and file.
-const PROFILES: [(&str, &str); 2] = [
+const PROFILES: [(&str, &str); 3] = [
     (
         "ideal",
         include_str!("../../../../scenes/profiles/ideal.toml"),
@@ -29,6 +29,10 @@ const PROFILES: [(&str, &str); 2] = [
     (
         "datasheet",
         include_str!("../../../../scenes/profiles/datasheet.toml"),
+    ),
+    (
+        "linaige",
+        include_str!("../../../../scenes/profiles/linaige.toml"),
     ),
 ];
 
