@@ -69,10 +69,8 @@ impl World {
 
     /// The world's time; `None` before it has begun.
     fn since(&self, t: Duration) -> Option<Duration> {
-        let begun = self.begun_ns.load(Ordering::SeqCst);
-        (begun != NOT_BEGUN)
-            .then(|| t.checked_sub(Duration::from_nanos(begun)))
-            .flatten()
+        // No time is as late as that of a world that has not begun.
+        t.checked_sub(Duration::from_nanos(self.begun_ns.load(Ordering::SeqCst)))
     }
 }
 

@@ -24,10 +24,8 @@ const SOCKET_VARIABLE: &str = "GRIDEYE_I2C_SOCKET";
 
 /// Opens every way that the options name, lets time run, and waits for the end.
 pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Result<Outcome> {
-    // With a program on a `/dev/i2c-N` of its own the signals are the program's. Else they are caught from here on: they
-    // no longer end this process on the spot, so that nothing is left behind.
-    let is_private = !options.program.is_empty() && options.usbip.is_none();
-    let stop = (!is_private).then(Stop::catch).transpose()?;
+    // From here on a signal no longer ends this process on the spot, so that nothing is left behind.
+    let stop = Stop::catch()?;
     let mut reached = Reached::default();
     let socket = options
         .socket
@@ -38,18 +36,21 @@ pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Resu
         .usbip
         .map(|address| UsbWay::open(address, machine, &mut reached))
         .transpose()?;
-    let outcome = match &stop {
-        None => run_program(options, machine, voice, reached)?,
-        Some(stop) => {
+    let outcome = match (options.program.split_first(), &usb) {
+        (Some(_), None) => match stop.pending() {
+            Some(signal) => ended_by(signal),
+            None => run_program(options, machine, voice, reached)?,
+        },
+        (Some((name, arguments)), Some(_)) => {
             machine.start();
             voice.ready(&reached)?;
-            match options.program.split_first() {
-                Some((name, arguments)) => {
-                    let mut command = Command::new(name);
-                    stop.run(command.args(arguments))?
-                }
-                None => stop.wait(options.seconds, machine),
-            }
+            stop.run(Command::new(name).args(arguments))?
+        }
+        (None, usb) => {
+            machine.start();
+            voice.ready(&reached)?;
+            let is_over = || machine.has_ended() || usb.as_ref().is_some_and(UsbWay::is_unplugged);
+            stop.wait(options.seconds, is_over)
         }
     };
     if let Some(usb) = usb {
@@ -115,6 +116,11 @@ fn passed_on(status: ExitStatus) -> u8 {
         .code()
         .or_else(|| status.signal().map(|signal| 128 + signal));
     code.and_then(|code| u8::try_from(code).ok()).unwrap_or(1)
+}
+
+/// As a shell has it for a program that a signal ended.
+fn ended_by(signal: Signal) -> Outcome {
+    Outcome::Passed(u8::try_from(128 + signal.as_raw()).unwrap_or(1))
 }
 
 /// A Unix socket that is served by a thread, until this is dropped.
@@ -200,6 +206,14 @@ impl UsbWay {
         Ok(Self::Offered(server))
     }
 
+    /// Whether this kernel was told to let go of every adapter, as by `usbip detach`.
+    fn is_unplugged(&self) -> bool {
+        match self {
+            Self::Attached(attached) => attached.buses().iter().all(|bus| !bus.device.exists()),
+            Self::Offered(_) => false,
+        }
+    }
+
     fn close(self) -> Result<()> {
         match self {
             Self::Attached(attached) => Ok(attached.stop()?),
@@ -246,8 +260,13 @@ impl Stop {
         Ok(Self(told))
     }
 
-    /// Returns on a signal, after so many seconds, or at the end of the show.
-    fn wait(&self, seconds: Option<f64>, machine: &Machine) -> Outcome {
+    /// A signal that has come already.
+    fn pending(&self) -> Option<Signal> {
+        self.0.try_recv().ok()
+    }
+
+    /// Returns on a signal, after so many seconds, or when it is over.
+    fn wait(&self, seconds: Option<f64>, is_over: impl Fn() -> bool) -> Outcome {
         let started = Instant::now();
         let limit =
             seconds.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
@@ -255,7 +274,7 @@ impl Stop {
             let left = limit.map(|limit| limit.saturating_sub(started.elapsed()));
             let wait = left.map_or(LOOK_EVERY, |left| left.min(LOOK_EVERY));
             let signalled = self.0.recv_timeout(wait) != Err(RecvTimeoutError::Timeout);
-            if signalled || left.is_some_and(|left| left.is_zero()) || machine.has_ended() {
+            if signalled || left.is_some_and(|left| left.is_zero()) || is_over() {
                 return Outcome::Done;
             }
         }

@@ -72,7 +72,9 @@ fn with_a_program(arguments: &[&str], script: &str) -> Ended {
 }
 
 #[test]
-fn the_exit_code_is_the_programs() {
+fn the_exit_code_is_the_programs_and_a_killed_one_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let socket = folder.path().join("amg.sock");
     for via in ways("the exit code of a program") {
         for (script, code) in [
             ("exit 0", 0),
@@ -80,12 +82,16 @@ fn the_exit_code_is_the_programs() {
             ("kill -KILL $$", 137),
             ("kill -TERM $$", 143),
         ] {
-            let ended = with_a_program(&["--constant", "21", "--via", via], script);
+            let arguments = ["--constant", "21", "--via", via];
+            let ended = with_a_program(&arguments, script);
             assert_eq!(ended.code, code, "{script}: {ended:?}");
             assert!(
                 ended.stderr.contains("sh never opened /dev/i2c-1"),
                 "{ended:?}"
             );
+            let served = [&arguments[..], &["--socket", socket.to_str().unwrap()]].concat();
+            assert_eq!(with_a_program(&served, script).code, code, "{script}");
+            assert!(!socket.exists(), "{via}: {script}");
         }
     }
 }

@@ -85,6 +85,28 @@ fn a_script_counts_its_time_from_the_first_transfer() {
 }
 
 #[test]
+fn a_script_begins_on_every_bus_at_once_and_on_the_one_that_it_names() {
+    let folder = tempfile::tempdir().unwrap();
+    for (bus, expected) in [("", [0, 0]), ("bus = 3\n", [84, 0]), ("bus = 1\n", [0, 84])] {
+        let text = format!("[[fault]]\nkind = \"all-zero\"\n{bus}");
+        let script = file(folder.path(), "faults.toml", &text);
+        let server = Server::start(&[
+            "--constant",
+            "21",
+            "--sensor",
+            "a=1:0x69",
+            "--sensor",
+            "b=3:0x69",
+            "--faults",
+            &script,
+        ]);
+        let (mut one, mut three) = (server.client(1), server.client(3));
+        let seen = [pixels(&mut one, 0x69)[0], pixels(&mut three, 0x69)[0]];
+        assert_eq!(seen, expected, "{bus}");
+    }
+}
+
+#[test]
 fn what_the_sensor_refuses_is_counted() {
     let server = Server::start(&["--constant", "21"]);
     let mut client = server.client(1);
