@@ -171,10 +171,11 @@ impl<S: FrameSource> Device<S> {
         if self.options.thermistor_update == ThermistorUpdate::EveryTick {
             self.measure_thermistor(now);
         }
-        self.tear_now(now);
+        if self.tear.is_some() {
+            return self.read_torn(now);
+        }
         let register = self.step();
-        self.read_torn(register)
-            .unwrap_or_else(|| self.registers.read(register, &self.options))
+        self.registers.read(register, &self.options)
     }
 
     /// STOP: what fell due since START comes into the registers now. The pointer stays.
@@ -480,13 +481,19 @@ impl<S: FrameSource> Device<S> {
         self.note_edge(now);
     }
 
-    /// Registers that do not stand still, from START on.
-    fn tear_now(&mut self, now: Duration) {
+    /// A byte of registers that do not stand still.
+    #[cold]
+    fn read_torn(&mut self, now: Duration) -> u8 {
+        let frames = self.frames;
         if self.tear == Some(None) {
-            let frames = self.frames;
             self.catch_up(now);
-            self.tore |= self.frames != frames;
         }
+        self.tore |= self.frames != frames;
+        let register = self.step();
+        let pixel = self.tear.flatten();
+        let older = pixel.and_then(|pixel| self.registers.read_previous(register, pixel));
+        self.tore |= older.is_some();
+        older.unwrap_or_else(|| self.registers.read(register, &self.options))
     }
 }
 
@@ -545,13 +552,6 @@ impl<S> Device<S> {
     /// A byte that a fault keeps from being acknowledged.
     pub(crate) fn refuse_byte(&mut self) -> Ack {
         self.nack()
-    }
-
-    fn read_torn(&mut self, register: u8) -> Option<u8> {
-        let pixel = self.tear??;
-        let byte = self.registers.read_previous(register, pixel)?;
-        self.tore = true;
-        Some(byte)
     }
 
     fn clock_error_ppm(&self) -> i32 {

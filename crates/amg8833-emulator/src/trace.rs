@@ -160,6 +160,7 @@ mod log {
             self.observer.is_some()
         }
 
+        #[inline]
         pub(crate) fn is_on(&self) -> bool {
             self.observer.is_some() || self.kept.is_some()
         }
@@ -204,6 +205,7 @@ mod log {
             }
         }
 
+        #[inline]
         pub(crate) fn byte(&mut self, byte: u8) {
             if self.begun.is_some() {
                 self.bytes.push(byte);
