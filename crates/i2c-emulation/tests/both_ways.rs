@@ -24,7 +24,7 @@ macro_rules! by_both_ways {
         mod by_fuse {
             $(#[test]
             fn $name() {
-                if crate::common::fuse_works() {
+                if crate::common::fuse_works() && crate::common::python_works() {
                     crate::$name(crate::Via::Fuse);
                 }
             })*
@@ -33,7 +33,9 @@ macro_rules! by_both_ways {
         mod by_preload {
             $(#[test]
             fn $name() {
-                crate::$name(crate::Via::Preload);
+                if crate::common::python_works() {
+                    crate::$name(crate::Via::Preload);
+                }
             })*
         }
     };

@@ -15,7 +15,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 use common::{
-    Bench, RegisterFile, assert_nothing_left, fuse_works, left_out, processes, wait_until,
+    Bench, RegisterFile, assert_nothing_left, fuse_works, left_out, processes, python_works,
+    wait_until,
 };
 use i2c_emulation::adapter::HalAdapter;
 use i2c_emulation::ioctl::AdapterMode;
@@ -183,6 +184,9 @@ fn ways() -> impl Iterator<Item = Via> {
 
 #[test]
 fn a_killed_emulator_takes_its_program_with_it() {
+    if !python_works() {
+        return;
+    }
     for via in ways() {
         let mut emulator = Emulator::start(via, &format!("{READS}{WAITS}"));
         emulator.expect("program: reading");
@@ -196,6 +200,9 @@ fn a_killed_emulator_takes_its_program_with_it() {
 /// call that was under way by FUSE has ended with ECONNABORTED (103).
 #[test]
 fn a_program_that_outlives_its_emulator_finds_a_dead_bus() {
+    if !python_works() {
+        return;
+    }
     for via in ways() {
         let script = format!(
             "{READS}signal.signal(signal.SIGTERM, on_signal)\n\
@@ -224,6 +231,9 @@ fn a_program_that_outlives_its_emulator_finds_a_dead_bus() {
 
 #[test]
 fn signals_to_the_emulator_are_the_programs() {
+    if !python_works() {
+        return;
+    }
     for via in ways() {
         for (name, number) in [("TERM", 15), ("INT", 2), ("HUP", 1), ("QUIT", 3)] {
             let script = format!(
@@ -245,6 +255,9 @@ fn signals_to_the_emulator_are_the_programs() {
 
 #[test]
 fn a_signal_that_ends_the_program_is_handed_back() {
+    if !python_works() {
+        return;
+    }
     for via in ways() {
         let mut emulator = Emulator::start(via, &format!("{READS}{WAITS}"));
         emulator.expect("program: reading");
@@ -261,6 +274,9 @@ fn a_signal_that_ends_the_program_is_handed_back() {
 /// A terminal signals the emulator and the program alike; the program must get it once, and decide.
 #[test]
 fn control_c_reaches_the_program_once() {
+    if !python_works() {
+        return;
+    }
     const TERMINAL: &str = "import os, pty, sys\n\
         pid, terminal = pty.fork()\n\
         if pid == 0: os.execv(sys.argv[1], sys.argv[1:])\n\
@@ -307,6 +323,9 @@ fn control_c_reaches_the_program_once() {
 /// What nohup and shells have told the emulator to ignore, the program ignores as well, as without an emulator.
 #[test]
 fn an_ignored_signal_stays_ignored() {
+    if !python_works() {
+        return;
+    }
     for via in ways() {
         let script = format!(
             "{READS}print('\\nprogram: ignores', signal.getsignal(signal.SIGHUP) == signal.SIG_IGN, flush=True)\n{WAITS}"
@@ -334,6 +353,9 @@ fn an_ignored_signal_stays_ignored() {
 /// Without root the program's own process makes its namespaces, which must not cost it the signal.
 #[test]
 fn a_killed_emulator_without_root_takes_its_program_with_it() {
+    if !python_works() {
+        return;
+    }
     const NOBODY: u32 = 65534;
     if !fuse_works() {
         return;

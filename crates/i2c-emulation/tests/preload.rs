@@ -14,7 +14,7 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{Bench, RegisterFile, fuse_works, left_out};
+use common::{Bench, RegisterFile, fuse_works, left_out, python_works};
 use i2c_emulation::adapter::HalAdapter;
 use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::preload::{self, OPEN_FILES_MAX};
@@ -225,6 +225,9 @@ fn more_buses_than_the_library_knows_are_refused() {
 /// The attributes are those of a real /dev/i2c-N: a character device with the major number 89 (devices.txt of Linux).
 #[test]
 fn the_path_is_there_for_every_way_of_looking() {
+    if !python_works() {
+        return;
+    }
     let bench = bench();
     let said = bench.python(
         "import stat, pathlib, subprocess\n\
@@ -253,6 +256,9 @@ fn the_path_is_there_for_every_way_of_looking() {
 
 #[test]
 fn opening_obeys_its_flags() {
+    if !python_works() {
+        return;
+    }
     let said = bench().python(
         "def tried(what, *arguments):\n\
          \x20   try: return what(*arguments)\n\
@@ -281,6 +287,9 @@ fn opening_obeys_its_flags() {
 /// fork, dup and exec share the open file, as they do in the kernel: the address that one sets is the other's.
 #[test]
 fn forked_duplicated_and_started_programs_share_one_chip_and_one_open_file() {
+    if !python_works() {
+        return;
+    }
     let said = bench().python(
         "import subprocess, sys\n\
          fcntl.ioctl(f, 0x0703, 0x69)\n\
@@ -311,6 +320,9 @@ fn forked_duplicated_and_started_programs_share_one_chip_and_one_open_file() {
 
 #[test]
 fn sixteen_threads_and_forks_among_them_never_mingle() {
+    if !python_works() {
+        return;
+    }
     let bench = bench();
     let said = bench.python(
         "import threading\n\
@@ -339,6 +351,9 @@ fn sixteen_threads_and_forks_among_them_never_mingle() {
 /// A daemon that closes all descriptors takes the library's own with them; what it opens there must stay untouched.
 #[test]
 fn descriptors_that_are_closed_behind_the_library_are_not_mistaken() {
+    if !python_works() {
+        return;
+    }
     let said = bench().python(
         "libc = ctypes.CDLL(None)\n\
          fcntl.ioctl(f, 0x0703, 0x69)\n\
@@ -361,6 +376,9 @@ fn descriptors_that_are_closed_behind_the_library_are_not_mistaken() {
 
 #[test]
 fn one_open_file_too_many_is_enfile_until_one_is_closed() {
+    if !python_works() {
+        return;
+    }
     let said = bench().python(&format!(
         "import resource\n\
          resource.setrlimit(resource.RLIMIT_NOFILE, (2000, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))\n\
@@ -381,6 +399,9 @@ fn one_open_file_too_many_is_enfile_until_one_is_closed() {
 /// What does not fit into a request is asked for; without anything sent along, everything is.
 #[test]
 fn memory_that_was_not_sent_along_is_fetched() {
+    if !python_works() {
+        return;
+    }
     for prefetch in ["1", "0"] {
         let bench = bench();
         let script = bench.script(
@@ -404,6 +425,9 @@ fn memory_that_was_not_sent_along_is_fetched() {
 
 #[test]
 fn two_buses_are_there_at_once_by_both_ways() {
+    if !python_works() {
+        return;
+    }
     for via in [Via::Fuse, Via::Preload] {
         if via == Via::Fuse && !fuse_works() {
             continue;

@@ -252,3 +252,16 @@ pub(crate) fn i2c_tools() -> Option<PathBuf> {
     }
     found
 }
+
+/// Whether there is a Python; a lack of it is excused together with that of i2c-tools.
+pub(crate) fn python_works() -> bool {
+    let found = Command::new("python3").arg("--version").output().is_ok();
+    if !found {
+        assert!(
+            excused("GRIDEYE_WITHOUT_I2C_TOOLS"),
+            "python3 is missing: apt-get install python3, or set GRIDEYE_WITHOUT_I2C_TOOLS=1 to leave this test out"
+        );
+        left_out("a test with Python");
+    }
+    found
+}
