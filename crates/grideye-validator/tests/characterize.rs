@@ -260,6 +260,39 @@ fn people_who_walk_through_are_no_noise() {
     assert!((0.95..1.1).contains(&ratio), "{ratio}");
 }
 
+/// Read twice as often as it measures, the sensor still has its cycle of five frames of its own.
+#[test]
+fn a_sensor_that_is_read_twice_a_frame_is_found_at_its_own_rate() {
+    let mut noise = Noise(5);
+    let mut frames = Vec::new();
+    for number in 0..600 {
+        let mut frame = noise.frame();
+        if number % 5 == 0 {
+            frame.pixels.iter_mut().for_each(|pixel| pixel.0 -= 2);
+        }
+        frames.extend([frame, frame]);
+    }
+    let records = (0..).zip(frames).map(|(seq, frame)| {
+        let mut record = record(seq, frame);
+        record.stamp.t_boot_ns /= 2;
+        record.stamp.t_utc_ns /= 2;
+        record
+    });
+    let found = characterize(records).unwrap();
+    assert!((found.timing.rate_hz - 20.0).abs() < 1e-6);
+    assert!((found.faults.duplicate_share() - 0.5).abs() < 0.001);
+    let cycle = found.common_mode.unwrap().cycle.unwrap();
+    assert!(
+        (cycle.frames - 5.0).abs() < 0.02 && (cycle.depth_c - 0.5).abs() < 0.03,
+        "{cycle:?}"
+    );
+    assert!(
+        (found.sensor_hz().unwrap() - 10.0).abs() < 0.05,
+        "{:?}",
+        found.sensor_hz()
+    );
+}
+
 #[test]
 fn too_little_or_out_of_order_is_an_error() {
     let mut noise = Noise(2);
