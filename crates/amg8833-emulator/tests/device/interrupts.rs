@@ -331,7 +331,13 @@ fn the_thermistor_in_both_readings() {
             thermistor_update,
             ..Options::default()
         };
-        let mut rig = Rig::with(t_and_p, options);
+        let asked = std::rc::Rc::new(RefCell::new(Vec::new()));
+        let log = std::rc::Rc::clone(&asked);
+        let source = move |t: Duration| {
+            log.borrow_mut().push(t.as_millis());
+            t_and_p(t)
+        };
+        let mut rig = Rig::with(source, options);
         rig.set(150);
         let device = rig.device();
         let thermistor = |device: &mut amg8833_emulator::Device<Source>, now| {
@@ -350,7 +356,8 @@ fn the_thermistor_in_both_readings() {
         assert_eq!(late, in_transaction[1], "once in each transaction");
         device.stop(ms(380));
         assert_eq!(rig.word(), 3);
-        assert_eq!(rig.frames(), 3, "each tick was asked for once");
+        assert_eq!(rig.frames(), 3);
+        assert_eq!(*asked.borrow(), [100, 200, 300], "each tick once");
 
         let mut rig = Rig::with(t_and_p, options);
         rig.write(&ONE_FPS);
