@@ -34,7 +34,8 @@ const READS: &str = "import os, sys, fcntl, signal, time\n\
     \x20   print('\\nprogram: signal', number, flush=True)\n\
     f = os.open(DEVICE, os.O_RDWR)\n\
     fcntl.ioctl(f, 0x0703, 0x69)\n\
-    os.read(f, 1)\n";
+    os.read(f, 1)\n\
+    print('\\nsocket:' + os.environ.get('I2C_EMULATION_PRELOAD', '').split(':')[0], flush=True)\n";
 
 const WAITS: &str = "print('\\nprogram: reading', flush=True)\nwhile True: time.sleep(0.01)\n";
 
@@ -44,6 +45,8 @@ struct Emulator {
     lines: Lines<BufReader<ChildStdout>>,
     number: u32,
     device: PathBuf,
+    /// The name of its socket, once the program has told it; by FUSE there is none.
+    socket: String,
 }
 
 impl Emulator {
@@ -64,15 +67,20 @@ impl Emulator {
             lines,
             number,
             device,
+            socket: String::new(),
         }
     }
 
     /// What the program or the helper says next; `None` when all who could have ended.
     fn next(&mut self) -> Option<String> {
-        self.lines
-            .by_ref()
-            .map(Result::unwrap)
-            .find(|line| line.starts_with("program:") || line.starts_with("helper:"))
+        for line in self.lines.by_ref().map(Result::unwrap) {
+            if let Some(name) = line.strip_prefix("socket:") {
+                name.clone_into(&mut self.socket);
+            } else if line.starts_with("program:") || line.starts_with("helper:") {
+                return Some(line);
+            }
+        }
+        None
     }
 
     fn expect(&mut self, line: &str) {
@@ -101,14 +109,10 @@ impl Emulator {
         });
         assert_nothing_left(&self.device);
         let sockets = fs::read_to_string("/proc/net/unix").unwrap();
-        let of_emulators: Vec<&str> = sockets
-            .lines()
-            .filter(|line| line.contains("@i2c-emulation-"))
-            .collect();
-        let alive = processes_with(ROLE_ARGUMENT).len();
         assert!(
-            of_emulators.is_empty() || alive > 0,
-            "sockets without an emulator: {of_emulators:?}"
+            self.socket.is_empty() || !sockets.contains(&self.socket),
+            "the socket {} was left behind",
+            self.socket
         );
         let number = self.number.to_string();
         for folder in ["/tmp", "/dev/shm", "/run", "/var/tmp"] {
