@@ -112,7 +112,14 @@ impl<S: io::Read + io::Write> Client<S> {
         let mut header = [0; 48];
         self.0.read_exact(&mut header).unwrap();
         let word = |at: usize| u32::from_be_bytes(header[at..at + 4].try_into().unwrap());
-        let mut data = vec![0; if expects_data { word(24) as usize } else { 0 }];
+        let mut data = vec![
+            0;
+            if expects_data {
+                word(24).try_into().unwrap()
+            } else {
+                0
+            }
+        ];
         self.0.read_exact(&mut data).unwrap();
         Reply {
             command: word(0),
@@ -492,7 +499,7 @@ fn almost_a_transfer() -> impl Strategy<Value = Vec<u8>> {
                 let mut bytes = submit_bytes(3, direction, 0, told, setup);
                 bytes[3] = u8::try_from(command).unwrap();
                 if direction != IN && command == 1 {
-                    bytes.resize(bytes.len() + told as usize, 0x55);
+                    bytes.resize(bytes.len() + usize::try_from(told).unwrap(), 0x55);
                 }
                 bytes
             },
@@ -528,7 +535,7 @@ proptest! {
             let asked = in_order.next().unwrap();
             let sends = asked[3] == 1 && asked[15] == 1;
             let actual = u32::from_be_bytes(answered[24..28].try_into().unwrap());
-            let data = if sends { actual as usize } else { 0 };
+            let data = if sends { usize::try_from(actual).unwrap() } else { 0 };
             answered = &answered[48 + data..];
             answers += 1;
         }
