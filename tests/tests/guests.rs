@@ -40,7 +40,7 @@ impl Serving {
     }
 
     /// This machine, as the guest sees it.
-    fn from_the_guest(&self) -> String {
+    fn seen_from_the_guest(&self) -> String {
         self.address.replace("127.0.0.1", "10.0.2.2")
     }
 }
@@ -272,7 +272,7 @@ fn a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus() {
     let said = Said::boot(
         "amd64",
         &programs,
-        &[("GUEST_COLLECTOR", collector.from_the_guest())],
+        &[("GUEST_COLLECTOR", collector.seen_from_the_guest())],
     );
     assert!(said.one("up").contains("x86_64"));
     assert_eq!(
@@ -308,8 +308,8 @@ fn an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry
         Serving::start(grideye().args(["emulate", "--scene", SCENE, "--usbip", "127.0.0.1:0"]));
     let agent = folder_of(script("cross").arg("aarch64")).join("grideye-agent");
     let variables = [
-        ("GUEST_COLLECTOR", collector.from_the_guest()),
-        ("GUEST_SERVER", emulator.from_the_guest()),
+        ("GUEST_COLLECTOR", collector.seen_from_the_guest()),
+        ("GUEST_SERVER", emulator.seen_from_the_guest()),
     ];
     let said = Said::boot("arm64", &[agent], &variables);
     assert!(said.one("up").contains("aarch64"));
