@@ -17,6 +17,7 @@ fn nothing_panics_and_a_power_cycle_leaves_nothing() {
         "{outcome:?}"
     );
     assert!(outcome.frames > 100_000, "{outcome:?}");
+    assert!(outcome.rules > 200, "{outcome:?}");
 }
 
 #[test]

@@ -1,8 +1,9 @@
-//! Random transactions, faults, options and jumps of time against emulated sensors; after each life of a sensor, a power
+//! Random transactions, faults, fault scripts, options and jumps of time against emulated sensors; after each life of a sensor, a power
 //! cycle has to leave nothing of it.
 
 use crate::any_options::{any_options, power_on_image};
 use crate::random::Random;
+use amg8833_emulator::script::{Lasting, Rule, Script, When};
 use amg8833_emulator::{
     Address, Bus, Chance, Clock, Fault, FaultKind, ManualClock, Options, PastTheEnd,
 };
@@ -23,6 +24,8 @@ pub(crate) struct Outcome {
     pub(crate) frames: u64,
     pub(crate) lives: u64,
     pub(crate) fault_calls: u64,
+    /// Rules of fault scripts that were handed in.
+    pub(crate) rules: u64,
     /// Faults that struck.
     pub(crate) faults: u64,
     /// Emulated time.
@@ -81,6 +84,13 @@ fn live(random: &mut Random, options: Options, outcome: &mut Outcome) {
         bus.plug(Address::Low, WILD, Options::default());
     }
     bus.set_seed(random.next());
+    if random.below(2) == 0 {
+        let rules: Vec<Rule> = (0..random.below(5))
+            .filter_map(|_| any_rule(random))
+            .collect();
+        outcome.rules += u64::try_from(rules.len()).unwrap();
+        bus.set_script(Script::new(random.next(), rules).unwrap());
+    }
     for _ in 0..LIFE {
         match random.below(16) {
             0 => break_or_mend(random, &mut bus, outcome),
@@ -203,6 +213,45 @@ fn fault(random: &mut Random) -> Fault {
     }
 }
 
+fn any_time(random: &mut Random) -> Duration {
+    match random.below(16) {
+        0 => Duration::MAX,
+        1 => Duration::from_nanos(random.next()),
+        _ => Duration::from_millis(random.below(120_000)),
+    }
+}
+
+/// `None` where a script refuses such a rule.
+fn any_rule(random: &mut Random) -> Option<Rule> {
+    let rule = Rule {
+        when: match random.below(5) {
+            0 => When::Always,
+            1 => When::At(any_time(random)),
+            2 => When::Between {
+                from: any_time(random),
+                until: (random.below(2) == 0).then(|| any_time(random)),
+            },
+            3 => When::Every {
+                period: Duration::from_micros(random.below(10_000_000)),
+                from: any_time(random),
+                until: (random.below(2) == 0).then(|| any_time(random)),
+            },
+            _ => When::Frame(random.below(1_000)),
+        },
+        lasting: match random.below(4) {
+            0 => Lasting::ToTheEnd,
+            1 => Lasting::For(any_time(random)),
+            2 => Lasting::Frames(any_byte(random).into()),
+            _ => Lasting::Times(any_byte(random).into()),
+        },
+        chance: Chance::new(f64::from(any_byte(random)) / 255.0).unwrap(),
+        address: Address::from_bits(0x67 + any_byte(random) % 4),
+        bus: (random.below(8) == 0).then_some(1),
+        ..Rule::new(fault(random))
+    };
+    Script::new(0, vec![rule]).is_ok().then_some(rule)
+}
+
 fn break_or_mend(random: &mut Random, bus: &mut Bus<ManualClock, Source>, outcome: &mut Outcome) {
     outcome.fault_calls += 1;
     let chance = match random.below(3) {
@@ -239,6 +288,7 @@ fn look(random: &mut Random, bus: &mut Bus<ManualClock, Source>) {
 
 /// After a power cycle the sensor is as it was when it was made: pointer, all registers, and what it does from then on.
 fn end(mut bus: Bus<ManualClock, Source>) {
+    bus.clear_script();
     bus.clear_fault(Address::High);
     bus.clear_bus_faults();
     let start = bus.clock().now();
