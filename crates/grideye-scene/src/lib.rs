@@ -13,6 +13,7 @@
 //! | [`Scene`], [`Sensor`], [`Pose`] | the file and its geometry | `scenes/README.md` |
 //! | [`perceived`] | what a surface looks like from a distance | PeerJ CS 11:e3124, "Perceived temperature calculation" |
 //! | [`resample`] | sampling grid to pixels, as MATLAB's `imresize` does | the same, "Interpolation" |
+//! | [`drawing`] | the view of the environment | the same, Figures 3, 11, 12, 14, 24 |
 //! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
 //!
 //! The library opens no file, reads no clock and owns no randomness: a scene asks for its trajectories through
@@ -67,6 +68,7 @@ mod check;
 mod count;
 mod cuboid;
 mod document;
+pub mod drawing;
 mod error;
 mod files;
 mod noise;

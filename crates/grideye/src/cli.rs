@@ -61,9 +61,9 @@ pub(crate) struct Demo {
     pub(crate) seed: u64,
 }
 
-/// Simulate what a sensor of a scene measures.
+/// Simulate what a sensor of a scene measures, and draw the room.
 ///
-/// Example: grideye simulate scenes/experiment-3.toml --out walk.csv
+/// Example: grideye simulate scenes/experiment-3.toml --out walk.gif --view room.svg
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
     /// Scene file.
@@ -77,9 +77,25 @@ pub(crate) struct Simulate {
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Recording to write (.csv); without it, the first frame is printed.
+    /// The paper's grid of sampling points, or the exact area of what is seen in each pixel.
+    #[arg(long, value_enum, default_value_t = Method::Grid)]
+    pub(crate) method: Method,
+    /// Frames to write: .csv (a recording if the sensor has 8 x 8 pixels, else a table), .npz (numpy), .png (contact
+    /// sheet), .gif (film); without it, the first frame is printed.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    /// Drawing of the room to write (.svg), in perspective and from above.
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) view: Option<PathBuf>,
+}
+
+/// How a simulated frame is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Method {
+    /// Rays through a grid of points, resampled to the sensor's pixels.
+    Grid,
+    /// The integral over each pixel's response, without a grid.
+    Area,
 }
 
 /// Serve agents and the live page, and store what arrives.

@@ -19,6 +19,7 @@ mod convert;
 mod demo;
 mod emulate;
 mod exit;
+mod export;
 mod files;
 mod paced_clock;
 mod progress;

@@ -1,33 +1,38 @@
-//! `grideye simulate`: what a sensor of a scene measures.
+//! `grideye simulate`: what a sensor of a scene measures, and what the room looks like.
 
-use crate::cli::Simulate;
+use crate::cli::{Method, Simulate};
 use crate::exit::{Outcome, bad_input};
+use crate::export::{self, Film};
 use crate::{files, progress};
-use amg8833::word;
 use anyhow::{Context as _, Result, anyhow};
-use grideye_frame::{Celsius, PIXELS, PixelWord, RawFrame, Reading};
-use grideye_recording::csv::Writer;
-use grideye_recording::{ClockState, Record, Row, Stamp, StreamId};
-use grideye_scene::{Image, Scene, Simulator};
+use grideye_scene::drawing::{self, Drawing};
+use grideye_scene::{Image, Scene, Sensor, Simulator};
+use std::io::Write as _;
 use std::path::Path;
 use std::time::Duration;
 
 /// Frames of a scene in which nothing moves: as many as the paper's static protocol takes.
 const STATIC_FRAMES: u32 = 10;
 
-/// Writes the simulated frames as a recording, or prints the first.
+/// Writes the simulated frames and the view of the room; asked for neither, it prints the first frame.
 pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
     let scene = files::load_scene(Some(&options.scene))?.scene;
+    if let Some(view) = &options.view {
+        check_extension(view, "svg")?;
+        draw(options, &scene, view)?;
+        if options.out.is_none() {
+            return Ok(Outcome::Done);
+        }
+    }
     let name = files::sensor_name(&scene, options.sensor.as_deref())?;
-    let simulator = files::simulator(&scene, Some(&name))?;
-    let sensor = scene.sensor(&name)?;
-    let frames = options.frames.unwrap_or_else(|| match scene.is_static() {
-        true => STATIC_FRAMES,
-        false => u32::try_from(scene.frame_count(sensor)).unwrap_or(u32::MAX),
-    });
-    let times = (0..frames).map(|index| sensor.frame_time(index));
+    let simulator = match options.method {
+        Method::Grid => Simulator::new(&scene, &name),
+        Method::Area => Simulator::without_grid(&scene, &name),
+    }
+    .map_err(bad_input)?;
+    let sensor = simulator.sensor();
     match &options.out {
-        Some(out) => write(options, &scene, &simulator, &name, out, times)?,
+        Some(out) => write(options, &scene, &simulator, sensor, out)?,
         None => print(&simulator.noisy(Duration::ZERO, options.seed)),
     }
     Ok(Outcome::Done)
@@ -46,66 +51,67 @@ fn write(
     options: &Simulate,
     scene: &Scene,
     simulator: &Simulator,
-    sensor: &str,
+    sensor: &Sensor,
     out: &Path,
-    times: impl ExactSizeIterator<Item = Duration>,
 ) -> Result<()> {
-    if out.extension().is_none_or(|extension| extension != "csv") {
-        return Err(bad_input(anyhow!(
-            "cannot tell what to write from the name {}\nhint: end it with .csv",
-            out.display()
-        )));
-    }
-    let stream = StreamId {
-        device: "simulator".to_owned(),
-        sensor: sensor.to_owned(),
-        boot: format!("seed-{}", options.seed),
+    let frames = options.frames.unwrap_or_else(|| match scene.is_static() {
+        true => STATIC_FRAMES,
+        false => u32::try_from(scene.frame_count(sensor)).unwrap_or(u32::MAX),
+    });
+    let film = Film {
+        scene: name_of(&options.scene),
+        sensor: &sensor.name,
+        seed: options.seed,
+        columns: sensor.columns,
+        rows: sensor.rows,
+        frames,
+        sampling_hz: sensor.sampling_hz,
+        ambient: scene.ambient(),
+        frame: &|index| {
+            let time = sensor.frame_time(index);
+            (time, simulator.noisy(time, options.seed))
+        },
     };
-    let count = times.len();
-    let bar = progress::bar(u64::try_from(count).unwrap_or(u64::MAX), "simulating");
-    files::write_whole(out, |file| {
-        let mut writer = Writer::new(file)?;
-        for (seq, time) in (0..).zip(times) {
-            let image = simulator.noisy(time, options.seed);
-            let record = record(seq, time, &image, scene.ambient())?;
-            writer.write(&Row {
-                stream: stream.clone(),
-                record,
-                t_arrival_ns: None,
-            })?;
-            bar.inc(1);
-        }
-        writer.finish()?;
-        Ok(())
+    export::write(&film, out)
+}
+
+/// The room as the paper shows it.
+fn draw(options: &Simulate, scene: &Scene, view: &Path) -> Result<()> {
+    let sampled_by = match &options.sensor {
+        Some(name) => Some(scene.sensor(name).map_err(bad_input)?),
+        None => None,
+    };
+    let title = name_of(&options.scene);
+    let svg = drawing::svg(
+        scene,
+        &Drawing {
+            sampled_by,
+            ..Drawing::new(&title)
+        },
+    );
+    files::write_whole(view, |file| {
+        file.write_all(svg.as_bytes())
+            .context("the drawing of the room")
     })?;
-    bar.finish_and_clear();
-    progress::say(&format!("wrote {count} frames to {}", out.display()));
+    progress::say(&format!("wrote the view of the room to {}", view.display()));
     Ok(())
 }
 
-/// A simulated image as the sensor would have reported it: in its own steps. Simulated frames have no wall clock.
-fn record(seq: u64, time: Duration, image: &Image, thermistor: Celsius) -> Result<Record> {
-    let frame = image.to_frame(thermistor).ok_or_else(|| {
-        bad_input(anyhow!(
-            "the sensor has {} x {} pixels, and a recording holds 8 x 8\nhint: leave --out away to print the frame",
-            image.columns,
-            image.rows
-        ))
-    })?;
-    let mut raw = RawFrame {
-        thermistor: word::thermistor_word(frame.thermistor).context("the room's temperature")?,
-        pixels: [PixelWord::default(); PIXELS],
-    };
-    for (word, celsius) in raw.pixels.iter_mut().zip(frame.pixels) {
-        *word = word::pixel_word(celsius).context("a simulated pixel")?;
+fn name_of(scene: &Path) -> String {
+    scene
+        .file_stem()
+        .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+fn check_extension(path: &Path, wanted: &str) -> Result<()> {
+    if path
+        .extension()
+        .is_some_and(|extension| extension == wanted)
+    {
+        return Ok(());
     }
-    Ok(Record {
-        seq,
-        stamp: Stamp {
-            t_boot_ns: u64::try_from(time.as_nanos()).unwrap_or(u64::MAX),
-            t_utc_ns: 0,
-            clock: ClockState::Unsynced,
-        },
-        reading: Reading::Frame(raw),
-    })
+    Err(bad_input(anyhow!(
+        "cannot tell what to write from the name {}\nhint: end it with .{wanted}",
+        path.display()
+    )))
 }

@@ -13,7 +13,9 @@
 )]
 
 mod area;
+mod drawing;
 mod invariants;
+mod motion;
 mod peer;
 mod refusals;
 mod shapes;

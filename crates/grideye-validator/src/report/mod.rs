@@ -3,7 +3,7 @@
 mod graph;
 mod html;
 mod json;
-mod palette;
+pub mod palette;
 mod picture;
 
 pub use html::html;

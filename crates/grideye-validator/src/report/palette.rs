@@ -1,11 +1,11 @@
 //! Colours: inferno for temperatures, blue to red for differences.
 
 /// A colour as red, green and blue of 0 to 255.
-pub(crate) type Rgb = [u8; 3];
+pub type Rgb = [u8; 3];
 
 /// Every seventeenth colour of matplotlib's inferno (Smith and van der Walt, CC0); between them it is straight to
 /// within 7 of 255.
-pub(crate) const INFERNO: [Rgb; 16] = [
+pub const INFERNO: [Rgb; 16] = [
     [0, 0, 4],
     [12, 8, 38],
     [36, 12, 79],
@@ -28,7 +28,8 @@ pub(crate) const INFERNO: [Rgb; 16] = [
 pub(crate) const DIFFERENCE: [Rgb; 3] = [[33, 102, 172], [247, 247, 247], [178, 24, 43]];
 
 /// The colour at a place of 0 to 1 on a row of colours; places beyond are held at the ends.
-pub(crate) fn colour(stops: &[Rgb], place: f64) -> Rgb {
+#[must_use]
+pub fn colour(stops: &[Rgb], place: f64) -> Rgb {
     let last = stops.len().saturating_sub(1);
     let position = place.clamp(0.0, 1.0) * crate::metrics::count(last);
     let below = (0..last)
@@ -41,7 +42,8 @@ pub(crate) fn colour(stops: &[Rgb], place: f64) -> Rgb {
 }
 
 /// Whether black text is read better than white on a colour (relative luminance, WCAG 2.2).
-pub(crate) fn wants_black_text(colour: Rgb) -> bool {
+#[must_use]
+pub fn wants_black_text(colour: Rgb) -> bool {
     let linear = colour.map(|channel| (f64::from(channel) / 255.0).powf(2.2));
     0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] > 0.18
 }

@@ -1,0 +1,196 @@
+//! From the room to the page, in perspective or straight down.
+
+use super::painter::Plane;
+use glam::{DVec2, DVec3};
+
+/// A rectangle of the page.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Panel {
+    pub(super) left: f64,
+    pub(super) top: f64,
+    pub(super) width: f64,
+    pub(super) height: f64,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Camera {
+    eye_m: Option<DVec3>,
+    target_m: DVec3,
+    /// To the right and up on the page, and from the page to the eye.
+    right: DVec3,
+    up: DVec3,
+    towards_eye: DVec3,
+    scale: f64,
+    offset: DVec2,
+}
+
+impl Camera {
+    /// From the front left, above, as the paper's figures are.
+    pub(super) fn perspective(bounds_m: (DVec3, DVec3), panel: &Panel) -> Self {
+        let (sin_turn, cos_turn) = libm::sincos(TURN_RAD);
+        let (sin_rise, cos_rise) = libm::sincos(RISE_RAD);
+        let towards_eye = DVec3::new(-sin_turn * cos_rise, -cos_turn * cos_rise, sin_rise);
+        let right = DVec3::new(cos_turn, -sin_turn, 0.0);
+        let target_m = 0.5 * (bounds_m.0 + bounds_m.1);
+        let away_m = AWAY * bounds_m.0.distance(bounds_m.1);
+        Self {
+            eye_m: Some(target_m + away_m * towards_eye),
+            target_m,
+            right,
+            up: towards_eye.cross(right),
+            towards_eye,
+            scale: 1.0,
+            offset: DVec2::ZERO,
+        }
+        .fitted(bounds_m, panel)
+    }
+
+    /// As a map: right is right, back is up.
+    pub(super) fn from_above(bounds_m: (DVec3, DVec3), panel: &Panel) -> Self {
+        Self {
+            eye_m: None,
+            target_m: 0.5 * (bounds_m.0 + bounds_m.1),
+            right: DVec3::X,
+            up: DVec3::Y,
+            towards_eye: DVec3::Z,
+            scale: 1.0,
+            offset: DVec2::ZERO,
+        }
+        .fitted(bounds_m, panel)
+    }
+
+    /// A point's place on the page.
+    pub(super) fn project(&self, point_m: DVec3) -> DVec2 {
+        let from_target_m = point_m - self.target_m;
+        let shrink = self.eye_m.map_or(1.0, |eye_m| {
+            let away_m = eye_m.distance(self.target_m);
+            away_m / (away_m - from_target_m.dot(self.towards_eye))
+        });
+        let across = from_target_m.dot(self.right) * shrink;
+        let down = -from_target_m.dot(self.up) * shrink;
+        self.offset + self.scale * DVec2::new(across, down)
+    }
+
+    /// Above 0 if the eye is on the side of the plane that its normal points to.
+    pub(super) fn side_of(&self, plane: &Plane) -> f64 {
+        self.eye_m.map_or_else(
+            || plane.normal.dot(self.towards_eye),
+            |eye_m| plane.height_m(eye_m),
+        )
+    }
+
+    fn fitted(mut self, (low_m, high_m): (DVec3, DVec3), panel: &Panel) -> Self {
+        let mut low = DVec2::INFINITY;
+        let mut high = DVec2::NEG_INFINITY;
+        for corner in 0..8 {
+            let pick = |bit: u8, low: f64, high: f64| if corner & bit == 0 { low } else { high };
+            let corner_m = DVec3::new(
+                pick(1, low_m.x, high_m.x),
+                pick(2, low_m.y, high_m.y),
+                pick(4, low_m.z, high_m.z),
+            );
+            let at = self.project(corner_m);
+            low = low.min(at);
+            high = high.max(at);
+        }
+        let room = DVec2::new(panel.width, panel.height) - 2.0 * MARGIN;
+        self.scale = (room / (high - low).max(DVec2::splat(1e-9))).min_element();
+        let middle = DVec2::new(
+            panel.left + 0.5 * panel.width,
+            panel.top + 0.5 * panel.height,
+        );
+        self.offset = middle - self.scale * 0.5 * (low + high);
+        self
+    }
+}
+
+/// The eye is turned to the left of the front by this, 33 degrees …
+const TURN_RAD: f64 = 0.58;
+/// … and above the level by this, 26 degrees.
+const RISE_RAD: f64 = 0.45;
+/// Distance of the eye, in diagonals of the room.
+const AWAY: f64 = 2.0;
+/// Room for rulers and names around a view.
+const MARGIN: f64 = 36.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS_M: (DVec3, DVec3) = (DVec3::ZERO, DVec3::new(4.0, 6.0, 2.7));
+    const PANEL: Panel = Panel {
+        left: 100.0,
+        top: 50.0,
+        width: 500.0,
+        height: 400.0,
+    };
+
+    #[test]
+    fn the_map_has_right_at_the_right_back_at_the_top_and_one_scale() {
+        let camera = Camera::from_above(BOUNDS_M, &PANEL);
+        let origin = camera.project(DVec3::ZERO);
+        let right = camera.project(DVec3::new(1.0, 0.0, 2.0)) - origin;
+        let back = camera.project(DVec3::new(0.0, 1.0, 0.5)) - origin;
+        assert!((right - DVec2::new(camera.scale, 0.0)).length() < 1e-9);
+        assert!((back - DVec2::new(0.0, -camera.scale)).length() < 1e-9);
+        // 6 m fill the height between the margins.
+        assert!((camera.scale - (400.0 - 2.0 * MARGIN) / 6.0).abs() < 1e-9);
+        assert!(
+            (camera.project(DVec3::new(2.0, 3.0, 0.0)) - DVec2::new(350.0, 250.0)).length() < 1e-9
+        );
+    }
+
+    #[test]
+    fn in_perspective_near_is_larger_the_whole_room_fits_and_up_is_up() {
+        let camera = Camera::perspective(BOUNDS_M, &PANEL);
+        let length = |from: DVec3, to: DVec3| camera.project(from).distance(camera.project(to));
+        let up = DVec3::Z;
+        let (near, far) = (DVec3::ZERO, DVec3::new(4.0, 6.0, 0.0));
+        assert!(length(near, near + up) > 1.2 * length(far, far + up));
+        assert!(camera.project(up).y < camera.project(DVec3::ZERO).y);
+        assert!(camera.project(DVec3::X).x > camera.project(DVec3::ZERO).x);
+        for corner in [
+            near,
+            far,
+            DVec3::new(4.0, 0.0, 2.7),
+            DVec3::new(0.0, 6.0, 2.7),
+        ] {
+            let at = camera.project(corner);
+            assert!(
+                at.x >= 100.0 + MARGIN - 1e-9 && at.x <= 600.0 - MARGIN + 1e-9,
+                "{at}"
+            );
+            assert!(
+                at.y >= 50.0 + MARGIN - 1e-9 && at.y <= 450.0 - MARGIN + 1e-9,
+                "{at}"
+            );
+        }
+        // A straight line stays straight.
+        let (from, to) = (DVec3::new(0.5, 1.0, 0.2), DVec3::new(3.0, 5.0, 2.0));
+        let (a, b, c) = (
+            camera.project(from),
+            camera.project(0.5 * (from + to)),
+            camera.project(to),
+        );
+        assert!((b - a).perp_dot(c - a).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_eye_is_above_the_floor_and_before_the_front() {
+        for camera in [
+            Camera::perspective(BOUNDS_M, &PANEL),
+            Camera::from_above(BOUNDS_M, &PANEL),
+        ] {
+            let floor = Plane {
+                normal: DVec3::Z,
+                offset_m: 0.0,
+            };
+            assert!(camera.side_of(&floor) > 0.0);
+        }
+        let front = Plane {
+            normal: -DVec3::Y,
+            offset_m: 0.0,
+        };
+        assert!(Camera::perspective(BOUNDS_M, &PANEL).side_of(&front) > 0.0);
+    }
+}

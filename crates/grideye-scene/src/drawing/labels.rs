@@ -1,0 +1,92 @@
+//! Names beside what they name, where there is room for them.
+
+use super::camera::Camera;
+use super::{Drawing, limits, pieces};
+use crate::scene::{Body, Scene};
+use glam::{DVec2, DVec3};
+
+/// The names of one view.
+#[derive(Debug, Default)]
+pub(super) struct Labels {
+    pub(super) placed: Vec<Label>,
+    /// How many names had no room.
+    pub(super) left_out: usize,
+}
+
+/// A text and the middle of its base line.
+#[derive(Debug)]
+pub(super) struct Label {
+    pub(super) at: DVec2,
+    pub(super) text: String,
+}
+
+impl Labels {
+    /// Agents before sensors before objects: the first that come have the room.
+    pub(super) fn of(scene: &Scene, drawing: &Drawing<'_>, camera: &Camera) -> Self {
+        let mut labels = Self::default();
+        for agent in &scene.agents {
+            let moved_m = pieces::moved_m(agent, drawing.time);
+            let name = match agent.parts.as_slice() {
+                [only] => with_temperature(&agent.name, only),
+                _ => agent.name.clone(),
+            };
+            if let Some(top_m) = top_m(&agent.parts) {
+                labels.place(camera.project(top_m + moved_m), name);
+            }
+        }
+        for sensor in &scene.sensors {
+            labels.place(camera.project(sensor.pose.position_m), sensor.name.clone());
+        }
+        for object in &scene.objects {
+            if let Some(top_m) = top_m(std::slice::from_ref(object)) {
+                labels.place(
+                    camera.project(top_m),
+                    with_temperature(&object.name, object),
+                );
+            }
+        }
+        labels
+    }
+
+    /// Above its thing, or below it if another name is there already.
+    fn place(&mut self, thing: DVec2, text: String) {
+        let places = [-8.0, 16.0, -22.0].map(|down| thing + DVec2::new(0.0, down));
+        let free = places
+            .into_iter()
+            .find(|at| self.placed.iter().all(|other| !overlap(*at, &text, other)));
+        match free {
+            Some(at) if self.placed.len() < limits::LABELS_MAX => {
+                self.placed.push(Label { at, text });
+            }
+            _ => self.left_out += 1,
+        }
+    }
+}
+
+fn with_temperature(name: &str, body: &Body) -> String {
+    format!(
+        "{name}, {} °C",
+        (body.surface.celsius * 10.0).round() / 10.0
+    )
+}
+
+/// The middle of the top of the box around the bodies.
+fn top_m(bodies: &[Body]) -> Option<DVec3> {
+    let bounds = bodies.iter().map(|body| body.solid.bounds_m());
+    bounds
+        .reduce(|(low, high), (body_low, body_high)| (low.min(body_low), high.max(body_high)))
+        .map(|(low, high)| (0.5 * (low + high)).with_z(high.z))
+}
+
+fn overlap(at: DVec2, text: &str, other: &Label) -> bool {
+    let apart = (at - other.at).abs();
+    apart.x < 0.5 * (width(text) + width(&other.text)) + 4.0 && apart.y < LINE_HEIGHT
+}
+
+/// About what the text takes in the sheet's type.
+pub(super) fn width(text: &str) -> f64 {
+    text.chars().map(|_| CHARACTER_WIDTH).sum()
+}
+
+const CHARACTER_WIDTH: f64 = 6.3;
+const LINE_HEIGHT: f64 = 13.0;

@@ -1,0 +1,85 @@
+//! A contact sheet: frames side by side, the time below each, one scale of colours for all.
+
+use super::Film;
+use super::picture::{
+    GAP, Picture, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, count, nearest, palette,
+};
+use crate::progress;
+use anyhow::Result;
+use std::io::Write;
+
+/// Frames on one sheet; of a longer film every second, third … is shown.
+const FRAMES_MAX: u32 = 120;
+
+pub(super) fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Result<String> {
+    let step = film.frames.div_ceil(FRAMES_MAX).max(1);
+    let shown: Vec<u32> = (0..film.frames).step_by(usize::try_from(step)?).collect();
+    if step > 1 {
+        progress::say(&format!(
+            "a sheet shows up to {FRAMES_MAX} frames: every {step}. of the {}",
+            film.frames
+        ));
+    }
+    let picture = sheet(film, &shown, tick)?;
+    let (width, height) = (
+        u32::try_from(picture.width)?,
+        u32::try_from(picture.height)?,
+    );
+    let mut encoder = png::Encoder::new(out, width, height);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(palette());
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&picture.dots)?;
+    writer.finish()?;
+    Ok(format!("a sheet of {} frames", shown.len()))
+}
+
+fn sheet(film: &Film<'_>, shown: &[u32], tick: &dyn Fn()) -> Result<Picture> {
+    let scale = Scale::of(film)?;
+    let cell = cell(film);
+    let (frame_width, frame_height) = (film.columns * cell, film.rows * cell);
+    let tile = (
+        frame_width.max(TIME_WIDTH) + GAP,
+        frame_height + TEXT_HEIGHT + 6 + GAP,
+    );
+    let widest = (WIDTH_MAX / tile.0).max(1);
+    let per_row = nearest(
+        (count(shown.len()) * count(tile.1) / count(tile.0))
+            .sqrt()
+            .ceil()
+            * 1.25,
+    )
+    .clamp(1, widest)
+    .min(shown.len().max(1));
+    let tile_rows = shown.len().div_ceil(per_row);
+    let height = (GAP + tile_rows * tile.1).max(SCALE_HEIGHT_MIN + TEXT_HEIGHT + 3 * GAP);
+    let mut picture = Picture::new(GAP + per_row * tile.0 + SCALE_WITH_NUMBERS + GAP, height);
+    for (place, index) in shown.iter().enumerate() {
+        let (time, image) = (film.frame)(*index);
+        let (left, top) = (
+            GAP + place % per_row * tile.0,
+            GAP + place / per_row * tile.1,
+        );
+        picture.frame((left, top), &image, cell, scale);
+        picture.text(
+            (left, top + frame_height + 6),
+            &format!("{:.2} s", time.as_secs_f64()),
+        );
+        tick();
+    }
+    let scale_height = (height - TEXT_HEIGHT - 3 * GAP).min(SCALE_HEIGHT_MAX);
+    picture.color_scale((GAP + per_row * tile.0, GAP), scale_height, scale);
+    Ok(picture)
+}
+
+/// Dots of a pixel's side, so that a frame is easily seen.
+fn cell(film: &Film<'_>) -> usize {
+    (FRAME_WIDTH / film.columns.max(film.rows)).clamp(1, 20)
+}
+
+const FRAME_WIDTH: usize = 160;
+const TIME_WIDTH: usize = 7 * 12;
+const WIDTH_MAX: usize = 1_800;
+const SCALE_HEIGHT_MIN: usize = 160;
+const SCALE_HEIGHT_MAX: usize = 480;
