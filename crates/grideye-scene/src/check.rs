@@ -2,21 +2,19 @@
 
 use crate::body;
 use crate::count;
-use crate::document::{AgentTable, RoomTable, SceneTable, SensorTable};
+use crate::document::{RoomTable, SceneTable, SensorTable};
 use crate::error::{SceneError, Warning};
 use crate::files::Files;
 use crate::perceived::Law;
 use crate::pose::Pose;
 use crate::rule::{
     AMBIENT, AZIMUTH, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL, SAMPLING,
-    SPEED,
 };
-use crate::scene::{Agent, Loaded, Room, Scene, Sensor, limits};
+use crate::scene::{Loaded, Room, Scene, Sensor, limits};
 use crate::source::{MM_PER_M, Source};
-use crate::trajectory::{Trajectory, WayPoint, read_way_points};
+use crate::way;
 use glam::{DVec2, DVec3, USizeVec2};
 use std::path::{Component, Path};
-use std::time::Duration;
 use toml::Spanned;
 
 pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loaded, SceneError> {
@@ -41,7 +39,9 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
             }),
         }
     }
-    let agents = collect(&tables.agent, |table| agent(&source, table, &room, files))?;
+    let agents = collect(&tables.agent, |table| {
+        way::agent(&source, table, &room, files)
+    })?;
     let sensors = collect(&tables.sensor, |table| sensor(&source, table, &room))?;
     let law = law(&source, tables.law.as_ref())?;
     Ok(Loaded {
@@ -97,71 +97,6 @@ fn room(source: &Source<'_>, table: &RoomTable) -> Result<Room, SceneError> {
     })
 }
 
-fn agent(
-    source: &Source<'_>,
-    table: &Spanned<AgentTable>,
-    room: &Room,
-    files: &dyn Files,
-) -> Result<Agent, SceneError> {
-    let keys = table.get_ref();
-    let way_points = way_points(source, table, files)?;
-    let start_m = way_points
-        .first()
-        .map_or(DVec3::ZERO, |point| point.position_mm / MM_PER_M);
-    let agent = Agent {
-        name: source.name(&keys.name)?,
-        parts: body::parts(source, table, start_m, room.ambient_c, files)?,
-        start_m,
-        trajectory: trajectory(source, keys, &way_points)?,
-    };
-    // The room is convex and the agent does not turn: if it is inside at every way-point, it is so between them.
-    for point in &way_points {
-        check_agent_inside(&agent, point, room)?;
-    }
-    Ok(agent)
-}
-
-/// The rows of the trajectory, or the position as the only way-point.
-fn way_points(
-    source: &Source<'_>,
-    table: &Spanned<AgentTable>,
-    files: &dyn Files,
-) -> Result<Vec<WayPoint>, SceneError> {
-    let keys = table.get_ref();
-    let place = || source.place(table.span().start);
-    let titled = || format!("agent `{}`", keys.name.get_ref());
-    match (&keys.position_mm, &keys.trajectory) {
-        (Some(position_mm), None) => Ok(vec![WayPoint {
-            position_mm: source.position_m(position_mm)? * MM_PER_M,
-            place: source.place(position_mm.span().start),
-        }]),
-        (None, Some(path)) => read_trajectory(source, path, files),
-        (Some(_), Some(_)) => Err(SceneError::KeysConflict {
-            place: place(),
-            table: titled(),
-            key: "position_mm",
-            other: "trajectory",
-            hint: "an agent that walks starts at the first row of its trajectory",
-        }),
-        (None, None) => Err(SceneError::MissingKey {
-            place: place(),
-            table: titled(),
-            key: "position_mm",
-            hint: "give position_mm if it stands still, or trajectory and speed_mm_per_s if it walks",
-        }),
-    }
-}
-
-fn read_trajectory(
-    source: &Source<'_>,
-    path: &Spanned<String>,
-    files: &dyn Files,
-) -> Result<Vec<WayPoint>, SceneError> {
-    let relative = path.get_ref();
-    let text = read_below(source, ("trajectory", "trajectory"), path, files)?;
-    read_way_points(relative, &text)
-}
-
 /// The text of a file that the scene names, in or below its own folder; `what` is the key and what it stands for.
 pub(crate) fn read_below(
     source: &Source<'_>,
@@ -195,67 +130,6 @@ pub(crate) fn read_below(
     }
     .check_length()?;
     Ok(text)
-}
-
-fn trajectory(
-    source: &Source<'_>,
-    keys: &AgentTable,
-    way_points: &[WayPoint],
-) -> Result<Option<Trajectory>, SceneError> {
-    let name = || format!("agent `{}`", keys.name.get_ref());
-    match (&keys.trajectory, &keys.speed_mm_per_s) {
-        (None, None) => Ok(None),
-        (Some(path), None) => Err(SceneError::MissingKey {
-            place: source.place(path.span().start),
-            table: name(),
-            key: "speed_mm_per_s",
-            hint: "a person walks at 500 to 1500 mm/s; the paper's examples have 800 and 1600",
-        }),
-        (None, Some(speed)) => Err(SceneError::MissingKey {
-            place: source.place(speed.span().start),
-            table: name(),
-            key: "trajectory",
-            hint: "only an agent with a trajectory has a speed",
-        }),
-        (Some(_), Some(speed)) => {
-            let speed_m_per_s = source.number(speed, &SPEED)? / MM_PER_M;
-            let points = way_points
-                .iter()
-                .map(|point| point.position_mm / MM_PER_M)
-                .collect();
-            let trajectory = Trajectory::new(points, speed_m_per_s);
-            let days_max = Duration::from_secs(limits::WALK_DAYS_MAX * 24 * 60 * 60);
-            if trajectory.duration() <= days_max {
-                return Ok(Some(trajectory));
-            }
-            Err(source.refused(
-                "speed_mm_per_s",
-                speed.span(),
-                &format!(
-                    "a speed at which the way takes at most {} days",
-                    limits::WALK_DAYS_MAX
-                ),
-                SPEED.hint,
-            ))
-        }
-    }
-}
-
-fn check_agent_inside(agent: &Agent, point: &WayPoint, room: &Room) -> Result<(), SceneError> {
-    let moved_m = point.position_mm / MM_PER_M - agent.start_m;
-    let reaches = agent.parts.iter().find_map(|part| {
-        let (low, high) = part.solid.bounds_m();
-        beyond((low + moved_m, high + moved_m), room)
-    });
-    let Some(reach_mm) = reaches else {
-        return Ok(());
-    };
-    Err(SceneError::AgentLeavesRoom {
-        place: point.place.clone(),
-        name: agent.name.clone(),
-        reach_mm,
-        room_mm: millimetres(room.size_m),
-    })
 }
 
 fn sensor(
@@ -411,12 +285,12 @@ fn preset(
 }
 
 /// From where to where the bounds reach, if they stick out of the room.
-fn beyond((low, high): (DVec3, DVec3), room: &Room) -> Option<String> {
+pub(crate) fn beyond((low, high): (DVec3, DVec3), room: &Room) -> Option<String> {
     let inside = low.cmpge(DVec3::splat(-SLACK_M)).all() && high.cmple(room.size_m + SLACK_M).all();
     (!inside).then(|| format!("from {} to {}", millimetres(low), millimetres(high)))
 }
 
-fn millimetres(metres: DVec3) -> String {
+pub(crate) fn millimetres(metres: DVec3) -> String {
     // To a thousandth: what is left of a rotation's rounding would only hide the number.
     let [x, y, z] = (metres * MM_PER_M * 1000.0)
         .round()

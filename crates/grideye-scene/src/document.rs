@@ -62,6 +62,9 @@ pub(crate) struct AgentTable {
     pub(crate) position_mm: Option<Spanned<Triple>>,
     pub(crate) trajectory: Option<Spanned<String>>,
     pub(crate) speed_mm_per_s: Option<Spanned<f64>>,
+    pub(crate) motion: Option<Spanned<String>>,
+    pub(crate) acceleration_mm_per_s2: Option<Spanned<f64>>,
+    pub(crate) faces: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]

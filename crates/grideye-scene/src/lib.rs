@@ -71,6 +71,7 @@ mod document;
 pub mod drawing;
 mod error;
 mod files;
+mod motion;
 mod noise;
 mod obj;
 pub mod perceived;
@@ -84,6 +85,7 @@ mod solid;
 mod source;
 mod trajectory;
 mod view;
+mod way;
 
 pub use cuboid::Cuboid;
 pub use error::{Place, SceneError, Warning};

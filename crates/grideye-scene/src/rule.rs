@@ -114,3 +114,9 @@ pub(crate) const SPEED: Rule = Rule {
     expected: "a speed above 0 and up to 100000 mm/s",
     hint: "a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
 };
+pub(crate) const ACCELERATION: Rule = Rule {
+    key: "acceleration_mm_per_s2",
+    holds: |acceleration| acceleration > 0.0 && acceleration <= 100_000.0,
+    expected: "an acceleration above 0 and up to 100000 mm/s²",
+    hint: "a person who sets off speeds up by about 1000 mm/s each second",
+};

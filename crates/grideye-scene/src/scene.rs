@@ -5,7 +5,7 @@ use crate::perceived::{Law, Surface};
 use crate::pose::Pose;
 use crate::solid::Solid;
 use crate::trajectory::Trajectory;
-use glam::{DVec2, DVec3, USizeVec2};
+use glam::{DMat3, DVec2, DVec3, USizeVec2};
 use grideye_frame::Celsius;
 use std::time::Duration;
 
@@ -91,6 +91,8 @@ pub struct Agent {
     pub start_m: DVec3,
     /// Its way, or `None` if it stands still.
     pub trajectory: Option<Trajectory>,
+    /// How it is turned on its way to each way-point; `None` if it does not turn.
+    pub(crate) turns: Option<Vec<DMat3>>,
 }
 
 /// A sensor: what it is and how it is mounted.
@@ -217,6 +219,20 @@ impl Agent {
         self.trajectory
             .as_ref()
             .map_or(self.start_m, |trajectory| trajectory.position_m(time))
+    }
+
+    /// How it is turned about the vertical at `time`, from how its parts are given: with its way, if the file says so.
+    #[must_use]
+    pub fn turn(&self, time: Duration) -> Option<DMat3> {
+        let turns = self.turns.as_ref()?;
+        let heads_for = self.trajectory.as_ref()?.heads_for(time.as_secs_f64());
+        turns.get(heads_for).copied()
+    }
+
+    /// One of its parts, turned about the vertical through its start.
+    pub(crate) fn turned(&self, part: &Solid, turn: DMat3) -> Solid {
+        part.clone()
+            .placed(turn, self.start_m - turn * self.start_m)
     }
 
     /// The time it takes for its way: zero if it stands still.

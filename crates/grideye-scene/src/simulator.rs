@@ -231,8 +231,14 @@ impl Simulator {
         let mut built = Vec::new();
         for (index, agent) in self.agents.iter().enumerate() {
             let moved_m = agent.position_m(time) - agent.start_m;
+            let turn = agent.turn(time);
             for part in &agent.parts {
-                let sight = Sight::new(&self.sensor.pose, &part.solid, moved_m);
+                let sight = match turn {
+                    None => Sight::new(&self.sensor.pose, &part.solid, moved_m),
+                    Some(turn) => {
+                        Sight::new(&self.sensor.pose, &agent.turned(&part.solid, turn), moved_m)
+                    }
+                };
                 built.extend(build(part, &sight, number(index)));
             }
         }

@@ -1,17 +1,27 @@
 use crate::error::{Place, SceneError};
+use crate::motion::Schedule;
 use crate::scene::limits;
 use crate::source::excerpt;
 use glam::DVec3;
 use std::time::Duration;
 
-/// A polyline walked at constant speed by arc length: after `t` the walker is `speed * t` along it, and stands still
-/// at its end (PeerJ CS 11:e3124, "Sensor sampling frequency").
+/// A polyline and when the walker is where on it; at its end the walker stands still.
+///
+/// By default it is walked at constant speed by arc length: after `t` the walker is `speed * t` along it (PeerJ CS
+/// 11:e3124, "Sensor sampling frequency"). With other kinds of motion, time stamps or stops, a schedule says how far
+/// the walker is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     way_points_m: Vec<DVec3>,
     /// Arc length from the start to each way-point; as many as way-points.
     lengths_m: Vec<f64>,
-    speed_m_per_s: f64,
+    pace: Pace,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Pace {
+    Constant { speed_m_per_s: f64 },
+    Schedule(Schedule),
 }
 
 impl Trajectory {
@@ -27,38 +37,74 @@ impl Trajectory {
         self.lengths_m.last().copied().unwrap_or(0.0)
     }
 
-    /// Speed, metres a second.
+    /// Speed, metres a second: the mean over the whole duration, if it is not constant.
     #[must_use]
-    pub const fn speed_m_per_s(&self) -> f64 {
-        self.speed_m_per_s
+    pub fn speed_m_per_s(&self) -> f64 {
+        match &self.pace {
+            Pace::Constant { speed_m_per_s } => *speed_m_per_s,
+            Pace::Schedule(schedule) => self.length_m() / schedule.end_s,
+        }
     }
 
-    /// Time from the first way-point to the last.
+    /// Time from the start of the scene to the last way-point, and to the end of the stay there if it has one.
     #[must_use]
     pub fn duration(&self) -> Duration {
         // Parsing has refused what takes longer than the limit, so the fallback is never taken.
-        Duration::try_from_secs_f64(self.length_m() / self.speed_m_per_s).unwrap_or(Duration::MAX)
+        Duration::try_from_secs_f64(self.end_s()).unwrap_or(Duration::MAX)
     }
 
     /// Where the walker is after `time`, metres.
     #[must_use]
     pub fn position_m(&self, time: Duration) -> DVec3 {
-        self.at_length_m(self.speed_m_per_s * time.as_secs_f64())
+        self.at_s(time.as_secs_f64())
     }
 
     pub(crate) fn new(way_points_m: Vec<DVec3>, speed_m_per_s: f64) -> Self {
-        let mut lengths_m = Vec::with_capacity(way_points_m.len());
-        let mut length_m = 0.0;
-        let mut previous = way_points_m.first().copied().unwrap_or(DVec3::ZERO);
-        for point in &way_points_m {
-            length_m += previous.distance(*point);
-            lengths_m.push(length_m);
-            previous = *point;
+        Self {
+            lengths_m: lengths_m(&way_points_m),
+            way_points_m,
+            pace: Pace::Constant { speed_m_per_s },
         }
+    }
+
+    /// A way by its way-points' [`lengths_m`] and the schedule that was made of them.
+    pub(crate) fn scheduled(
+        way_points_m: Vec<DVec3>,
+        lengths_m: Vec<f64>,
+        schedule: Schedule,
+    ) -> Self {
         Self {
             way_points_m,
             lengths_m,
-            speed_m_per_s,
+            pace: Pace::Schedule(schedule),
+        }
+    }
+
+    pub(crate) fn end_s(&self) -> f64 {
+        match &self.pace {
+            Pace::Constant { speed_m_per_s } => self.length_m() / speed_m_per_s,
+            Pace::Schedule(schedule) => schedule.end_s,
+        }
+    }
+
+    /// Where the walker is at a time in seconds, metres.
+    pub(crate) fn at_s(&self, time_s: f64) -> DVec3 {
+        self.at_length_m(self.length_at_s(time_s))
+    }
+
+    /// The way-point that the walker is on its way to, or has just reached, at a time in seconds.
+    pub(crate) fn heads_for(&self, time_s: f64) -> usize {
+        let length_m = self.length_at_s(time_s);
+        let last = self.way_points_m.len().saturating_sub(1);
+        self.lengths_m
+            .partition_point(|reached| *reached < length_m)
+            .clamp(last.min(1), last)
+    }
+
+    fn length_at_s(&self, time_s: f64) -> f64 {
+        match &self.pace {
+            Pace::Constant { speed_m_per_s } => speed_m_per_s * time_s,
+            Pace::Schedule(schedule) => schedule.length_m(time_s),
         }
     }
 
@@ -79,19 +125,54 @@ impl Trajectory {
     }
 }
 
+/// Arc length from the first way-point to each.
+pub(crate) fn lengths_m(way_points_m: &[DVec3]) -> Vec<f64> {
+    let mut lengths_m = Vec::with_capacity(way_points_m.len());
+    let mut length_m = 0.0;
+    let mut previous = way_points_m.first().copied().unwrap_or(DVec3::ZERO);
+    for point in way_points_m {
+        length_m += previous.distance(*point);
+        lengths_m.push(length_m);
+        previous = *point;
+    }
+    lengths_m
+}
+
 /// A way-point and the place of its row.
 pub(crate) struct WayPoint {
     pub(crate) position_mm: DVec3,
+    /// When it is reached, if the trajectory has the column for it.
+    pub(crate) time_s: Option<f64>,
+    /// How long it is stood at.
+    pub(crate) dwell_s: f64,
     pub(crate) place: Place,
 }
 
-const COLUMNS: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+impl WayPoint {
+    /// A place that is stood on from the start.
+    pub(crate) const fn standing(position_mm: DVec3, place: Place) -> Self {
+        Self {
+            position_mm,
+            time_s: None,
+            dwell_s: 0.0,
+            place,
+        }
+    }
+}
 
-/// Reads a trajectory: a header `x_mm,y_mm,z_mm`, then one way-point a row; lines that begin with `#` and empty lines
-/// are skipped.
+const TIME: &str = "t_s";
+const COLUMNS: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+const DWELL: &str = "dwell_s";
+
+/// Reads a trajectory: a header `x_mm,y_mm,z_mm`, before it `t_s` and after it `dwell_s` if wanted, then one way-point
+/// a row; lines that begin with `#` and empty lines are skipped.
 pub(crate) fn read_way_points(file: &str, text: &str) -> Result<Vec<WayPoint>, SceneError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let table = Table { file, text };
+    let mut table = Table {
+        file,
+        text,
+        columns: COLUMNS.to_vec(),
+    };
     let mut rows = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -100,7 +181,10 @@ pub(crate) fn read_way_points(file: &str, text: &str) -> Result<Vec<WayPoint>, S
         .from_reader(text.as_bytes())
         .into_records();
     match rows.next() {
-        Some(header) => table.check_header(&table.readable(header)?)?,
+        Some(header) => {
+            let header = table.readable(header)?;
+            table.check_header(&header)?;
+        }
         None => return Err(table.too_short("an empty file")),
     }
     let mut way_points = Vec::new();
@@ -126,6 +210,8 @@ pub(crate) fn read_way_points(file: &str, text: &str) -> Result<Vec<WayPoint>, S
 struct Table<'a> {
     file: &'a str,
     text: &'a str,
+    /// The columns that the header has to have, or has.
+    columns: Vec<&'static str>,
 }
 
 impl Table<'_> {
@@ -140,44 +226,73 @@ impl Table<'_> {
         })
     }
 
-    fn check_header(&self, header: &csv::StringRecord) -> Result<(), SceneError> {
-        if header.iter().eq(COLUMNS) {
+    /// Finds out which of the columns that may be left out are there.
+    fn check_header(&mut self, header: &csv::StringRecord) -> Result<(), SceneError> {
+        if header.get(0) == Some(TIME) {
+            self.columns.insert(0, TIME);
+        }
+        if header.len() > self.columns.len() && header.iter().next_back() == Some(DWELL) {
+            self.columns.push(DWELL);
+        }
+        let columns = &self.columns;
+        if header.iter().eq(columns.iter().copied()) {
             return Ok(());
         }
-        let wrong = (0..COLUMNS.len())
-            .find(|index| header.get(*index) != Some(COLUMNS[*index]))
-            .unwrap_or(COLUMNS.len());
+        let wrong = (0..columns.len())
+            .find(|index| header.get(*index) != Some(columns[*index]))
+            .unwrap_or(columns.len());
         Err(SceneError::TrajectoryRow {
             place: self.place(header.position(), characters_before(header, wrong)),
             found: format!(
                 "the header `{}`",
                 header.iter().collect::<Vec<_>>().join(",")
             ),
-            expected: format!("the header `{}`", COLUMNS.join(",")),
+            expected: format!("the header `{}`", columns.join(",")),
         })
     }
 
     fn way_point(&self, row: &csv::StringRecord) -> Result<WayPoint, SceneError> {
-        if row.len() != COLUMNS.len() {
+        if row.len() != self.columns.len() {
             return Err(SceneError::TrajectoryRow {
                 place: self.place(row.position(), 0),
                 found: format!("{} fields", row.len()),
-                expected: format!("{} fields", COLUMNS.len()),
+                expected: format!("{} fields", self.columns.len()),
             });
         }
         let mut coordinates = [0.0; COLUMNS.len()];
-        for (index, coordinate) in coordinates.iter_mut().enumerate() {
-            let field = row.get(index).unwrap_or_default();
-            let number = field.parse().ok().filter(|number: &f64| number.is_finite());
-            *coordinate = number.ok_or_else(|| SceneError::TrajectoryRow {
-                place: self.place(row.position(), characters_before(row, index)),
-                found: format!("`{}` as {}", excerpt(field), COLUMNS[index]),
-                expected: "a finite number of millimetres".to_owned(),
-            })?;
+        for (coordinate, column) in coordinates.iter_mut().zip(COLUMNS) {
+            *coordinate = self.number(row, column)?.unwrap_or_default();
         }
         Ok(WayPoint {
             position_mm: DVec3::from_array(coordinates),
+            time_s: self.number(row, TIME)?,
+            dwell_s: self.number(row, DWELL)?.unwrap_or_default(),
             place: self.place(row.position(), 0),
+        })
+    }
+
+    /// The number that a row has in a column, if there is this column.
+    fn number(
+        &self,
+        row: &csv::StringRecord,
+        column: &'static str,
+    ) -> Result<Option<f64>, SceneError> {
+        let Some(index) = self.columns.iter().position(|known| *known == column) else {
+            return Ok(None);
+        };
+        let is_time = column == TIME || column == DWELL;
+        let field = row.get(index).unwrap_or_default();
+        let number = field.parse().ok().filter(|number: &f64| {
+            number.is_finite() && (!is_time || (0.0..=TIME_MAX_S).contains(number))
+        });
+        number.map(Some).ok_or_else(|| SceneError::TrajectoryRow {
+            place: self.place(row.position(), characters_before(row, index)),
+            found: format!("`{}` as {column}", excerpt(field)),
+            expected: if is_time {
+                format!("0 to {TIME_MAX_S} seconds")
+            } else {
+                "a finite number of millimetres".to_owned()
+            },
         })
     }
 
@@ -214,6 +329,9 @@ impl Table<'_> {
         }
     }
 }
+
+/// The latest time stamp and the longest stop, seconds.
+pub(crate) const TIME_MAX_S: f64 = 86_400.0 * 366.0;
 
 /// Characters before a field, as if nothing had been trimmed or quoted: exact for files that are written plainly.
 fn characters_before(row: &csv::StringRecord, index: usize) -> usize {
@@ -258,6 +376,12 @@ mod tests {
             );
         }
         assert_eq!(walk.position_m(Duration::MAX), DVec3::new(4.0, 5.0, 0.0));
+    }
+
+    #[test]
+    fn the_latest_time_is_the_longest_walk() {
+        let longest = Duration::from_secs(86_400 * limits::WALK_DAYS_MAX);
+        assert_eq!(Duration::from_secs_f64(TIME_MAX_S), longest);
     }
 
     #[test]
