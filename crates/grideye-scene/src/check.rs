@@ -10,11 +10,12 @@ use crate::pose::Pose;
 use crate::rule::{
     AMBIENT, AZIMUTH, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL, SAMPLING,
 };
-use crate::scene::{Loaded, Room, Scene, Sensor, limits};
+use crate::scene::{Body, Loaded, Room, Scene, Sensor, limits};
 use crate::source::{MM_PER_M, Source};
 use crate::way;
 use glam::{DVec2, DVec3, USizeVec2};
 use std::path::{Component, Path};
+use std::collections::HashSet;
 use toml::Spanned;
 
 pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loaded, SceneError> {
@@ -28,6 +29,15 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
     let mut objects = Vec::new();
     let mut warnings = Vec::new();
     for table in &tables.object {
+    let mut keep = |object: Body, byte: usize| match beyond(object.solid.bounds_m(), &room) {
+        None => objects.push(object),
+        Some(reach_mm) => warnings.push(Warning::ObjectOutsideRoom {
+            place: source.place(byte),
+            name: object.name,
+            reach_mm,
+            room_mm: millimetres(room.size_m),
+        }),
+    };
         let object = body::object(&source, table, room.ambient_c, files)?;
         match beyond(object.solid.bounds_m(), &room) {
             None => objects.push(object),
@@ -44,16 +54,82 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
     })?;
     let sensors = collect(&tables.sensor, |table| sensor(&source, table, &room))?;
     let law = law(&source, tables.law.as_ref())?;
-    Ok(Loaded {
-        scene: Scene {
-            room,
-            objects,
-            agents,
-            sensors,
-            law,
-        },
-        warnings,
-    })
+    let scene = Scene {
+        room,
+        objects,
+        agents,
+        sensors,
+        law,
+    };
+    warnings.extend(contacts(&source, &tables, &scene)?);
+    Ok(Loaded { scene, warnings })
+}
+
+/// Who runs into what, as warnings or as the first of them as an error.
+fn contacts(
+    source: &Source<'_>,
+    tables: &SceneTable,
+    scene: &Scene,
+) -> Result<Vec<Warning>, SceneError> {
+    check_touches(source, tables)?;
+    let wanted = tables.collisions.as_ref();
+    let is_error = match wanted.map_or("warning", |wanted| wanted.get_ref()) {
+        "warning" => false,
+        "error" => true,
+        "ignore" => return Ok(Vec::new()),
+        _ => {
+            return Err(source.refused(
+                "collisions",
+                wanted.map_or(0..0, Spanned::span),
+                "\"warning\", \"error\" or \"ignore\"",
+                "warning is the default",
+            ));
+        }
+    };
+    let mut warnings = Vec::new();
+    for contact in scene.contacts() {
+        let table = tables.agent.get(contact.agent);
+        let start = table.map_or(0, |table| table.get_ref().name.span().start);
+        let (place, names) = (source.place(start), contact.names);
+        let (time, place_mm) = (contact.time, millimetres(contact.place_m));
+        if is_error {
+            return Err(SceneError::Collision {
+                place,
+                names,
+                time,
+                place_mm,
+            });
+        }
+        warnings.push(Warning::Collision {
+            place,
+            names,
+            time,
+            place_mm,
+        });
+    }
+    Ok(warnings)
+}
+
+/// A name in `touches` that nobody has would be a collision that stays, or one that is never looked for.
+fn check_touches(source: &Source<'_>, tables: &SceneTable) -> Result<(), SceneError> {
+    let objects = tables.object.iter().map(|table| &table.get_ref().name);
+    let agents = tables.agent.iter().map(|table| &table.get_ref().name);
+    let known: HashSet<&String> = objects.chain(agents).map(Spanned::get_ref).collect();
+    let lists = tables
+        .agent
+        .iter()
+        .filter_map(|table| table.get_ref().touches.as_ref());
+    for name in lists.flat_map(Spanned::get_ref) {
+        if !known.contains(name.get_ref()) {
+            return Err(source.refused(
+                "touches",
+                name.span(),
+                "names of objects or agents of this scene",
+                "list what the agent may touch, as in touches = [\"chair\"]",
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn collect<T, U>(

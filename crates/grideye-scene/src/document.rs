@@ -11,6 +11,7 @@ use toml::Spanned;
 pub(crate) struct SceneTable {
     pub(crate) model: Option<Spanned<String>>,
     pub(crate) law: Option<Spanned<String>>,
+    pub(crate) collisions: Option<Spanned<String>>,
     pub(crate) room: RoomTable,
     #[serde(default)]
     pub(crate) object: Vec<Spanned<ObjectTable>>,
@@ -79,6 +80,7 @@ pub(crate) struct SensorTable {
     pub(crate) resolution: Option<Spanned<Exactly<i64, 2>>>,
     pub(crate) fov_deg: Option<Spanned<PerAxis>>,
     pub(crate) pixels_per_degree: Option<Spanned<f64>>,
+    pub(crate) touches: Option<Spanned<Vec<Spanned<String>>>>,
     pub(crate) noise_sigma_c: Option<Spanned<f64>>,
     pub(crate) sampling_hz: Option<Spanned<f64>>,
     pub(crate) operating_distance_mm: Option<Spanned<f64>>,

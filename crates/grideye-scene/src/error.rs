@@ -1,6 +1,7 @@
 use crate::solid::SolidError;
 use std::fmt;
 use std::io;
+use std::time::Duration;
 
 /// A place in a file: line and column count from 1, columns in characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -142,6 +143,18 @@ pub enum SceneError {
         /// The room's size.
         room_mm: String,
     },
+    /// An agent that runs into something, in a scene that does not allow it.
+    #[error("{place}: {}", collision(names, *time, place_mm))]
+    Collision {
+        /// The agent's name in the file.
+        place: Place,
+        /// The agent, and the object or the other agent.
+        names: [String; 2],
+        /// When it begins.
+        time: Duration,
+        /// Where it begins.
+        place_mm: String,
+    },
     /// A file that the scene names, and that could not be read.
     #[error(
         "{place}: cannot read the {what} `{path}`: {source}\nhint: the path is taken from the scene file's folder"
@@ -202,6 +215,14 @@ pub enum SceneError {
     },
 }
 
+fn collision(names: &[String; 2], time: Duration, place_mm: &str) -> String {
+    let [agent, other] = names;
+    let seconds = (time.as_secs_f64() * 1000.0).round() / 1000.0;
+    format!(
+        "`{agent}` runs into `{other}` after {seconds} s at {place_mm} mm\nhint: move one of them, list `{other}` in the agent's `touches`, or write collisions = \"ignore\" at the top of the scene"
+    )
+}
+
 fn known_names(known: &[String]) -> String {
     if known.is_empty() {
         return "it has none; add a [[sensor]] table".to_owned();
@@ -224,19 +245,37 @@ pub enum Warning {
         /// The room's size.
         room_mm: String,
     },
+    /// An agent runs into an object or another agent; it is only said of their first contact.
+    Collision {
+        /// The agent's name in the file.
+        place: Place,
+        /// The agent, and the object or the other agent.
+        names: [String; 2],
+        /// When it begins.
+        time: Duration,
+        /// Where it begins.
+        place_mm: String,
+    },
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::ObjectOutsideRoom {
-            place,
-            name,
-            reach_mm,
-            room_mm,
-        } = self;
-        write!(
-            formatter,
-            "{place}: object `{name}` was removed: it reaches {reach_mm} mm, beyond the room of {room_mm} mm\nhint: a position is the middle of the underside; move or shrink the object"
-        )
+        match self {
+            Self::ObjectOutsideRoom {
+                place,
+                name,
+                reach_mm,
+                room_mm,
+            } => write!(
+                formatter,
+                "{place}: object `{name}` was removed: it reaches {reach_mm} mm, beyond the room of {room_mm} mm\nhint: a position is the middle of the underside; move or shrink the object"
+            ),
+            Self::Collision {
+                place,
+                names,
+                time,
+                place_mm,
+            } => write!(formatter, "{place}: {}", collision(names, *time, place_mm)),
+        }
     }
 }

@@ -63,6 +63,10 @@ pub(crate) struct Schedule {
 pub(crate) struct TooFast(pub(crate) usize);
 
 impl Stretch {
+    pub(crate) fn end_s(&self) -> f64 {
+        self.start_s + self.travel_s
+    }
+
     /// Arc length from the start of the way, metres, at a time from the start of the scene.
     pub(crate) fn at_s(&self, time_s: f64) -> f64 {
         let passed_s = time_s - self.start_s;
@@ -70,6 +74,33 @@ impl Stretch {
             return self.from_m + self.length_m;
         }
         self.from_m + self.covered_m(passed_s.max(0.0))
+    }
+
+    /// The time from the start of the scene at which the stretch is at this arc length of the way.
+    pub(crate) fn time_at(&self, length_m: f64) -> f64 {
+        let covered_m = (length_m - self.from_m).clamp(0.0, self.length_m);
+        if self.length_m <= 0.0 {
+            return self.start_s;
+        }
+        let passed_s = match self.profile {
+            Profile::Constant => covered_m / self.length_m * self.travel_s,
+            Profile::Ramps { ramp_s } => {
+                let ramp_m = 0.5 * self.speed_max_m_per_s() * ramp_s;
+                let by_ramp = |part_m: f64| ramp_s * (part_m / ramp_m).sqrt();
+                let rest_m = self.length_m - covered_m;
+                if covered_m < ramp_m {
+                    by_ramp(covered_m)
+                } else if rest_m < ramp_m {
+                    self.travel_s - by_ramp(rest_m)
+                } else {
+                    covered_m / self.speed_max_m_per_s() + 0.5 * ramp_s
+                }
+            }
+            // Its stretches are single legs, so that only their ends are asked for.
+            Profile::MinimumJerk if covered_m < self.length_m => 0.0,
+            Profile::MinimumJerk => self.travel_s,
+        };
+        self.start_s + passed_s
     }
 
     pub(crate) fn speed_max_m_per_s(&self) -> f64 {
@@ -254,6 +285,10 @@ mod tests {
             ],
         );
         assert!((walk.stretches[1].start_s - 5.5).abs() < CLOSE, "after 2 s");
+        for length_m in [0.1, 1.125, 1.5, 2.5, 2.9, 3.0] {
+            let found = first.at_s(first.time_at(length_m));
+            assert!((found - length_m).abs() < CLOSE, "{length_m}: {found}");
+        }
     }
 
     #[test]

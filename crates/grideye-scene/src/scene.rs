@@ -25,6 +25,8 @@ pub mod limits {
     pub const PARTS_MAX: usize = 100;
     /// Vertices, and faces, of one polyhedron.
     pub const VERTICES_MAX: usize = 100_000;
+    /// Contacts that are told of.
+    pub const CONTACTS_MAX: usize = 100;
     /// Way-points of a trajectory.
     pub const WAY_POINTS_MAX: usize = 100_000;
     /// Points of a sensor's sampling grid on one axis: field of view times points a degree.
@@ -93,6 +95,8 @@ pub struct Agent {
     pub trajectory: Option<Trajectory>,
     /// How it is turned on its way to each way-point; `None` if it does not turn.
     pub(crate) turns: Option<Vec<DMat3>>,
+    /// The objects and agents that it may touch without running into them.
+    pub(crate) touches: Vec<String>,
 }
 
 /// A sensor: what it is and how it is mounted.

@@ -24,6 +24,15 @@ enum Pace {
     Schedule(Schedule),
 }
 
+/// A straight part of a way, or a stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Leg {
+    pub(crate) start_s: f64,
+    pub(crate) end_s: f64,
+    /// The speed that is nowhere exceeded on it; 0 at a stop.
+    pub(crate) speed_max_m_per_s: f64,
+}
+
 impl Trajectory {
     /// The points that the polyline joins, metres.
     #[must_use]
@@ -99,6 +108,44 @@ impl Trajectory {
         self.lengths_m
             .partition_point(|reached| *reached < length_m)
             .clamp(last.min(1), last)
+    }
+
+    /// The straight parts and the stops between them, one after the other from the start of the scene to the end of
+    /// the way.
+    pub(crate) fn legs(&self) -> Vec<Leg> {
+        let mut legs = Vec::new();
+        let mut end_s = 0.0;
+        let mut push = |until_s: f64, speed_max_m_per_s: f64| {
+            if until_s > end_s {
+                legs.push(Leg {
+                    start_s: end_s,
+                    end_s: until_s,
+                    speed_max_m_per_s,
+                });
+                end_s = until_s;
+            }
+        };
+        match &self.pace {
+            Pace::Constant { speed_m_per_s } => {
+                for length_m in &self.lengths_m {
+                    push(length_m / speed_m_per_s, *speed_m_per_s);
+                }
+            }
+            Pace::Schedule(schedule) => {
+                for stretch in &schedule.stretches {
+                    push(stretch.start_s, 0.0);
+                    let (from_m, to_m) = (stretch.from_m, stretch.from_m + stretch.length_m);
+                    let first = self.lengths_m.partition_point(|length| *length <= from_m);
+                    let inner = self.lengths_m[first..].iter();
+                    for length_m in inner.take_while(|length_m| **length_m < to_m) {
+                        push(stretch.time_at(*length_m), stretch.speed_max_m_per_s());
+                    }
+                    push(stretch.end_s(), stretch.speed_max_m_per_s());
+                }
+                push(schedule.end_s, 0.0);
+            }
+        }
+        legs
     }
 
     fn length_at_s(&self, time_s: f64) -> f64 {

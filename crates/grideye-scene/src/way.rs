@@ -30,6 +30,7 @@ pub(crate) fn agent(
         parts: body::parts(source, table, start_m, room.ambient_c, files)?,
         start_m,
         turns: turns(source, table, trajectory.as_ref())?,
+        touches: touches(keys),
         trajectory,
     };
     // The room is convex and the agent turns at way-points only: if it is inside there, before and after the turn, it
@@ -245,6 +246,11 @@ fn stamped(
             })
         }
     }
+}
+
+fn touches(keys: &AgentTable) -> Vec<String> {
+    let names = keys.touches.iter().flat_map(Spanned::get_ref);
+    names.map(|name| name.get_ref().clone()).collect()
 }
 
 /// How the body is turned on its way to each way-point; `None` if it does not turn.

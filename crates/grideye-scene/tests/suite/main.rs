@@ -13,10 +13,12 @@
 )]
 
 mod area;
+mod collision;
 mod drawing;
 mod invariants;
 mod motion;
 mod peer;
+mod paper_scenes;
 mod refusals;
 mod shapes;
 mod shipped;
