@@ -33,7 +33,7 @@ struct BadInput(anyhow::Error);
 
 impl fmt::Display for BadInput {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{:#}", self.0)
+        formatter.write_str(&told(&self.0))
     }
 }
 
@@ -46,7 +46,37 @@ pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> anyhow::Error {
 
 /// Prints the error for a person and gives its exit code: 2 for bad input, 1 for a failure.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
-    eprintln!("error: {error:#}");
+    eprintln!("error: {}", told(error));
     let is_bad_input = error.chain().any(<dyn std::error::Error>::is::<BadInput>);
     ExitCode::from(if is_bad_input { 2 } else { 1 })
+}
+
+/// The error and its causes. A message with a hint has its cause in front of the hint: it is not said once more behind.
+fn told(error: &anyhow::Error) -> String {
+    let mut told = String::new();
+    for cause in error.chain() {
+        let text = cause.to_string();
+        if told.contains(&text) {
+            continue;
+        }
+        if !told.is_empty() {
+            told.push_str(": ");
+        }
+        told.push_str(&text);
+    }
+    told
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::anyhow;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let error = anyhow!("no rights").context("cannot start x: no rights\nhint: chmod");
+        assert_eq!(told(&error), "cannot start x: no rights\nhint: chmod");
+        let told = bad_input(anyhow!("no rights").context("cannot start x")).to_string();
+        assert_eq!(told, "cannot start x: no rights");
+    }
 }

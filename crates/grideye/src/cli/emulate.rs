@@ -64,7 +64,7 @@ pub(crate) struct Emulate {
     #[arg(long)]
     pub(crate) power_on: bool,
     /// Emulated seconds in a real one.
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive, allow_negative_numbers = true)]
     pub(crate) speed: f64,
     /// Seed of noise and faults.
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -85,7 +85,8 @@ pub(crate) struct Emulate {
         long,
         value_name = "auto|fuse|preload",
         default_value = "auto",
-        requires = "program"
+        requires = "program",
+        conflicts_with = "usbip"
     )]
     pub(crate) via: Via,
     /// Unix socket to serve.
@@ -99,7 +100,7 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "ADDR")]
     pub(crate) usbip: Option<Option<SocketAddr>>,
     /// End after this many seconds.
-    #[arg(long, value_name = "N", conflicts_with = "program", value_parser = positive)]
+    #[arg(long, value_name = "N", conflicts_with = "program", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) seconds: Option<f64>,
     /// Print JSON instead of prose.
     #[arg(long)]
@@ -108,7 +109,7 @@ pub(crate) struct Emulate {
     #[arg(long, short, conflicts_with = "json")]
     pub(crate) quiet: bool,
     /// The program and its arguments.
-    #[arg(last = true, value_name = "PROGRAM", required_unless_present_any = ["socket", "usbip"])]
+    #[arg(last = true, value_name = "PROGRAM")]
     pub(crate) program: Vec<String>,
 }
 

@@ -16,8 +16,8 @@ mod ways;
 mod wires;
 
 use crate::cli::Emulate;
-use crate::exit::Outcome;
-use anyhow::Result;
+use crate::exit::{Outcome, bad_input};
+use anyhow::{Result, anyhow};
 use clock::Timebase;
 use machine::Machine;
 use say::Voice;
@@ -34,6 +34,11 @@ const KEEP_UP_EVERY: Duration = Duration::from_secs(1);
 
 /// Builds the machine, opens the ways to it, and serves until the program, the time or the user ends it.
 pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
+    if options.program.is_empty() && options.socket.is_none() && options.usbip.is_none() {
+        return Err(bad_input(anyhow!(
+            "nothing is to reach the sensors\nhint: end with -- PROGRAM ARGS, or give --socket PATH or --usbip"
+        )));
+    }
     let world = World::new();
     let prepared = parts::prepare(options, &world)?;
     let ahead = if options.power_on {
@@ -41,11 +46,15 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     } else {
         ON_BEFORE
     };
-    let wiring = parts::wiring(options, prepared.buses())?;
+    let wiring = parts::wiring(options, &prepared)?;
     let voice = Voice::new(options, &prepared);
     let base = Timebase::new(ahead, options.speed);
     let machine = Machine::new(base, &world, prepared.parts, &wiring);
-    let outcome = keeping_up(&machine, || ways::serve(options, &machine, &voice))?;
+    let outcome = keeping_up(&machine, || ways::serve(options, &machine, &voice));
+    if let (Err(_), Some(trace)) = (&outcome, &wiring.trace) {
+        trace.discard_if_empty();
+    }
+    let outcome = outcome?;
     if let Some(trace) = &wiring.trace {
         voice.note(&trace.finish()?);
     }

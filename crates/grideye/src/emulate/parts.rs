@@ -43,7 +43,7 @@ pub(super) struct Prepared {
 }
 
 /// What the buses are like: their speed, their faults, and who is told of what passes on them.
-pub(super) fn wiring(options: &Emulate, buses: usize) -> Result<Wiring> {
+pub(super) fn wiring(options: &Emulate, prepared: &Prepared) -> Result<Wiring> {
     let script = options
         .faults
         .as_deref()
@@ -54,10 +54,13 @@ pub(super) fn wiring(options: &Emulate, buses: usize) -> Result<Wiring> {
             let seed = script.seed().wrapping_add(options.seed).wrapping_sub(1);
             script.with_seed(seed)
         });
+    if let Some(script) = &script {
+        check_targets(script, &prepared.parts)?;
+    }
     let trace = options
         .trace
         .as_deref()
-        .map(|path| TraceFile::create(path, buses))
+        .map(|path| TraceFile::create(path, prepared.buses()))
         .transpose()?;
     Ok(Wiring {
         scl_hz: options.scl,
@@ -69,11 +72,30 @@ pub(super) fn wiring(options: &Emulate, buses: usize) -> Result<Wiring> {
 fn script(path: &Path) -> Result<Script> {
     let text = std::fs::read_to_string(path).map_err(|error| {
         bad_input(anyhow!(
-            "cannot read the script of faults {}: {error}\nhint: name a file that you may read; crates/amg8833-emulator/README.md describes it",
+            "cannot read the script of faults {}: {error}\nhint: name a file that you may read; crates/amg8833-emulator/scripts/README.md describes it",
             path.display()
         ))
     })?;
     Script::from_toml(&text, &path.display().to_string()).map_err(bad_input)
+}
+
+/// A fault of a sensor or bus that is not there would never strike, and nobody would be told.
+fn check_targets(script: &Script, parts: &[Part]) -> Result<()> {
+    for (number, rule) in (1..).zip(script.rules()) {
+        let is_met = |part: &Part| {
+            let place = &part.planned.place;
+            rule.bus.is_none_or(|bus| bus == place.bus)
+                && rule.address.is_none_or(|address| address == place.address)
+        };
+        if !parts.iter().any(is_met) {
+            let places = parts.iter().map(|part| part.planned.place.to_string());
+            return Err(bad_input(anyhow!(
+                "fault {number} of the script names a bus or an address without a sensor\nhint: there are sensors at {}",
+                places.collect::<Vec<_>>().join(", ")
+            )));
+        }
+    }
+    Ok(())
 }
 
 impl Prepared {

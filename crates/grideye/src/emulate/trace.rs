@@ -4,7 +4,13 @@ use crate::exit::bad_input;
 use amg8833_emulator::trace::{CsvTrace, TraceSummary, Transfer, VcdTrace};
 use anyhow::{Context as _, Result, anyhow};
 use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
+
+/// How traces begin, as a table and as a value change dump.
+const FRONTS: [&[u8]; 2] = [b"time_s,b", b"$comment"];
+/// The length of each.
+const FRONT_BYTES: u64 = 8;
 
 /// A log under way.
 pub(super) struct TraceFile {
@@ -33,6 +39,12 @@ impl TraceFile {
         if ending == "vcd" && buses > 1 {
             return Err(bad_input(anyhow!(
                 "{} would draw one pair of lines, and there are {buses} buses\nhint: end the name with .csv, which has a column for the bus",
+                path.display()
+            )));
+        }
+        if holds_something_else(path) {
+            return Err(bad_input(anyhow!(
+                "{} is there already and is no trace of a bus\nhint: choose another name; nothing was changed",
                 path.display()
             )));
         }
@@ -67,4 +79,24 @@ impl TraceFile {
         .with_context(|| format!("cannot write the trace {}", self.path.display()))?;
         Ok(format!("trace {}: {summary}", self.path.display()))
     }
+
+    /// Removes the file of a bus that nothing could reach.
+    pub(super) fn discard_if_empty(&self) {
+        let summary = match &self.format {
+            Format::Csv(trace) => trace.finish(),
+            Format::Vcd(trace) => trace.finish(),
+        };
+        if summary.is_ok_and(|summary| summary.messages == 0) {
+            // The error that made it useless is what the caller is told.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Whether a file is there that no trace began: a recording has the same ending.
+fn holds_something_else(path: &Path) -> bool {
+    let is_file = path.metadata().is_ok_and(|it| it.is_file() && it.len() > 0);
+    let mut front = Vec::new();
+    let mut read = || File::open(path)?.take(FRONT_BYTES).read_to_end(&mut front);
+    is_file && read().is_ok() && !FRONTS.contains(&front.as_slice())
 }

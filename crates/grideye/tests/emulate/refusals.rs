@@ -68,7 +68,18 @@ fn every_value_of_the_command_line_is_checked() {
 #[test]
 fn what_is_missing_or_excludes_each_other_is_named() {
     refused(&["--", "true"], &["--scene", "--recording", "--constant"]);
-    refused(&["--scene", SCENE], &["PROGRAM", "--help"]);
+    refused(
+        &["--scene", SCENE],
+        &["hint:", "-- PROGRAM", "--socket", "--usbip"],
+    );
+    refused(
+        &["--constant", "3", "--via", "fuse", "--usbip", "--", "true"],
+        &["--via", "cannot be used", "--usbip"],
+    );
+    refused(
+        &["--constant", "3", "--speed", "-1", "--", "true"],
+        &["--speed", "above 0"],
+    );
     refused(
         &["--scene", SCENE, "--constant", "3", "--", "true"],
         &["--constant", "cannot be used"],
@@ -201,6 +212,37 @@ fn files_are_checked_and_named_with_their_place() {
     }
 }
 
+/// A fault that could never strike, and a log that would take the place of a recording.
+#[test]
+fn files_that_fit_nothing_here_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let in_folder = |name: &str, text: &str| file(folder.path(), name, text);
+    let of_another_sensor = in_folder(
+        "low.toml",
+        "[[fault]]\nkind = \"hang\"\n[[fault]]\nkind = \"torn\"\naddress = 0x68\n",
+    );
+    let of_another_bus = in_folder("bus.toml", "[[fault]]\nkind = \"hang\"\nbus = 7\n");
+    let walk = recording(folder.path(), &[(0, 20.0), (100, 21.0)]);
+    let before = std::fs::read(&walk).unwrap();
+    for (arguments, words) in [
+        (
+            &["--constant", "3", "--faults", &of_another_sensor][..],
+            &["fault 2", "1:0x69", "hint:"][..],
+        ),
+        (
+            &["--constant", "3", "--faults", &of_another_bus],
+            &["fault 1", "1:0x69", "hint:"],
+        ),
+        (
+            &["--recording", &walk, "--trace", &walk],
+            &[&walk, "nothing was changed"],
+        ),
+    ] {
+        refused(&[arguments, &["--", "true"]].concat(), words);
+    }
+    assert_eq!(std::fs::read(&walk).unwrap(), before);
+}
+
 #[test]
 fn a_socket_that_cannot_be_is_refused_and_left_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
@@ -255,6 +297,7 @@ fn a_program_that_cannot_be_run_is_named() {
     let not_executable = file(folder.path(), "notes.txt", "mine");
     let socket = folder.path().join("amg.sock");
     let socket = socket.to_str().unwrap();
+    let trace = folder.path().join("bus.csv");
     for via in ways("programs that cannot be run") {
         for (program, named) in [
             ("no-such-program", "no-such-program"),
@@ -268,6 +311,8 @@ fn a_program_that_cannot_be_run_is_named() {
                 "--quiet",
                 "--socket",
                 socket,
+                "--trace",
+                trace.to_str().unwrap(),
                 "--",
                 program,
             ]));
@@ -276,6 +321,9 @@ fn a_program_that_cannot_be_run_is_named() {
                 assert!(ended.stderr.contains(word), "{via}: {ended:?}");
             }
             assert!(!Path::new(socket).exists(), "{via}");
+            assert!(!trace.exists(), "{via}");
+            let said = ended.stderr.matches("os error").count();
+            assert!(said <= 1, "{via}: {ended:?}");
         }
     }
 }
