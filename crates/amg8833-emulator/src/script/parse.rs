@@ -275,6 +275,7 @@ impl Reader<'_> {
             if let Some(problem) = problem {
                 let hint = match kind {
                     FaultKind::BrownOut => "a supply that stays away is `unplugged`",
+                    _ if first.is_none() => "`duration` or `frames` says how long",
                     _ => "one of `duration`, `frames`, `count` says how long",
                 };
                 return Err(self.error(field, span, problem, hint.to_owned()));
@@ -439,7 +440,7 @@ impl Reader<'_> {
             self.error(
                 "address",
                 address.span(),
-                format!("no sensor can have {}", address.get_ref()),
+                format!("no sensor can have {:#04x}", address.get_ref()),
                 "0x68 or 0x69".to_owned(),
             )
         })

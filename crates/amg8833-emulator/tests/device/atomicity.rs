@@ -89,8 +89,12 @@ fn the_table_belongs_to_the_same_snapshot() {
     device.write(0x04, ms(150));
     device.start_read(ms(150));
     assert_eq!(byte(device, ms(250)), 0x00, "the second frame would trip");
+    // Pointer 0x05 to 0x0F, then the table.
+    let behind: Vec<u8> = (0..19).map(|_| byte(device, ms(250))).collect();
+    assert_eq!(behind[11..], [0; 8], "the table of the same frame");
     device.stop(ms(251));
     assert_eq!(rig.register(0x04), 0x02);
+    assert_eq!(rig.read(0x10, 8), [0xFF; 8]);
 }
 
 /// A flag that is cleared in the transaction in which it rises anew must not be lost.
