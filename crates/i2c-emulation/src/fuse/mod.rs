@@ -129,7 +129,7 @@ pub enum RunError {
     },
     /// There is no such program.
     #[error(
-        "program not found: {program}\nhint: check the spelling and PATH, and that the working directory it is to start in exists"
+        "program not found: {program}\nhint: check the spelling and PATH, and that the working directory it is to start in exists; a file that is there names an interpreter or a loader that is not"
     )]
     ProgramNotFound {
         /// The program's name.

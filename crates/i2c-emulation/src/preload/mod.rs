@@ -60,7 +60,9 @@ pub enum RunError {
         reason: &'static str,
     },
     /// There is no such program.
-    #[error("program not found: {program}\nhint: check the spelling and PATH")]
+    #[error(
+        "program not found: {program}\nhint: check the spelling and PATH; a file that is there names an interpreter or a loader that is not"
+    )]
     ProgramNotFound {
         /// The program's name.
         program: String,
