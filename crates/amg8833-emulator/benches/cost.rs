@@ -99,10 +99,11 @@ fn fleet(sensors: u32, seconds: u32) {
         "{:<44} {:>22} {:>14}",
         "source", "CPU s / emulated s", "bytes a sensor"
     );
-    run_fleet("a constant", sensors, seconds, |_| constant());
+    run_fleet("a constant", sensors, 1, seconds, |_| constant());
     run_fleet(
         "a closure: one pixel warms up",
         sensors,
+        1,
         seconds,
         |sensor| {
             move |t: Duration| {
@@ -116,10 +117,10 @@ fn fleet(sensors: u32, seconds: u32) {
     let simulator = person();
     let few = sensors.div_ceil(100);
     println!(
-        "the same with {few} sensors and grideye-scene's simulator (a person, with noise), times {}:",
+        "the same with {few} sensors and grideye-scene's simulator (a person, with noise), multiplied by {}:",
         sensors / few
     );
-    run_fleet("a scene", few, seconds, |sensor| {
+    run_fleet("a scene", few, sensors / few, seconds, |sensor| {
         let simulator = &simulator;
         move |t: Duration| {
             let image = simulator.noisy(t, u64::from(sensor));
@@ -128,9 +129,11 @@ fn fleet(sensors: u32, seconds: u32) {
     });
 }
 
+/// The time is printed for `times` as many sensors.
 fn run_fleet<S: amg8833_emulator::FrameSource>(
     name: &str,
     sensors: u32,
+    times: u32,
     seconds: u32,
     source: impl Fn(u32) -> S,
 ) {
@@ -164,7 +167,7 @@ fn run_fleet<S: amg8833_emulator::FrameSource>(
     assert!(frames >= u64::from(sensors) * u64::from(ticks) * 95 / 100);
     println!(
         "{name:<44} {:>22.3} {:>14}",
-        whole / 1e9 / f64::from(seconds),
+        whole * f64::from(times) / 1e9 / f64::from(seconds),
         size_of::<Bus<&ManualClock, S>>(),
     );
     black_box(size_of::<Device<S>>());
