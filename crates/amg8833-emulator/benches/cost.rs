@@ -4,7 +4,7 @@
 use amg8833_emulator::{Address, Bus, Device, ManualClock, Options};
 use embedded_hal::i2c::I2c;
 use grideye_frame::{Celsius, Frame};
-use grideye_scene::{Scene, Simulator};
+use grideye_scene::{Scene, SceneError, Simulator};
 use std::hint::black_box;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
@@ -114,19 +114,26 @@ fn fleet(sensors: u32, seconds: u32) {
             }
         },
     );
-    let simulator = person();
-    let few = sensors.div_ceil(100);
-    println!(
-        "the same with {few} sensors and grideye-scene's simulator (a person, with noise), multiplied by {}:",
-        sensors / few
+    let (by_area, by_grid) = (person(Simulator::without_grid), person(Simulator::new));
+    run_fleet(
+        "a scene each, without a grid, with noise",
+        sensors,
+        1,
+        seconds,
+        |sensor| scene_source(&by_area, sensor),
     );
-    run_fleet("a scene", few, sensors / few, seconds, |sensor| {
-        let simulator = &simulator;
-        move |t: Duration| {
-            let image = simulator.noisy(t, u64::from(sensor));
-            image.to_frame(Celsius::new(28.0)).unwrap()
-        }
+    let few = sensors.div_ceil(100);
+    let name = format!("a scene each, on the grid: {few}, times {}", sensors / few);
+    run_fleet(&name, few, sensors / few, seconds, |sensor| {
+        scene_source(&by_grid, sensor)
     });
+}
+
+fn scene_source(simulator: &Simulator, sensor: u32) -> impl FnMut(Duration) -> Frame + '_ {
+    move |t| {
+        let image = simulator.noisy(t, u64::from(sensor));
+        image.to_frame(Celsius::new(28.0)).unwrap()
+    }
 }
 
 /// The time is printed for `times` as many sensors.
@@ -173,10 +180,10 @@ fn run_fleet<S: amg8833_emulator::FrameSource>(
     black_box(size_of::<Device<S>>());
 }
 
-fn person() -> Simulator {
+fn person(simulator: fn(&Scene, &str) -> Result<Simulator, SceneError>) -> Simulator {
     let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/");
     let text = std::fs::read_to_string(format!("{scenes}experiment-3.toml")).unwrap();
     let files = |name: &str| std::fs::read_to_string(format!("{scenes}{name}"));
     let loaded = Scene::parse(&text, "experiment-3.toml", &files).unwrap();
-    Simulator::new(&loaded.scene, "ceiling").unwrap()
+    simulator(&loaded.scene, "ceiling").unwrap()
 }
