@@ -49,6 +49,12 @@ update_lists() { # update_lists ARCHITECTURE: at most once a day, because the ke
   fi
 }
 
+download() { # download ARCHITECTURE FOLDER PACKAGE[=VERSION]: into FOLDER, which is emptied before
+  rm -rf "$2" && mkdir -p "$2"
+  (cd "$2" && private_apt "$1" apt-get download "$3" >log 2>&1) ||
+    fail "$3 for $1 could not be fetched: $(tail -n 1 "$2/log")" "is the network there?"
+}
+
 unpack() { # unpack ARCHITECTURE FOLDER PACKAGE[=VERSION]...: into FOLDER, each version of a package once
   local architecture=$1 folder=$2 package version name
   shift 2
@@ -58,11 +64,41 @@ unpack() { # unpack ARCHITECTURE FOLDER PACKAGE[=VERSION]...: into FOLDER, each 
     [ -n "$version" ] || fail "there is no package $package for $architecture in Debian $codename" "was it renamed?"
     name="${package%%=*} $version $architecture"
     grep -qxF "$name" "$folder/.unpacked" 2>/dev/null && continue
-    rm -rf "$folder/.deb" && mkdir "$folder/.deb"
-    (cd "$folder/.deb" && private_apt "$architecture" apt-get download "$package" >log 2>&1) ||
-      fail "$package for $architecture could not be fetched: $(tail -n 1 "$folder/.deb/log")" "is the network there?"
+    download "$architecture" "$folder/.deb" "$package"
     dpkg -x "$folder/.deb/"*.deb "$folder"
     echo "$name" >>"$folder/.unpacked"
     rm -rf "$folder/.deb"
+  done
+}
+
+kernel_package() { # kernel_package ARCHITECTURE: its ABI number changes with each security update
+  private_apt "$1" apt-cache depends "linux-image-$1" | awk '/Depends: linux-image-[0-9]/ { print $2; exit }'
+}
+
+# What a module or a program needs of its own kind, without running anything of the other architecture. `unpacked` is
+# where the packages are, `release` the kernel's, and `root` the guest's files, which may be there already.
+depends_of() { # depends_of FILE: names of the modules that this one needs
+  tr '\0' '\n' <"$1" | sed -n 's/^depends=//p' | tr ',' '\n' | grep . || true
+}
+
+with_dependencies() { # with_dependencies MODULE: the files to load, in order; what is built into the kernel has no file
+  local file dependency
+  file=$(find "$unpacked/lib/modules/$release" -name "${1//[-_]/[-_]}.ko" -print -quit)
+  [ -n "$file" ] || return 0
+  while read -r dependency; do with_dependencies "$dependency"; done < <(depends_of "$file")
+  echo "$file"
+}
+
+add_libraries() { # add_libraries FOLDER FILE...: every library that the files ask for, and those ask for, into FOLDER
+  local folder=$1 file library found
+  shift
+  for file in "$@"; do
+    while read -r library; do
+      [ -e "$root/lib/$library" ] || [ -e "$folder/$library" ] || [[ $library = ld-linux* ]] && continue
+      found=$(find "$unpacked/lib" "$unpacked/usr/lib" -name "$library" -print -quit)
+      [ -n "$found" ] || fail "no package brings the library $library" "add it to ${0#"$repository/"}"
+      cp -L "$found" "$folder/$library"
+      add_libraries "$folder" "$found"
+    done < <(readelf -d "$file" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p')
   done
 }

@@ -1,5 +1,5 @@
 //! Way 4 in whole machines: QEMU guests with Debian's stock kernel and a real `/dev/i2c-N`, and the agent built for a
-//! Raspberry Pi. What happens in the guest is `tests/guests/way-4`; here is what must have come of it.
+//! Raspberry Pi. What happens in the guest is `tests/guests/way-4` or `kernel-driver`; here is what must have come of it.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
@@ -7,10 +7,14 @@ use grideye_tests::programs::{Ended, folder, grideye, is_left_out, root, run};
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 
 const GUESTS: &str = "GRIDEYE_WITHOUT_GUESTS";
 const CROSS: &str = "GRIDEYE_WITHOUT_CROSS";
+const VIDEO_I2C: &str = "GRIDEYE_WITHOUT_VIDEO_I2C";
 const SCENE: &str = "scenes/experiment-1.toml";
+const PAGE: &str = include_str!("../../crates/grideye/EMULATE.md");
+const README: &str = include_str!("../../crates/i2c-emulation/README.md");
 
 /// A program that says on its first line where it can be reached; killed when dropped.
 struct Serving {
@@ -65,12 +69,40 @@ fn collector(store: &Path) -> Serving {
     Serving::start(command.arg("--store").arg(store.join("store.sqlite")))
 }
 
+/// The one block of shell commands in this document that has these words.
+fn example<'a>(document: &'a str, words: &str) -> &'a str {
+    let blocks = document.split("```sh").skip(1);
+    let mut found = blocks
+        .map(|block| {
+            block
+                .split_once('\n')
+                .unwrap()
+                .1
+                .split_once("```")
+                .unwrap()
+                .0
+        })
+        .filter(|commands| commands.contains(words));
+    let only = found.next().unwrap();
+    assert_eq!(found.next(), None, "two examples with {words:?}");
+    only
+}
+
+/// A file that the guest will find in its `/bin`.
+fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
 fn script(name: &str) -> Command {
     Command::new(root().join("tests/guests").join(name))
 }
 
-/// Runs a script that prints a folder on its last line.
+/// Runs a script that prepares a folder and prints it on its last line. One at a time: they share what they unpack.
 fn folder_of(command: &mut Command) -> PathBuf {
+    static PREPARING: Mutex<()> = Mutex::new(());
+    let _only_one = PREPARING.lock().unwrap_or_else(PoisonError::into_inner);
     let ended = run(command);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
     PathBuf::from(ended.stdout.lines().last().unwrap())
@@ -80,13 +112,13 @@ fn folder_of(command: &mut Command) -> PathBuf {
 struct Said(Vec<String>);
 
 impl Said {
-    fn boot(architecture: &str, programs: &[PathBuf], variables: &[(&str, String)]) -> Self {
+    fn boot(architecture: &str, test: &str, files: &[PathBuf], collector: Option<String>) -> Self {
         folder_of(script("prepare").arg(architecture));
         let mut boot = script("boot");
         boot.arg(architecture)
-            .arg(root().join("tests/guests/way-4"));
-        boot.args(programs).arg(root().join(SCENE));
-        boot.envs(variables.iter().map(|(name, value)| (name, value)));
+            .arg(root().join("tests/guests").join(test));
+        boot.args(files).arg(root().join(SCENE));
+        boot.env("GUEST_COLLECTOR", collector.unwrap_or_default());
         let Ended {
             code,
             stdout,
@@ -110,6 +142,18 @@ impl Said {
     fn one<'a>(&'a self, word: &'a str) -> &'a str {
         self.all(word).next().unwrap_or_default()
     }
+}
+
+/// `EMULATE.md`, word for word, on a kernel that had none of the modules loaded.
+fn check_the_example(said: &Said) {
+    assert_eq!(said.one("unloaded,"), "left: 0");
+    let example: Vec<&str> = said.all("example").collect();
+    assert!(example.contains(&"ended with 0"), "{example:#?}");
+    let listed = example
+        .iter()
+        .filter(|line| line.starts_with("i2c-") && line.contains("i2c-tiny-usb at bus"));
+    assert_eq!(listed.count(), 1, "{example:#?}");
+    assert!(example.contains(&"left ports in use: 0"), "{example:#?}");
 }
 
 /// The AMG8833 on a bus that every tool of i2c-tools sees (AMG88 spec §4-8: address 0x69; registers 0x80 to 0xFF).
@@ -268,13 +312,21 @@ fn a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus() {
     }
     let store = tempfile::tempdir().unwrap();
     let collector = collector(store.path());
-    let programs = ["grideye", "grideye-agent"].map(|name| folder().join(name));
+    let text = example(PAGE, "--usbip");
+    assert_eq!(text, example(README, "--usbip --"), "one example");
+    let files = [
+        folder().join("grideye"),
+        folder().join("grideye-agent"),
+        written(store.path(), "example", text),
+    ];
     let said = Said::boot(
         "amd64",
-        &programs,
-        &[("GUEST_COLLECTOR", collector.seen_from_the_guest())],
+        "way-4",
+        &files,
+        Some(collector.seen_from_the_guest()),
     );
     assert!(said.one("up").contains("x86_64"));
+    check_the_example(&said);
     assert_eq!(
         said.one("told"),
         said.one("device"),
@@ -307,12 +359,27 @@ fn an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry
     let emulator =
         Serving::start(grideye().args(["emulate", "--scene", SCENE, "--usbip", "127.0.0.1:0"]));
     let agent = folder_of(script("cross").arg("aarch64")).join("grideye-agent");
-    let variables = [
-        ("GUEST_COLLECTOR", collector.seen_from_the_guest()),
-        ("GUEST_SERVER", emulator.seen_from_the_guest()),
+    let (serve, attach) = example(README, "usbip --tcp-port")
+        .split_once('\n')
+        .unwrap();
+    assert!(
+        serve.contains("--usbip 127.0.0.1:3240") && serve.contains(SCENE),
+        "{serve}"
+    );
+    // The port that was free here in place of the example's; nothing else is changed.
+    let port = emulator.address.rsplit(':').next().unwrap();
+    let files = [
+        agent,
+        written(store.path(), "attach", &attach.replace("3240", port)),
     ];
-    let said = Said::boot("arm64", &[agent], &variables);
+    let said = Said::boot(
+        "arm64",
+        "way-4",
+        &files,
+        Some(collector.seen_from_the_guest()),
+    );
     assert!(said.one("up").contains("aarch64"));
+    assert_eq!(said.one("unloaded,"), "left: 0");
     check_the_tools(&said);
     check_the_frame(said.one("frame"));
     check_the_agent(&said, &collector);
@@ -336,4 +403,130 @@ fn the_agent_for_the_raspberry_pi_runs_and_names_the_missing_bus() {
         said.contains("/dev/i2c-99: no such bus") && said.contains("hint: "),
         "{said}"
     );
+}
+
+/// One row of the bus's log (`--trace`): what was written, and what was read behind a repeated start.
+struct Transaction<'a> {
+    written: &'a str,
+    read: Option<&'a str>,
+}
+
+/// What the kernel's driver made of one chip, and what the bus saw of it.
+struct Camera<'a> {
+    said: &'a Said,
+    name: &'a str,
+}
+
+impl<'a> Camera<'a> {
+    fn all(&self, word: &'a str) -> impl Iterator<Item = &'a str> {
+        let lines = self.said.all(self.name);
+        lines.filter_map(move |line| line.strip_prefix(word)?.strip_prefix(' '))
+    }
+
+    fn transactions(&self) -> Vec<Transaction<'a>> {
+        let mut transactions: Vec<Transaction<'_>> = Vec::new();
+        for row in self.all("trace").skip(1) {
+            let cells: Vec<&str> = row.split(',').collect();
+            assert_eq!(cells[4], "0x69", "{row}");
+            assert_eq!(cells[7], "ack", "{row}");
+            match cells[5] {
+                "write" => transactions.push(Transaction {
+                    written: cells[6],
+                    read: None,
+                }),
+                _ => transactions.last_mut().unwrap().read = Some(cells[6]),
+            }
+        }
+        transactions
+    }
+
+    /// The driver's file names and formats, and the thermometer in thousandths of a degree.
+    fn check_what_the_kernel_tells(&self, milli_degrees: &str) {
+        let one = |word| self.all(word).next().unwrap_or_default();
+        assert_eq!(one("driver"), "video-i2c");
+        assert_eq!(one("detect").split_ascii_whitespace().last(), Some("UU"));
+        assert_eq!(one("milli-degrees"), milli_degrees, "{}", self.name);
+        for expected in ["8/8", "'Y12 ' (12-bit Greyscale)", "10.000 (10/1)"] {
+            assert!(
+                self.all("format").any(|line| line.ends_with(expected)),
+                "{} has no {expected}",
+                self.name
+            );
+        }
+        assert_eq!(one("streaming"), "ended with 0");
+        assert_eq!(one("left"), "ports in use: 0");
+    }
+
+    /// Start, rate and sleep as `video-i2c.c` (6.1) writes them: normal mode, initial reset, flag reset; FPSC by reading
+    /// it first; sleep two seconds after the last use (AMG88 spec §4-11-1 to §4-11-3).
+    fn check_what_the_driver_wrote(&self) {
+        let transactions = self.transactions();
+        let written: Vec<&str> = transactions.iter().map(|one| one.written).collect();
+        assert_eq!(written[..3], ["0x00 0x00", "0x01 0x3f", "0x01 0x30"]);
+        let rates = transactions.iter().filter(|one| one.written == "0x02");
+        assert_eq!(
+            rates.map(|one| one.read).collect::<Vec<_>>(),
+            [Some("0x00"), Some("0x00")],
+            "ten frames a second, before each of two streams"
+        );
+        let changed = written.iter().filter(|bytes| **bytes == "0x02 0x01");
+        assert_eq!(
+            changed.count(),
+            1,
+            "one frame a second for the second stream"
+        );
+        let last_frame = written.iter().rposition(|bytes| *bytes == "0x80").unwrap();
+        assert_eq!(written[last_frame + 1], "0x00 0x10", "asleep");
+        assert_eq!(written.last(), Some(&"0x00 0x10"), "{written:?}");
+    }
+
+    /// Five frames from mapped buffers and two from `read`: each is, byte for byte, one that was on the bus.
+    fn frames(&self) -> Vec<&'a str> {
+        let frames: Vec<&str> = self.all("frame").map(str::trim_end).collect();
+        assert_eq!(frames.len(), 7, "{}", self.name);
+        let transactions = self.transactions();
+        let mut bursts = transactions
+            .iter()
+            .filter(|one| one.written == "0x80")
+            .map(|one| one.read.unwrap());
+        for (number, frame) in frames.iter().enumerate() {
+            assert!(
+                bursts.any(|burst| burst == *frame),
+                "frame {number} of {} was not on the bus, or not in this order",
+                self.name
+            );
+        }
+        frames
+    }
+}
+
+/// The kernel's own driver of the chip, written by others from the data sheet, is a second opinion on every byte.
+#[test]
+fn the_kernels_own_driver_makes_a_camera_and_a_thermometer_of_the_emulated_chip() {
+    let what = "the kernel's driver video-i2c in the QEMU guest x86-64";
+    if is_left_out(GUESTS, what) || is_left_out(VIDEO_I2C, what) {
+        return;
+    }
+    let driver = folder_of(&mut script("video-i2c")).join("files");
+    let entries = std::fs::read_dir(driver).unwrap();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.push(folder().join("grideye"));
+    let said = Said::boot("amd64", "kernel-driver", &files, None);
+    // The thermistor is 4.5 °C above the scene (scenes/profiles/README.md). Words are twelve bits in sixteen, low byte first, and the driver does
+    // not extend the sign: 21.5 °C are 86 quarters, -10.25 °C are 41 below 4096.
+    for (name, milli_degrees, word) in [
+        ("constant", "26000", Some("0x56 0x00")),
+        ("cold", "-5750", Some("0xd7 0x0f")),
+        ("scene", "28000", None),
+    ] {
+        let camera = Camera { said: &said, name };
+        camera.check_what_the_kernel_tells(milli_degrees);
+        camera.check_what_the_driver_wrote();
+        for frame in camera.frames() {
+            match word {
+                Some(word) => assert_eq!(frame, vec![word; 64].join(" "), "{name}"),
+                None => check_the_frame(frame),
+            }
+        }
+    }
 }
