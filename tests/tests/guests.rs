@@ -512,8 +512,8 @@ fn the_kernels_own_driver_makes_a_camera_and_a_thermometer_of_the_emulated_chip(
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     files.push(folder().join("grideye"));
     let said = Said::boot("amd64", "kernel-driver", &files, None);
-    // The thermistor is 4.5 °C above the scene (scenes/profiles/README.md). Words are twelve bits in sixteen, low byte first, and the driver does
-    // not extend the sign: 21.5 °C are 86 quarters, -10.25 °C are 41 below 4096.
+    // The thermistor is 4.5 °C above the scene (scenes/profiles/README.md). Words are twelve bits in sixteen, low byte
+    // first, and the driver does not extend the sign: 21.5 °C are 86 quarters, -10.25 °C are 41 below 4096.
     for (name, milli_degrees, word) in [
         ("constant", "26000", Some("0x56 0x00")),
         ("cold", "-5750", Some("0xd7 0x0f")),
