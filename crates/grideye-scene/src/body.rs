@@ -273,12 +273,12 @@ fn mesh(
     )
 }
 
-fn emissivity(source: &Source<'_>, given: Option<&Spanned<f64>>) -> Result<f64, SceneError> {
+pub(crate) fn emissivity(source: &Source<'_>, given: Option<&Spanned<f64>>) -> Result<f64, SceneError> {
     source.number_or(given, &EMISSIVITY, EMISSIVITY_DEFAULT)
 }
 
 /// Red, green and blue of `#rrggbb`.
-fn color(
+pub(crate) fn color(
     source: &Source<'_>,
     given: Option<&Spanned<String>>,
 ) -> Result<Option<[u8; 3]>, SceneError> {

@@ -5,6 +5,7 @@ use crate::count;
 use crate::document::{RoomTable, SceneTable, SensorTable};
 use crate::error::{SceneError, Warning};
 use crate::files::Files;
+use crate::mosaic;
 use crate::perceived::Law;
 use crate::pose::Pose;
 use crate::rule::{
@@ -28,7 +29,6 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
     let room = room(&source, &tables.room)?;
     let mut objects = Vec::new();
     let mut warnings = Vec::new();
-    for table in &tables.object {
     let mut keep = |object: Body, byte: usize| match beyond(object.solid.bounds_m(), &room) {
         None => objects.push(object),
         Some(reach_mm) => warnings.push(Warning::ObjectOutsideRoom {
@@ -38,15 +38,16 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
             room_mm: millimetres(room.size_m),
         }),
     };
+    for table in &tables.object {
         let object = body::object(&source, table, room.ambient_c, files)?;
-        match beyond(object.solid.bounds_m(), &room) {
-            None => objects.push(object),
-            Some(reach_mm) => warnings.push(Warning::ObjectOutsideRoom {
-                place: source.place(table.get_ref().name.span().start),
-                name: object.name,
-                reach_mm,
-                room_mm: millimetres(room.size_m),
-            }),
+        keep(object, table.get_ref().name.span().start);
+    }
+    let mut count = tables.object.len();
+    for table in &tables.mosaic {
+        let cells = mosaic::cells(&source, table, count)?;
+        count += cells.len();
+        for cell in cells {
+            keep(cell, table.get_ref().name.span().start);
         }
     }
     let agents = collect(&tables.agent, |table| {

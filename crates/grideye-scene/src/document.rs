@@ -16,6 +16,8 @@ pub(crate) struct SceneTable {
     #[serde(default)]
     pub(crate) object: Vec<Spanned<ObjectTable>>,
     #[serde(default)]
+    pub(crate) mosaic: Vec<Spanned<MosaicTable>>,
+    #[serde(default)]
     pub(crate) agent: Vec<Spanned<AgentTable>>,
     #[serde(default)]
     pub(crate) sensor: Vec<Spanned<SensorTable>>,
@@ -48,6 +50,18 @@ pub(crate) struct ObjectTable {
     pub(crate) color: Option<Spanned<String>>,
 }
 
+/// Cuboids side by side.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MosaicTable {
+    pub(crate) name: Spanned<String>,
+    pub(crate) position_mm: Spanned<Triple>,
+    pub(crate) size_mm: Spanned<Triple>,
+    pub(crate) temperatures_c: Spanned<Vec<Spanned<Vec<Spanned<f64>>>>>,
+    pub(crate) emissivity: Option<Spanned<f64>>,
+    pub(crate) color: Option<Spanned<String>>,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AgentTable {
@@ -66,6 +80,7 @@ pub(crate) struct AgentTable {
     pub(crate) motion: Option<Spanned<String>>,
     pub(crate) acceleration_mm_per_s2: Option<Spanned<f64>>,
     pub(crate) faces: Option<Spanned<String>>,
+    pub(crate) touches: Option<Spanned<Vec<Spanned<String>>>>,
 }
 
 #[derive(Deserialize)]
@@ -80,7 +95,6 @@ pub(crate) struct SensorTable {
     pub(crate) resolution: Option<Spanned<Exactly<i64, 2>>>,
     pub(crate) fov_deg: Option<Spanned<PerAxis>>,
     pub(crate) pixels_per_degree: Option<Spanned<f64>>,
-    pub(crate) touches: Option<Spanned<Vec<Spanned<String>>>>,
     pub(crate) noise_sigma_c: Option<Spanned<f64>>,
     pub(crate) sampling_hz: Option<Spanned<f64>>,
     pub(crate) operating_distance_mm: Option<Spanned<f64>>,

@@ -13,6 +13,8 @@
 //! | [`Scene`], [`Sensor`], [`Pose`] | the file and its geometry | `scenes/README.md` |
 //! | [`perceived`] | what a surface looks like from a distance | PeerJ CS 11:e3124, "Perceived temperature calculation" |
 //! | [`resample`] | sampling grid to pixels, as MATLAB's `imresize` does | the same, "Interpolation" |
+//! | [`fusion`] | several sensors as one of more pixels | the same, "Scenario A" |
+//! | [`separation`] | situations told apart above the noise | the same, "Scenario B" |
 //! | [`drawing`] | the view of the environment | the same, Figures 3, 11, 12, 14, 24 |
 //! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
 //!
@@ -72,6 +74,8 @@ mod document;
 pub mod drawing;
 mod error;
 mod files;
+pub mod fusion;
+mod mosaic;
 mod motion;
 mod noise;
 mod obj;

@@ -107,8 +107,10 @@ impl Source<'_> {
 
     pub(crate) fn check_names(&self, tables: &SceneTable) -> Result<(), SceneError> {
         let objects = tables.object.iter().map(|table| &table.get_ref().name);
+        let mosaics = tables.mosaic.iter().map(|table| &table.get_ref().name);
         let agents = tables.agent.iter().map(|table| &table.get_ref().name);
-        self.check_unique(objects.chain(agents), "object and agent")?;
+        let all = objects.chain(mosaics).chain(agents);
+        self.check_unique(all, "object and agent")?;
         for agent in &tables.agent {
             let parts = agent.get_ref().part.iter();
             self.check_unique(parts.map(|part| &part.get_ref().name), "part of an agent")?;

@@ -21,6 +21,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     Demo(Demo),
     Simulate(Simulate),
+    Fuse(Fuse),
+    Distinguish(Distinguish),
     Emulate(Emulate),
     Collect(Collect),
     Record(Record),
@@ -96,6 +98,45 @@ pub(crate) enum Method {
     Grid,
     /// The integral over each pixel's response, without a grid.
     Area,
+}
+
+/// Make one frame of more pixels from the sensors of a scene, and say how near it comes to the truth.
+///
+/// Example: grideye fuse scenes/scenario-a-3x3.toml --out fused.png
+#[derive(Debug, Args)]
+pub(crate) struct Fuse {
+    /// Scene file; its sensors stand in a grid, and their operating distance is the plane that is meant.
+    pub(crate) scene: PathBuf,
+    /// Sensors of the array, with commas between them [default: all of the scene].
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) sensors: Vec<String>,
+    /// Frames of each sensor that are averaged first.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) frames: u32,
+    /// Seed of the noise.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Pictures to write (.png): one sensor, each method, and the truth.
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) out: Option<PathBuf>,
+    /// The same content, and the cells, for programs; `-` is standard output.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// Say which sensors of a room tell situations apart above their noise.
+///
+/// Exit code 1: all sensors together do not tell all situations apart.
+///
+/// Example: grideye distinguish scenes/scenario-b-before.toml scenes/scenario-b-after.toml
+#[derive(Debug, Args)]
+pub(crate) struct Distinguish {
+    /// Scene files, one for each situation, with the same sensors.
+    #[arg(required = true, num_args = 2..)]
+    pub(crate) scenes: Vec<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Serve agents and the live page, and store what arrives.

@@ -17,10 +17,12 @@ mod collect;
 mod compare;
 mod convert;
 mod demo;
+mod distinguish;
 mod emulate;
 mod exit;
 mod export;
 mod files;
+mod fuse;
 mod paced_clock;
 mod progress;
 mod record;
@@ -36,6 +38,8 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Demo(options) => demo::run(&options),
         Command::Simulate(options) => simulate::run(&options),
+        Command::Fuse(options) => fuse::run(&options),
+        Command::Distinguish(options) => distinguish::run(&options),
         Command::Emulate(options) => emulate::run(&options),
         Command::Collect(options) => collect::run(options),
         Command::Record(options) => record::run(&options),

@@ -64,7 +64,8 @@ pub(super) fn of_scene(
             drawing.sampled_by.or(scene.sensors.first()),
         );
     }
-    let opacity = PYRAMID_OPACITY / count::float(scene.sensors.len().max(1)).sqrt();
+    let root = count::float(scene.sensors.len().max(1)).sqrt();
+    let opacity = PYRAMID_OPACITY / (root * root.sqrt());
     let room = walls(scene);
     for sensor in &scene.sensors {
         // From above the sides would dye all that is below them: their edges are enough, the two diagonals.
@@ -259,10 +260,14 @@ fn add_view(
         .filter_map(|side| facing(side, ahead_m))
         .collect();
     if inward.len() == sides.len() {
-        pieces.extend(
-            room.iter()
-                .filter_map(|wall| within(wall, &inward, of_walls)),
-        );
+        let seen = room
+            .iter()
+            .filter_map(|wall| within(wall, &inward, of_walls));
+        // Where the sides meet the wall its own outline ends too.
+        pieces.extend(seen.map(|piece| Piece {
+            edges: vec![true; piece.points_m.len()],
+            ..piece
+        }));
     }
 }
 

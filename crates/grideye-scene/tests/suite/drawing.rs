@@ -217,7 +217,7 @@ fn what_is_below_is_painted_first_and_an_agent_is_drawn_where_it_is() {
             ..Drawing::new("walk")
         };
         let page = svg(&scene, &drawing);
-        attributes(views(&page).1, "<path d=", "d")[0].clone()
+        attributes(views(&page).1, "stroke-width=\"0.4\"", "d")[0].clone()
     };
     // The middle of the person's outline moves with it: 200 x 500 mm about the way.
     for (time, x, y) in [(0, 0.5, 1.0), (2, 2.5, 1.0), (5, 3.5, 3.0)] {

@@ -15,6 +15,7 @@
 mod area;
 mod collision;
 mod drawing;
+mod fusion;
 mod invariants;
 mod motion;
 mod peer;

@@ -29,23 +29,19 @@ fn every_scene_is_clean_and_renders() {
         let loaded = load(&std::fs::read_to_string(&path).unwrap(), &name);
         assert_eq!(loaded.warnings, [], "{name}");
         let scene = loaded.scene;
+        let mut is_seen = scene.agents().is_empty();
         for sensor in scene.sensors() {
             let simulator = Simulator::new(&scene, &sensor.name).unwrap();
             let middle = simulator.noisy(scene.duration() / 2, 1);
             assert_eq!(middle.celsius.len(), sensor.columns * sensor.rows, "{name}");
-            assert!(
-                simulator
-                    .truth(scene.duration() / 2)
-                    .share
-                    .iter()
-                    .any(|share| *share > 0.1),
-                "{name}: no agent"
-            );
+            let truth = simulator.truth(scene.duration() / 2);
+            is_seen |= truth.share.iter().any(|share| *share > 0.1);
         }
+        assert!(is_seen, "{name}: no agent");
         names.push(name);
     }
     names.sort();
-    for number in 1..=4 {
+    for number in 1..=5 {
         assert!(
             names.contains(&format!("experiment-{number}.toml")),
             "{names:?}"
@@ -202,6 +198,7 @@ fn the_readme_names_every_key_that_there_is() {
         ("scene", "wrong = 1"),
         ("room", "[room]\nwrong = 1"),
         ("object", "[[object]]\nwrong = 1"),
+        ("mosaic", "[[mosaic]]\nwrong = 1"),
         ("agent", "[[agent]]\nwrong = 1"),
         ("sensor", "[[sensor]]\nwrong = 1"),
     ] {

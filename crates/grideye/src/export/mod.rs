@@ -13,6 +13,7 @@ mod moving;
 mod npz;
 mod picture;
 mod sheet;
+mod tiles;
 
 use crate::exit::bad_input;
 use crate::{files, progress};
@@ -65,4 +66,15 @@ pub(crate) fn write(film: &Film<'_>, out: &Path) -> Result<()> {
     bar.finish_and_clear();
     progress::say(&format!("wrote {written} to {}", out.display()));
     Ok(())
+}
+
+/// Writes images of one size side by side, on one scale of colours (.png).
+pub(crate) fn write_tiles(images: &[&Image], out: &Path) -> Result<()> {
+    if out.extension().is_none_or(|extension| extension != "png") {
+        return Err(bad_input(anyhow!(
+            "cannot tell what to write from the name {}\nhint: end it with .png",
+            out.display()
+        )));
+    }
+    files::write_whole(out, |file| tiles::write(images, file))
 }

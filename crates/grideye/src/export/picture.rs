@@ -34,12 +34,19 @@ pub(super) fn palette() -> Vec<u8> {
 impl Scale {
     /// From the coldest to the warmest pixel of all frames, widened to round numbers.
     pub(super) fn of(film: &Film<'_>) -> Result<Self> {
+        Self::of_images((0..film.frames).map(|index| (film.frame)(index).1))
+    }
+
+    /// The same of images that are there.
+    pub(super) fn of_images<I: std::borrow::Borrow<Image>>(
+        images: impl Iterator<Item = I>,
+    ) -> Result<Self> {
         let mut low_c = f64::INFINITY;
         let mut high_c = f64::NEG_INFINITY;
-        for index in 0..film.frames {
-            for celsius in (film.frame)(index).1.celsius {
-                low_c = low_c.min(celsius);
-                high_c = high_c.max(celsius);
+        for image in images {
+            for celsius in &image.borrow().celsius {
+                low_c = low_c.min(*celsius);
+                high_c = high_c.max(*celsius);
             }
         }
         ensure!(

@@ -1,9 +1,8 @@
 //! A contact sheet: frames side by side, the time below each, one scale of colours for all.
 
 use super::Film;
-use super::picture::{
-    GAP, Picture, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, count, nearest, palette,
-};
+use super::picture::{GAP, Picture, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, count, nearest};
+use super::tiles::write_png;
 use crate::progress;
 use anyhow::Result;
 use std::io::Write;
@@ -21,17 +20,7 @@ pub(super) fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Re
         ));
     }
     let picture = sheet(film, &shown, tick)?;
-    let (width, height) = (
-        u32::try_from(picture.width)?,
-        u32::try_from(picture.height)?,
-    );
-    let mut encoder = png::Encoder::new(out, width, height);
-    encoder.set_color(png::ColorType::Indexed);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_palette(palette());
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&picture.dots)?;
-    writer.finish()?;
+    write_png(&picture, out)?;
     Ok(format!("a sheet of {} frames", shown.len()))
 }
 
