@@ -12,6 +12,7 @@ use crate::rule::{EMISSIVITY, PITCH, ROLL_OF_BODY, TEMPERATURE, UNIT, YAW};
 use crate::scene::{Body, limits};
 use crate::solid::{Solid, SolidError};
 use crate::source::{MM_PER_M, Source};
+use crate::warmth::{self, Stand, Warmth};
 use glam::{DMat3, DVec3};
 use toml::Spanned;
 
@@ -55,6 +56,15 @@ pub(crate) fn parts(
         });
     }
     let build = |part: &Spanned<ObjectTable>| {
+        if part.get_ref().material.is_some() {
+            return Err(SceneError::KeysConflict {
+                place: source.place(part.span().start),
+                table: format!("part `{}`", part.get_ref().name.get_ref()),
+                key: "material",
+                other: "part",
+                hint: "prints stay on objects, not on those who move",
+            });
+        }
         let offset_m = source.position_m(&part.get_ref().position_mm)?;
         body(source, part, start_m + offset_m, ambient_c, files)
     };
@@ -92,6 +102,7 @@ fn single(
             emissivity: emissivity(source, keys.emissivity.as_ref())?,
         },
         color: color(source, keys.color.as_ref())?,
+        warmth: Warmth::default(),
     })
 }
 
@@ -103,16 +114,32 @@ fn body(
     files: &dyn Files,
 ) -> Result<Body, SceneError> {
     let keys = table.get_ref();
+    let celsius = source.number_or(keys.temperature_c.as_ref(), &TEMPERATURE, ambient_c)?;
+    let yaw_deg = source.number_or(keys.yaw_deg.as_ref(), &YAW, 0.0)?;
+    let tilt = tilt(source, keys)?.unwrap_or(DMat3::IDENTITY);
+    let whole = solid(source, table, base_m, files)?;
+    let stand = Stand::new(base_m, yaw_deg, tilt, celsius);
+    let (solid, warmth) = warmth::of(source, table, whole, &stand)?;
     Ok(Body {
         name: source.name(&keys.name)?,
         base_m,
-        solid: solid(source, table, base_m, files)?,
+        solid,
         surface: Surface {
-            celsius: source.number_or(keys.temperature_c.as_ref(), &TEMPERATURE, ambient_c)?,
+            celsius,
             emissivity: emissivity(source, keys.emissivity.as_ref())?,
         },
         color: color(source, keys.color.as_ref())?,
+        warmth,
     })
+}
+
+/// How the body is rolled and pitched before it is turned; `None` if it stands upright.
+fn tilt(source: &Source<'_>, keys: &ObjectTable) -> Result<Option<DMat3>, SceneError> {
+    let pitch_deg = source.optional(keys.pitch_deg.as_ref(), &PITCH)?;
+    let roll_deg = source.optional(keys.roll_deg.as_ref(), &ROLL_OF_BODY)?;
+    let rotation =
+        rotation_y_deg(pitch_deg.unwrap_or(0.0)) * rotation_x_deg(roll_deg.unwrap_or(0.0));
+    Ok((pitch_deg.is_some() || roll_deg.is_some()).then_some(rotation))
 }
 
 fn solid(
@@ -123,11 +150,8 @@ fn solid(
 ) -> Result<Solid, SceneError> {
     let keys = table.get_ref();
     let yaw_deg = source.number_or(keys.yaw_deg.as_ref(), &YAW, 0.0)?;
-    let pitch_deg = source.optional(keys.pitch_deg.as_ref(), &PITCH)?;
-    let roll_deg = source.optional(keys.roll_deg.as_ref(), &ROLL_OF_BODY)?;
-    let tilt: DMat3 =
-        rotation_y_deg(pitch_deg.unwrap_or(0.0)) * rotation_x_deg(roll_deg.unwrap_or(0.0));
-    let rotation = rotation_z_deg(yaw_deg) * tilt;
+    let tilt = tilt(source, keys)?;
+    let rotation = rotation_z_deg(yaw_deg) * tilt.unwrap_or(DMat3::IDENTITY);
     let shape = keys
         .shape
         .as_ref()
@@ -146,7 +170,7 @@ fn solid(
         ("obj", _, _, _, Some(file)) => {
             Ok(mesh(source, keys, file, files)?.placed(rotation, base_m))
         }
-        ("cuboid", Some(size_mm), ..) if pitch_deg.is_none() && roll_deg.is_none() => {
+        ("cuboid", Some(size_mm), ..) if tilt.is_none() => {
             let size_m = source.size_m(size_mm)?;
             Ok(Solid::of_cuboid(&Cuboid::new(base_m, size_m, yaw_deg)))
         }
@@ -273,7 +297,10 @@ fn mesh(
     )
 }
 
-pub(crate) fn emissivity(source: &Source<'_>, given: Option<&Spanned<f64>>) -> Result<f64, SceneError> {
+pub(crate) fn emissivity(
+    source: &Source<'_>,
+    given: Option<&Spanned<f64>>,
+) -> Result<f64, SceneError> {
     source.number_or(given, &EMISSIVITY, EMISSIVITY_DEFAULT)
 }
 

@@ -8,15 +8,17 @@ use crate::files::Files;
 use crate::mosaic;
 use crate::perceived::Law;
 use crate::pose::Pose;
+use crate::residual;
 use crate::rule::{
-    AMBIENT, AZIMUTH, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL, SAMPLING,
+    AMBIENT, AZIMUTH, DURATION, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL,
+    SAMPLING,
 };
 use crate::scene::{Body, Loaded, Room, Scene, Sensor, limits};
 use crate::source::{MM_PER_M, Source};
 use crate::way;
 use glam::{DVec2, DVec3, USizeVec2};
-use std::path::{Component, Path};
 use std::collections::HashSet;
+use std::path::{Component, Path};
 use toml::Spanned;
 
 pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loaded, SceneError> {
@@ -55,13 +57,17 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
     })?;
     let sensors = collect(&tables.sensor, |table| sensor(&source, table, &room))?;
     let law = law(&source, tables.law.as_ref())?;
-    let scene = Scene {
+    let duration_s = source.number_or(tables.duration_s.as_ref(), &DURATION, 0.0)?;
+    let mut scene = Scene {
         room,
         objects,
         agents,
         sensors,
         law,
+        duration_s,
+        prints: Vec::new(),
     };
+    scene.prints = residual::prints(&source, &scene)?;
     warnings.extend(contacts(&source, &tables, &scene)?);
     Ok(Loaded { scene, warnings })
 }

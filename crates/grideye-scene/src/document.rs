@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 use toml::Spanned;
@@ -12,6 +13,7 @@ pub(crate) struct SceneTable {
     pub(crate) model: Option<Spanned<String>>,
     pub(crate) law: Option<Spanned<String>>,
     pub(crate) collisions: Option<Spanned<String>>,
+    pub(crate) duration_s: Option<Spanned<f64>>,
     pub(crate) room: RoomTable,
     #[serde(default)]
     pub(crate) object: Vec<Spanned<ObjectTable>>,
@@ -48,6 +50,16 @@ pub(crate) struct ObjectTable {
     pub(crate) temperature_c: Option<Spanned<f64>>,
     pub(crate) emissivity: Option<Spanned<f64>>,
     pub(crate) color: Option<Spanned<String>>,
+    pub(crate) faces_c: Option<Spanned<BTreeMap<String, Spanned<f64>>>>,
+    pub(crate) gradient_c_per_m: Option<Spanned<Triple>>,
+    pub(crate) texture_c: Option<Spanned<Rows>>,
+    pub(crate) texture_on: Option<Spanned<String>>,
+    pub(crate) texture_filter: Option<Spanned<String>>,
+    pub(crate) time_constant_s: Option<Spanned<f64>>,
+    pub(crate) power_w: Option<Spanned<f64>>,
+    pub(crate) heat_capacity_j_per_k: Option<Spanned<f64>>,
+    pub(crate) on_s: Option<Spanned<Vec<Exactly<f64, 2>>>>,
+    pub(crate) material: Option<Spanned<String>>,
 }
 
 /// Cuboids side by side.
@@ -99,6 +111,9 @@ pub(crate) struct SensorTable {
     pub(crate) sampling_hz: Option<Spanned<f64>>,
     pub(crate) operating_distance_mm: Option<Spanned<f64>>,
 }
+
+/// Rows of temperatures.
+pub(crate) type Rows = Vec<Spanned<Vec<Spanned<f64>>>>;
 
 /// Three lengths along x, y and z.
 pub(crate) type Triple = Exactly<f64, 3>;

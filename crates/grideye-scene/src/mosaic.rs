@@ -11,6 +11,7 @@ use crate::rule::{Rule, TEMPERATURE};
 use crate::scene::{Body, limits};
 use crate::solid::Solid;
 use crate::source::Source;
+use crate::warmth::Warmth;
 use glam::DVec3;
 use toml::Spanned;
 
@@ -48,6 +49,7 @@ pub(crate) fn cells(
                     emissivity,
                 },
                 color,
+                warmth: Warmth::default(),
             });
         }
     }

@@ -120,3 +120,33 @@ pub(crate) const ACCELERATION: Rule = Rule {
     expected: "an acceleration above 0 and up to 100000 mm/s²",
     hint: "a person who sets off speeds up by about 1000 mm/s each second",
 };
+pub(crate) const GRADIENT: Rule = Rule {
+    key: "gradient_c_per_m",
+    holds: |celsius_per_m| celsius_per_m.abs() <= 1000.0,
+    expected: "three numbers from -1000 to 1000 °C a metre",
+    hint: "along the body's own x, y and z; temperature_c is that at its position",
+};
+pub(crate) const TIME_CONSTANT: Rule = Rule {
+    key: "time_constant_s",
+    holds: |seconds| (1e-3..=1e9).contains(&seconds),
+    expected: "0.001 to 1000000000 seconds",
+    hint: "the time in which a thing left alone loses 63 % of its difference to ambient: a cup of tea 1800, a kettle 3600",
+};
+pub(crate) const POWER: Rule = Rule {
+    key: "power_w",
+    holds: |watts| watts.abs() <= 1e9,
+    expected: "-1000000000 to 1000000000 W",
+    hint: "what heats the thing while it is on; a negative power cools it",
+};
+pub(crate) const CAPACITY: Rule = Rule {
+    key: "heat_capacity_j_per_k",
+    holds: |capacity| (1e-3..=1e12).contains(&capacity),
+    expected: "0.001 to 1000000000000 J/K",
+    hint: "a litre of water has 4186 J/K, 10 kg of steel 4600 J/K",
+};
+pub(crate) const DURATION: Rule = Rule {
+    key: "duration_s",
+    holds: |seconds| (0.0..=crate::trajectory::TIME_MAX_S).contains(&seconds),
+    expected: "0 to 31622400 seconds",
+    hint: "how long the scene takes at least; the agents' ways make it longer",
+};

@@ -3,8 +3,10 @@ use crate::error::{SceneError, Warning};
 use crate::files::Files;
 use crate::perceived::{Law, Surface};
 use crate::pose::Pose;
+use crate::residual::Print;
 use crate::solid::Solid;
 use crate::trajectory::Trajectory;
+use crate::warmth::Warmth;
 use glam::{DMat3, DVec2, DVec3, USizeVec2};
 use grideye_frame::Celsius;
 use std::time::Duration;
@@ -27,6 +29,10 @@ pub mod limits {
     pub const VERTICES_MAX: usize = 100_000;
     /// Contacts that are told of.
     pub const CONTACTS_MAX: usize = 100;
+    /// Cells of a texture, after cells that are interpolated were divided.
+    pub const TEXTURE_CELLS_MAX: usize = 10_000;
+    /// Warm prints on objects: one for each part, each stop and each face.
+    pub const PRINTS_MAX: usize = 10_000;
     /// Way-points of a trajectory.
     pub const WAY_POINTS_MAX: usize = 100_000;
     /// Points of a sensor's sampling grid on one axis: field of view times points a degree.
@@ -45,6 +51,9 @@ pub struct Scene {
     pub(crate) agents: Vec<Agent>,
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) law: Law,
+    /// The time that the scene is to take at least.
+    pub(crate) duration_s: f64,
+    pub(crate) prints: Vec<Print>,
 }
 
 /// A scene, and what was changed or deserves a look.
@@ -65,7 +74,7 @@ pub struct Room {
     pub ambient_c: f64,
 }
 
-/// A thing of one temperature, standing or at the start of its way.
+/// A thing, standing or at the start of its way; of one temperature, if its keys say nothing else.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Body {
@@ -75,8 +84,10 @@ pub struct Body {
     pub base_m: DVec3,
     /// Its surface, where it stands.
     pub solid: Solid,
-    /// Its temperature and emissivity.
+    /// Its temperature at the start and on the whole, and its emissivity.
     pub surface: Surface,
+    /// How its temperature is spread over its faces, and how it changes.
+    pub(crate) warmth: Warmth,
     /// Its colour in drawings of the room: red, green, blue.
     pub color: Option<[u8; 3]>,
 }
@@ -197,14 +208,13 @@ impl Scene {
         self.duration().is_zero()
     }
 
-    /// The time that the agents take for their ways: zero if nothing moves.
+    /// The time that the agents take for their ways, or the one that the file gives if that is longer: zero if nothing
+    /// moves or changes.
     #[must_use]
     pub fn duration(&self) -> Duration {
-        self.agents
-            .iter()
-            .map(Agent::duration)
-            .max()
-            .unwrap_or_default()
+        let given = Duration::try_from_secs_f64(self.duration_s).unwrap_or_default();
+        let ways = self.agents.iter().map(Agent::duration).max();
+        ways.unwrap_or_default().max(given)
     }
 
     /// How many frames the sensor takes while an agent is on its way, the first at its start: 1 if nothing moves.
@@ -213,6 +223,16 @@ impl Scene {
         // A hair's breadth keeps the last frame in, if the way ends on it but for rounding.
         let last = (self.duration().as_secs_f64() * sensor.sampling_hz + 1e-6).floor();
         u64::try_from(crate::count::floor(last)).map_or(u64::MAX, |last| last.saturating_add(1))
+    }
+}
+
+impl Body {
+    /// Its temperature on the whole after `time_s`.
+    pub(crate) fn celsius(&self, ambient_c: f64, time_s: f64) -> f64 {
+        match &self.warmth.heat {
+            None => self.surface.celsius,
+            Some(heat) => heat.celsius(self.surface.celsius, ambient_c, time_s),
+        }
     }
 }
 
@@ -231,6 +251,13 @@ impl Agent {
         let turns = self.turns.as_ref()?;
         let heads_for = self.trajectory.as_ref()?.heads_for(time.as_secs_f64());
         turns.get(heads_for).copied()
+    }
+
+    /// One of its parts where it is after `time_s`.
+    pub(crate) fn standing(&self, part: &Solid, time_s: f64) -> Solid {
+        let time = Duration::try_from_secs_f64(time_s).unwrap_or(Duration::MAX);
+        let turned = self.turned(part, self.turn(time).unwrap_or(DMat3::IDENTITY));
+        turned.placed(DMat3::IDENTITY, self.position_m(time) - self.start_m)
     }
 
     /// One of its parts, turned about the vertical through its start.

@@ -2,8 +2,9 @@ use crate::area::{Facet, Plane, Still};
 use crate::canvas::{Backdrop, Bench, NOBODY, Painted};
 use crate::error::SceneError;
 use crate::noise::add_noise;
-use crate::perceived::Air;
+use crate::perceived::{Air, Glow, Surface};
 use crate::resample::Resampler;
+use crate::residual::Print;
 use crate::scene::{Agent, Body, Scene, Sensor};
 use crate::view::{Sight, View};
 use glam::DVec3;
@@ -22,6 +23,63 @@ pub struct Simulator {
     /// The pixels with nothing but what stands still.
     still_c: Vec<f64>,
     agents: Vec<Agent>,
+    objects: Objects,
+}
+
+/// The objects, as far as something of them changes in time.
+#[derive(Debug, Clone)]
+struct Objects {
+    /// All of them, if any warms up, cools down or has a print.
+    all: Vec<Body>,
+    prints: Vec<Print>,
+}
+
+impl Objects {
+    fn new(scene: &Scene) -> Self {
+        let changes = !scene.prints.is_empty() || scene.objects.iter().any(is_changing);
+        Self {
+            all: if changes {
+                scene.objects.clone()
+            } else {
+                Vec::new()
+            },
+            prints: scene.prints.clone(),
+        }
+    }
+}
+
+fn is_changing(object: &Body) -> bool {
+    object.warmth.heat.is_some()
+}
+
+/// What a surface is made of: of one temperature, or of one for each face.
+#[derive(Debug, Clone, Copy)]
+struct Skin<'a> {
+    surface: Surface,
+    offsets_c: &'a [f64],
+    owner: u32,
+}
+
+impl<'a> Skin<'a> {
+    fn of(body: &'a Body, ambient_c: f64, time_s: f64, owner: u32) -> Self {
+        Self {
+            surface: Surface {
+                celsius: body.celsius(ambient_c, time_s),
+                ..body.surface
+            },
+            offsets_c: &body.warmth.offsets_c,
+            owner,
+        }
+    }
+
+    /// What one face glows like.
+    fn glow(&self, air: &Air, face: usize) -> Glow {
+        let offset_c = self.offsets_c.get(face).copied().unwrap_or(0.0);
+        air.glow(Surface {
+            celsius: self.surface.celsius + offset_c,
+            ..self.surface
+        })
+    }
 }
 
 /// How a frame is made, and what stands still in it.
@@ -76,9 +134,15 @@ impl Simulator {
         let standing: Vec<Painted> = scene
             .objects
             .iter()
+            .filter(|object| !is_changing(object))
             .flat_map(|object| {
                 let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
-                painted(&view, &air, object, &sight, NOBODY)
+                painted(
+                    &view,
+                    &air,
+                    &Skin::of(object, ambient_c, 0.0, NOBODY),
+                    &sight,
+                )
             })
             .collect();
         let backdrop = Backdrop::new(&view, &air, &standing);
@@ -98,6 +162,7 @@ impl Simulator {
             })),
             still_c,
             agents: scene.agents.clone(),
+            objects: Objects::new(scene),
         })
     }
 
@@ -114,9 +179,15 @@ impl Simulator {
         let standing = scene
             .objects
             .iter()
+            .filter(|object| !is_changing(object))
             .flat_map(|object| {
                 let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
-                facets(&plane, &air, object, &sight, NOBODY)
+                facets(
+                    &plane,
+                    &air,
+                    &Skin::of(object, ambient_c, 0.0, NOBODY),
+                    &sight,
+                )
             })
             .collect();
         let still = Still::new(standing);
@@ -129,6 +200,7 @@ impl Simulator {
             method: Method::Area { plane, still },
             still_c,
             agents: scene.agents.clone(),
+            objects: Objects::new(scene),
         })
     }
 
@@ -150,15 +222,14 @@ impl Simulator {
         let mut celsius = self.still_c.clone();
         match &self.method {
             Method::Grid(grid) => {
-                let patches = self.agents_by(time, |body, sight, owner| {
-                    painted(&grid.view, &self.air, body, sight, owner)
+                let patches = self.changing_by(time, |skin, sight| {
+                    painted(&grid.view, &self.air, skin, sight)
                 });
                 grid.bench(&self.air).add_excess(&patches, &mut celsius);
             }
             Method::Area { plane, still } => {
-                let moving = self.agents_by(time, |body, sight, owner| {
-                    facets(plane, &self.air, body, sight, owner)
-                });
+                let moving =
+                    self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
                 still.add_change(plane, &self.air, &moving, &mut celsius);
             }
         }
@@ -204,16 +275,15 @@ impl Simulator {
         let mut share = vec![0.0; self.still_c.len()];
         match &self.method {
             Method::Grid(grid) => {
-                let patches = self.agents_by(time, |body, sight, owner| {
-                    painted(&grid.view, &self.air, body, sight, owner)
+                let patches = self.changing_by(time, |skin, sight| {
+                    painted(&grid.view, &self.air, skin, sight)
                 });
                 grid.bench(&self.air)
                     .add_share(&patches, counts, &mut share);
             }
             Method::Area { plane, still } => {
-                let moving = self.agents_by(time, |body, sight, owner| {
-                    facets(plane, &self.air, body, sight, owner)
-                });
+                let moving =
+                    self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
                 still.add_share(plane, &moving, counts, &mut share);
             }
         }
@@ -226,9 +296,30 @@ impl Simulator {
         }
     }
 
-    /// What `build` makes of each part of each agent where it is at `time`.
-    fn agents_by<T>(&self, time: Duration, build: impl Fn(&Body, &Sight, u32) -> Vec<T>) -> Vec<T> {
+    /// What `build` makes of all that is not as it is in the backdrop at `time`: each part of each agent where it is,
+    /// objects that change, and prints on objects.
+    fn changing_by<T>(
+        &self,
+        time: Duration,
+        build: impl Fn(&Skin<'_>, &Sight) -> Vec<T>,
+    ) -> Vec<T> {
+        let (ambient_c, time_s) = (self.ambient_c, time.as_secs_f64());
         let mut built = Vec::new();
+        for object in self.objects.all.iter().filter(|object| is_changing(object)) {
+            let sight = Sight::new(&self.sensor.pose, &object.solid, DVec3::ZERO);
+            built.extend(build(&Skin::of(object, ambient_c, time_s, NOBODY), &sight));
+        }
+        for print in &self.objects.prints {
+            if let Some(surface) = print.surface(&self.objects.all, ambient_c, time_s) {
+                let sight = Sight::new(&self.sensor.pose, print.sheet(), DVec3::ZERO);
+                let skin = Skin {
+                    surface,
+                    offsets_c: &[],
+                    owner: NOBODY,
+                };
+                built.extend(build(&skin, &sight));
+            }
+        }
         for (index, agent) in self.agents.iter().enumerate() {
             let moved_m = agent.position_m(time) - agent.start_m;
             let turn = agent.turn(time);
@@ -239,7 +330,8 @@ impl Simulator {
                         Sight::new(&self.sensor.pose, &agent.turned(&part.solid, turn), moved_m)
                     }
                 };
-                built.extend(build(part, &sight, number(index)));
+                let skin = Skin::of(part, ambient_c, time_s, number(index));
+                built.extend(build(&skin, &sight));
             }
         }
         built
@@ -258,30 +350,37 @@ fn number(agent: usize) -> u32 {
 }
 
 /// The faces of a body that are seen, for the sampling grid.
-fn painted(view: &View, air: &Air, body: &Body, sight: &Sight, owner: u32) -> Vec<Painted> {
-    let glow = air.glow(body.surface);
+fn painted(view: &View, air: &Air, skin: &Skin<'_>, sight: &Sight) -> Vec<Painted> {
+    let whole = air.glow(skin.surface);
     let patches = view.patches(sight).into_iter();
     patches
-        .map(|patch| Painted {
-            root: air.root(&glow, patch.depth_min_m()),
-            patch,
-            glow,
-            owner,
+        .map(|patch| {
+            let glow = if skin.offsets_c.is_empty() {
+                whole
+            } else {
+                skin.glow(air, patch.face())
+            };
+            Painted {
+                root: air.root(&glow, patch.depth_min_m()),
+                patch,
+                glow,
+                owner: skin.owner,
+            }
         })
         .collect()
 }
 
 /// The faces of a body that are seen, in the picture plane.
-fn facets(plane: &Plane, air: &Air, body: &Body, sight: &Sight, owner: u32) -> Vec<Facet> {
-    let made_of = (air, air.glow(body.surface), owner);
+fn facets(plane: &Plane, air: &Air, skin: &Skin<'_>, sight: &Sight) -> Vec<Facet> {
     match sight {
         Sight::Inside(touching) => plane
-            .facet_all_around(touching, made_of)
+            .facet_all_around(touching, (air, air.glow(skin.surface), skin.owner))
             .into_iter()
             .collect(),
         Sight::Outside(faces) => faces
             .iter()
             .filter_map(|face| {
+                let made_of = (air, skin.glow(air, face.face), skin.owner);
                 plane.facet(face.corners.iter().copied(), face.inverse_depth, made_of)
             })
             .collect(),

@@ -14,6 +14,8 @@ pub struct Solid {
     corners: Vec<usize>,
     /// Where each face's corners begin in `corners`; one more at the end.
     starts: Vec<usize>,
+    /// Which of the faces that it was made of each is, or is a part of.
+    given: Vec<usize>,
     enclosure: Enclosure,
 }
 
@@ -84,6 +86,7 @@ impl Solid {
             vertices_m: cuboid.corners_in_world().to_vec(),
             corners: CUBOID_FACES.concat(),
             starts: (0..=CUBOID_FACES.len()).map(|face| 4 * face).collect(),
+            given: (0..CUBOID_FACES.len()).collect(),
             enclosure: Enclosure::Convex,
         }
     }
@@ -100,6 +103,7 @@ impl Solid {
             vertices_m,
             corners: vec![0, 3, 2, 1, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4],
             starts: vec![0, 4, 7, 10, 13, 16],
+            given: (0..5).collect(),
             enclosure: Enclosure::Convex,
         }
     }
@@ -134,6 +138,7 @@ impl Solid {
             vertices_m,
             corners: Vec::new(),
             starts: vec![0],
+            given: Vec::new(),
             enclosure: Enclosure::Open,
         };
         for (face, corners) in faces.iter().enumerate() {
@@ -160,6 +165,7 @@ impl Solid {
             }
             for piece in pieces {
                 solid.push(&piece);
+                solid.given.push(face);
             }
         }
         if solid.starts.len() == 1 {
@@ -191,6 +197,46 @@ impl Solid {
             .map(|pair| &self.corners[pair[0]..pair[1]])
     }
 
+    /// Which of the faces that the surface was made of each face is, or is a part of.
+    pub(crate) fn given(&self) -> &[usize] {
+        &self.given
+    }
+
+    /// The same surface with its faces cut: `parts` gives each face's parts by their corners, with a value that comes
+    /// back for each part that has an area.
+    pub(crate) fn cut(
+        &self,
+        parts: impl Fn(usize, &[DVec3]) -> Vec<(Vec<DVec3>, f64)>,
+    ) -> (Self, Vec<f64>) {
+        let mut cut = Self {
+            vertices_m: Vec::new(),
+            corners: Vec::new(),
+            starts: vec![0],
+            given: Vec::new(),
+            enclosure: self.enclosure,
+        };
+        let mut values = Vec::new();
+        for (face, corners) in self.faces().enumerate() {
+            let corners: Vec<DVec3> = corners
+                .iter()
+                .map(|corner| self.vertices_m[*corner])
+                .collect();
+            for (part, value) in parts(face, &corners) {
+                let indices: Vec<usize> = (0..part.len()).collect();
+                if part.len() < 3 || convex_pieces(&part, &indices).is_empty() {
+                    continue;
+                }
+                let first = cut.vertices_m.len();
+                cut.vertices_m.extend(part);
+                cut.corners.extend(first..cut.vertices_m.len());
+                cut.starts.push(cut.corners.len());
+                cut.given.push(self.given[face]);
+                values.push(value);
+            }
+        }
+        (cut, values)
+    }
+
     /// The lowest and the highest corner of the upright box, along the axes, that holds it.
     #[must_use]
     pub fn bounds_m(&self) -> (DVec3, DVec3) {
@@ -216,6 +262,7 @@ impl Solid {
             vertices_m: vec![DVec3::ZERO],
             corners: Vec::new(),
             starts: vec![0],
+            given: Vec::new(),
             enclosure: Enclosure::Convex,
         };
         for ring in 1..RINGS {
@@ -240,6 +287,7 @@ impl Solid {
             .vertices_m
             .push(DVec3::new(0.0, 0.0, size_m.z + cylinder_m));
         solid.join_rings();
+        solid.given = (0..solid.starts.len() - 1).collect();
         solid
     }
 

@@ -33,6 +33,14 @@ pub(crate) struct Leg {
     pub(crate) speed_max_m_per_s: f64,
 }
 
+/// A time at which the walker does not move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stay {
+    pub(crate) from_s: f64,
+    /// Infinite at the end of the way.
+    pub(crate) until_s: f64,
+}
+
 impl Trajectory {
     /// The points that the polyline joins, metres.
     #[must_use]
@@ -146,6 +154,28 @@ impl Trajectory {
             }
         }
         legs
+    }
+
+    /// The times at which the walker stands: before it sets off, at its stops, and for ever at the end.
+    pub(crate) fn stays(&self) -> Vec<Stay> {
+        let mut stays: Vec<Stay> = Vec::new();
+        let mut still_since_s = 0.0;
+        for leg in self.legs() {
+            if leg.speed_max_m_per_s > 0.0 {
+                if leg.start_s > still_since_s {
+                    stays.push(Stay {
+                        from_s: still_since_s,
+                        until_s: leg.start_s,
+                    });
+                }
+                still_since_s = leg.end_s;
+            }
+        }
+        stays.push(Stay {
+            from_s: still_since_s,
+            until_s: f64::INFINITY,
+        });
+        stays
     }
 
     fn length_at_s(&self, time_s: f64) -> f64 {

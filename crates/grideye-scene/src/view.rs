@@ -85,6 +85,7 @@ impl View {
             rows,
             bounds: sides.map(|side| self.bound(side)).collect(),
             inverse_depth: face.inverse_depth,
+            face: face.face,
             depth_min_m: corners().fold(f64::INFINITY, |depth_m, corner| depth_m.min(corner.x)),
         })
     }
@@ -133,6 +134,7 @@ impl View {
             rows: 0..self.rows(),
             bounds: touching.iter().map(|normal| self.bound(-*normal)).collect(),
             inverse_depth: DVec3::new(f64::INFINITY, 0.0, 0.0),
+            face: NO_FACE,
             depth_min_m: 0.0,
         }
     }
@@ -151,6 +153,8 @@ pub(crate) enum Sight {
 /// A face in the sensor's axes.
 #[derive(Debug, Clone)]
 pub(crate) struct SeenFace {
+    /// Its place among the solid's faces.
+    pub(crate) face: usize,
     pub(crate) corners: Vec<DVec3>,
     /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
     pub(crate) inverse_depth: DVec3,
@@ -169,14 +173,18 @@ impl Sight {
         if let Some(touching) = enclosure(solid, &in_sensor) {
             return Self::Inside(touching);
         }
-        let seen = |face| SeenFace::new(face, &in_sensor, solid.enclosure());
-        Self::Outside(solid.faces().filter_map(seen).collect())
+        let seen = |(index, face)| SeenFace::new((index, face), &in_sensor, solid.enclosure());
+        Self::Outside(solid.faces().enumerate().filter_map(seen).collect())
     }
 }
 
 impl SeenFace {
     /// `None` if the face shows its inside or is seen edge-on.
-    fn new(face: &[usize], in_sensor: &[DVec3], enclosure: Enclosure) -> Option<Self> {
+    fn new(
+        (index, face): (usize, &[usize]),
+        in_sensor: &[DVec3],
+        enclosure: Enclosure,
+    ) -> Option<Self> {
         let corners: Vec<DVec3> = face.iter().map(|corner| in_sensor[*corner]).collect();
         let anchor = *corners.first()?;
         let normal = normal(anchor, corners.iter().copied());
@@ -186,6 +194,7 @@ impl SeenFace {
             Enclosure::Closed | Enclosure::Convex => offset < 0.0,
         };
         faces_the_sensor.then(|| Self {
+            face: index,
             corners,
             inverse_depth: normal / offset,
             orientation: offset.signum(),
@@ -201,6 +210,7 @@ pub(crate) struct Patch {
     /// Its product with a ray is one over the depth at which the ray meets the face's plane.
     inverse_depth: DVec3,
     depth_min_m: f64,
+    face: usize,
 }
 
 /// A line across the grid, and the side of it that counts; `start + step * up` is the column at which it crosses.
@@ -253,11 +263,19 @@ impl Patch {
         )
     }
 
+    /// Its place among the solid's faces; none for a solid that the sensor is in.
+    pub(crate) fn face(&self) -> usize {
+        self.face
+    }
+
     /// No point of the face is nearer than this, metres.
     pub(crate) fn depth_min_m(&self) -> f64 {
         self.depth_min_m
     }
 }
+
+/// The face that is seen of a solid by a sensor in it.
+const NO_FACE: usize = usize::MAX;
 
 /// A sensor this near to a face is on it, metres.
 const TOUCH_M: f64 = 1e-9;

@@ -225,6 +225,10 @@ impl Sheet {
                 "<path d=\"{outline}\" fill=\"{fill}\" stroke=\"{fill}\" stroke-width=\"0.4\"/>"
             ));
         }
+        if is_tiny(camera, &piece.points_m) {
+            // Edges would be all that is seen of it.
+            return;
+        }
         let corners = piece.points_m.len();
         let lines: String = (0..corners)
             .filter(|index| piece.edges.get(*index) == Some(&true))
@@ -257,6 +261,14 @@ fn is_seen(camera: &Camera, wall: &[DVec3]) -> bool {
     Plane::of_face(wall).is_some_and(|plane| camera.side_of(&plane) > 1e-9)
 }
 
+fn is_tiny(camera: &Camera, points_m: &[DVec3]) -> bool {
+    let places = points_m.iter().map(|point| camera.project(*point));
+    let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
+        (low.min(at), high.max(at))
+    });
+    (high - low).max_element() < TINY
+}
+
 fn path(camera: &Camera, points_m: &[DVec3], closed: bool) -> String {
     let mut path = String::new();
     for (index, point) in points_m.iter().enumerate() {
@@ -284,7 +296,7 @@ fn escaped(text: &str) -> String {
             '>' => safe.push_str("&gt;"),
             '"' => safe.push_str("&quot;"),
             other if other.is_control() || matches!(other, '\u{fffe}' | '\u{ffff}') => {
-                safe.push(' ')
+                safe.push(' ');
             }
             other => safe.push(other),
         }
@@ -305,3 +317,6 @@ fn round_step(length: f64) -> f64 {
     }
     step
 }
+
+/// Faces smaller than this on the page have no edges.
+const TINY: f64 = 5.0;

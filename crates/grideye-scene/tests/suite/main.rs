@@ -18,11 +18,12 @@ mod drawing;
 mod fusion;
 mod invariants;
 mod motion;
-mod peer;
 mod paper_scenes;
+mod peer;
 mod refusals;
 mod shapes;
 mod shipped;
+mod warmth;
 
 use grideye_scene::{Loaded, Scene, SceneError, Simulator};
 use std::io;

@@ -194,93 +194,96 @@ fn refusal(keys: &str, walk: &str) -> String {
     refused.unwrap_or_else(|error| error.to_string())
 }
 
+/// Keys, trajectory and the first line of the message.
+const REFUSED: &[(&str, &str, &str)] = &[
+    (
+        "speed_mm_per_s = 800\nmotion = \"hopping\"\n",
+        WALK,
+        "room.toml:16:10: `motion` is \"hopping\", expected \"constant\", \"trapezoidal\" or \"minimum-jerk\"",
+    ),
+    (
+        "speed_mm_per_s = 800\nmotion = \"trapezoidal\"\n",
+        WALK,
+        "room.toml:16:10: agent `a` has no `acceleration_mm_per_s2`",
+    ),
+    (
+        "speed_mm_per_s = 800\nmotion = \"minimum-jerk\"\nacceleration_mm_per_s2 = 500\n",
+        WALK,
+        "room.toml:17:26: agent `a` has both `acceleration_mm_per_s2` and `motion`",
+    ),
+    (
+        "speed_mm_per_s = 800\nacceleration_mm_per_s2 = 500\n",
+        WALK,
+        "room.toml:16:26: agent `a` has both `acceleration_mm_per_s2` and `motion`",
+    ),
+    (
+        "speed_mm_per_s = 800\nmotion = \"trapezoidal\"\nacceleration_mm_per_s2 = 0\n",
+        WALK,
+        "room.toml:17:26: `acceleration_mm_per_s2` is 0, expected an acceleration above 0 and up to 100000 mm/s²",
+    ),
+    (
+        "speed_mm_per_s = 800\nfaces = \"north\"\n",
+        WALK,
+        "room.toml:16:9: `faces` is \"north\", expected \"fixed\" or \"way\"",
+    ),
+    (
+        "speed_mm_per_s = 800\n",
+        TIME_TABLE,
+        "room.toml:15:18: agent `a` has both `speed_mm_per_s` and `t_s`",
+    ),
+    (
+        "motion = \"minimum-jerk\"\n",
+        WALK,
+        "room.toml:14:14: agent `a` has no `speed_mm_per_s`",
+    ),
+    (
+        "motion = \"trapezoidal\"\nacceleration_mm_per_s2 = 600\n",
+        TIME_TABLE,
+        "w.csv:3:1: found 1500 mm in 2 s, expected a way that the acceleration allows; this one takes at least 1500 mm/s²",
+    ),
+    (
+        "",
+        "t_s,x_mm,y_mm,z_mm\n1,500,3000,0\n1,600,3000,0\n",
+        "w.csv:3:1: found `1` as t_s, expected more than 1 s, when the way-point before it is left",
+    ),
+    (
+        "",
+        "t_s,x_mm,y_mm,z_mm,dwell_s\n1,500,3000,0,2\n3,600,3000,0,0\n",
+        "w.csv:3:1: found `3` as t_s, expected more than 3 s, when the way-point before it is left",
+    ),
+    (
+        "",
+        "t_s,x_mm,y_mm,z_mm\n-1,500,3000,0\n",
+        "w.csv:2:1: found `-1` as t_s, expected 0 to 31622400 seconds",
+    ),
+    (
+        "speed_mm_per_s = 800\n",
+        "x_mm,y_mm,z_mm,dwell_s\n500,3000,0,31622400.5\n",
+        "w.csv:2:12: found `31622400.5` as dwell_s, expected 0 to 31622400 seconds",
+    ),
+    (
+        "",
+        "t_s,x_mm,y_mm,z_mm,dwell_s\n31622400,500,3000,0,1\n",
+        "w.csv:2:1: found `31622400` as t_s, expected a stop that ends by 31622400 s",
+    ),
+    (
+        "speed_mm_per_s = 800\n",
+        "x_mm,y_mm,z_mm,dwell_s\n500,3000,0,31622400\n600,3000,0,1\n",
+        "room.toml:15:18: `speed_mm_per_s` is 800, expected a speed at which the way takes at most 366 days",
+    ),
+    (
+        "",
+        "t_s,x_mm,z_mm,y_mm\n1,2,3,4\n",
+        "w.csv:1:10: found the header `t_s,x_mm,z_mm,y_mm`, expected the header `t_s,x_mm,y_mm,z_mm`",
+    ),
+];
+
 #[test]
 fn keys_that_contradict_one_another_are_refused() {
-    for (keys, walk, expected) in [
-        (
-            "speed_mm_per_s = 800\nmotion = \"hopping\"\n",
-            WALK,
-            "room.toml:16:10: `motion` is \"hopping\", expected \"constant\", \"trapezoidal\" or \"minimum-jerk\"",
-        ),
-        (
-            "speed_mm_per_s = 800\nmotion = \"trapezoidal\"\n",
-            WALK,
-            "room.toml:16:10: agent `a` has no `acceleration_mm_per_s2`",
-        ),
-        (
-            "speed_mm_per_s = 800\nmotion = \"minimum-jerk\"\nacceleration_mm_per_s2 = 500\n",
-            WALK,
-            "room.toml:17:26: agent `a` has both `acceleration_mm_per_s2` and `motion`",
-        ),
-        (
-            "speed_mm_per_s = 800\nacceleration_mm_per_s2 = 500\n",
-            WALK,
-            "room.toml:16:26: agent `a` has both `acceleration_mm_per_s2` and `motion`",
-        ),
-        (
-            "speed_mm_per_s = 800\nmotion = \"trapezoidal\"\nacceleration_mm_per_s2 = 0\n",
-            WALK,
-            "room.toml:17:26: `acceleration_mm_per_s2` is 0, expected an acceleration above 0 and up to 100000 mm/s²",
-        ),
-        (
-            "speed_mm_per_s = 800\nfaces = \"north\"\n",
-            WALK,
-            "room.toml:16:9: `faces` is \"north\", expected \"fixed\" or \"way\"",
-        ),
-        (
-            "speed_mm_per_s = 800\n",
-            TIME_TABLE,
-            "room.toml:15:18: agent `a` has both `speed_mm_per_s` and `t_s`",
-        ),
-        (
-            "motion = \"minimum-jerk\"\n",
-            WALK,
-            "room.toml:14:14: agent `a` has no `speed_mm_per_s`",
-        ),
-        (
-            "motion = \"trapezoidal\"\nacceleration_mm_per_s2 = 600\n",
-            TIME_TABLE,
-            "w.csv:3:1: found 1500 mm in 2 s, expected a way that the acceleration allows; this one takes at least 1500 mm/s²",
-        ),
-        (
-            "",
-            "t_s,x_mm,y_mm,z_mm\n1,500,3000,0\n1,600,3000,0\n",
-            "w.csv:3:1: found `1` as t_s, expected more than 1 s, when the way-point before it is left",
-        ),
-        (
-            "",
-            "t_s,x_mm,y_mm,z_mm,dwell_s\n1,500,3000,0,2\n3,600,3000,0,0\n",
-            "w.csv:3:1: found `3` as t_s, expected more than 3 s, when the way-point before it is left",
-        ),
-        (
-            "",
-            "t_s,x_mm,y_mm,z_mm\n-1,500,3000,0\n",
-            "w.csv:2:1: found `-1` as t_s, expected 0 to 31622400 seconds",
-        ),
-        (
-            "speed_mm_per_s = 800\n",
-            "x_mm,y_mm,z_mm,dwell_s\n500,3000,0,31622400.5\n",
-            "w.csv:2:12: found `31622400.5` as dwell_s, expected 0 to 31622400 seconds",
-        ),
-        (
-            "",
-            "t_s,x_mm,y_mm,z_mm,dwell_s\n31622400,500,3000,0,1\n",
-            "w.csv:2:1: found `31622400` as t_s, expected a stop that ends by 31622400 s",
-        ),
-        (
-            "speed_mm_per_s = 800\n",
-            "x_mm,y_mm,z_mm,dwell_s\n500,3000,0,31622400\n600,3000,0,1\n",
-            "room.toml:15:18: `speed_mm_per_s` is 800, expected a speed at which the way takes at most 366 days",
-        ),
-        (
-            "",
-            "t_s,x_mm,z_mm,y_mm\n1,2,3,4\n",
-            "w.csv:1:10: found the header `t_s,x_mm,z_mm,y_mm`, expected the header `t_s,x_mm,y_mm,z_mm`",
-        ),
-    ] {
+    for (keys, walk, expected) in REFUSED {
         let found = refusal(keys, walk);
         let first_line = found.lines().next().unwrap_or_default();
-        assert_eq!(first_line, expected, "with {keys}{walk}");
+        assert_eq!(&first_line, expected, "with {keys}{walk}");
         assert!(found.contains("\nhint: "), "{found}");
     }
 }
