@@ -4,6 +4,7 @@ use super::camera::Camera;
 use super::{Drawing, limits, pieces};
 use crate::scene::{Body, Scene};
 use glam::{DVec2, DVec3};
+use std::collections::HashSet;
 
 /// The names of one view.
 #[derive(Debug, Default)]
@@ -37,12 +38,15 @@ impl Labels {
         for sensor in &scene.sensors {
             labels.place(camera.project(sensor.pose.position_m), sensor.name.clone());
         }
+        let mut mosaics = HashSet::new();
         for object in &scene.objects {
+            let text = match mosaic_of(&object.name) {
+                Some(mosaic) if mosaics.insert(mosaic) => mosaic.to_owned(),
+                Some(_) => continue,
+                None => with_temperature(&object.name, object),
+            };
             if let Some(top_m) = top_m(std::slice::from_ref(object)) {
-                labels.place(
-                    camera.project(top_m),
-                    with_temperature(&object.name, object),
-                );
+                labels.place(camera.project(top_m), text);
             }
         }
         labels
@@ -61,6 +65,14 @@ impl Labels {
             _ => self.left_out += 1,
         }
     }
+}
+
+/// The name of the mosaic that a cell belongs to: without the two numbers at its end.
+fn mosaic_of(name: &str) -> Option<&str> {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let (front, column) = name.rsplit_once(' ')?;
+    let (mosaic, row) = front.rsplit_once(' ')?;
+    (is_number(row) && is_number(column)).then_some(mosaic)
 }
 
 fn with_temperature(name: &str, body: &Body) -> String {
