@@ -55,6 +55,9 @@ fn smallest(found: &Separation, group: &[usize], of: impl Fn(&Distance) -> f64 +
     distances.fold(f64::INFINITY, f64::min)
 }
 
+/// One of the ways to say how far apart two pictures are.
+type Measure = fn(&Distance) -> f64;
+
 fn table(found: &Separation, names: &[String]) -> String {
     let mut text = String::from(
         "distance of situations in units of the noise, d' (5: one frame in 160 is mistaken)\n",
@@ -67,7 +70,7 @@ fn table(found: &Separation, names: &[String]) -> String {
     for (index, name) in names.iter().enumerate() {
         text.push_str(&format!("  {}  {name:<width$}\n", index + 1));
     }
-    let measures: [(&str, fn(&Distance) -> f64); 3] = [
+    let measures: [(&str, Measure); 3] = [
         ("all that differs", |distance| distance.d_prime),
         ("less what all pixels have in common", |distance| {
             distance.d_prime_of_shape
