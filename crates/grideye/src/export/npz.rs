@@ -283,7 +283,7 @@ mod tests {
 
     #[test]
     fn more_than_an_archive_holds_is_refused_with_the_number_that_fits() {
-        assert!(check_size(16_000_000, 64).is_err());
+        assert!(check_size(16_100_000, 64).is_err());
         let error = format!("{:#}", check_size(u64::from(u32::MAX), 64).unwrap_err());
         let fits: u64 = error
             .rsplit("at most ")
