@@ -162,9 +162,8 @@ impl Server {
             match self.listener.accept() {
                 Ok((stream, _)) => {
                     let strangers = guests.iter().filter(|guest| guest.is_stranger()).count();
-                    if strangers >= STRANGERS_MAX
-                        && let Some(oldest) = guests.iter().position(Guest::is_stranger)
-                    {
+                    let oldest = guests.iter().position(Guest::is_stranger);
+                    if let Some(oldest) = oldest.filter(|_| strangers >= STRANGERS_MAX) {
                         guests.remove(oldest);
                     }
                     if stream.set_nonblocking(true).is_ok() {
