@@ -62,6 +62,9 @@ impl EmulatedAdapter for Registers {
     }
 }
 
+/// Bit 7 of bmRequestType: the device answers with data (USB 2.0, table 9-2).
+const DEVICE_TO_HOST: u8 = 0x80;
+
 fn rack_of(registers: &Registers) -> Rack {
     let mut rack = Rack::new();
     rack.insert(1, SharedAdapter::new(registers.clone()));
@@ -133,7 +136,11 @@ impl<S: io::Read + io::Write> Client<S> {
     /// A control transfer as the kernel's vhci sends it.
     fn control(&mut self, setup: [u8; 8], sent: &[u8]) -> Reply {
         let length = u32::from(u16::from_le_bytes([setup[6], setup[7]]));
-        let direction = if setup[0] & 0x80 != 0 { IN } else { OUT };
+        let direction = if setup[0] & DEVICE_TO_HOST != 0 {
+            IN
+        } else {
+            OUT
+        };
         let mut bytes = submit_bytes(7, direction, 0, length, setup);
         bytes.extend(sent);
         self.0.write_all(&bytes).unwrap();
@@ -174,16 +181,22 @@ fn plugged_in(registers: &Registers) -> Client<std::os::unix::net::UnixStream> {
 #[test]
 fn the_kernel_finds_an_i2c_tiny_usb() {
     let mut client = plugged_in(&Registers::default());
-    let device = client.control(setup(0x80, 6, 0x0100, 0, 18), &[]).data;
+    let device = client
+        .control(setup(DEVICE_TO_HOST, 6, 0x0100, 0, 18), &[])
+        .data;
     assert_eq!(device.len(), 18);
     assert_eq!(device[0..2], [18, 1], "USB 2.0, table 9-8");
     assert_eq!(device[8..12], [0x03, 0x04, 0x31, 0xC6], "0403:c631");
     assert_eq!(device[17], 1, "one configuration");
     // The kernel asks for nine bytes first, and then for the length that they tell.
-    let start = client.control(setup(0x80, 6, 0x0200, 0, 9), &[]).data;
+    let start = client
+        .control(setup(DEVICE_TO_HOST, 6, 0x0200, 0, 9), &[])
+        .data;
     assert_eq!(start.len(), 9);
     let total = u16::from_le_bytes([start[2], start[3]]);
-    let all = client.control(setup(0x80, 6, 0x0200, 0, total), &[]).data;
+    let all = client
+        .control(setup(DEVICE_TO_HOST, 6, 0x0200, 0, total), &[])
+        .data;
     assert_eq!(all.len(), usize::from(total));
     assert_eq!(all[..9], start);
     assert_eq!(
@@ -193,7 +206,10 @@ fn the_kernel_finds_an_i2c_tiny_usb() {
     );
     assert_eq!(all[13], 0, "no endpoint beside the control endpoint");
     assert_eq!(client.control(setup(0x00, 9, 1, 0, 0), &[]).status, 0);
-    assert_eq!(client.control(setup(0x80, 8, 0, 0, 1), &[]).data, [1]);
+    assert_eq!(
+        client.control(setup(DEVICE_TO_HOST, 8, 0, 0, 1), &[]).data,
+        [1]
+    );
 }
 
 #[test]
@@ -201,7 +217,7 @@ fn strings_are_utf_16_with_their_length_in_front() {
     let mut client = plugged_in(&Registers::default());
     let mut text = |index: u16| {
         let bytes = client
-            .control(setup(0x80, 6, 0x0300 | index, 0x0409, 255), &[])
+            .control(setup(DEVICE_TO_HOST, 6, 0x0300 | index, 0x0409, 255), &[])
             .data;
         assert_eq!((usize::from(bytes[0]), bytes[1]), (bytes.len(), 3));
         let units: Vec<u16> = bytes[2..]
@@ -214,11 +230,13 @@ fn strings_are_utf_16_with_their_length_in_front() {
         [text(1), text(2), text(3)],
         ["emulated", "i2c-tiny-usb", "1-1"]
     );
-    let languages = client.control(setup(0x80, 6, 0x0300, 0, 255), &[]).data;
+    let languages = client
+        .control(setup(DEVICE_TO_HOST, 6, 0x0300, 0, 255), &[])
+        .data;
     assert_eq!(languages, [4, 3, 0x09, 0x04]);
     assert_eq!(
         client
-            .control(setup(0x80, 6, 0x0304, 0x0409, 255), &[])
+            .control(setup(DEVICE_TO_HOST, 6, 0x0304, 0x0409, 255), &[])
             .status,
         EPIPE
     );
@@ -376,7 +394,7 @@ fn what_an_adapter_has_no_answer_to_stalls() {
     for unknown in [
         setup(0xC1, 8, 0, 0, 1),
         setup(0x41, 1, 0, 0, 0),
-        setup(0x80, 6, 0x0600, 0, 10),
+        setup(DEVICE_TO_HOST, 6, 0x0600, 0, 10),
         setup(0x00, 9, 2, 0, 0),
         setup(0x01, 11, 1, 0, 0),
         setup(0xA1, 4, 0, 0, 1),
@@ -844,7 +862,9 @@ mod sysfs {
                 .try_clone_to_owned()
                 .unwrap();
             let mut client = Client(UnixStream::from(socket));
-            let vendor = client.control(setup(0x80, 6, 0x0100, 0, 18), &[]).data[8];
+            let vendor = client
+                .control(setup(DEVICE_TO_HOST, 6, 0x0100, 0, 18), &[])
+                .data[8];
             fs::create_dir_all(interface.join(format!("i2c-{adapter}"))).unwrap();
             let port = line.split(' ').next().unwrap();
             let used = format!("hs  {port:0>4} 006 002 00010001 000003 1-3\n");
