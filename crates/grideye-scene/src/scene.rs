@@ -226,6 +226,26 @@ impl Scene {
     }
 }
 
+impl Room {
+    /// The outline of its floor from above, counter-clockwise, metres.
+    #[must_use]
+    pub fn outline_m(&self) -> Vec<DVec2> {
+        let size_m = self.size_m;
+        vec![
+            DVec2::ZERO,
+            DVec2::new(size_m.x, 0.0),
+            DVec2::new(size_m.x, size_m.y),
+            DVec2::new(0.0, size_m.y),
+        ]
+    }
+
+    /// Whether a point is in the room or on its walls.
+    #[must_use]
+    pub fn contains(&self, point_m: DVec3) -> bool {
+        point_m.cmpge(DVec3::ZERO).all() && point_m.cmple(self.size_m).all()
+    }
+}
+
 impl Body {
     /// Its temperature on the whole after `time_s`.
     pub(crate) fn celsius(&self, ambient_c: f64, time_s: f64) -> f64 {
