@@ -1,4 +1,4 @@
-//! Python drivers from PyPI, in an environment of their own.
+//! Python programs from PyPI, drivers and peers, each kind in an environment of its own.
 
 use crate::programs::{is_left_out, root, run, target};
 use std::path::PathBuf;
@@ -8,32 +8,60 @@ use std::sync::OnceLock;
 /// Leaves out the Python drivers where neither they nor PyPI are to be had.
 pub const WITHOUT_PYTHON_DRIVERS: &str = "GRIDEYE_WITHOUT_PYTHON_DRIVERS";
 
+/// Leaves out what is measured and checked beside us where neither it nor PyPI is to be had.
+pub const WITHOUT_PEERS: &str = "GRIDEYE_WITHOUT_PEERS";
+
+/// A command that runs a script of `tests/peers` with the packages of its `requirements.txt`, or `None` if they are left out.
+///
+/// # Panics
+/// When they cannot be installed.
+#[must_use]
+pub fn peer(name: &str, arguments: &[&str], what: &str) -> Option<Command> {
+    static ENVIRONMENT: OnceLock<PathBuf> = OnceLock::new();
+    if is_left_out(WITHOUT_PEERS, what) {
+        return None;
+    }
+    let folder = ENVIRONMENT
+        .get_or_init(|| environment("peers", "tests/peers/requirements.txt", WITHOUT_PEERS));
+    let mut command = Command::new(folder.join("bin/python"));
+    command
+        .arg(root().join("tests/peers").join(name))
+        .args(arguments);
+    Some(command)
+}
+
 /// A command that runs a script of `tests/python` with the drivers of its `requirements.txt`, or `None` if they are left out.
 ///
 /// # Panics
 /// When they cannot be installed.
 #[must_use]
 pub fn script(name: &str, arguments: &[&str], what: &str) -> Option<Command> {
+    static ENVIRONMENT: OnceLock<PathBuf> = OnceLock::new();
     if is_left_out(WITHOUT_PYTHON_DRIVERS, what) {
         return None;
     }
-    let mut command = Command::new(environment().join("bin/python"));
+    let folder = ENVIRONMENT.get_or_init(|| {
+        environment(
+            "python",
+            "tests/python/requirements.txt",
+            WITHOUT_PYTHON_DRIVERS,
+        )
+    });
+    let mut command = Command::new(folder.join("bin/python"));
     command
         .arg(root().join("tests/python").join(name))
         .args(arguments);
     Some(command)
 }
 
-fn environment() -> &'static PathBuf {
-    static ENVIRONMENT: OnceLock<PathBuf> = OnceLock::new();
-    ENVIRONMENT.get_or_init(|| {
-        let path = target().join("python");
-        let ended = run(Command::new(root().join("tests/python/set-up")).arg(&path));
-        assert!(
-            ended.code == 0,
-            "the Python drivers could not be installed: {ended:?}\n\
-             hint: apt-get install python3-venv, or set {WITHOUT_PYTHON_DRIVERS}=1 to leave them out"
-        );
-        path
-    })
+fn environment(folder: &str, requirements: &str, switch: &str) -> PathBuf {
+    let path = target().join(folder);
+    let mut set_up = Command::new(root().join("tests/python/set-up"));
+    let ended = run(set_up.arg(&path).arg(root().join(requirements)));
+    assert!(
+        ended.code == 0,
+        "the packages of {requirements} could not be installed: {ended:?}\n\
+         hint: apt-get install python3-venv, or set {switch}=1 to leave them out"
+    );
+    path
 }
