@@ -1,19 +1,22 @@
 //! From the file's tables to a scene that can be simulated, or to the error that says why not.
 
 use crate::body;
+use crate::collision::Walls;
 use crate::count;
-use crate::document::{RoomTable, SceneTable, SensorTable};
+use crate::document::{SceneTable, SensorTable};
 use crate::error::{SceneError, Warning};
 use crate::files::Files;
 use crate::mosaic;
 use crate::perceived::Law;
+use crate::plan;
 use crate::pose::Pose;
 use crate::residual;
+use crate::room::Room;
 use crate::rule::{
-    AMBIENT, AZIMUTH, DURATION, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL,
-    SAMPLING,
+    AZIMUTH, DURATION, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL, SAMPLING,
 };
-use crate::scene::{Body, Loaded, Room, Scene, Sensor, limits};
+use crate::scene::{Body, Loaded, Scene, Sensor, limits};
+use crate::solid::Solid;
 use crate::source::{MM_PER_M, Source};
 use crate::way;
 use glam::{DVec2, DVec3, USizeVec2};
@@ -28,16 +31,17 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
     source.check_counts(&tables)?;
     source.check_names(&tables)?;
     check_model(&source, tables.model.as_ref())?;
-    let room = room(&source, &tables.room)?;
+    let room = plan::room(&source, &tables.room, files)?;
+    let walls = Walls::new(&room);
     let mut objects = Vec::new();
     let mut warnings = Vec::new();
-    let mut keep = |object: Body, byte: usize| match beyond(object.solid.bounds_m(), &room) {
+    let mut keep = |object: Body, byte: usize| match beyond(&object.solid, &room, &walls) {
         None => objects.push(object),
         Some(reach_mm) => warnings.push(Warning::ObjectOutsideRoom {
             place: source.place(byte),
             name: object.name,
             reach_mm,
-            room_mm: millimetres(room.size_m),
+            room_mm: room.described(),
         }),
     };
     for table in &tables.object {
@@ -53,12 +57,13 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
         }
     }
     let agents = collect(&tables.agent, |table| {
-        way::agent(&source, table, &room, files)
+        way::agent(&source, table, (&room, &walls), files)
     })?;
     let sensors = collect(&tables.sensor, |table| sensor(&source, table, &room))?;
     let law = law(&source, tables.law.as_ref())?;
     let duration_s = source.number_or(tables.duration_s.as_ref(), &DURATION, 0.0)?;
     let mut scene = Scene {
+        screen: room.screen(),
         room,
         objects,
         agents,
@@ -173,13 +178,6 @@ fn law(source: &Source<'_>, law: Option<&Spanned<String>>) -> Result<Law, SceneE
     }
 }
 
-fn room(source: &Source<'_>, table: &RoomTable) -> Result<Room, SceneError> {
-    Ok(Room {
-        size_m: source.size_m(&table.size_mm)?,
-        ambient_c: source.number(&table.ambient_c, &AMBIENT)?,
-    })
-}
-
 /// The text of a file that the scene names, in or below its own folder; `what` is the key and what it stands for.
 pub(crate) fn read_below(
     source: &Source<'_>,
@@ -267,14 +265,12 @@ fn pose(
     room: &Room,
 ) -> Result<Pose, SceneError> {
     let position_m = source.position_m(&keys.position_mm)?;
-    let inside = position_m.cmpge(DVec3::splat(-SLACK_M)).all()
-        && position_m.cmple(room.size_m + SLACK_M).all();
-    if !inside {
+    if !room.contains(position_m) {
         return Err(SceneError::SensorOutsideRoom {
             place: source.place(keys.position_mm.span().start),
             name: name.to_owned(),
             found_mm: millimetres(position_m),
-            room_mm: millimetres(room.size_m),
+            room_mm: room.described(),
         });
     }
     Ok(Pose::from_degrees(
@@ -367,10 +363,14 @@ fn preset(
     })
 }
 
-/// From where to where the bounds reach, if they stick out of the room.
-pub(crate) fn beyond((low, high): (DVec3, DVec3), room: &Room) -> Option<String> {
-    let inside = low.cmpge(DVec3::splat(-SLACK_M)).all() && high.cmple(room.size_m + SLACK_M).all();
-    (!inside).then(|| format!("from {} to {}", millimetres(low), millimetres(high)))
+/// From where to where a body reaches, if it sticks out of the room or through one of its walls.
+fn beyond(solid: &Solid, room: &Room, walls: &Walls) -> Option<String> {
+    let inside = room.holds_corners_of(solid) && !walls.meet(solid);
+    (!inside).then(|| reach(solid.bounds_m()))
+}
+
+pub(crate) fn reach((low, high): (DVec3, DVec3)) -> String {
+    format!("from {} to {}", millimetres(low), millimetres(high))
 }
 
 pub(crate) fn millimetres(metres: DVec3) -> String {
@@ -382,8 +382,6 @@ pub(crate) fn millimetres(metres: DVec3) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Rounding of positions that touch a wall: a nanometre.
-const SLACK_M: f64 = 1e-9;
 /// PeerJ CS 11:e3124, "Perceived temperature calculation": "default: 5 m".
 const OPERATING_DISTANCE_DEFAULT_MM: f64 = 5000.0;
 /// The same, "Sensor model implementation": 5 is the default.

@@ -11,6 +11,7 @@
 
 pub(crate) mod distance;
 
+use crate::room::{Room, normal};
 use crate::scene::{Agent, Scene, limits};
 use crate::solid::{Enclosure, Solid};
 use crate::trajectory::{Leg, Trajectory};
@@ -59,7 +60,7 @@ impl Scene {
                 .iter()
                 .filter(|obstacle| !mover.may_touch(obstacle.name))
                 .filter_map(|obstacle| {
-                    let place = mover.meets_object(obstacle)?;
+                    let place = mover.meets_shape(&obstacle.shape)?;
                     Some(place.contact(index, mover.agent, obstacle.name))
                 });
             contacts.extend(found.take(limits::CONTACTS_MAX - contacts.len()));
@@ -76,6 +77,39 @@ impl Scene {
         }
         contacts.sort_by_key(|contact| contact.time);
         contacts
+    }
+}
+
+/// The walls that jut into a room, as obstacles.
+pub(crate) struct Walls {
+    shape: Shape,
+}
+
+impl Walls {
+    pub(crate) fn new(room: &Room) -> Self {
+        let sides = room.jutting_m();
+        let pieces = sides.iter().map(|side| Piece::of_wall(side));
+        Self {
+            shape: Shape::of_pieces(pieces.collect()),
+        }
+    }
+
+    /// Whether a body reaches through one of them, rather than to it.
+    pub(crate) fn meet(&self, solid: &Solid) -> bool {
+        let still = |_| DVec3::ZERO;
+        let span = Span::STILL;
+        let met = || first_meeting((&Shape::new([solid]), &still), (&self.shape, &still), &span);
+        !self.shape.pieces.is_empty() && met().is_some()
+    }
+
+    /// When and where an agent first reaches through one of them.
+    pub(crate) fn first_met_by(&self, agent: &Agent) -> Option<(Duration, DVec3)> {
+        if self.shape.pieces.is_empty() {
+            return None;
+        }
+        let meeting = Mover::new(agent).meets_shape(&self.shape)?;
+        let time = Duration::try_from_secs_f64(meeting.time_s).unwrap_or(Duration::MAX);
+        Some((time, meeting.place_m))
     }
 }
 
@@ -166,7 +200,10 @@ impl Bounds {
 
 impl Shape {
     fn new<'s>(solids: impl IntoIterator<Item = &'s Solid>) -> Self {
-        let pieces: Vec<Piece> = solids.into_iter().flat_map(pieces).collect();
+        Self::of_pieces(solids.into_iter().flat_map(pieces).collect())
+    }
+
+    fn of_pieces(pieces: Vec<Piece>) -> Self {
         let bounds = pieces.iter().map(|piece| piece.bounds);
         Self {
             bounds: bounds.fold(Bounds::NOTHING, Bounds::with),
@@ -175,13 +212,26 @@ impl Shape {
     }
 }
 
+impl Piece {
+    fn new(points: Vec<DVec3>) -> Self {
+        Self {
+            bounds: Bounds::of(&points),
+            points,
+        }
+    }
+
+    /// A convex face of a room, counter-clockwise from within, moved out of it by [`TOLERANCE_M`] so that bodies may
+    /// lean against it, and smaller so that it does not touch the face next to it.
+    fn of_wall(side: &[DVec3]) -> Self {
+        let out_m = -TOLERANCE_M * normal(side);
+        let moved: Vec<DVec3> = side.iter().map(|corner| *corner + out_m).collect();
+        Self::new(shrunk(&moved))
+    }
+}
+
 fn pieces(solid: &Solid) -> Vec<Piece> {
-    let piece = |points: Vec<DVec3>| Piece {
-        bounds: Bounds::of(&points),
-        points,
-    };
     if solid.enclosure() == Enclosure::Convex {
-        return vec![piece(shrunk(solid))];
+        return vec![Piece::new(shrunk(solid.vertices_m()))];
     }
     let vertices_m = solid.vertices_m();
     let face = |corners: &[usize]| {
@@ -190,16 +240,19 @@ fn pieces(solid: &Solid) -> Vec<Piece> {
             .map(|corner| vertices_m[*corner])
             .collect::<Vec<_>>()
     };
-    solid.faces().map(|corners| piece(face(corners))).collect()
+    solid
+        .faces()
+        .map(|corners| Piece::new(face(corners)))
+        .collect()
 }
 
 /// The corners, nearer to the middle by [`TOLERANCE_M`] on each axis at most.
-fn shrunk(solid: &Solid) -> Vec<DVec3> {
-    let (low, high) = solid.bounds_m();
+fn shrunk(points: &[DVec3]) -> Vec<DVec3> {
+    let Bounds { low, high } = Bounds::of(points);
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
     let keep = (half - TOLERANCE_M).max(DVec3::ZERO) / half.max(DVec3::splat(TOLERANCE_M));
-    let vertices = solid.vertices_m().iter();
-    vertices
+    points
+        .iter()
         .map(|vertex| middle + (*vertex - middle) * keep)
         .collect()
 }
@@ -221,6 +274,14 @@ struct Span {
     end_s: f64,
     /// The sum of their highest speeds.
     speed_max_m_per_s: f64,
+}
+
+impl Span {
+    const STILL: Self = Self {
+        start_s: 0.0,
+        end_s: 0.0,
+        speed_max_m_per_s: 0.0,
+    };
 }
 
 impl<'a> Mover<'a> {
@@ -273,14 +334,10 @@ impl<'a> Mover<'a> {
             .map(|turn| self.turned(*turn))
     }
 
-    fn meets_object(&self, obstacle: &Obstacle<'_>) -> Option<Meeting> {
+    fn meets_shape(&self, obstacle: &Shape) -> Option<Meeting> {
         self.spans(&self.legs).into_iter().find_map(|span| {
             let (from_m, to_m) = (self.moved_m(span.start_s), self.moved_m(span.end_s));
-            if !self
-                .bounds
-                .swept(from_m, to_m)
-                .meets(&obstacle.shape.bounds)
-            {
+            if !self.bounds.swept(from_m, to_m).meets(&obstacle.bounds) {
                 return None;
             }
             let turned = self.turned_in(&span);
@@ -288,7 +345,7 @@ impl<'a> Mover<'a> {
                 (turned.as_ref().unwrap_or(&self.shape), &|time_s| {
                     self.moved_m(time_s)
                 }),
-                (&obstacle.shape, &|_| DVec3::ZERO),
+                (obstacle, &|_| DVec3::ZERO),
                 &span,
             )
         })

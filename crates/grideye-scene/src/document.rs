@@ -14,7 +14,7 @@ pub(crate) struct SceneTable {
     pub(crate) law: Option<Spanned<String>>,
     pub(crate) collisions: Option<Spanned<String>>,
     pub(crate) duration_s: Option<Spanned<f64>>,
-    pub(crate) room: RoomTable,
+    pub(crate) room: Spanned<RoomTable>,
     #[serde(default)]
     pub(crate) object: Vec<Spanned<ObjectTable>>,
     #[serde(default)]
@@ -28,7 +28,13 @@ pub(crate) struct SceneTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RoomTable {
-    pub(crate) size_mm: Spanned<Triple>,
+    pub(crate) size_mm: Option<Spanned<Triple>>,
+    pub(crate) plan_mm: Option<Spanned<Vec<Spanned<Exactly<f64, 2>>>>>,
+    pub(crate) height_mm: Option<Spanned<f64>>,
+    pub(crate) vertices_mm: Option<Spanned<Vec<Spanned<Triple>>>>,
+    pub(crate) faces: Option<Spanned<Vec<Vec<i64>>>>,
+    pub(crate) file: Option<Spanned<String>>,
+    pub(crate) unit_mm: Option<Spanned<f64>>,
     pub(crate) ambient_c: Spanned<f64>,
 }
 

@@ -97,12 +97,14 @@ fn draw(
     drawing: &Drawing<'_>,
     is_perspective: bool,
 ) {
-    sheet.walls_behind(camera, &pieces::walls(scene));
-    let all = pieces::of_scene(scene, drawing, camera, is_perspective);
+    let walls = pieces::Walls::new(&scene.room);
+    sheet.walls_behind(camera, &walls.around);
+    let all = pieces::of_scene((scene, &walls), drawing, camera, is_perspective);
     for piece in painter::far_to_near(all, camera) {
         sheet.piece(camera, &piece);
     }
-    sheet.walls_before(camera, &pieces::walls(scene));
+    sheet.walls_before(camera, &walls.around);
+    sheet.walls_before(camera, &walls.jutting);
     sheet.sensors(camera, scene.sensors());
     if is_perspective {
         sheet.axes(camera, pieces::bounds_m(scene));

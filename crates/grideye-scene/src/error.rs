@@ -143,6 +143,21 @@ pub enum SceneError {
         /// The room's size.
         room_mm: String,
     },
+    /// An agent whose way leads through a wall that juts into the room.
+    #[error(
+        "{place}: agent `{name}` goes through a wall after {} s, at {place_mm} mm, on its way to this point\nhint: add way-points that lead round the corner, or shrink the body",
+        rounded_s(*time)
+    )]
+    AgentMeetsWall {
+        /// The row of the trajectory that it is on its way to, or the position in the scene file.
+        place: Place,
+        /// The agent.
+        name: String,
+        /// When it begins.
+        time: Duration,
+        /// Where it begins.
+        place_mm: String,
+    },
     /// An agent that runs into something, in a scene that does not allow it.
     #[error("{place}: {}", collision(names, *time, place_mm))]
     Collision {
@@ -217,10 +232,14 @@ pub enum SceneError {
 
 fn collision(names: &[String; 2], time: Duration, place_mm: &str) -> String {
     let [agent, other] = names;
-    let seconds = (time.as_secs_f64() * 1000.0).round() / 1000.0;
+    let seconds = rounded_s(time);
     format!(
         "`{agent}` runs into `{other}` after {seconds} s at {place_mm} mm\nhint: move one of them, list `{other}` in the agent's `touches`, or write collisions = \"ignore\" at the top of the scene"
     )
+}
+
+fn rounded_s(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1000.0).round() / 1000.0
 }
 
 fn known_names(known: &[String]) -> String {

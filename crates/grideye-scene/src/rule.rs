@@ -36,6 +36,18 @@ pub(crate) const POSITION: Rule = Rule {
     expected: "three coordinates of at most 1000000 mm",
     hint: "positions are [x, y, z] in millimetres from the room's bottom-left corner",
 };
+pub(crate) const PLAN: Rule = Rule {
+    key: "plan_mm",
+    holds: |length_mm| length_mm.abs() <= LENGTH_MAX_MM,
+    expected: "two coordinates of at most 1000000 mm",
+    hint: "a floor plan is the list of its corners [x, y] in the order of the walls, each once, and no wall meets another but at its ends",
+};
+pub(crate) const HEIGHT: Rule = Rule {
+    key: "height_mm",
+    holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
+    expected: "a height above 0 and up to 1000000 mm",
+    hint: "from the floor, at z = 0, to the ceiling",
+};
 const LENGTH_MAX_MM: f64 = 1_000_000.0;
 pub(crate) const YAW: Rule = Rule {
     key: "yaw_deg",

@@ -4,6 +4,7 @@ use crate::files::Files;
 use crate::perceived::{Law, Surface};
 use crate::pose::Pose;
 use crate::residual::Print;
+use crate::room::Room;
 use crate::solid::Solid;
 use crate::trajectory::Trajectory;
 use crate::warmth::Warmth;
@@ -33,6 +34,8 @@ pub mod limits {
     pub const TEXTURE_CELLS_MAX: usize = 10_000;
     /// Warm prints on objects: one for each part, each stop and each face.
     pub const PRINTS_MAX: usize = 10_000;
+    /// Corners of a room's floor plan, and faces of a room given as a mesh.
+    pub const ROOM_CORNERS_MAX: usize = 1_000;
     /// Way-points of a trajectory.
     pub const WAY_POINTS_MAX: usize = 100_000;
     /// Points of a sensor's sampling grid on one axis: field of view times points a degree.
@@ -47,6 +50,8 @@ pub mod limits {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     pub(crate) room: Room,
+    /// What of the room hides something: walls that jut into it.
+    pub(crate) screen: Option<Body>,
     pub(crate) objects: Vec<Body>,
     pub(crate) agents: Vec<Agent>,
     pub(crate) sensors: Vec<Sensor>,
@@ -63,15 +68,6 @@ pub struct Loaded {
     pub scene: Scene,
     /// What the reader should be told, in the order of the file.
     pub warnings: Vec<Warning>,
-}
-
-/// The room: a cuboid from the origin, its bottom-left corner, to `size_m`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Room {
-    /// Width to the right (x), depth to the back (y), height (z), metres.
-    pub size_m: DVec3,
-    /// Temperature of walls and air, °C.
-    pub ambient_c: f64,
 }
 
 /// A thing, standing or at the start of its way; of one temperature, if its keys say nothing else.
@@ -166,6 +162,11 @@ impl Scene {
         &self.objects
     }
 
+    /// The objects, and the walls that jut into the room: all that stands still and may be before something.
+    pub(crate) fn standing(&self) -> impl Iterator<Item = &Body> {
+        self.objects.iter().chain(&self.screen)
+    }
+
     /// The agents, in the order of the file.
     #[must_use]
     pub fn agents(&self) -> &[Agent] {
@@ -223,26 +224,6 @@ impl Scene {
         // A hair's breadth keeps the last frame in, if the way ends on it but for rounding.
         let last = (self.duration().as_secs_f64() * sensor.sampling_hz + 1e-6).floor();
         u64::try_from(crate::count::floor(last)).map_or(u64::MAX, |last| last.saturating_add(1))
-    }
-}
-
-impl Room {
-    /// The outline of its floor from above, counter-clockwise, metres.
-    #[must_use]
-    pub fn outline_m(&self) -> Vec<DVec2> {
-        let size_m = self.size_m;
-        vec![
-            DVec2::ZERO,
-            DVec2::new(size_m.x, 0.0),
-            DVec2::new(size_m.x, size_m.y),
-            DVec2::new(0.0, size_m.y),
-        ]
-    }
-
-    /// Whether a point is in the room or on its walls.
-    #[must_use]
-    pub fn contains(&self, point_m: DVec3) -> bool {
-        point_m.cmpge(DVec3::ZERO).all() && point_m.cmple(self.size_m).all()
     }
 }
 

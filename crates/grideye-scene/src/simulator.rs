@@ -132,8 +132,7 @@ impl Simulator {
         let resampler =
             Resampler::new((view.columns(), view.rows()), (sensor.columns, sensor.rows));
         let standing: Vec<Painted> = scene
-            .objects
-            .iter()
+            .standing()
             .filter(|object| !is_changing(object))
             .flat_map(|object| {
                 let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
@@ -177,8 +176,7 @@ impl Simulator {
         let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
         let plane = Plane::new(&sensor);
         let standing = scene
-            .objects
-            .iter()
+            .standing()
             .filter(|object| !is_changing(object))
             .flat_map(|object| {
                 let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);

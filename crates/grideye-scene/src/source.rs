@@ -219,6 +219,17 @@ impl Source<'_> {
             .collect()
     }
 
+    pub(crate) fn plan_m(
+        &self,
+        corner_mm: &Spanned<Exactly<f64, 2>>,
+        rule: &Rule,
+    ) -> Result<DVec2, SceneError> {
+        for length_mm in corner_mm.get_ref().0 {
+            self.check(length_mm, corner_mm.span(), rule)?;
+        }
+        Ok(DVec2::from_array(corner_mm.get_ref().0) / MM_PER_M)
+    }
+
     fn metres(&self, lengths_mm: &Spanned<Triple>, rule: &Rule) -> Result<DVec3, SceneError> {
         for length_mm in lengths_mm.get_ref().0 {
             self.check(length_mm, lengths_mm.span(), rule)?;

@@ -306,7 +306,7 @@ fn enclosure(solid: &Solid, in_sensor: &[DVec3]) -> Option<Vec<DVec3>> {
 /// How often a closed surface goes around the sensor: 1 inside, 0 outside.
 ///
 /// The sum of the solid angles of its triangles (Van Oosterom and Strackee 1983), with their signs.
-fn winding(solid: &Solid, in_sensor: &[DVec3]) -> f64 {
+pub(crate) fn winding(solid: &Solid, in_sensor: &[DVec3]) -> f64 {
     let mut solid_angle = 0.0;
     for face in solid.faces() {
         for pair in face.windows(2).skip(1) {

@@ -1,13 +1,15 @@
 //! From an agent's keys and its trajectory to somebody who walks in the room.
 
 use crate::body;
-use crate::check::{beyond, millimetres, read_below};
+use crate::check::{millimetres, reach, read_below};
+use crate::collision::Walls;
 use crate::document::AgentTable;
 use crate::error::SceneError;
 use crate::files::Files;
 use crate::motion::{Clock, Motion, Schedule};
+use crate::room::Room;
 use crate::rule::{ACCELERATION, SPEED};
-use crate::scene::{Agent, Room, limits};
+use crate::scene::{Agent, limits};
 use crate::source::{MM_PER_M, Source};
 use crate::trajectory::{TIME_MAX_S, Trajectory, WayPoint, lengths_m, read_way_points};
 use glam::{DMat3, DVec3};
@@ -16,7 +18,7 @@ use toml::Spanned;
 pub(crate) fn agent(
     source: &Source<'_>,
     table: &Spanned<AgentTable>,
-    room: &Room,
+    (room, walls): (&Room, &Walls),
     files: &dyn Files,
 ) -> Result<Agent, SceneError> {
     let keys = table.get_ref();
@@ -33,11 +35,12 @@ pub(crate) fn agent(
         touches: touches(keys),
         trajectory,
     };
-    // The room is convex and the agent turns at way-points only: if it is inside there, before and after the turn, it
-    // is so between them.
+    // The agent turns at way-points only: if it is inside there, before and after the turn, it is so between them, but
+    // for walls that jut into the room.
     for (index, point) in way_points.iter().enumerate() {
         check_inside(&agent, index, point, room)?;
     }
+    check_walls(&agent, &way_points, walls)?;
     Ok(agent)
 }
 
@@ -301,21 +304,20 @@ fn check_inside(
     room: &Room,
 ) -> Result<(), SceneError> {
     let moved_m = point.position_mm / MM_PER_M - agent.start_m;
-    let reach = |turn: Option<DMat3>| {
+    let beyond = |turn: DMat3| {
         agent.parts.iter().find_map(|part| {
-            let (low, high) = match turn {
-                None => part.solid.bounds_m(),
-                Some(turn) => agent.turned(&part.solid, turn).bounds_m(),
-            };
-            beyond((low + moved_m, high + moved_m), room)
+            let solid = agent
+                .turned(&part.solid, turn)
+                .placed(DMat3::IDENTITY, moved_m);
+            (!room.holds_corners_of(&solid)).then(|| reach(solid.bounds_m()))
         })
     };
     let reaches = match &agent.turns {
-        None => reach(None),
+        None => beyond(DMat3::IDENTITY),
         Some(turns) => [index, index + 1]
             .into_iter()
             .filter_map(|leg| turns.get(leg))
-            .find_map(|turn| reach(Some(*turn))),
+            .find_map(|turn| beyond(*turn)),
     };
     let Some(reach_mm) = reaches else {
         return Ok(());
@@ -324,7 +326,25 @@ fn check_inside(
         place: point.place.clone(),
         name: agent.name.clone(),
         reach_mm,
-        room_mm: millimetres(room.size_m),
+        room_mm: room.described(),
+    })
+}
+
+/// Between the way-points, a wall that juts into the room may be in the way.
+fn check_walls(agent: &Agent, way_points: &[WayPoint], walls: &Walls) -> Result<(), SceneError> {
+    let Some((time, place_m)) = walls.first_met_by(agent) else {
+        return Ok(());
+    };
+    let way = agent.trajectory.as_ref();
+    let heads_for = way.map_or(0, |way| way.heads_for(time.as_secs_f64()));
+    let Some(point) = way_points.get(heads_for) else {
+        return Ok(());
+    };
+    Err(SceneError::AgentMeetsWall {
+        place: point.place.clone(),
+        name: agent.name.clone(),
+        time,
+        place_mm: millimetres(place_m),
     })
 }
 

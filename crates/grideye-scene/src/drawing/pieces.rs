@@ -5,6 +5,7 @@ use super::painter::{Paint, Piece, Plane, clipped};
 use super::{Drawing, limits};
 use crate::count;
 use crate::cuboid::Cuboid;
+use crate::room::Room;
 use crate::scene::{Agent, Body, Scene, Sensor};
 use crate::solid::{Enclosure, Solid};
 use glam::{DMat3, DVec3};
@@ -13,33 +14,40 @@ use std::time::Duration;
 
 /// The lowest and the highest corner of what is drawn, metres.
 pub(super) fn bounds_m(scene: &Scene) -> (DVec3, DVec3) {
-    (DVec3::ZERO, scene.room.size_m)
+    scene.room.bounds_m()
 }
 
 /// The room's floor, walls and ceiling, each as an outline whose inside the room is.
-pub(super) fn walls(scene: &Scene) -> Vec<Vec<DVec3>> {
-    let (low, high) = bounds_m(scene);
-    let size_m = high - low;
-    let base_m = low + 0.5 * size_m.with_z(0.0);
-    let room = Solid::of_cuboid(&Cuboid::new(base_m, size_m, 0.0));
-    room.faces()
-        .map(|face| {
-            face.iter()
-                .rev()
-                .map(|corner| room.vertices_m()[*corner])
-                .collect()
-        })
-        .collect()
+pub(super) struct Walls {
+    /// Those that have the whole room before them: seen from within, none of them hides another.
+    pub(super) around: Vec<Vec<DVec3>>,
+    /// Those that jut into it, cut into convex faces.
+    pub(super) jutting: Vec<Vec<DVec3>>,
+    /// All of them, cut into convex faces.
+    convex: Vec<Vec<DVec3>>,
+}
+
+impl Walls {
+    pub(super) fn new(room: &Room) -> Self {
+        let jutting = room.jutting_m();
+        let mut around = room.sides_m();
+        around.retain(|side| !jutting.contains(side));
+        Self {
+            around,
+            jutting,
+            convex: room.convex_sides_m(),
+        }
+    }
 }
 
 /// Everything that hides and is hidden.
 pub(super) fn of_scene(
-    scene: &Scene,
+    (scene, walls): (&Scene, &Walls),
     drawing: &Drawing<'_>,
     camera: &Camera,
     is_perspective: bool,
 ) -> Vec<Piece> {
-    let mut pieces = Vec::new();
+    let mut pieces = jutting_walls(walls, camera);
     let mut faces_left = limits::FACES_MAX;
     for body in &scene.objects {
         let color = body.color.unwrap_or(OBJECT);
@@ -66,11 +74,10 @@ pub(super) fn of_scene(
     }
     let root = count::float(scene.sensors.len().max(1)).sqrt();
     let opacity = PYRAMID_OPACITY / (root * root.sqrt());
-    let room = walls(scene);
     for sensor in &scene.sensors {
         // From above the sides would dye all that is below them: their edges are enough, the two diagonals.
         let of_sides = if is_perspective { opacity } else { 0.0 };
-        add_view(&mut pieces, sensor, &room, (of_sides, opacity));
+        add_view(&mut pieces, sensor, walls, (of_sides, opacity));
     }
     pieces
 }
@@ -235,40 +242,133 @@ fn add_way(pieces: &mut Vec<Piece>, agent: &Agent, sensor: Option<&Sensor>) {
     }));
 }
 
+/// The walls that jut out and show their insides: what is behind them shines through.
+fn jutting_walls(walls: &Walls, camera: &Camera) -> Vec<Piece> {
+    let is_seen = |side: &&Vec<DVec3>| {
+        Plane::of_face(side).is_some_and(|plane| camera.side_of(&plane) > 1e-9)
+    };
+    let piece = |side: &Vec<DVec3>| Piece {
+        points_m: side.clone(),
+        edges: vec![true; side.len()],
+        paint: Paint::Face {
+            fill: WALL,
+            opacity: WALL_OPACITY,
+            edge: WALL_EDGE,
+        },
+    };
+    walls.jutting.iter().filter(is_seen).map(piece).collect()
+}
+
 /// The pyramid up to the walls: its sides, and where it meets floor and walls.
 fn add_view(
     pieces: &mut Vec<Piece>,
     sensor: &Sensor,
-    room: &[Vec<DVec3>],
+    walls: &Walls,
     (of_sides, of_walls): (f64, f64),
 ) {
     let tip_m = sensor.pose.position_m;
-    let reach_m = room.iter().flatten().map(|corner| corner.distance(tip_m));
+    let reach_m = walls.convex.iter().flatten();
+    let reach_m = reach_m.map(|corner| corner.distance(tip_m));
     let corners_m = view_corners_m(sensor, 2.0 * reach_m.fold(0.0, f64::max));
     let sides: Vec<Vec<DVec3>> = (0..4)
         .map(|index| vec![tip_m, corners_m[index], corners_m[(index + 1) % 4]])
         .collect();
-    let walls: Vec<Plane> = room
+    let planes = |walls: &[Vec<DVec3>]| -> Vec<Plane> {
+        walls
+            .iter()
+            .filter_map(|wall| Plane::of_face(wall))
+            .collect()
+    };
+    let shadows: Vec<Vec<Plane>> = walls
+        .jutting
         .iter()
-        .filter_map(|wall| Plane::of_face(wall))
+        .take(SHADOWS_MAX)
+        .filter_map(|wall| shadow(tip_m, wall))
         .collect();
+    let outer = planes(&walls.around);
     let sides_seen = sides.iter();
-    pieces.extend(sides_seen.filter_map(|side| within(side, &walls, of_sides)));
+    let sides_seen = sides_seen.filter_map(|side| within(side, &outer, of_sides));
+    pieces.extend(sides_seen.flat_map(|side| lit(side, &shadows)));
     let ahead_m = tip_m + sensor.pose.world_from_sensor().x_axis;
     let inward: Vec<Plane> = sides
         .iter()
         .filter_map(|side| facing(side, ahead_m))
         .collect();
-    if inward.len() == sides.len() {
-        let seen = room
-            .iter()
-            .filter_map(|wall| within(wall, &inward, of_walls));
-        // Where the sides meet the wall its own outline ends too.
-        pieces.extend(seen.map(|piece| Piece {
-            edges: vec![true; piece.points_m.len()],
-            ..piece
-        }));
+    if inward.len() < sides.len() {
+        return;
     }
+    let shows = |wall: &&Vec<DVec3>| {
+        Plane::of_face(wall).is_some_and(|plane| plane.height_m(tip_m) > -ON_WALL_M)
+    };
+    for wall in walls.convex.iter().filter(shows) {
+        let Some(seen) = within(wall, &inward, of_walls) else {
+            continue;
+        };
+        // Where the sides meet the wall its own outline ends too; those of floors that were cut are no edges.
+        let is_whole = walls.around.contains(wall) || walls.jutting.contains(wall);
+        let seen = Piece {
+            edges: vec![is_whole; seen.points_m.len()],
+            ..seen
+        };
+        pieces.extend(lit(seen, &shadows));
+    }
+}
+
+/// The planes around what a wall hides from a point, with that on their positive sides; `None` if the wall shows the
+/// point its back.
+fn shadow(tip_m: DVec3, wall: &[DVec3]) -> Option<Vec<Plane>> {
+    let plane = Plane::of_face(wall)?;
+    if plane.height_m(tip_m) <= ON_WALL_M {
+        return None;
+    }
+    let middle_m = wall.iter().sum::<DVec3>() / count::float(wall.len());
+    let next = wall.iter().cycle().skip(1);
+    let mut planes: Vec<Plane> = wall
+        .iter()
+        .zip(next)
+        .filter_map(|(from, to)| facing(&[tip_m, *from, *to], middle_m))
+        .collect();
+    planes.push(Plane {
+        normal: -plane.normal,
+        // The wall itself is not hidden.
+        offset_m: -plane.offset_m + ON_WALL_M,
+    });
+    Some(planes)
+}
+
+/// What is left of a piece outside all shadows.
+fn lit(piece: Piece, shadows: &[Vec<Plane>]) -> Vec<Piece> {
+    let mut lit = vec![piece];
+    for shadow in shadows {
+        lit = lit
+            .into_iter()
+            .flat_map(|piece| outside(piece, shadow))
+            .collect();
+    }
+    lit
+}
+
+fn outside(piece: Piece, shadow: &[Plane]) -> Vec<Piece> {
+    let is_hidden = shadow
+        .iter()
+        .try_fold(piece.clone(), |rest, plane| clipped(&rest, plane))
+        .is_some_and(|hidden| Plane::of_face(&hidden.points_m).is_some());
+    if !is_hidden {
+        return vec![piece];
+    }
+    let mut parts = Vec::new();
+    let mut rest = Some(piece);
+    for plane in shadow {
+        let Some(whole) = rest else { break };
+        let opposite = Plane {
+            normal: -plane.normal,
+            offset_m: -plane.offset_m,
+        };
+        let part = clipped(&whole, &opposite);
+        parts.extend(part.filter(|part| Plane::of_face(&part.points_m).is_some()));
+        rest = clipped(&whole, plane);
+    }
+    parts
 }
 
 /// What is left of a face on the positive side of all planes, in the yellow of what is seen.
@@ -314,6 +414,13 @@ pub(super) const AGENT: [u8; 3] = [0xd6, 0x3b, 0x33];
 pub(super) const SEEN: [u8; 3] = [0xff, 0xd5, 0x2e];
 pub(super) const SEEN_EDGE: [u8; 3] = [0xb8, 0x86, 0x00];
 
+const WALL: [u8; 3] = [0xe6; 3];
+const WALL_EDGE: [u8; 3] = [0x99; 3];
+const WALL_OPACITY: f64 = 0.6;
+/// Walls whose shadows are left out of what a sensor has in view; the shadows of further ones are not.
+const SHADOWS_MAX: usize = 100;
+/// A sensor this near to a wall is on it, metres.
+const ON_WALL_M: f64 = 1e-6;
 const PYRAMID_OPACITY: f64 = 0.22;
 /// Faces that meet at less than 30 degrees are one round surface.
 const CREASE_COS: f64 = 0.866;

@@ -21,6 +21,7 @@ mod motion;
 mod paper_scenes;
 mod peer;
 mod refusals;
+mod rooms;
 mod shapes;
 mod shipped;
 mod warmth;

@@ -77,7 +77,7 @@ const SPELLING_AND_TYPES: &[Case] = &[
     (
         "ambient_c = 20",
         "ambient_c = 20\nambiant = 3",
-        "room.toml:4:1: unknown field `ambiant`, expected `size_mm` or `ambient_c`\n\
+        "room.toml:4:1: unknown field `ambiant`, expected one of `size_mm`, `plan_mm`, `height_mm`, `vertices_mm`, `faces`, `file`, `unit_mm`, `ambient_c`\n\
          hint: correct the spelling or remove the key; scenes/README.md describes every key",
     ),
     (
