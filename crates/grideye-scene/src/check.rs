@@ -13,7 +13,8 @@ use crate::pose::Pose;
 use crate::residual;
 use crate::room::Room;
 use crate::rule::{
-    AZIMUTH, DURATION, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, ROLL, SAMPLING,
+    AZIMUTH, DURATION, ELEVATION, NOISE, OPERATING_DISTANCE, PAPER_EXPERIMENT, PIXELS_PER_DEGREE,
+    ROLL, SAMPLING, paper_experiment,
 };
 use crate::scene::{Body, Loaded, Scene, Sensor, limits};
 use crate::solid::Solid;
@@ -62,6 +63,7 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
     let sensors = collect(&tables.sensor, |table| sensor(&source, table, &room))?;
     let law = law(&source, tables.law.as_ref())?;
     let duration_s = source.number_or(tables.duration_s.as_ref(), &DURATION, 0.0)?;
+    let experiment = source.optional(tables.paper_experiment.as_ref(), &PAPER_EXPERIMENT)?;
     let mut scene = Scene {
         screen: room.screen(),
         room,
@@ -70,6 +72,7 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
         sensors,
         law,
         duration_s,
+        paper_experiment: experiment.and_then(paper_experiment),
         prints: Vec::new(),
     };
     scene.prints = residual::prints(&source, &scene)?;

@@ -14,6 +14,7 @@ pub(crate) struct SceneTable {
     pub(crate) law: Option<Spanned<String>>,
     pub(crate) collisions: Option<Spanned<String>>,
     pub(crate) duration_s: Option<Spanned<f64>>,
+    pub(crate) paper_experiment: Option<Spanned<f64>>,
     pub(crate) room: Spanned<RoomTable>,
     #[serde(default)]
     pub(crate) object: Vec<Spanned<ObjectTable>>,

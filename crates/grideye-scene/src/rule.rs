@@ -156,6 +156,16 @@ pub(crate) const CAPACITY: Rule = Rule {
     expected: "0.001 to 1000000000000 J/K",
     hint: "a litre of water has 4186 J/K, 10 kg of steel 4600 J/K",
 };
+pub(crate) const PAPER_EXPERIMENT: Rule = Rule {
+    key: "paper_experiment",
+    holds: |number| paper_experiment(number).is_some(),
+    expected: "1, 2, 3 or 4",
+    hint: "the experiment of the paper that this scene stands for; leave it out for a scene of your own",
+};
+/// The number of an experiment that has a table in the paper.
+pub(crate) fn paper_experiment(number: f64) -> Option<u8> {
+    (1..=4).find(|&experiment| f64::from(experiment) == number)
+}
 pub(crate) const DURATION: Rule = Rule {
     key: "duration_s",
     holds: |seconds| (0.0..=crate::trajectory::TIME_MAX_S).contains(&seconds),

@@ -58,6 +58,7 @@ pub struct Scene {
     pub(crate) law: Law,
     /// The time that the scene is to take at least.
     pub(crate) duration_s: f64,
+    pub(crate) paper_experiment: Option<u8>,
     pub(crate) prints: Vec<Print>,
 }
 
@@ -143,6 +144,12 @@ impl Scene {
     #[must_use]
     pub const fn room(&self) -> &Room {
         &self.room
+    }
+
+    /// The experiment of the paper, 1 to 4, that the scene says it stands for (PeerJ CS 11:e3124, Tables 1 to 4).
+    #[must_use]
+    pub const fn paper_experiment(&self) -> Option<u8> {
+        self.paper_experiment
     }
 
     /// The temperature of the room.

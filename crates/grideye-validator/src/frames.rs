@@ -1,62 +1,133 @@
 //! Frames made ready to be scored many times, and the sums over pairs of them.
 
-use crate::compare::{Protocol, RealFrame, Settings, SimulatedFrame};
+use crate::compare::{RealFrame, Settings, Shape, SimulatedFrame};
 use crate::metrics::{
-    self, Binning, IS_THRESHOLD, bins, count, entropy_of_bins, joint_entropy_of_bins, mutual_of,
+    self, Binned, Binning, Blob, Centred, Counter, Graph, count, finite, mutual_corrected,
+    mutual_of, structural_similarity, sum_of,
 };
 use crate::score::Measure;
 use crate::union::{Prediction, Union, Warmth, offset};
-use std::collections::BTreeMap;
 
-/// The values of one pair of frames.
-pub(crate) type PairValues = [(Measure, Option<f64>); 13];
-
-/// One frame with its bins and entropies worked out.
+/// One frame with its bins, entropies and warm pixels worked out.
 #[derive(Clone)]
 pub(crate) struct Prepared {
     celsius: Vec<f64>,
-    /// What warm pixels are read from: the noise-free claim of a simulated frame, the mean of the sequence for a real
-    /// one under the static protocol, else the frame itself.
+    /// What the union's warm pixels are read from: the noise-free claim of a simulated frame, the mean of the sequence
+    /// for a real one under the static protocol, else the frame itself.
     steady: Vec<f64>,
+    centred: Centred,
+    steady_centred: Centred,
     grey: Binned,
-    step: Binned,
+    chosen: Binned,
+    /// Of the frame itself, or of a simulated frame's claim.
+    warm: Vec<bool>,
+    blob: Option<Blob>,
+    truth: Option<Vec<bool>>,
 }
 
-#[derive(Clone)]
-struct Binned {
-    bins: Vec<u32>,
-    entropy: f64,
+/// How frames are made ready.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Making {
+    pub(crate) shape: Shape,
+    pub(crate) binning: Binning,
+    pub(crate) warm_above_c: f64,
 }
 
-/// Means over pairs, of the pairs for which a measure is defined.
-#[derive(Default)]
-pub(crate) struct Means(BTreeMap<Measure, (f64, usize)>);
+/// Frames that stand in one place of the pairs.
+pub(crate) struct Side {
+    pub(crate) frames: Vec<Prepared>,
+    /// For each frame the first one of the row of frames with the same claim, so that what depends on the claim alone
+    /// is worked out once: in a still scene all claims are one.
+    claims: Vec<usize>,
+}
 
 /// Both sides of a comparison, and the blank frame.
 pub(crate) struct SceneView {
     pub(crate) real: Vec<Prepared>,
-    pub(crate) simulated: Vec<Prepared>,
+    pub(crate) simulated: Side,
     pub(crate) blank: Prepared,
-    step_c: f64,
+    pub(crate) making: Making,
+    pub(crate) sigma_c: f64,
+    pub(crate) ambient_c: f64,
+    field_of_view_rad: Option<[f64; 2]>,
     warmth: Warmth,
 }
 
-/// The real sequence against itself some frames later.
-pub(crate) struct Repeat {
-    later: Vec<(usize, Prepared)>,
-    means: Means,
+/// Means over pairs, of the pairs for which a measure is defined.
+#[derive(Clone)]
+pub(crate) struct Means {
+    sums: Vec<f64>,
+    numbers: Vec<usize>,
 }
 
-impl Prepared {
-    pub(crate) fn new(celsius: &[f64], steady: &[f64], step_c: f64) -> Self {
-        Self {
+/// Room to count in.
+pub(crate) struct Work {
+    counter: Counter,
+    pub(crate) graph: Graph,
+}
+
+impl Making {
+    pub(crate) fn real(&self, celsius: &[f64], steady: &[f64]) -> Prepared {
+        self.frame(celsius, steady, celsius, None)
+    }
+
+    pub(crate) fn simulated(
+        &self,
+        celsius: &[f64],
+        claim: &[f64],
+        truth: Option<&[bool]>,
+    ) -> Prepared {
+        self.frame(celsius, claim, claim, truth)
+    }
+
+    fn frame(
+        &self,
+        celsius: &[f64],
+        steady: &[f64],
+        shown: &[f64],
+        truth: Option<&[bool]>,
+    ) -> Prepared {
+        let mut counter = Counter::new();
+        // Frames and width were checked before; were they not, one bin for all would claim no information.
+        let mut binned = |binning| {
+            let binned = counter.binned(celsius, binning);
+            binned.unwrap_or_else(|| Binned::of_nothing(celsius.len()))
+        };
+        Prepared {
             celsius: celsius.to_vec(),
             steady: steady.to_vec(),
-            grey: Binned::new(celsius, Binning::PaperGrey256),
-            step: Binned::new(celsius, Binning::Step { width_c: step_c }),
+            centred: Centred::new(celsius),
+            steady_centred: Centred::new(steady),
+            grey: binned(Binning::PaperGrey256),
+            chosen: binned(self.binning),
+            warm: metrics::warm(shown, self.warm_above_c),
+            blob: self.blob(shown),
+            truth: truth.map(<[bool]>::to_vec),
         }
     }
 
+    fn blob(&self, shown: &[f64]) -> Option<Blob> {
+        Blob::find(shown, self.shape.columns, self.warm_above_c)
+    }
+
+    /// A simulated frame's pixels in another order; entropies do not change by it, and the truth stays where it is.
+    fn permuted(&self, frame: &Prepared, order: &[usize]) -> Prepared {
+        let steady = pick(&frame.steady, order);
+        Prepared {
+            celsius: pick(&frame.celsius, order),
+            blob: self.blob(&steady),
+            steady,
+            centred: frame.centred.permuted(order),
+            steady_centred: frame.steady_centred.permuted(order),
+            grey: frame.grey.permuted(order),
+            chosen: frame.chosen.permuted(order),
+            warm: order.iter().map(|&index| frame.warm[index]).collect(),
+            truth: frame.truth.clone(),
+        }
+    }
+}
+
+impl Prepared {
     pub(crate) fn celsius(&self) -> &[f64] {
         &self.celsius
     }
@@ -64,124 +135,172 @@ impl Prepared {
     pub(crate) fn steady(&self) -> &[f64] {
         &self.steady
     }
+}
 
-    /// The same pixels in another order; entropies do not change by it.
-    pub(crate) fn permuted(&self, order: &[usize]) -> Self {
+impl Side {
+    pub(crate) fn new(frames: Vec<Prepared>) -> Self {
+        let mut claims: Vec<usize> = Vec::with_capacity(frames.len());
+        for (index, frame) in frames.iter().enumerate() {
+            let same = claims
+                .last()
+                .copied()
+                .filter(|&before| frames[before].steady == frame.steady);
+            claims.push(same.unwrap_or(index));
+        }
+        Self { frames, claims }
+    }
+
+    pub(crate) fn permuted(&self, making: &Making, order: &[usize]) -> Self {
+        let permuted = |frame| making.permuted(frame, order);
         Self {
-            celsius: pick(&self.celsius, order),
-            steady: pick(&self.steady, order),
-            grey: self.grey.permuted(order),
-            step: self.step.permuted(order),
+            frames: self.frames.iter().map(permuted).collect(),
+            claims: self.claims.clone(),
         }
     }
 
-    /// Every measure that is a mean over pairs, with `self` as the real frame.
-    pub(crate) fn pair_values(&self, simulated: &Self) -> PairValues {
-        let (x, y) = (&self.celsius, &simulated.celsius);
-        let grey = joint_entropy_of_bins(&self.grey.bins, &simulated.grey.bins);
-        let step = joint_entropy_of_bins(&self.step.bins, &simulated.step.bins);
-        [
-            (Measure::Correlation, metrics::correlation(x, y)),
-            (
-                Measure::ImageSimilarity,
-                metrics::image_similarity(x, y, IS_THRESHOLD),
-            ),
-            (Measure::Rmse, metrics::rmse(x, y)),
-            (Measure::Mae, metrics::mae(x, y)),
-            (Measure::Bias, metrics::bias(x, y)),
-            (Measure::EntropyRealGrey, Some(self.grey.entropy)),
-            (Measure::EntropySimulatedGrey, Some(simulated.grey.entropy)),
-            (Measure::JointEntropyGrey, Some(grey)),
-            (
-                Measure::MutualInformationGrey,
-                Some(mutual_of(self.grey.entropy, simulated.grey.entropy, grey)),
-            ),
-            (Measure::EntropyRealStep, Some(self.step.entropy)),
-            (Measure::EntropySimulatedStep, Some(simulated.step.entropy)),
-            (Measure::JointEntropyStep, Some(step)),
-            (
-                Measure::MutualInformationStep,
-                Some(mutual_of(self.step.entropy, simulated.step.entropy, step)),
-            ),
-        ]
+    /// Only the frames that pairs need, and the pairs with their new numbers.
+    pub(crate) fn of_pairs(&self, pairs: &[(usize, usize)]) -> (Self, Vec<(usize, usize)>) {
+        let mut wanted: Vec<usize> = pairs.iter().map(|&(_, simulated)| simulated).collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        let place = |simulated: usize| wanted.partition_point(|&other| other < simulated);
+        let pairs = pairs
+            .iter()
+            .map(|&(real, simulated)| (real, place(simulated)));
+        let pairs = pairs.collect();
+        let frames = wanted.iter().map(|&index| self.frames[index].clone());
+        (Self::new(frames.collect()), pairs)
+    }
+
+    /// The frame that stands beside a real one; the last one beside what is longer.
+    pub(crate) fn beside(&self, real: usize) -> Option<&Prepared> {
+        self.frames.get(real).or(self.frames.last())
     }
 }
 
-impl Binned {
-    fn new(celsius: &[f64], binning: Binning) -> Self {
-        // Frames and width were checked before; were they not, one bin for all would claim no information.
-        let bins = bins(celsius, binning).unwrap_or_else(|| vec![0; celsius.len()]);
-        let entropy = entropy_of_bins(&bins);
-        Self { bins, entropy }
-    }
-
-    fn permuted(&self, order: &[usize]) -> Self {
+impl Default for Means {
+    fn default() -> Self {
         Self {
-            bins: order.iter().map(|&index| self.bins[index]).collect(),
-            entropy: self.entropy,
+            sums: vec![0.0; Measure::ALL.len()],
+            numbers: vec![0; Measure::ALL.len()],
         }
     }
 }
 
 impl Means {
-    pub(crate) fn add(&mut self, values: &PairValues) {
+    pub(crate) fn add(&mut self, values: &[(Measure, Option<f64>)]) {
         for &(measure, value) in values {
             if let Some(value) = value {
-                let (sum, number) = self.0.entry(measure).or_default();
-                *sum += value;
-                *number += 1;
+                self.sums[measure.place()] += value;
+                self.numbers[measure.place()] += 1;
             }
+        }
+    }
+
+    pub(crate) fn merge(&mut self, other: &Self) {
+        for place in 0..self.sums.len() {
+            self.sums[place] += other.sums[place];
+            self.numbers[place] += other.numbers[place];
         }
     }
 
     pub(crate) fn set(&mut self, measure: Measure, value: Option<f64>) {
         if let Some(value) = value {
-            self.0.insert(measure, (value, 1));
+            self.sums[measure.place()] = value;
+            self.numbers[measure.place()] = 1;
         }
     }
 
     pub(crate) fn get(&self, measure: Measure) -> Option<f64> {
-        self.0
-            .get(&measure)
-            .map(|&(sum, number)| sum / count(number))
+        let number = self.numbers[measure.place()];
+        (number > 0).then(|| self.sums[measure.place()] / count(number))
+    }
+}
+
+impl Work {
+    pub(crate) fn new() -> Self {
+        Self {
+            counter: Counter::new(),
+            graph: Graph::default(),
+        }
+    }
+
+    /// The measures that the paper has, and the plain distances; the differences go into the evaluation graph.
+    pub(crate) fn plain(
+        &mut self,
+        real: &Prepared,
+        simulated: &Prepared,
+    ) -> [(Measure, Option<f64>); 15] {
+        use Measure as M;
+        let (x, y) = (&real.celsius, &simulated.celsius);
+        let pixels = count(x.len());
+        let similar = self.graph.add(x, y);
+        let grey = self.counter.joint(&real.grey, &simulated.grey);
+        let chosen = self.counter.joint(&real.chosen, &simulated.chosen);
+        [
+            (M::Correlation, real.centred.correlation(&simulated.centred)),
+            (M::ImageSimilarity, finite(count(similar) / pixels)),
+            (
+                M::Rmse,
+                mean_of(x, y, |x, y| (y - x) * (y - x)).map(f64::sqrt),
+            ),
+            (M::Mae, mean_of(x, y, |x, y| (y - x).abs())),
+            (M::Bias, mean_of(x, y, |x, y| y - x)),
+            (M::EntropyRealGrey, Some(real.grey.entropy())),
+            (M::EntropySimulatedGrey, Some(simulated.grey.entropy())),
+            (M::JointEntropyGrey, Some(grey.entropy)),
+            (
+                M::MutualInformationGrey,
+                Some(mutual_of(&real.grey, &simulated.grey, grey)),
+            ),
+            (
+                M::MutualInformationGreyCorrected,
+                Some(mutual_corrected(&real.grey, &simulated.grey, grey)),
+            ),
+            (M::EntropyRealBinned, Some(real.chosen.entropy())),
+            (M::EntropySimulatedBinned, Some(simulated.chosen.entropy())),
+            (M::JointEntropyBinned, Some(chosen.entropy)),
+            (
+                M::MutualInformationBinned,
+                Some(mutual_of(&real.chosen, &simulated.chosen, chosen)),
+            ),
+            (
+                M::MutualInformationBinnedCorrected,
+                Some(mutual_corrected(&real.chosen, &simulated.chosen, chosen)),
+            ),
+        ]
     }
 }
 
 impl SceneView {
     pub(crate) fn new(
+        making: Making,
         real: &[RealFrame],
         simulated: &[SimulatedFrame],
         settings: &Settings,
         noise_sigma_c: f64,
     ) -> Self {
-        let step_c = settings.step_c;
-        let pixels = real.first().map_or(0, |frame| frame.celsius.len());
-        let ambient = vec![settings.ambient_c; pixels];
+        let ambient = vec![settings.ambient_c; making.shape.pixels()];
         // What stands still is seen better in the mean of all frames than in any one of them.
         let (steady, averaged) = match settings.protocol {
-            Protocol::Static => (Some(mean_frame(real)), real.len()),
-            Protocol::Dynamic => (None, 1),
+            crate::Protocol::Static => (Some(mean_frame(real)), real.len()),
+            crate::Protocol::Dynamic => (None, 1),
         };
-        let real = real
-            .iter()
-            .map(|frame| {
-                Prepared::new(
-                    &frame.celsius,
-                    steady.as_ref().unwrap_or(&frame.celsius),
-                    step_c,
-                )
-            })
-            .collect();
-        let simulated = simulated
-            .iter()
-            .map(|frame| Prepared::new(&frame.celsius, &frame.noise_free, step_c))
-            .collect();
+        let prepare_real = |frame: &RealFrame| {
+            making.real(&frame.celsius, steady.as_ref().unwrap_or(&frame.celsius))
+        };
+        let prepare_simulated = |frame: &SimulatedFrame| {
+            making.simulated(&frame.celsius, &frame.noise_free, frame.truth.as_deref())
+        };
         let above_c = settings.warm_above(noise_sigma_c / count(averaged.max(1)).sqrt());
         Self {
-            real,
-            simulated,
-            blank: Prepared::new(&ambient, &ambient, step_c),
-            step_c,
+            real: real.iter().map(prepare_real).collect(),
+            simulated: Side::new(simulated.iter().map(prepare_simulated).collect()),
+            blank: making.simulated(&ambient, &ambient, None),
+            making,
+            sigma_c: noise_sigma_c,
+            ambient_c: settings.ambient_c,
+            field_of_view_rad: settings.field_of_view_rad,
             warmth: Warmth::new(settings.ambient_c, above_c),
         }
     }
@@ -195,152 +314,111 @@ impl SceneView {
         self.warmth.real_above_c
     }
 
-    /// The common offset of each pair.
-    pub(crate) fn offsets(&self, pairs: &[(usize, usize)]) -> Vec<f64> {
-        pairs
-            .iter()
-            .map(|&(r, s)| self.offset(r, &self.simulated[s]))
-            .collect()
+    /// The measures that look at places and at the sensor's noise. The truth comes from the frame that stands beside the
+    /// real one, whatever is put into its place.
+    pub(crate) fn placed(
+        &self,
+        real: &Prepared,
+        put: &Prepared,
+        beside: &Prepared,
+    ) -> [(Measure, Option<f64>); 7] {
+        let (x, y) = (&real.celsius, &put.celsius);
+        let columns = self.making.shape.columns;
+        let blobs = real.blob.as_ref().zip(put.blob.as_ref());
+        let shape = (columns, self.making.shape.rows);
+        let angle = |(real, put): (&Blob, &Blob)| {
+            metrics::angle_between(real, put, shape, self.field_of_view_rad?)
+        };
+        let truth = beside.truth.as_deref();
+        let chi = metrics::chi_squared(x, &put.steady, self.sigma_c);
+        [
+            (
+                Measure::ForegroundRmse,
+                truth.and_then(|mask| metrics::foreground_rmse(x, y, mask)),
+            ),
+            (
+                Measure::ContrastSlope,
+                real.centred.slope_over(&put.steady_centred),
+            ),
+            (
+                Measure::CentroidErrorPixels,
+                blobs.map(|(real, put)| real.distance_pixels(put)),
+            ),
+            (Measure::CentroidErrorDegrees, blobs.and_then(angle)),
+            (
+                Measure::WarmOverlap,
+                metrics::overlap(&real.warm, &put.warm),
+            ),
+            (
+                Measure::ChiSquaredPerDegree,
+                chi.and_then(|chi| chi.per_degree()),
+            ),
+            (
+                Measure::StructuralSimilarity,
+                structural_similarity(x, y, columns, self.ambient_c),
+            ),
+        ]
     }
 
-    /// Sums the squares over the pixels that the scene claims to be warm or that are.
-    pub(crate) fn union(&self, pairs: &[(usize, usize)], simulated: &[Prepared]) -> Union {
-        let mut union = Union::default();
-        for &(r, s) in pairs {
-            let prediction = Prediction {
-                celsius: &simulated[s].celsius,
-                offset_c: 0.0,
-            };
-            let offset_c = self.offset(r, &simulated[s]);
-            union.add(
-                &self.real[r],
-                offset_c,
-                &simulated[s].steady,
-                prediction,
-                self.warmth,
-            );
-        }
-        union
+    /// The slope of a frame over its repeat, whose noise is taken out of it.
+    pub(crate) fn slope_over_repeat(&self, real: &Prepared, later: &Prepared) -> Option<f64> {
+        real.centred.slope_over_noisy(&later.centred, self.sigma_c)
     }
 
-    /// The same sums with the repeat of a real frame in the simulation's place, over the same pixels.
-    fn union_of_repeat(&self, repeats: &[(usize, Prepared)]) -> Union {
-        let mut union = Union::default();
-        for (index, later) in repeats {
-            let Some(beside) = self.simulated.get(*index).or(self.simulated.last()) else {
-                continue;
-            };
-            let real = &self.real[*index];
-            let offset_c = self.offset(*index, beside);
-            let prediction = Prediction {
-                celsius: &later.celsius,
-                offset_c: offset_c + offset(&later.celsius, &real.celsius),
-            };
-            union.add(real, offset_c, &beside.steady, prediction, self.warmth);
-        }
-        union
+    /// Adds a pair to the union of pixels that the scene claims to be warm or that are.
+    pub(crate) fn add_to_union(
+        &self,
+        union: &mut Union,
+        real: usize,
+        put: &Prepared,
+        offset_c: f64,
+    ) {
+        let prediction = Prediction {
+            celsius: &put.celsius,
+            offset_c: 0.0,
+        };
+        union.add(
+            &self.real[real],
+            offset_c,
+            &put.steady,
+            prediction,
+            self.warmth,
+        );
     }
 
-    fn offset(&self, real: usize, simulated: &Prepared) -> f64 {
+    /// Adds the repeat of a real frame in the simulation's place, over the same pixels.
+    pub(crate) fn add_repeat_to_union(&self, union: &mut Union, real: usize, later: &Prepared) {
+        let Some(beside) = self.simulated.beside(real) else {
+            return;
+        };
+        let frame = &self.real[real];
+        let offset_c = self.offset(real, beside);
+        let prediction = Prediction {
+            celsius: &later.celsius,
+            offset_c: offset_c + offset(&later.celsius, &frame.celsius),
+        };
+        union.add(frame, offset_c, &beside.steady, prediction, self.warmth);
+    }
+
+    pub(crate) fn offset(&self, real: usize, simulated: &Prepared) -> f64 {
         offset(&self.real[real].celsius, &simulated.steady)
     }
 
-    /// What the blank frame scores. Its gain over itself is 0 by definition.
-    pub(crate) fn blank_means(&self) -> Means {
-        let mut means = Means::default();
-        for real in &self.real {
-            means.add(&real.pair_values(&self.blank));
-        }
-        means.set(Measure::Gain, Some(0.0));
-        means.set(Measure::GainWithOffset, Some(0.0));
-        means
-    }
-}
-
-impl Repeat {
-    /// `None` when no frame has a repeat.
-    pub(crate) fn new(view: &SceneView, real: &[RealFrame], sigma_c: Option<f64>) -> Option<Self> {
-        let sigma_c = sigma_c?;
-        let later: Vec<(usize, Prepared)> = real
-            .iter()
-            .enumerate()
-            .filter_map(|(index, frame)| {
-                let later = frame.later.as_deref()?;
-                Some((index, Prepared::new(later, later, view.step_c)))
-            })
-            .collect();
-        let mut means = Means::default();
-        for (index, later) in &later {
-            means.add(&view.real[*index].pair_values(later));
-        }
-        for (measure, gain) in view.union_of_repeat(&later).without_noise(sigma_c).gains() {
-            means.set(measure, gain);
-        }
-        count_noise_once(&mut means, sigma_c);
-        Some(Self { later, means })
-    }
-
-    pub(crate) fn ceiling(&self, measure: Measure) -> Option<f64> {
-        self.means.get(measure)
-    }
-
-    pub(crate) fn pairs<'a>(
+    /// The common offset of each pair, in the order of the pairs.
+    pub(crate) fn offsets<'a>(
         &'a self,
-        view: &'a SceneView,
-    ) -> impl Iterator<Item = (&'a [f64], &'a [f64])> {
-        self.later
-            .iter()
-            .map(|(index, later)| (view.real[*index].celsius(), later.celsius()))
-    }
-}
-
-/// The repeat holds the noise twice, a prediction without noise would meet it once only.
-///
-/// C: Spearman's correction for attenuation, the root of the correlation of two equally noisy measurements. RMSE: the
-/// variance of the noise is subtracted; MAE shrinks in the same proportion, as it does for Gaussian differences.
-fn count_noise_once(means: &mut Means, sigma_c: f64) {
-    if let Some(correlation) = means
-        .get(Measure::Correlation)
-        .filter(|&correlation| correlation > 0.0)
-    {
-        means.set(Measure::Correlation, Some(correlation.sqrt()));
-    }
-    let (rmse, mae) = (means.get(Measure::Rmse), means.get(Measure::Mae));
-    if let Some(rmse) = rmse.filter(|&rmse| rmse > 0.0) {
-        let once = (rmse * rmse - sigma_c * sigma_c).max(0.0).sqrt();
-        means.set(Measure::Rmse, Some(once));
-        means.set(Measure::Mae, mae.map(|mae| mae * once / rmse));
-    }
-}
-
-/// The thresholds of the evaluation graph: 0 to 5 degrees in steps of a twentieth.
-pub(crate) fn grid() -> Vec<f64> {
-    (0..=100_u32).map(|step| f64::from(step) / 20.0).collect()
-}
-
-/// Mean image similarity of many pairs at each of several ascending thresholds, in one pass over the pixels.
-pub(crate) fn shares_below<'a>(
-    thresholds: &[f64],
-    pairs: impl Iterator<Item = (&'a [f64], &'a [f64])>,
-) -> Vec<f64> {
-    let mut first_above = vec![0_usize; thresholds.len() + 1];
-    let mut pixels = 0;
-    for (real, simulated) in pairs {
-        pixels += real.len();
-        for (x, y) in real.iter().zip(simulated) {
-            let difference = (y - x).abs();
-            first_above[thresholds.partition_point(|&threshold| threshold <= difference)] += 1;
-        }
-    }
-    let mut below = 0;
-    thresholds
-        .iter()
-        .zip(first_above)
-        .map(|(_, here)| {
-            below += here;
-            count(below) / count(pixels.max(1))
+        pairs: &'a [(usize, usize)],
+        side: &'a Side,
+    ) -> impl Iterator<Item = f64> + 'a {
+        let mut last = (usize::MAX, usize::MAX, 0.0);
+        pairs.iter().map(move |&(real, put)| {
+            let claim = side.claims[put];
+            if (last.0, last.1) != (real, claim) {
+                last = (real, claim, self.offset(real, &side.frames[put]));
+            }
+            last.2
         })
-        .collect()
+    }
 }
 
 /// The median; the mean of the middle two of an even number. `None` of nothing.
@@ -348,8 +426,12 @@ pub(crate) fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
     let upper = *sorted.get(sorted.len() / 2)?;
-    let lower = *sorted.get((sorted.len() - 1) / 2)?;
+    let lower = *sorted.get((sorted.len().checked_sub(1)?) / 2)?;
     Some(f64::midpoint(lower, upper))
+}
+
+fn mean_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> Option<f64> {
+    finite(sum_of(x, y, term) / count(x.len()))
 }
 
 fn mean_frame(real: &[RealFrame]) -> Vec<f64> {
@@ -369,21 +451,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_those_of_the_metric() {
-        let real = [20.0, 20.0, 20.0, 20.0, 21.5];
-        let simulated = [20.0, 20.05, 20.5, 17.0, 40.0];
-        let graph = shares_below(&grid(), std::iter::once((&real[..], &simulated[..])));
-        assert_eq!(
-            Some(graph),
-            metrics::evaluation_graph(&real, &simulated, &grid())
-        );
-    }
-
-    #[test]
     fn median_of_few() {
         assert_eq!(median(&[]), None);
         assert_eq!(median(&[3.0]), Some(3.0));
         assert_eq!(median(&[4.0, 1.0, 3.0, 2.0]), Some(2.5));
         assert_eq!(median(&[9.0, 1.0, 2.0]), Some(2.0));
+    }
+
+    #[test]
+    fn equal_claims_are_one() {
+        let making = Making {
+            shape: Shape {
+                columns: 3,
+                rows: 1,
+            },
+            binning: Binning::PaperGrey256,
+            warm_above_c: 1.0,
+        };
+        let frame = |claim: f64| making.simulated(&[20.0, 21.0, 22.0], &[claim; 3], None);
+        let side = Side::new(vec![frame(1.0), frame(1.0), frame(2.0), frame(1.0)]);
+        assert_eq!(side.claims, [0, 0, 2, 3]);
     }
 }

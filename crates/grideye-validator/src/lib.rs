@@ -30,7 +30,7 @@
 //! person[26..=29].fill(23.0);
 //! person[34..=37].fill(23.0);
 //! let real = vec![RealFrame { time: Duration::ZERO, celsius: person.clone(), later: Some(person.clone()) }; 2];
-//! let simulated = vec![SimulatedFrame { time: Duration::ZERO, celsius: person.clone(), noise_free: person }; 2];
+//! let simulated = vec![SimulatedFrame { time: Duration::ZERO, celsius: person.clone(), noise_free: person, truth: None }; 2];
 //!
 //! let settings = Settings::new(Protocol::Static, 20.0, 0.5);
 //! let comparison = compare(shape, &real, &simulated, &settings)?;
@@ -53,8 +53,9 @@ mod union;
 mod verdict;
 
 pub use compare::{
-    Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, Protocol, RealFrame,
-    SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, Shape, SimulatedFrame, compare,
+    Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, NOISE_IMAGES,
+    PLACED_PAIRS_MAX, PixelMaps, Protocol, RealFrame, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings,
+    Shape, SimulatedFrame, THREADS_MAX, compare,
 };
 pub use error::{Side, ValidatorError};
 pub use scene_comparison::{

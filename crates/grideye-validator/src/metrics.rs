@@ -2,7 +2,23 @@
 //!
 //! Every function answers `None` where the measure is not defined: frames that are empty, of unequal length or that
 //! hold a value that is not finite; a correlation with a frame that has one value only; a bin width that is not
-//! above zero. No answer is ever NaN.
+//! above zero. No answer is ever NaN. The glossary in this crate's README lists each with its unit and source.
+
+mod binning;
+mod bins;
+mod blob;
+mod noise;
+mod pair;
+mod structure;
+
+pub use binning::{Binning, BinningError};
+pub use blob::{Blob, angle_between, overlap, warm};
+pub use noise::{ChiSquared, chi_squared, survival};
+pub use pair::{PairScores, Scorer, THRESHOLDS, thresholds_c};
+pub use structure::{SSIM_RANGE_C, structural_similarity, structure_map};
+
+pub(crate) use bins::{Binned, Counter, mutual_corrected, mutual_of};
+pub(crate) use pair::Graph;
 
 /// Accuracy that the datasheet states for the AMG8833, in degrees: an offset of plus or minus this much is within its
 /// specification (AMG88 spec, "temperature accuracy").
@@ -12,71 +28,48 @@ pub const SENSOR_ACCURACY_C: f64 = 2.5;
 /// (PeerJ CS 11:e3124, "Evaluation graph and image similarity"; printed there as 1.66).
 pub const IS_THRESHOLD: f64 = 2.0 * SENSOR_ACCURACY_C / 3.0;
 
-/// How temperatures are sorted into the bins that entropy counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Binning {
-    /// 256 grey levels over the frame's own range: `round(255 (T - min) / (max - min))`, what an 8-bit picture of the
-    /// frame holds. The paper does not name its binning; this one fits its published entropies.
-    PaperGrey256,
-    /// The nearest multiple of a width in degrees; the sensor's own step is the width that says most.
-    Step {
-        /// Width of a bin in degrees, above zero.
-        width_c: f64,
-    },
-    /// `n` levels over the frame's own range, the lowest and the highest level at its ends.
-    Levels {
-        /// Number of levels; with 0 or 1 every pixel falls into the same bin.
-        n: u16,
-    },
-}
-
 /// Pearson's correlation coefficient, -1 to 1 (PeerJ CS 11:e3124, Eq. 1); `None` when one frame has one value only.
 #[must_use]
 pub fn correlation(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
-    let (mean_real, mean_simulated) = (mean(real)?, mean(simulated)?);
-    let (mut product, mut square_real, mut square_simulated) = (0.0, 0.0, 0.0);
-    for (x, y) in real.iter().zip(simulated) {
-        let (dx, dy) = (x - mean_real, y - mean_simulated);
-        product += dx * dy;
-        square_real += dx * dx;
-        square_simulated += dy * dy;
-    }
-    if is_constant(real) || is_constant(simulated) {
-        return None;
-    }
-    finite((product / (square_real.sqrt() * square_simulated.sqrt())).clamp(-1.0, 1.0))
+    Centred::new(real).correlation(&Centred::new(simulated))
 }
 
 /// Shannon's entropy of one frame in bits (PeerJ CS 11:e3124, Eq. 2).
 #[must_use]
 pub fn entropy(frame: &[f64], binning: Binning) -> Option<f64> {
-    Some(entropy_of_bins(&bins(frame, binning)?))
+    Some(Counter::new().binned(frame, binning)?.entropy())
 }
 
 /// Entropy of the pairs of pixels in bits (PeerJ CS 11:e3124, Eq. 3). Each frame is binned over its own range.
 #[must_use]
 pub fn joint_entropy(real: &[f64], simulated: &[f64], binning: Binning) -> Option<f64> {
-    comparable(real, simulated)?;
-    Some(joint_entropy_of_bins(
-        &bins(real, binning)?,
-        &bins(simulated, binning)?,
-    ))
+    let (_, _, joint) = binned(real, simulated, binning)?;
+    Some(joint.entropy)
 }
 
 /// Mutual information in bits: `H(X) + H(Y) - H(X, Y)` (PeerJ CS 11:e3124, Eq. 6).
 ///
-/// On 64 pixels and fine bins almost all of it is small-sample bias: read it beside the value of shuffled pixels.
+/// On 64 pixels and fine bins almost all of it is small-sample bias: read it beside the value of shuffled pixels, or
+/// take [`mutual_information_corrected`].
 #[must_use]
 pub fn mutual_information(real: &[f64], simulated: &[f64], binning: Binning) -> Option<f64> {
-    comparable(real, simulated)?;
-    let (real, simulated) = (bins(real, binning)?, bins(simulated, binning)?);
-    let joint = joint_entropy_of_bins(&real, &simulated);
-    Some(mutual_of(
-        entropy_of_bins(&real),
-        entropy_of_bins(&simulated),
-        joint,
-    ))
+    let (real, simulated, joint) = binned(real, simulated, binning)?;
+    Some(mutual_of(&real, &simulated, joint))
+}
+
+/// Mutual information in bits less its small-sample bias of the first order, after Miller and Madow (G. A. Miller,
+/// "Note on the bias of information estimates", 1955): `I + (K(X) + K(Y) - K(X, Y) - 1) / (2 N ln 2)` with K bins that
+/// occur. Below zero where the pixels have less in common than chance. With more bins than pixels in each the first
+/// order is not enough: read it beside the shuffled pixels all the same.
+#[must_use]
+pub fn mutual_information_corrected(
+    real: &[f64],
+    simulated: &[f64],
+    binning: Binning,
+) -> Option<f64> {
+    let (real, simulated, joint) = binned(real, simulated, binning)?;
+    finite(mutual_corrected(&real, &simulated, joint))
 }
 
 /// Share of pixels, 0 to 1, whose temperatures differ by strictly less than `threshold` degrees
@@ -103,61 +96,116 @@ pub fn evaluation_graph(real: &[f64], simulated: &[f64], thresholds: &[f64]) -> 
 #[must_use]
 pub fn rmse(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
-    let sum: f64 = differences(real, simulated)
-        .map(|difference| difference * difference)
+    finite((sum_of(real, simulated, |x, y| (y - x) * (y - x)) / count(real.len())).sqrt())
+}
+
+/// The same over the pixels of a mask, for example those that the simulated agent covers; `None` if it marks none.
+#[must_use]
+pub fn foreground_rmse(real: &[f64], simulated: &[f64], mask: &[bool]) -> Option<f64> {
+    comparable(real, simulated)?;
+    if mask.len() != real.len() {
+        return None;
+    }
+    let pixels = mask.iter().filter(|&&marked| marked).count();
+    let marked = |(difference, &marked): (f64, &bool)| marked.then_some(difference * difference);
+    let squares: f64 = differences(real, simulated)
+        .zip(mask)
+        .filter_map(marked)
         .sum();
-    finite((sum / count(real.len())).sqrt())
+    finite((squares / count(pixels)).sqrt()).filter(|_| pixels > 0)
 }
 
 /// Mean of the absolute difference, in degrees.
 #[must_use]
 pub fn mae(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
-    finite(differences(real, simulated).map(f64::abs).sum::<f64>() / count(real.len()))
+    finite(sum_of(real, simulated, |x, y| (y - x).abs()) / count(real.len()))
 }
 
 /// Mean of simulated less real, in degrees: above zero where the simulation is too warm.
 #[must_use]
 pub fn bias(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
-    finite(differences(real, simulated).sum::<f64>() / count(real.len()))
+    finite(sum_of(real, simulated, |x, y| y - x) / count(real.len()))
 }
 
-/// The bin of each pixel, numbered from 0 upwards without holes in order of temperature.
-pub(crate) fn bins(frame: &[f64], binning: Binning) -> Option<Vec<u32>> {
-    if frame.is_empty() || !frame.iter().all(|value| value.is_finite()) {
+/// Degrees that the real frame rises by where the claim rises by one: the slope of the least-squares line of real over
+/// claimed pixels. 1 says that the contrast is right, below 1 that the scene claims too much of it, 0 that what is
+/// claimed is not there. `None` for a claim of one value.
+///
+/// Hand in the noise-free image as the claim: noise in it would lower the slope (regression dilution), noise in the
+/// real frame does not.
+#[must_use]
+pub fn contrast_slope(real: &[f64], claim: &[f64]) -> Option<f64> {
+    comparable(real, claim)?;
+    Centred::new(real).slope_over(&Centred::new(claim))
+}
+
+/// Slope of the least-squares line through points `(x, y)`: the drift, where x is time and y a temperature. `None` where
+/// all x are equal or fewer than two points are given.
+#[must_use]
+pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    contrast_slope(&y, &x)
+}
+
+/// A frame less its own mean.
+#[derive(Debug, Clone)]
+pub(crate) struct Centred {
+    deviations: Vec<f64>,
+    squares: f64,
+}
+
+impl Centred {
+    pub(crate) fn new(frame: &[f64]) -> Self {
+        let mean = mean(frame).unwrap_or(0.0);
+        let deviations: Vec<f64> = frame.iter().map(|value| value - mean).collect();
+        // The mean of equal numbers need not be that number: what is left would be noise over noise.
+        let squares = if is_constant(frame) {
+            0.0
+        } else {
+            sum_of(&deviations, &deviations, |x, _| x * x)
+        };
+        Self {
+            deviations,
+            squares,
+        }
+    }
+
+    /// The same pixels in another order.
+    pub(crate) fn permuted(&self, order: &[usize]) -> Self {
+        Self {
+            deviations: order.iter().map(|&index| self.deviations[index]).collect(),
+            squares: self.squares,
+        }
+    }
+
+    pub(crate) fn correlation(&self, other: &Self) -> Option<f64> {
+        correlation_of(self.product(other), self.squares, other.squares)
+    }
+
+    pub(crate) fn slope_over(&self, claim: &Self) -> Option<f64> {
+        let slope = (claim.squares > 0.0).then(|| self.product(claim) / claim.squares)?;
+        finite(slope)
+    }
+
+    /// The slope where the other side, too, holds noise of `sigma_c` a pixel: its share of the squares is taken out. `None`
+    /// where noise is half of what there is, or more.
+    pub(crate) fn slope_over_noisy(&self, other: &Self, sigma_c: f64) -> Option<f64> {
+        let noise = count(self.deviations.len().saturating_sub(1)) * sigma_c * sigma_c;
+        (other.squares > 2.0 * noise).then(|| self.product(other) / (other.squares - noise))
+    }
+
+    fn product(&self, other: &Self) -> f64 {
+        sum_of(&self.deviations, &other.deviations, |x, y| x * y)
+    }
+}
+
+pub(crate) fn correlation_of(product: f64, squares: f64, other_squares: f64) -> Option<f64> {
+    if squares <= 0.0 || other_squares <= 0.0 {
         return None;
     }
-    let levels = match binning {
-        Binning::PaperGrey256 => levels_over_range(frame, 255.0),
-        Binning::Levels { n } => levels_over_range(frame, f64::from(n.saturating_sub(1))),
-        Binning::Step { width_c } if width_c.is_finite() && width_c > 0.0 => frame
-            .iter()
-            .map(|value| (value / width_c).round())
-            .collect(),
-        Binning::Step { .. } => return None,
-    };
-    Some(numbered(&levels))
-}
-
-/// Entropy in bits of pixels already sorted into bins.
-pub(crate) fn entropy_of_bins(bins: &[u32]) -> f64 {
-    let mut sorted = bins.to_vec();
-    sorted.sort_unstable();
-    entropy_of_sorted(&sorted)
-}
-
-/// Joint entropy in bits of two frames already sorted into bins.
-pub(crate) fn joint_entropy_of_bins(real: &[u32], simulated: &[u32]) -> f64 {
-    let pair = |(&x, &y): (&u32, &u32)| (u64::from(x) << 32) | u64::from(y);
-    let mut pairs: Vec<u64> = real.iter().zip(simulated).map(pair).collect();
-    pairs.sort_unstable();
-    entropy_of_sorted(&pairs)
-}
-
-/// Mutual information from the three entropies; rounding must not make it negative.
-pub(crate) fn mutual_of(entropy_real: f64, entropy_simulated: f64, joint: f64) -> f64 {
-    (entropy_real + entropy_simulated - joint).max(0.0)
+    finite((product / (squares.sqrt() * other_squares.sqrt())).clamp(-1.0, 1.0))
 }
 
 /// A count of pixels, frames or pairs as a number to divide by.
@@ -175,65 +223,105 @@ pub(crate) fn mean(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
     }
-    finite(values.iter().sum::<f64>() / count(values.len()))
+    finite(sum_of(values, values, |x, _| x) / count(values.len()))
 }
 
-fn comparable(real: &[f64], simulated: &[f64]) -> Option<()> {
+/// Whether two frames can be compared at all.
+pub(crate) fn comparable(real: &[f64], simulated: &[f64]) -> Option<()> {
     let defined = !real.is_empty()
         && real.len() == simulated.len()
-        && real.iter().chain(simulated).all(|value| value.is_finite());
+        && all_finite(real)
+        && all_finite(simulated);
     defined.then_some(())
+}
+
+/// Asked of every value, not up to the first that is not: that is what the processor does for several at once.
+pub(crate) fn all_finite(frame: &[f64]) -> bool {
+    frame
+        .iter()
+        .fold(true, |all, value| all & value.is_finite())
+}
+
+/// Lowest and highest value.
+pub(crate) fn extremes(frame: &[f64]) -> (f64, f64) {
+    let (whole, rest) = frame.split_at(frame.len() - frame.len() % LANES);
+    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for chunk in whole.chunks_exact(LANES) {
+        for lane in 0..LANES {
+            low[lane] = if chunk[lane] < low[lane] {
+                chunk[lane]
+            } else {
+                low[lane]
+            };
+            high[lane] = if chunk[lane] > high[lane] {
+                chunk[lane]
+            } else {
+                high[lane]
+            };
+        }
+    }
+    (
+        low.iter()
+            .chain(rest)
+            .copied()
+            .fold(f64::INFINITY, f64::min),
+        high.iter()
+            .chain(rest)
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max),
+    )
+}
+
+/// Sums that do not wait for one another.
+const LANES: usize = 8;
+
+/// The sum of a function of both values over all pixels, in an order that is the same on every machine.
+pub(crate) fn sum_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> f64 {
+    let whole = x.len().min(y.len()) / LANES * LANES;
+    let mut sums = [0.0; LANES];
+    for (x, y) in x[..whole]
+        .chunks_exact(LANES)
+        .zip(y[..whole].chunks_exact(LANES))
+    {
+        for lane in 0..LANES {
+            sums[lane] += term(x[lane], y[lane]);
+        }
+    }
+    let rest: f64 = x[whole..]
+        .iter()
+        .zip(&y[whole..])
+        .map(|(&x, &y)| term(x, y))
+        .sum();
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + b) + (c + d)) + ((e + f) + (g + h)) + rest
+}
+
+pub(crate) fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+pub(crate) fn is_constant(frame: &[f64]) -> bool {
+    frame
+        .iter()
+        .skip(1)
+        .fold(true, |all, &value| all & (value == frame[0]))
+}
+
+fn binned(
+    real: &[f64],
+    simulated: &[f64],
+    binning: Binning,
+) -> Option<(Binned, Binned, bins::Joint)> {
+    comparable(real, simulated)?;
+    let mut counter = Counter::new();
+    let real = counter.binned(real, binning)?;
+    let simulated = counter.binned(simulated, binning)?;
+    let joint = counter.joint(&real, &simulated);
+    Some((real, simulated, joint))
 }
 
 fn differences(real: &[f64], simulated: &[f64]) -> impl Iterator<Item = f64> {
     real.iter().zip(simulated).map(|(x, y)| y - x)
-}
-
-fn is_constant(frame: &[f64]) -> bool {
-    frame.windows(2).all(|pair| pair[0] == pair[1])
-}
-
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
-}
-
-fn levels_over_range(frame: &[f64], top: f64) -> Vec<f64> {
-    let coldest = frame.iter().copied().fold(f64::INFINITY, f64::min);
-    let warmest = frame.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let range = warmest - coldest;
-    if range > 0.0 && range.is_finite() {
-        frame
-            .iter()
-            .map(|value| (top * (value - coldest) / range).round())
-            .collect()
-    } else {
-        vec![0.0; frame.len()]
-    }
-}
-
-fn numbered(levels: &[f64]) -> Vec<u32> {
-    let mut order: Vec<usize> = (0..levels.len()).collect();
-    order.sort_unstable_by(|&a, &b| levels[a].total_cmp(&levels[b]));
-    let mut numbers = vec![0; levels.len()];
-    let mut number = 0;
-    for neighbours in order.windows(2) {
-        // Compared by value, so that the bin of -0 is the bin of 0.
-        if levels[neighbours[1]] != levels[neighbours[0]] {
-            number += 1;
-        }
-        numbers[neighbours[1]] = number;
-    }
-    numbers
-}
-
-fn entropy_of_sorted<T: PartialEq>(sorted: &[T]) -> f64 {
-    let total = count(sorted.len());
-    let plogp = |run: &[T]| {
-        let share = count(run.len()) / total;
-        share * share.log2()
-    };
-    // The sum is never above zero, and of one bin it is -0: `max` drops the sign.
-    (-sorted.chunk_by(|a, b| a == b).map(plogp).sum::<f64>()).max(0.0)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@ use crate::compare::{
     Comparison, Protocol, RealFrame, Settings, Shape, SimulatedFrame, compare, evenly,
 };
 use crate::error::{Side, ValidatorError};
-use crate::metrics::count;
+use crate::metrics::{Binning, count};
 use crate::verdict::Thresholds;
 use grideye_frame::{COLUMNS, PixelWord, ROWS};
 use grideye_recording::Record;
@@ -33,6 +33,10 @@ pub struct Options {
     pub start: Duration,
     /// Random orders of the pixels.
     pub shuffles: usize,
+    /// The bins of the second set of entropies; by default the sensor's own steps.
+    pub binning: Option<Binning>,
+    /// Threads that count pairs of frames; the result is the same with any number.
+    pub threads: usize,
     /// What the verdict is measured against.
     pub thresholds: Thresholds,
 }
@@ -46,6 +50,8 @@ impl Default for Options {
             lag_frames: None,
             start: Duration::ZERO,
             shuffles: 200,
+            binning: None,
+            threads: 1,
             thresholds: Thresholds::default(),
         }
     }
@@ -312,9 +318,13 @@ fn simulated(simulator: &Simulator, real: &[RealFrame], seed: u64) -> Vec<Simula
         time: real.time,
         celsius: simulator.noisy(real.time, seed).celsius,
         noise_free: simulator.image(real.time).celsius,
+        truth: Some(simulator.truth(real.time).foreground(TRUTH_SHARE_MIN)),
     };
     real.iter().map(frame).collect()
 }
+
+/// A pixel belongs to an agent that covers half of it or more.
+const TRUTH_SHARE_MIN: f64 = 0.5;
 
 fn protocol_note(protocol: Protocol, scene: &Scene) -> String {
     let why = if scene.is_static() {
@@ -347,6 +357,9 @@ fn settings(
             defaults.noise_sigma_c
         },
         lag_frames,
+        binning: options.binning.unwrap_or(defaults.binning),
+        field_of_view_rad: Some(simulator.sensor().field_of_view_rad.into()),
+        threads: options.threads,
         shuffles: options.shuffles,
         seed: options.seed,
         thresholds: options.thresholds,

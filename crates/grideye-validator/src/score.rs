@@ -23,6 +23,12 @@ macro_rules! measures {
             /// Every measure, in the order of the report.
             pub const ALL: &'static [Self] = &[$(Self::$variant),+];
 
+            /// Its place in [`Measure::ALL`].
+            #[expect(clippy::as_conversions, reason = "an enum without fields, numbered from 0 in the order of ALL")]
+            pub(crate) const fn place(self) -> usize {
+                self as usize
+            }
+
             /// The stable name, lower case with underscores.
             #[must_use]
             pub const fn name(self) -> &'static str {
@@ -35,7 +41,7 @@ macro_rules! measures {
                 match self { $(Self::$variant => $title),+ }
             }
 
-            /// The unit: `°C`, `bit`, `%` (the value itself is a share of 0 to 1), or empty for a plain number.
+            /// The unit: `°C`, `bit`, `px`, `°`, `%` (the value itself is a share of 0 to 1), or empty for a plain number.
             #[must_use]
             pub const fn unit(self) -> &'static str {
                 match self { $(Self::$variant => $unit),+ }
@@ -75,14 +81,32 @@ measures! {
     JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;
     /// Mutual information, 256 grey levels (the paper's).
     MutualInformationGrey = "mutual_information_grey", "MI, 256 levels", "bit", Higher;
-    /// Entropy of the real frame in steps of the sensor.
-    EntropyRealStep = "entropy_real_step", "H real, sensor steps", "bit", Neither;
-    /// Entropy of the simulated frame in steps of the sensor.
-    EntropySimulatedStep = "entropy_simulated_step", "H simulated, sensor steps", "bit", Neither;
-    /// Joint entropy in steps of the sensor.
-    JointEntropyStep = "joint_entropy_step", "Joint H, sensor steps", "bit", Neither;
-    /// Mutual information in steps of the sensor.
-    MutualInformationStep = "mutual_information_step", "MI, sensor steps", "bit", Higher;
+    /// The same less its small-sample bias, after Miller and Madow.
+    MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias taken out", "bit", Higher;
+    /// Entropy of the real frame in the chosen bins, by default steps of the sensor.
+    EntropyRealBinned = "entropy_real_binned", "H real, chosen bins", "bit", Neither;
+    /// Entropy of the simulated frame in the chosen bins.
+    EntropySimulatedBinned = "entropy_simulated_binned", "H simulated, chosen bins", "bit", Neither;
+    /// Joint entropy in the chosen bins.
+    JointEntropyBinned = "joint_entropy_binned", "Joint H, chosen bins", "bit", Neither;
+    /// Mutual information in the chosen bins.
+    MutualInformationBinned = "mutual_information_binned", "MI, chosen bins", "bit", Higher;
+    /// The same less its small-sample bias, after Miller and Madow.
+    MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias taken out", "bit", Higher;
+    /// RMSE over the pixels of which the simulated agents cover half or more.
+    ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
+    /// Degrees that the recording rises by where the noise-free claim rises by one.
+    ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
+    /// Distance between the centroids of the warm blobs of frame and claim.
+    CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
+    /// The same as the angle that the sensor sees between them.
+    CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, seen angle", "°", Lower;
+    /// Intersection over union of the warm pixels of frame and claim.
+    WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;
+    /// Chi squared of frame less noise-free claim, their mean difference taken out, a degree of freedom.
+    ChiSquaredPerDegree = "chi_squared_per_degree", "χ² a degree of freedom", "", Lower;
+    /// Structural similarity.
+    StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
 }
 
 impl fmt::Display for Measure {
@@ -98,6 +122,9 @@ pub struct Shuffled {
     pub mean: f64,
     /// The value that 95 % of the orders do not beat.
     pub p95: f64,
+    /// Permutation p-value: the share of orders, the true one counted with them, that do at least as well as the true one
+    /// on the same pairs; `None` where neither more nor less is better. The true order alone makes it 1 / (orders + 1).
+    pub p: Option<f64>,
 }
 
 /// One measure with what it has to be read against. `None` stands where the measure is not defined.
@@ -111,8 +138,10 @@ pub struct Score {
     pub blank: Option<f64>,
     /// The floor: the simulation's own pixels in random order.
     pub shuffled: Option<Shuffled>,
+    /// The floor: images of the sensor's noise about ambient temperature and nothing else.
+    pub noise: Option<f64>,
     /// The ceiling: the real sequence against itself some frames later, its noise counted once where that can be
-    /// done (C, gain, RMSE, MAE).
+    /// done (C, gain, RMSE, MAE, foreground RMSE, contrast slope, chi squared, centroid error).
     pub ceiling: Option<f64>,
 }
 
@@ -124,20 +153,21 @@ impl Score {
             value: None,
             blank: None,
             shuffled: None,
+            noise: None,
             ceiling: None,
         }
     }
 
-    /// The better one of the blank frame and the mean of the shuffled pixels: where skill 0 is.
+    /// The best one of the blank frame, the images of noise and the mean of the shuffled pixels: where skill 0 is.
     #[must_use]
     pub fn floor(&self) -> Option<f64> {
-        self.best(self.blank, self.shuffled.map(|shuffled| shuffled.mean))
+        self.best_with(self.shuffled.map(|shuffled| shuffled.mean))
     }
 
-    /// What chance reaches: the better one of the blank frame and the best 5 % of the shuffles.
+    /// What chance reaches: the best one of the blank frame, the images of noise and the best 5 % of the shuffles.
     #[must_use]
     pub fn chance(&self) -> Option<f64> {
-        self.best(self.blank, self.shuffled.map(|shuffled| shuffled.p95))
+        self.best_with(self.shuffled.map(|shuffled| shuffled.p95))
     }
 
     /// How far the ceiling rises above chance, above zero if it does.
@@ -161,6 +191,13 @@ impl Score {
         let (floor, ceiling) = (self.floor()?, self.ceiling?);
         let skill = (self.value? - floor) / (ceiling - floor);
         skill.is_finite().then(|| skill.clamp(0.0, 1.0))
+    }
+
+    fn best_with(&self, shuffled: Option<f64>) -> Option<f64> {
+        if self.measure.better() == Better::Neither {
+            return None;
+        }
+        self.best(self.best(self.blank, self.noise), shuffled)
     }
 
     fn best(&self, a: Option<f64>, b: Option<f64>) -> Option<f64> {
@@ -208,7 +245,8 @@ mod tests {
             measure,
             value: Some(value),
             blank: Some(blank),
-            shuffled: Some(Shuffled { mean, p95 }),
+            shuffled: Some(Shuffled { mean, p95, p: None }),
+            noise: None,
             ceiling: Some(ceiling),
         }
     }
@@ -236,6 +274,27 @@ mod tests {
         assert_eq!(grey.skill(), None);
         assert!(grey.headroom().unwrap() < 0.0);
         assert_eq!(score(Measure::Bias, 0.1, 0.0, 0.0, 0.0, 0.0).skill(), None);
+    }
+
+    #[test]
+    fn images_of_noise_are_a_floor_like_the_others() {
+        let mut grey = score(Measure::MutualInformationGrey, 2.62, 0.0, 2.4, 2.5, 2.9);
+        assert_eq!((grey.floor(), grey.chance()), (Some(2.4), Some(2.5)));
+        grey.noise = Some(2.7);
+        assert_eq!(
+            (grey.floor(), grey.chance(), grey.skill()),
+            (Some(2.7), Some(2.7), Some(0.0))
+        );
+        let mut rmse = score(Measure::Rmse, 0.5, 0.9, 1.1, 1.0, 0.4);
+        rmse.noise = Some(0.6);
+        assert!((rmse.skill().unwrap() - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn every_measure_knows_its_place() {
+        for (index, measure) in Measure::ALL.iter().enumerate() {
+            assert_eq!(measure.place(), index);
+        }
     }
 
     #[test]

@@ -79,6 +79,14 @@ impl Union {
         }
     }
 
+    /// Adds the sums of other pairs.
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.pixels += other.pixels;
+        self.both += other.both;
+        self.predicted.merge(other.predicted);
+        self.blank.merge(other.blank);
+    }
+
     /// The sums with one helping of noise taken out of the predicted part.
     pub(crate) fn without_noise(mut self, sigma_c: f64) -> Self {
         let noise = count(self.pixels) * sigma_c * sigma_c;
@@ -105,6 +113,11 @@ impl Union {
 }
 
 impl Squares {
+    fn merge(&mut self, other: Self) {
+        self.levelled += other.levelled;
+        self.with_offset += other.with_offset;
+    }
+
     fn add(&mut self, levelled: f64, with_offset: f64) {
         self.levelled += levelled * levelled;
         self.with_offset += with_offset * with_offset;
@@ -116,23 +129,40 @@ impl Squares {
 /// finer than the sensor's step.
 pub(crate) fn offset(frame: &[f64], reference: &[f64]) -> f64 {
     let mut differences: Vec<f64> = frame.iter().zip(reference).map(|(a, b)| a - b).collect();
-    differences.sort_unstable_by(f64::total_cmp);
     let quarter = differences.len() / 4;
-    let middle = &differences[quarter..differences.len() - quarter];
+    let middle = middle(&mut differences, quarter);
     if middle.is_empty() {
         return 0.0;
     }
     middle.iter().sum::<f64>() / count(middle.len())
 }
 
+/// All but the `cut` smallest and the `cut` largest numbers, in the order of their size: a sum of them is to be the same
+/// on every machine.
+fn middle(numbers: &mut [f64], cut: usize) -> &[f64] {
+    numbers.sort_unstable_by(f64::total_cmp);
+    &numbers[cut..numbers.len() - cut]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Shape;
+    use crate::frames::Making;
+    use crate::metrics::Binning;
 
     fn union(real: &[f64], claim: &[f64]) -> (Union, f64) {
         let offset_c = offset(real, claim);
         let mut union = Union::default();
-        let real = Prepared::new(real, real, 0.25);
+        let making = Making {
+            shape: Shape {
+                columns: 4,
+                rows: 4,
+            },
+            binning: Binning::PaperGrey256,
+            warm_above_c: 1.0,
+        };
+        let real = making.real(real, real);
         let prediction = Prediction {
             celsius: claim,
             offset_c: 0.0,

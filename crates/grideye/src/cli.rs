@@ -4,6 +4,7 @@ mod emulate;
 pub(crate) mod place;
 
 use clap::{Args, Parser, Subcommand};
+use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -212,6 +213,10 @@ pub(crate) struct Compare {
     /// Seed of the simulation.
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(crate) seed: u64,
+    /// Bins of the second set of entropies, beside the paper's 256 grey levels: `step:WIDTH` in °C, `levels:N` or
+    /// `grey256`; by default the sensor's own steps.
+    #[arg(long, value_name = "BINS")]
+    pub(crate) binning: Option<Binning>,
 }
 
 /// Convert a recording; the LINAIGE layout is recognised.

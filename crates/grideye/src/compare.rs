@@ -7,10 +7,11 @@ use anyhow::{Context as _, Result};
 use grideye_recording::Record;
 use grideye_scene::Scene;
 use grideye_validator::report::{self, Context, Input};
-use grideye_validator::{Comparison, Measure, Options, Verdict, compare_scene, paper};
+use grideye_validator::{Comparison, Measure, Options, THREADS_MAX, Verdict, compare_scene, paper};
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// Compares, prints the verdict with its scores, and writes the reports that were asked for.
@@ -18,8 +19,14 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     let loaded = files::load_scene(Some(&options.scene))?;
     let scene = &loaded.scene;
     let sensor = files::sensor_name(scene, options.sensor.as_deref())?;
-    let records = recordings::load_stream(&options.recording)?;
-    let comparison = compare(&records, scene, &sensor, options.seed)?;
+    let recording = recordings::load_thinned(&options.recording)?;
+    let how = Options {
+        binning: options.binning,
+        ..how(options.seed)
+    };
+    let mut comparison =
+        compare_scene(&recording.records, scene, &sensor, &how).map_err(bad_input)?;
+    comparison.notes.extend(recording.note());
     let context = Context {
         scene: options.scene.display().to_string(),
         recording: options.recording.display().to_string(),
@@ -35,7 +42,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
                 .chain([&options.recording]),
         )?,
         assumptions: loaded.warnings,
-        experiment: experiment(&options.scene),
+        experiment: scene.paper_experiment(),
     };
     if let Some(path) = &options.report {
         write_text(path, &report::html(&comparison, &context))?;
@@ -64,16 +71,17 @@ pub(crate) fn compare(
     sensor: &str,
     seed: u64,
 ) -> Result<Comparison> {
-    compare_scene(
-        records,
-        scene,
-        sensor,
-        &Options {
-            seed,
-            ..Options::default()
-        },
-    )
-    .map_err(bad_input)
+    compare_scene(records, scene, sensor, &how(seed)).map_err(bad_input)
+}
+
+/// With that seed, on all processors.
+fn how(seed: u64) -> Options {
+    let processors = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    Options {
+        seed,
+        threads: processors.min(THREADS_MAX),
+        ..Options::default()
+    }
 }
 
 /// The exit code that a verdict deserves.
@@ -107,16 +115,6 @@ fn quoted(argument: &str) -> String {
         return argument.to_owned();
     }
     format!("'{}'", argument.replace('\'', r"'\''"))
-}
-
-/// The paper's experiment that a scene file stands for, by its name.
-pub(crate) fn experiment(scene: &Path) -> Option<u8> {
-    let stem = scene.file_stem()?.to_str()?;
-    let number = stem.strip_prefix("experiment-")?.parse().ok()?;
-    paper::EXPERIMENTS
-        .iter()
-        .any(|experiment| experiment.number == number)
-        .then_some(number)
 }
 
 /// Each file with its SHA-256.
@@ -165,7 +163,7 @@ pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) {
     for reason in &comparison.judgement.reasons {
         println!("  {reason}");
     }
-    println!("{}", scores_line(comparison, experiment));
+    print!("{}", report::table(comparison, experiment));
 }
 
 /// The paper's three scores in one line, each with its blank frame, shuffled pixels and repeat, and the paper's own.
@@ -267,13 +265,6 @@ impl Shown {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_experiment_is_known_by_its_file_name() {
-        assert_eq!(experiment(Path::new("scenes/experiment-3.toml")), Some(3));
-        assert_eq!(experiment(Path::new("scenes/experiment-9.toml")), None);
-        assert_eq!(experiment(Path::new("bedroom.toml")), None);
-    }
 
     #[test]
     fn arguments_are_quoted_for_a_shell() {

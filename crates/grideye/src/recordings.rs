@@ -5,7 +5,8 @@ use crate::files;
 use anyhow::{Result, anyhow};
 use grideye_frame::RawFrame;
 use grideye_recording::{Layout, Record, RecordingError, Row, StreamId, csv, linaige, sniff};
-use std::collections::BTreeMap;
+use grideye_validator::{Thinned, Thinning};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -39,11 +40,7 @@ pub(crate) fn load_streams(path: &Path) -> Result<BTreeMap<StreamId, Vec<Record>
 pub(crate) fn load_stream(path: &Path) -> Result<Vec<Record>> {
     let mut streams = load_streams(path)?;
     if streams.len() > 1 {
-        return Err(bad_input(anyhow!(
-            "{} holds {} streams, and one is taken at a time\nhint: keep the rows of one device, sensor and boot",
-            path.display(),
-            streams.len()
-        )));
+        return Err(several_streams(path, streams.len()));
     }
     let records = streams
         .pop_first()
@@ -53,9 +50,29 @@ pub(crate) fn load_stream(path: &Path) -> Result<Vec<Record>> {
         .iter()
         .all(|record| record.reading.frame().is_none())
     {
-        return Err(bad_input(anyhow!("{} holds no frame", path.display())));
+        return Err(no_frame(path));
     }
     Ok(records)
+}
+
+/// What is to be looked at of a recording that holds one stream: of a long one not every row, in memory that does not grow
+/// with it. At least one frame was read.
+pub(crate) fn load_thinned(path: &Path) -> Result<Thinned> {
+    let mut thinning = Thinning::default();
+    let mut stream = None;
+    let mut has_frame = false;
+    for row in open(path)? {
+        let row = row?;
+        if *stream.get_or_insert_with(|| row.stream.clone()) != row.stream {
+            return Err(several_streams(path, load_stream_names(path)?.len()));
+        }
+        has_frame |= row.record.reading.frame().is_some();
+        thinning.push(row.record);
+    }
+    if !has_frame {
+        return Err(no_frame(path));
+    }
+    Ok(thinning.finish())
 }
 
 /// The frames of a recording that holds one stream, in order; those that are missing are left out.
@@ -65,6 +82,24 @@ pub(crate) fn load_frames(path: &Path) -> Result<Vec<RawFrame>> {
         .iter()
         .filter_map(|record| record.reading.frame().copied())
         .collect())
+}
+
+fn load_stream_names(path: &Path) -> Result<BTreeSet<StreamId>> {
+    open(path)?.map(|row| Ok(row?.stream)).collect()
+}
+
+fn several_streams(path: &Path, streams: usize) -> anyhow::Error {
+    bad_input(anyhow!(
+        "{} holds {streams} streams, and one is taken at a time\nhint: keep the rows of one device, sensor and boot",
+        path.display()
+    ))
+}
+
+fn no_frame(path: &Path) -> anyhow::Error {
+    bad_input(anyhow!(
+        "{} holds no frame\nhint: all of its rows say that a frame is missing, or it has no rows; check the sensor's wiring and the agent's log",
+        path.display()
+    ))
 }
 
 fn rows(path: &Path) -> Result<Rows> {

@@ -89,8 +89,14 @@ const SPELLING_AND_TYPES: &[Case] = &[
     (
         "[[object]]",
         "[[objct]]",
-        "room.toml:5:3: unknown field `objct`, expected one of `model`, `law`, `collisions`, `duration_s`, `room`, `object`, `mosaic`, `agent`, `sensor`\n\
+        "room.toml:5:3: unknown field `objct`, expected one of `model`, `law`, `collisions`, `duration_s`, `paper_experiment`, `room`, `object`, `mosaic`, `agent`, `sensor`\n\
          hint: correct the spelling or remove the key; scenes/README.md describes every key",
+    ),
+    (
+        "[room]",
+        "paper_experiment = 5\n[room]",
+        "room.toml:1:20: `paper_experiment` is 5, expected 1, 2, 3 or 4\n\
+         hint: the experiment of the paper that this scene stands for; leave it out for a scene of your own",
     ),
     (
         "ambient_c = 20\n",

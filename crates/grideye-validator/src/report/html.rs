@@ -34,7 +34,7 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
 }
 
 /// What the verdict rests on, then the paper's own and plain distances, then what counts bins.
-const GROUPS: [(&str, &str, &[Measure]); 3] = [
+pub(super) const GROUPS: [(&str, &str, &[Measure]); 4] = [
     (
         "The verdict rests on",
         "rests",
@@ -52,6 +52,19 @@ const GROUPS: [(&str, &str, &[Measure]); 3] = [
         ],
     ),
     (
+        "Places, structure and the sensor's noise, reported",
+        "reported",
+        &[
+            Measure::ForegroundRmse,
+            Measure::ContrastSlope,
+            Measure::CentroidErrorPixels,
+            Measure::CentroidErrorDegrees,
+            Measure::WarmOverlap,
+            Measure::StructuralSimilarity,
+            Measure::ChiSquaredPerDegree,
+        ],
+    ),
+    (
         "Entropy and mutual information, reported, not believed",
         "reported",
         &[
@@ -59,10 +72,12 @@ const GROUPS: [(&str, &str, &[Measure]); 3] = [
             Measure::EntropySimulatedGrey,
             Measure::JointEntropyGrey,
             Measure::MutualInformationGrey,
-            Measure::EntropyRealStep,
-            Measure::EntropySimulatedStep,
-            Measure::JointEntropyStep,
-            Measure::MutualInformationStep,
+            Measure::MutualInformationGreyCorrected,
+            Measure::EntropyRealBinned,
+            Measure::EntropySimulatedBinned,
+            Measure::JointEntropyBinned,
+            Measure::MutualInformationBinned,
+            Measure::MutualInformationBinnedCorrected,
         ],
     ),
 ];
@@ -140,18 +155,20 @@ fn scores(comparison: &Comparison, context: &Context) -> String {
                 .iter()
                 .map(|&measure| row(&comparison.score(measure), context.experiment))
                 .collect();
-            format!("<tbody class=\"{class}\">\n<tr class=\"group\"><th colspan=\"7\" scope=\"rowgroup\">{title}</th></tr>\n{rows}</tbody>\n")
+            format!("<tbody class=\"{class}\">\n<tr class=\"group\"><th colspan=\"8\" scope=\"rowgroup\">{title}</th></tr>\n{rows}</tbody>\n")
         })
         .collect();
     format!(
         "<h2>Scores, and what they are worth</h2>\n\
-         <p>A score means something only between its floor (what a blank frame at {} °C, or the simulation's own pixels in \
-         random order, would have scored) and its ceiling (the recording against itself {} later; in C, gain, RMSE and \
-         MAE the sensor's noise counted once, elsewhere as it comes). Skill is the place between the two, 0 to 1. A value \
+         <p>A score means something only between its floor (what a blank frame at {} °C, the simulation's own pixels in \
+         random order, or an image of nothing but the sensor's noise would have scored) and its ceiling (the recording \
+         against itself {} later; in C, gain, RMSE, MAE, contrast, centroid and χ² the sensor's noise counted once, \
+         elsewhere as it comes). Skill is the place between the two, 0 to 1. A value \
          can pass its ceiling, for example where something has moved on before the repeat; its skill is 1 then.</p>\n\
          <div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">Measure</th><th scope=\"col\">Value</th>\
          <th scope=\"col\">Skill</th><th scope=\"col\">Floor:<br>blank frame</th>\
-         <th scope=\"col\">Floor: shuffled,<br>mean (best 5 %)</th><th scope=\"col\">Ceiling:<br>own repeat</th>\
+         <th scope=\"col\">Floor: shuffled,<br>mean (best 5 %)</th><th scope=\"col\">Floor:<br>noise only</th>\
+         <th scope=\"col\">Ceiling:<br>own repeat</th>\
          <th scope=\"col\">The paper's,<br>{papers}</th></tr></thead>\n{rows}</table></div>\n\
          <p class=\"small soft\">The paper's figures come from its own room and recordings: they are there to compare the order \
          of magnitude, not to be reached. A skill of “{UNDEFINED}” says that the ceiling does not rise above chance: on this \
@@ -179,10 +196,11 @@ fn row(score: &Score, experiment: Option<u8>) -> String {
         },
     );
     format!(
-        "<tr><th scope=\"row\">{measure}{unit}</th><td class=\"value\">{}</td><td>{}</td><td>{}</td><td>{shuffled}</td><td>{}</td><td class=\"paper\">{}</td></tr>\n",
+        "<tr><th scope=\"row\">{measure}{unit}</th><td class=\"value\">{}</td><td>{}</td><td>{}</td><td>{shuffled}</td><td>{}</td><td>{}</td><td class=\"paper\">{}</td></tr>\n",
         value(measure, score.value),
         skill(score),
         value(measure, score.blank),
+        value(measure, score.noise),
         value(measure, score.ceiling),
         papers_figure(measure, experiment)
     )
@@ -343,10 +361,12 @@ fn assumed(comparison: &Comparison, context: &Context) -> String {
          own, which a blank frame has not."
             .to_owned(),
         format!(
-            "Entropies are counted in 256 grey levels over each frame's own range, as an 8-bit picture has them, and in the sensor's own steps of {} °C. \
-             The paper does not name its binning; 256 levels fit its figures.",
-            fixed(settings.step_c, 2)
+            "Entropies are counted in 256 grey levels over each frame's own range, as an 8-bit picture has them, and in {} (the chosen bins). \
+             The paper does not name its binning; 256 levels fit its figures. Where the bias is taken out, it is that of the first order, after Miller and Madow.",
+            settings.binning.in_words()
         ),
+        information(comparison),
+        noise_fit(comparison),
         format!("Shuffled scores are those of {} random orders of the pixels, seed {}.", settings.shuffles, settings.seed),
     ];
     let papers_room = context.experiment.and_then(paper::experiment).map(|experiment| {
@@ -363,6 +383,39 @@ fn assumed(comparison: &Comparison, context: &Context) -> String {
         .chain(&comparison.notes)
         .chain(&own);
     format!("<h2>What was assumed</h2>\n{}", list(sentences))
+}
+
+fn information(comparison: &Comparison) -> String {
+    let p = |measure| {
+        let shuffled = comparison.score(measure).shuffled;
+        let p = shuffled.and_then(|shuffled| shuffled.p);
+        p.map_or_else(|| "not defined".to_owned(), |p| fixed(p, 3))
+    };
+    format!(
+        "Of orders of the pixels as good as the true one or better, the true one counted among them, the share is {} for MI in 256 levels and {} in the chosen bins (permutation p-value).",
+        p(Measure::MutualInformationGrey),
+        p(Measure::MutualInformationBinned)
+    )
+}
+
+fn noise_fit(comparison: &Comparison) -> String {
+    let fit = &comparison.noise_fit;
+    let p = fit
+        .p_value()
+        .map_or_else(|| "not defined".to_owned(), |p| fixed(p, 3));
+    let drift = comparison
+        .drift_c_per_min
+        .map_or_else(String::new, |slope| {
+            format!(
+                " The common offset drifts by {} °C a minute.",
+                signed(slope, 2)
+            )
+        });
+    format!(
+        "What is left between the recording and the noise-free claim is χ² = {} at {} degrees of freedom (p = {p}); the sensor's fixed pattern is in it, so that even a right scene need not reach 1 a degree.{drift}",
+        fixed(fit.value, 0),
+        fit.degrees_of_freedom
+    )
 }
 
 fn union_sentence(comparison: &Comparison) -> String {

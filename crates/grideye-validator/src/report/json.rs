@@ -1,6 +1,6 @@
 use super::Context;
 use crate::paper;
-use crate::{Better, Comparison, Measure, Score};
+use crate::{Better, Comparison, FrameScores, Measure, Score};
 use serde_json::{Map, Value, json};
 
 /// The comparison for programs: one JSON object with stable field names (`format` and `version` name them). Values
@@ -24,6 +24,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "pairs": comparison.pairs,
         "offset_c": comparison.offset_c,
         "drift_c": comparison.drift_c,
+        "drift_c_per_min": comparison.drift_c_per_min,
         "noise_sigma_c": comparison.noise_sigma_c,
         "warm_above_c": comparison.warm_above_c,
         "union_above_c": comparison.union_above_c,
@@ -35,6 +36,17 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
             "blank": comparison.evaluation.blank,
             "repeat": comparison.evaluation.repeat,
         },
+        "noise_fit": {
+            "chi_squared": comparison.noise_fit.value,
+            "degrees_of_freedom": comparison.noise_fit.degrees_of_freedom,
+            "p": comparison.noise_fit.p_value(),
+        },
+        "maps": {
+            "bias_c": comparison.maps.bias_c,
+            "rmse_c": comparison.maps.rmse_c,
+            "structure": comparison.maps.structure,
+        },
+        "timeline": timeline(comparison),
         "film": film(comparison),
         "settings": settings(comparison),
         "context": self::context(comparison, context),
@@ -55,7 +67,7 @@ fn scores(comparison: &Comparison, context: &Context) -> Map<String, Value> {
 fn score(score: &Score, papers: Option<f64>) -> Value {
     let shuffled = score
         .shuffled
-        .map(|shuffled| json!({ "mean": shuffled.mean, "p95": shuffled.p95 }));
+        .map(|shuffled| json!({ "mean": shuffled.mean, "p95": shuffled.p95, "p": shuffled.p }));
     json!({
         "title": score.measure.title(),
         "unit": unit(score.measure),
@@ -67,6 +79,7 @@ fn score(score: &Score, papers: Option<f64>) -> Value {
         "value": score.value,
         "blank": score.blank,
         "shuffled": shuffled,
+        "noise": score.noise,
         "ceiling": score.ceiling,
         "skill": score.skill(),
         "papers": papers,
@@ -81,6 +94,27 @@ fn unit(measure: Measure) -> &'static str {
     }
 }
 
+/// Frame by frame, a list for each figure.
+fn timeline(comparison: &Comparison) -> Value {
+    let frames = &comparison.timeline;
+    let of = |measure: &Measure| -> Option<(String, Value)> {
+        let values: Vec<Option<f64>> = frames.iter().map(|frame| frame.get(*measure)).collect();
+        let is_known = values.iter().any(Option::is_some);
+        is_known.then(|| (measure.name().to_owned(), json!(values)))
+    };
+    let scores: Map<String, Value> = Measure::ALL.iter().filter_map(of).collect();
+    let list = |value: &dyn Fn(&FrameScores) -> Value| -> Vec<Value> {
+        frames.iter().map(value).collect()
+    };
+    json!({
+        "time_s": list(&|frame| json!(frame.time.as_secs_f64())),
+        "offset_c": list(&|frame| json!(frame.offset_c)),
+        "scores": scores,
+        "difference_c": list(&|frame| json!(frame.difference_c)),
+        "structure": list(&|frame| json!(frame.structure)),
+    })
+}
+
 fn film(comparison: &Comparison) -> Vec<Value> {
     let frame = |frame: &crate::FilmFrame| json!({ "time_s": frame.time.as_secs_f64(), "real_c": frame.real, "simulated_c": frame.simulated });
     comparison.film.iter().map(frame).collect()
@@ -91,6 +125,8 @@ fn settings(comparison: &Comparison) -> Value {
     json!({
         "ambient_c": settings.ambient_c,
         "step_c": settings.step_c,
+        "binning": settings.binning.to_string(),
+        "field_of_view_rad": settings.field_of_view_rad,
         "noise_sigma_c": settings.noise_sigma_c,
         "lag_frames": settings.lag_frames,
         "shuffles": settings.shuffles,

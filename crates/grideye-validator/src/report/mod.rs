@@ -1,13 +1,15 @@
-//! The comparison as a page for people and as JSON for programs. Both hold the same figures.
+//! The comparison as a page for people, as a table for a terminal and as JSON for programs. All hold the same figures.
 
 mod graph;
 mod html;
 mod json;
 pub mod palette;
 mod picture;
+mod table;
 
 pub use html::html;
 pub use json::json;
+pub use table::table;
 
 /// What was compared, with what, and how to do it again: all that the frames themselves do not tell.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -132,7 +132,7 @@ proptest! {
         let (real, simulated): (Vec<_>, Vec<_>) = sides
             .into_iter()
             .map(|(celsius, later, noise_free)| {
-                let simulated = SimulatedFrame { time, celsius: later.clone(), noise_free };
+                let simulated = SimulatedFrame { time, celsius: later.clone(), noise_free, truth: None };
                 (RealFrame { time, celsius, later: Some(later) }, simulated)
             })
             .unzip();

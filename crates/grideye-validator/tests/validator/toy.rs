@@ -105,6 +105,7 @@ pub(crate) fn simulation(
                 time: time(index),
                 celsius: noisy(&noise_free, 0.2, &mut generator),
                 noise_free,
+                truth: None,
             }
         })
         .collect()

@@ -253,7 +253,7 @@ fn floors_and_ceilings_show_what_the_papers_measures_hide() {
     assert!(similarity.blank.unwrap() > 0.85);
     assert!(similarity.value.unwrap() > similarity.blank.unwrap());
     let grey = comparison.score(Measure::MutualInformationGrey);
-    let step = comparison.score(Measure::MutualInformationStep);
+    let step = comparison.score(Measure::MutualInformationBinned);
     let parts =
         |score: grideye_validator::Score| score.value.unwrap() - score.shuffled.unwrap().mean;
     assert!(parts(grey) < 0.3 * parts(step), "{grey:?} {step:?}");

@@ -60,7 +60,7 @@ impl Show {
             }
         };
         inputs.extend(compare::hashed_all(&loaded.trajectories)?);
-        let experiment = compare::experiment(Path::new(&name));
+        let experiment = scene.paper_experiment();
         Ok(Self::Scene(Box::new(SceneShow {
             scene,
             sensor,

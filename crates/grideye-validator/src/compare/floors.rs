@@ -1,0 +1,161 @@
+//! What chance scores on the same frames: the blank frame, shuffled pixels, images of noise.
+
+use super::sums::{Sums, sums};
+use super::{NOISE_IMAGES, SHUFFLED_PAIRS_MAX, Settings, evenly};
+use crate::Better;
+use crate::frames::{SceneView, Side};
+use crate::metrics::{count, mean};
+use crate::score::{Measure, Shuffled};
+use crate::shuffle;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// What the blank frame scores. Its gain over itself is 0 by definition.
+pub(super) fn blank(view: &SceneView, pairs: &[(usize, usize)]) -> Sums {
+    let side = Side::new(vec![view.blank.clone()]);
+    let mut frames: Vec<usize> = pairs.iter().map(|&(real, _)| real).collect();
+    frames.dedup();
+    let pairs: Vec<(usize, usize)> = frames.into_iter().map(|real| (real, 0)).collect();
+    let mut sums = sums(view, &pairs, &side, 1);
+    sums.set_gains(Some(0.0));
+    sums
+}
+
+/// What images of the sensor's noise about ambient temperature score, without anything in them: they claim nothing.
+pub(super) fn noise(view: &SceneView, seed: u64) -> Sums {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed ^ NOISE_SEED);
+    let mut image = || -> Vec<f64> {
+        let noise = |_| {
+            let draw: f64 = StandardNormal.sample(&mut generator);
+            view.ambient_c + view.sigma_c * draw
+        };
+        (0..view.pixels()).map(noise).collect()
+    };
+    let images =
+        (0..NOISE_IMAGES).map(|_| view.making.simulated(&image(), view.blank.steady(), None));
+    let side = Side::new(images.collect());
+    // Each image meets some frames, each frame some images.
+    let pairs: Vec<(usize, usize)> = evenly(view.real.len(), SHUFFLED_PAIRS_MAX)
+        .into_iter()
+        .flat_map(|real| {
+            [
+                (real, real % NOISE_IMAGES),
+                (real, (real + 7) % NOISE_IMAGES),
+            ]
+        })
+        .collect();
+    sums(view, &pairs, &side, 1)
+}
+
+/// Keeps the images of noise apart from the orders of the pixels.
+const NOISE_SEED: u64 = 0x6E6F_6973_65;
+
+/// One order of the pixels serves all frames of a round, so that what varies between rounds is the place of the
+/// pixels and not the average over many places.
+pub(super) fn shuffled(
+    view: &SceneView,
+    pairs: &[(usize, usize)],
+    settings: &Settings,
+) -> Vec<(Measure, Shuffled)> {
+    let (side, thinned) = view.simulated.of_pairs(&thinned(pairs, SHUFFLED_PAIRS_MAX));
+    let found = sums(view, &thinned, &side, 1);
+    let orders = shuffle::orders(view.pixels(), settings.shuffles, settings.seed);
+    let rounds: Vec<Sums> = orders
+        .iter()
+        .map(|order| sums(view, &thinned, &side.permuted(&view.making, order), 1))
+        .collect();
+    let of = |&measure: &Measure| {
+        let values: Vec<f64> = rounds
+            .iter()
+            .filter_map(|round| round.get(measure))
+            .collect();
+        Some((measure, summary(measure, values, found.get(measure))?))
+    };
+    Measure::ALL.iter().filter_map(of).collect()
+}
+
+/// Up to `number` of the pairs, evenly spread, first and last included.
+pub(super) fn thinned(pairs: &[(usize, usize)], number: usize) -> Vec<(usize, usize)> {
+    evenly(pairs.len(), number)
+        .into_iter()
+        .map(|index| pairs[index])
+        .collect()
+}
+
+fn summary(measure: Measure, mut values: Vec<f64>, found: Option<f64>) -> Option<Shuffled> {
+    let mean = mean(&values)?;
+    let as_good = |&value: &f64| match (measure.better(), found) {
+        (Better::Higher, Some(found)) => value >= found - ROUNDING,
+        (Better::Lower, Some(found)) => value <= found + ROUNDING,
+        // What is not defined is not better than any order of it.
+        _ => true,
+    };
+    let p = (1.0 + count(values.iter().filter(|value| as_good(value)).count()))
+        / (1.0 + count(values.len()));
+    values.sort_unstable_by(f64::total_cmp);
+    if measure.better() == Better::Lower {
+        values.reverse();
+    }
+    // Nearest rank: the smallest value that at least 95 % of the rounds do not pass.
+    let rank = (values.len() * 95).div_ceil(100).saturating_sub(1);
+    Some(Shuffled {
+        mean,
+        p95: *values.get(rank)?,
+        p: (measure.better() != Better::Neither).then_some(p),
+    })
+}
+
+/// Another order of the same pixels may add up to the same but for rounding: that is no worse.
+const ROUNDING: f64 = 1e-12;
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Protocol, pairs};
+    use super::*;
+
+    #[test]
+    fn many_pairs_are_thinned_to_the_limit() {
+        let hundred = pairs(Protocol::Static, 10, 10);
+        assert_eq!(thinned(&hundred, SHUFFLED_PAIRS_MAX), hundred);
+        let many = thinned(&pairs(Protocol::Static, 70, 70), SHUFFLED_PAIRS_MAX);
+        assert_eq!(many.len(), SHUFFLED_PAIRS_MAX);
+        assert_eq!((many[0], many[SHUFFLED_PAIRS_MAX - 1]), ((0, 0), (69, 69)));
+    }
+
+    #[test]
+    fn the_95th_of_a_hundred_is_the_95th_best() {
+        let values: Vec<f64> = (1..=100).map(f64::from).collect();
+        assert_eq!(
+            summary(Measure::Correlation, values.clone(), Some(96.5)),
+            Some(Shuffled {
+                mean: 50.5,
+                p95: 95.0,
+                p: Some(5.0 / 101.0),
+            })
+        );
+        assert_eq!(
+            summary(Measure::Rmse, values, Some(3.0)),
+            Some(Shuffled {
+                mean: 50.5,
+                p95: 6.0,
+                p: Some(4.0 / 101.0),
+            })
+        );
+    }
+
+    /// Five orders of which two do as well, the true one counted with them: 3 of 6.
+    #[test]
+    fn a_p_value_counts_the_true_order_and_its_equals() {
+        let p = |measure, found| {
+            summary(measure, vec![1.0, 2.0, 3.0, 4.0, 5.0], found)
+                .unwrap()
+                .p
+        };
+        assert_eq!(p(Measure::MutualInformationBinned, Some(4.0)), Some(0.5));
+        assert_eq!(p(Measure::Rmse, Some(2.0)), Some(0.5));
+        assert_eq!(p(Measure::Rmse, Some(0.5)), Some(1.0 / 6.0));
+        assert_eq!(p(Measure::Rmse, None), Some(1.0));
+        assert_eq!(p(Measure::Bias, Some(2.0)), None);
+    }
+}

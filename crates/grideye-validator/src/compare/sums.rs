@@ -1,0 +1,213 @@
+//! Sums over pairs of frames, by one thread or several.
+
+use super::floors::thinned;
+use super::{PLACED_PAIRS_MAX, RealFrame};
+use crate::frames::{Means, SceneView, Side, Work};
+use crate::metrics::Graph;
+use crate::score::Measure;
+use crate::union::Union;
+
+/// What was counted over pairs of frames.
+#[derive(Clone, Default)]
+pub(super) struct Sums {
+    means: Means,
+    pub(super) union: Union,
+    pub(super) graph: Graph,
+    /// The common offset of each pair.
+    pub(super) offsets: Vec<f64>,
+    pub(super) pairs: usize,
+}
+
+/// The real sequence against itself some frames later.
+pub(super) struct Repeat {
+    means: Means,
+    pub(super) graph: Graph,
+}
+
+/// Pairs that are counted in one go. The sums of the goes are added in their order, whoever counted them, so that the
+/// result does not depend on the number of threads.
+const PAIRS_AT_ONCE: usize = 4_096;
+
+/// Every measure over pairs of real frames and those of `side`.
+pub(super) fn sums(
+    view: &SceneView,
+    pairs: &[(usize, usize)],
+    side: &Side,
+    threads: usize,
+) -> Sums {
+    let goes: Vec<&[(usize, usize)]> = pairs.chunks(PAIRS_AT_ONCE).collect();
+    let mut sums = Sums::default();
+    for part in in_threads(view, &goes, side, threads) {
+        sums.merge(part);
+    }
+    for (measure, gain) in sums.union.gains() {
+        sums.means.set(measure, gain);
+    }
+    for (real, put) in thinned(pairs, PLACED_PAIRS_MAX) {
+        let (real, put) = (real, &side.frames[put]);
+        let beside = view.simulated.beside(real).unwrap_or(put);
+        sums.means.add(&view.placed(&view.real[real], put, beside));
+    }
+    sums
+}
+
+impl Sums {
+    pub(super) fn get(&self, measure: Measure) -> Option<f64> {
+        self.means.get(measure)
+    }
+
+    pub(super) fn set_gains(&mut self, gain: Option<f64>) {
+        for measure in [Measure::Gain, Measure::GainWithOffset] {
+            self.means.set(measure, gain);
+        }
+    }
+
+    fn of(view: &SceneView, pairs: &[(usize, usize)], side: &Side) -> Self {
+        let mut work = Work::new();
+        let mut sums = Self {
+            pairs: pairs.len(),
+            offsets: view.offsets(pairs, side).collect(),
+            ..Self::default()
+        };
+        for (&(real, put), &offset_c) in pairs.iter().zip(&sums.offsets) {
+            let frame = &side.frames[put];
+            sums.means.add(&work.plain(&view.real[real], frame));
+            view.add_to_union(&mut sums.union, real, frame, offset_c);
+        }
+        sums.graph = work.graph;
+        sums
+    }
+
+    fn merge(&mut self, part: Self) {
+        self.means.merge(&part.means);
+        self.union.merge(part.union);
+        self.graph.merge(&part.graph);
+        self.offsets.extend(part.offsets);
+        self.pairs += part.pairs;
+    }
+}
+
+/// The sums of each go, in their order.
+fn in_threads(
+    view: &SceneView,
+    goes: &[&[(usize, usize)]],
+    side: &Side,
+    threads: usize,
+) -> Vec<Sums> {
+    let threads = threads.clamp(1, goes.len().max(1));
+    if threads == 1 {
+        return goes
+            .iter()
+            .map(|pairs| Sums::of(view, pairs, side))
+            .collect();
+    }
+    let each = goes.len().div_ceil(threads);
+    std::thread::scope(|scope| {
+        let count = |goes: &[&[(usize, usize)]]| -> Vec<Sums> {
+            goes.iter()
+                .map(|pairs| Sums::of(view, pairs, side))
+                .collect()
+        };
+        let running: Vec<_> = goes
+            .chunks(each)
+            .map(|share| (share, scope.spawn(move || count(share))))
+            .collect();
+        running
+            .into_iter()
+            // A thread that did not come back has its share counted here.
+            .flat_map(|(share, thread)| thread.join().unwrap_or_else(|_| count(share)))
+            .collect()
+    })
+}
+
+impl Repeat {
+    /// `None` when no frame has a repeat.
+    pub(super) fn new(view: &SceneView, real: &[RealFrame], sigma_c: Option<f64>) -> Option<Self> {
+        let sigma_c = sigma_c?;
+        let (mut means, mut union, mut work) = (Means::default(), Union::default(), Work::new());
+        for (index, frame) in real.iter().enumerate() {
+            let Some(later) = frame.later.as_deref() else {
+                continue;
+            };
+            let (now, later) = (&view.real[index], view.making.real(later, later));
+            means.add(&work.plain(now, &later));
+            let beside = view.simulated.beside(index).unwrap_or(&later);
+            let placed = view.placed(now, &later, beside);
+            means.add(&placed.map(|(measure, value)| match measure {
+                Measure::ContrastSlope => (measure, view.slope_over_repeat(now, &later)),
+                _ => (measure, value),
+            }));
+            view.add_repeat_to_union(&mut union, index, &later);
+        }
+        for (measure, gain) in union.without_noise(sigma_c).gains() {
+            means.set(measure, gain);
+        }
+        count_noise_once(&mut means, sigma_c);
+        Some(Self {
+            means,
+            graph: work.graph,
+        })
+    }
+
+    pub(super) fn ceiling(&self, measure: Measure) -> Option<f64> {
+        self.means.get(measure)
+    }
+}
+
+/// The repeat holds the noise twice, a prediction without noise would meet it once only.
+///
+/// C: Spearman's correction for attenuation, the root of the correlation of two equally noisy measurements. RMSE and
+/// foreground RMSE: the variance of the noise is subtracted; MAE shrinks in the same proportion as the RMSE, as it does for
+/// Gaussian differences. Chi squared has twice the variance in it; a centroid's error is larger by the root of two.
+fn count_noise_once(means: &mut Means, sigma_c: f64) {
+    let correlation = means.get(Measure::Correlation).filter(|&c| c > 0.0);
+    means.set(Measure::Correlation, correlation.map(f64::sqrt));
+    let once = |rmse: f64| (rmse * rmse - sigma_c * sigma_c).max(0.0).sqrt();
+    if let Some(rmse) = means.get(Measure::Rmse).filter(|&rmse| rmse > 0.0) {
+        let mae = means.get(Measure::Mae);
+        means.set(Measure::Mae, mae.map(|mae| mae * once(rmse) / rmse));
+        means.set(Measure::Rmse, Some(once(rmse)));
+    }
+    let foreground = means.get(Measure::ForegroundRmse);
+    means.set(Measure::ForegroundRmse, foreground.map(once));
+    let chi = means.get(Measure::ChiSquaredPerDegree);
+    means.set(Measure::ChiSquaredPerDegree, chi.map(|chi| chi / 2.0));
+    for measure in [Measure::CentroidErrorPixels, Measure::CentroidErrorDegrees] {
+        let error = means.get(measure);
+        means.set(measure, error.map(|error| error / std::f64::consts::SQRT_2));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_of_the_repeat_is_counted_once() {
+        let mut means = Means::default();
+        for (measure, value) in [
+            (Measure::Correlation, 0.64),
+            (Measure::Rmse, 0.5),
+            (Measure::Mae, 0.4),
+            (Measure::ForegroundRmse, 0.5),
+            (Measure::ChiSquaredPerDegree, 2.0),
+            (Measure::CentroidErrorPixels, 2.0_f64.sqrt()),
+            (Measure::ImageSimilarity, 0.9),
+        ] {
+            means.set(measure, Some(value));
+        }
+        count_noise_once(&mut means, 0.3);
+        for (measure, value) in [
+            (Measure::Correlation, 0.8),
+            (Measure::Rmse, 0.4),
+            (Measure::Mae, 0.32),
+            (Measure::ForegroundRmse, 0.4),
+            (Measure::ChiSquaredPerDegree, 1.0),
+            (Measure::CentroidErrorPixels, 1.0),
+            (Measure::ImageSimilarity, 0.9),
+        ] {
+            let found = means.get(measure).unwrap();
+            assert!((found - value).abs() < 1e-12, "{measure}: {found}");
+        }
+    }
+}

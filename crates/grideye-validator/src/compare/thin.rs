@@ -1,0 +1,154 @@
+//! Long recordings in memory that does not grow with their length.
+
+use grideye_recording::Record;
+
+/// Most records of a recording that are kept to be looked at: half an hour at 10 Hz.
+pub const RECORDS_MAX: usize = 20_000;
+/// Records that are kept or left out together: repeats, torn frames and duplicates are seen among neighbours only.
+pub const RUN_RECORDS: usize = 1_000;
+
+/// Takes the records of a recording one by one, and keeps [`RECORDS_MAX`] at most.
+///
+/// Up to that number all are kept. Beyond it, every second run of [`RUN_RECORDS`] neighbours is dropped, and again as often as
+/// it takes: what is left is spread evenly, from the recording's beginning on. The choice depends on the number of records
+/// and on nothing else, so that a recording that is read from a disk and one that lies in memory keep the same.
+///
+/// ```
+/// # use grideye_validator::Thinning;
+/// let thinned = Thinning::default().finish();
+/// assert_eq!((thinned.rows, thinned.records.len(), thinned.note()), (0, 0, None));
+/// ```
+#[derive(Debug, Clone)]
+pub struct Thinning {
+    records: Vec<Record>,
+    rows: usize,
+    /// Of so many runs one is kept.
+    stride: usize,
+}
+
+/// What was kept of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Thinned {
+    /// The records kept, in their order.
+    pub records: Vec<Record>,
+    /// How many there were.
+    pub rows: usize,
+}
+
+impl Default for Thinning {
+    fn default() -> Self {
+        Self {
+            records: Vec::new(),
+            rows: 0,
+            stride: 1,
+        }
+    }
+}
+
+impl Thinning {
+    /// Takes the next record.
+    pub fn push(&mut self, record: Record) {
+        let run = self.rows / RUN_RECORDS;
+        self.rows += 1;
+        if run % self.stride != 0 {
+            return;
+        }
+        if self.records.len() == RECORDS_MAX {
+            self.thin();
+            if run % self.stride != 0 {
+                return;
+            }
+        }
+        self.records.push(record);
+    }
+
+    /// What was kept.
+    #[must_use]
+    pub fn finish(self) -> Thinned {
+        Thinned {
+            records: self.records,
+            rows: self.rows,
+        }
+    }
+
+    /// The runs kept so far are whole when this is called: the limit is a whole number of them.
+    fn thin(&mut self) {
+        self.stride *= 2;
+        let mut place = 0;
+        self.records.retain(|_| {
+            place += 1;
+            ((place - 1) / RUN_RECORDS) % 2 == 0
+        });
+    }
+}
+
+impl Extend<Record> for Thinning {
+    fn extend<T: IntoIterator<Item = Record>>(&mut self, records: T) {
+        for record in records {
+            self.push(record);
+        }
+    }
+}
+
+impl Thinned {
+    /// What the reader of a comparison has to be told, if anything was left out.
+    #[must_use]
+    pub fn note(&self) -> Option<String> {
+        (self.records.len() < self.rows).then(|| {
+            format!(
+                "The recording has {} rows; {} of them, in runs of {RUN_RECORDS} spread evenly over it, were looked at.",
+                self.rows,
+                self.records.len()
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{NoData, Reading};
+    use grideye_recording::{ClockState, Stamp};
+
+    fn record(seq: u64) -> Record {
+        Record {
+            seq,
+            stamp: Stamp {
+                t_boot_ns: seq,
+                t_utc_ns: 0,
+                clock: ClockState::Synced,
+            },
+            reading: Reading::NoData(NoData::ALL[0]),
+        }
+    }
+
+    fn kept(rows: u64) -> Vec<u64> {
+        let mut thinning = Thinning::default();
+        thinning.extend((0..rows).map(record));
+        let thinned = thinning.finish();
+        assert_eq!(u64::try_from(thinned.rows), Ok(rows));
+        assert!(thinned.records.len() <= RECORDS_MAX);
+        assert_eq!(thinned.note().is_some(), rows > 20_000);
+        thinned.records.iter().map(|record| record.seq).collect()
+    }
+
+    #[test]
+    fn what_is_within_the_limit_is_kept_whole() {
+        for rows in [0, 1, 999, 1_000, 20_000] {
+            assert_eq!(kept(rows), (0..rows).collect::<Vec<_>>());
+        }
+    }
+
+    /// By hand: of runs 0 to 20 every second one, and of the last one what there is; of 100 runs every eighth.
+    #[test]
+    fn what_is_beyond_is_every_so_many_runs() {
+        let runs = |every: u64, rows: u64| -> Vec<u64> {
+            (0..rows).filter(|row| (row / 1_000) % every == 0).collect()
+        };
+        assert_eq!(kept(20_001), runs(2, 20_001));
+        assert_eq!(kept(39_999), runs(2, 39_999));
+        assert_eq!(kept(40_001), runs(4, 40_001));
+        assert_eq!(kept(100_500), runs(8, 100_500));
+        assert_eq!(kept(1_000_000), runs(64, 1_000_000));
+    }
+}

@@ -1,0 +1,475 @@
+//! Temperatures sorted into bins, and the entropies of what was counted.
+//!
+//! Up to [`PIXELS_FAST`] pixels are counted in tables without sorting or allocating; `k log2 k` comes from a table of
+//! fixed-point numbers of 50 binary places, so that a sum of them is exact and does not depend on the order of the
+//! pixels. Larger frames are sorted.
+
+use super::{Binning, all_finite, count, extremes};
+use std::sync::LazyLock;
+
+/// The most pixels that are counted in tables: what an 8 x 8 sensor has.
+pub(crate) const PIXELS_FAST: usize = 64;
+
+/// One frame sorted into bins.
+#[derive(Debug, Clone)]
+pub(crate) struct Binned {
+    /// The bin of each pixel, numbered from 0 without holes.
+    bins: Vec<u32>,
+    distinct: usize,
+    entropy: f64,
+}
+
+/// What two binned frames hold together.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Joint {
+    /// Joint entropy in bits.
+    pub(crate) entropy: f64,
+    /// Pairs of bins that occur.
+    pub(crate) distinct: usize,
+}
+
+/// Room to count in, used again for every frame and pair.
+pub(crate) struct Counter {
+    levels: [u8; 256],
+    /// One more than the number that a level was given; 0 for none.
+    numbers: [u8; 256],
+    pairs: Box<[u8; PIXELS_FAST * PIXELS_FAST]>,
+    terms: &'static Terms,
+}
+
+/// A frame of up to [`PIXELS_FAST`] pixels in bins, without a place on the heap.
+pub(crate) struct Numbered {
+    pub(crate) numbers: [u8; PIXELS_FAST],
+    /// Sum of `k log2 k` over the bins, in fixed point.
+    sum: u64,
+    distinct: usize,
+}
+
+impl Counter {
+    pub(crate) fn new() -> Self {
+        Self {
+            levels: [0; 256],
+            numbers: [0; 256],
+            pairs: Box::new([0; PIXELS_FAST * PIXELS_FAST]),
+            terms: &TERMS,
+        }
+    }
+
+    /// Sorts a frame into bins; `None` where frame or binning is not fit for it.
+    pub(crate) fn binned(&mut self, frame: &[f64], binning: Binning) -> Option<Binned> {
+        if let Some(numbered) = self.numbered(frame, binning) {
+            return Some(Binned {
+                bins: numbered.numbers[..frame.len()]
+                    .iter()
+                    .map(|&number| u32::from(number))
+                    .collect(),
+                distinct: numbered.distinct,
+                entropy: self.entropy(&numbered, frame.len()),
+            });
+        }
+        let bins = naive::bins(frame, binning)?;
+        let (entropy, distinct) = naive::entropy(&bins);
+        Some(Binned {
+            bins,
+            distinct,
+            entropy,
+        })
+    }
+
+    /// The joint entropy of two frames of equal size.
+    pub(crate) fn joint(&mut self, real: &Binned, simulated: &Binned) -> Joint {
+        let pixels = real.bins.len();
+        if pixels > PIXELS_FAST {
+            let (entropy, distinct) = naive::joint(&real.bins, &simulated.bins);
+            return Joint { entropy, distinct };
+        }
+        let cells = real.bins.iter().zip(&simulated.bins);
+        // Both numbers are below 64; the mask says so to whoever checks the bounds.
+        let cell = |(&x, &y): (&u32, &u32)| usize_of((x << 6 | y) & 0xFFF);
+        self.count_pairs(cells.map(cell), pixels)
+    }
+
+    /// The same for two frames without a place on the heap.
+    pub(crate) fn joint_numbered(&mut self, real: &Numbered, simulated: &Numbered) -> Joint {
+        let cells = real.numbers.iter().zip(&simulated.numbers);
+        let cell = |(&x, &y): (&u8, &u8)| usize::from(u16::from(x & 63) << 6 | u16::from(y & 63));
+        self.count_pairs(cells.map(cell), PIXELS_FAST)
+    }
+
+    fn count_pairs(&mut self, cells: impl Iterator<Item = usize> + Clone, pixels: usize) -> Joint {
+        let (mut sum, mut distinct) = (0, 0);
+        for cell in cells.clone() {
+            let before = self.pairs[cell];
+            self.pairs[cell] = before + 1;
+            sum += self.terms.rises[usize::from(before) & 63];
+            distinct += usize::from(before == 0);
+        }
+        for cell in cells {
+            self.pairs[cell] = 0;
+        }
+        Joint {
+            entropy: self.terms.entropy(sum, pixels),
+            distinct,
+        }
+    }
+
+    /// `None` where the frame is too large, not finite, or spread over more than 256 levels.
+    pub(crate) fn numbered(&mut self, frame: &[f64], binning: Binning) -> Option<Numbered> {
+        if frame.is_empty() || frame.len() > PIXELS_FAST || !all_finite(frame) {
+            return None;
+        }
+        let mut levels = [0; PIXELS_FAST];
+        levels_of(frame, binning, &mut levels)?;
+        let levels = &levels[..frame.len()];
+        let mut numbered = Numbered {
+            numbers: [0; PIXELS_FAST],
+            sum: 0,
+            distinct: 0,
+        };
+        for (&level, number) in levels.iter().zip(&mut numbered.numbers) {
+            let level = usize::from(level);
+            let before = self.levels[level];
+            if before == 0 {
+                self.numbers[level] = u8_of(numbered.distinct);
+                numbered.distinct += 1;
+            }
+            self.levels[level] = before + 1;
+            numbered.sum += self.terms.rises[usize::from(before) & 63];
+            *number = self.numbers[level];
+        }
+        for &level in levels {
+            self.levels[usize::from(level)] = 0;
+        }
+        Some(numbered)
+    }
+
+    /// Entropy in bits of a frame of `pixels`.
+    pub(crate) fn entropy(&self, numbered: &Numbered, pixels: usize) -> f64 {
+        self.terms.entropy(numbered.sum, pixels)
+    }
+}
+
+impl Binned {
+    /// Every pixel in the same bin.
+    pub(crate) fn of_nothing(pixels: usize) -> Self {
+        Self {
+            bins: vec![0; pixels],
+            distinct: 1,
+            entropy: 0.0,
+        }
+    }
+
+    /// Entropy in bits.
+    pub(crate) const fn entropy(&self) -> f64 {
+        self.entropy
+    }
+
+    /// The same pixels in another order.
+    pub(crate) fn permuted(&self, order: &[usize]) -> Self {
+        Self {
+            bins: order.iter().map(|&index| self.bins[index]).collect(),
+            ..*self
+        }
+    }
+}
+
+/// Mutual information in bits; rounding must not make it negative.
+pub(crate) fn mutual_of(real: &Binned, simulated: &Binned, joint: Joint) -> f64 {
+    (real.entropy + simulated.entropy - joint.entropy).max(0.0)
+}
+
+/// The same with the small-sample bias taken out as Miller (1955) and Madow do: each entropy is too low by about
+/// `(bins that occur - 1) / (2 N)` nats, so that the information is too high by the difference. Below zero where there is
+/// less than chance.
+pub(crate) fn mutual_corrected(real: &Binned, simulated: &Binned, joint: Joint) -> f64 {
+    let missing = |distinct: usize| count(distinct.saturating_sub(1));
+    let nats = (missing(real.distinct) + missing(simulated.distinct) - missing(joint.distinct))
+        / (2.0 * count(real.bins.len().max(1)));
+    real.entropy + simulated.entropy - joint.entropy + nats / std::f64::consts::LN_2
+}
+
+/// `k log2 k` for the counts of up to 64 pixels, in fixed point.
+struct Terms {
+    values: [u64; PIXELS_FAST + 1],
+    /// From `k` to `k + 1`.
+    rises: [u64; PIXELS_FAST],
+}
+
+static TERMS: LazyLock<Terms> = LazyLock::new(Terms::new);
+
+/// 2^50: the sum of 64 pixels is at most 384, 9 binary places in front of the point.
+const FIXED_POINT: f64 = 1_125_899_906_842_624.0;
+
+impl Terms {
+    fn new() -> Self {
+        let mut values = [0; PIXELS_FAST + 1];
+        for (k, value) in values.iter_mut().enumerate().skip(2) {
+            *value = fixed_point(count(k) * count(k).log2());
+        }
+        let mut rises = [0; PIXELS_FAST];
+        for (k, rise) in rises.iter_mut().enumerate() {
+            *rise = values[k + 1] - values[k];
+        }
+        Self { values, rises }
+    }
+
+    /// `log2 N - sum / N`, never below zero, exactly zero for one bin.
+    fn entropy(&self, sum: u64, pixels: usize) -> f64 {
+        let missing = self.values[pixels & 127].saturating_sub(sum);
+        from_fixed_point(missing) / count(pixels)
+    }
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "between 0 and 2^59, rounded on purpose"
+)]
+fn fixed_point(value: f64) -> u64 {
+    (value * FIXED_POINT).round() as u64
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "more digits than a floating-point number holds are not asked for"
+)]
+fn from_fixed_point(value: u64) -> f64 {
+    value as f64 / FIXED_POINT
+}
+
+/// The level of each pixel, 0 to 255; `None` where there are more, or the width of a bin makes no sense.
+fn levels_of(frame: &[f64], binning: Binning, levels: &mut [u8; PIXELS_FAST]) -> Option<()> {
+    let mut rounded = [0.0; PIXELS_FAST];
+    let rounded = &mut rounded[..frame.len()];
+    match binning {
+        Binning::PaperGrey256 => levels_over_range(frame, 255.0, rounded),
+        Binning::Levels { n } if n <= 256 => {
+            levels_over_range(frame, f64::from(n.saturating_sub(1)), rounded);
+        }
+        Binning::Levels { .. } => return None,
+        Binning::Step { width_c } => steps(frame, width_c, rounded)?,
+    }
+    for (&number, level) in rounded.iter().zip(levels) {
+        *level = low_byte(number);
+    }
+    Some(())
+}
+
+fn levels_over_range(frame: &[f64], top: f64, rounded: &mut [f64]) {
+    let (coldest, warmest) = extremes(frame);
+    let range = warmest - coldest;
+    if range > 0.0 && range.is_finite() {
+        for (&value, rounded) in frame.iter().zip(rounded) {
+            *rounded = half_up(top * (value - coldest) / range);
+        }
+    }
+}
+
+/// Numbers of steps above the lowest one.
+fn steps(frame: &[f64], width_c: f64, rounded: &mut [f64]) -> Option<()> {
+    if !(width_c.is_finite() && width_c > 0.0) {
+        return None;
+    }
+    for (&value, rounded) in frame.iter().zip(rounded.iter_mut()) {
+        let steps = value / width_c;
+        *rounded = half_up(steps.abs()).copysign(steps);
+    }
+    let (lowest, highest) = extremes(rounded);
+    // Beyond 2^51 `half_up` is not exact; such frames are no temperatures, and sorting takes them.
+    if highest - lowest > 255.0 || highest.abs().max(lowest.abs()) > 1e15 {
+        return None;
+    }
+    rounded.iter_mut().for_each(|number| *number -= lowest);
+    Some(())
+}
+
+/// 2^52: adding it rounds to a whole number, half to even, and leaves that number in the lowest bits.
+const ROUNDING: f64 = 4_503_599_627_370_496.0;
+
+/// `round` of a number that is not negative and below 2^51, in instructions that every machine has for several numbers
+/// at once.
+fn half_up(value: f64) -> f64 {
+    let even = (value + ROUNDING) - ROUNDING;
+    if value - even == 0.5 {
+        even + 1.0
+    } else {
+        even
+    }
+}
+
+/// A whole number of 0 to 255 as a byte.
+fn low_byte(number: f64) -> u8 {
+    (number + ROUNDING).to_bits().to_le_bytes()[0]
+}
+
+fn u8_of(number: usize) -> u8 {
+    number.to_le_bytes()[0]
+}
+
+#[expect(
+    clippy::as_conversions,
+    reason = "below 4096, and `usize` has at least 32 bits where this runs"
+)]
+const fn usize_of(number: u32) -> usize {
+    number as usize
+}
+
+/// The definitions, word by word: for frames of any size, and what the tables are tested against.
+mod naive {
+    use super::super::{Binning, all_finite, count, extremes};
+
+    /// The bin of each pixel, numbered from 0 upwards without holes in order of temperature.
+    pub(super) fn bins(frame: &[f64], binning: Binning) -> Option<Vec<u32>> {
+        if frame.is_empty() || !all_finite(frame) {
+            return None;
+        }
+        let levels = match binning {
+            Binning::PaperGrey256 => over_range(frame, 255.0),
+            Binning::Levels { n } => over_range(frame, f64::from(n.saturating_sub(1))),
+            Binning::Step { width_c } if width_c.is_finite() && width_c > 0.0 => frame
+                .iter()
+                .map(|value| (value / width_c).round())
+                .collect(),
+            Binning::Step { .. } => return None,
+        };
+        Some(numbered(&levels))
+    }
+
+    /// Entropy in bits and the number of bins that occur.
+    pub(super) fn entropy(bins: &[u32]) -> (f64, usize) {
+        let mut sorted = bins.to_vec();
+        sorted.sort_unstable();
+        of_sorted(&sorted)
+    }
+
+    /// Joint entropy in bits and the number of pairs that occur.
+    pub(super) fn joint(real: &[u32], simulated: &[u32]) -> (f64, usize) {
+        let pair = |(&x, &y): (&u32, &u32)| (u64::from(x) << 32) | u64::from(y);
+        let mut pairs: Vec<u64> = real.iter().zip(simulated).map(pair).collect();
+        pairs.sort_unstable();
+        of_sorted(&pairs)
+    }
+
+    fn over_range(frame: &[f64], top: f64) -> Vec<f64> {
+        let (coldest, warmest) = extremes(frame);
+        let range = warmest - coldest;
+        if range > 0.0 && range.is_finite() {
+            let level = |value: &f64| (top * (value - coldest) / range).round();
+            frame.iter().map(level).collect()
+        } else {
+            vec![0.0; frame.len()]
+        }
+    }
+
+    fn numbered(levels: &[f64]) -> Vec<u32> {
+        let mut order: Vec<usize> = (0..levels.len()).collect();
+        order.sort_unstable_by(|&a, &b| levels[a].total_cmp(&levels[b]));
+        let mut numbers = vec![0; levels.len()];
+        let mut number = 0;
+        for neighbours in order.windows(2) {
+            // Compared by value, so that the bin of -0 is the bin of 0.
+            if levels[neighbours[1]] != levels[neighbours[0]] {
+                number += 1;
+            }
+            numbers[neighbours[1]] = number;
+        }
+        numbers
+    }
+
+    fn of_sorted<T: PartialEq>(sorted: &[T]) -> (f64, usize) {
+        let total = count(sorted.len());
+        let (mut sum, mut distinct) = (0.0, 0);
+        for run in sorted.chunk_by(|a, b| a == b) {
+            let share = count(run.len()) / total;
+            sum += share * share.log2();
+            distinct += 1;
+        }
+        // The sum is never above zero, and of one bin it is -0: `max` drops the sign.
+        ((-sum).max(0.0), distinct)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn binning() -> impl Strategy<Value = Binning> {
+        prop_oneof![
+            Just(Binning::PaperGrey256),
+            (1_u32..400).prop_map(|width| Binning::Step {
+                width_c: f64::from(width) / 100.0
+            }),
+            (0_u16..400).prop_map(|n| Binning::Levels { n }),
+        ]
+    }
+
+    /// Quarter degrees, where levels fall on halves, and any number at all.
+    fn pixels() -> impl Strategy<Value = Vec<(f64, f64)>> {
+        let quarter = || (-60_i32..140).prop_map(|word| f64::from(word) * 0.25);
+        let any = || prop_oneof![9 => quarter(), 1 => proptest::num::f64::NORMAL];
+        prop_oneof![
+            4 => proptest::collection::vec((quarter(), quarter()), 1..=PIXELS_FAST),
+            2 => proptest::collection::vec((-10.0..60.0_f64, -10.0..60.0_f64), 1..=PIXELS_FAST),
+            1 => proptest::collection::vec((any(), any()), 1..=PIXELS_FAST),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+        /// Bins may have other numbers, but the same pixels share one, and all entropies are equal.
+        #[test]
+        fn tables_give_what_the_definitions_give(pairs in pixels(), binning in binning()) {
+            let (x, y): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+            let mut counter = Counter::new();
+            let fast = [&x, &y].map(|frame| counter.binned(frame, binning).unwrap());
+            let slow = [&x, &y].map(|frame| naive::bins(frame, binning).unwrap());
+            for (fast, slow) in fast.iter().zip(&slow) {
+                for i in 0..slow.len() {
+                    prop_assert_eq!(fast.bins[i] == fast.bins[0], slow[i] == slow[0]);
+                }
+                let (entropy, distinct) = naive::entropy(slow);
+                prop_assert!((fast.entropy - entropy).abs() < 1e-12);
+                prop_assert_eq!(fast.distinct, distinct);
+            }
+            for _ in 0..2 {
+                let joint = counter.joint(&fast[0], &fast[1]);
+                let (entropy, distinct) = naive::joint(&slow[0], &slow[1]);
+                prop_assert!((joint.entropy - entropy).abs() < 1e-12, "nothing is left in the tables");
+                prop_assert_eq!(joint.distinct, distinct);
+            }
+        }
+
+        #[test]
+        fn half_up_is_round(value in prop_oneof![0.0..300.0_f64, (0_u32..600).prop_map(|n| f64::from(n) / 2.0)]) {
+            prop_assert_eq!(half_up(value), value.round());
+        }
+    }
+
+    #[test]
+    fn half_up_of_the_largest_number_below_a_half_is_zero() {
+        assert_eq!(half_up(0.499_999_999_999_999_94), 0.0);
+    }
+
+    /// By hand: x = 1 1 2 2, y = 1 1 1 2 in steps of 1. H(X) = 1, H(Y) = 0.811278, three pairs with 2, 1, 1: H = 1.5, so
+    /// I = 0.311278; the correction is (1 + 1 - 2) / 8 = 0. With y = 1 2 1 2 all four pairs occur: I = 0 and the
+    /// correction (1 + 1 - 3) / (8 ln 2) = -0.180337.
+    #[test]
+    fn miller_and_madow_by_hand() {
+        let mut counter = Counter::new();
+        let step = Binning::Step { width_c: 1.0 };
+        let mut both = |y: [f64; 4]| {
+            let x = counter.binned(&[1.0, 1.0, 2.0, 2.0], step).unwrap();
+            let y = counter.binned(&y, step).unwrap();
+            let joint = counter.joint(&x, &y);
+            (mutual_of(&x, &y, joint), mutual_corrected(&x, &y, joint))
+        };
+        let (plain, corrected) = both([1.0, 1.0, 1.0, 2.0]);
+        assert!((plain - 0.311_278_124).abs() < 1e-9 && (corrected - plain).abs() < 1e-12);
+        let (plain, corrected) = both([1.0, 2.0, 1.0, 2.0]);
+        assert!(plain == 0.0 && (corrected + 0.180_336_880).abs() < 1e-9);
+    }
+}

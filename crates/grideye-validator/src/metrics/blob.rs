@@ -1,0 +1,197 @@
+//! The warm blob of a frame: which pixels are warm, where the largest patch of them lies, and how two frames overlap.
+
+use super::{all_finite, count};
+use crate::frames::median;
+
+/// The largest patch of warm pixels that touch each other, by the warmth that they add up to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Blob {
+    /// Column of the centroid, in pixels from the middle of the first column, weighted with the warmth above the frame's
+    /// median.
+    pub column: f64,
+    /// Row of the centroid, in pixels from the middle of the first row.
+    pub row: f64,
+    /// Pixels of the patch.
+    pub pixels: usize,
+}
+
+/// The pixels that lie more than `above_c` degrees above the frame's own median; none in a frame that is not finite.
+#[must_use]
+pub fn warm(frame: &[f64], above_c: f64) -> Vec<bool> {
+    let background = median(frame).filter(|_| all_finite(frame));
+    let is_warm = |&value: &f64| background.is_some_and(|background| value - background > above_c);
+    frame.iter().map(is_warm).collect()
+}
+
+impl Blob {
+    /// The blob of a frame of `columns` pixels a row; pixels touch at sides and corners. `None` where nothing is warmer
+    /// than `above_c` degrees above the frame's median.
+    #[must_use]
+    pub fn find(frame: &[f64], columns: usize, above_c: f64) -> Option<Self> {
+        if columns == 0 || frame.len() % columns != 0 {
+            return None;
+        }
+        let background = median(frame)?;
+        let mut left = warm(frame, above_c);
+        let mut largest: Option<(f64, Self)> = None;
+        while let Some(seed) = left.iter().position(|&warm| warm) {
+            let (warmth, blob) = patch(frame, columns, background, seed, &mut left);
+            if largest.is_none_or(|(most, _)| warmth > most) {
+                largest = Some((warmth, blob));
+            }
+        }
+        largest.map(|(_, blob)| blob)
+    }
+
+    /// Distance of two centroids in pixels.
+    #[must_use]
+    pub fn distance_pixels(&self, other: &Self) -> f64 {
+        (self.column - other.column).hypot(self.row - other.row)
+    }
+}
+
+/// Angle in degrees between the directions in which two centroids are seen by a sensor of that shape, whose planar grid
+/// spans `field_of_view_rad` (full angles across and down, below a half turn).
+#[must_use]
+pub fn angle_between(
+    one: &Blob,
+    other: &Blob,
+    (columns, rows): (usize, usize),
+    field_of_view_rad: [f64; 2],
+) -> Option<f64> {
+    let direction = |blob: &Blob| {
+        let along = |place: f64, pixels: usize, angle: f64| {
+            let half = count(pixels) / 2.0;
+            (place + 0.5 - half) / half * (angle / 2.0).tan()
+        };
+        [
+            along(blob.column, columns, field_of_view_rad[0]),
+            along(blob.row, rows, field_of_view_rad[1]),
+            1.0,
+        ]
+    };
+    let (a, b) = (direction(one), direction(other));
+    let cross = [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ];
+    let length = cross.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    // Not by the arc cosine, which has no digits left for small angles.
+    super::finite(length.atan2(dot).to_degrees())
+}
+
+/// Intersection over union of two masks, 0 to 1 (Jaccard's index); `None` where both mark nothing.
+#[must_use]
+pub fn overlap(one: &[bool], other: &[bool]) -> Option<f64> {
+    let both = one.iter().zip(other).filter(|(a, b)| **a && **b).count();
+    let either = one.iter().zip(other).filter(|(a, b)| **a || **b).count();
+    (either > 0 && one.len() == other.len()).then(|| count(both) / count(either))
+}
+
+/// Takes the patch around `seed` out of `left`.
+fn patch(
+    frame: &[f64],
+    columns: usize,
+    background: f64,
+    seed: usize,
+    left: &mut [bool],
+) -> (f64, Blob) {
+    let rows = frame.len() / columns;
+    let (mut warmth, mut column_sum, mut row_sum, mut pixels) = (0.0, 0.0, 0.0, 0);
+    let mut open = vec![seed];
+    left[seed] = false;
+    while let Some(pixel) = open.pop() {
+        let (row, column) = (pixel / columns, pixel % columns);
+        let excess = frame[pixel] - background;
+        warmth += excess;
+        column_sum += excess * count(column);
+        row_sum += excess * count(row);
+        pixels += 1;
+        for row in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
+            for column in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
+                let neighbour = row * columns + column;
+                if std::mem::take(&mut left[neighbour]) {
+                    open.push(neighbour);
+                }
+            }
+        }
+    }
+    let blob = Blob {
+        column: column_sum / warmth,
+        row: row_sum / warmth,
+        pixels,
+    };
+    (warmth, blob)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(warm: &[(usize, usize, f64)]) -> Vec<f64> {
+        let mut frame = vec![20.0; 64];
+        for &(column, row, excess) in warm {
+            frame[row * 8 + column] += excess;
+        }
+        frame
+    }
+
+    /// Weights 3 and 1 on columns 2 and 3, rows 4 and 5: the centroid is a quarter of the way.
+    #[test]
+    fn the_centroid_is_weighted_and_the_patch_goes_over_corners() {
+        let blob = Blob::find(&frame(&[(2, 4, 3.0), (3, 5, 1.0)]), 8, 0.5).unwrap();
+        assert_eq!((blob.column, blob.row, blob.pixels), (2.25, 4.25, 2));
+    }
+
+    #[test]
+    fn of_two_patches_the_warmer_one_counts_whatever_its_size() {
+        let two = frame(&[(0, 0, 1.0), (1, 0, 1.0), (0, 1, 1.0), (7, 7, 9.0)]);
+        let blob = Blob::find(&two, 8, 0.5).unwrap();
+        assert_eq!((blob.column, blob.row, blob.pixels), (7.0, 7.0, 1));
+        assert_eq!(warm(&two, 0.5).iter().filter(|&&warm| warm).count(), 4);
+    }
+
+    #[test]
+    fn rows_do_not_run_into_one_another() {
+        let blob = Blob::find(&frame(&[(7, 2, 2.0), (0, 3, 1.0)]), 8, 0.5).unwrap();
+        assert_eq!((blob.column, blob.row, blob.pixels), (7.0, 2.0, 1));
+    }
+
+    #[test]
+    fn nothing_warm_has_no_blob() {
+        assert_eq!(Blob::find(&frame(&[(1, 1, 0.5)]), 8, 0.5), None);
+        assert_eq!(Blob::find(&[], 8, 0.5), None);
+        assert_eq!(Blob::find(&[20.0; 9], 8, 0.5), None);
+        assert_eq!(Blob::find(&[20.0; 8], 0, 0.5), None);
+        assert_eq!(warm(&[20.0, f64::NAN, 90.0], 0.5), [false; 3]);
+    }
+
+    /// 60 degrees: from the middle of the view to its edge is 30 degrees, from edge to edge 60.
+    #[test]
+    fn angles_are_those_of_a_planar_grid() {
+        let at = |column: f64, row: f64| Blob {
+            column,
+            row,
+            pixels: 1,
+        };
+        let sixty = [60.0_f64.to_radians(); 2];
+        let angle = |a, b| angle_between(&a, &b, (8, 8), sixty).unwrap();
+        assert!((angle(at(3.5, 3.5), at(7.5, 3.5)) - 30.0).abs() < 1e-9);
+        assert!((angle(at(3.5, -0.5), at(3.5, 7.5)) - 60.0).abs() < 1e-9);
+        // The fields of the outer pixels look at 26.80 degrees (thermal-model.md, section 3: a 60 degree pinhole).
+        assert!((angle(at(3.5, 3.5), at(7.0, 3.5)) - 26.80).abs() < 0.01);
+        assert_eq!(angle(at(1.0, 2.0), at(1.0, 2.0)), 0.0);
+        assert_eq!(at(1.0, 2.0).distance_pixels(&at(4.0, 6.0)), 5.0);
+    }
+
+    #[test]
+    fn overlap_is_intersection_over_union() {
+        let (a, b) = ([true, true, false, false], [false, true, true, false]);
+        assert_eq!(overlap(&a, &b), Some(1.0 / 3.0));
+        assert_eq!(overlap(&a, &a), Some(1.0));
+        assert_eq!(overlap(&[false; 4], &[false; 4]), None);
+        assert_eq!(overlap(&a, &b[..3]), None);
+    }
+}
