@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::time::Duration;
 
 pub(crate) use emulate::Emulate;
 
@@ -213,6 +214,9 @@ pub(crate) struct Compare {
     /// Seed of the simulation.
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(crate) seed: u64,
+    /// Second of the scene at which the recording begins.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "0")]
+    pub(crate) start: Duration,
     /// Bins of the second set of entropies, beside the paper's 256 grey levels: `step:WIDTH` in °C, `levels:N` or
     /// `grey256`; by default the sensor's own steps.
     #[arg(long, value_name = "BINS")]
@@ -259,6 +263,14 @@ pub(crate) struct Audit {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) collector: CollectorAddress,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().map(Duration::try_from_secs_f64);
+    match seconds {
+        Some(Ok(time)) => Ok(time),
+        _ => Err("expected seconds, 0 or more".to_owned()),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

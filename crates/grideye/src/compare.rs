@@ -22,6 +22,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     let recording = recordings::load_thinned(&options.recording)?;
     let how = Options {
         binning: options.binning,
+        start: options.start,
         ..how(options.seed)
     };
     let mut comparison =

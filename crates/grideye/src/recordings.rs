@@ -3,12 +3,12 @@
 use crate::exit::bad_input;
 use crate::files;
 use anyhow::{Result, anyhow};
-use grideye_frame::RawFrame;
+use grideye_frame::{PIXELS, RawFrame};
 use grideye_recording::{Layout, Record, RecordingError, Row, StreamId, csv, linaige, sniff};
 use grideye_validator::{Thinned, Thinning};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 
 /// The rows of a recording, one by one.
@@ -121,10 +121,88 @@ fn layout(path: &Path, input: &mut BufReader<File>) -> Result<Layout> {
     let beginning = input
         .fill_buf()
         .map_err(|error| bad_input(anyhow!("cannot read {}: {error}", path.display())))?;
+    if let Some(pixels) = other_resolution(&header(path)?) {
+        return Err(bad_input(anyhow!(
+            "{} has {pixels} pixels a frame, a Grid-EYE has 64 (8 x 8)\nhint: only recordings of 8 x 8 pixels are compared and converted; {}",
+            path.display(),
+            sensor_of(pixels)
+        )));
+    }
     sniff(beginning).ok_or_else(|| {
         bad_input(anyhow!(
             "{} is no recording that is known here: its first line is none of the headers\nhint: recordings/README.md describes the formats",
             path.display()
         ))
     })
+}
+
+/// The first line, as far as a header can be long.
+fn header(path: &Path) -> Result<Vec<u8>> {
+    let mut line = Vec::new();
+    files::open(path)?
+        .take(HEADER_BYTES_MAX)
+        .read_until(b'\n', &mut line)
+        .map_err(|error| bad_input(anyhow!("cannot read {}: {error}", path.display())))?;
+    Ok(line)
+}
+
+/// The names of the pixels of the largest sensors that are known fit in.
+const HEADER_BYTES_MAX: u64 = 1 << 20;
+
+/// The number of pixels that a header names, where it is a recording's header and the number is not a Grid-EYE's.
+fn other_resolution(beginning: &[u8]) -> Option<usize> {
+    sniff(beginning)?;
+    let (line, is_whole) = match beginning.iter().position(|&byte| byte == b'\n') {
+        Some(end) => (&beginning[..end], true),
+        None => (beginning, false),
+    };
+    let is_pixel = |name: &&[u8]| {
+        let digits = name.trim_ascii().strip_prefix(b"pixel").unwrap_or_default();
+        !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+    };
+    let pixels = line.split(|&byte| byte == b',').filter(is_pixel).count();
+    // A header that lacks a few columns has a fault, which its reader names.
+    let is_other = pixels > PIXELS || (is_whole && pixels > 0 && pixels <= PIXELS / 2);
+    is_other.then_some(pixels)
+}
+
+/// What is known to have so many pixels.
+fn sensor_of(pixels: usize) -> String {
+    let known = [
+        (16, "4 x 4 pixels, as an Omron D6T-44L"),
+        (32, "16 x 2 or 32 x 1 pixels"),
+        (192, "16 x 12 pixels, as an MLX90641"),
+        (256, "16 x 16 pixels, as an HTPA16x16"),
+        (768, "32 x 24 pixels, as an MLX90640"),
+        (1_024, "32 x 32 pixels, as an HTPA32x32 or a D6T-32L"),
+        (4_800, "80 x 60 pixels, as a Lepton 2"),
+        (19_200, "160 x 120 pixels, as a Lepton 3"),
+    ];
+    let found = known.iter().find(|(number, _)| *number == pixels);
+    found.map_or_else(
+        || "this one is of another sensor".to_owned(),
+        |(_, words)| format!("this one has {words}"),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(pixels: usize) -> String {
+        let names: String = (0..pixels).map(|index| format!(",pixel{index}")).collect();
+        format!("timestamp,thermistor{names},people_number,confidence\n")
+    }
+
+    #[test]
+    fn the_resolution_of_another_sensor_is_named() {
+        assert_eq!(other_resolution(header(64).as_bytes()), None);
+        assert_eq!(other_resolution(header(768).as_bytes()), Some(768));
+        assert_eq!(other_resolution(header(16).as_bytes()), Some(16));
+        assert!(sensor_of(768).contains("32 x 24"));
+        // A fault of a Grid-EYE's own header, a header that is cut, and a file of another kind.
+        assert_eq!(other_resolution(header(63).as_bytes()), None);
+        assert_eq!(other_resolution(&header(64).as_bytes()[..60]), None);
+        assert_eq!(other_resolution(b"a,b\n1,2\n"), None);
+    }
 }

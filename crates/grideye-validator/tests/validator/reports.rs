@@ -1,5 +1,5 @@
 use crate::toy::{AMBIENT_C, Blob, PERSON, SHAPE, UNIT, recording, settings, simulation};
-use grideye_validator::report::{Context, Input, html, json};
+use grideye_validator::report::{Context, Input, html, json, table};
 use grideye_validator::{Better, Comparison, FILM_FRAMES_MAX, Measure, Protocol, compare};
 use serde_json::Value;
 
@@ -88,7 +88,7 @@ fn the_page_prints_floors_ceilings_and_the_papers_figures_as_the_papers() {
     holds(
         &text,
         &[
-            "Measure Value Skill Floor: blank frame Floor: shuffled, mean (best 5 %) Ceiling: own repeat The paper's, exp. 1",
+            "Measure Value Skill Floor: blank frame Floor: shuffled, mean (best 5 %) Floor: noise only Ceiling: own repeat The paper's, exp. 1",
             "The verdict rests on C, correlation",
             "Entropy and mutual information, reported, not believed",
             "The paper's figures are those of its Table 1, experiment 1",
@@ -150,10 +150,15 @@ fn the_page_says_how_its_figures_come_about() {
     holds(
         &text,
         &[
-            "in C, gain, RMSE and MAE the sensor's noise counted once, elsewhere as it comes",
+            "in C, gain, RMSE, MAE, contrast, centroid and χ² the sensor's noise counted once, elsewhere as it comes",
             "A value can pass its ceiling",
             "The gain over the blank frame is 1 less the ratio of the simulation&#39;s RMSE to the blank frame&#39;s",
             "% are warm on both sides.",
+            "Entropies are counted in 256 grey levels over each frame&#39;s own range, as an 8-bit picture has them, and in steps of 0.25 °C (the chosen bins).",
+            "after Miller and Madow",
+            "(permutation p-value)",
+            "at 630 degrees of freedom (p = ",
+            "The common offset drifts by ",
             "IS is read at 1.67 °C: the paper takes the datasheet's accuracy of ±2.5 °C as 3σ and reads at 2σ. That σ is not the sensor's noise.",
         ],
     );
@@ -288,6 +293,7 @@ fn json_holds_every_score_under_its_stable_name() {
         let entry = &document["scores"][score.measure.name()];
         same(&entry["value"], score.value);
         same(&entry["blank"], score.blank);
+        same(&entry["noise"], score.noise);
         same(&entry["ceiling"], score.ceiling);
         same(&entry["skill"], score.skill());
         same(
@@ -299,6 +305,10 @@ fn json_holds_every_score_under_its_stable_name() {
             score.shuffled.map(|shuffled| shuffled.p95),
         );
     }
+    let p = |measure: &str| &document["scores"][measure]["shuffled"]["p"];
+    // None of the 20 orders reaches the true one: 1 of 21.
+    same(p("correlation"), Some(1.0 / 21.0));
+    assert_eq!(p("bias"), &Value::Null);
     assert_eq!(document["scores"]["correlation"]["papers"], 0.79);
     assert_eq!(document["scores"]["correlation"]["blank"], Value::Null);
     assert_eq!(document["scores"]["image_similarity"]["unit"], "share");
@@ -310,6 +320,67 @@ fn json_holds_every_score_under_its_stable_name() {
         );
         assert_eq!(lengths.0, lengths.1);
     }
+}
+
+#[test]
+fn json_holds_the_frames_one_by_one_and_the_pixels_over_time() {
+    let comparison = comparison(&[PERSON]);
+    let document: Value = serde_json::from_str(&json(&comparison, &context())).unwrap();
+    let timeline = &document["timeline"];
+    assert_eq!(timeline["time_s"].as_array().unwrap().len(), 10);
+    for (index, frame) in comparison.timeline.iter().enumerate() {
+        same(&timeline["offset_c"][index], Some(frame.offset_c));
+        same(
+            &timeline["difference_c"][index][63],
+            Some(frame.difference_c[63]),
+        );
+        let structure = frame.structure.as_ref().map(|map| map[5]);
+        same(&timeline["structure"][index][5], structure);
+        for (measure, value) in &frame.values {
+            same(&timeline["scores"][measure.name()][index], *value);
+        }
+    }
+    for pixel in 0..64 {
+        let over_time = comparison
+            .timeline
+            .iter()
+            .map(|frame| frame.difference_c[pixel]);
+        let mean = over_time.sum::<f64>() / 10.0;
+        same(&document["maps"]["bias_c"][pixel], Some(mean));
+    }
+    assert_eq!(document["noise_fit"]["degrees_of_freedom"], 630);
+    assert_eq!(document["settings"]["binning"], "step:0.25");
+}
+
+/// Columns line up, and everything that the page has in its table is there.
+#[test]
+fn the_table_for_a_terminal_lines_up() {
+    let comparison = comparison(&[PERSON]);
+    let text = table(&comparison, Some(1));
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 1 + Measure::ALL.len() + 3);
+    holds(
+        lines[0],
+        &["score", "noise only", "repeat", "the paper's, table 1"],
+    );
+    let end = |line: &str, word: &str| line.find(word).map(|at| line[..at].chars().count());
+    let correlation = lines
+        .iter()
+        .find(|line| line.starts_with("C, correlation"))
+        .unwrap();
+    assert_eq!(
+        end(lines[0], "the paper's").unwrap() + "the paper's, table 1".len(),
+        end(correlation, "0.79").unwrap() + 4
+    );
+    holds(
+        &text,
+        &[
+            "chosen bins: step:0.25 (steps of 0.25 °C)",
+            "Miller and Madow",
+            "630 degrees of freedom",
+        ],
+    );
+    assert!(!table(&comparison, None).contains("the paper's,"));
 }
 
 /// A page and a document are made of whatever was compared, be it an empty room.

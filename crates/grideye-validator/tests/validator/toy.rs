@@ -101,11 +101,15 @@ pub(crate) fn simulation(
     (0..frames)
         .map(|index| {
             let noise_free = clean(&scene(index));
+            let truth = noise_free
+                .iter()
+                .map(|celsius| celsius - AMBIENT_C > 1.0)
+                .collect();
             SimulatedFrame {
                 time: time(index),
                 celsius: noisy(&noise_free, 0.2, &mut generator),
                 noise_free,
-                truth: None,
+                truth: Some(truth),
             }
         })
         .collect()
@@ -114,6 +118,7 @@ pub(crate) fn simulation(
 pub(crate) fn settings(protocol: Protocol) -> Settings {
     Settings {
         shuffles: 20,
+        field_of_view_rad: Some([std::f64::consts::FRAC_PI_3; 2]),
         ..Settings::new(protocol, AMBIENT_C, STEP_C)
     }
 }

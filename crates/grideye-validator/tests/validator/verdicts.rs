@@ -418,3 +418,103 @@ fn settings_out_of_range_are_refused_by_name() {
         "noise_sigma_c"
     );
 }
+
+/// Goes are of 4,096 pairs: 70 x 70 are two, of which each thread takes one.
+#[test]
+fn any_number_of_threads_finds_the_same() {
+    let real = recording(70, UNIT, 3, |_| vec![PERSON]);
+    let simulated = simulation(70, 4, |_| vec![PERSON]);
+    let with = |threads| {
+        let settings = Settings {
+            threads,
+            ..settings(Protocol::Static)
+        };
+        let comparison = compare(SHAPE, &real, &simulated, &settings).unwrap();
+        Comparison {
+            settings: self::settings(Protocol::Static),
+            ..comparison
+        }
+    };
+    let one = with(1);
+    assert_eq!(one.pairs, 4_900);
+    for threads in [2, 3, 64] {
+        assert_eq!(with(threads), one);
+    }
+    for threads in [0, 65] {
+        let settings = Settings {
+            threads,
+            ..settings(Protocol::Static)
+        };
+        let refused = compare(SHAPE, &real, &simulated, &settings).unwrap_err();
+        assert!(refused.to_string().contains("threads"), "{refused}");
+    }
+}
+
+/// What is right finds the person where it is, what is wrong does not; noise alone finds nothing.
+#[test]
+fn the_measures_of_places_tell_right_from_wrong() {
+    let right = compare_static(&[PERSON], &[PERSON], UNIT, 1);
+    let moved = Blob {
+        column: PERSON.column + 2.0,
+        ..PERSON
+    };
+    let wrong = compare_static(&[PERSON], &[moved], UNIT, 1);
+    let value = |comparison: &Comparison, measure| comparison.score(measure).value.unwrap();
+    let both = |measure| (value(&right, measure), value(&wrong, measure));
+
+    let (near, far) = both(Measure::CentroidErrorPixels);
+    assert!(near < 0.35 && (far - 2.0).abs() < 0.35, "{near} {far}");
+    // Two pixels of 60 degrees over 8 near the middle of the view: about 8 degrees each.
+    let (near, far) = both(Measure::CentroidErrorDegrees);
+    assert!(near < 2.9 && (13.0..18.0).contains(&far), "{near} {far}");
+    let (near, far) = both(Measure::WarmOverlap);
+    assert!(near > 0.6 && far < 0.5, "{near} {far}");
+    let (near, far) = both(Measure::ForegroundRmse);
+    assert!(near < 0.5 && far > 1.0, "{near} {far}");
+    let (near, far) = both(Measure::ContrastSlope);
+    assert!((near - 1.0).abs() < 0.1 && far < 0.5, "{near} {far}");
+    let (near, far) = both(Measure::StructuralSimilarity);
+    assert!(near > far + 0.1, "{near} {far}");
+    let (near, far) = both(Measure::ChiSquaredPerDegree);
+    // The unit's fixed pattern of 0.15 beside noise of 0.25 makes 1.36 of the right scene's 1.
+    assert!((1.1..1.7).contains(&near) && far > 3.0, "{near} {far}");
+    let noise = right.score(Measure::Correlation).noise.unwrap();
+    assert!(noise.abs() < 0.1, "{noise}");
+    let noise = right.score(Measure::WarmOverlap).noise.unwrap();
+    assert!(noise < 0.05, "{noise}");
+}
+
+/// Half the contrast: the recording rises by half a degree where the claim rises by one.
+#[test]
+fn contrast_and_chance_are_told() {
+    let claimed = Blob {
+        contrast_c: 2.0 * PERSON.contrast_c,
+        ..PERSON
+    };
+    let comparison = compare_static(&[PERSON], &[claimed], UNIT, 5);
+    let slope = comparison.score(Measure::ContrastSlope).value.unwrap();
+    assert!((slope - 0.5).abs() < 0.05, "{slope}");
+    // The ceiling counts the noise of the repeat out: without that it would be 0.8.
+    let ceiling = comparison.score(Measure::ContrastSlope).ceiling.unwrap();
+    assert!((ceiling - 1.0).abs() < 0.05, "{ceiling}");
+
+    let p =
+        |comparison: &Comparison, measure| comparison.score(measure).shuffled.unwrap().p.unwrap();
+    assert_eq!(p(&comparison, Measure::Correlation), 1.0 / 21.0);
+    let nobody = compare_static(&[], &[], UNIT, 6);
+    assert!(p(&nobody, Measure::MutualInformationBinned) > 0.05);
+}
+
+#[test]
+fn a_recording_that_warms_up_drifts() {
+    let mut real = recording(30, UNIT, 3, |_| vec![PERSON]);
+    for (index, frame) in (0_u32..).zip(&mut real) {
+        let warmer = |celsius: &f64| celsius + 0.02 * f64::from(index);
+        frame.celsius = frame.celsius.iter().map(warmer).collect();
+    }
+    let simulated = simulation(30, 4, |_| vec![PERSON]);
+    let comparison = compare(SHAPE, &real, &simulated, &settings(Protocol::Dynamic)).unwrap();
+    // 0.02 degrees a frame at 10 frames a second.
+    let drift = comparison.drift_c_per_min.unwrap();
+    assert!((drift - 12.0).abs() < 1.5, "{drift}");
+}
