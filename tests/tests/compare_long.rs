@@ -112,7 +112,8 @@ fn a_long_recording_says_on_disk_what_it_says_in_memory() {
         let mut thinning = Thinning::default();
         thinning.extend(all);
         let text = std::fs::read_to_string(root().join(SCENE)).unwrap();
-        let scene = grideye_scene::Scene::parse(&text, SCENE, &|_: &str| unreachable!()).unwrap();
+        let files = |relative: &str| std::fs::read_to_string(root().join("scenes").join(relative));
+        let scene = grideye_scene::Scene::parse(&text, SCENE, &files).unwrap();
         let options = Options {
             seed: 2,
             ..Options::default()

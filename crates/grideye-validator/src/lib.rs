@@ -54,8 +54,8 @@ mod verdict;
 
 pub use compare::{
     Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, NOISE_IMAGES,
-    PLACED_PAIRS_MAX, PixelMaps, Protocol, RealFrame, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings,
-    Shape, SimulatedFrame, THREADS_MAX, compare,
+    PLACED_PAIRS_MAX, PixelMaps, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, SHUFFLED_PAIRS_MAX,
+    SHUFFLES_MAX, Settings, Shape, SimulatedFrame, THREADS_MAX, Thinned, Thinning, compare,
 };
 pub use error::{Side, ValidatorError};
 pub use scene_comparison::{

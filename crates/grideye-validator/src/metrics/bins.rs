@@ -244,9 +244,9 @@ fn levels_of(frame: &[f64], binning: Binning, levels: &mut [u8; PIXELS_FAST]) ->
     let mut rounded = [0.0; PIXELS_FAST];
     let rounded = &mut rounded[..frame.len()];
     match binning {
-        Binning::PaperGrey256 => levels_over_range(frame, 255.0, rounded),
+        Binning::PaperGrey256 => levels_over_range(frame, 255.0, rounded)?,
         Binning::Levels { n } if n <= 256 => {
-            levels_over_range(frame, f64::from(n.saturating_sub(1)), rounded);
+            levels_over_range(frame, f64::from(n.saturating_sub(1)), rounded)?;
         }
         Binning::Levels { .. } => return None,
         Binning::Step { width_c } => steps(frame, width_c, rounded)?,
@@ -257,14 +257,19 @@ fn levels_of(frame: &[f64], binning: Binning, levels: &mut [u8; PIXELS_FAST]) ->
     Some(())
 }
 
-fn levels_over_range(frame: &[f64], top: f64, rounded: &mut [f64]) {
+/// `None` for a range of which 255 times does not fit into a number.
+fn levels_over_range(frame: &[f64], top: f64, rounded: &mut [f64]) -> Option<()> {
     let (coldest, warmest) = extremes(frame);
     let range = warmest - coldest;
-    if range > 0.0 && range.is_finite() {
+    if range > 1e300 {
+        return None;
+    }
+    if range > 0.0 {
         for (&value, rounded) in frame.iter().zip(rounded) {
             *rounded = half_up(top * (value - coldest) / range);
         }
     }
+    Some(())
 }
 
 /// Numbers of steps above the lowest one.
