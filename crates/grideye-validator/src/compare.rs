@@ -246,7 +246,12 @@ pub fn compare(
     let view = SceneView::new(making, real, simulated, settings, sigma_c);
     let pairs = pairs(settings.protocol, real.len(), simulated.len());
     let repeat = Repeat::new(&view, real, noise_sigma_c);
-    let found = sums(&view, &pairs, &view.simulated, settings.threads);
+    let found = sums(
+        &view,
+        &pairs,
+        &view.simulated,
+        (PLACED_PAIRS_MAX, settings.threads),
+    );
     let blank = blank(&view, &pairs);
     let scores = scores(&view, &pairs, [&found, &blank], repeat.as_ref(), settings);
     let outcome = Outcome {

@@ -22,6 +22,8 @@ pub(crate) struct Prepared {
     /// Of the frame itself, or of a simulated frame's claim.
     warm: Vec<bool>,
     blob: Option<Blob>,
+    /// What is warm is measured against: the median, which no order of the pixels changes.
+    background: f64,
     truth: Option<Vec<bool>>,
 }
 
@@ -101,27 +103,26 @@ impl Making {
             grey: binned(Binning::PaperGrey256),
             chosen: binned(self.binning),
             warm: metrics::warm(shown, self.warm_above_c),
-            blob: self.blob(shown),
+            blob: Blob::find(shown, self.shape.columns, self.warm_above_c),
+            background: median(shown).unwrap_or(0.0),
             truth: truth.map(<[bool]>::to_vec),
         }
-    }
-
-    fn blob(&self, shown: &[f64]) -> Option<Blob> {
-        Blob::find(shown, self.shape.columns, self.warm_above_c)
     }
 
     /// A simulated frame's pixels in another order; entropies do not change by it, and the truth stays where it is.
     fn permuted(&self, frame: &Prepared, order: &[usize]) -> Prepared {
         let steady = pick(&frame.steady, order);
+        let warm: Vec<bool> = order.iter().map(|&index| frame.warm[index]).collect();
         Prepared {
             celsius: pick(&frame.celsius, order),
-            blob: self.blob(&steady),
+            blob: Blob::of(&steady, self.shape.columns, frame.background, &warm),
+            background: frame.background,
             steady,
             centred: frame.centred.permuted(order),
             steady_centred: frame.steady_centred.permuted(order),
             grey: frame.grey.permuted(order),
             chosen: frame.chosen.permuted(order),
-            warm: order.iter().map(|&index| frame.warm[index]).collect(),
+            warm,
             truth: frame.truth.clone(),
         }
     }

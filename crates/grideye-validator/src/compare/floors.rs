@@ -17,7 +17,7 @@ pub(super) fn blank(view: &SceneView, pairs: &[(usize, usize)]) -> Sums {
     let mut frames: Vec<usize> = pairs.iter().map(|&(real, _)| real).collect();
     frames.dedup();
     let pairs: Vec<(usize, usize)> = frames.into_iter().map(|real| (real, 0)).collect();
-    let mut sums = sums(view, &pairs, &side, 1);
+    let mut sums = sums(view, &pairs, &side, (SHUFFLED_PAIRS_MAX, 1));
     sums.set_gains(Some(0.0));
     sums
 }
@@ -45,11 +45,14 @@ pub(super) fn noise(view: &SceneView, seed: u64) -> Sums {
             ]
         })
         .collect();
-    sums(view, &pairs, &side, 1)
+    sums(view, &pairs, &side, (SHUFFLED_PAIRS_MAX, 1))
 }
 
 /// Keeps the images of noise apart from the orders of the pixels.
-const NOISE_SEED: u64 = 0x6E6F_6973_65;
+const NOISE_SEED: u64 = 0x006E_6F69_7365;
+
+/// Of how many pairs of a round places and structure are looked at, which costs as much as all the rest.
+const SHUFFLED_PLACES_MAX: usize = 20;
 
 /// One order of the pixels serves all frames of a round, so that what varies between rounds is the place of the
 /// pixels and not the average over many places.
@@ -59,11 +62,14 @@ pub(super) fn shuffled(
     settings: &Settings,
 ) -> Vec<(Measure, Shuffled)> {
     let (side, thinned) = view.simulated.of_pairs(&thinned(pairs, SHUFFLED_PAIRS_MAX));
-    let found = sums(view, &thinned, &side, 1);
+    let found = sums(view, &thinned, &side, (SHUFFLED_PLACES_MAX, 1));
     let orders = shuffle::orders(view.pixels(), settings.shuffles, settings.seed);
     let rounds: Vec<Sums> = orders
         .iter()
-        .map(|order| sums(view, &thinned, &side.permuted(&view.making, order), 1))
+        .map(|order| {
+            let permuted = side.permuted(&view.making, order);
+            sums(view, &thinned, &permuted, (SHUFFLED_PLACES_MAX, 1))
+        })
         .collect();
     let of = |&measure: &Measure| {
         let values: Vec<f64> = rounds

@@ -1,7 +1,7 @@
 //! Sums over pairs of frames, by one thread or several.
 
+use super::RealFrame;
 use super::floors::thinned;
-use super::{PLACED_PAIRS_MAX, RealFrame};
 use crate::frames::{Means, SceneView, Side, Work};
 use crate::metrics::Graph;
 use crate::score::Measure;
@@ -28,12 +28,12 @@ pub(super) struct Repeat {
 /// result does not depend on the number of threads.
 const PAIRS_AT_ONCE: usize = 4_096;
 
-/// Every measure over pairs of real frames and those of `side`.
+/// Every measure over pairs of real frames and those of `side`; places are looked at in up to `placed_max` of them.
 pub(super) fn sums(
     view: &SceneView,
     pairs: &[(usize, usize)],
     side: &Side,
-    threads: usize,
+    (placed_max, threads): (usize, usize),
 ) -> Sums {
     let goes: Vec<&[(usize, usize)]> = pairs.chunks(PAIRS_AT_ONCE).collect();
     let mut sums = Sums::default();
@@ -43,7 +43,7 @@ pub(super) fn sums(
     for (measure, gain) in sums.union.gains() {
         sums.means.set(measure, gain);
     }
-    for (real, put) in thinned(pairs, PLACED_PAIRS_MAX) {
+    for (real, put) in thinned(pairs, placed_max) {
         let (real, put) = (real, &side.frames[put]);
         let beside = view.simulated.beside(real).unwrap_or(put);
         sums.means.add(&view.placed(&view.real[real], put, beside));

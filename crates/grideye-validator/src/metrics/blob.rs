@@ -31,8 +31,17 @@ impl Blob {
         if columns == 0 || frame.len() % columns != 0 {
             return None;
         }
-        let background = median(frame)?;
-        let mut left = warm(frame, above_c);
+        Self::of(frame, columns, median(frame)?, &warm(frame, above_c))
+    }
+
+    /// The same of pixels that are known to be warm against a background.
+    pub(crate) fn of(
+        frame: &[f64],
+        columns: usize,
+        background: f64,
+        warm: &[bool],
+    ) -> Option<Self> {
+        let mut left = warm.to_vec();
         let mut largest: Option<(f64, Self)> = None;
         while let Some(seed) = left.iter().position(|&warm| warm) {
             let (warmth, blob) = patch(frame, columns, background, seed, &mut left);

@@ -7,7 +7,6 @@ use anyhow::Result;
 use grideye_frame::RawFrame;
 use grideye_scene::Scene;
 use grideye_validator::report::Input;
-use std::path::Path;
 use std::time::Duration;
 
 /// Frames recorded of a scene in which nothing moves: ten seconds.
