@@ -146,6 +146,31 @@ impl<'a> Obstacle<'a> {
     }
 }
 
+/// What stands in a room, for those who ask often whether there is place for something else.
+#[derive(Debug, Clone)]
+pub(crate) struct Obstacles {
+    shapes: Vec<Shape>,
+}
+
+impl Obstacles {
+    pub(crate) fn new<'s>(solids: impl IntoIterator<Item = &'s Solid>) -> Self {
+        let shapes = solids.into_iter().map(|solid| Shape::new([solid]));
+        Self {
+            shapes: shapes.collect(),
+        }
+    }
+
+    /// Whether any of these solids is where something stands already; touching does not count.
+    pub(crate) fn meet<'s>(&self, solids: impl IntoIterator<Item = &'s Solid>) -> bool {
+        let shape = Shape::new(solids);
+        let mut near = self
+            .shapes
+            .iter()
+            .filter(|other| other.bounds.meets(&shape.bounds));
+        near.any(|other| shape.overlaps(other))
+    }
+}
+
 /// Convex bodies, and the box around them all.
 #[derive(Debug, Clone)]
 struct Shape {
@@ -209,6 +234,16 @@ impl Shape {
             bounds: bounds.fold(Bounds::NOTHING, Bounds::with),
             pieces,
         }
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        self.pieces.iter().any(|one| {
+            let mut near = other
+                .pieces
+                .iter()
+                .filter(|other| one.bounds.meets(&other.bounds));
+            near.any(|other| gap(&one.points, DVec3::ZERO, &other.points).distance_m <= 0.0)
+        })
     }
 }
 

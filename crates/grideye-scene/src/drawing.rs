@@ -30,6 +30,7 @@ use crate::scene::{Scene, Sensor};
 use camera::{Camera, Panel};
 use labels::Labels;
 use sheet::Sheet;
+pub(crate) use sheet::escaped;
 use std::time::Duration;
 
 /// What a drawing shows at most: each bound has a test that reaches it.

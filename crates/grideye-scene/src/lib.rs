@@ -15,6 +15,7 @@
 //! | [`resample`] | sampling grid to pixels, as MATLAB's `imresize` does | the same, "Interpolation" |
 //! | [`fusion`] | several sensors as one of more pixels | the same, "Scenario A" |
 //! | [`separation`] | situations told apart above the noise | the same, "Scenario B" |
+//! | [`coverage`] | where to put sensors | the paper's title; its tool does not do it |
 //! | [`drawing`] | the view of the environment | the same, Figures 3, 11, 12, 14, 24 |
 //! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
 //!
@@ -69,6 +70,7 @@ mod canvas;
 mod check;
 mod collision;
 mod count;
+pub mod coverage;
 mod cuboid;
 mod document;
 pub mod drawing;

@@ -202,6 +202,11 @@ impl Simulator {
         })
     }
 
+    /// Puts others in the place of the agents, and hands those back.
+    pub(crate) fn replace_agents(&mut self, agents: Vec<Agent>) -> Vec<Agent> {
+        std::mem::replace(&mut self.agents, agents)
+    }
+
     /// The sensor that is simulated.
     #[must_use]
     pub const fn sensor(&self) -> &Sensor {

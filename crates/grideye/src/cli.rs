@@ -1,5 +1,6 @@
 //! The command line: names, defaults and help of every command.
 
+mod coverage;
 mod emulate;
 pub(crate) mod place;
 
@@ -9,6 +10,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
+pub(crate) use coverage::{Coverage, Posture, Where};
 pub(crate) use emulate::Emulate;
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
@@ -25,6 +27,7 @@ pub(crate) enum Command {
     Simulate(Simulate),
     Fuse(Fuse),
     Distinguish(Distinguish),
+    Coverage(Coverage),
     Emulate(Emulate),
     Collect(Collect),
     Record(Record),

@@ -16,6 +16,7 @@ mod client;
 mod collect;
 mod compare;
 mod convert;
+mod coverage;
 mod demo;
 mod distinguish;
 mod emulate;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Simulate(options) => simulate::run(&options),
         Command::Fuse(options) => fuse::run(&options),
         Command::Distinguish(options) => distinguish::run(&options),
+        Command::Coverage(options) => coverage::run(&options),
         Command::Emulate(options) => emulate::run(&options),
         Command::Collect(options) => collect::run(options),
         Command::Record(options) => record::run(&options),

@@ -287,7 +287,7 @@ fn hex([red, green, blue]: [u8; 3]) -> String {
 }
 
 /// Text that cannot be read as markup; what XML cannot hold at all becomes a space.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut safe = String::new();
     for character in text.chars() {
         match character {

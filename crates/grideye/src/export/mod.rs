@@ -12,6 +12,7 @@ mod font;
 mod moving;
 mod npz;
 mod picture;
+pub(crate) mod raster;
 mod sheet;
 mod tiles;
 

@@ -1,0 +1,213 @@
+use super::rays::{Blockers, edges};
+use super::{CoverageError, Figure, limits};
+use crate::collision::{Obstacles, TOLERANCE_M, distance};
+use crate::count;
+use crate::scene::{Agent, Room, Scene};
+use glam::{DVec2, DVec3, USizeVec2};
+
+/// How finely a floor is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grain {
+    /// About how long a cell is, metres: so many cells of one size that they fill the room.
+    pub cell_m: f64,
+    /// Turns of the person at each place, evenly over half a turn: 2 are 0° and 90°.
+    pub turns: usize,
+    /// Frames that are averaged before anybody looks.
+    pub frames: u32,
+}
+
+impl Default for Grain {
+    /// Cells of 0.2 m, 2 turns, single frames.
+    fn default() -> Self {
+        Self {
+            cell_m: 0.2,
+            turns: 2,
+            frames: 1,
+        }
+    }
+}
+
+/// A room's floor in cells: row by row from the front, each from the left.
+#[derive(Debug, Clone)]
+pub struct Floor {
+    /// Cells in a row.
+    pub columns: usize,
+    /// Rows.
+    pub rows: usize,
+    /// The sides of a cell, metres.
+    pub cell_m: DVec2,
+    /// The cells.
+    pub cells: Vec<Cell>,
+}
+
+/// One cell.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// The middle of its ground, metres.
+    pub ground_m: DVec3,
+    /// What is there.
+    pub kind: Kind,
+    /// The person in each turn that fits.
+    pub(crate) stands: Vec<Agent>,
+}
+
+/// What a cell is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Beyond the walls.
+    Outside,
+    /// Something stands there that the person cannot be on.
+    Furniture,
+    /// Ground, too near to a wall or to a thing for the person.
+    Tight,
+    /// Ground on which there is room for the person.
+    Place,
+}
+
+impl Kind {
+    /// Whether there is ground to be seen.
+    #[must_use]
+    pub const fn is_ground(self) -> bool {
+        matches!(self, Self::Tight | Self::Place)
+    }
+}
+
+impl Floor {
+    /// The floor of a scene for somebody.
+    pub(crate) fn new(
+        scene: &Scene,
+        blockers: &Blockers,
+        figure: &Figure,
+        grain: &Grain,
+    ) -> Result<Self, CoverageError> {
+        let (low, high) = bounds(&scene.room.outline_m());
+        let size = high - low;
+        let count = (size / grain.cell_m).round().max(DVec2::ONE);
+        if count.x * count.y > count::float(limits::CELLS_MAX) {
+            let found = count::floor(count.x * count.y);
+            return Err(CoverageError::TooManyCells { found });
+        }
+        let counts = USizeVec2::new(count::floor(count.x), count::floor(count.y));
+        let builder = Builder {
+            room: &scene.room,
+            outline: scene.room.outline_m(),
+            obstacles: Obstacles::new(scene.objects.iter().map(|object| &object.solid)),
+            blockers,
+            figure,
+            grain,
+        };
+        let cell_m = size / count;
+        let middle = |index: usize| {
+            let place = DVec2::new(
+                count::float(index % counts.x),
+                count::float(index / counts.x),
+            );
+            low + (place + 0.5) * cell_m
+        };
+        Ok(Self {
+            columns: counts.x,
+            rows: counts.y,
+            cell_m,
+            cells: (0..counts.x * counts.y)
+                .map(|index| builder.cell(middle(index)))
+                .collect(),
+        })
+    }
+
+    /// Cells in which a person has room.
+    #[must_use]
+    pub fn places(&self) -> usize {
+        let places = self.cells.iter().filter(|cell| cell.kind == Kind::Place);
+        places.count()
+    }
+}
+
+struct Builder<'a> {
+    room: &'a Room,
+    outline: Vec<DVec2>,
+    obstacles: Obstacles,
+    blockers: &'a Blockers,
+    figure: &'a Figure,
+    grain: &'a Grain,
+}
+
+impl Builder<'_> {
+    fn cell(&self, at_m: DVec2) -> Cell {
+        let cell = |height_m: f64, kind: Kind, stands: Vec<Agent>| Cell {
+            ground_m: at_m.extend(height_m),
+            kind,
+            stands,
+        };
+        // Rooms may have a floor that is not whole at height 0: a millimetre above is what counts.
+        if !self.room.contains(at_m.extend(1e-3)) {
+            return cell(0.0, Kind::Outside, Vec::new());
+        }
+        let Some(height_m) = self.ground_m(at_m) else {
+            return cell(0.0, Kind::Furniture, Vec::new());
+        };
+        let turns = count::float(self.grain.turns);
+        let stands: Vec<Agent> = (0..self.grain.turns)
+            .map(|turn| 180.0 * count::float(turn) / turns)
+            .map(|turn_deg| self.figure.at(at_m.extend(height_m), turn_deg))
+            .filter(|stand| self.fits(stand))
+            .collect();
+        let kind = if stands.is_empty() {
+            Kind::Tight
+        } else {
+            Kind::Place
+        };
+        cell(height_m, kind, stands)
+    }
+
+    /// The height that the figure would be on; `None` if something is in its way.
+    fn ground_m(&self, at_m: DVec2) -> Option<f64> {
+        let spans = self.blockers.column(at_m);
+        let is_free = |height_m: &f64| {
+            let (low, high) = (
+                height_m + TOLERANCE_M,
+                height_m + self.figure.height_m() - TOLERANCE_M,
+            );
+            spans.iter().all(|span| span.1 <= low || span.0 >= high)
+        };
+        let tops = spans.iter().map(|span| span.1);
+        let low_tops = tops.filter(|top| *top <= self.figure.climbs_m() + TOLERANCE_M);
+        std::iter::once(0.0)
+            .chain(low_tops)
+            .filter(is_free)
+            .reduce(f64::max)
+    }
+
+    fn fits(&self, stand: &Agent) -> bool {
+        let solids = || stand.parts.iter().map(|part| &part.solid);
+        let vertices: Vec<DVec3> = solids()
+            .flat_map(|solid| solid.vertices_m())
+            .copied()
+            .collect();
+        let middle = vertices.iter().sum::<DVec3>() / count::float(vertices.len().max(1));
+        // What only touches a wall is in the room.
+        let inner = |vertex: &DVec3| *vertex - (*vertex - middle).clamp_length_max(TOLERANCE_M);
+        if !vertices
+            .iter()
+            .all(|vertex| self.room.contains(inner(vertex)))
+        {
+            return false;
+        }
+        // All corners may be in a room whose own corner is in the body.
+        let footprint: Vec<DVec3> = vertices
+            .iter()
+            .map(|vertex| inner(vertex).with_z(0.0))
+            .collect();
+        let is_pierced = edges(&self.outline).any(|(corner, _)| {
+            distance::gap(&footprint, DVec3::ZERO, &[corner.extend(0.0)]).distance_m <= 0.0
+        });
+        !is_pierced && !self.obstacles.meet(solids())
+    }
+}
+
+pub(crate) fn bounds(outline: &[DVec2]) -> (DVec2, DVec2) {
+    outline
+        .iter()
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
+            (low.min(*at), high.max(*at))
+        })
+}

@@ -1,0 +1,150 @@
+use super::{Floor, InSight, Kind, Look, Rule, Wish};
+
+/// What some poses together do at each cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    /// Cell by cell, in the order of [`Floor::cells`].
+    pub spots: Vec<Spot>,
+    /// Over all cells.
+    pub totals: Totals,
+}
+
+/// What some poses together do at one cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// What the cell is.
+    pub kind: Kind,
+    /// Sensors that see its ground.
+    pub seen_by: usize,
+    /// Why none does; `None` if one does, or if there is no ground to see.
+    pub blind: Option<Blind>,
+    /// Sensors that detect a person there, each alone.
+    pub detected_by: usize,
+    /// The largest contrast that one sensor has of a person there.
+    pub best: f64,
+    /// The place of that sensor among the looks; `None` if no sensor has any contrast.
+    pub best_look: Option<usize>,
+    /// The contrast of all sensors together: the root of the sum of their squares.
+    pub together: f64,
+    /// The largest peak of one sensor.
+    pub peak: f64,
+}
+
+/// Why no sensor sees a cell's ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Blind {
+    /// It is in the field of view of one at least, but something stands before it.
+    Hidden,
+    /// It is in no field of view.
+    OutOfView,
+}
+
+/// Counts of cells.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Totals {
+    /// With ground.
+    pub ground: usize,
+    /// Whose ground one sensor at least sees.
+    pub seen: usize,
+    /// Blind spots behind furniture.
+    pub hidden: usize,
+    /// Blind spots beside every field of view.
+    pub out_of_view: usize,
+    /// With room for a person.
+    pub places: usize,
+    /// Of these, at which the wish comes true: so many sensors detect a person, or all do together.
+    pub detected: usize,
+    /// The least contrast at a place, by the wish's rule.
+    pub contrast_min: f64,
+    /// The middle one: half of the places have less or as much.
+    pub contrast_median: f64,
+}
+
+impl Map {
+    /// What these looks do together.
+    #[must_use]
+    pub fn new(floor: &Floor, looks: &[&Look], wish: &Wish) -> Self {
+        let cells = floor.cells.iter().enumerate();
+        let spots: Vec<Spot> = cells
+            .map(|(index, cell)| spot(cell.kind, looks, index, wish))
+            .collect();
+        Self {
+            totals: totals(&spots, wish),
+            spots,
+        }
+    }
+}
+
+impl Spot {
+    /// The contrast that the wish's rule speaks of.
+    #[must_use]
+    pub const fn contrast(&self, rule: Rule) -> f64 {
+        match rule {
+            Rule::Alone => self.best,
+            Rule::Together => self.together,
+        }
+    }
+
+    /// Whether the wish comes true there.
+    #[must_use]
+    pub fn is_detected(&self, wish: &Wish) -> bool {
+        self.kind == Kind::Place
+            && match wish.rule {
+                Rule::Alone => self.detected_by >= wish.sensors_min,
+                Rule::Together => self.together >= wish.sigma_min,
+            }
+    }
+}
+
+fn spot(kind: Kind, looks: &[&Look], index: usize, wish: &Wish) -> Spot {
+    let mut spot = Spot {
+        kind,
+        seen_by: 0,
+        blind: kind.is_ground().then_some(Blind::OutOfView),
+        detected_by: 0,
+        best: 0.0,
+        best_look: None,
+        together: 0.0,
+        peak: 0.0,
+    };
+    let mut squares = 0.0;
+    for (number, look) in looks.iter().enumerate() {
+        let Some(seen) = look.cells.get(index) else {
+            continue;
+        };
+        match seen.ground {
+            InSight::Seen => spot.seen_by += 1,
+            InSight::Hidden => spot.blind = spot.blind.map(|_| Blind::Hidden),
+            InSight::OutOfView => {}
+        }
+        spot.detected_by += usize::from(kind == Kind::Place && seen.contrast >= wish.sigma_min);
+        if seen.contrast > spot.best {
+            (spot.best, spot.best_look) = (seen.contrast, Some(number));
+        }
+        squares += seen.contrast * seen.contrast;
+        spot.peak = spot.peak.max(seen.peak);
+    }
+    spot.together = squares.sqrt();
+    if spot.seen_by > 0 {
+        spot.blind = None;
+    }
+    spot
+}
+
+fn totals(spots: &[Spot], wish: &Wish) -> Totals {
+    let count = |counts: &dyn Fn(&Spot) -> bool| spots.iter().filter(|spot| counts(spot)).count();
+    let places = spots.iter().filter(|spot| spot.kind == Kind::Place);
+    let mut contrasts: Vec<f64> = places.map(|spot| spot.contrast(wish.rule)).collect();
+    contrasts.sort_by(f64::total_cmp);
+    let middle = contrasts.len().saturating_sub(1) / 2;
+    Totals {
+        ground: count(&|spot| spot.kind.is_ground()),
+        seen: count(&|spot| spot.seen_by > 0),
+        hidden: count(&|spot| spot.blind == Some(Blind::Hidden)),
+        out_of_view: count(&|spot| spot.blind == Some(Blind::OutOfView)),
+        places: contrasts.len(),
+        detected: count(&|spot| spot.is_detected(wish)),
+        contrast_min: contrasts.first().copied().unwrap_or(0.0),
+        contrast_median: contrasts.get(middle).copied().unwrap_or(0.0),
+    }
+}

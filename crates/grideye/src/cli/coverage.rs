@@ -1,0 +1,191 @@
+//! The options of `grideye coverage`.
+
+use clap::Args;
+use std::path::PathBuf;
+
+/// Say how well the sensors of a room see a person at every place, or find the best places for some.
+///
+/// Without --candidates it is the scene's own sensors; with it, poses are tried all over the room and the best few are
+/// picked, one after the other. The scene's own agents are taken out first.
+///
+/// Exit code 1: --at-least was not reached.
+///
+/// Example: grideye coverage scenes/bedroom.toml --candidates all --best 2 --out coverage.svg --write best.toml
+#[derive(Debug, Args)]
+pub(crate) struct Coverage {
+    /// Scene file.
+    pub(crate) scene: PathBuf,
+    /// Where poses are tried, with commas between them.
+    #[arg(long, value_name = "WHERE", value_enum, value_delimiter = ',')]
+    pub(crate) candidates: Vec<Where>,
+    /// Poses to pick from the candidates.
+    #[arg(long, value_name = "K", default_value_t = 2, requires = "candidates")]
+    pub(crate) best: usize,
+    /// The scene's own sensors stay, and the poses are picked beside them.
+    #[arg(long, requires = "candidates")]
+    pub(crate) keep: bool,
+    /// Sensors of the scene, with commas between them [default: all].
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) sensors: Vec<String>,
+
+    /// How the person is.
+    #[arg(long, value_enum, default_value_t = Posture::Standing, help_heading = "Who is looked for")]
+    pub(crate) posture: Posture,
+    /// The person's size when standing: depth, width across the shoulders, height.
+    #[arg(
+        long,
+        value_name = "D,W,H",
+        value_delimiter = ',',
+        default_values_t = [200.0, 500.0, 1750.0],
+        help_heading = "Who is looked for"
+    )]
+    pub(crate) person_mm: Vec<f64>,
+    /// Temperature of the person's surface, clothed.
+    #[arg(
+        long,
+        value_name = "C",
+        default_value_t = 28.0,
+        allow_hyphen_values = true,
+        help_heading = "Who is looked for"
+    )]
+    pub(crate) person_c: f64,
+    /// The body of this agent of the scene instead.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["posture", "person_mm", "person_c"], help_heading = "Who is looked for")]
+    pub(crate) agent: Option<String>,
+    /// Turns in which the person is tried at each place, evenly over half a turn; the worst that fits counts.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 2,
+        help_heading = "Who is looked for"
+    )]
+    pub(crate) turns: usize,
+
+    /// Contrast from which on a person is detected, in units of the noise.
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = 3.0,
+        help_heading = "What counts"
+    )]
+    pub(crate) sigma: f64,
+    /// Sensors that are to detect a person at each place.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        help_heading = "What counts"
+    )]
+    pub(crate) sensors_min: usize,
+    /// The sensors detect together, not each alone.
+    #[arg(long, help_heading = "What counts")]
+    pub(crate) together: bool,
+    /// Frames that are averaged before anybody looks.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        help_heading = "What counts"
+    )]
+    pub(crate) frames: u32,
+    /// About the length of the cells that the floor is divided into.
+    #[arg(
+        long,
+        value_name = "MM",
+        default_value_t = 200.0,
+        help_heading = "What counts"
+    )]
+    pub(crate) cell_mm: f64,
+    /// Exit code 1 if a person is detected at fewer of the places than this.
+    #[arg(long, value_name = "PERCENT", value_parser = percent, help_heading = "What counts")]
+    pub(crate) at_least: Option<f64>,
+
+    /// Kind of sensor that is tried [default: as the scene's first, or grid-eye if it has none].
+    #[arg(long, value_name = "NAME", help_heading = "Which poses are tried")]
+    pub(crate) preset: Option<String>,
+    /// Sensor of the scene that is tried elsewhere.
+    #[arg(
+        long,
+        value_name = "NAME",
+        conflicts_with = "preset",
+        help_heading = "Which poses are tried"
+    )]
+    pub(crate) like: Option<String>,
+    /// About the distance of one pose to the next.
+    #[arg(
+        long,
+        value_name = "MM",
+        default_value_t = 500.0,
+        help_heading = "Which poses are tried"
+    )]
+    pub(crate) spacing_mm: f64,
+    /// Under the ceiling: angles off straight down.
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [0.0, 30.0], help_heading = "Which poses are tried")]
+    pub(crate) tilts_deg: Vec<f64>,
+    /// Under the ceiling: directions of those that are tilted.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 8,
+        help_heading = "Which poses are tried"
+    )]
+    pub(crate) headings: usize,
+    /// On walls and in corners: heights.
+    #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [2200.0], help_heading = "Which poses are tried")]
+    pub(crate) heights_mm: Vec<f64>,
+    /// On walls and in corners: angles below the level.
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [25.0, 45.0], help_heading = "Which poses are tried")]
+    pub(crate) downs_deg: Vec<f64>,
+    /// On walls: directions off straight into the room.
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [-30.0, 0.0, 30.0], allow_hyphen_values = true, help_heading = "Which poses are tried")]
+    pub(crate) wall_headings_deg: Vec<f64>,
+
+    /// Map to write: .svg, .png or .csv by its name; may be repeated.
+    #[arg(long, value_name = "FILE", help_heading = "What is written")]
+    pub(crate) out: Vec<PathBuf>,
+    /// The picked poses as [[sensor]] tables, to paste into a scene.
+    #[arg(
+        long,
+        value_name = "FILE.toml",
+        requires = "candidates",
+        help_heading = "What is written"
+    )]
+    pub(crate) write: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long, help_heading = "What is written")]
+    pub(crate) json: bool,
+    /// Threads [default: as many as there are cores]; the result is the same with any number.
+    #[arg(long, value_name = "N", help_heading = "What is written")]
+    pub(crate) threads: Option<usize>,
+}
+
+/// Where poses are tried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Where {
+    /// Ceiling, walls and corners.
+    All,
+    /// Under the ceiling.
+    Ceiling,
+    /// On the walls.
+    Walls,
+    /// In the corners.
+    Corners,
+}
+
+/// How a person is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Posture {
+    /// Upright on the floor.
+    Standing,
+    /// On the floor, or on a seat of up to 600 mm.
+    Sitting,
+    /// On the floor, or in a bed of up to 800 mm.
+    Lying,
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=100.0).contains(&value) => Ok(value),
+        _ => Err("expected a number from 0 to 100".to_owned()),
+    }
+}
