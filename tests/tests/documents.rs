@@ -156,7 +156,19 @@ const COMMANDS: &[(&str, Kept)] = &[
         "grideye distinguish scenes/scenario-b-before.toml scenes/scenario-b-after.toml scenes/scenario-b-standing.toml",
         Run("", &["A + B + C"]),
     ),
+    (
+        "grideye coverage scenes/bedroom.toml",
+        Run("", &["floor: ", "contrast of a person standing"]),
+    ),
+    (
+        "grideye coverage scenes/l-shaped-flat.toml --candidates corners,ceiling --best 2",
+        Run("", &["k=2: ", "1 - 1/e"]),
+    ),
     // the helps
+    (
+        "grideye coverage scenes/bedroom.toml --candidates all --best 2 --out coverage.svg --write best.toml",
+        Run("", &["k=1: ", "k=2: ", "wrote the poses to best.toml"]),
+    ),
     (
         "grideye simulate scenes/experiment-3.toml --out walk.gif --view room.svg",
         Run("", &[]),

@@ -34,7 +34,8 @@ impl Picture<'_> {
     /// The drawing: at the left the contrast of a person, at the right the sensors that see the ground.
     #[must_use]
     pub fn sketch(&self) -> Sketch {
-        let mut sketch = Sketch::new(WIDTH, HEIGHT);
+        let high = Plan::new(self.scene, DVec2::ZERO).height() + TOP;
+        let mut sketch = Sketch::new(WIDTH, high + BELOW);
         let at = DVec2::new(MARGIN, 30.0);
         sketch.text(at, Anchor::Start, 18.0, self.title);
         sketch.text(
@@ -62,7 +63,7 @@ impl Picture<'_> {
             self.markers(&mut sketch, &plan);
             plan.rulers(&mut sketch);
         }
-        self.legend(&mut sketch);
+        self.legend(&mut sketch, high + LEGEND);
         sketch
     }
 
@@ -147,10 +148,10 @@ impl Picture<'_> {
         }
     }
 
-    fn legend(&self, sketch: &mut Sketch) {
+    fn legend(&self, sketch: &mut Sketch, top: f64) {
         let least = self.wish.sigma_min;
         let number = |factor: f64| format!("{}", (factor * least * 10.0).round() / 10.0);
-        let mut at = DVec2::new(MARGIN, LEGEND);
+        let mut at = DVec2::new(MARGIN, top);
         let names = [
             format!("below {} \u{3c3}", number(1.0 / 3.0)),
             format!("to {} \u{3c3}: not detected", number(1.0)),
@@ -162,21 +163,21 @@ impl Picture<'_> {
         for (band, name) in names.iter().enumerate() {
             at = swatch(sketch, at, (BANDS[band], HATCHES_OF_BANDS[band]), name);
         }
-        at = DVec2::new(MARGIN, LEGEND + 24.0);
+        at = DVec2::new(MARGIN, top + 24.0);
         at = swatch(sketch, at, (FURNITURE, Hatch::None), "furniture");
         swatch(sketch, at, (TIGHT, Hatch::None), "too tight for the person");
-        at = DVec2::new(MARGIN + PANEL + GAP, LEGEND);
+        at = DVec2::new(MARGIN + PANEL + GAP, top);
         for (seen_by, name) in ["1 sensor", "2", "3", "4 and more"].into_iter().enumerate() {
             at = swatch(sketch, at, (COUNTS[seen_by], Hatch::None), name);
         }
-        at = DVec2::new(MARGIN + PANEL + GAP, LEGEND + 24.0);
+        at = DVec2::new(MARGIN + PANEL + GAP, top + 24.0);
         for (blind, name) in [
             (Blind::Hidden, "blind: behind furniture or a wall"),
             (Blind::OutOfView, "blind: in no field of view"),
         ] {
             at = swatch(sketch, at, (WHITE, hatch_of(blind)), name);
         }
-        at = DVec2::new(MARGIN, LEGEND + 48.0);
+        at = DVec2::new(MARGIN, top + 48.0);
         sketch.disc(at + DVec2::new(7.0, -4.0), 6.0, DARK);
         sketch.disc(at + DVec2::new(7.0, -4.0), 2.5, WHITE);
         let text = "sensor and the way it looks; dashed: its field of view on the floor; lengths in metres";
@@ -198,13 +199,18 @@ struct Plan {
 impl Plan {
     fn new(scene: &Scene, top_left: DVec2) -> Self {
         let (low, high) = bounds(&scene.room().outline_m());
-        let scale = (DVec2::new(PANEL - RULER, PANEL_HEIGHT - RULER) / (high - low)).min_element();
+        let scale = (DVec2::new(PANEL - RULER, PANEL_HEIGHT) / (high - low)).min_element();
         Self {
             low,
             high,
             top_left: top_left + DVec2::new(RULER, 0.0),
             scale,
         }
+    }
+
+    /// What it takes down the page.
+    fn height(&self) -> f64 {
+        self.scale * (self.high.y - self.low.y)
     }
 
     /// Right is right, back is up.
@@ -344,14 +350,15 @@ fn round_step(length: f64) -> f64 {
 }
 
 const WIDTH: f64 = 1240.0;
-const HEIGHT: f64 = 760.0;
 const MARGIN: f64 = 28.0;
 const TOP: f64 = 92.0;
 const PANEL: f64 = 576.0;
-const PANEL_HEIGHT: f64 = 570.0;
+const PANEL_HEIGHT: f64 = 620.0;
 const GAP: f64 = 32.0;
 const RULER: f64 = 34.0;
-const LEGEND: f64 = 694.0;
+/// From the front wall to the legend, and to the end of the page.
+const LEGEND: f64 = 62.0;
+const BELOW: f64 = 128.0;
 
 /// Lighter is worse; what is not detected is hatched besides.
 const BANDS: [[u8; 3]; 6] = [

@@ -14,6 +14,7 @@
 
 mod area;
 mod collision;
+mod coverage;
 mod drawing;
 mod fusion;
 mod invariants;
