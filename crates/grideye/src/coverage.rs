@@ -175,7 +175,7 @@ fn own_poses(options: &Coverage, scene: &Scene) -> Result<Vec<Candidate>> {
 
 fn like(options: &Coverage, scene: &Scene) -> Result<Sensor> {
     if let Some(name) = &options.preset {
-        return preset(name).map_err(|_| {
+        return preset(name).map_err(|_scene_of_one_sensor| {
             bad_input(anyhow!("there is no preset `{name}`\nhint: grid-eye, grid-eye-wide or lepton; of any other sensor put one into the scene, and name it with --like"))
         });
     }

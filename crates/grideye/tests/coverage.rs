@@ -97,7 +97,7 @@ fn the_outputs_are_the_same_on_any_number_of_threads_and_say_the_same() {
         .unwrap();
     let mut dots = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut dots).unwrap();
-    assert!(dots.iter().any(|dot| *dot == 34), "ink");
+    assert!(dots.contains(&34), "ink");
     // A row for each of 14 x 12 cells, and the share of the table in the CSV's own words.
     assert_eq!(csv.lines().count(), 1 + 14 * 12);
     let rows: Vec<Vec<&str>> = csv

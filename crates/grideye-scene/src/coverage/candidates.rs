@@ -29,7 +29,7 @@ pub struct Mounts {
     pub ceiling_tilts_deg: Vec<f64>,
     /// Under the ceiling, tilted: directions, evenly over a whole turn from the right on.
     pub ceiling_headings: usize,
-    /// On walls and in corners: heights, metres.
+    /// On walls and in corners: heights above the floor, metres.
     pub wall_heights_m: Vec<f64>,
     /// On walls and in corners: angles of the axis below the level, degrees, 0 to 90.
     pub wall_downs_deg: Vec<f64>,
@@ -205,12 +205,13 @@ fn places(room: &crate::Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageErr
         Ok(())
     };
     let outline = room.outline_m();
+    let level_m = room.bounds_m().0.z;
     if mounts.mounts.contains(&Mount::Ceiling) {
         let (low, high) = bounds(&outline);
         let across = steps(low.x, high.x, mounts.spacing_m);
         for y in steps(low.y, high.y, mounts.spacing_m) {
             for x in across.clone() {
-                let at_m = DVec3::new(x, y, room.size_m.z);
+                let at_m = DVec3::new(x, y, room.bounds_m().1.z);
                 push(Mount::Ceiling, at_m, DVec2::ZERO)?;
             }
         }
@@ -222,7 +223,7 @@ fn places(room: &crate::Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageErr
             if mounts.mounts.contains(&Mount::Wall) {
                 for way_m in steps(0.0, start.distance(end), mounts.spacing_m) {
                     let at = start + way_m * along + STANDOFF_M * along.perp();
-                    push(Mount::Wall, at.extend(*height_m), along.perp())?;
+                    push(Mount::Wall, at.extend(level_m + height_m), along.perp())?;
                 }
             }
             let onwards = (after - end).normalize_or_zero();
@@ -230,7 +231,7 @@ fn places(room: &crate::Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageErr
                 let inward = along.perp() + onwards.perp();
                 // As far from either wall.
                 let at = end + STANDOFF_M * inward / (1.0 + along.dot(onwards));
-                push(Mount::Corner, at.extend(*height_m), inward)?;
+                push(Mount::Corner, at.extend(level_m + height_m), inward)?;
             }
         }
     }

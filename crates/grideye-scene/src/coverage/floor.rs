@@ -1,8 +1,9 @@
-use super::rays::{Blockers, edges};
+use super::rays::Blockers;
 use super::{CoverageError, Figure, limits};
-use crate::collision::{Obstacles, TOLERANCE_M, distance};
+use crate::collision::{Obstacles, TOLERANCE_M, Walls};
 use crate::count;
-use crate::scene::{Agent, Room, Scene};
+use crate::room::Room;
+use crate::scene::{Agent, Scene};
 use glam::{DVec2, DVec3, USizeVec2};
 
 /// How finely a floor is looked at.
@@ -90,7 +91,8 @@ impl Floor {
         let counts = USizeVec2::new(count::floor(count.x), count::floor(count.y));
         let builder = Builder {
             room: &scene.room,
-            outline: scene.room.outline_m(),
+            walls: Walls::new(&scene.room),
+            level_m: scene.room.bounds_m().0.z,
             obstacles: Obstacles::new(scene.objects.iter().map(|object| &object.solid)),
             blockers,
             figure,
@@ -124,7 +126,9 @@ impl Floor {
 
 struct Builder<'a> {
     room: &'a Room,
-    outline: Vec<DVec2>,
+    walls: Walls,
+    /// The height of the floor.
+    level_m: f64,
     obstacles: Obstacles,
     blockers: &'a Blockers,
     figure: &'a Figure,
@@ -138,12 +142,12 @@ impl Builder<'_> {
             kind,
             stands,
         };
-        // Rooms may have a floor that is not whole at height 0: a millimetre above is what counts.
-        if !self.room.contains(at_m.extend(1e-3)) {
-            return cell(0.0, Kind::Outside, Vec::new());
+        // A mesh may be a room of several levels: what is not above the lowest counts as outside.
+        if !self.room.contains(at_m.extend(self.level_m + 1e-3)) {
+            return cell(self.level_m, Kind::Outside, Vec::new());
         }
         let Some(height_m) = self.ground_m(at_m) else {
-            return cell(0.0, Kind::Furniture, Vec::new());
+            return cell(self.level_m, Kind::Furniture, Vec::new());
         };
         let turns = count::float(self.grain.turns);
         let stands: Vec<Agent> = (0..self.grain.turns)
@@ -169,38 +173,18 @@ impl Builder<'_> {
             );
             spans.iter().all(|span| span.1 <= low || span.0 >= high)
         };
+        let highest = self.level_m + self.figure.climbs_m() + TOLERANCE_M;
         let tops = spans.iter().map(|span| span.1);
-        let low_tops = tops.filter(|top| *top <= self.figure.climbs_m() + TOLERANCE_M);
-        std::iter::once(0.0)
-            .chain(low_tops)
+        std::iter::once(self.level_m)
+            .chain(tops.filter(|top| *top <= highest))
             .filter(is_free)
             .reduce(f64::max)
     }
 
     fn fits(&self, stand: &Agent) -> bool {
-        let solids = || stand.parts.iter().map(|part| &part.solid);
-        let vertices: Vec<DVec3> = solids()
-            .flat_map(|solid| solid.vertices_m())
-            .copied()
-            .collect();
-        let middle = vertices.iter().sum::<DVec3>() / count::float(vertices.len().max(1));
-        // What only touches a wall is in the room.
-        let inner = |vertex: &DVec3| *vertex - (*vertex - middle).clamp_length_max(TOLERANCE_M);
-        if !vertices
-            .iter()
-            .all(|vertex| self.room.contains(inner(vertex)))
-        {
-            return false;
-        }
-        // All corners may be in a room whose own corner is in the body.
-        let footprint: Vec<DVec3> = vertices
-            .iter()
-            .map(|vertex| inner(vertex).with_z(0.0))
-            .collect();
-        let is_pierced = edges(&self.outline).any(|(corner, _)| {
-            distance::gap(&footprint, DVec3::ZERO, &[corner.extend(0.0)]).distance_m <= 0.0
-        });
-        !is_pierced && !self.obstacles.meet(solids())
+        let mut solids = stand.parts.iter().map(|part| &part.solid);
+        let is_in_room = |solid| self.room.holds_corners_of(solid) && !self.walls.meet(solid);
+        solids.clone().all(is_in_room) && !self.obstacles.meet(&mut solids)
     }
 }
 

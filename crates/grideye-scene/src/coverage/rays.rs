@@ -1,6 +1,6 @@
 //! What a straight line meets in a room: is a point seen from another, and what stands above a point of the floor.
 
-use crate::scene::Room;
+use crate::scene::Scene;
 use crate::solid::{Enclosure, Solid};
 use glam::{DVec2, DVec3};
 
@@ -8,8 +8,8 @@ use glam::{DVec2, DVec3};
 #[derive(Debug, Clone)]
 pub(crate) struct Blockers {
     solids: Vec<Blocker>,
-    /// The outline of a room that is not convex: its walls stand in the way.
-    walls: Vec<DVec2>,
+    /// The walls that jut into the room: they hide, and nobody stands on them.
+    walls: Option<Blocker>,
 }
 
 #[derive(Debug, Clone)]
@@ -21,23 +21,21 @@ struct Blocker {
 }
 
 impl Blockers {
-    pub(crate) fn new<'s>(room: &Room, solids: impl IntoIterator<Item = &'s Solid>) -> Self {
-        let outline = room.outline_m();
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let solids = scene.objects.iter().map(|object| &object.solid);
         Self {
-            solids: solids.into_iter().map(Blocker::new).collect(),
-            walls: if is_convex(&outline) {
-                Vec::new()
-            } else {
-                outline
-            },
+            solids: solids.map(Blocker::new).collect(),
+            walls: scene
+                .screen
+                .as_ref()
+                .map(|walls| Blocker::new(&walls.solid)),
         }
     }
 
     /// Whether nothing stands between two points of the room.
     pub(crate) fn are_in_sight(&self, from_m: DVec3, to_m: DVec3) -> bool {
-        let crosses_wall = edges(&self.walls)
-            .any(|(start, end)| cross(start, end, from_m.truncate(), to_m.truncate()));
-        !crosses_wall && self.solids.iter().all(|solid| !solid.is_met(from_m, to_m))
+        let mut all = self.solids.iter().chain(&self.walls);
+        all.all(|solid| !solid.is_met(from_m, to_m))
     }
 
     /// From where to where something is above a point of the floor, metres, in no order.
@@ -138,16 +136,4 @@ fn height(face: &[DVec3], at_m: DVec2) -> Option<f64> {
 pub(crate) fn edges(outline: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> {
     let next = outline.iter().cycle().skip(1);
     outline.iter().copied().zip(next.copied())
-}
-
-pub(crate) fn is_convex(outline: &[DVec2]) -> bool {
-    let mut corners = edges(outline).zip(edges(outline).skip(1).chain(edges(outline).take(1)));
-    corners.all(|((start, middle), (_, end))| (middle - start).perp_dot(end - middle) >= 0.0)
-}
-
-/// Whether two lines cross between their ends.
-fn cross(start: DVec2, end: DVec2, from: DVec2, to: DVec2) -> bool {
-    let side = |a: DVec2, b: DVec2, point: DVec2| (b - a).perp_dot(point - a);
-    side(start, end, from) * side(start, end, to) < 0.0
-        && side(from, to, start) * side(from, to, end) <= 0.0
 }

@@ -56,8 +56,7 @@ impl Survey {
         empty.agents.clear();
         empty.sensors.clear();
         empty.prints.clear();
-        let solids = empty.objects.iter().map(|object| &object.solid);
-        let blockers = Blockers::new(&empty.room, solids);
+        let blockers = Blockers::new(&empty);
         let floor = Floor::new(&empty, &blockers, figure, grain)?;
         if floor.places() == 0 {
             let figure = figure.name().to_owned();

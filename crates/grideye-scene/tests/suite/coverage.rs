@@ -133,91 +133,112 @@ fn is_in(point: DVec3, (base, size, yaw_deg): &Upright, more: f64) -> bool {
         && from.z < size.z + more
 }
 
+/// Five boxes on the floor, and a sensor's place and direction.
+struct Thrown {
+    boxes: Vec<Upright>,
+    place: DVec3,
+    elevation_deg: f64,
+    azimuth_deg: f64,
+}
+
+impl Thrown {
+    fn new(dice: &mut Dice) -> Self {
+        let mut vector = |low: [f64; 3], high: [f64; 3]| {
+            DVec3::from(std::array::from_fn(|axis| {
+                dice.between(low[axis], high[axis])
+            }))
+        };
+        let boxes = (0..5).map(|_| {
+            let size = vector([0.3; 3], [1.0, 1.0, 1.6]);
+            let base = vector([0.8, 0.8, 0.0], [3.2, 5.2, 0.0]);
+            (base, size, vector([0.0; 3], [90.0; 3]).x)
+        });
+        let boxes = boxes.collect();
+        let place = vector([0.2, 0.2, 1.9], [3.8, 5.8, 2.7]);
+        let angles = vector([20.0, -180.0, 0.0], [90.0, 180.0, 0.0]);
+        Self {
+            boxes,
+            place,
+            elevation_deg: angles.x,
+            azimuth_deg: angles.y,
+        }
+    }
+
+    fn scene(&self) -> Scene {
+        let things = self
+            .boxes
+            .iter()
+            .enumerate()
+            .map(|(index, (base, size, yaw))| {
+                let [base, size] = [base, size].map(|metres| (*metres * 1000.0).to_array());
+                object(&format!("{index}"), base, size, *yaw, 20.1)
+            });
+        let place_mm = (self.place * 1000.0).to_array();
+        let sensor = sensor("S", place_mm, self.elevation_deg, self.azimuth_deg);
+        scene(&format!("{ROOM}{}{sensor}", things.collect::<String>()))
+    }
+
+    /// Whether a point is in any box that is larger by `more`.
+    fn holds(&self, point: DVec3, more: f64) -> bool {
+        self.boxes.iter().any(|one| is_in(point, one, more))
+    }
+
+    /// The same of any point on the way from the sensor.
+    fn hides(&self, point: DVec3, more: f64) -> bool {
+        let way = (1..2000).map(|step| self.place.lerp(point, f64::from(step) / 2000.0));
+        way.into_iter().any(|at| self.holds(at, more))
+    }
+
+    /// By how much the slope to a point exceeds that of 30 degrees on either axis; `None` behind the sensor.
+    fn beside(&self, point: DVec3) -> Option<f64> {
+        let (sin, cos) = self.elevation_deg.to_radians().sin_cos();
+        let (across, along) = self.azimuth_deg.to_radians().sin_cos();
+        let forward = DVec3::new(cos * along, cos * across, -sin);
+        let right = forward.cross(DVec3::Z).normalize();
+        let up = right.cross(forward);
+        let ray = point - self.place;
+        let slopes = DVec2::new(ray.dot(right), ray.dot(up)).abs() / ray.dot(forward);
+        (ray.dot(forward) > 0.0).then(|| slopes.max_element() - 30.0_f64.to_radians().tan())
+    }
+
+    /// What is to be found; `None` if two millimetres decide.
+    fn expected(&self, point: DVec3) -> Option<InSight> {
+        match self.beside(point) {
+            Some(beside) if beside.abs() < 1e-3 => None,
+            Some(beside) if beside < 0.0 => match [-2e-3, 2e-3].map(|more| self.hides(point, more))
+            {
+                [true, _] => Some(InSight::Hidden),
+                [_, false] => Some(InSight::Seen),
+                _ => None,
+            },
+            _ => Some(InSight::OutOfView),
+        }
+    }
+}
+
 #[test]
 fn sight_is_what_a_march_along_the_ray_says() {
     let mut dice = Dice(1);
     let mut compared = [0; 3];
     for _ in 0..25 {
-        let boxes: Vec<Upright> = (0..5)
-            .map(|_| {
-                let size = DVec3::new(
-                    dice.between(0.3, 1.0),
-                    dice.between(0.3, 1.0),
-                    dice.between(0.3, 1.6),
-                );
-                let base = DVec3::new(dice.between(0.8, 3.2), dice.between(0.8, 5.2), 0.0);
-                (base, size, dice.between(0.0, 90.0))
-            })
-            .collect();
-        let place = DVec3::new(
-            dice.between(0.2, 3.8),
-            dice.between(0.2, 5.8),
-            dice.between(1.9, 2.7),
-        );
-        let angles = (dice.between(20.0, 90.0), dice.between(-180.0, 180.0));
-        let things: String = boxes
-            .iter()
-            .enumerate()
-            .map(|(index, (base, size, yaw))| {
-                object(
-                    &format!("{index}"),
-                    (*base * 1000.0).to_array(),
-                    (*size * 1000.0).to_array(),
-                    *yaw,
-                    20.1,
-                )
-            })
-            .collect();
-        let scene = scene(&format!(
-            "{ROOM}{things}{}",
-            sensor("S", (place * 1000.0).to_array(), angles.0, angles.1)
-        ));
+        let thrown = Thrown::new(&mut dice);
+        let scene = thrown.scene();
         let survey = survey(&scene, 300.0);
         let look = &looks(&survey, &scene)[0];
-        let forward = {
-            let ((sin, cos), (across, along)) = (
-                angles.0.to_radians().sin_cos(),
-                angles.1.to_radians().sin_cos(),
-            );
-            DVec3::new(cos * along, cos * across, -sin)
-        };
         for (cell, found) in survey.floor().cells.iter().zip(&look.cells) {
             let point = cell.ground_m.with_z(0.001);
-            let under = |more: f64| boxes.iter().any(|one| is_in(point.with_z(0.1), one, more));
-            if under(0.01) != under(-0.01) {
+            let under = [-0.01, 0.01].map(|more| thrown.holds(point.with_z(0.1), more));
+            if under[0] != under[1] {
                 continue;
             }
-            assert_eq!(cell.kind == Kind::Furniture, under(0.0));
-            if under(0.0) {
+            assert_eq!(cell.kind == Kind::Furniture, under[0]);
+            if under[0] {
                 continue;
             }
-            let hidden_by = |more: f64| {
-                (1..2000).any(|step| {
-                    let at = place.lerp(point, f64::from(step) / 2000.0);
-                    boxes.iter().any(|one| is_in(at, one, more))
-                })
-            };
-            // A pinhole's field of view: 30 degrees to either side of two planes, none of which is a cone.
-            let ray = point - place;
-            let depth = ray.dot(forward);
-            let right = forward.cross(DVec3::Z).normalize_or(DVec3::Y);
-            let up = right.cross(forward);
-            let slopes = DVec2::new(ray.dot(right), ray.dot(up)).abs() / depth;
-            let margin = slopes.max_element() - 30.0_f64.to_radians().tan();
-            if depth > 0.0 && margin.abs() < 1e-3 {
-                continue;
+            if let Some(expected) = thrown.expected(point) {
+                assert_eq!(found.ground, expected, "{point} from {}", thrown.place);
+                compared[expected as usize] += 1;
             }
-            let expected = if depth <= 0.0 || margin > 0.0 {
-                InSight::OutOfView
-            } else if hidden_by(-2e-3) {
-                InSight::Hidden
-            } else if hidden_by(2e-3) {
-                continue;
-            } else {
-                InSight::Seen
-            };
-            assert_eq!(found.ground, expected, "{} from {place}", cell.ground_m);
-            compared[expected as usize] += 1;
         }
     }
     assert!(compared.iter().all(|count| *count > 100), "{compared:?}");
@@ -284,6 +305,51 @@ fn the_contrast_is_that_of_the_frames_of_a_scene_with_the_person_in_it() {
         strong += usize::from(found.contrast > 3.0);
     }
     assert!(strong > 10, "{strong}");
+}
+
+#[test]
+fn round_the_corner_of_an_l_nothing_is_seen_and_behind_its_walls_nobody_stands() {
+    let text = format!(
+        "[room]\nplan_mm = [[0, 0], [5000, 0], [5000, 2000], [2000, 2000], [2000, 5000], [0, 5000]]\nheight_mm = 2500\nambient_c = 20\n{}",
+        sensor("S", [4500.0, 1000.0, 2200.0], 20.0, 160.0)
+    );
+    let scene = scene(&text);
+    let survey = survey(&scene, 125.0);
+    let look = &looks(&survey, &scene)[0];
+    let mut counts = [0; 3];
+    for (cell, found) in survey.floor().cells.iter().zip(&look.cells) {
+        let at = cell.ground_m.truncate();
+        assert_eq!(cell.kind == Kind::Outside, at.x > 2.0 && at.y > 2.0, "{at}");
+        if cell.kind == Kind::Outside {
+            assert_eq!((found.contrast, found.ground), (0.0, InSight::OutOfView));
+            continue;
+        }
+        counts[found.ground as usize] += 1;
+        // The line from the sensor by the inner corner, (2, 2), goes on with a slope of -1 / 2.5.
+        let beyond = at.y - (2.0 + (2.0 - at.x) / 2.5);
+        if at.x < 2.0 && beyond > 0.01 {
+            assert_ne!(found.ground, InSight::Seen, "{at}");
+            // All of the body is behind the corner, from its shoulders to its other side.
+            if beyond > 0.6 {
+                assert!(found.contrast < 1e-9, "{at}: {}", found.contrast);
+            }
+        } else if at.x < 2.0 {
+            assert_ne!(found.ground, InSight::Hidden, "{at}");
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 20), "{counts:?}");
+    let mounts = Mounts::default();
+    let poses = candidates(&survey, &mounts, &preset("grid-eye").unwrap()).unwrap();
+    // Five corners look into the room, the sixth out of it.
+    let corners = poses
+        .iter()
+        .filter(|pose| pose.mount == Some(Mount::Corner));
+    assert_eq!(corners.count(), 5 * 2);
+    assert!(
+        poses
+            .iter()
+            .all(|pose| scene.room().contains(pose.sensor.pose.position_m))
+    );
 }
 
 #[test]
@@ -699,181 +765,138 @@ fn candidates_are_where_and_as_they_are_said_to_be() {
     }
 }
 
+/// A refusal names what is wrong and what to do.
+fn assert_said(error: &CoverageError, words: &str) {
+    let found = error.to_string();
+    assert!(found.contains(words) && found.contains("hint: "), "{found}");
+}
+
 #[test]
-fn what_makes_no_sense_is_refused_by_name() {
+fn a_floor_that_makes_no_sense_is_refused_by_name() {
     let empty = scene(ROOM);
     let figure = Figure::standing();
-    let refused = |grain: Grain| {
-        Survey::new(&empty, &figure, &grain)
-            .unwrap_err()
-            .to_string()
+    let turns = |turns: usize| Grain {
+        turns,
+        ..Grain::default()
+    };
+    let no_frames = Grain {
+        frames: 0,
+        ..Grain::default()
     };
     for (grain, words) in [
         (cells_of(f64::NAN), "the length of a cell"),
         (cells_of(0.0), "1 mm or more"),
         (cells_of(10.0), "240000 cells of the floor"),
-        (
-            Grain {
-                turns: 0,
-                ..Grain::default()
-            },
-            "1 to 36",
-        ),
-        (
-            Grain {
-                turns: limits::TURNS_MAX + 1,
-                ..Grain::default()
-            },
-            "1 to 36",
-        ),
-        (
-            Grain {
-                frames: 0,
-                ..Grain::default()
-            },
-            "the number of frames",
-        ),
+        (turns(0), "1 to 36"),
+        (turns(limits::TURNS_MAX + 1), "1 to 36"),
+        (no_frames, "the number of frames"),
     ] {
-        let found = refused(grain);
-        assert!(found.contains(words) && found.contains("hint: "), "{found}");
+        assert_said(&Survey::new(&empty, &figure, &grain).unwrap_err(), words);
     }
     let giant = Figure::new(Posture::Standing, DVec3::new(0.2, 0.5, 3.0), PAPER);
     let error = Survey::new(&empty, &giant, &Grain::default()).unwrap_err();
     assert!(matches!(error, CoverageError::NoPlace { .. }), "{error}");
-    let survey = survey(&empty, 100.0);
-    assert!(matches!(
-        survey.look_all(&[], 1, &|| ()),
-        Err(CoverageError::NoCandidates)
-    ));
+}
+
+#[test]
+fn more_poses_than_there_may_be_are_refused() {
+    let survey = survey(&scene(ROOM), 100.0);
     let like = preset("grid-eye").unwrap();
-    let many = |count: usize| survey.look_all(&vec![like.clone(); count], 1, &|| ());
+    let none = survey.look_all(&[], 1, &|| ());
+    assert!(matches!(none, Err(CoverageError::NoCandidates)));
+    let many = |count: usize| {
+        let error = survey.look_all(&vec![like.clone(); count], 1, &|| ());
+        error.unwrap_err().to_string()
+    };
     // 2,400 cells.
-    assert!(matches!(
-        many(limits::PAIRS_MAX / 2_400 + 1),
-        Err(CoverageError::TooManyPairs { cells: 2_400, .. })
-    ));
-    assert!(matches!(
-        many(limits::CANDIDATES_MAX + 1),
-        Err(CoverageError::TooManyCandidates { .. })
-    ));
+    let found = many(limits::PAIRS_MAX / 2_400 + 1);
+    assert!(
+        found.contains("2084 poses times 2400 cells are 5001600 pairs"),
+        "{found}"
+    );
+    let found = many(limits::CANDIDATES_MAX + 1);
+    assert!(found.contains("20001 candidate poses"), "{found}");
     for threads in [0, limits::THREADS_MAX + 1] {
-        let found = survey
-            .look_all(std::slice::from_ref(&like), threads, &|| ())
-            .unwrap_err();
-        assert!(found.to_string().contains("1 to 256"), "{found}");
+        let found = survey.look_all(std::slice::from_ref(&like), threads, &|| ());
+        assert_said(&found.unwrap_err(), "1 to 256");
     }
-    let mut quiet = like.clone();
+    let mut quiet = like;
     quiet.noise_sigma = 0.0;
-    assert!(matches!(
-        survey.look(&quiet),
-        Err(CoverageError::NoNoise { .. })
-    ));
+    assert_said(&survey.look(&quiet).unwrap_err(), "no noise");
     assert!(preset("grid-ear").is_err());
-    let refused = |mounts: Mounts| candidates(&survey, &mounts, &like).unwrap_err().to_string();
+}
+
+#[test]
+fn mounts_that_make_no_sense_are_refused_by_name() {
+    let survey = survey(&scene(ROOM), 500.0);
+    let like = preset("grid-eye").unwrap();
+    let changed = |change: &dyn Fn(&mut Mounts)| {
+        let mut mounts = Mounts::default();
+        change(&mut mounts);
+        mounts
+    };
     for (mounts, words) in [
         (
-            Mounts {
-                mounts: Vec::new(),
-                ..Mounts::default()
-            },
+            changed(&|mounts| mounts.mounts.clear()),
             "no candidate pose",
         ),
         (
-            Mounts {
-                spacing_m: 0.01,
-                ..Mounts::default()
-            },
-            "candidate poses, expected at most 20000",
+            changed(&|mounts| mounts.spacing_m = 0.01),
+            "expected at most 20000",
         ),
         (
-            Mounts {
-                spacing_m: -1.0,
-                ..Mounts::default()
-            },
+            changed(&|mounts| mounts.spacing_m = -1.0),
             "the spacing of the poses",
         ),
         (
-            Mounts {
-                ceiling_tilts_deg: vec![91.0],
-                ..Mounts::default()
-            },
+            changed(&|mounts| mounts.ceiling_tilts_deg = vec![91.0]),
             "a tilt is 91°",
         ),
         (
-            Mounts {
-                wall_headings_deg: vec![f64::NAN],
-                ..Mounts::default()
-            },
+            changed(&|mounts| mounts.wall_downs_deg = vec![-1.0]),
+            "an angle below the level",
+        ),
+        (
+            changed(&|mounts| mounts.wall_headings_deg = vec![f64::NAN]),
             "a heading on a wall",
         ),
         (
-            Mounts {
-                wall_heights_m: vec![0.0],
-                ..Mounts::default()
-            },
+            changed(&|mounts| mounts.wall_heights_m = vec![0.0]),
             "a height on a wall",
         ),
         (
-            Mounts {
-                ceiling_headings: 0,
-                ..Mounts::default()
-            },
+            changed(&|mounts| mounts.ceiling_headings = 0),
             "the number of headings",
         ),
         (
-            Mounts {
-                mounts: vec![Mount::Wall],
-                wall_heights_m: vec![2.9],
-                ..Mounts::default()
-            },
+            changed(&|mounts| {
+                (mounts.mounts, mounts.wall_heights_m) = (vec![Mount::Wall], vec![2.9])
+            }),
             "no candidate pose",
         ),
     ] {
-        let found = refused(mounts);
-        assert!(found.contains(words) && found.contains("hint: "), "{found}");
+        assert_said(&candidates(&survey, &mounts, &like).unwrap_err(), words);
     }
-    let looks = many(1).unwrap();
-    let refused = |count: usize, wish: Wish| {
-        pick(survey.floor(), &looks, &[], count, &wish)
-            .unwrap_err()
-            .to_string()
+}
+
+#[test]
+fn wishes_that_make_no_sense_are_refused_by_name() {
+    let survey = survey(&scene(ROOM), 500.0);
+    let looks = vec![survey.look(&preset("grid-eye").unwrap()).unwrap()];
+    let wish = |sigma_min: f64, sensors_min: usize, rule: Rule| Wish {
+        sigma_min,
+        sensors_min,
+        rule,
     };
-    let wish = Wish::default();
-    for (found, words) in [
-        (refused(0, wish), "1 to 100"),
-        (refused(limits::PICKED_MAX + 1, wish), "1 to 100"),
-        (
-            refused(
-                1,
-                Wish {
-                    sensors_min: 0,
-                    ..wish
-                },
-            ),
-            "at each place",
-        ),
-        (
-            refused(
-                1,
-                Wish {
-                    sigma_min: 0.0,
-                    ..wish
-                },
-            ),
-            "above 0",
-        ),
-        (
-            refused(
-                1,
-                Wish {
-                    sensors_min: 2,
-                    rule: Rule::Together,
-                    ..wish
-                },
-            ),
-            "detect together",
-        ),
+    for (count, wish, words) in [
+        (0, Wish::default(), "1 to 100"),
+        (limits::PICKED_MAX + 1, Wish::default(), "1 to 100"),
+        (1, wish(3.0, 0, Rule::Alone), "at each place"),
+        (1, wish(0.0, 1, Rule::Alone), "above 0"),
+        (1, wish(f64::NAN, 1, Rule::Alone), "above 0"),
+        (1, wish(3.0, 2, Rule::Together), "detect together"),
     ] {
-        assert!(found.contains(words) && found.contains("hint: "), "{found}");
+        let error = pick(survey.floor(), &looks, &[], count, &wish).unwrap_err();
+        assert_said(&error, words);
     }
 }
