@@ -149,6 +149,10 @@ const COMMANDS: &[(&str, Kept)] = &[
         Run("", &[]),
     ),
     (
+        "grideye simulate scenes/clothed-walk.toml --model paper",
+        Run("", &[]),
+    ),
+    (
         "grideye fuse scenes/scenario-a-3x3.toml --out fused.png",
         Run("", &["26 x 26", "22 x 22", "least squares"]),
     ),

@@ -2,14 +2,14 @@
 
 use crate::angle::{rotation_x_deg, rotation_y_deg, rotation_z_deg};
 use crate::check::read_below;
+use crate::clothes;
 use crate::cuboid::Cuboid;
 use crate::document::{AgentTable, ObjectTable, Triple};
 use crate::error::SceneError;
 use crate::files::Files;
 use crate::obj;
-use crate::perceived::Surface;
-use crate::rule::{EMISSIVITY, PITCH, ROLL_OF_BODY, TEMPERATURE, UNIT, YAW};
-use crate::scene::{Body, limits};
+use crate::rule::{EMISSIVITY, EMISSIVITY_PHYSICAL, PITCH, ROLL_OF_BODY, UNIT, YAW};
+use crate::scene::{Body, Model, limits};
 use crate::solid::{Solid, SolidError};
 use crate::source::{MM_PER_M, Source};
 use crate::warmth::{self, Stand, Warmth};
@@ -36,7 +36,7 @@ pub(crate) fn parts(
 ) -> Result<Vec<Body>, SceneError> {
     let keys = table.get_ref();
     if keys.part.is_empty() {
-        return Ok(vec![single(source, table, start_m)?]);
+        return Ok(vec![single(source, table, start_m, ambient_c)?]);
     }
     let own_keys = [
         ("size_mm", keys.size_mm.is_some()),
@@ -44,6 +44,7 @@ pub(crate) fn parts(
         ("yaw_deg", keys.yaw_deg.is_some()),
         ("temperature_c", keys.temperature_c.is_some()),
         ("emissivity", keys.emissivity.is_some()),
+        ("surface", keys.surface.is_some()),
         ("color", keys.color.is_some()),
     ];
     if let Some((key, _)) = own_keys.into_iter().find(|(_, given)| *given) {
@@ -75,6 +76,7 @@ fn single(
     source: &Source<'_>,
     table: &Spanned<AgentTable>,
     start_m: DVec3,
+    ambient_c: f64,
 ) -> Result<Body, SceneError> {
     let keys = table.get_ref();
     let missing = |key| SceneError::MissingKey {
@@ -84,8 +86,14 @@ fn single(
         hint: "give the body's size_mm and temperature_c, or [[agent.part]] tables",
     };
     let size_mm = keys.size_mm.as_ref().ok_or_else(|| missing("size_mm"))?;
-    let temperature_c = keys.temperature_c.as_ref();
-    let temperature_c = temperature_c.ok_or_else(|| missing("temperature_c"))?;
+    if keys.temperature_c.is_none() && keys.surface.is_none() {
+        return Err(missing("temperature_c"));
+    }
+    let made_of = clothes::Keys {
+        temperature_c: keys.temperature_c.as_ref(),
+        emissivity: keys.emissivity.as_ref(),
+        surface: keys.surface.as_ref(),
+    };
     let yaw_deg = source.number_or(keys.yaw_deg.as_ref(), &YAW, 0.0)?;
     let size_m = source.size_m(size_mm)?;
     let solid = match simple(keys.shape.as_ref(), size_m) {
@@ -97,10 +105,7 @@ fn single(
         name: source.name(&keys.name)?,
         base_m: start_m,
         solid,
-        surface: Surface {
-            celsius: source.number(temperature_c, &TEMPERATURE)?,
-            emissivity: emissivity(source, keys.emissivity.as_ref())?,
-        },
+        surface: clothes::surface(source, made_of, ambient_c)?,
         color: color(source, keys.color.as_ref())?,
         warmth: Warmth::default(),
     })
@@ -114,20 +119,22 @@ fn body(
     files: &dyn Files,
 ) -> Result<Body, SceneError> {
     let keys = table.get_ref();
-    let celsius = source.number_or(keys.temperature_c.as_ref(), &TEMPERATURE, ambient_c)?;
+    let made_of = clothes::Keys {
+        temperature_c: keys.temperature_c.as_ref(),
+        emissivity: keys.emissivity.as_ref(),
+        surface: keys.surface.as_ref(),
+    };
+    let surface = clothes::surface(source, made_of, ambient_c)?;
     let yaw_deg = source.number_or(keys.yaw_deg.as_ref(), &YAW, 0.0)?;
     let tilt = tilt(source, keys)?.unwrap_or(DMat3::IDENTITY);
     let whole = solid(source, table, base_m, files)?;
-    let stand = Stand::new(base_m, yaw_deg, tilt, celsius);
+    let stand = Stand::new(base_m, yaw_deg, tilt, surface.celsius);
     let (solid, warmth) = warmth::of(source, table, whole, &stand)?;
     Ok(Body {
         name: source.name(&keys.name)?,
         base_m,
         solid,
-        surface: Surface {
-            celsius,
-            emissivity: emissivity(source, keys.emissivity.as_ref())?,
-        },
+        surface,
         color: color(source, keys.color.as_ref())?,
         warmth,
     })
@@ -301,7 +308,10 @@ pub(crate) fn emissivity(
     source: &Source<'_>,
     given: Option<&Spanned<f64>>,
 ) -> Result<f64, SceneError> {
-    source.number_or(given, &EMISSIVITY, EMISSIVITY_DEFAULT)
+    match source.model {
+        Model::Paper => source.number_or(given, &EMISSIVITY, EMISSIVITY_DEFAULT),
+        Model::Physical => source.number_or(given, &EMISSIVITY_PHYSICAL, EMISSIVITY_OF_WALLS),
+    }
 }
 
 /// Red, green and blue of `#rrggbb`.
@@ -328,3 +338,5 @@ pub(crate) fn color(
 
 /// PeerJ CS 11:e3124, "Perceived temperature calculation": opaque or dark surfaces such as fabrics.
 const EMISSIVITY_DEFAULT: f64 = 0.8;
+/// Paint, paper, wood, plaster, plastic and cloth all have 0.9 to 0.97 at these wavelengths.
+const EMISSIVITY_OF_WALLS: f64 = 0.95;

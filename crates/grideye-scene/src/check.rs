@@ -1,6 +1,7 @@
 //! From the file's tables to a scene that can be simulated, or to the error that says why not.
 
 use crate::body;
+use crate::clothes;
 use crate::collision::Walls;
 use crate::count;
 use crate::document::{SceneTable, SensorTable};
@@ -8,15 +9,17 @@ use crate::error::{SceneError, Warning};
 use crate::files::Files;
 use crate::mosaic;
 use crate::perceived::Law;
+use crate::physical::keys::{self, Given, Unit};
 use crate::plan;
 use crate::pose::Pose;
+use crate::profile::Profile;
 use crate::residual;
 use crate::room::Room;
 use crate::rule::{
     AZIMUTH, DURATION, ELEVATION, NOISE, OPERATING_DISTANCE, PAPER_EXPERIMENT, PIXELS_PER_DEGREE,
-    ROLL, SAMPLING, paper_experiment,
+    REFLECTED, ROLL, SAMPLING, paper_experiment,
 };
-use crate::scene::{Body, Loaded, Scene, Sensor, limits};
+use crate::scene::{Body, Loaded, Model, Scene, Sensor, limits};
 use crate::solid::Solid;
 use crate::source::{MM_PER_M, Source};
 use crate::way;
@@ -25,13 +28,23 @@ use std::collections::HashSet;
 use std::path::{Component, Path};
 use toml::Spanned;
 
-pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loaded, SceneError> {
-    let source = Source { origin, text };
+pub(crate) fn parse(
+    model: Option<Model>,
+    text: &str,
+    origin: &str,
+    files: &dyn Files,
+) -> Result<Loaded, SceneError> {
+    let mut source = Source {
+        origin,
+        text,
+        model: Model::default(),
+    };
     source.check_length()?;
     let tables: SceneTable = toml::from_str(text).map_err(|error| source.malformed(&error))?;
     source.check_counts(&tables)?;
     source.check_names(&tables)?;
-    check_model(&source, tables.model.as_ref())?;
+    let of_file = keys::model(&source, tables.model.as_ref())?;
+    source.model = model.unwrap_or(of_file);
     let room = plan::room(&source, &tables.room, files)?;
     let walls = Walls::new(&room);
     let mut objects = Vec::new();
@@ -60,17 +73,23 @@ pub(crate) fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loade
     let agents = collect(&tables.agent, |table| {
         way::agent(&source, table, (&room, &walls), files)
     })?;
-    let sensors = collect(&tables.sensor, |table| sensor(&source, table, &room))?;
+    warnings.extend(clothes::warnings(&source, &tables));
+    let sensors = collect(&tables.sensor, |table| sensor(&source, table, &room, files))?;
     let law = law(&source, tables.law.as_ref())?;
     let duration_s = source.number_or(tables.duration_s.as_ref(), &DURATION, 0.0)?;
     let experiment = source.optional(tables.paper_experiment.as_ref(), &PAPER_EXPERIMENT)?;
+    let reflected = tables.room.get_ref().reflected_c.as_ref();
+    let reflected_c = source.number_or(reflected, &REFLECTED, room.ambient_c)?;
     let mut scene = Scene {
         screen: room.screen(),
         room,
         objects,
         agents,
         sensors,
+        model: source.model,
         law,
+        band: keys::band(&source, &tables)?,
+        reflected_c,
         duration_s,
         paper_experiment: experiment.and_then(paper_experiment),
         prints: Vec::new(),
@@ -154,19 +173,6 @@ fn collect<T, U>(
     tables.iter().map(build).collect()
 }
 
-fn check_model(source: &Source<'_>, model: Option<&Spanned<String>>) -> Result<(), SceneError> {
-    match model {
-        None => Ok(()),
-        Some(model) if model.get_ref() == "paper" => Ok(()),
-        Some(model) => Err(source.refused(
-            "model",
-            model.span(),
-            "\"paper\"",
-            "the model of the paper is the only one so far; leave the key out or write model = \"paper\"",
-        )),
-    }
-}
-
 fn law(source: &Source<'_>, law: Option<&Spanned<String>>) -> Result<Law, SceneError> {
     match law.map(|law| (law, law.get_ref().as_str())) {
         None => Ok(Law::default()),
@@ -211,6 +217,7 @@ pub(crate) fn read_below(
     Source {
         origin: relative,
         text: &text,
+        model: source.model,
     }
     .check_length()?;
     Ok(text)
@@ -220,6 +227,7 @@ fn sensor(
     source: &Source<'_>,
     table: &Spanned<SensorTable>,
     room: &Room,
+    files: &dyn Files,
 ) -> Result<Sensor, SceneError> {
     let keys = table.get_ref();
     let name = source.name(&keys.name)?;
@@ -236,29 +244,56 @@ fn sensor(
     let fov_deg = source
         .fov_deg(keys.fov_deg.as_ref())?
         .or(preset.map(|preset| preset.fov_deg));
-    let noise_sigma = source
-        .optional(keys.noise_sigma_c.as_ref(), &NOISE)?
-        .or(preset.map(|preset| preset.noise_sigma_c));
     let sampling_hz = source
         .optional(keys.sampling_hz.as_ref(), &SAMPLING)?
         .or(preset.map(|preset| preset.sampling_hz));
     let resolution = resolution.ok_or_else(|| missing("resolution"))?;
     let fov_deg = fov_deg.ok_or_else(|| missing("fov_deg"))?;
+    let sampling_hz = sampling_hz.ok_or_else(|| missing("sampling_hz"))?;
+    let given = Given {
+        name: &name,
+        resolution,
+        fov_deg,
+        is_grid_eye: preset.is_some_and(|preset| preset.netd_at_1_hz_c.is_some()),
+    };
+    let unit = keys::unit(source, table, &given, files)?;
+    let noise_sigma = noise_sigma(source, keys, (preset, &unit), sampling_hz)?;
     Ok(Sensor {
         columns: resolution.x,
         rows: resolution.y,
         field_of_view_rad: DVec2::new(fov_deg.x.to_radians(), fov_deg.y.to_radians()),
         grid_points: grid_points(source, table, fov_deg)?,
         noise_sigma: noise_sigma.ok_or_else(|| missing("noise_sigma_c"))?,
-        sampling_hz: sampling_hz.ok_or_else(|| missing("sampling_hz"))?,
+        sampling_hz,
         operating_distance_m: source.number_or(
             keys.operating_distance_mm.as_ref(),
             &OPERATING_DISTANCE,
             OPERATING_DISTANCE_DEFAULT_MM,
         )? / MM_PER_M,
         pose: pose(source, keys, &name, room)?,
+        optics: unit.optics,
+        pixel_width_rad: unit.pixel_width_rad,
+        blur_rad: unit.blur_rad,
+        profile: unit.profile,
+        step_c: unit.step_c,
         name,
     })
+}
+
+/// The sensor's noise: what the file says, else what its profile has in the mean, else what its model and preset have.
+fn noise_sigma(
+    source: &Source<'_>,
+    keys: &SensorTable,
+    (preset, unit): (Option<&Preset>, &Unit),
+    sampling_hz: f64,
+) -> Result<Option<f64>, SceneError> {
+    let given = source.optional(keys.noise_sigma_c.as_ref(), &NOISE)?;
+    let of_profile = unit.profile.as_ref().map(Profile::sigma_c);
+    let of_preset = preset.map(|preset| match (source.model, preset.netd_at_1_hz_c) {
+        (Model::Physical, Some(at_1_hz_c)) => keys::netd_c(at_1_hz_c, sampling_hz),
+        _ => preset.noise_sigma_c,
+    });
+    Ok(given.or(of_profile).or(of_preset))
 }
 
 fn pose(
@@ -280,7 +315,8 @@ fn pose(
         position_m,
         source.number(&keys.elevation_deg, &ELEVATION)?,
         source.number(&keys.azimuth_deg, &AZIMUTH)?,
-        source.number_or(keys.roll_deg.as_ref(), &ROLL, 0.0)?,
+        source.number_or(keys.roll_deg.as_ref(), &ROLL, 0.0)?
+            + keys::turned_deg(source, keys.pixel_1.as_ref())?,
     ))
 }
 
@@ -317,6 +353,8 @@ struct Preset {
     resolution: USizeVec2,
     fov_deg: DVec2,
     noise_sigma_c: f64,
+    /// What the physical model has instead, if the specification gives it.
+    netd_at_1_hz_c: Option<f64>,
     sampling_hz: f64,
 }
 
@@ -325,6 +363,7 @@ const GRID_EYE: Preset = Preset {
     resolution: USizeVec2::splat(8),
     fov_deg: DVec2::splat(60.0),
     noise_sigma_c: 0.2,
+    netd_at_1_hz_c: Some(0.05),
     sampling_hz: 10.0,
 };
 
@@ -342,6 +381,7 @@ const PRESETS: [Preset; 3] = [
         resolution: USizeVec2::new(80, 60),
         fov_deg: DVec2::splat(50.0),
         noise_sigma_c: 1.6,
+        netd_at_1_hz_c: None,
         sampling_hz: 8.7,
     },
 ];

@@ -12,6 +12,7 @@ use toml::Spanned;
 pub(crate) struct SceneTable {
     pub(crate) model: Option<Spanned<String>>,
     pub(crate) law: Option<Spanned<String>>,
+    pub(crate) band_um: Option<Spanned<Exactly<f64, 2>>>,
     pub(crate) collisions: Option<Spanned<String>>,
     pub(crate) duration_s: Option<Spanned<f64>>,
     pub(crate) paper_experiment: Option<Spanned<f64>>,
@@ -37,6 +38,7 @@ pub(crate) struct RoomTable {
     pub(crate) file: Option<Spanned<String>>,
     pub(crate) unit_mm: Option<Spanned<f64>>,
     pub(crate) ambient_c: Spanned<f64>,
+    pub(crate) reflected_c: Option<Spanned<f64>>,
 }
 
 /// An object, or a part of an agent.
@@ -56,6 +58,7 @@ pub(crate) struct ObjectTable {
     pub(crate) unit_mm: Option<Spanned<f64>>,
     pub(crate) temperature_c: Option<Spanned<f64>>,
     pub(crate) emissivity: Option<Spanned<f64>>,
+    pub(crate) surface: Option<Spanned<String>>,
     pub(crate) color: Option<Spanned<String>>,
     pub(crate) faces_c: Option<Spanned<BTreeMap<String, Spanned<f64>>>>,
     pub(crate) gradient_c_per_m: Option<Spanned<Triple>>,
@@ -90,6 +93,7 @@ pub(crate) struct AgentTable {
     pub(crate) yaw_deg: Option<Spanned<f64>>,
     pub(crate) temperature_c: Option<Spanned<f64>>,
     pub(crate) emissivity: Option<Spanned<f64>>,
+    pub(crate) surface: Option<Spanned<String>>,
     pub(crate) color: Option<Spanned<String>>,
     #[serde(default)]
     pub(crate) part: Vec<Spanned<ObjectTable>>,
@@ -117,6 +121,13 @@ pub(crate) struct SensorTable {
     pub(crate) noise_sigma_c: Option<Spanned<f64>>,
     pub(crate) sampling_hz: Option<Spanned<f64>>,
     pub(crate) operating_distance_mm: Option<Spanned<f64>>,
+    pub(crate) optics: Option<Spanned<String>>,
+    pub(crate) pixel_width_deg: Option<Spanned<PerAxis>>,
+    pub(crate) blur_deg: Option<Spanned<PerAxis>>,
+    pub(crate) blur_px: Option<Spanned<PerAxis>>,
+    pub(crate) profile: Option<Spanned<String>>,
+    pub(crate) step_c: Option<Spanned<f64>>,
+    pub(crate) pixel_1: Option<Spanned<String>>,
 }
 
 /// Rows of temperatures.

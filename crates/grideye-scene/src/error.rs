@@ -1,3 +1,4 @@
+use crate::profile::ProfileError;
 use crate::solid::SolidError;
 use std::fmt;
 use std::io;
@@ -220,6 +221,14 @@ pub enum SceneError {
         /// What should be.
         expected: &'static str,
     },
+    /// A sensor's profile that is none.
+    #[error("{place}: the sensor's profile was refused: {source}")]
+    Profile {
+        /// The key that names it.
+        place: Place,
+        /// What is wrong with it, and where.
+        source: Box<ProfileError>,
+    },
     /// A sensor that the scene has not.
     #[error("no sensor `{name}` in this scene\nhint: {}", known_names(known))]
     UnknownSensor {
@@ -250,7 +259,7 @@ fn known_names(known: &[String]) -> String {
 }
 
 /// What the reader of a scene should know of, although the scene was accepted.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
     /// The object sticks out of the room and was removed, as the paper does ("Object placement").
@@ -275,6 +284,15 @@ pub enum Warning {
         /// Where it begins.
         place_mm: String,
     },
+    /// An agent as warm as skin in the physical model, without a word on what it wears.
+    WarmAsSkin {
+        /// Its temperature in the file.
+        place: Place,
+        /// Its name.
+        name: String,
+        /// The temperature, °C.
+        celsius: f64,
+    },
 }
 
 impl fmt::Display for Warning {
@@ -295,6 +313,14 @@ impl fmt::Display for Warning {
                 time,
                 place_mm,
             } => write!(formatter, "{place}: {}", collision(names, *time, place_mm)),
+            Self::WarmAsSkin {
+                place,
+                name,
+                celsius,
+            } => write!(
+                formatter,
+                "{place}: agent `{name}` shines like a surface of {celsius} °C, and clothed people look like 21 to 24 °C in a room of 20\nhint: write surface = \"clothed\" (or \"skin\", \"hair\", \"coat\"), or the emissivity beside the temperature if it is meant"
+            ),
         }
     }
 }

@@ -21,6 +21,7 @@
 
 use crate::count;
 use crate::error::SceneError;
+use crate::physical::Optics;
 use crate::scene::{Scene, Sensor};
 use crate::simulator::{Image, Simulator};
 use glam::{DVec2, DVec3, USizeVec2};
@@ -686,6 +687,11 @@ fn virtual_sensor(first: &Sensor, middle: DVec2, across: &Axis, down: &Axis) -> 
             points(first.grid_points.y, shares.y),
         ),
         pose,
+        // The truth is sharp: the step of its own pixels is what it may blur.
+        optics: Optics::Pinhole,
+        pixel_width_rad: None,
+        blur_rad: DVec2::ZERO,
+        profile: None,
         ..first.clone()
     }
 }

@@ -13,6 +13,7 @@
 //! | [`Scene`], [`Sensor`], [`Pose`] | the file and its geometry | `scenes/README.md` |
 //! | [`perceived`] | what a surface looks like from a distance | PeerJ CS 11:e3124, "Perceived temperature calculation" |
 //! | [`resample`] | sampling grid to pixels, as MATLAB's `imresize` does | the same, "Interpolation" |
+//! | [`physical`] | the other model: radiance averaged over each pixel's response | Planck, Stefan and Boltzmann; the AMG88's specification |
 //! | [`fusion`] | several sensors as one of more pixels | the same, "Scenario A" |
 //! | [`separation`] | situations told apart above the noise | the same, "Scenario B" |
 //! | [`coverage`] | where to put sensors | the paper's title; its tool does not do it |
@@ -68,6 +69,7 @@ mod area;
 mod body;
 mod canvas;
 mod check;
+mod clothes;
 mod collision;
 mod count;
 pub mod coverage;
@@ -83,6 +85,7 @@ mod motion;
 mod noise;
 mod obj;
 pub mod perceived;
+pub mod physical;
 mod plan;
 mod pose;
 pub mod profile;
@@ -95,6 +98,7 @@ pub mod separation;
 mod simulator;
 mod solid;
 mod source;
+mod specimen;
 mod trajectory;
 mod view;
 mod warmth;
@@ -106,7 +110,7 @@ pub use error::{Place, SceneError, Warning};
 pub use files::Files;
 pub use pose::Pose;
 pub use room::Room;
-pub use scene::{Agent, Body, Loaded, Scene, Sensor, limits};
+pub use scene::{Agent, Body, Loaded, Model, Scene, Sensor, limits};
 pub use simulator::{Image, Mask, Simulator};
 pub use solid::{Solid, SolidError};
 pub use trajectory::Trajectory;

@@ -297,13 +297,13 @@ pub(crate) fn lanes(values: &[f64]) -> f64x4 {
     f64x4::new(lanes)
 }
 
-fn fourth_power(kelvin: f64) -> f64 {
+pub(crate) fn fourth_power(kelvin: f64) -> f64 {
     let square = kelvin * kelvin;
     square * square
 }
 
 /// Two square roots, which IEEE 754 fixes to the last bit; `powf(0.25)` differs between C libraries.
-fn fourth_root(kelvin4: f64) -> f64 {
+pub(crate) fn fourth_root(kelvin4: f64) -> f64 {
     kelvin4.sqrt().sqrt()
 }
 

@@ -201,6 +201,13 @@ impl Profile {
         measured
     }
 
+    /// The root of the mean square of the pixels' own noise, °C: what one number says of 64.
+    #[must_use]
+    pub fn sigma_c(&self) -> f64 {
+        let squares: f64 = self.noise_sigma_c.iter().map(|sigma| sigma * sigma).sum();
+        (squares / float(PIXELS)).sqrt()
+    }
+
     /// How far the sensor's clock is off at time 0, parts per million.
     #[must_use]
     pub const fn clock_error_ppm(&self) -> i32 {

@@ -24,6 +24,17 @@ pub(crate) const EMISSIVITY: Rule = Rule {
     expected: "a number above 0 and up to 1",
     hint: "skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
 };
+/// In the physical model a mirror is possible, which the paper's formula divides by.
+pub(crate) const EMISSIVITY_PHYSICAL: Rule = Rule {
+    holds: |share| (0.0..=1.0).contains(&share),
+    expected: "a number from 0 to 1",
+    hint: "skin has 0.98, cloth 0.9 to 0.95, a mirror for heat 0",
+    ..EMISSIVITY
+};
+pub(crate) const REFLECTED: Rule = Rule {
+    key: "reflected_c",
+    ..TEMPERATURE
+};
 pub(crate) const SIZE: Rule = Rule {
     key: "size_mm",
     holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
@@ -171,4 +182,34 @@ pub(crate) const DURATION: Rule = Rule {
     holds: |seconds| (0.0..=crate::trajectory::TIME_MAX_S).contains(&seconds),
     expected: "0 to 31622400 seconds",
     hint: "how long the scene takes at least; the agents' ways make it longer",
+};
+pub(crate) const PIXEL_WIDTH: Rule = Rule {
+    key: "pixel_width_deg",
+    holds: |degrees| (0.01..=90.0).contains(&degrees),
+    expected: "0.01 to 90",
+    hint: "the full angle within which a pixel has more than half its response: about 8 for a Grid-EYE",
+};
+pub(crate) const BLUR: Rule = Rule {
+    key: "blur_deg",
+    holds: |degrees| (0.0..=90.0).contains(&degrees),
+    expected: "0 to 90",
+    hint: "the full width at half height of the point spread; 0 is none",
+};
+pub(crate) const BLUR_PIXELS: Rule = Rule {
+    key: "blur_px",
+    holds: |pixels| (0.0..=10.0).contains(&pixels),
+    expected: "0 to 10",
+    hint: "the full width at half height of the point spread, in pixels; 0 is none",
+};
+pub(crate) const STEP: Rule = Rule {
+    key: "step_c",
+    holds: |celsius| (0.0..=100.0).contains(&celsius),
+    expected: "0 to 100 °C",
+    hint: "the Grid-EYE has steps of 0.25; 0 is none",
+};
+pub(crate) const WAVELENGTH: Rule = Rule {
+    key: "band_um",
+    holds: |um| (0.1..=1000.0).contains(&um),
+    expected: "[from, to], rising, each 0.1 to 1000 µm",
+    hint: "thermal sensors take in about [8, 14]; leave it out for all wavelengths",
 };

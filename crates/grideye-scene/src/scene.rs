@@ -2,7 +2,9 @@ use crate::check;
 use crate::error::{SceneError, Warning};
 use crate::files::Files;
 use crate::perceived::{Law, Surface};
+use crate::physical::{Band, Optics};
 use crate::pose::Pose;
+use crate::profile::Profile;
 use crate::residual::Print;
 use crate::room::Room;
 use crate::solid::Solid;
@@ -46,6 +48,16 @@ pub mod limits {
     pub const WALK_DAYS_MAX: u64 = 366;
 }
 
+/// How frames are made of what is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Model {
+    /// As the paper does: a perceived temperature that tends to ambient with distance, on a grid of points, resampled.
+    #[default]
+    Paper,
+    /// As a thermopile behind a lens does: radiance, averaged over each pixel's response.
+    Physical,
+}
+
 /// A room with what is in it, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
@@ -55,7 +67,11 @@ pub struct Scene {
     pub(crate) objects: Vec<Body>,
     pub(crate) agents: Vec<Agent>,
     pub(crate) sensors: Vec<Sensor>,
+    pub(crate) model: Model,
     pub(crate) law: Law,
+    /// What the physical model takes in of the light, and what temperature is reflected, °C.
+    pub(crate) band: Band,
+    pub(crate) reflected_c: f64,
     /// The time that the scene is to take at least.
     pub(crate) duration_s: f64,
     pub(crate) paper_experiment: Option<u8>,
@@ -129,6 +145,17 @@ pub struct Sensor {
     pub operating_distance_m: f64,
     /// Where it is and which way it looks.
     pub pose: Pose,
+    /// Where the directions of its pixels come from, in the physical model.
+    pub optics: Optics,
+    /// Full width at half response of every pixel on each axis, radians, if it is not what the optics have; in the
+    /// physical model.
+    pub pixel_width_rad: Option<DVec2>,
+    /// Full width at half height of its point spread on each axis, radians, 0 for a sharp one; in the physical model.
+    pub blur_rad: DVec2,
+    /// Which specimen it is, if it is one: what [`Simulator::noisy`](crate::Simulator::noisy) then adds.
+    pub profile: Option<Profile>,
+    /// Noisy temperatures are multiples of this, °C; 0 for any.
+    pub step_c: f64,
 }
 
 impl Scene {
@@ -137,7 +164,26 @@ impl Scene {
     /// # Errors
     /// What makes the scene unfit to be simulated, with its place and a hint.
     pub fn parse(text: &str, origin: &str, files: &dyn Files) -> Result<Loaded, SceneError> {
-        check::parse(text, origin, files)
+        check::parse(None, text, origin, files)
+    }
+
+    /// The same, made by the given model whatever the file says; `None` leaves it to the file.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub fn parse_as(
+        model: Option<Model>,
+        text: &str,
+        origin: &str,
+        files: &dyn Files,
+    ) -> Result<Loaded, SceneError> {
+        check::parse(model, text, origin, files)
+    }
+
+    /// The model that its frames are made by.
+    #[must_use]
+    pub const fn model(&self) -> Model {
+        self.model
     }
 
     /// The room.

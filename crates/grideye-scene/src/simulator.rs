@@ -3,9 +3,11 @@ use crate::canvas::{Backdrop, Bench, NOBODY, Painted};
 use crate::error::SceneError;
 use crate::noise::add_noise;
 use crate::perceived::{Air, Glow, Surface};
+use crate::physical::{Physical, Shown};
 use crate::resample::Resampler;
 use crate::residual::Print;
-use crate::scene::{Agent, Body, Scene, Sensor};
+use crate::scene::{Agent, Body, Model, Scene, Sensor};
+use crate::specimen;
 use crate::view::{Sight, View};
 use glam::DVec3;
 use grideye_frame::{COLUMNS, Celsius, Frame, ROWS};
@@ -74,11 +76,16 @@ impl<'a> Skin<'a> {
 
     /// What one face glows like.
     fn glow(&self, air: &Air, face: usize) -> Glow {
+        air.glow(self.of_face(face))
+    }
+
+    /// What one face is made of.
+    fn of_face(&self, face: usize) -> Surface {
         let offset_c = self.offsets_c.get(face).copied().unwrap_or(0.0);
-        air.glow(Surface {
+        Surface {
             celsius: self.surface.celsius + offset_c,
             ..self.surface
-        })
+        }
     }
 }
 
@@ -87,6 +94,7 @@ impl<'a> Skin<'a> {
 enum Method {
     Grid(Box<Grid>),
     Area { plane: Plane, still: Still },
+    Physical(Box<Physical>),
 }
 
 #[derive(Debug, Clone)]
@@ -120,12 +128,15 @@ pub struct Mask {
 }
 
 impl Simulator {
-    /// A simulator for the sensor of that name.
+    /// A simulator for the sensor of that name, by the scene's model.
     ///
     /// # Errors
     /// [`SceneError::UnknownSensor`].
     pub fn new(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
         let sensor = scene.sensor(sensor_name)?.clone();
+        if scene.model == Model::Physical {
+            return Ok(Self::physical(scene, sensor));
+        }
         let ambient_c = scene.room.ambient_c;
         let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
         let view = View::new(&sensor);
@@ -166,12 +177,16 @@ impl Simulator {
     }
 
     /// The same without a sampling grid: each pixel is the integral of what is seen, weighted by its response, which
-    /// is what the grid tends to as it gets finer. It needs neither the memory nor the aliasing of a grid.
+    /// is what the grid tends to as it gets finer. It needs neither the memory nor the aliasing of a grid. The physical
+    /// model has no grid, and is the same either way.
     ///
     /// # Errors
     /// [`SceneError::UnknownSensor`].
     pub fn without_grid(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
         let sensor = scene.sensor(sensor_name)?.clone();
+        if scene.model == Model::Physical {
+            return Ok(Self::physical(scene, sensor));
+        }
         let ambient_c = scene.room.ambient_c;
         let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
         let plane = Plane::new(&sensor);
@@ -207,6 +222,28 @@ impl Simulator {
         std::mem::replace(&mut self.agents, agents)
     }
 
+    fn physical(scene: &Scene, sensor: Sensor) -> Self {
+        let ambient_c = scene.room.ambient_c;
+        let standing = |physical: &Physical| {
+            let objects = scene.standing().filter(|object| !is_changing(object));
+            let shown = objects.map(|object| {
+                let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
+                shown(physical, &Skin::of(object, ambient_c, 0.0, NOBODY), &sight)
+            });
+            shown.collect()
+        };
+        let physical = Physical::new(scene, &sensor, standing);
+        Self {
+            air: Air::new(scene.law, ambient_c, sensor.operating_distance_m),
+            still_c: physical.celsius(&[]),
+            method: Method::Physical(Box::new(physical)),
+            ambient_c,
+            agents: scene.agents.clone(),
+            objects: Objects::new(scene),
+            sensor,
+        }
+    }
+
     /// The sensor that is simulated.
     #[must_use]
     pub const fn sensor(&self) -> &Sensor {
@@ -235,6 +272,9 @@ impl Simulator {
                     self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
                 still.add_change(plane, &self.air, &moving, &mut celsius);
             }
+            Method::Physical(physical) => {
+                celsius = physical.celsius(&self.shown(physical, time));
+            }
         }
         Image {
             columns: self.sensor.columns,
@@ -243,7 +283,12 @@ impl Simulator {
         }
     }
 
-    /// What the sensor reports at `time`: the image and one draw of N(0, [`Sensor::noise_sigma`]) on each pixel.
+    /// What the sensor reports at `time`: the image and one draw of N(0, [`Sensor::noise_sigma`]) on each pixel; or
+    /// what its [`Profile`](crate::profile::Profile) makes of it, if it has one. Then the nearest multiple of
+    /// [`Sensor::step_c`].
+    ///
+    /// A profile's specimen is that of the seed, its ticks are tenths of a second from the scene's beginning, and a
+    /// frame of a slower sensor is the mean of as many ticks as it takes, up to ten, from its own on.
     ///
     /// The noise depends on the seed, the sensor's name and the time, and on nothing else; frames of other times or
     /// other sensors are independent of it. It is drawn by ChaCha with 12 rounds: bytes 0 to 7 of the key are the
@@ -252,13 +297,17 @@ impl Simulator {
     #[must_use]
     pub fn noisy(&self, time: Duration, seed: u64) -> Image {
         let mut image = self.image(time);
-        add_noise(
-            &mut image.celsius,
-            self.sensor.noise_sigma,
-            seed,
-            &self.sensor.name,
-            time,
-        );
+        match &self.sensor.profile {
+            Some(profile) => specimen::measure(profile, &self.sensor, &mut image, (time, seed)),
+            None => add_noise(
+                &mut image.celsius,
+                self.sensor.noise_sigma,
+                seed,
+                &self.sensor.name,
+                time,
+            ),
+        }
+        specimen::quantise(&mut image.celsius, self.sensor.step_c);
         image
     }
 
@@ -289,6 +338,9 @@ impl Simulator {
                     self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
                 still.add_share(plane, &moving, counts, &mut share);
             }
+            Method::Physical(physical) => {
+                share = physical.share(&self.shown(physical, time), counts);
+            }
         }
         // The weights of a whole pixel sum to 1 but for rounding.
         share.iter_mut().for_each(|share| *share = share.min(1.0));
@@ -297,6 +349,11 @@ impl Simulator {
             rows: self.sensor.rows,
             share,
         }
+    }
+
+    /// All that is not as it is in the backdrop at `time`, for the physical model.
+    fn shown(&self, physical: &Physical, time: Duration) -> Vec<Shown> {
+        self.changing_by(time, |skin, sight| vec![shown(physical, skin, sight)])
     }
 
     /// What `build` makes of all that is not as it is in the backdrop at `time`: each part of each agent where it is,
@@ -371,6 +428,13 @@ fn painted(view: &View, air: &Air, skin: &Skin<'_>, sight: &Sight) -> Vec<Painte
             }
         })
         .collect()
+}
+
+/// What the physical model is to show of a body.
+fn shown(physical: &Physical, skin: &Skin<'_>, sight: &Sight) -> Shown {
+    physical.shown(sight, skin.owner, |face| {
+        face.map_or(skin.surface, |face| skin.of_face(face))
+    })
 }
 
 /// The faces of a body that are seen, in the picture plane.

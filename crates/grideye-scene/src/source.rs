@@ -3,7 +3,7 @@
 use crate::document::{Exactly, PerAxis, SceneTable, Triple};
 use crate::error::{Place, SceneError};
 use crate::rule::{FIELD_OF_VIEW, POSITION, Rule, SIZE, VERTEX};
-use crate::scene::limits;
+use crate::scene::{Model, limits};
 use glam::{DVec2, DVec3, USizeVec2};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -14,6 +14,8 @@ pub(crate) const MM_PER_M: f64 = 1000.0;
 pub(crate) struct Source<'a> {
     pub(crate) origin: &'a str,
     pub(crate) text: &'a str,
+    /// The model that it is read for: some keys mean something in one only.
+    pub(crate) model: Model,
 }
 
 impl Source<'_> {

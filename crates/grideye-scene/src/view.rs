@@ -159,7 +159,7 @@ pub(crate) struct SeenFace {
     /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
     pub(crate) inverse_depth: DVec3,
     /// 1 if the corners run counter-clockwise as the sensor looks along the ray, -1 if clockwise.
-    orientation: f64,
+    pub(crate) orientation: f64,
 }
 
 impl Sight {

@@ -84,7 +84,11 @@ pub(crate) struct Simulate {
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// The paper's grid of sampling points, or the exact area of what is seen in each pixel.
+    /// The model of the frames [default: the scene's own].
+    #[arg(long, value_enum)]
+    pub(crate) model: Option<Model>,
+    /// The paper's grid of sampling points, or the exact area of what is seen in each pixel; the physical model has no
+    /// grid.
     #[arg(long, value_enum, default_value_t = Method::Grid)]
     pub(crate) method: Method,
     /// Frames to write: .csv (a recording if the sensor has 8 x 8 pixels, else a table), .npz (numpy), .png (contact
@@ -94,6 +98,15 @@ pub(crate) struct Simulate {
     /// Drawing of the room to write (.svg), in perspective and from above.
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) view: Option<PathBuf>,
+}
+
+/// What a frame is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Model {
+    /// The paper's perceived temperature, resampled.
+    Paper,
+    /// Radiance, averaged over each pixel's response.
+    Physical,
 }
 
 /// How a simulated frame is made.

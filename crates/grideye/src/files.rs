@@ -2,7 +2,7 @@
 
 use crate::exit::bad_input;
 use anyhow::{Context as _, Result, anyhow};
-use grideye_scene::{Files, Scene, Simulator};
+use grideye_scene::{Files, Model, Scene, Simulator};
 use std::cell::RefCell;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Write};
@@ -38,6 +38,11 @@ pub(crate) struct LoadedScene {
 
 /// The scene in `path`, or the built-in one; its warnings go to standard error.
 pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
+    load_scene_as(None, path)
+}
+
+/// The same by the given model, whatever the file says.
+pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
     let (text, origin, folder) = match path {
         Some(path) => {
             let text = fs::read_to_string(path).map_err(|error| {
@@ -56,7 +61,7 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
         folder,
         read: RefCell::default(),
     };
-    let loaded = Scene::parse(&text, &origin, &beside).map_err(bad_input)?;
+    let loaded = Scene::parse_as(model, &text, &origin, &beside).map_err(bad_input)?;
     let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
     for warning in &warnings {
         eprintln!("warning: {warning}");

@@ -1,12 +1,12 @@
 //! `grideye simulate`: what a sensor of a scene measures, and what the room looks like.
 
-use crate::cli::{Method, Simulate};
+use crate::cli::{self, Method, Simulate};
 use crate::exit::{Outcome, bad_input};
 use crate::export::{self, Film};
 use crate::{files, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_scene::drawing::{self, Drawing};
-use grideye_scene::{Image, Scene, Sensor, Simulator};
+use grideye_scene::{Image, Model, Scene, Sensor, Simulator};
 use std::io::Write as _;
 use std::path::Path;
 use std::time::Duration;
@@ -16,7 +16,7 @@ const STATIC_FRAMES: u32 = 10;
 
 /// Writes the simulated frames and the view of the room; asked for neither, it prints the first frame.
 pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
-    let scene = files::load_scene(Some(&options.scene))?.scene;
+    let scene = files::load_scene_as(options.model.map(model), Some(&options.scene))?.scene;
     if let Some(view) = &options.view {
         check_extension(view, "svg")?;
         draw(options, &scene, view)?;
@@ -36,6 +36,13 @@ pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
         None => print(&simulator.noisy(Duration::ZERO, options.seed)),
     }
     Ok(Outcome::Done)
+}
+
+const fn model(model: cli::Model) -> Model {
+    match model {
+        cli::Model::Paper => Model::Paper,
+        cli::Model::Physical => Model::Physical,
+    }
 }
 
 fn print(image: &Image) {

@@ -77,19 +77,19 @@ const SPELLING_AND_TYPES: &[Case] = &[
     (
         "ambient_c = 20",
         "ambient_c = 20\nambiant = 3",
-        "room.toml:4:1: unknown field `ambiant`, expected one of `size_mm`, `plan_mm`, `height_mm`, `vertices_mm`, `faces`, `file`, `unit_mm`, `ambient_c`\n\
+        "room.toml:4:1: unknown field `ambiant`, expected one of `size_mm`, `plan_mm`, `height_mm`, `vertices_mm`, `faces`, `file`, `unit_mm`, `ambient_c`, `reflected_c`\n\
          hint: correct the spelling or remove the key; scenes/README.md describes every key",
     ),
     (
         "preset = \"grid-eye\"",
         "presset = \"grid-eye\"",
-        "room.toml:20:1: unknown field `presset`, expected one of `name`, `preset`, `position_mm`, `elevation_deg`, `azimuth_deg`, `roll_deg`, `resolution`, `fov_deg`, `pixels_per_degree`, `noise_sigma_c`, `sampling_hz`, `operating_distance_mm`\n\
+        "room.toml:20:1: unknown field `presset`, expected one of `name`, `preset`, `position_mm`, `elevation_deg`, `azimuth_deg`, `roll_deg`, `resolution`, `fov_deg`, `pixels_per_degree`, `noise_sigma_c`, `sampling_hz`, `operating_distance_mm`, `optics`, `pixel_width_deg`, `blur_deg`, `blur_px`, `profile`, `step_c`, `pixel_1`\n\
          hint: correct the spelling or remove the key; scenes/README.md describes every key",
     ),
     (
         "[[object]]",
         "[[objct]]",
-        "room.toml:5:3: unknown field `objct`, expected one of `model`, `law`, `collisions`, `duration_s`, `paper_experiment`, `room`, `object`, `mosaic`, `agent`, `sensor`\n\
+        "room.toml:5:3: unknown field `objct`, expected one of `model`, `law`, `band_um`, `collisions`, `duration_s`, `paper_experiment`, `room`, `object`, `mosaic`, `agent`, `sensor`\n\
          hint: correct the spelling or remove the key; scenes/README.md describes every key",
     ),
     (
@@ -180,9 +180,9 @@ fn keys_are_spelt_and_typed_as_the_format_says() {
 const VALUES: &[Case] = &[
     (
         "[room]",
-        "model = \"physical\"\n[room]",
-        "room.toml:1:9: `model` is \"physical\", expected \"paper\"\n\
-         hint: the model of the paper is the only one so far; leave the key out or write model = \"paper\"",
+        "model = \"physics\"\n[room]",
+        "room.toml:1:9: `model` is \"physics\", expected \"paper\" or \"physical\"\n\
+         hint: paper is the default; scenes/README.md says when to use which",
     ),
     (
         "[room]",
