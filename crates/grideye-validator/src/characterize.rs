@@ -49,13 +49,13 @@ mod wander;
 pub use allan::AllanPoint;
 pub use cycle::Cycle;
 pub use faults::{Faults, TORN_RUN_MIN};
+pub(crate) use faults::{FaultFinder, Standing};
 pub use found::{Characterization, CommonMode, NoiseMap, Pattern, Thermistor};
 pub use show::Line;
 pub use steps::Steps;
 pub use timing::{JUMPS_LISTED_MAX, Jump, Timing};
 pub use wander::Flicker;
 
-use faults::{FaultFinder, Standing};
 use grideye_frame::{NoData, PIXELS, Reading};
 use grideye_recording::Record;
 use histogram::Histogram;

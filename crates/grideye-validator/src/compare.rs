@@ -7,6 +7,7 @@ mod timeline;
 pub use thin::{RECORDS_MAX, RUN_RECORDS, Thinned, Thinning};
 pub use timeline::{FrameScores, PixelMaps};
 
+use crate::align::Alignment;
 use crate::error::ValidatorError;
 use crate::frames::{Making, Prepared, SceneView, median};
 use crate::metrics::{self, Binning, ChiSquared, count};
@@ -221,6 +222,8 @@ pub struct Comparison {
     pub settings: Settings,
     /// What was assumed or left out on the way here, each a sentence.
     pub notes: Vec<String>,
+    /// How recording and scene were brought into step, if they were.
+    pub alignment: Option<Alignment>,
 }
 
 /// Compares the frames of a recording with simulated ones.
@@ -328,6 +331,7 @@ impl Outcome {
             warm: self.warm,
             settings: *settings,
             notes: Vec::new(),
+            alignment: None,
             scores: self.scores,
         }
     }

@@ -38,7 +38,9 @@
 //! # Ok::<(), grideye_validator::ValidatorError>(())
 //! ```
 
+pub mod align;
 pub mod characterize;
+mod clean;
 mod compare;
 mod error;
 mod frames;
@@ -52,6 +54,8 @@ mod text;
 mod union;
 mod verdict;
 
+pub use align::{AlignOptions, Alignment, TimeAlignment};
+pub use clean::{LeftOut, LeftOutCount};
 pub use compare::{
     Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, NOISE_IMAGES,
     PLACED_PAIRS_MAX, PixelMaps, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, SHUFFLED_PAIRS_MAX,

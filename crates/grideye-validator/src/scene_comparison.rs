@@ -1,10 +1,18 @@
+mod notes;
+
+use crate::align::{
+    AlignOptions, Aligner, Alignment, Clock, OFFSET_MAX_PX, Orientation, Pixels, SAMPLE_MAX,
+    SPAN_MAX, TimeAlignment, moved, still_orientation,
+};
+use crate::clean::drift::Drift;
+use crate::clean::{self, Counts, LeftOut, Read};
 use crate::compare::{
     Comparison, Protocol, RealFrame, Settings, Shape, SimulatedFrame, compare, evenly,
 };
 use crate::error::{Side, ValidatorError};
 use crate::metrics::{Binning, count};
 use crate::verdict::Thresholds;
-use grideye_frame::{COLUMNS, PixelWord, ROWS};
+use grideye_frame::{COLUMNS, PIXELS, PixelWord, ROWS};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
@@ -39,6 +47,8 @@ pub struct Options {
     pub threads: usize,
     /// What the verdict is measured against.
     pub thresholds: Thresholds,
+    /// What may be aligned, and how far.
+    pub align: AlignOptions,
 }
 
 impl Default for Options {
@@ -53,6 +63,7 @@ impl Default for Options {
             binning: None,
             threads: 1,
             thresholds: Thresholds::default(),
+            align: AlignOptions::default(),
         }
     }
 }
@@ -66,17 +77,21 @@ pub fn sensor_step_c() -> f64 {
 
 /// Compares one stream of a recording with what a scene's sensor would see.
 ///
-/// Time counts from the first frame that was read. Nothing is aligned: not in time, not in orientation.
+/// Time counts from the first frame that was read. Frames that say nothing of their own moment are left out, slow
+/// common drift is taken out, and time is aligned within the bounds of [`Options::align`] where something moves; how
+/// the image lies is reported, and changed only if asked for. [`Comparison::alignment`] holds what was found.
 ///
 /// # Errors
 /// When the scene has no such sensor or the sensor has another resolution, the recording holds no frame, or (under
-/// the dynamic protocol) time runs backwards in it or it begins after the scene's end; and as [`compare()`] does.
+/// the dynamic protocol) time runs backwards in it or it begins after the scene's end; when a bound of the alignment
+/// is out of its range; and as [`compare()`] does.
 pub fn compare_scene(
     records: &[Record],
     scene: &Scene,
     sensor: &str,
     options: &Options,
 ) -> Result<Comparison, ValidatorError> {
+    options.align.check()?;
     let simulator = Simulator::new(scene, sensor)?;
     let shape = shape_of(&simulator)?;
     let protocol = options.protocol.unwrap_or(if scene.is_static() {
@@ -84,23 +99,22 @@ pub fn compare_scene(
     } else {
         Protocol::Dynamic
     });
-    let mut notes = Vec::new();
-    let read = frames_read(records, &mut notes)?;
-    let timed = timed(read, protocol, scene, options, &mut notes)?;
-    let lag_frames = lag(&timed, protocol, options.lag_frames)?;
+    let (read, mut counts) = clean::clean(records, protocol == Protocol::Dynamic);
+    let timed = timed(read, protocol, options)?;
+    let mut aligned = aligned(timed, scene, sensor, protocol, options)?;
+    within_scene(&mut aligned, scene, protocol, options, &mut counts)?;
+    aligned.found.left_out = counts.list();
+    let mut notes = notes::alignment(&aligned.found, records.len(), options);
+    let lag_frames = lag(&aligned.frames, protocol, options.lag_frames)?;
     let real = chosen(
-        &timed,
+        &aligned.frames,
         lag_frames,
         number(protocol, options.frames)?,
         &mut notes,
     );
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
-    let simulated = simulated(&simulator, &real, noise_seed);
+    let simulated = simulated(&simulator, &real, &aligned, noise_seed);
     notes.push(protocol_note(protocol, scene));
-    notes.push(format!(
-        "Frames of the recording are compared at their own times: its first frame is second {:.1} of the scene; no delay was looked for and no image was turned or moved.",
-        options.start.as_secs_f64()
-    ));
     notes.push(format!(
         "The simulated noise has the seed {noise_seed} and σ {:.2} °C.",
         simulator.sensor().noise_sigma
@@ -109,6 +123,7 @@ pub fn compare_scene(
     let comparison = compare(shape, &real, &simulated, &settings)?;
     Ok(Comparison {
         notes,
+        alignment: Some(aligned.found),
         ..comparison
     })
 }
@@ -121,19 +136,18 @@ const INDEPENDENCE: u64 = 0x9E37_79B9_7F4A_7C15;
 const DYNAMIC_LAG: Duration = Duration::from_millis(100);
 const STATIC_LAG_FRAMES: usize = 3;
 
-/// A frame that was read.
-struct Read {
-    seq: u64,
-    /// On the device's clock.
-    boot: Duration,
-    celsius: Vec<f64>,
-}
-
-/// A frame that was read, at its time in the scene.
+/// A frame that was read, at the time that the scene has without alignment.
 struct Timed {
     seq: u64,
     time: Duration,
-    celsius: Vec<f64>,
+    celsius: Pixels,
+}
+
+/// Frames as they are compared, and what was done to them.
+struct Aligned {
+    frames: Vec<Timed>,
+    clock: Clock,
+    found: Alignment,
 }
 
 fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
@@ -151,76 +165,202 @@ fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
     })
 }
 
-fn frames_read(records: &[Record], notes: &mut Vec<String>) -> Result<Vec<Read>, ValidatorError> {
-    let read: Vec<Read> = records
-        .iter()
-        .filter_map(|record| {
-            let frame = amg8833::word::frame(record.reading.frame()?);
-            Some(Read {
-                seq: record.seq,
-                boot: Duration::from_nanos(record.stamp.t_boot_ns),
-                celsius: frame
-                    .pixels
-                    .iter()
-                    .map(|pixel| f64::from(pixel.get()))
-                    .collect(),
-            })
-        })
-        .collect();
-    if read.is_empty() {
-        return Err(ValidatorError::NoFrames { side: Side::Real });
-    }
-    let missing = records.len() - read.len();
-    if missing > 0 {
-        notes.push(format!(
-            "{missing} of {} rows of the recording are gaps and were left out.",
-            records.len()
-        ));
-    }
-    Ok(read)
-}
-
 fn timed(
     read: Vec<Read>,
     protocol: Protocol,
-    scene: &Scene,
     options: &Options,
-    notes: &mut Vec<String>,
 ) -> Result<Vec<Timed>, ValidatorError> {
-    let first = read.first().map_or(Duration::ZERO, |frame| frame.boot);
-    let backwards = read.windows(2).find(|pair| pair[1].boot < pair[0].boot);
+    let Some(first_ns) = read.first().map(|frame| frame.boot_ns) else {
+        return Err(ValidatorError::NoFrames { side: Side::Real });
+    };
+    let backwards = read
+        .windows(2)
+        .find(|pair| pair[1].boot_ns < pair[0].boot_ns);
     if let (Protocol::Dynamic, Some(pair)) = (protocol, backwards) {
         return Err(ValidatorError::TimeRunsBackwards {
             seq: pair[1].seq,
-            by: pair[0].boot - pair[1].boot,
+            by: Duration::from_nanos(pair[0].boot_ns - pair[1].boot_ns),
         });
     }
-    let mut timed: Vec<Timed> = read
-        .into_iter()
-        .map(|Read { seq, boot, celsius }| Timed {
-            seq,
-            time: boot.saturating_sub(first).saturating_add(options.start),
-            celsius,
-        })
-        .collect();
-    if protocol == Protocol::Dynamic && !scene.is_static() {
-        let (all, end) = (timed.len(), scene.duration());
-        timed.retain(|frame| frame.time <= end);
-        if timed.is_empty() {
-            return Err(ValidatorError::NoOverlap {
-                starts: options.start,
-                ends: end,
-            });
-        }
-        if timed.len() < all {
-            notes.push(format!(
-                "{} frames after the end of the scene's walk at {:.1} s were left out.",
-                all - timed.len(),
-                end.as_secs_f64()
-            ));
+    let timed = |frame: Read| Timed {
+        seq: frame.seq,
+        time: Duration::from_nanos(frame.boot_ns.saturating_sub(first_ns))
+            .saturating_add(options.start),
+        celsius: frame.celsius,
+    };
+    Ok(read.into_iter().map(timed).collect())
+}
+
+/// Finds out how recording and scene lie to each other, and takes out what may be taken out.
+fn aligned(
+    frames: Vec<Timed>,
+    scene: &Scene,
+    sensor: &str,
+    protocol: Protocol,
+    options: &Options,
+) -> Result<Aligned, ValidatorError> {
+    // Without a grid, a frame is quicker to make and just as near.
+    let simulator = Simulator::without_grid(scene, sensor)?;
+    let moves = protocol == Protocol::Dynamic && !scene.is_static();
+    let mut aligned = if moves {
+        moving(frames, &simulator, scene, &options.align)
+    } else {
+        still(frames, &simulator, &options.align)
+    };
+    let drift = drift(&aligned, &simulator);
+    aligned.found.drift_c = drift.range_c();
+    let turned_back = match aligned.found.orientation {
+        Some(found) if found.applied => found.orientation.inverse(),
+        _ => Orientation::Upright,
+    };
+    for frame in &mut aligned.frames {
+        let by_c = drift.at(frame.time.as_secs_f64());
+        frame.celsius = turned_back.apply(&frame.celsius.map(|celsius| celsius - by_c));
+    }
+    Ok(aligned)
+}
+
+/// Aligns a recording of something that moves.
+fn moving(
+    frames: Vec<Timed>,
+    simulator: &Simulator,
+    scene: &Scene,
+    options: &AlignOptions,
+) -> Aligned {
+    let (times_s, sample) = sample(&frames, SPAN_MAX);
+    let end_s = scene.duration().as_secs_f64();
+    let aligner = Aligner::new(simulator, end_s, times_s, sample, options);
+    let mut found = Alignment {
+        orientation: aligner.orientation(),
+        ..Alignment::default()
+    };
+    let turned = turned(&mut found, options);
+    let aligner = if turned == Orientation::Upright {
+        aligner
+    } else {
+        aligner.turned_back(turned)
+    };
+    let mut clock = Clock::own();
+    if options.time != TimeAlignment::None {
+        let (aligned, time) = aligner.time(options.time);
+        clock = aligned;
+        found.time = Some(time);
+    }
+    found.offset = aligner.offset(&clock);
+    offset_applied(&mut found, options);
+    Aligned {
+        frames,
+        clock,
+        found,
+    }
+}
+
+/// Sees how the image of a standing scene lies.
+fn still(frames: Vec<Timed>, simulator: &Simulator, options: &AlignOptions) -> Aligned {
+    let (_, sample) = sample(&frames, Duration::MAX);
+    let mut mean = [0.0; PIXELS];
+    for frame in &sample {
+        for (sum, celsius) in mean.iter_mut().zip(frame) {
+            *sum += celsius / count(sample.len());
         }
     }
-    Ok(timed)
+    let time = frames.first().map(|frame| frame.time).unwrap_or_default();
+    let claim = pixels(&simulator.image(time).celsius);
+    let mut found = Alignment {
+        orientation: still_orientation(&mean, &claim),
+        ..Alignment::default()
+    };
+    turned(&mut found, options);
+    Aligned {
+        frames,
+        clock: Clock::own(),
+        found,
+    }
+}
+
+/// Times and pixels of the frames that alignment looks at.
+fn sample(frames: &[Timed], span: Duration) -> (Vec<f64>, Vec<Pixels>) {
+    let first = frames.first().map(|frame| frame.time).unwrap_or_default();
+    let within = frames
+        .iter()
+        .take_while(|frame| frame.time.saturating_sub(first) <= span)
+        .count();
+    evenly(within, SAMPLE_MAX)
+        .into_iter()
+        .map(|index| (frames[index].time.as_secs_f64(), frames[index].celsius))
+        .unzip()
+}
+
+/// Marks the orientation as applied if that was asked for, and gives what is to be undone.
+fn turned(found: &mut Alignment, options: &AlignOptions) -> Orientation {
+    match &mut found.orientation {
+        Some(orientation) if options.orientation => {
+            orientation.applied = orientation.orientation != Orientation::Upright;
+            orientation.orientation
+        }
+        _ => Orientation::Upright,
+    }
+}
+
+fn offset_applied(found: &mut Alignment, options: &AlignOptions) {
+    if let Some(offset) = &mut found.offset {
+        offset.applied = options.pose;
+    }
+}
+
+/// The slow drift that is common to all pixels, against the scene at the times that were found.
+fn drift(aligned: &Aligned, simulator: &Simulator) -> Drift {
+    let chosen = evenly(aligned.frames.len(), SAMPLE_MAX);
+    let (times_s, left): (Vec<f64>, Vec<Pixels>) = chosen
+        .into_iter()
+        .map(|index| {
+            let frame = &aligned.frames[index];
+            let time_s = frame.time.as_secs_f64();
+            let scene_s = aligned.clock.scene_s(time_s);
+            let claim = simulator.image(seconds(scene_s)).celsius;
+            let left = std::array::from_fn(|pixel| frame.celsius[pixel] - claim[pixel]);
+            (time_s, left)
+        })
+        .unzip();
+    Drift::new(&times_s, &left)
+}
+
+/// Leaves out the frames that the scene says nothing of.
+fn within_scene(
+    aligned: &mut Aligned,
+    scene: &Scene,
+    protocol: Protocol,
+    options: &Options,
+    counts: &mut Counts,
+) -> Result<(), ValidatorError> {
+    if protocol == Protocol::Static || scene.is_static() {
+        return Ok(());
+    }
+    let (end, clock) = (scene.duration(), aligned.clock.clone());
+    // The last frame of a walk may end on it but for rounding.
+    let times_s = -1e-6..=end.as_secs_f64() + 1e-6;
+    aligned.frames.retain(|frame| {
+        let is_within = times_s.contains(&clock.scene_s(frame.time.as_secs_f64()));
+        if !is_within {
+            counts.add(LeftOut::OutsideScene, frame.seq);
+        }
+        is_within
+    });
+    if aligned.frames.is_empty() {
+        return Err(ValidatorError::NoOverlap {
+            starts: options.start,
+            ends: end,
+        });
+    }
+    Ok(())
+}
+
+fn seconds(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or_default()
+}
+
+fn pixels(celsius: &[f64]) -> Pixels {
+    std::array::from_fn(|pixel| celsius.get(pixel).copied().unwrap_or_default())
 }
 
 fn lag(timed: &[Timed], protocol: Protocol, asked: Option<usize>) -> Result<usize, ValidatorError> {
@@ -292,8 +432,8 @@ fn chosen(
     ));
     let frame = |index: usize| RealFrame {
         time: timed[index].time,
-        celsius: timed[index].celsius.clone(),
-        later: repeat(timed, index, lag_frames).map(<[f64]>::to_vec),
+        celsius: timed[index].celsius.to_vec(),
+        later: repeat(timed, index, lag_frames).map(|later| later.to_vec()),
     };
     chosen
         .into_iter()
@@ -302,7 +442,7 @@ fn chosen(
 }
 
 /// The frame whose number is `lag_frames` higher. A gap, or a new start of the count, between the two leaves none.
-fn repeat(timed: &[Timed], index: usize, lag_frames: usize) -> Option<&[f64]> {
+fn repeat(timed: &[Timed], index: usize, lag_frames: usize) -> Option<&Pixels> {
     let sought = timed[index]
         .seq
         .checked_add(u64::try_from(lag_frames).ok()?)?;
@@ -310,15 +450,48 @@ fn repeat(timed: &[Timed], index: usize, lag_frames: usize) -> Option<&[f64]> {
     let near = following.iter().take(lag_frames);
     near.into_iter()
         .find(|frame| frame.seq == sought)
-        .map(|frame| frame.celsius.as_slice())
+        .map(|frame| &frame.celsius)
 }
 
-fn simulated(simulator: &Simulator, real: &[RealFrame], seed: u64) -> Vec<SimulatedFrame> {
-    let frame = |real: &RealFrame| SimulatedFrame {
-        time: real.time,
-        celsius: simulator.noisy(real.time, seed).celsius,
-        noise_free: simulator.image(real.time).celsius,
-        truth: Some(simulator.truth(real.time).foreground(TRUTH_SHARE_MIN)),
+/// What the scene has at the times of the real frames, moved by the offset if that is to be taken out.
+fn simulated(
+    simulator: &Simulator,
+    real: &[RealFrame],
+    aligned: &Aligned,
+    seed: u64,
+) -> Vec<SimulatedFrame> {
+    let offset = aligned.found.offset.filter(|offset| offset.applied);
+    let frame = |real: &RealFrame| {
+        let time = match &aligned.clock {
+            clock if *clock == Clock::own() => real.time,
+            clock => seconds(clock.scene_s(real.time.as_secs_f64())),
+        };
+        let truth = Some(simulator.truth(time).foreground(TRUTH_SHARE_MIN));
+        let clean = simulator.image(time).celsius;
+        let noisy = simulator.noisy(time, seed).celsius;
+        let Some(offset) = offset else {
+            return SimulatedFrame {
+                time,
+                celsius: noisy,
+                noise_free: clean,
+                truth,
+            };
+        };
+        let [right, down] = offset
+            .right_down_px
+            .map(|px| px.clamp(-OFFSET_MAX_PX, OFFSET_MAX_PX));
+        let noise_free = moved(&pixels(&clean), right, down).to_vec();
+        let noise = noisy.iter().zip(&clean).map(|(noisy, clean)| noisy - clean);
+        SimulatedFrame {
+            time,
+            celsius: noise_free
+                .iter()
+                .zip(noise)
+                .map(|(clean, noise)| clean + noise)
+                .collect(),
+            noise_free,
+            truth,
+        }
     };
     real.iter().map(frame).collect()
 }

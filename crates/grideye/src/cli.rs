@@ -1,6 +1,7 @@
 //! The command line: names, defaults and help of every command.
 
 mod coverage;
+mod align;
 mod emulate;
 pub(crate) mod place;
 
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 pub(crate) use coverage::{Coverage, Posture, Where};
+pub(crate) use align::Align;
 pub(crate) use emulate::Emulate;
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
@@ -207,6 +209,9 @@ pub(crate) struct Record {
 
 /// Compare a recording with a simulation of its scene, and say whether they agree.
 ///
+/// Time is aligned within stated bounds where something moves, unless that is no better than chance; what was found
+/// is printed. An image that lies otherwise than the scene's is reported as a fault, and turned only if asked for.
+///
 /// Exit code 0: agrees, 1: disagrees, 3: cannot tell.
 ///
 /// Example: grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv --report report.html
@@ -237,6 +242,8 @@ pub(crate) struct Compare {
     /// `grey256`; by default the sensor's own steps.
     #[arg(long, value_name = "BINS")]
     pub(crate) binning: Option<Binning>,
+    #[command(flatten)]
+    pub(crate) align: Align,
 }
 
 /// Convert a recording; the LINAIGE layout is recognised.

@@ -23,6 +23,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     let how = Options {
         binning: options.binning,
         start: options.start,
+        align: options.align.options().map_err(bad_input)?,
         ..how(options.seed)
     };
     let mut comparison =
@@ -65,7 +66,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     Ok(outcome(comparison.judgement.verdict))
 }
 
-/// Compares one stream with what the scene's sensor would see; noise and shuffles come from `seed`.
+/// Compares one stream with what the scene's sensor would see.
 pub(crate) fn compare(
     records: &[Record],
     scene: &Scene,

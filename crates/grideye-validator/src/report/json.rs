@@ -29,6 +29,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "warm_above_c": comparison.warm_above_c,
         "union_above_c": comparison.union_above_c,
         "warm_pixels": { "real": warm.real, "claimed": warm.claimed, "overlap": warm.overlap },
+        "alignment": super::alignment::json(comparison.alignment.as_ref()),
         "scores": scores(comparison, context),
         "evaluation_graph": {
             "thresholds_c": comparison.evaluation.thresholds_c,

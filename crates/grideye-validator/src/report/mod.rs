@@ -1,5 +1,6 @@
 //! The comparison as a page for people, as a table for a terminal and as JSON for programs. All hold the same figures.
 
+mod alignment;
 mod graph;
 mod html;
 mod json;

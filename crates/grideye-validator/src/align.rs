@@ -1,0 +1,535 @@
+//! Brings a recording and a scene into step: delay, clock rate, pace; and says how the image lies.
+//!
+//! ```text
+//!  recording ─▶ each pixel less its mean ─┐
+//!                                         ├─▶ likeness of what moves ─▶ best within the bounds ─▶ better than chance? ─▶ applied
+//!  scene ─────▶ frames at any time ───────┘                                                    ─▶ or left as it was
+//! ```
+//!
+//! Alignment could make a wrong scene look right. What keeps it from that:
+//!
+//! - It has one or two degrees of freedom by default, a delay and a clock rate, each within a stated bound. The default
+//!   bound of half a second is a third of a metre of walking: what frames really lag behind is 0.2 to 0.3 s.
+//! - It only ever sees what moves: each pixel loses its mean over time. A radiator, a table or an offset that is wrong
+//!   cannot be aligned away, for they do not take part; they stay in the scores.
+//! - Frames that a candidate pushes out of the scene's time stay in its denominator. No delay gains by leaving out what
+//!   it cannot explain.
+//! - Chance gets the same freedom. The same search is run with decoys: the scene in its seven other orientations and
+//!   run backwards, fifteen films that move as much, as fast and as smoothly as the scene. An alignment that is no
+//!   better than the best of them is not applied. Decoys that are the scene itself (a walk that is its own mirror
+//!   image) are left out, told by their likeness to it.
+//! - Warping must earn its path on frames that it was not fitted to, stays within the bound of the shift, and keeps
+//!   every pace between a half and one and a half. Nobody is made to stand, to turn back or to be somewhere else.
+//! - The scores and the verdict are then those of the aligned frames, with their floors and ceilings, as without.
+//!
+//! What it cannot tell: on a straight way walked once, a delay and a sensor that is tilted along the way look alike. If
+//! an offset of the image explains the recording as well as the delay that was found, the report says so.
+
+mod decoy;
+mod law;
+mod search;
+mod space;
+mod track;
+mod warp;
+
+pub use law::Law;
+pub use space::Orientation;
+pub use warp::Warp;
+
+pub(crate) use space::moved;
+pub(crate) use track::Pixels;
+
+use crate::ValidatorError;
+use crate::clean::LeftOutCount;
+use crate::metrics::count;
+use search::{Line, best_line, standard_errors};
+use space::Pairs;
+use std::time::Duration;
+use track::{Fit, Track, Walk};
+
+/// Largest bound of the delay.
+pub const SHIFT_MAX: Duration = Duration::from_secs(60);
+/// Largest bound of the clock rate, as a share.
+pub const RATE_MAX: f64 = 0.2;
+/// Frames of a recording that alignment looks at; of more, these are chosen evenly.
+pub const SAMPLE_MAX: usize = 2_048;
+/// Alignment looks at this much of a recording from its first frame on.
+pub const SPAN_MAX: Duration = Duration::from_secs(600);
+
+/// What may be done to the recording's time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TimeAlignment {
+    /// Nothing: every frame at its own time.
+    None,
+    /// One delay for the whole recording.
+    Shift,
+    /// A delay and a constant rate of the clock.
+    Rate,
+    /// These, and a path about them (dynamic time warping in a band).
+    Warp,
+    /// When the walk begins and ends, and how speed is spread over it, in four numbers.
+    Law,
+}
+
+impl TimeAlignment {
+    /// The stable name for files and programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Shift => "shift",
+            Self::Rate => "rate",
+            Self::Warp => "warp",
+            Self::Law => "law",
+        }
+    }
+}
+
+/// What may be aligned, and how far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlignOptions {
+    /// What may be done to time.
+    pub time: TimeAlignment,
+    /// Whether an image that lies otherwise than the scene's is turned; it is reported in any case.
+    pub orientation: bool,
+    /// Whether an offset of up to [`OFFSET_MAX_PX`] is taken out; it is reported in any case.
+    pub pose: bool,
+    /// The delay, and the departure of a path or of either end of a walk, is at most this either way, up to
+    /// [`SHIFT_MAX`].
+    pub shift_max: Duration,
+    /// The clock rate is off by at most this share either way, 0 to [`RATE_MAX`].
+    pub rate_max: f64,
+}
+
+impl Default for AlignOptions {
+    /// Delay up to half a second and rate up to 6 %; nothing is turned or moved.
+    fn default() -> Self {
+        Self {
+            time: TimeAlignment::Rate,
+            orientation: false,
+            pose: false,
+            shift_max: Duration::from_millis(500),
+            rate_max: 0.06,
+        }
+    }
+}
+
+/// The largest offset of the image that is taken out, pixels each way; a larger one is another pose, not its error.
+pub const OFFSET_MAX_PX: f64 = 0.5;
+/// The largest that is looked for.
+const OFFSET_SOUGHT_PX: f64 = 1.5;
+
+/// What was found out about how recording and scene lie to each other, and what of it was applied.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Alignment {
+    /// What was left out, by reason.
+    pub left_out: Vec<LeftOutCount>,
+    /// Range of the slow drift that was taken out of all pixels alike, °C.
+    pub drift_c: f64,
+    /// Time, if something moves and it was asked for.
+    pub time: Option<TimeFound>,
+    /// How the image lies, if the recording can tell.
+    pub orientation: Option<OrientationFound>,
+    /// Offset of the image, if the recording can tell.
+    pub offset: Option<OffsetFound>,
+}
+
+/// What was found out about time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimeFound {
+    /// What was asked for.
+    pub asked: TimeAlignment,
+    /// The scene's time less the recording's at the recording's first frame, seconds: above zero, the recording is
+    /// late.
+    pub shift_s: f64,
+    /// Its standard error, seconds, if the scene's changes tell it.
+    pub shift_error_s: Option<f64>,
+    /// Seconds of the scene in one of the recording, less 1. 0 where it could not be told from 0.
+    pub rate: f64,
+    /// Its standard error.
+    pub rate_error: Option<f64>,
+    /// Likeness of what moves without alignment: correlation over all pixels and frames, -1 to 1.
+    pub likeness_before: f64,
+    /// The same with it.
+    pub likeness: f64,
+    /// The best that decoys reach when they are aligned alike; `None` if every decoy is the scene itself.
+    pub chance: Option<f64>,
+    /// How many decoys there were.
+    pub decoys: usize,
+    /// Whether the alignment was applied: it is better than chance.
+    pub applied: bool,
+    /// Whether it lies at a bound, so that the truth may lie beyond.
+    pub at_bound: bool,
+    /// An offset of the image, pixels to the right and downwards, that would explain the recording as well as the
+    /// delay does.
+    pub rival_offset_px: Option<[f64; 2]>,
+    /// The path, if it was asked for and earned.
+    pub warp: Option<Warp>,
+    /// The law, if it was asked for.
+    pub law: Option<Law>,
+}
+
+/// How the image lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrientationFound {
+    /// The orientation that fits best.
+    pub orientation: Orientation,
+    /// Its likeness, -1 to 1.
+    pub likeness: f64,
+    /// That of the image as it is.
+    pub upright: f64,
+    /// Whether the image was turned.
+    pub applied: bool,
+}
+
+/// Where the image lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OffsetFound {
+    /// Pixels that the recorded image lies to the right and below of the scene's.
+    pub right_down_px: [f64; 2],
+    /// Likeness without taking it out, and with.
+    pub likeness: [f64; 2],
+    /// Whether it was taken out.
+    pub applied: bool,
+}
+
+impl OffsetFound {
+    /// Whether it is more than [`OFFSET_MAX_PX`] either way.
+    #[must_use]
+    pub fn is_another_pose(&self) -> bool {
+        self.right_down_px.iter().any(|px| px.abs() > OFFSET_MAX_PX)
+    }
+}
+
+/// Bounds of shift and rate, and where the recording begins, in seconds of the scene.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds {
+    pub(crate) origin_s: f64,
+    pub(crate) shift_max_s: f64,
+    pub(crate) rate_max: f64,
+}
+
+/// The scene's time at each of the recording's.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Clock {
+    Line(Line),
+    Law(Law),
+    Warp(Line, Warp),
+}
+
+impl Clock {
+    /// The recording's own.
+    pub(crate) const fn own() -> Self {
+        Self::Line(Line {
+            shift_s: 0.0,
+            rate: 0.0,
+            origin_s: 0.0,
+        })
+    }
+
+    pub(crate) fn scene_s(&self, time_s: f64) -> f64 {
+        match self {
+            Self::Line(line) => line.scene_s(time_s),
+            Self::Law(law) => law.scene_s(time_s),
+            Self::Warp(line, warp) => line.scene_s(time_s) + warp.by_s(time_s),
+        }
+    }
+}
+
+/// A recording's sample and the scene's film, ready to be aligned.
+pub(crate) struct Aligner {
+    walk: Walk,
+    track: Track,
+    bounds: Bounds,
+    /// The sample's mean frame less ambient.
+    mean_c: Pixels,
+}
+
+impl AlignOptions {
+    /// # Errors
+    /// A bound out of its range.
+    pub(crate) fn check(&self) -> Result<(), ValidatorError> {
+        if self.shift_max > SHIFT_MAX {
+            return Err(ValidatorError::Setting {
+                name: "max-shift",
+                expected: "0 to 60 seconds",
+                found: self.shift_max.as_secs_f64(),
+            });
+        }
+        if !(0.0..=RATE_MAX).contains(&self.rate_max) {
+            return Err(ValidatorError::Setting {
+                name: "max-rate",
+                expected: "0 to 20 %",
+                found: 100.0 * self.rate_max,
+            });
+        }
+        Ok(())
+    }
+
+    fn bounds(&self, origin_s: f64) -> Bounds {
+        Bounds {
+            origin_s,
+            shift_max_s: match self.time {
+                TimeAlignment::None => 0.0,
+                _ => self.shift_max.as_secs_f64(),
+            },
+            rate_max: match self.time {
+                TimeAlignment::Rate | TimeAlignment::Warp => self.rate_max,
+                TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Law => 0.0,
+            },
+        }
+    }
+}
+
+impl Aligner {
+    /// `times_s` are the scene's times of the frames if nothing is aligned, ascending; `end_s` is the scene's end.
+    pub(crate) fn new(
+        simulator: &grideye_scene::Simulator,
+        end_s: f64,
+        times_s: Vec<f64>,
+        frames: Vec<Pixels>,
+        options: &AlignOptions,
+    ) -> Self {
+        let (first_s, last_s) = (
+            times_s.first().copied().unwrap_or_default(),
+            times_s.last().copied().unwrap_or_default(),
+        );
+        let bounds = options.bounds(first_s);
+        // A path may leave the line by as much again as the line's own shift.
+        let reach_s = 2.0 * bounds.shift_max_s + 1.0;
+        let beyond_s = reach_s + bounds.rate_max * (last_s - first_s);
+        let track = Track::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
+        let number = count(frames.len().max(1));
+        let mut mean_c = [0.0; grideye_frame::PIXELS];
+        for frame in &frames {
+            for (mean, celsius) in mean_c.iter_mut().zip(frame) {
+                *mean += (celsius - simulator.ambient_c()) / number;
+            }
+        }
+        Self {
+            walk: Walk::new(times_s, frames),
+            track,
+            bounds,
+            mean_c,
+        }
+    }
+
+    /// The same with the recording's image turned back from an orientation.
+    pub(crate) fn turned_back(self, orientation: Orientation) -> Self {
+        let back = orientation.inverse();
+        Self {
+            walk: self.walk.map(|frame| back.apply(frame)),
+            mean_c: back.apply(&self.mean_c),
+            ..self
+        }
+    }
+
+    /// The law of time, and what was found. Without better evidence than chance the clock is the recording's own.
+    pub(crate) fn time(&self, asked: TimeAlignment) -> (Clock, TimeFound) {
+        let (walk, track, bounds) = (&self.walk, &self.track, &self.bounds);
+        let before = walk.fit(track, |time_s| time_s);
+        let (line, fit, errors) = self.line();
+        let mut clock = Clock::Line(line);
+        let mut best = fit;
+        match asked {
+            TimeAlignment::Warp => {
+                if let Some((warp, fit)) = self.warp(line, &fit) {
+                    (clock, best) = (Clock::Warp(line, warp), fit);
+                }
+            }
+            TimeAlignment::Law => {
+                let (law, fit) = law::best_law(walk, track, bounds);
+                (clock, best) = (Clock::Law(law), fit);
+            }
+            TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {}
+        }
+        let chance = decoy::chance(walk, track, bounds, asked);
+        let applied = best.likeness > chance.best.unwrap_or(0.0).max(LIKENESS_MIN);
+        let found = TimeFound {
+            asked,
+            shift_s: line.shift_s,
+            shift_error_s: errors.map(|errors| errors.0),
+            rate: line.rate,
+            rate_error: errors.map(|errors| errors.1),
+            likeness_before: before.likeness,
+            likeness: best.likeness,
+            chance: chance.best,
+            decoys: chance.decoys,
+            applied,
+            at_bound: at_bound(&clock, bounds),
+            rival_offset_px: self.rival(line, &fit),
+            warp: match &clock {
+                Clock::Warp(_, warp) => Some(warp.clone()),
+                _ => None,
+            },
+            law: match clock {
+                Clock::Law(law) => Some(law),
+                _ => None,
+            },
+        };
+        (if applied { clock } else { Clock::own() }, found)
+    }
+
+    /// The best line; its rate is 0 if it cannot be told from 0.
+    fn line(&self) -> (Line, Fit, Option<(f64, f64)>) {
+        let (walk, track, bounds) = (&self.walk, &self.track, &self.bounds);
+        let (line, fit) = best_line(walk, track, bounds);
+        let errors = standard_errors(walk, track, line, &fit);
+        let told = errors.is_some_and(|(_, rate)| line.rate.abs() > ERRORS_TOLD * rate);
+        if told || bounds.rate_max == 0.0 {
+            return (line, fit, errors);
+        }
+        let fixed = Bounds {
+            rate_max: 0.0,
+            ..*bounds
+        };
+        let (line, fit) = best_line(walk, track, &fixed);
+        (line, fit, errors)
+    }
+
+    /// A path that explains frames that it was not fitted to better than the line does.
+    fn warp(&self, line: Line, fit: &Fit) -> Option<(Warp, Fit)> {
+        let (track, band_s) = (&self.track, self.bounds.shift_max_s);
+        let path = |walk: &Walk| warp::best_warp(walk, track, line, fit, band_s);
+        let [even, odd] = self.walk.halves();
+        let likeness = |walk: &Walk, warp: &Warp| {
+            walk.fit(track, |time_s| line.scene_s(time_s) + warp.by_s(time_s)).likeness
+        };
+        let straight = |walk: &Walk| walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+        let gain = likeness(&odd, &path(&even)) - straight(&odd) + likeness(&even, &path(&odd))
+            - straight(&even);
+        if gain / 2.0 < WARP_GAIN_MIN {
+            return None;
+        }
+        let warp = path(&self.walk);
+        let fit = self
+            .walk
+            .fit(track, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
+        Some((warp, fit))
+    }
+
+    /// An offset of the image that does without the delay what the delay does.
+    fn rival(&self, line: Line, fit: &Fit) -> Option<[f64; 2]> {
+        if line.shift_s.abs() < RIVAL_SHIFT_MIN_S {
+            return None;
+        }
+        let rated = |time_s: f64| line.scene_s(time_s) - line.shift_s;
+        let pairs = Pairs::moving(&self.walk.thinned(OFFSET_FRAMES), &self.track, rated);
+        let (offset, [_, likeness]) = pairs.best_offset(OFFSET_SOUGHT_PX);
+        (likeness > fit.likeness - RIVAL_LESS_MAX).then_some(offset)
+    }
+
+    /// How the image lies, by what moves and, where that leaves a choice, by what stands still.
+    pub(crate) fn orientation(&self) -> Option<OrientationFound> {
+        let walk = self.walk.thinned(decoy::FRAMES);
+        let still = self.still_claim(|time_s| time_s);
+        let own = walk.of_scene(&self.track);
+        let likeness = |orientation: Orientation| {
+            let film = self.track.map(|frame| orientation.apply(frame));
+            let moving = best_line(&walk, &film, &self.bounds).1.likeness;
+            moving + STILL_WEIGHT * space::still_likeness(&self.mean_c, &orientation.apply(&still))
+        };
+        let same = |orientation: Orientation| {
+            let film = self.track.map(|frame| orientation.apply(frame));
+            let moving = best_line(&own, &film, &self.bounds).1.likeness;
+            moving + STILL_WEIGHT * space::still_likeness(&still, &orientation.apply(&still))
+                > SAME_MIN * (1.0 + STILL_WEIGHT)
+        };
+        best_orientation(likeness, same, 1.0 + STILL_WEIGHT)
+    }
+
+    /// The offset of the image at the times that were found.
+    pub(crate) fn offset(&self, clock: &Clock) -> Option<OffsetFound> {
+        let walk = self.walk.thinned(OFFSET_FRAMES);
+        let pairs = Pairs::moving(&walk, &self.track, |time_s| clock.scene_s(time_s));
+        let (right_down_px, likeness) = pairs.best_offset(OFFSET_SOUGHT_PX);
+        (likeness[0] > OFFSET_LIKENESS_MIN).then_some(OffsetFound {
+            right_down_px,
+            likeness,
+            applied: false,
+        })
+    }
+
+    /// The scene's mean frame over the recording.
+    fn still_claim(&self, scene_s: impl Fn(f64) -> f64) -> Pixels {
+        let mut sums = track::Sums::default();
+        for &time_s in &self.walk.times_s {
+            if let Some(claim) = self.track.at(scene_s(time_s)) {
+                sums.add(&claim, &claim);
+            }
+        }
+        sums.mean_claim()
+    }
+}
+
+/// How a still image lies.
+pub(crate) fn still_orientation(real: &Pixels, claim: &Pixels) -> Option<OrientationFound> {
+    let seen = |image: &Pixels, orientation: Orientation| {
+        space::still_likeness(image, &orientation.apply(claim))
+    };
+    best_orientation(
+        |orientation| seen(real, orientation),
+        |orientation| seen(claim, orientation) > SAME_MIN,
+        1.0,
+    )
+}
+
+/// The orientation of most likeness. One that makes the scene what it was counts as upright, and another one has to be
+/// better by a margin.
+fn best_orientation(
+    likeness: impl Fn(Orientation) -> f64,
+    same: impl Fn(Orientation) -> bool,
+    most: f64,
+) -> Option<OrientationFound> {
+    let upright = likeness(Orientation::Upright) / most;
+    let (best, orientation) = Orientation::ALL
+        .into_iter()
+        .skip(1)
+        .filter(|&orientation| !same(orientation))
+        .map(|orientation| (likeness(orientation) / most, orientation))
+        .max_by(|left, right| left.0.total_cmp(&right.0))?;
+    let is_other = best > upright + ORIENTATION_MARGIN && best > LIKENESS_MIN;
+    Some(OrientationFound {
+        orientation: if is_other {
+            orientation
+        } else {
+            Orientation::Upright
+        },
+        likeness: if is_other { best } else { upright },
+        upright,
+        applied: false,
+    })
+}
+
+/// Whatever chance reaches, less likeness than this is none.
+const LIKENESS_MIN: f64 = 0.3;
+/// A rate is told from none when it is larger than so many of its standard errors.
+const ERRORS_TOLD: f64 = 3.0;
+/// What a path has to gain in likeness on frames that it was not fitted to.
+const WARP_GAIN_MIN: f64 = 0.005;
+/// A delay of less than this is not asked whether it might be an offset.
+const RIVAL_SHIFT_MIN_S: f64 = 0.1;
+/// So much less likeness than the delay's still counts as explaining as well.
+const RIVAL_LESS_MAX: f64 = 0.01;
+const OFFSET_FRAMES: usize = 256;
+/// With less likeness than this nothing is said of parts of a pixel.
+const OFFSET_LIKENESS_MIN: f64 = 0.4;
+/// What stands still weighs less than what moves: rooms hold warm things that a scene does not know.
+const STILL_WEIGHT: f64 = 0.3;
+/// From this likeness on two films are one.
+pub(crate) const SAME_MIN: f64 = 0.9;
+/// By so much another orientation has to fit better than the upright one.
+const ORIENTATION_MARGIN: f64 = 0.1;
+
+fn at_bound(clock: &Clock, bounds: &Bounds) -> bool {
+    let close = |value: f64, most: f64| most > 0.0 && value.abs() > 0.98 * most;
+    match clock {
+        Clock::Line(line) | Clock::Warp(line, _) => {
+            close(line.shift_s, bounds.shift_max_s) || close(line.rate, bounds.rate_max)
+        }
+        Clock::Law(law) => {
+            close(law.begins_late_s, bounds.shift_max_s)
+                || close(law.ends_late_s, bounds.shift_max_s)
+        }
+    }
+}

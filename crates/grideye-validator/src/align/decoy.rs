@@ -1,0 +1,54 @@
+//! What chance reaches with the same freedom.
+
+use super::search::best_line;
+use super::space::Orientation;
+use super::track::{Track, Walk};
+use super::{Bounds, TimeAlignment, law, warp};
+
+/// Frames that decoys are aligned on.
+pub(crate) const FRAMES: usize = 96;
+/// From this likeness to the scene on a decoy is the scene.
+const KIN_MIN: f64 = 0.7;
+
+/// The best of the decoys.
+pub(crate) struct Chance {
+    /// Likeness of the best; `None` if there was no decoy.
+    pub(crate) best: Option<f64>,
+    pub(crate) decoys: usize,
+}
+
+/// Aligns the recording with films that are not the scene but move like it.
+pub(crate) fn chance(walk: &Walk, track: &Track, bounds: &Bounds, asked: TimeAlignment) -> Chance {
+    let walk = walk.thinned(FRAMES);
+    let own = walk.of_scene(track);
+    let mut found = Chance {
+        best: None,
+        decoys: 0,
+    };
+    for orientation in Orientation::ALL {
+        let turned = track.map(|frame| orientation.apply(frame));
+        for (film, is_backwards) in [(turned.reversed(), true), (turned, false)] {
+            let is_scene = orientation == Orientation::Upright && !is_backwards;
+            if is_scene || best_line(&own, &film, bounds).1.likeness > KIN_MIN {
+                continue;
+            }
+            found.decoys += 1;
+            let likeness = aligned(&walk, &film, bounds, asked);
+            found.best = Some(found.best.map_or(likeness, |best| best.max(likeness)));
+        }
+    }
+    found
+}
+
+fn aligned(walk: &Walk, film: &Track, bounds: &Bounds, asked: TimeAlignment) -> f64 {
+    let (line, fit) = best_line(walk, film, bounds);
+    match asked {
+        TimeAlignment::Law => law::best_law(walk, film, bounds).1.likeness,
+        TimeAlignment::Warp => {
+            let warp = warp::best_warp(walk, film, line, &fit, bounds.shift_max_s);
+            let warped = walk.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
+            fit.likeness.max(warped.likeness)
+        }
+        TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => fit.likeness,
+    }
+}

@@ -1,0 +1,166 @@
+//! The time law of the trajectory: when the walk begins and ends, and how speed is spread over it.
+
+use super::Bounds;
+use super::track::{Fit, Track, Walk};
+use crate::metrics::count;
+
+/// A law of time with four parameters: `scene = first + length * g(u)`, u from 0 at the begin to 1 at the end, and
+/// `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 - u)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Law {
+    /// When the walk begins in the recording, seconds later than the scene has it.
+    pub begins_late_s: f64,
+    /// When it ends in the recording, seconds later than the scene has it.
+    pub ends_late_s: f64,
+    /// -1 to 1: 1 sets off and stops as smoothly as minimum jerk where the scene has constant speed, -1 the other way
+    /// round.
+    pub ease: f64,
+    /// -1 to 1: above 0, faster in the first half and slower in the second than the scene.
+    pub lean: f64,
+    /// The scene's times of the two ends, seconds.
+    pub(crate) scene_s: (f64, f64),
+}
+
+impl Law {
+    /// The scene's time at a time of the recording; outside the walk it runs on at the recording's pace.
+    pub(crate) fn scene_s(&self, time_s: f64) -> f64 {
+        let (first_s, last_s) = self.scene_s;
+        let (begin_s, end_s) = (first_s + self.begins_late_s, last_s + self.ends_late_s);
+        if time_s < begin_s {
+            return first_s + time_s - begin_s;
+        }
+        if time_s > end_s {
+            return last_s + time_s - end_s;
+        }
+        let part = (time_s - begin_s) / (end_s - begin_s).max(f64::MIN_POSITIVE);
+        first_s + (last_s - first_s) * self.profile(part)
+    }
+
+    fn profile(&self, u: f64) -> f64 {
+        let smooth = u * u * u * (10.0 + u * (6.0 * u - 15.0));
+        (1.0 - self.ease) * u + self.ease * smooth + self.lean * u * (1.0 - u)
+    }
+
+    /// Nobody walks backwards in time.
+    fn rises(&self) -> bool {
+        const PARTS: usize = 40;
+        let at = |part: usize| self.profile(count(part) / count(PARTS));
+        (0..PARTS).all(|part| at(part + 1) >= at(part))
+    }
+}
+
+/// The best law: begin and end are no further from the scene's than the bounds allow a shift to be.
+pub(crate) fn best_law(walk: &Walk, track: &Track, bounds: &Bounds) -> (Law, Fit) {
+    const STEPS: usize = 4;
+    const SHAPES: [(f64, f64); 7] = [
+        (0.0, 0.0),
+        (0.5, 0.0),
+        (1.0, 0.0),
+        (-0.5, 0.0),
+        (-1.0, 0.0),
+        (0.0, 0.4),
+        (0.0, -0.4),
+    ];
+    let law = |begin: f64, end: f64, (ease, lean): (f64, f64)| Law {
+        begins_late_s: begin,
+        ends_late_s: end,
+        ease,
+        lean,
+        scene_s: (track.first_s(), track.last_s()),
+    };
+    let coarse = walk.thinned(256);
+    let likeness = |law: &Law| coarse.fit(track, |time_s| law.scene_s(time_s)).likeness;
+    let late = |index: usize| bounds.shift_max_s * (count(index) / count(STEPS) - 1.0);
+    let mut starts: Vec<(f64, Law)> = Vec::new();
+    for begin in 0..=2 * STEPS {
+        for end in 0..=2 * STEPS {
+            for shape in SHAPES {
+                let law = law(late(begin), late(end), shape);
+                if law.rises() {
+                    starts.push((likeness(&law), law));
+                }
+            }
+        }
+    }
+    starts.sort_by(|left, right| right.0.total_cmp(&left.0));
+    let best = starts
+        .into_iter()
+        .take(3)
+        .map(|(_, start)| downhill(&coarse, track, start, bounds))
+        .max_by(|left, right| left.0.total_cmp(&right.0))
+        .map_or(law(0.0, 0.0, (0.0, 0.0)), |(_, law)| law);
+    (best, walk.fit(track, |time_s| best.scene_s(time_s)))
+}
+
+/// Compass search over the four parameters.
+fn downhill(walk: &Walk, track: &Track, start: Law, bounds: &Bounds) -> (f64, Law) {
+    let likeness = |law: &Law| walk.fit(track, |time_s| law.scene_s(time_s)).likeness;
+    let (mut best, mut value, mut step) = (start, likeness(&start), 0.25);
+    while step > 0.002 {
+        let better = neighbours(&best, step, bounds.shift_max_s)
+            .filter(Law::rises)
+            .map(|law| (likeness(&law), law))
+            .max_by(|left, right| left.0.total_cmp(&right.0))
+            .filter(|(other, _)| *other > value);
+        match better {
+            Some((other, law)) => (value, best) = (other, law),
+            None => step /= 2.0,
+        }
+    }
+    (value, best)
+}
+
+fn neighbours(law: &Law, step: f64, most_s: f64) -> impl Iterator<Item = Law> {
+    let law = *law;
+    let moves: [[f64; 4]; 6] = [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0, 0.0],
+        [1.0, -1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
+    moves.into_iter().flat_map(move |by| {
+        [step, -step].map(|step| Law {
+            begins_late_s: (law.begins_late_s + by[0] * step * most_s).clamp(-most_s, most_s),
+            ends_late_s: (law.ends_late_s + by[1] * step * most_s).clamp(-most_s, most_s),
+            ease: (law.ease + by[2] * step).clamp(-1.0, 1.0),
+            lean: (law.lean + by[3] * step).clamp(-1.0, 1.0),
+            ..law
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(ease: f64, lean: f64) -> Law {
+        Law {
+            begins_late_s: 0.5,
+            ends_late_s: -0.5,
+            ease,
+            lean,
+            scene_s: (0.0, 10.0),
+        }
+    }
+
+    #[test]
+    fn the_ends_are_where_they_are_said_to_be_and_time_runs_on_beyond() {
+        for law in [law(0.0, 0.0), law(1.0, 0.0), law(-1.0, 0.0), law(0.2, 0.3)] {
+            for (time_s, expected) in [(0.5, 0.0), (9.5, 10.0), (0.0, -0.5), (10.5, 11.0)] {
+                assert!((law.scene_s(time_s) - expected).abs() < 1e-12, "{time_s}");
+            }
+            assert!(law.rises());
+        }
+    }
+
+    /// Minimum jerk (Flash and Hogan 1985): a quarter of the time is 0.103516 of the way; speed is 15/8 half way.
+    #[test]
+    fn ease_is_minimum_jerk_and_lean_goes_first() {
+        assert!((law(1.0, 0.0).scene_s(0.5 + 9.0 / 4.0) - 1.035_156_25).abs() < 1e-12);
+        assert!((law(0.0, 0.0).scene_s(0.5 + 9.0 / 4.0) - 2.5).abs() < 1e-12);
+        assert!((law(0.0, 0.4).scene_s(5.0) - 6.0).abs() < 1e-12);
+        assert!(!law(1.0, 0.4).rises() && !law(0.0, 1.5).rises());
+    }
+}

@@ -1,0 +1,187 @@
+//! Constant shift and clock rate: all of a grid within the bounds, then downhill from the best of it.
+
+use super::Bounds;
+use super::track::{Fit, Track, Walk, whole};
+use crate::metrics::count;
+
+/// Shifts of the grid stand this far apart, seconds: a walker's picture of one moment still resembles that of the next.
+const SHIFT_STEP_S: f64 = 0.1;
+/// Rates of the grid part the ends of the recording by this, seconds.
+const RATE_STEP_S: f64 = 0.3;
+/// Frames that the grid is searched with, if it is small enough.
+const GRID_FRAMES: usize = 256;
+/// The fewest that it is searched with, however large it is.
+const GRID_FRAMES_MIN: usize = 48;
+/// From so many places of the grid on, fewer frames are taken.
+const GRID_PLACES: usize = 20_000;
+/// Best places of the grid that are followed downhill.
+const STARTS: usize = 5;
+/// The last step downhill, seconds.
+const SHIFT_LAST_S: f64 = 0.000_5;
+
+/// A line of time: scene = recording + shift + rate * (recording - origin), seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Line {
+    /// At the origin, which is the recording's first frame.
+    pub(crate) shift_s: f64,
+    pub(crate) rate: f64,
+    pub(crate) origin_s: f64,
+}
+
+impl Line {
+    pub(crate) fn scene_s(self, time_s: f64) -> f64 {
+        time_s + self.shift_s + self.rate * (time_s - self.origin_s)
+    }
+}
+
+/// The best line within the bounds and what it explains.
+pub(crate) fn best_line(walk: &Walk, track: &Track, bounds: &Bounds) -> (Line, Fit) {
+    let grid = Grid::new(walk, bounds);
+    let coarse = walk.thinned(grid.frames());
+    let mut best: Vec<(f64, Line)> = Vec::with_capacity(STARTS + 1);
+    for line in grid.lines() {
+        let likeness = coarse.fit(track, |time_s| line.scene_s(time_s)).likeness;
+        let place = best.partition_point(|(other, _)| *other >= likeness);
+        if place < STARTS {
+            best.insert(place, (likeness, line));
+            best.truncate(STARTS);
+        }
+    }
+    let start = best
+        .into_iter()
+        .map(|(_, line)| grid.downhill(&coarse, track, line, SHIFT_LAST_S * 20.0))
+        .max_by(|left, right| left.0.total_cmp(&right.0))
+        .map_or(grid.centre(), |(_, line)| line);
+    let (_, line) = grid.downhill(walk, track, start, SHIFT_LAST_S);
+    (line, walk.fit(track, |time_s| line.scene_s(time_s)))
+}
+
+struct Grid {
+    origin_s: f64,
+    /// Half the recording's length: shift in its middle and rate hardly depend on each other.
+    half_s: f64,
+    shift_max_s: f64,
+    rate_max: f64,
+    shifts: usize,
+    rates: usize,
+}
+
+impl Grid {
+    fn new(walk: &Walk, bounds: &Bounds) -> Self {
+        let span_s = walk.span_s();
+        let steps = |range: f64, step: f64| whole((range / step).ceil().clamp(0.0, 10_000.0));
+        Self {
+            origin_s: bounds.origin_s,
+            half_s: span_s / 2.0,
+            shift_max_s: bounds.shift_max_s,
+            rate_max: bounds.rate_max,
+            shifts: steps(bounds.shift_max_s, SHIFT_STEP_S),
+            rates: steps(bounds.rate_max * span_s, RATE_STEP_S),
+        }
+    }
+
+    fn places(&self) -> usize {
+        (2 * self.shifts + 1) * (2 * self.rates + 1)
+    }
+
+    fn frames(&self) -> usize {
+        (GRID_FRAMES * GRID_PLACES / self.places().max(GRID_PLACES)).max(GRID_FRAMES_MIN)
+    }
+
+    fn centre(&self) -> Line {
+        Line {
+            shift_s: 0.0,
+            rate: 0.0,
+            origin_s: self.origin_s,
+        }
+    }
+
+    fn lines(&self) -> impl Iterator<Item = Line> + '_ {
+        let ends = |steps: usize, most: f64| {
+            let step = most / count(steps.max(1));
+            (0..=2 * steps).map(move |index| (count(index) - count(steps)) * step)
+        };
+        ends(self.rates, self.rate_max).flat_map(move |rate| {
+            ends(self.shifts, self.shift_max_s).map(move |shift_s| Line {
+                shift_s,
+                rate,
+                origin_s: self.origin_s,
+            })
+        })
+    }
+
+    /// Compass search: the best of the neighbours, and half the step where none is better.
+    fn downhill(&self, walk: &Walk, track: &Track, start: Line, last_s: f64) -> (f64, Line) {
+        let likeness = |line: Line| walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+        let (mut best, mut value) = (start, likeness(start));
+        let mut step_s = SHIFT_STEP_S;
+        while step_s >= last_s {
+            let better = self
+                .neighbours(best, step_s)
+                .map(|line| (likeness(line), line))
+                .max_by(|left, right| left.0.total_cmp(&right.0))
+                .filter(|(other, _)| *other > value);
+            match better {
+                Some((other, line)) => (value, best) = (other, line),
+                None => step_s /= 2.0,
+            }
+        }
+        (value, best)
+    }
+
+    /// Shifted as a whole, or turned about the recording's middle.
+    fn neighbours(&self, line: Line, step_s: f64) -> impl Iterator<Item = Line> {
+        let turn = if self.rate_max > 0.0 && self.half_s > 0.0 {
+            step_s / self.half_s
+        } else {
+            0.0
+        };
+        let (shift_max_s, rate_max, half_s) = (self.shift_max_s, self.rate_max, self.half_s);
+        [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
+            .into_iter()
+            .map(move |(shifted, turned): (f64, f64)| {
+                let rate = (line.rate + turned * turn).clamp(-rate_max, rate_max);
+                let shift_s = line.shift_s + shifted * step_s - (rate - line.rate) * half_s;
+                Line {
+                    shift_s: shift_s.clamp(-shift_max_s, shift_max_s),
+                    rate,
+                    ..line
+                }
+            })
+    }
+}
+
+/// Standard errors of shift (at the origin) and rate, from how fast the scene changes in time and what was left
+/// unexplained. What is left is taken as independent between frames, which is nearly so for the sensor's noise and not
+/// for a scene that is wrong.
+pub(crate) fn standard_errors(walk: &Walk, track: &Track, line: Line, fit: &Fit) -> Option<(f64, f64)> {
+    const NUDGE_S: f64 = 0.05;
+    let (mut ones, mut cross, mut squares, mut values) = (0.0, 0.0, 0.0, 0_usize);
+    for &time_s in &walk.times_s {
+        let scene_s = line.scene_s(time_s);
+        let (Some(before), Some(after)) =
+            (track.at(scene_s - NUDGE_S), track.at(scene_s + NUDGE_S))
+        else {
+            continue;
+        };
+        let slope: f64 = before
+            .iter()
+            .zip(&after)
+            .map(|(before, after)| ((after - before) / (2.0 * NUDGE_S) * fit.amplitude).powi(2))
+            .sum();
+        let since_s = time_s - line.origin_s;
+        ones += slope;
+        cross += slope * since_s;
+        squares += slope * since_s * since_s;
+        values += before.len();
+    }
+    let determinant = ones * squares - cross * cross;
+    let variance = fit.left_c2 / count(walk.frames.len() * grideye_frame::PIXELS);
+    if values == 0 || determinant <= 0.0 {
+        return None;
+    }
+    Some((
+        (variance * squares / determinant).sqrt(),
+        (variance * ones / determinant).sqrt(),
+    ))
+}

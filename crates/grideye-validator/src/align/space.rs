@@ -1,0 +1,241 @@
+//! The eight ways in which a square image can lie, and offsets of less than a pixel.
+
+use super::track::{Pixels, Sums, Track, Walk};
+use grideye_frame::COLUMNS;
+use std::fmt;
+
+/// How a recorded image lies against the scene's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Orientation {
+    /// As the scene has it.
+    Upright,
+    /// Turned a quarter clockwise.
+    QuarterClockwise,
+    /// Turned by half.
+    Half,
+    /// Turned a quarter counter-clockwise.
+    QuarterCounterclockwise,
+    /// Left and right swapped.
+    MirroredLeftRight,
+    /// Top and bottom swapped.
+    MirroredTopBottom,
+    /// Rows and columns swapped.
+    Transposed,
+    /// Rows and columns swapped, about the other diagonal.
+    TransposedOther,
+}
+
+impl Orientation {
+    /// All eight, the upright one first.
+    pub const ALL: [Self; 8] = [
+        Self::Upright,
+        Self::QuarterClockwise,
+        Self::Half,
+        Self::QuarterCounterclockwise,
+        Self::MirroredLeftRight,
+        Self::MirroredTopBottom,
+        Self::Transposed,
+        Self::TransposedOther,
+    ];
+
+    /// The stable name for files and programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Upright => "upright",
+            Self::QuarterClockwise => "quarter_clockwise",
+            Self::Half => "half",
+            Self::QuarterCounterclockwise => "quarter_counterclockwise",
+            Self::MirroredLeftRight => "mirrored_left_right",
+            Self::MirroredTopBottom => "mirrored_top_bottom",
+            Self::Transposed => "transposed",
+            Self::TransposedOther => "transposed_other",
+        }
+    }
+
+    /// Whether it is a mirror image, which no way of mounting a sensor makes.
+    #[must_use]
+    pub const fn is_mirrored(self) -> bool {
+        matches!(
+            self,
+            Self::MirroredLeftRight
+                | Self::MirroredTopBottom
+                | Self::Transposed
+                | Self::TransposedOther
+        )
+    }
+
+    /// The one that undoes it.
+    #[must_use]
+    pub const fn inverse(self) -> Self {
+        match self {
+            Self::QuarterClockwise => Self::QuarterCounterclockwise,
+            Self::QuarterCounterclockwise => Self::QuarterClockwise,
+            other => other,
+        }
+    }
+
+    /// An upright image, 64 values row by row, as it is seen in this orientation.
+    #[must_use]
+    pub fn apply(self, upright: &[f64; 64]) -> [f64; 64] {
+        std::array::from_fn(|index| upright[self.source(index)])
+    }
+
+    /// Where in the upright image a pixel comes from.
+    const fn source(self, index: usize) -> usize {
+        let (row, column) = (index / COLUMNS, index % COLUMNS);
+        let last = COLUMNS - 1;
+        let (row, column) = match self {
+            Self::Upright => (row, column),
+            Self::QuarterClockwise => (last - column, row),
+            Self::Half => (last - row, last - column),
+            Self::QuarterCounterclockwise => (column, last - row),
+            Self::MirroredLeftRight => (row, last - column),
+            Self::MirroredTopBottom => (last - row, column),
+            Self::Transposed => (column, row),
+            Self::TransposedOther => (last - column, last - row),
+        };
+        row * COLUMNS + column
+    }
+}
+
+impl fmt::Display for Orientation {
+    /// In words, to stand behind "the image is".
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Self::Upright => "upright",
+            Self::QuarterClockwise => "turned a quarter clockwise",
+            Self::Half => "turned by half",
+            Self::QuarterCounterclockwise => "turned a quarter counter-clockwise",
+            Self::MirroredLeftRight => "mirrored left to right",
+            Self::MirroredTopBottom => "mirrored top to bottom",
+            Self::Transposed => "transposed (rows and columns swapped)",
+            Self::TransposedOther => "transposed about the other diagonal",
+        })
+    }
+}
+
+/// An image moved to the right and downwards by parts of a pixel; what comes in over the edge repeats it.
+pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
+    let columns = i32::try_from(COLUMNS).unwrap_or(i32::MAX);
+    let at = |row: f64, column: f64| {
+        let last = f64::from(columns - 1);
+        let (row, column) = (row.clamp(0.0, last), column.clamp(0.0, last));
+        image[super::track::whole(row) * COLUMNS + super::track::whole(column)]
+    };
+    std::array::from_fn(|index| {
+        let row = crate::metrics::count(index / COLUMNS) - down_px;
+        let column = crate::metrics::count(index % COLUMNS) - right_px;
+        let (top, left) = (row.floor(), column.floor());
+        let (down, right) = (row - top, column - left);
+        (1.0 - down) * ((1.0 - right) * at(top, left) + right * at(top, left + 1.0))
+            + down * ((1.0 - right) * at(top + 1.0, left) + right * at(top + 1.0, left + 1.0))
+    })
+}
+
+/// Pairs of a recorded frame and what the scene claims, both at one time.
+pub(crate) struct Pairs(Vec<(Pixels, Pixels)>, f64);
+
+impl Pairs {
+    /// The moving parts of a walk and a scene under a law of time.
+    pub(crate) fn moving(walk: &Walk, track: &Track, scene_s: impl Fn(f64) -> f64) -> Self {
+        let pairs = walk
+            .times_s
+            .iter()
+            .zip(&walk.frames)
+            .filter_map(|(&time_s, real)| Some((*real, track.at(scene_s(time_s))?)))
+            .collect();
+        Self(pairs, walk.energy())
+    }
+
+    fn likeness(&self, right_px: f64, down_px: f64) -> f64 {
+        let mut sums = Sums::default();
+        for (real, claim) in &self.0 {
+            sums.add(real, &moved(claim, right_px, down_px));
+        }
+        sums.fit(self.1).likeness
+    }
+
+    /// The offset of the recorded image against the scene's, pixels to the right and downwards, up to `most` each way,
+    /// and the likeness without and with it.
+    pub(crate) fn best_offset(&self, most: f64) -> ([f64; 2], [f64; 2]) {
+        let without = self.likeness(0.0, 0.0);
+        let (mut best, mut value, mut step) = ([0.0, 0.0], without, 0.5);
+        while step > 0.005 {
+            let better = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]
+                .map(|[right, down]: [f64; 2]| {
+                    let place = [
+                        (best[0] + right * step).clamp(-most, most),
+                        (best[1] + down * step).clamp(-most, most),
+                    ];
+                    (self.likeness(place[0], place[1]), place)
+                })
+                .into_iter()
+                .max_by(|left, right| left.0.total_cmp(&right.0))
+                .filter(|(other, _)| *other > value);
+            match better {
+                Some((other, place)) => (value, best) = (other, place),
+                None => step /= 2.0,
+            }
+        }
+        (best, [without, value])
+    }
+}
+
+/// Correlation of two still images, each less its own mean; 0 if one has no contrast.
+pub(crate) fn still_likeness(real: &Pixels, claim: &Pixels) -> f64 {
+    crate::metrics::correlation(real, claim).unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Top left 1, top right 2, bottom left 3, bottom right 4, seen by eye on paper.
+    #[test]
+    fn corners_go_where_a_sheet_of_paper_takes_them() {
+        let mut sheet = [0.0; 64];
+        (sheet[0], sheet[7], sheet[56], sheet[63]) = (1.0, 2.0, 3.0, 4.0);
+        let corners = |orientation: Orientation| {
+            let seen = orientation.apply(&sheet);
+            [seen[0], seen[7], seen[56], seen[63]]
+        };
+        for (orientation, expected) in [
+            (Orientation::Upright, [1.0, 2.0, 3.0, 4.0]),
+            (Orientation::QuarterClockwise, [3.0, 1.0, 4.0, 2.0]),
+            (Orientation::Half, [4.0, 3.0, 2.0, 1.0]),
+            (Orientation::QuarterCounterclockwise, [2.0, 4.0, 1.0, 3.0]),
+            (Orientation::MirroredLeftRight, [2.0, 1.0, 4.0, 3.0]),
+            (Orientation::MirroredTopBottom, [3.0, 4.0, 1.0, 2.0]),
+            (Orientation::Transposed, [1.0, 3.0, 2.0, 4.0]),
+            (Orientation::TransposedOther, [4.0, 2.0, 3.0, 1.0]),
+        ] {
+            assert_eq!(corners(orientation), expected, "{orientation}");
+        }
+    }
+
+    #[test]
+    fn the_inverse_undoes_and_a_mirror_is_its_own() {
+        let image: Pixels = std::array::from_fn(crate::metrics::count);
+        for orientation in Orientation::ALL {
+            let back = orientation.inverse().apply(&orientation.apply(&image));
+            assert_eq!(back, image, "{orientation}");
+            let twice = orientation.apply(&orientation.apply(&image));
+            if orientation.is_mirrored() {
+                assert_eq!(twice, image, "{orientation}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ramp_moved_by_a_part_of_a_pixel_falls_by_that_part() {
+        let ramp: Pixels = std::array::from_fn(|index| crate::metrics::count(index % COLUMNS));
+        let right = moved(&ramp, 0.3, 0.0);
+        for (index, (moved, was)) in right.iter().zip(&ramp).enumerate() {
+            let expected = if index % COLUMNS == 0 { 0.0 } else { was - 0.3 };
+            assert!((moved - expected).abs() < 1e-12, "{index}: {moved}");
+        }
+        let down = moved(&Orientation::Transposed.apply(&ramp), 0.0, -0.25);
+        assert!((down[8] - 1.25).abs() < 1e-12 && (down[60] - 7.0).abs() < 1e-12);
+    }
+}

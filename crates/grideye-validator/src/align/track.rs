@@ -1,0 +1,275 @@
+//! What is aligned: the scene's frames at any time, and the recording's frames with their times.
+
+use crate::metrics::count;
+use grideye_frame::PIXELS;
+use grideye_scene::Simulator;
+use std::time::Duration;
+
+/// Temperatures of one frame, °C.
+pub(crate) type Pixels = [f64; PIXELS];
+
+/// Frames of the scene are made this far apart, seconds: a person at 1 m/s moves an eighth of a pixel in it.
+const STEP_S: f64 = 0.05;
+/// Most frames of the scene that are made; of a longer part they stand further apart.
+pub(crate) const TRACK_FRAMES_MAX: usize = 12_000;
+
+/// The scene's noise-free frames at evenly spaced times, less the ambient temperature.
+#[derive(Debug, Clone)]
+pub(crate) struct Track {
+    first_s: f64,
+    step_s: f64,
+    frames: Vec<Pixels>,
+}
+
+/// Frames of the recording at the times that the scene would have them without any alignment, each pixel less its
+/// mean over all of them.
+#[derive(Debug, Clone)]
+pub(crate) struct Walk {
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) frames: Vec<Pixels>,
+    energy: f64,
+}
+
+/// How the moving part of a recording follows that of the scene under one law of time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fit {
+    /// Correlation of the moving parts over all pixels and frames, -1 to 1.
+    pub(crate) likeness: f64,
+    /// What the scene's moving part is to be multiplied by to come nearest.
+    pub(crate) amplitude: f64,
+    /// Squares that it leaves, °C².
+    pub(crate) left_c2: f64,
+}
+
+impl Fit {
+    /// Nothing is explained.
+    const fn nothing(energy: f64) -> Self {
+        Self {
+            likeness: 0.0,
+            amplitude: 0.0,
+            left_c2: energy,
+        }
+    }
+}
+
+impl Track {
+    /// The part of a scene between two of its times, seconds.
+    pub(crate) fn new(simulator: &Simulator, from_s: f64, until_s: f64) -> Self {
+        let first_s = from_s.max(0.0);
+        let span_s = (until_s - first_s).max(0.0);
+        let steps = (span_s / STEP_S)
+            .ceil()
+            .clamp(1.0, count(TRACK_FRAMES_MAX - 1));
+        let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
+        let ambient_c = simulator.ambient_c();
+        let frame = |index: usize| -> Pixels {
+            let seconds = count(index) * step_s + first_s;
+            let time = Duration::try_from_secs_f64(seconds).unwrap_or_default();
+            let image = simulator.image(time).celsius;
+            std::array::from_fn(|pixel| image.get(pixel).map_or(0.0, |celsius| celsius - ambient_c))
+        };
+        Self {
+            first_s,
+            step_s,
+            frames: (0..=whole(steps)).map(frame).collect(),
+        }
+    }
+
+    /// The same with each frame passed through `change`.
+    pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
+        Self {
+            frames: self.frames.iter().map(change).collect(),
+            ..*self
+        }
+    }
+
+    /// The same film run backwards.
+    pub(crate) fn reversed(&self) -> Self {
+        Self {
+            frames: self.frames.iter().rev().copied().collect(),
+            ..*self
+        }
+    }
+
+    pub(crate) fn first_s(&self) -> f64 {
+        self.first_s
+    }
+
+    pub(crate) fn last_s(&self) -> f64 {
+        self.first_s + self.step_s * count(self.frames.len() - 1)
+    }
+
+    /// The frame at a time of the scene; `None` before its begin and after its end, where it claims nothing.
+    pub(crate) fn at(&self, time_s: f64) -> Option<Pixels> {
+        let place = (time_s - self.first_s) / self.step_s;
+        let last = self.frames.len() - 1;
+        // Rounding must not cost the last frame of a walk that ends on it.
+        if !(-1e-6..=count(last) + 1e-6).contains(&place) {
+            return None;
+        }
+        let before = whole(place.max(0.0)).min(last.saturating_sub(1));
+        let share = (place - count(before)).clamp(0.0, 1.0);
+        let (left, right) = (&self.frames[before], &self.frames[(before + 1).min(last)]);
+        Some(std::array::from_fn(|pixel| {
+            left[pixel] + share * (right[pixel] - left[pixel])
+        }))
+    }
+}
+
+impl Walk {
+    /// Takes each pixel's mean out of the frames.
+    pub(crate) fn new(times_s: Vec<f64>, mut frames: Vec<Pixels>) -> Self {
+        let number = count(frames.len().max(1));
+        let mut mean = [0.0; PIXELS];
+        for frame in &frames {
+            for (sum, celsius) in mean.iter_mut().zip(frame) {
+                *sum += celsius / number;
+            }
+        }
+        let mut energy = 0.0;
+        for frame in &mut frames {
+            for (celsius, mean) in frame.iter_mut().zip(&mean) {
+                *celsius -= mean;
+                energy += *celsius * *celsius;
+            }
+        }
+        Self {
+            times_s,
+            frames,
+            energy,
+        }
+    }
+
+    /// The same with each frame passed through `change`, which puts pixels elsewhere and leaves their values.
+    pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
+        Self {
+            times_s: self.times_s.clone(),
+            frames: self.frames.iter().map(change).collect(),
+            energy: self.energy,
+        }
+    }
+
+    /// What the scene itself would have as its recording, at the times of this one.
+    pub(crate) fn of_scene(&self, track: &Track) -> Self {
+        let (times_s, frames) = self
+            .times_s
+            .iter()
+            .filter_map(|&time_s| Some((time_s, track.at(time_s)?)))
+            .unzip();
+        Self::new(times_s, frames)
+    }
+
+    /// Up to `number` frames of it, evenly chosen.
+    pub(crate) fn thinned(&self, number: usize) -> Self {
+        let chosen = crate::compare::evenly(self.frames.len(), number);
+        Self::new(
+            chosen.iter().map(|&index| self.times_s[index]).collect(),
+            chosen.iter().map(|&index| self.frames[index]).collect(),
+        )
+    }
+
+    /// Every second frame, from the first or from the second on.
+    pub(crate) fn halves(&self) -> [Self; 2] {
+        [0, 1].map(|first| {
+            Self::new(
+                self.times_s.iter().skip(first).step_by(2).copied().collect(),
+                self.frames.iter().skip(first).step_by(2).copied().collect(),
+            )
+        })
+    }
+
+    pub(crate) fn energy(&self) -> f64 {
+        self.energy
+    }
+
+    pub(crate) fn span_s(&self) -> f64 {
+        match (self.times_s.first(), self.times_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// How well the scene's moving part explains this one if its time is `scene_s` of the recording's.
+    ///
+    /// Each pixel of the scene loses its mean over the frames that it is met in. Frames that are met outside the
+    /// scene's time are explained by nothing and stay in the denominator: no law of time gains by leaving them out.
+    pub(crate) fn fit(&self, track: &Track, scene_s: impl Fn(f64) -> f64) -> Fit {
+        let mut sums = Sums::default();
+        for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
+            if let Some(claim) = track.at(scene_s(time_s)) {
+                sums.add(real, &claim);
+            }
+        }
+        sums.fit(self.energy)
+    }
+}
+
+/// Sums over frames, pixel by pixel.
+pub(crate) struct Sums {
+    frames: usize,
+    product: Pixels,
+    real: Pixels,
+    claim: Pixels,
+    square: Pixels,
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self {
+            frames: 0,
+            product: [0.0; PIXELS],
+            real: [0.0; PIXELS],
+            claim: [0.0; PIXELS],
+            square: [0.0; PIXELS],
+        }
+    }
+}
+
+impl Sums {
+    pub(crate) fn add(&mut self, real: &Pixels, claim: &Pixels) {
+        self.frames += 1;
+        for pixel in 0..PIXELS {
+            let (real, claim) = (real[pixel], claim[pixel]);
+            self.product[pixel] += real * claim;
+            self.real[pixel] += real;
+            self.claim[pixel] += claim;
+            self.square[pixel] += claim * claim;
+        }
+    }
+
+    pub(crate) fn fit(&self, energy: f64) -> Fit {
+        let number = count(self.frames.max(1));
+        let (mut product, mut square) = (0.0, 0.0);
+        for pixel in 0..PIXELS {
+            let claim = self.claim[pixel];
+            product += self.product[pixel] - self.real[pixel] * claim / number;
+            square += self.square[pixel] - claim * claim / number;
+        }
+        // What is left of squares that cancel is not a movement.
+        if square <= 1e-9 * number || energy <= 0.0 {
+            return Fit::nothing(energy);
+        }
+        let amplitude = product / square;
+        Fit {
+            likeness: (product / (square * energy).sqrt()).clamp(-1.0, 1.0),
+            amplitude,
+            left_c2: (energy - product * amplitude).max(0.0),
+        }
+    }
+
+    /// The scene's mean frame.
+    pub(crate) fn mean_claim(&self) -> Pixels {
+        self.claim.map(|sum| sum / count(self.frames.max(1)))
+    }
+}
+
+/// The whole part of a number that is not below zero.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "places in a table of thousands; a cast of what is out of range saturates"
+)]
+pub(crate) fn whole(number: f64) -> usize {
+    number as usize
+}

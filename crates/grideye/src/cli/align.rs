@@ -1,0 +1,93 @@
+use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
+use grideye_validator::{AlignOptions, TimeAlignment};
+use std::time::Duration;
+
+/// What `grideye compare` may align.
+#[derive(Debug, Args)]
+pub(crate) struct Align {
+    /// What may be aligned, with commas between: one of none, shift, rate, warp and law for time; orientation and pose
+    /// for the image, which are only reported otherwise.
+    #[arg(
+        long = "align",
+        value_name = "WHAT",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "rate"
+    )]
+    what: Vec<What>,
+    /// Largest delay either way; also how far a path may depart from it (warp), and each end of the walk from the
+    /// scene's (law). Up to 60.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = seconds)]
+    max_shift: f64,
+    /// Most that the recording's clock may be fast or slow. Up to 20.
+    #[arg(long, value_name = "PERCENT", default_value_t = 6.0, value_parser = percent)]
+    max_rate: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// Time is left as it is.
+    None,
+    /// One delay.
+    Shift,
+    /// A delay and a clock that is fast or slow.
+    Rate,
+    /// These, and uneven walking by dynamic time warping in a band.
+    Warp,
+    /// When the walk begins and ends, and how speed is spread over it.
+    Law,
+    /// Turn an image that is mirrored, turned or transposed.
+    Orientation,
+    /// Take out an offset of the image of up to half a pixel.
+    Pose,
+}
+
+impl What {
+    const fn time(self) -> Option<TimeAlignment> {
+        match self {
+            Self::None => Some(TimeAlignment::None),
+            Self::Shift => Some(TimeAlignment::Shift),
+            Self::Rate => Some(TimeAlignment::Rate),
+            Self::Warp => Some(TimeAlignment::Warp),
+            Self::Law => Some(TimeAlignment::Law),
+            Self::Orientation | Self::Pose => None,
+        }
+    }
+}
+
+impl Align {
+    /// The same for the validator; time is aligned by delay and rate if only the image is named.
+    pub(crate) fn options(&self) -> Result<AlignOptions> {
+        let times: Vec<TimeAlignment> = self.what.iter().filter_map(|what| what.time()).collect();
+        if times.len() > 1 {
+            bail!(
+                "--align names {} ways to align time\nhint: name one of none, shift, rate, warp and law",
+                times.len()
+            );
+        }
+        let defaults = AlignOptions::default();
+        Ok(AlignOptions {
+            time: times.first().copied().unwrap_or(defaults.time),
+            orientation: self.what.contains(&What::Orientation),
+            pose: self.what.contains(&What::Pose),
+            shift_max: Duration::from_secs_f64(self.max_shift),
+            rate_max: self.max_rate / 100.0,
+        })
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    within(text, 60.0, "expected 0 to 60 seconds")
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    within(text, 20.0, "expected 0 to 20 %")
+}
+
+fn within(text: &str, most: f64, expected: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=most).contains(&value) => Ok(value),
+        _ => Err(expected.to_owned()),
+    }
+}
