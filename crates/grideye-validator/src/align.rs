@@ -10,6 +10,8 @@
 //!
 //! - It has one or two degrees of freedom by default, a delay and a clock rate, each within a stated bound. The default
 //!   bound of half a second is a third of a metre of walking: what frames really lag behind is 0.2 to 0.3 s.
+//! - The best delay must lie within the bounds. The search looks beyond them, and if it is better there, nothing is
+//!   applied: a bound is not where a wrong scene may stop to be compared.
 //! - It only ever sees what moves: each pixel loses its mean over time. A radiator, a table or an offset that is wrong
 //!   cannot be aligned away, for they do not take part; they stay in the scores.
 //! - Frames that a candidate pushes out of the scene's time stay in its denominator. No delay gains by leaving out what
@@ -42,7 +44,7 @@ pub(crate) use track::Pixels;
 use crate::ValidatorError;
 use crate::clean::LeftOutCount;
 use crate::metrics::count;
-use search::{Line, best_line, standard_errors};
+use search::{Line, best_line, rough_likeness, standard_errors};
 use space::Pairs;
 use std::time::Duration;
 use track::{Fit, Track, Walk};
@@ -156,9 +158,10 @@ pub struct TimeFound {
     pub chance: Option<f64>,
     /// How many decoys there were.
     pub decoys: usize,
-    /// Whether the alignment was applied: it is better than chance.
+    /// Whether the alignment was applied: it is better than chance, and none beyond the bounds is better.
     pub applied: bool,
-    /// Whether it lies at a bound, so that the truth may lie beyond.
+    /// Whether a better one lies beyond the bounds. Then what was found is the bounds' and not the recording's, and is
+    /// not applied.
     pub at_bound: bool,
     /// An offset of the image, pixels to the right and downwards, that would explain the recording as well as the
     /// delay does.
@@ -199,6 +202,34 @@ impl OffsetFound {
     pub fn is_another_pose(&self) -> bool {
         self.right_down_px.iter().any(|px| px.abs() > OFFSET_MAX_PX)
     }
+}
+
+/// Aligns a recording with another one, or with frames made elsewhere: each side is its ascending times in seconds and
+/// as many frames in °C. `None` if a side has fewer than two frames, or times and frames differ in number.
+///
+/// At most [`SAMPLE_MAX`] frames of the recording are looked at.
+///
+/// # Errors
+/// A bound out of its range.
+pub fn align_films(
+    film: (&[f64], &[[f64; 64]]),
+    recording: (&[f64], &[[f64; 64]]),
+    options: &AlignOptions,
+) -> Result<Option<TimeFound>, ValidatorError> {
+    options.check()?;
+    let is_usable =
+        |(times_s, frames): (&[f64], &[Pixels])| times_s.len() == frames.len() && frames.len() > 1;
+    if !is_usable(film) || !is_usable(recording) {
+        return Ok(None);
+    }
+    let walk = Walk::new(recording.0.to_vec(), recording.1.to_vec()).thinned(SAMPLE_MAX);
+    let aligner = Aligner {
+        bounds: options.bounds(recording.0[0]),
+        walk,
+        track: Track::of_frames(film.0, film.1),
+        mean_c: [0.0; grideye_frame::PIXELS],
+    };
+    Ok(Some(aligner.time(options.time).1))
 }
 
 /// Bounds of shift and rate, and where the recording begins, in seconds of the scene.
@@ -296,8 +327,8 @@ impl Aligner {
         );
         let bounds = options.bounds(first_s);
         // A path may leave the line by as much again as the line's own shift.
-        let reach_s = 2.0 * bounds.shift_max_s + 1.0;
-        let beyond_s = reach_s + bounds.rate_max * (last_s - first_s);
+        let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;
+        let beyond_s = reach_s + BEYOND * bounds.rate_max * (last_s - first_s);
         let track = Track::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
         let number = count(frames.len().max(1));
         let mut mean_c = [0.0; grideye_frame::PIXELS];
@@ -328,7 +359,12 @@ impl Aligner {
     pub(crate) fn time(&self, asked: TimeAlignment) -> (Clock, TimeFound) {
         let (walk, track, bounds) = (&self.walk, &self.track, &self.bounds);
         let before = walk.fit(track, |time_s| time_s);
-        let (line, fit, errors) = self.line();
+        let Best {
+            line,
+            fit,
+            errors,
+            is_beyond,
+        } = self.line();
         let mut clock = Clock::Line(line);
         let mut best = fit;
         match asked {
@@ -344,7 +380,12 @@ impl Aligner {
             TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {}
         }
         let chance = decoy::chance(walk, track, bounds, asked);
-        let applied = best.likeness > chance.best.unwrap_or(0.0).max(LIKENESS_MIN);
+        let at_bound = match &clock {
+            Clock::Law(law) => bounds.holds_back(law),
+            Clock::Line(_) | Clock::Warp(..) => is_beyond,
+        };
+        let by_chance = chance.best.unwrap_or(0.0).max(LIKENESS_MIN);
+        let applied = !at_bound && best.likeness > by_chance;
         let found = TimeFound {
             asked,
             shift_s: line.shift_s,
@@ -356,7 +397,7 @@ impl Aligner {
             chance: chance.best,
             decoys: chance.decoys,
             applied,
-            at_bound: at_bound(&clock, bounds),
+            at_bound,
             rival_offset_px: self.rival(line, &fit),
             warp: match &clock {
                 Clock::Warp(_, warp) => Some(warp.clone()),
@@ -370,21 +411,33 @@ impl Aligner {
         (if applied { clock } else { Clock::own() }, found)
     }
 
-    /// The best line; its rate is 0 if it cannot be told from 0.
-    fn line(&self) -> (Line, Fit, Option<(f64, f64)>) {
+    /// The best line, its rate 0 if it cannot be told from 0; and whether the best lies beyond the bounds, of which it
+    /// then is the nearest that is allowed.
+    fn line(&self) -> Best {
         let (walk, track, bounds) = (&self.walk, &self.track, &self.bounds);
-        let (line, fit) = best_line(walk, track, bounds);
+        let (mut line, mut fit) = best_line(walk, track, &bounds.wider());
         let errors = standard_errors(walk, track, line, &fit);
-        let told = errors.is_some_and(|(_, rate)| line.rate.abs() > ERRORS_TOLD * rate);
-        if told || bounds.rate_max == 0.0 {
-            return (line, fit, errors);
+        let (shift_error_s, rate_error) = errors.unwrap_or_default();
+        let is_beyond = bounds.excess_s(&line) > ERRORS_TOLD * shift_error_s
+            || bounds.rate_excess(&line) > ERRORS_TOLD * rate_error;
+        let told = errors.is_some() && line.rate.abs() > ERRORS_TOLD * rate_error;
+        if bounds.excess_s(&line) > 0.0 || bounds.rate_excess(&line) > 0.0 || !told {
+            let rate_max = if told { bounds.rate_max } else { 0.0 };
+            (line, fit) = best_line(
+                walk,
+                track,
+                &Bounds {
+                    rate_max,
+                    ..*bounds
+                },
+            );
         }
-        let fixed = Bounds {
-            rate_max: 0.0,
-            ..*bounds
-        };
-        let (line, fit) = best_line(walk, track, &fixed);
-        (line, fit, errors)
+        Best {
+            line,
+            fit,
+            errors,
+            is_beyond,
+        }
     }
 
     /// A path that explains frames that it was not fitted to better than the line does.
@@ -393,7 +446,8 @@ impl Aligner {
         let path = |walk: &Walk| warp::best_warp(walk, track, line, fit, band_s);
         let [even, odd] = self.walk.halves();
         let likeness = |walk: &Walk, warp: &Warp| {
-            walk.fit(track, |time_s| line.scene_s(time_s) + warp.by_s(time_s)).likeness
+            walk.fit(track, |time_s| line.scene_s(time_s) + warp.by_s(time_s))
+                .likeness
         };
         let straight = |walk: &Walk| walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
         let gain = likeness(&odd, &path(&even)) - straight(&odd) + likeness(&even, &path(&odd))
@@ -426,12 +480,12 @@ impl Aligner {
         let own = walk.of_scene(&self.track);
         let likeness = |orientation: Orientation| {
             let film = self.track.map(|frame| orientation.apply(frame));
-            let moving = best_line(&walk, &film, &self.bounds).1.likeness;
+            let moving = rough_likeness(&walk, &film, &self.bounds);
             moving + STILL_WEIGHT * space::still_likeness(&self.mean_c, &orientation.apply(&still))
         };
         let same = |orientation: Orientation| {
             let film = self.track.map(|frame| orientation.apply(frame));
-            let moving = best_line(&own, &film, &self.bounds).1.likeness;
+            let moving = rough_likeness(&own, &film, &self.bounds);
             moving + STILL_WEIGHT * space::still_likeness(&still, &orientation.apply(&still))
                 > SAME_MIN * (1.0 + STILL_WEIGHT)
         };
@@ -521,15 +575,41 @@ pub(crate) const SAME_MIN: f64 = 0.9;
 /// By so much another orientation has to fit better than the upright one.
 const ORIENTATION_MARGIN: f64 = 0.1;
 
-fn at_bound(clock: &Clock, bounds: &Bounds) -> bool {
-    let close = |value: f64, most: f64| most > 0.0 && value.abs() > 0.98 * most;
-    match clock {
-        Clock::Line(line) | Clock::Warp(line, _) => {
-            close(line.shift_s, bounds.shift_max_s) || close(line.rate, bounds.rate_max)
-        }
-        Clock::Law(law) => {
-            close(law.begins_late_s, bounds.shift_max_s)
-                || close(law.ends_late_s, bounds.shift_max_s)
+/// The line that was found.
+struct Best {
+    line: Line,
+    fit: Fit,
+    /// Standard errors of shift and rate.
+    errors: Option<(f64, f64)>,
+    is_beyond: bool,
+}
+
+impl Bounds {
+    /// Wide enough to see whether the best lies beyond.
+    fn wider(&self) -> Self {
+        Self {
+            shift_max_s: BEYOND * self.shift_max_s,
+            rate_max: BEYOND * self.rate_max,
+            ..*self
         }
     }
+
+    fn excess_s(&self, line: &Line) -> f64 {
+        line.shift_s.abs() - self.shift_max_s
+    }
+
+    fn rate_excess(&self, line: &Line) -> f64 {
+        line.rate.abs() - self.rate_max
+    }
+
+    /// Whether a law would have its walk begin or end further away.
+    fn holds_back(&self, law: &Law) -> bool {
+        let most_s = LAW_WITHIN * self.shift_max_s;
+        most_s > 0.0 && law.begins_late_s.abs().min(law.ends_late_s.abs()) > most_s
+    }
 }
+
+/// The bounds are searched so much further than they reach.
+const BEYOND: f64 = 1.6;
+/// A law both of whose ends are at more than this share of their bound is held back by it.
+const LAW_WITHIN: f64 = 0.98;

@@ -48,8 +48,8 @@ mod wander;
 
 pub use allan::AllanPoint;
 pub use cycle::Cycle;
-pub use faults::{Faults, TORN_RUN_MIN};
 pub(crate) use faults::{FaultFinder, Standing};
+pub use faults::{Faults, TORN_RUN_MIN};
 pub use found::{Characterization, CommonMode, NoiseMap, Pattern, Thermistor};
 pub use show::Line;
 pub use steps::Steps;

@@ -58,7 +58,9 @@ impl fmt::Display for LeftOut {
             Self::Torn => formatter.pad("torn: in part the frame before"),
             Self::Duplicate => formatter.pad("duplicates of the frame before"),
             Self::Stalled => formatter.pad("the sensor stood still: many duplicates in a row"),
-            Self::Burst => formatter.pad("read in a burst after a stall: their times are not known"),
+            Self::Burst => {
+                formatter.pad("read in a burst after a stall: their times are not known")
+            }
             Self::OutsideScene => formatter.pad("before the scene's begin or after its end"),
         }
     }
@@ -143,7 +145,11 @@ fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
     let mut found = Vec::with_capacity(frames.len());
     for frame in frames {
         let follows = before.filter(|before| before.seq.checked_add(1) == Some(frame.seq));
-        found.push(finder.push(&frame.celsius, follows.map(|before| &before.celsius)).1);
+        found.push(
+            finder
+                .push(&frame.celsius, follows.map(|before| &before.celsius))
+                .1,
+        );
         before = Some(frame);
     }
     let faults = finder.finish();

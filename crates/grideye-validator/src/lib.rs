@@ -19,7 +19,7 @@
 //! | cannot tell | fewer than two frames, nothing warm in the recording, or a ceiling that does not rise above chance |
 //!
 //! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] makes the page and the JSON of
-//! either. Nothing is aligned, in time or in orientation. [`characterize`](mod@characterize) measures the sensor itself.
+//! either. [`align`] brings the two into step first. [`characterize`](mod@characterize) measures the sensor itself.
 //!
 //! ```
 //! use grideye_validator::{Protocol, RealFrame, Settings, Shape, SimulatedFrame, Verdict, compare};

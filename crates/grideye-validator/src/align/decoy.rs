@@ -1,12 +1,12 @@
 //! What chance reaches with the same freedom.
 
-use super::search::best_line;
+use super::search::{best_line, rough_likeness};
 use super::space::Orientation;
 use super::track::{Track, Walk};
 use super::{Bounds, TimeAlignment, law, warp};
 
 /// Frames that decoys are aligned on.
-pub(crate) const FRAMES: usize = 96;
+pub(crate) const FRAMES: usize = 64;
 /// From this likeness to the scene on a decoy is the scene.
 const KIN_MIN: f64 = 0.7;
 
@@ -29,7 +29,7 @@ pub(crate) fn chance(walk: &Walk, track: &Track, bounds: &Bounds, asked: TimeAli
         let turned = track.map(|frame| orientation.apply(frame));
         for (film, is_backwards) in [(turned.reversed(), true), (turned, false)] {
             let is_scene = orientation == Orientation::Upright && !is_backwards;
-            if is_scene || best_line(&own, &film, bounds).1.likeness > KIN_MIN {
+            if is_scene || rough_likeness(&own, &film, bounds) > KIN_MIN {
                 continue;
             }
             found.decoys += 1;
@@ -41,14 +41,16 @@ pub(crate) fn chance(walk: &Walk, track: &Track, bounds: &Bounds, asked: TimeAli
 }
 
 fn aligned(walk: &Walk, film: &Track, bounds: &Bounds, asked: TimeAlignment) -> f64 {
-    let (line, fit) = best_line(walk, film, bounds);
     match asked {
         TimeAlignment::Law => law::best_law(walk, film, bounds).1.likeness,
         TimeAlignment::Warp => {
+            let (line, fit) = best_line(walk, film, bounds);
             let warp = warp::best_warp(walk, film, line, &fit, bounds.shift_max_s);
             let warped = walk.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
             fit.likeness.max(warped.likeness)
         }
-        TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => fit.likeness,
+        TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {
+            rough_likeness(walk, film, bounds)
+        }
     }
 }

@@ -51,7 +51,7 @@ impl Law {
 
 /// The best law: begin and end are no further from the scene's than the bounds allow a shift to be.
 pub(crate) fn best_law(walk: &Walk, track: &Track, bounds: &Bounds) -> (Law, Fit) {
-    const STEPS: usize = 4;
+    const STEPS: usize = 3;
     const SHAPES: [(f64, f64); 7] = [
         (0.0, 0.0),
         (0.5, 0.0),
@@ -68,7 +68,7 @@ pub(crate) fn best_law(walk: &Walk, track: &Track, bounds: &Bounds) -> (Law, Fit
         lean,
         scene_s: (track.first_s(), track.last_s()),
     };
-    let coarse = walk.thinned(256);
+    let coarse = walk.thinned(128);
     let likeness = |law: &Law| coarse.fit(track, |time_s| law.scene_s(time_s)).likeness;
     let late = |index: usize| bounds.shift_max_s * (count(index) / count(STEPS) - 1.0);
     let mut starts: Vec<(f64, Law)> = Vec::new();

@@ -38,22 +38,28 @@ impl Line {
 pub(crate) fn best_line(walk: &Walk, track: &Track, bounds: &Bounds) -> (Line, Fit) {
     let grid = Grid::new(walk, bounds);
     let coarse = walk.thinned(grid.frames());
-    let mut best: Vec<(f64, Line)> = Vec::with_capacity(STARTS + 1);
-    for line in grid.lines() {
-        let likeness = coarse.fit(track, |time_s| line.scene_s(time_s)).likeness;
-        let place = best.partition_point(|(other, _)| *other >= likeness);
-        if place < STARTS {
-            best.insert(place, (likeness, line));
-            best.truncate(STARTS);
-        }
-    }
-    let start = best
+    let start = grid
+        .best(&coarse, track, STARTS)
         .into_iter()
         .map(|(_, line)| grid.downhill(&coarse, track, line, SHIFT_LAST_S * 20.0))
         .max_by(|left, right| left.0.total_cmp(&right.0))
         .map_or(grid.centre(), |(_, line)| line);
     let (_, line) = grid.downhill(walk, track, start, SHIFT_LAST_S);
     (line, walk.fit(track, |time_s| line.scene_s(time_s)))
+}
+
+/// The same less finely, for films whose exact place in time is not asked for: the likeness alone.
+pub(crate) fn rough_likeness(walk: &Walk, track: &Track, bounds: &Bounds) -> f64 {
+    rough_line(walk, track, bounds).0
+}
+
+/// The line of [`rough_likeness`], behind it.
+pub(crate) fn rough_line(walk: &Walk, track: &Track, bounds: &Bounds) -> (f64, Line) {
+    let grid = Grid::new(walk, bounds);
+    let coarse = walk.thinned(grid.frames());
+    let best = grid.best(&coarse, track, 1);
+    let start = best.first().map_or(grid.centre(), |(_, line)| *line);
+    grid.downhill(&coarse, track, start, SHIFT_STEP_S / 4.0)
 }
 
 struct Grid {
@@ -110,6 +116,20 @@ impl Grid {
         })
     }
 
+    /// The best places, the first one best.
+    fn best(&self, walk: &Walk, track: &Track, number: usize) -> Vec<(f64, Line)> {
+        let mut best: Vec<(f64, Line)> = Vec::with_capacity(number + 1);
+        for line in self.lines() {
+            let likeness = walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+            let place = best.partition_point(|(other, _)| *other >= likeness);
+            if place < number {
+                best.insert(place, (likeness, line));
+                best.truncate(number);
+            }
+        }
+        best
+    }
+
     /// Compass search: the best of the neighbours, and half the step where none is better.
     fn downhill(&self, walk: &Walk, track: &Track, start: Line, last_s: f64) -> (f64, Line) {
         let likeness = |line: Line| walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
@@ -154,7 +174,12 @@ impl Grid {
 /// Standard errors of shift (at the origin) and rate, from how fast the scene changes in time and what was left
 /// unexplained. What is left is taken as independent between frames, which is nearly so for the sensor's noise and not
 /// for a scene that is wrong.
-pub(crate) fn standard_errors(walk: &Walk, track: &Track, line: Line, fit: &Fit) -> Option<(f64, f64)> {
+pub(crate) fn standard_errors(
+    walk: &Walk,
+    track: &Track,
+    line: Line,
+    fit: &Fit,
+) -> Option<(f64, f64)> {
     const NUDGE_S: f64 = 0.05;
     let (mut ones, mut cross, mut squares, mut values) = (0.0, 0.0, 0.0, 0_usize);
     for &time_s in &walk.times_s {

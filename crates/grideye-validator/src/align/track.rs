@@ -75,6 +75,31 @@ impl Track {
         }
     }
 
+    /// Frames at any ascending times, made into evenly spaced ones by the lines between them.
+    pub(crate) fn of_frames(times_s: &[f64], frames: &[Pixels]) -> Self {
+        let first_s = times_s.first().copied().unwrap_or_default();
+        let span_s = times_s.last().map_or(0.0, |last_s| last_s - first_s);
+        let steps = (span_s / STEP_S)
+            .ceil()
+            .clamp(1.0, count(TRACK_FRAMES_MAX - 1));
+        let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
+        let at = |time_s: f64| -> Pixels {
+            let next = times_s.partition_point(|other_s| *other_s <= time_s);
+            let next = next.clamp(1, times_s.len() - 1);
+            let (left_s, right_s) = (times_s[next - 1], times_s[next]);
+            let share = ((time_s - left_s) / (right_s - left_s).max(f64::MIN_POSITIVE)).min(1.0);
+            let (left, right) = (&frames[next - 1], &frames[next]);
+            std::array::from_fn(|pixel| left[pixel] + share * (right[pixel] - left[pixel]))
+        };
+        Self {
+            first_s,
+            step_s,
+            frames: (0..=whole(steps))
+                .map(|index| at(first_s + count(index) * step_s))
+                .collect(),
+        }
+    }
+
     /// The same with each frame passed through `change`.
     pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
         Self {
@@ -172,7 +197,12 @@ impl Walk {
     pub(crate) fn halves(&self) -> [Self; 2] {
         [0, 1].map(|first| {
             Self::new(
-                self.times_s.iter().skip(first).step_by(2).copied().collect(),
+                self.times_s
+                    .iter()
+                    .skip(first)
+                    .step_by(2)
+                    .copied()
+                    .collect(),
                 self.frames.iter().skip(first).step_by(2).copied().collect(),
             )
         })

@@ -43,7 +43,8 @@ impl Warp {
     pub(crate) fn by_s(&self, time_s: f64) -> f64 {
         let next = self.knots.partition_point(|(knot_s, _)| *knot_s <= time_s);
         match (
-            next.checked_sub(1).and_then(|before| self.knots.get(before)),
+            next.checked_sub(1)
+                .and_then(|before| self.knots.get(before)),
             self.knots.get(next),
         ) {
             (Some((left_s, left)), Some((right_s, right))) if right_s > left_s => {
@@ -97,7 +98,10 @@ fn costs(walk: &Walk, track: &Track, line: Line, fit: &Fit, levels: &[f64]) -> V
         .zip(&walk.frames)
         .map(|(&time_s, real)| {
             let scene_s = line.scene_s(time_s);
-            levels.iter().map(|by_s| cost(real, scene_s + by_s)).collect()
+            levels
+                .iter()
+                .map(|by_s| cost(real, scene_s + by_s))
+                .collect()
         })
         .collect()
 }
@@ -160,7 +164,10 @@ fn smoothed(knots: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     knots
         .iter()
         .map(|&(time_s, _)| {
-            while knots.get(until).is_some_and(|knot| knot.0 <= time_s + SMOOTH_S / 2.0) {
+            while knots
+                .get(until)
+                .is_some_and(|knot| knot.0 <= time_s + SMOOTH_S / 2.0)
+            {
                 sum += knots[until].1;
                 until += 1;
             }
@@ -220,7 +227,13 @@ mod tests {
         let warp = Warp {
             knots: vec![(1.0, 0.2), (2.0, -0.2)],
         };
-        for (time_s, by_s) in [(0.0, 0.2), (1.0, 0.2), (1.25, 0.1), (2.0, -0.2), (9.0, -0.2)] {
+        for (time_s, by_s) in [
+            (0.0, 0.2),
+            (1.0, 0.2),
+            (1.25, 0.1),
+            (2.0, -0.2),
+            (9.0, -0.2),
+        ] {
             assert!((warp.by_s(time_s) - by_s).abs() < 1e-12, "{time_s}");
         }
         assert_eq!(warp.departure_max_s(), 0.2);

@@ -43,7 +43,9 @@ impl Drift {
     /// Warmth to take out of a frame of that time, °C.
     pub(crate) fn at(&self, time_s: f64) -> f64 {
         let next = self.knots.partition_point(|(knot_s, _)| *knot_s <= time_s);
-        let before = next.checked_sub(1).and_then(|before| self.knots.get(before));
+        let before = next
+            .checked_sub(1)
+            .and_then(|before| self.knots.get(before));
         match (before, self.knots.get(next)) {
             (Some((left_s, left)), Some((right_s, right))) if right_s > left_s => {
                 left + (time_s - left_s) / (right_s - left_s) * (right - left)
@@ -74,9 +76,7 @@ fn level(frames: &[Pixels]) -> Pixels {
         if values.is_empty() {
             return 0.0;
         }
-        *values
-            .select_nth_unstable_by(middle, f64::total_cmp)
-            .1
+        *values.select_nth_unstable_by(middle, f64::total_cmp).1
     })
 }
 
@@ -86,7 +86,10 @@ fn windowed(times_s: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     times_s
         .iter()
         .map(|&time_s| {
-            while times_s.get(until).is_some_and(|other_s| *other_s <= time_s + WINDOW_S / 2.0) {
+            while times_s
+                .get(until)
+                .is_some_and(|other_s| *other_s <= time_s + WINDOW_S / 2.0)
+            {
                 sum += values[until];
                 until += 1;
             }

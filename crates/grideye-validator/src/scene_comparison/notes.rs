@@ -2,7 +2,7 @@
 
 use super::Options;
 use crate::align::{
-    Alignment, OFFSET_MAX_PX, OrientationFound, Orientation, OffsetFound, TimeAlignment, TimeFound,
+    Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
 use crate::text::fixed;
 
@@ -51,15 +51,17 @@ fn time(time: &TimeFound) -> Vec<String> {
         fixed(time.likeness_before, 2),
         time.decoys
     );
+    if time.at_bound {
+        return vec![format!(
+            "The best alignment of time lies beyond its bounds, and none was applied: {likeness}. If the recording is known to start later or earlier than the scene, or its clock to be off by more, allow it with --max-shift or --max-rate."
+        )];
+    }
     if !time.applied {
         return vec![format!(
             "No alignment of time is better than chance, and none was applied: {likeness}."
         )];
     }
     let mut notes = vec![format!("{}: {likeness}.", applied(time))];
-    if time.at_bound {
-        notes.push("The alignment lies at its bound: if the recording is known to start later or earlier than the scene, allow more with --max-shift.".to_owned());
-    }
     if let Some([right, down]) = time.rival_offset_px {
         notes.push(format!(
             "A sensor turned so that its image lies {} pixels to the right and {} down would explain the recording as well as the delay does: this walk cannot tell the two apart, one that also comes back could.",
@@ -98,7 +100,11 @@ fn applied(time: &TimeFound) -> String {
 }
 
 fn shift(time: &TimeFound) -> String {
-    let direction = if time.shift_s < 0.0 { "behind" } else { "ahead of" };
+    let direction = if time.shift_s < 0.0 {
+        "behind"
+    } else {
+        "ahead of"
+    };
     format!(
         "{}{} s {direction} the recording at its first frame",
         fixed(time.shift_s.abs(), 3),
@@ -161,7 +167,9 @@ fn offset(found: &OffsetFound) -> Option<String> {
         fixed(down, 2)
     );
     let what = if found.applied && found.is_another_pose() {
-        format!("of that, {OFFSET_MAX_PX} pixel each way was taken out as asked; the rest is another pose")
+        format!(
+            "of that, {OFFSET_MAX_PX} pixel each way was taken out as asked; the rest is another pose"
+        )
     } else if found.applied {
         "this was taken out as asked".to_owned()
     } else {
