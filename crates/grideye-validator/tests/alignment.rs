@@ -508,6 +508,41 @@ fn pace_is_found_by_law_and_by_warp() {
     assert!((warp.departure_max_s() - 0.35).abs() < 0.15, "{warp:?}");
 }
 
+/// Two hundred seconds there and back at 10 Hz, a clock that is 3 % fast: the rate is known to a tenth of a per mille.
+#[test]
+fn two_thousand_frames_are_aligned() {
+    let way = "1200,1500,0\n3800,1700,0\n3300,3600,0\n1600,3300,0\n".repeat(16);
+    let scene = Walk {
+        way: Box::leak(way.into_boxed_str()),
+        ..WALK
+    }
+    .scene();
+    let records = record(&scene, 4, |time_s| time_s + 0.2 + 0.03 * time_s);
+    let records = &records[..records.len().min(2_000)];
+    for time in [
+        TimeAlignment::None,
+        TimeAlignment::Rate,
+        TimeAlignment::Warp,
+        TimeAlignment::Law,
+    ] {
+        let begin = std::time::Instant::now();
+        let found = compared(records, &scene, with(time, 0.5), 1);
+        println!(
+            "{} frames, {}: {:.2} s",
+            records.len(),
+            time.name(),
+            begin.elapsed().as_secs_f64()
+        );
+        if time == TimeAlignment::Rate {
+            let time = found.alignment.unwrap().time.unwrap();
+            println!("shift {:.4} s, rate {:.5}", time.shift_s, time.rate);
+            assert!((time.shift_s - 0.2).abs() < 0.02, "{time:?}");
+            assert!((time.rate - 0.03).abs() < 0.000_2, "{time:?}");
+            assert_eq!(found.judgement.verdict, Verdict::Agrees);
+        }
+    }
+}
+
 /// Faults planted into a recording are left out, each with its reason, and nothing else.
 #[test]
 fn what_says_nothing_of_its_moment_is_left_out_with_the_reason() {

@@ -303,3 +303,79 @@ impl Sums {
 pub(crate) fn whole(number: f64) -> usize {
     number as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A spot of 2 degrees that goes down one pixel a second along the first column and back.
+    fn spot(time_s: f64) -> Pixels {
+        let row = 3.5 - 3.5 * (time_s * 0.3).cos();
+        std::array::from_fn(|pixel| {
+            let off = count(pixel / 8) - row;
+            if pixel % 8 == 0 {
+                2.0 * (-off * off).exp()
+            } else {
+                0.0
+            }
+        })
+    }
+
+    fn film(seconds: u32) -> (Vec<f64>, Vec<Pixels>) {
+        (0..=seconds * 10)
+            .map(|index| (f64::from(index) / 10.0, spot(f64::from(index) / 10.0)))
+            .unzip()
+    }
+
+    #[test]
+    fn a_film_is_what_it_was_made_of_and_nothing_beyond_its_ends() {
+        let (times_s, frames) = film(10);
+        let track = Track::of_frames(&times_s, &frames);
+        for (time_s, frame) in times_s.iter().zip(&frames) {
+            let seen = track.at(*time_s).unwrap();
+            assert!(seen.iter().zip(frame).all(|(a, b)| (a - b).abs() < 1e-9));
+        }
+        let between = track.at(4.05).unwrap();
+        assert!((between[24] - f64::midpoint(frames[40][24], frames[41][24])).abs() < 1e-9);
+        assert!(track.at(-0.01).is_none() && track.at(10.01).is_none());
+        let back = track.reversed().at(2.0).unwrap();
+        assert!((back[24] - frames[80][24]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_film_of_any_length_has_a_bounded_number_of_frames() {
+        let track = Track::of_frames(&[0.0, 1e6], &[[0.0; PIXELS], [1.0; PIXELS]]);
+        assert_eq!(track.frames.len(), TRACK_FRAMES_MAX);
+        assert!((track.at(2.5e5).unwrap()[7] - 0.25).abs() < 1e-9);
+        assert_eq!(track.last_s(), 1e6);
+    }
+
+    /// Amplitude, offsets of pixels and their noise: the likeness is that of a correlation.
+    #[test]
+    fn the_fit_is_the_correlation_of_what_moves() {
+        let (times_s, frames) = film(20);
+        let track = Track::of_frames(&times_s, &frames);
+        let doubled = frames
+            .iter()
+            .map(|frame| std::array::from_fn(|pixel| 20.0 + count(pixel) + 2.0 * frame[pixel]))
+            .collect();
+        let walk = Walk::new(times_s, doubled);
+        let fit = walk.fit(&track, |time_s| time_s);
+        assert!((fit.likeness - 1.0).abs() < 1e-9 && (fit.amplitude - 2.0).abs() < 1e-9);
+        assert!(fit.left_c2 < 1e-6 * walk.energy());
+        assert!(walk.fit(&track, |time_s| time_s + 0.5).likeness < 0.95);
+        let still = Track::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
+        assert_eq!(walk.fit(&still, |time_s| time_s), Fit::nothing(walk.energy()));
+    }
+
+    /// What cannot be met is not forgiven.
+    #[test]
+    fn frames_pushed_out_of_the_scene_cost_their_squares() {
+        let (times_s, frames) = film(20);
+        let track = Track::of_frames(&times_s, &frames);
+        let walk = Walk::new(times_s, frames);
+        // Exact, but for the quarter of the frames that it is not asked about.
+        let fit = walk.fit(&track, |time_s| if time_s < 15.0 { time_s } else { -1.0 });
+        assert!((0.5..0.95).contains(&fit.likeness), "{fit:?}");
+    }
+}

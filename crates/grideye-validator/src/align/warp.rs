@@ -68,14 +68,14 @@ pub(crate) fn best_warp(walk: &Walk, track: &Track, line: Line, fit: &Fit, band_
         .collect();
     let costs = costs(&walk, track, line, fit, &levels);
     let path = cheapest(&costs, &walk.times_s, &levels);
-    let knots = walk
+    let knots: Vec<(f64, f64)> = walk
         .times_s
         .iter()
         .zip(path)
         .map(|(&time_s, level)| (time_s, levels[level]))
         .collect();
     Warp {
-        knots: smoothed(knots),
+        knots: smoothed(&knots),
     }
 }
 
@@ -158,7 +158,7 @@ fn cheapest(costs: &[Vec<f64>], times_s: &[f64], levels: &[f64]) -> Vec<usize> {
 }
 
 /// The mean of the departures within [`SMOOTH_S`] about each knot.
-fn smoothed(knots: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+fn smoothed(knots: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let (mut from, mut until) = (0, 0);
     let mut sum = 0.0;
     knots
@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn smoothing_is_the_mean_of_what_is_near() {
         let knots = (0..10_u32).map(|index| (f64::from(index) * 0.2, f64::from(index % 2)));
-        let smooth = smoothed(knots.collect());
+        let smooth = smoothed(&knots.collect::<Vec<_>>());
         // Three knots within 0.3 s either way inside, two at the ends.
         assert!((smooth[4].1 - 1.0 / 3.0 * 2.0).abs() < 1e-12, "{smooth:?}");
         assert!((smooth[0].1 - 0.5).abs() < 1e-12);
