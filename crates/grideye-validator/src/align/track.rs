@@ -365,7 +365,10 @@ mod tests {
         assert!(fit.left_c2 < 1e-6 * walk.energy());
         assert!(walk.fit(&track, |time_s| time_s + 0.5).likeness < 0.95);
         let still = Track::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
-        assert_eq!(walk.fit(&still, |time_s| time_s), Fit::nothing(walk.energy()));
+        assert_eq!(
+            walk.fit(&still, |time_s| time_s),
+            Fit::nothing(walk.energy())
+        );
     }
 
     /// What cannot be met is not forgiven.
