@@ -1,7 +1,7 @@
 //! The command line: names, defaults and help of every command.
 
-mod coverage;
 mod align;
+mod coverage;
 mod emulate;
 pub(crate) mod place;
 
@@ -11,8 +11,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-pub(crate) use coverage::{Coverage, Posture, Where};
 pub(crate) use align::Align;
+pub(crate) use coverage::{Coverage, Posture, Where};
 pub(crate) use emulate::Emulate;
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
