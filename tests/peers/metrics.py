@@ -127,7 +127,7 @@ def deviation(ours, theirs):
 def microseconds_a_pair(pairs):
     """C, entropies, mutual information, IS and evaluation graph, as one would write them."""
     thresholds = np.arange(101) / 20
-    arrays = [(np.array(pair["real"]), np.array(pair["simulated"])) for pair in pairs]
+    arrays = [(np.array(pair["real"]), np.array(pair["simulated"])) for pair in pairs[:50]]
 
     def score(x, y):
         a, b = bins(x, "grey256"), bins(y, "grey256")
@@ -143,10 +143,12 @@ def microseconds_a_pair(pairs):
 
     fastest = math.inf
     for _ in range(3):
-        start = time.perf_counter()
-        for x, y in arrays:
-            score(x, y)
-        fastest = min(fastest, time.perf_counter() - start)
+        # The processor's time and not the clock's: others may be at work on this machine.
+        start = time.process_time()
+        with np.errstate(invalid="ignore"):
+            for x, y in arrays:
+                score(x, y)
+        fastest = min(fastest, time.process_time() - start)
     return fastest / len(arrays) * 1e6
 
 
