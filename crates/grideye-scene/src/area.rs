@@ -25,7 +25,7 @@ pub(crate) struct Facet {
     /// One over the depth is `inverse_depth · (x, y, 1)`.
     inverse_depth: DVec3,
     glow: Glow,
-    /// How warm it seems from a metre away, °C above ambient: which of two at one depth is seen.
+    /// How warm it seems where its plane is nearest, °C above ambient: which of two at one depth is seen.
     warmth_c: f64,
     pub(crate) owner: u32,
 }
@@ -96,7 +96,7 @@ impl Plane {
         let facet = Facet {
             inverse_depth: by_pixel.extend(inverse_depth.x - by_pixel.dot(self.half)),
             outline: counter_clockwise(outline),
-            warmth_c: air.excess(&glow, 1.0),
+            warmth_c: air.excess(&glow, 1.0 / inverse_depth.length_squared()),
             glow,
             owner,
         };

@@ -1,14 +1,18 @@
 //! Which surface is seen in each cell of the sampling grid, row by row: the nearest one.
 
-use crate::perceived::{Air, Glow, LANES, Rays, Root, lanes};
+use crate::count;
+use crate::perceived::{Air, Glow, Root, Shade, WithShade};
 use crate::resample::Resampler;
 use crate::view::{Patch, View};
+use pulp::{Arch, Scalar256b, Simd, WithSimd};
 use std::ops::Range;
-use wide::{CmpGe as _, CmpGt as _, f64x4};
 
 /// Surfaces whose depths along a ray differ by less than this part are at one depth: less than a nanometre in a room,
 /// and more than the rounding of the two.
 const SAME_DEPTH: f64 = 1e-11;
+
+/// The most cells that any processor paints at once; rows are longer by so many.
+pub(crate) const LANES_MAX: usize = 8;
 
 /// A patch and what it is made of.
 #[derive(Debug, Clone)]
@@ -20,116 +24,213 @@ pub(crate) struct Painted {
     pub(crate) owner: u32,
 }
 
-/// One row of cells, or a part of it.
-struct Row<'a> {
-    /// One over the depth of what is seen; 0 where nothing is.
-    inverse_depth: &'a mut [f64],
-    /// How much warmer than ambient it seems, °C.
-    excess_c: &'a mut [f64],
-    /// Whose surface it is.
-    owner: Option<&'a mut [u32]>,
-    sheet: &'a mut Sheet,
+/// Runs a task with the widest vectors that this processor has. The bits are the same with any.
+fn dispatch<T: WithSimd>(task: T) -> T::Output {
+    match Arch::new() {
+        // Four at once in plain code, of which compilers make what every processor of the kind has.
+        Arch::Scalar => task.with_simd(Scalar256b),
+        arch => arch.dispatch(task),
+    }
 }
 
-/// The cells of one patch in one row, before it is known which of them are seen; a few more at the end do not count.
-#[derive(Debug, Default)]
-struct Sheet {
-    inverse_depth: Vec<f64>,
-    excess_c: Vec<f64>,
+/// A patch in the cells of one row, before what is there. All slices have one length, a multiple of the lanes; what
+/// comes of the cells beyond the patch's last means nothing.
+struct Stroke<'a, O> {
+    /// One over the plane's depth on the ray without slope to the left, and what each unit of slope adds.
+    at_axis: (f64, f64),
+    /// Square of the distance to depth 1 on the ray without slope to the left.
+    ray2: f64,
+    /// Slopes to the left, and their squares.
+    left: &'a [f64],
+    left2: &'a [f64],
+    /// One over the depth of what is there, 0 where nothing is, and how much warmer than ambient it seems, °C.
+    old_depth: &'a [f64],
+    old_excess: &'a [f64],
+    outcome: O,
 }
 
-impl Row<'_> {
-    /// Puts the part of a patch that is before what there is into these cells of `row`, which it covers.
-    ///
-    /// Of two surfaces at one depth the warmer is seen, so that their order does not matter.
-    fn paint(
-        &mut self,
-        view: &View,
-        air: &Air,
-        row: usize,
-        cells: &Range<usize>,
-        painted: &Painted,
+/// What is kept of a stroke.
+trait Outcome {
+    fn keep<S: Simd>(&mut self, simd: S, at: usize, wins: S::m64s, new: Seen<S>, old: Seen<S>);
+}
+
+/// One over the depth of what is seen in several cells, and how warm it seems.
+type Seen<S> = (<S as Simd>::f64s, <S as Simd>::f64s);
+
+/// By how much the patch changes each cell, in degrees or by what it counts, given to two rows of pixels.
+struct Change<'a> {
+    /// The number of each column, and the patch's last.
+    columns: &'a [f64],
+    last: f64,
+    counts: Option<f64>,
+    /// Sums of the rows of pixels, column by column, and what the row of cells weighs in each.
+    sums: [&'a mut [f64]; 2],
+    weights: [f64; 2],
+}
+
+/// What is seen after the patch was drawn.
+struct Picture<'a> {
+    depth: &'a mut [f64],
+    excess: &'a mut [f64],
+    /// What the cells count before and after, and what the patch does.
+    counts: Option<(&'a [f64], &'a mut [f64], f64)>,
+}
+
+impl Outcome for Change<'_> {
+    #[inline(always)]
+    fn keep<S: Simd>(&mut self, simd: S, at: usize, wins: S::m64s, new: Seen<S>, old: Seen<S>) {
+        let change = match self.counts {
+            Some(counts) => simd.splat_f64s(counts),
+            None => simd.sub_f64s(new.1, old.1),
+        };
+        let column = S::as_simd_f64s(self.columns).0[at];
+        let in_patch = simd.less_than_or_equal_f64s(column, simd.splat_f64s(self.last));
+        let is_changed = simd.and_m64s(wins, in_patch);
+        let change = simd.select_f64s_m64s(is_changed, change, simd.splat_f64s(0.0));
+        for (sums, weight) in self.sums.iter_mut().zip(self.weights) {
+            let sum = &mut S::as_mut_simd_f64s(sums).0[at];
+            *sum = simd.add_f64s(*sum, simd.mul_f64s(simd.splat_f64s(weight), change));
+        }
+    }
+}
+
+impl Outcome for Picture<'_> {
+    #[inline(always)]
+    fn keep<S: Simd>(&mut self, simd: S, at: usize, wins: S::m64s, new: Seen<S>, old: Seen<S>) {
+        S::as_mut_simd_f64s(self.depth).0[at] = simd.select_f64s_m64s(wins, new.0, old.0);
+        S::as_mut_simd_f64s(self.excess).0[at] = simd.select_f64s_m64s(wins, new.1, old.1);
+        if let Some((before, after, patch)) = &mut self.counts {
+            let before = S::as_simd_f64s(before).0[at];
+            let after = S::as_mut_simd_f64s(after).0;
+            after[at] = simd.select_f64s_m64s(wins, simd.splat_f64s(*patch), before);
+        }
+    }
+}
+
+// No closures in here: the compiler would keep them out of the code for the processor's own vectors.
+impl<O: Outcome> WithShade for Stroke<'_, O> {
+    #[inline(always)]
+    fn with<S: Simd>(mut self, simd: S, shade: impl Shade) {
+        let (left, left2) = (S::as_simd_f64s(self.left).0, S::as_simd_f64s(self.left2).0);
+        let old_depth = S::as_simd_f64s(self.old_depth).0;
+        let old_excess = S::as_simd_f64s(self.old_excess).0;
+        let start = simd.splat_f64s(self.at_axis.0);
+        let by_slope = simd.splat_f64s(self.at_axis.1);
+        let ray2 = simd.splat_f64s(self.ray2);
+        for at in 0..left.len() {
+            let new_depth = simd.add_f64s(start, simd.mul_f64s(by_slope, left[at]));
+            let rays2 = simd.add_f64s(ray2, left2[at]);
+            let new = (new_depth, shade.excesses_c(simd, new_depth, rays2));
+            let old = (old_depth[at], old_excess[at]);
+            self.outcome.keep(simd, at, wins(simd, new, old), new, old);
+        }
+    }
+}
+
+/// Where a surface hides another.
+///
+/// Of two surfaces at one depth the warmer is seen, so that their order does not matter.
+#[inline(always)]
+fn wins<S: Simd>(simd: S, new: Seen<S>, old: Seen<S>) -> S::m64s {
+    let margin = simd.mul_f64s(old.0, simd.splat_f64s(SAME_DEPTH));
+    let nearer = simd.greater_than_f64s(new.0, simd.add_f64s(old.0, margin));
+    let as_near = simd.greater_than_or_equal_f64s(new.0, simd.sub_f64s(old.0, margin));
+    let warmer = simd.greater_than_f64s(new.1, old.1);
+    simd.or_m64s(nearer, simd.and_m64s(as_near, warmer))
+}
+
+/// A patch in one row.
+#[derive(Debug, Clone)]
+struct Strip<'a> {
+    painted: &'a Painted,
+    /// The columns that it covers.
+    covered: Range<usize>,
+    /// What it counts, if that is asked for.
+    counts: Option<f64>,
+}
+
+/// The row in which strips are drawn.
+#[derive(Clone, Copy)]
+struct Line<'a> {
+    view: &'a View,
+    air: &'a Air,
+    row: usize,
+}
+
+impl Line<'_> {
+    /// Draws a strip before what is there; `old` begins at the strip's first column.
+    #[inline(always)]
+    fn draw<S: Simd>(
+        &self,
+        simd: S,
+        strip: &Strip<'_>,
+        old: (&[f64], &[f64]),
+        outcome: impl Outcome,
     ) {
-        let up = view.slope_up(row);
-        let (left, left2) = view.slopes_left(cells.clone());
-        let sheet = &mut *self.sheet;
-        sheet.inverse_depth.resize(left.len(), 0.0);
-        sheet.excess_c.resize(left.len(), 0.0);
-        let rays = Rays {
-            inverse_depth: painted.patch.inverse_depth(up),
+        let up = self.view.slope_up(self.row);
+        let start = strip.covered.start;
+        let cells = strip.covered.len().next_multiple_of(S::F64_LANES);
+        let (left, left2) = self.view.slopes_left(start..start + cells);
+        let stroke = Stroke {
+            at_axis: strip.painted.patch.inverse_depth(up),
             ray2: 1.0 + up * up,
             left,
             left2,
+            old_depth: &old.0[..cells],
+            old_excess: &old.1[..cells],
+            outcome,
         };
-        let places = (&mut sheet.inverse_depth, &mut sheet.excess_c);
-        air.excesses(&painted.glow, &painted.root, &rays, places.0, places.1);
-        let old = (
-            &mut self.inverse_depth[cells.clone()],
-            &mut self.excess_c[cells.clone()],
-        );
-        if let Some(owner) = &mut self.owner {
-            sheet.give(&old, painted.owner, &mut owner[cells.clone()]);
-        }
-        sheet.put(old.0, old.1);
+        let painted = strip.painted;
+        self.air.shade(simd, &painted.glow, &painted.root, stroke);
     }
 }
 
-impl Sheet {
-    /// Puts the surface into the cells in which it is the one that is seen.
-    fn put(&self, inverse_depth: &mut [f64], excess_c: &mut [f64]) {
-        let mut depths = inverse_depth.chunks_exact_mut(LANES);
-        let mut excesses = excess_c.chunks_exact_mut(LANES);
-        let new_depths = self.inverse_depth.chunks_exact(LANES);
-        let new_excesses = self.excess_c.chunks_exact(LANES);
-        let margin = f64x4::splat(SAME_DEPTH);
-        let mut whole = 0;
-        for ((depth, excess), (new_depth, new_excess)) in (&mut depths)
-            .zip(&mut excesses)
-            .zip(new_depths.zip(new_excesses))
-        {
-            let (old_depth, old_excess) = (lanes(depth), lanes(excess));
-            let (new_depth, new_excess) = (lanes(new_depth), lanes(new_excess));
-            let margin = old_depth * margin;
-            let nearer = new_depth.cmp_gt(old_depth + margin);
-            let as_near = new_depth.cmp_ge(old_depth - margin);
-            let wins = nearer | (as_near & new_excess.cmp_gt(old_excess));
-            depth.copy_from_slice(wins.blend(new_depth, old_depth).as_array_ref());
-            excess.copy_from_slice(wins.blend(new_excess, old_excess).as_array_ref());
-            whole += LANES;
-        }
-        let rest = depths
-            .into_remainder()
-            .iter_mut()
-            .zip(excesses.into_remainder());
-        let new = self.inverse_depth[whole..]
-            .iter()
-            .zip(&self.excess_c[whole..]);
-        for ((old_depth, old_excess), (new_depth, new_excess)) in rest.zip(new) {
-            if is_seen((*new_depth, *new_excess), (*old_depth, *old_excess)) {
-                (*old_depth, *old_excess) = (*new_depth, *new_excess);
-            }
-        }
-    }
-
-    /// Makes `owner` the owner of the cells in which the surface is seen.
-    fn give(&self, old: &(&mut [f64], &mut [f64]), owner: u32, owners: &mut [u32]) {
-        let new = self.inverse_depth.iter().zip(&self.excess_c);
-        let old = old.0.iter().zip(&*old.1);
-        for ((new, old), of_cell) in new.zip(old).zip(owners) {
-            if is_seen((*new.0, *new.1), (*old.0, *old.1)) {
-                *of_cell = owner;
-            }
-        }
-    }
+/// Where several patches of one row are drawn before one another.
+#[derive(Debug)]
+struct Easel {
+    /// What is seen, and what it counts.
+    depth: Vec<f64>,
+    excess: Vec<f64>,
+    counts: Vec<f64>,
+    /// The same where a strip has just been drawn. Two places, so that it is written whole: to write here and there
+    /// takes many times as long on some processors.
+    new_depth: Vec<f64>,
+    new_excess: Vec<f64>,
+    new_counts: Vec<f64>,
 }
 
-/// Whether a surface hides another on one ray: each as one over its depth, and how warm it seems.
-#[inline]
-fn is_seen(new: (f64, f64), old: (f64, f64)) -> bool {
-    let margin = old.0 * SAME_DEPTH;
-    let nearer = new.0 > old.0 + margin;
-    let as_near = new.0 >= old.0 - margin;
-    nearer | (as_near & (new.1 > old.1))
+impl Easel {
+    fn new(columns: usize) -> Self {
+        let row = || vec![0.0; columns + LANES_MAX];
+        Self {
+            depth: row(),
+            excess: row(),
+            counts: row(),
+            new_depth: row(),
+            new_excess: row(),
+            new_counts: row(),
+        }
+    }
+
+    #[inline(always)]
+    fn draw<S: Simd>(&mut self, simd: S, line: Line<'_>, strip: &Strip<'_>) {
+        let (start, cells) = (strip.covered.start, strip.covered.len());
+        let old = (&self.depth[start..], &self.excess[start..]);
+        let picture = Picture {
+            depth: &mut self.new_depth,
+            excess: &mut self.new_excess,
+            counts: match strip.counts {
+                Some(counts) => Some((&self.counts[start..], &mut self.new_counts[..], counts)),
+                None => None,
+            },
+        };
+        line.draw(simd, strip, old, picture);
+        self.depth[strip.covered.clone()].copy_from_slice(&self.new_depth[..cells]);
+        self.excess[strip.covered.clone()].copy_from_slice(&self.new_excess[..cells]);
+        if strip.counts.is_some() {
+            self.counts[strip.covered.clone()].copy_from_slice(&self.new_counts[..cells]);
+        }
+    }
 }
 
 /// What stands still, seen in every cell.
@@ -138,6 +239,8 @@ pub(crate) struct Backdrop {
     columns: usize,
     inverse_depth: Vec<f64>,
     excess_c: Vec<f64>,
+    /// The columns of each row that show anything, and maybe some between them.
+    covered: Vec<Range<usize>>,
 }
 
 impl Backdrop {
@@ -145,34 +248,81 @@ impl Backdrop {
         let cells = view.columns() * view.rows();
         let mut backdrop = Self {
             columns: view.columns(),
-            inverse_depth: vec![0.0; cells],
-            excess_c: vec![0.0; cells],
+            inverse_depth: vec![0.0; cells + LANES_MAX],
+            excess_c: vec![0.0; cells + LANES_MAX],
+            covered: vec![0..0; view.rows()],
         };
-        let mut sheet = Sheet::default();
-        for painted in patches {
-            for row in painted.patch.rows() {
-                let covered = painted.patch.columns(view.slope_up(row), view.columns());
-                let cells = backdrop.cells(row, 0..view.columns());
-                let mut canvas = Row {
-                    inverse_depth: &mut backdrop.inverse_depth[cells.clone()],
-                    excess_c: &mut backdrop.excess_c[cells],
-                    owner: None,
-                    sheet: &mut sheet,
-                };
-                canvas.paint(view, air, row, &covered, painted);
-            }
-        }
+        dispatch(PaintBackdrop {
+            backdrop: &mut backdrop,
+            view,
+            air,
+            patches,
+        });
         backdrop
     }
 
-    /// °C above ambient, cell by cell.
-    pub(crate) fn excess_c(&self) -> &[f64] {
-        &self.excess_c
+    /// °C above ambient of the pixels.
+    pub(crate) fn pixels_c(&self, resampler: &Resampler) -> Vec<f64> {
+        resampler.apply_covered(&self.excess_c, &self.covered)
     }
 
+    /// One over the depths, and the degrees, from a cell on.
+    #[inline(always)]
+    fn from(&self, cell: usize) -> (&[f64], &[f64]) {
+        (&self.inverse_depth[cell..], &self.excess_c[cell..])
+    }
+
+    #[inline(always)]
     fn cells(&self, row: usize, columns: Range<usize>) -> Range<usize> {
         let start = row * self.columns;
         start + columns.start..start + columns.end
+    }
+}
+
+struct PaintBackdrop<'a> {
+    backdrop: &'a mut Backdrop,
+    view: &'a View,
+    air: &'a Air,
+    patches: &'a [Painted],
+}
+
+impl WithSimd for PaintBackdrop<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (view, backdrop) = (self.view, self.backdrop);
+        let mut easel = Easel::new(backdrop.columns);
+        for painted in self.patches {
+            for row in painted.patch.rows() {
+                let covered = painted.patch.columns(view.slope_up(row), view.columns());
+                if covered.is_empty() {
+                    continue;
+                }
+                backdrop.covered[row] = hull(backdrop.covered[row].clone(), covered.clone());
+                let line = Line {
+                    view,
+                    air: self.air,
+                    row,
+                };
+                let cells = backdrop.cells(row, covered.clone());
+                let strip = Strip {
+                    painted,
+                    covered,
+                    counts: None,
+                };
+                let picture = Picture {
+                    depth: &mut easel.new_depth,
+                    excess: &mut easel.new_excess,
+                    counts: None,
+                };
+                line.draw(simd, &strip, backdrop.from(cells.start), picture);
+                let (depth, excess) = (&easel.new_depth, &easel.new_excess);
+                let count = cells.len();
+                backdrop.inverse_depth[cells.clone()].copy_from_slice(&depth[..count]);
+                backdrop.excess_c[cells].copy_from_slice(&excess[..count]);
+            }
+        }
     }
 }
 
@@ -185,11 +335,11 @@ pub(crate) struct Bench<'a> {
     air: &'a Air,
     backdrop: &'a Backdrop,
     resampler: &'a Resampler,
-    inverse_depth: Vec<f64>,
-    excess_c: Vec<f64>,
-    owner: Vec<u32>,
-    sheet: Sheet,
-    covered: Vec<Range<usize>>,
+    easel: Easel,
+    /// By how much the row at hand changes, column by column.
+    values: Vec<f64>,
+    /// A row of sums that nobody reads.
+    spare: Vec<f64>,
     /// Of each row of pixels, the weighted sums of the cells' values, column by column.
     sums: Vec<f64>,
     /// The columns that any row has changed, and the rows of pixels that this reaches.
@@ -213,12 +363,10 @@ impl<'a> Bench<'a> {
             air,
             backdrop,
             resampler,
-            inverse_depth: vec![0.0; columns],
-            excess_c: vec![0.0; columns],
-            owner: vec![NOBODY; columns],
-            sheet: Sheet::default(),
-            covered: Vec::new(),
-            sums: vec![0.0; resampler.output_rows() * columns],
+            easel: Easel::new(columns),
+            values: vec![0.0; columns + LANES_MAX],
+            spare: vec![0.0; columns + LANES_MAX],
+            sums: vec![0.0; resampler.output_rows() * (columns + LANES_MAX)],
             changed: 0..0,
             changed_rows: 0..0,
         }
@@ -226,7 +374,11 @@ impl<'a> Bench<'a> {
 
     /// Adds to each pixel what the patches change in its cells, in degrees.
     pub(crate) fn add_excess(mut self, patches: &[Painted], pixels: &mut [f64]) {
-        self.draw::<false>(patches, |cell| cell.excess_c - cell.backdrop_excess_c);
+        dispatch(Draw {
+            bench: &mut self,
+            patches,
+            counts: None,
+        });
         self.add_to(pixels);
     }
 
@@ -237,104 +389,214 @@ impl<'a> Bench<'a> {
         counts: impl Fn(u32) -> bool,
         pixels: &mut [f64],
     ) {
-        self.draw::<true>(patches, |cell| f64::from(u8::from(counts(cell.owner))));
+        let counts: Vec<f64> = patches
+            .iter()
+            .map(|painted| f64::from(u8::from(counts(painted.owner))))
+            .collect();
+        dispatch(Draw {
+            bench: &mut self,
+            patches,
+            counts: Some(&counts),
+        });
         self.add_to(pixels);
     }
 
-    fn draw<const OWNED: bool>(&mut self, patches: &[Painted], value: impl Fn(Cell) -> f64) {
-        let rows = patches.iter().map(|painted| painted.patch.rows());
-        for row in rows.reduce(hull).unwrap_or(0..0) {
-            let up = self.view.slope_up(row);
-            self.covered.clear();
-            self.covered.extend(patches.iter().map(|painted| {
-                if painted.patch.rows().contains(&row) {
-                    painted.patch.columns(up, self.view.columns())
-                } else {
-                    0..0
-                }
-            }));
-            let changed = self.covered.iter().cloned().fold(0..0, hull);
-            if changed.is_empty() {
-                continue;
-            }
-            self.changed = hull(self.changed.clone(), changed.clone());
-            self.paint_row::<OWNED>(row, patches, &changed);
-            self.collect_row(row, changed, &value);
-        }
-    }
-
-    fn paint_row<const OWNED: bool>(
-        &mut self,
-        row: usize,
-        patches: &[Painted],
-        changed: &Range<usize>,
-    ) {
-        let cells = self.backdrop.cells(row, changed.clone());
-        self.inverse_depth[changed.clone()]
-            .copy_from_slice(&self.backdrop.inverse_depth[cells.clone()]);
-        self.excess_c[changed.clone()].copy_from_slice(&self.backdrop.excess_c[cells]);
-        if OWNED {
-            self.owner[changed.clone()].fill(NOBODY);
-        }
-        let mut canvas = Row {
-            inverse_depth: &mut self.inverse_depth,
-            excess_c: &mut self.excess_c,
-            owner: OWNED.then_some(self.owner.as_mut_slice()),
-            sheet: &mut self.sheet,
-        };
-        for (painted, covered) in patches.iter().zip(&self.covered) {
-            if !covered.is_empty() {
-                canvas.paint(self.view, self.air, row, covered, painted);
-            }
-        }
-    }
-
-    fn collect_row(&mut self, row: usize, changed: Range<usize>, value: &impl Fn(Cell) -> f64) {
-        let columns = self.view.columns();
-        let backdrop = &self.backdrop.excess_c[self.backdrop.cells(row, changed.clone())];
-        let (pixel_rows, weights) = self.resampler.rows_of(row);
-        self.changed_rows = hull(self.changed_rows.clone(), pixel_rows.clone());
-        for (pixel_row, weight) in pixel_rows.zip(weights) {
-            let sums = &mut self.sums[pixel_row * columns..][changed.clone()];
-            let cells = self.excess_c[changed.clone()]
-                .iter()
-                .zip(backdrop)
-                .zip(&self.owner[changed.clone()]);
-            for (sum, ((excess_c, backdrop_excess_c), owner)) in sums.iter_mut().zip(cells) {
-                *sum += weight
-                    * value(Cell {
-                        excess_c: *excess_c,
-                        backdrop_excess_c: *backdrop_excess_c,
-                        owner: *owner,
-                    });
-            }
-        }
-    }
-
+    /// Gives the sums to the pixels, column by column, so that no row waits for its last addition.
     fn add_to(&self, pixels: &mut [f64]) {
-        let columns = self.view.columns().max(1);
-        let pixel_columns = self.resampler.output_columns().max(1);
-        let rows = self
-            .sums
-            .chunks_exact(columns)
-            .zip(pixels.chunks_exact_mut(pixel_columns));
-        let changed_rows = self.changed_rows.clone();
-        for (sums, pixels) in rows.skip(changed_rows.start).take(changed_rows.len()) {
-            for column in self.changed.clone() {
-                self.resampler.gather(column, sums[column], pixels);
+        let stride = self.view.columns() + LANES_MAX;
+        let pixel_columns = self.resampler.output_columns();
+        for column in self.changed.clone() {
+            let (reached, weights) = self.resampler.columns_of(column);
+            for row in self.changed_rows.clone() {
+                let sum = self.sums[row * stride + column];
+                let pixels = &mut pixels[row * pixel_columns..][reached.clone()];
+                for (pixel, weight) in pixels.iter_mut().zip(weights) {
+                    *pixel += weight * sum;
+                }
             }
         }
     }
 }
 
-/// A cell after the patches were drawn.
-struct Cell {
-    excess_c: f64,
-    backdrop_excess_c: f64,
-    owner: u32,
+/// Draws all rows that the patches cover.
+struct Draw<'b, 'a> {
+    bench: &'b mut Bench<'a>,
+    patches: &'b [Painted],
+    /// Which of them count, if that is what is asked for.
+    counts: Option<&'b [f64]>,
+}
+
+impl WithSimd for Draw<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut upcoming: Vec<usize> = (0..self.patches.len()).collect();
+        upcoming.sort_by_key(|index| std::cmp::Reverse(self.patches[*index].patch.rows().start));
+        let (mut current, mut strips) = (Vec::new(), Vec::new());
+        let rows = self.patches.iter().map(|painted| painted.patch.rows());
+        for row in rows.reduce(hull).unwrap_or(0..0) {
+            while let Some(index) = upcoming.pop() {
+                if self.patches[index].patch.rows().start > row {
+                    upcoming.push(index);
+                    break;
+                }
+                current.push(index);
+            }
+            current.retain(|index| self.patches[*index].patch.rows().end > row);
+            self.cut(row, &current, &mut strips);
+            let mut rest = &strips[..];
+            while !rest.is_empty() {
+                let (group, after) = rest.split_at(overlapping(rest));
+                self.bench.draw(simd, row, group);
+                rest = after;
+            }
+        }
+    }
+}
+
+impl<'b> Draw<'b, '_> {
+    /// The strips of these patches in a row, from the left.
+    #[inline(always)]
+    fn cut(&self, row: usize, current: &[usize], strips: &mut Vec<Strip<'b>>) {
+        let (up, columns) = (self.bench.view.slope_up(row), self.bench.view.columns());
+        strips.clear();
+        for index in current {
+            let painted = &self.patches[*index];
+            let covered = painted.patch.columns(up, columns);
+            if covered.is_empty() {
+                continue;
+            }
+            strips.push(Strip {
+                painted,
+                covered,
+                counts: match self.counts {
+                    Some(counts) => Some(counts[*index]),
+                    None => None,
+                },
+            });
+            let mut place = strips.len() - 1;
+            while place > 0 && strips[place - 1].covered.start > strips[place].covered.start {
+                strips.swap(place - 1, place);
+                place -= 1;
+            }
+        }
+    }
+}
+
+/// How many of the strips, at the start of a row of them, lie over one another: 1 if the first is alone.
+#[inline(always)]
+fn overlapping(strips: &[Strip<'_>]) -> usize {
+    let (mut count, mut end) = (0, usize::MAX);
+    for strip in strips {
+        if count > 0 && strip.covered.start >= end {
+            break;
+        }
+        end = if count == 0 {
+            strip.covered.end
+        } else {
+            end.max(strip.covered.end)
+        };
+        count += 1;
+    }
+    count
+}
+
+impl Bench<'_> {
+    /// Draws strips that lie over one another, or one.
+    #[inline(always)]
+    fn draw<S: Simd>(&mut self, simd: S, row: usize, strips: &[Strip<'_>]) {
+        let line = Line {
+            view: self.view,
+            air: self.air,
+            row,
+        };
+        let (pixel_rows, weights) = self.resampler.rows_of(row);
+        self.changed_rows = hull(self.changed_rows.clone(), pixel_rows.clone());
+        if let ([strip], [_] | [_, _]) = (strips, weights) {
+            self.changed = hull(self.changed.clone(), strip.covered.clone());
+            self.draw_one(simd, line, strip);
+        } else {
+            let mut changed = 0..0;
+            for strip in strips {
+                changed = hull(changed, strip.covered.clone());
+            }
+            self.changed = hull(self.changed.clone(), changed.clone());
+            self.draw_over_one_another(simd, line, strips, &changed);
+            self.collect(row, changed);
+        }
+    }
+
+    /// Draws a strip and gives what it changes to the rows of pixels, all at once.
+    #[inline(always)]
+    fn draw_one<S: Simd>(&mut self, simd: S, line: Line<'_>, strip: &Strip<'_>) {
+        let covered = strip.covered.clone();
+        let cells = covered.len().next_multiple_of(S::F64_LANES);
+        let padded = covered.start..covered.start + cells;
+        let (pixel_rows, weights) = self.resampler.rows_of(line.row);
+        let stride = self.view.columns() + LANES_MAX;
+        let (first, rest) = self.sums[pixel_rows.start * stride..].split_at_mut(stride);
+        let (second, weight) = match weights.get(1) {
+            Some(weight) => (rest, *weight),
+            None => (&mut self.spare[..], 0.0),
+        };
+        let change = Change {
+            columns: &self.view.numbers()[padded.clone()],
+            last: count::float(covered.end - 1),
+            counts: strip.counts,
+            sums: [&mut first[padded.clone()], &mut second[padded]],
+            weights: [weights[0], weight],
+        };
+        let cell = self.backdrop.cells(line.row, covered).start;
+        line.draw(simd, strip, self.backdrop.from(cell), change);
+    }
+
+    #[inline(always)]
+    fn draw_over_one_another<S: Simd>(
+        &mut self,
+        simd: S,
+        line: Line<'_>,
+        strips: &[Strip<'_>],
+        changed: &Range<usize>,
+    ) {
+        let cells = self.backdrop.cells(line.row, changed.clone());
+        let count = cells.len();
+        let before = &self.backdrop.excess_c[cells.clone()];
+        let easel = &mut self.easel;
+        easel.depth[changed.clone()].copy_from_slice(&self.backdrop.inverse_depth[cells]);
+        easel.excess[changed.clone()].copy_from_slice(before);
+        easel.counts[changed.clone()].fill(0.0);
+        let mut is_counted = false;
+        for strip in strips {
+            is_counted |= strip.counts.is_some();
+            easel.draw(simd, line, strip);
+        }
+        if is_counted {
+            self.values[..count].copy_from_slice(&easel.counts[changed.clone()]);
+            return;
+        }
+        let after = easel.excess[changed.clone()].iter().zip(before);
+        for (value, (after, before)) in self.values[..count].iter_mut().zip(after) {
+            *value = after - before;
+        }
+    }
+
+    /// Gives what has changed in some cells of a row to the rows of pixels.
+    #[inline(always)]
+    fn collect(&mut self, row: usize, changed: Range<usize>) {
+        let stride = self.view.columns() + LANES_MAX;
+        let (pixel_rows, weights) = self.resampler.rows_of(row);
+        for (pixel_row, weight) in pixel_rows.zip(weights) {
+            let sums = &mut self.sums[pixel_row * stride..][changed.clone()];
+            for (sum, value) in sums.iter_mut().zip(&self.values) {
+                *sum += weight * value;
+            }
+        }
+    }
 }
 
 /// The range that holds both; an empty one holds nothing.
+#[inline(always)]
 fn hull(one: Range<usize>, other: Range<usize>) -> Range<usize> {
     if one.is_empty() {
         return other;

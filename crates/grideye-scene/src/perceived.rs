@@ -18,7 +18,7 @@
 //! assert!((seen - 25.04).abs() < 0.005);
 //! ```
 
-use wide::{CmpLt as _, f64x4};
+use pulp::{Simd, bytemuck};
 
 /// Which reading of the paper's formula is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -104,75 +104,25 @@ impl Air {
         if distance_m2 < NEAR_M * NEAR_M {
             return glow.excess_c * (1.0 - distance_m2.sqrt() / self.operating_distance_m);
         }
-        let weight = match self.law {
-            Law::A => (glow.emissivity / distance_m2).min(1.0),
-            Law::B => glow.emissivity / (glow.emissivity + distance_m2),
-        };
-        self.seen(weight, glow)
+        self.seen(self.weight(glow, distance_m2), glow)
     }
 
-    /// The same for the rays of a row that meet one plane: one over the depth at which each does, and how warm the
-    /// surface seems there.
-    ///
-    /// All slices have one length, a multiple of [`LANES`].
-    pub(crate) fn excesses(
-        &self,
-        glow: &Glow,
-        root: &Root,
-        rays: &Rays<'_>,
-        inverse_depth: &mut [f64],
-        excess_c: &mut [f64],
-    ) {
-        let Root::Series(series) = root else {
-            rays.each(inverse_depth, excess_c, |inverse_depth, ray2| {
-                let distances_m2 = ray2 / (inverse_depth * inverse_depth);
-                let excess = |distance_m2| self.excess(glow, distance_m2);
-                f64x4::new(distances_m2.to_array().map(excess))
-            });
-            return;
-        };
-        // The number of terms is a constant in the loop, so that none of it is spent on counting.
-        let places = (inverse_depth, excess_c);
-        match series.terms {
-            ..=6 => self.by_series::<6>(glow, series, rays, places),
-            7..=8 => self.by_series::<8>(glow, series, rays, places),
-            9..=10 => self.by_series::<10>(glow, series, rays, places),
-            _ => self.by_series::<SERIES_TERMS_MAX>(glow, series, rays, places),
-        }
-    }
-
-    fn by_series<const TERMS: usize>(
-        &self,
-        glow: &Glow,
-        series: &Series,
-        rays: &Rays<'_>,
-        (inverse_depth, excess_c): (&mut [f64], &mut [f64]),
-    ) {
-        let emissivity = f64x4::splat(glow.emissivity);
-        match self.law {
-            Law::A => rays.each(inverse_depth, excess_c, |inverse_depth, ray2| {
-                let weight = emissivity * (inverse_depth * inverse_depth) / ray2;
-                let whole = f64x4::ONE;
-                series.evaluate::<TERMS>(weight.cmp_lt(whole).blend(weight, whole))
-            }),
-            Law::B => rays.each(inverse_depth, excess_c, |inverse_depth, ray2| {
-                let radiating = emissivity * (inverse_depth * inverse_depth);
-                series.evaluate::<TERMS>(radiating / (radiating + ray2))
-            }),
-        }
-    }
-
-    /// How the fourth root is best taken on a surface of which no point is nearer than `depth_min_m`.
-    pub(crate) fn root(&self, glow: &Glow, depth_min_m: f64) -> Root {
-        if depth_min_m <= NEAR_M {
+    /// How the fourth root is best taken on a surface whose points are between these distances, metres.
+    pub(crate) fn root(&self, glow: &Glow, (nearest_m, farthest_m): (f64, f64)) -> Root {
+        if nearest_m <= NEAR_M {
             return Root::Exact;
         }
-        let distance_m2 = depth_min_m * depth_min_m;
-        let weight_max = match self.law {
+        let weight = |distance_m: f64| self.weight(glow, distance_m * distance_m);
+        let weights = (weight(farthest_m), weight(nearest_m));
+        Series::new(self, glow, weights).map_or(Root::Exact, Root::Series)
+    }
+
+    /// The object's share in the fourth powers, the air having the rest.
+    fn weight(&self, glow: &Glow, distance_m2: f64) -> f64 {
+        match self.law {
             Law::A => (glow.emissivity / distance_m2).min(1.0),
             Law::B => glow.emissivity / (glow.emissivity + distance_m2),
-        };
-        Series::new(self, glow, weight_max).map_or(Root::Exact, Root::Series)
+        }
     }
 
     fn seen(&self, weight: f64, glow: &Glow) -> f64 {
@@ -195,9 +145,6 @@ const SERIES_ERROR_C: f64 = 3e-13;
 /// With more terms than this, square roots are as fast.
 const SERIES_TERMS_MAX: usize = 16;
 
-/// Rays that are evaluated together, so that the compiler can do several at once.
-pub(crate) const LANES: usize = 4;
-
 /// Taylor series of the excess in the law's weight, around the middle of the weights that occur.
 #[derive(Debug, Clone)]
 pub(crate) struct Series {
@@ -208,13 +155,13 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// For weights from 0 to `weight_max`; `None` if the series converges too slowly, as for glowing metal.
-    fn new(air: &Air, glow: &Glow, weight_max: f64) -> Option<Self> {
-        let centre = 0.5 * weight_max;
+    /// For weights between these; `None` if the series converges too slowly, as for glowing metal.
+    fn new(air: &Air, glow: &Glow, (weight_min, weight_max): (f64, f64)) -> Option<Self> {
+        let centre = 0.5 * (weight_min + weight_max);
         let middle_k4 = air.ambient_k4 + centre * glow.excess_k4;
         let middle_k = fourth_root(middle_k4);
         let ratio = glow.excess_k4 / middle_k4;
-        let reach = (ratio * centre).abs();
+        let reach = (ratio * 0.5 * (weight_max - weight_min)).abs();
         let mut series = Self {
             centre,
             coefficients: [0.0; SERIES_TERMS_MAX],
@@ -239,62 +186,120 @@ impl Series {
     }
 
     /// Turns weights into degrees above ambient; the terms beyond those that count are zero.
-    #[inline]
-    fn evaluate<const TERMS: usize>(&self, weights: f64x4) -> f64x4 {
-        let powers = weights - f64x4::splat(self.centre);
-        let mut sum = f64x4::splat(self.coefficients[TERMS - 1]);
-        for term in (0..TERMS - 1).rev() {
-            sum = sum * powers + f64x4::splat(self.coefficients[term]);
+    #[inline(always)]
+    fn evaluate<S: Simd, const TERMS: usize>(&self, simd: S, weights: S::f64s) -> S::f64s {
+        // Even and odd powers apart, so that half as many steps wait for one another. No fused steps: not every
+        // processor has them, and their last bits differ.
+        let powers = simd.sub_f64s(weights, simd.splat_f64s(self.centre));
+        let squares = simd.mul_f64s(powers, powers);
+        let mut even = simd.splat_f64s(self.coefficients[(TERMS - 1) / 2 * 2]);
+        for term in (0..TERMS.div_ceil(2) - 1).rev() {
+            let coefficient = simd.splat_f64s(self.coefficients[2 * term]);
+            even = simd.add_f64s(simd.mul_f64s(even, squares), coefficient);
         }
-        sum
+        let mut odd = simd.splat_f64s(self.coefficients[TERMS / 2 * 2 - 1]);
+        for term in (0..TERMS / 2 - 1).rev() {
+            let coefficient = simd.splat_f64s(self.coefficients[2 * term + 1]);
+            odd = simd.add_f64s(simd.mul_f64s(odd, squares), coefficient);
+        }
+        simd.add_f64s(even, simd.mul_f64s(odd, powers))
     }
 }
 
-/// The rays of one row of cells before a plane.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Rays<'a> {
-    /// One over the plane's depth on the ray without slope to the left, and what each unit of slope adds.
-    pub(crate) inverse_depth: (f64, f64),
-    /// Square of the distance to depth 1 on the ray without slope to the left.
-    pub(crate) ray2: f64,
-    /// Slopes to the left, and their squares.
-    pub(crate) left: &'a [f64],
-    pub(crate) left2: &'a [f64],
+/// How warm one surface seems to be on any ray: what stands in the innermost loop, so each form is a type of its own.
+pub(crate) trait Shade {
+    /// °C above ambient, from one over the depth at which each ray meets the surface and the square of the distance to
+    /// depth 1 on it.
+    fn excesses_c<S: Simd>(&self, simd: S, inverse_depths: S::f64s, rays2: S::f64s) -> S::f64s;
 }
 
-impl Rays<'_> {
-    /// Calls `excess` for so many rays at once, with one over the depth and the square of the distance to depth 1.
-    #[inline]
-    fn each(
-        &self,
-        inverse_depth: &mut [f64],
-        excess_c: &mut [f64],
-        excess: impl Fn(f64x4, f64x4) -> f64x4,
-    ) {
-        let (at_axis, by_slope) = self.inverse_depth;
-        let (at_axis, by_slope) = (f64x4::splat(at_axis), f64x4::splat(by_slope));
-        let ray2 = f64x4::splat(self.ray2);
-        let slopes = self
-            .left
-            .chunks_exact(LANES)
-            .zip(self.left2.chunks_exact(LANES));
-        let places = inverse_depth
-            .chunks_exact_mut(LANES)
-            .zip(excess_c.chunks_exact_mut(LANES));
-        for ((left, left2), (inverse_depth, excess_c)) in slopes.zip(places) {
-            let depths = at_axis + by_slope * lanes(left);
-            inverse_depth.copy_from_slice(depths.as_array_ref());
-            excess_c.copy_from_slice(excess(depths, ray2 + lanes(left2)).as_array_ref());
+/// Something to be done with a [`Shade`], whichever it is.
+pub(crate) trait WithShade {
+    fn with<S: Simd>(self, simd: S, shade: impl Shade);
+}
+
+struct BySeries<'a, const IS_LAW_A: bool, const TERMS: usize> {
+    emissivity: f64,
+    series: &'a Series,
+}
+
+struct ByRoots<'a> {
+    air: &'a Air,
+    glow: &'a Glow,
+}
+
+impl<const IS_LAW_A: bool, const TERMS: usize> Shade for BySeries<'_, IS_LAW_A, TERMS> {
+    #[inline(always)]
+    fn excesses_c<S: Simd>(&self, simd: S, inverse_depths: S::f64s, rays2: S::f64s) -> S::f64s {
+        let squares = simd.mul_f64s(inverse_depths, inverse_depths);
+        let radiating = simd.mul_f64s(simd.splat_f64s(self.emissivity), squares);
+        let weights = if IS_LAW_A {
+            let whole = simd.splat_f64s(1.0);
+            let weights = simd.div_f64s(radiating, rays2);
+            simd.select_f64s_m64s(simd.less_than_f64s(weights, whole), weights, whole)
+        } else {
+            simd.div_f64s(radiating, simd.add_f64s(radiating, rays2))
+        };
+        self.series.evaluate::<S, TERMS>(simd, weights)
+    }
+}
+
+impl Shade for ByRoots<'_> {
+    #[inline(always)]
+    fn excesses_c<S: Simd>(&self, simd: S, inverse_depths: S::f64s, rays2: S::f64s) -> S::f64s {
+        let squares = simd.mul_f64s(inverse_depths, inverse_depths);
+        let mut excesses_c = simd.div_f64s(rays2, squares);
+        for place in bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(&mut excesses_c))
+        {
+            *place = self.air.excess(self.glow, *place);
+        }
+        excesses_c
+    }
+}
+
+impl Air {
+    /// Does something with the shade of a surface, its law and the number of terms being constants in it.
+    #[inline(always)]
+    pub(crate) fn shade<S: Simd>(&self, simd: S, glow: &Glow, root: &Root, task: impl WithShade) {
+        let Root::Series(series) = root else {
+            task.with(simd, ByRoots { air: self, glow });
+            return;
+        };
+        match self.law {
+            Law::A => series.shade_a(simd, glow.emissivity, task),
+            Law::B => series.shade_b(simd, glow.emissivity, task),
         }
     }
 }
 
-/// The first [`LANES`] of a slice of just as many.
-#[inline]
-pub(crate) fn lanes(values: &[f64]) -> f64x4 {
-    let mut lanes = [0.0; LANES];
-    lanes.copy_from_slice(values);
-    f64x4::new(lanes)
+impl Series {
+    /// As many terms as count, or a few more: each number is a loop of its own.
+    #[inline(always)]
+    fn shade_b<S: Simd>(&self, simd: S, emissivity: f64, task: impl WithShade) {
+        let series = self;
+        match self.terms {
+            ..=6 => task.with(simd, BySeries::<false, 6> { emissivity, series }),
+            7 => task.with(simd, BySeries::<false, 7> { emissivity, series }),
+            8 => task.with(simd, BySeries::<false, 8> { emissivity, series }),
+            9..=10 => task.with(simd, BySeries::<false, 10> { emissivity, series }),
+            _ => task.with(
+                simd,
+                BySeries::<false, SERIES_TERMS_MAX> { emissivity, series },
+            ),
+        }
+    }
+
+    #[inline(always)]
+    fn shade_a<S: Simd>(&self, simd: S, emissivity: f64, task: impl WithShade) {
+        let series = self;
+        match self.terms {
+            ..=8 => task.with(simd, BySeries::<true, 8> { emissivity, series }),
+            _ => task.with(
+                simd,
+                BySeries::<true, SERIES_TERMS_MAX> { emissivity, series },
+            ),
+        }
+    }
 }
 
 pub(crate) fn fourth_power(kelvin: f64) -> f64 {
@@ -364,6 +369,29 @@ mod tests {
         }
     }
 
+    /// How far a shade is from the law's own words.
+    struct Differences<'a> {
+        air: Air,
+        glow: Glow,
+        nearest_m: f64,
+        largest: &'a mut f64,
+    }
+
+    impl WithShade for &mut Differences<'_> {
+        fn with<S: Simd>(self, simd: S, shade: impl Shade) {
+            for step in 1..=96 {
+                let inverse_depth = f64::from(step) / 96.0 / self.nearest_m;
+                let expected = self
+                    .air
+                    .excess(&self.glow, 1.0 / (inverse_depth * inverse_depth));
+                let (depths, rays2) = (simd.splat_f64s(inverse_depth), simd.splat_f64s(1.0));
+                let found = [shade.excesses_c(simd, depths, rays2)];
+                let difference = (bytemuck::cast_slice::<_, f64>(&found)[0] - expected).abs();
+                *self.largest = self.largest.max(difference);
+            }
+        }
+    }
+
     #[test]
     fn the_series_is_the_root() {
         for (law, celsius, ambient_c) in [
@@ -379,26 +407,17 @@ mod tests {
                 emissivity: 0.95,
             });
             for nearest_m in [0.3, 0.5, 0.95, 3.0] {
-                let root = air.root(&glow, nearest_m);
+                let root = air.root(&glow, (nearest_m, f64::INFINITY));
                 let person = (20.0..=31.0).contains(&celsius);
                 assert!(!person || matches!(root, Root::Series(_)), "{nearest_m}");
-                let left: Vec<f64> = (1..=96).map(|step| f64::from(step) / 96.0).collect();
-                let rays = Rays {
-                    inverse_depth: (0.0, 1.0 / nearest_m),
-                    ray2: 1.0,
-                    left: &left,
-                    left2: &[0.0; 96],
+                let mut task = Differences {
+                    air,
+                    glow,
+                    nearest_m,
+                    largest: &mut 0.0,
                 };
-                let (mut inverse_depth, mut found) = ([0.0; 96], [0.0; 96]);
-                air.excesses(&glow, &root, &rays, &mut inverse_depth, &mut found);
-                assert_eq!(inverse_depth[95], 1.0 / nearest_m);
-                for (found, inverse_depth) in found.iter().zip(inverse_depth) {
-                    let expected = air.excess(&glow, 1.0 / (inverse_depth * inverse_depth));
-                    assert!(
-                        (found - expected).abs() < 1e-12,
-                        "{law:?} {celsius} {nearest_m} {inverse_depth}: {found} {expected}"
-                    );
-                }
+                air.shade(pulp::Scalar256b, &glow, &root, &mut task);
+                assert!(*task.largest < 1e-12, "{law:?} {celsius} {nearest_m}");
             }
         }
         let air = Air::new(Law::B, 20.0, 5.0);
@@ -406,7 +425,10 @@ mod tests {
             celsius: 1500.0,
             emissivity: 1.0,
         });
-        assert!(matches!(air.root(&metal, 0.5), Root::Exact));
+        assert!(matches!(
+            air.root(&metal, (0.5, f64::INFINITY)),
+            Root::Exact
+        ));
     }
 
     #[test]

@@ -45,28 +45,31 @@ impl Resampler {
             columns * self.vertical.inputs(),
             "points of the picture"
         );
+        self.apply_covered(picture, &vec![0..columns; self.vertical.inputs()])
+    }
+
+    /// The same for a picture that is zero but for these columns of each row.
+    pub(crate) fn apply_covered(&self, picture: &[f64], covered: &[Range<usize>]) -> Vec<f64> {
         let mut pixels = vec![0.0; self.horizontal.outputs * self.vertical.outputs];
         let mut row_sums = vec![0.0; self.horizontal.outputs];
-        for (row, points) in picture.chunks_exact(columns.max(1)).enumerate() {
-            for (column, value) in points.iter().enumerate() {
-                self.gather(column, *value, &mut row_sums);
+        for (row, covered) in covered.iter().enumerate() {
+            if covered.is_empty() {
+                continue;
+            }
+            let start = row * self.horizontal.inputs();
+            for column in covered.clone() {
+                let (outputs, weights) = self.horizontal.of_input(column);
+                for (sum, weight) in row_sums[outputs].iter_mut().zip(weights) {
+                    *sum += weight * picture[start + column];
+                }
             }
             self.spread(row, &mut row_sums, &mut pixels);
         }
         pixels
     }
 
-    /// Adds one point of a row to the row's sums: one sum for each output column.
-    #[inline]
-    pub(crate) fn gather(&self, column: usize, value: f64, row_sums: &mut [f64]) {
-        let (outputs, weights) = self.horizontal.of_input(column);
-        for (sum, weight) in row_sums[outputs].iter_mut().zip(weights) {
-            *sum += weight * value;
-        }
-    }
-
     /// Adds a row's sums to the pixels and clears them for the next row.
-    pub(crate) fn spread(&self, row: usize, row_sums: &mut [f64], pixels: &mut [f64]) {
+    fn spread(&self, row: usize, row_sums: &mut [f64], pixels: &mut [f64]) {
         let (outputs, weights) = self.vertical.of_input(row);
         let rows = pixels
             .chunks_exact_mut(self.horizontal.outputs)
@@ -87,6 +90,12 @@ impl Resampler {
     /// How many output rows there are.
     pub(crate) const fn output_rows(&self) -> usize {
         self.vertical.outputs
+    }
+
+    /// The output columns that an input column reaches, and its weight in each.
+    #[inline]
+    pub(crate) fn columns_of(&self, input_column: usize) -> (Range<usize>, &[f64]) {
+        self.horizontal.of_input(input_column)
     }
 
     /// The output rows that an input row reaches, and its weight in each.

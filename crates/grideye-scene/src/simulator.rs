@@ -156,8 +156,8 @@ impl Simulator {
             })
             .collect();
         let backdrop = Backdrop::new(&view, &air, &standing);
-        let still_c = resampler
-            .apply(backdrop.excess_c())
+        let still_c = backdrop
+            .pixels_c(&resampler)
             .iter()
             .map(|excess| ambient_c + excess)
             .collect();
@@ -421,7 +421,7 @@ fn painted(view: &View, air: &Air, skin: &Skin<'_>, sight: &Sight) -> Vec<Painte
                 skin.glow(air, patch.face())
             };
             Painted {
-                root: air.root(&glow, patch.depth_min_m()),
+                root: air.root(&glow, patch.distances_m()),
                 patch,
                 glow,
                 owner: skin.owner,

@@ -1,5 +1,5 @@
+use crate::canvas::LANES_MAX;
 use crate::count;
-use crate::perceived::LANES;
 use crate::pose::Pose;
 use crate::scene::Sensor;
 use crate::solid::{Enclosure, Solid};
@@ -19,6 +19,8 @@ pub(crate) struct View {
     slopes_left: Vec<f64>,
     /// Square of it.
     slopes_left2: Vec<f64>,
+    /// Number of each column.
+    numbers: Vec<f64>,
     /// Slope upwards of each row of points; falling.
     slopes_up: Vec<f64>,
     /// Distance of the plane on each axis, in that axis's points.
@@ -34,16 +36,18 @@ impl View {
             focal(sensor.grid_points.y, sensor.field_of_view_rad.y),
         ];
         let columns = sensor.grid_points.x;
-        let slopes_left = slopes(columns, columns + LANES, focal_points[0]);
+        let slopes_left = slopes(columns, columns + LANES_MAX, focal_points[0]);
         Self {
             columns,
             slopes_left2: slopes_left.iter().map(|slope| slope * slope).collect(),
             slopes_left,
+            numbers: (0..columns + LANES_MAX).map(count::float).collect(),
             slopes_up: slopes(sensor.grid_points.y, sensor.grid_points.y, focal_points[1]),
             focal_points,
         }
     }
 
+    #[inline(always)]
     pub(crate) fn columns(&self) -> usize {
         self.columns
     }
@@ -52,15 +56,22 @@ impl View {
         self.slopes_up.len()
     }
 
-    /// The slopes to the left of these columns, and their squares, with as many more as make whole [`LANES`].
+    /// The slopes to the left of these columns, and their squares; there are [`LANES_MAX`] more than columns.
+    #[inline(always)]
     pub(crate) fn slopes_left(&self, columns: Range<usize>) -> (&[f64], &[f64]) {
-        let padded = columns.start..columns.start + columns.len().next_multiple_of(LANES);
         (
-            &self.slopes_left[padded.clone()],
-            &self.slopes_left2[padded],
+            &self.slopes_left[columns.clone()],
+            &self.slopes_left2[columns],
         )
     }
 
+    /// The number of each column; there are [`LANES_MAX`] more than columns.
+    #[inline(always)]
+    pub(crate) fn numbers(&self) -> &[f64] {
+        &self.numbers
+    }
+
+    #[inline(always)]
     pub(crate) fn slope_up(&self, row: usize) -> f64 {
         self.slopes_up[row]
     }
@@ -83,10 +94,14 @@ impl View {
             .chain([face.inverse_depth]);
         Some(Patch {
             rows,
-            bounds: sides.map(|side| self.bound(side)).collect(),
+            bounds: self.bounds(sides),
             inverse_depth: face.inverse_depth,
             face: face.face,
-            depth_min_m: corners().fold(f64::INFINITY, |depth_m, corner| depth_m.min(corner.x)),
+            // A flat face is farthest away at a corner, and no point of it is nearer than its depth.
+            distances_m: (
+                corners().fold(f64::INFINITY, |depth_m, corner| depth_m.min(corner.x)),
+                corners().fold(0.0, |distance_m, corner| distance_m.max(corner.length())),
+            ),
         })
     }
 
@@ -105,37 +120,41 @@ impl View {
         (!rows.is_empty()).then_some(rows)
     }
 
-    /// The columns in which `side · (1, left, up)` is not below zero, row by row.
-    fn bound(&self, side: DVec3) -> Bound {
+    /// The columns in which no `side · (1, left, up)` is below zero, row by row.
+    fn bounds(&self, sides: impl Iterator<Item = DVec3>) -> Bounds {
         let columns_half = 0.5 * count::float(self.columns());
         let column_of = |left: f64| columns_half - self.focal_points[0] * left - 0.5;
-        if side.y == 0.0 {
-            return Bound {
-                kind: Kind::Row,
-                start: side.x,
-                step: side.z,
+        let mut bounds = Bounds::default();
+        for side in sides {
+            if side.y == 0.0 {
+                bounds.along_rows.push(Line {
+                    start: side.x,
+                    step: side.z,
+                });
+                continue;
+            }
+            let line = Line {
+                start: column_of(-side.x / side.y),
+                step: self.focal_points[0] * side.z / side.y,
             };
-        }
-        Bound {
             // The columns run to the right, against the slopes to the left.
-            kind: if side.y > 0.0 {
-                Kind::Last
+            if side.y > 0.0 {
+                bounds.last.push(line);
             } else {
-                Kind::First
-            },
-            start: column_of(-side.x / side.y),
-            step: self.focal_points[0] * side.z / side.y,
+                bounds.first.push(line);
+            }
         }
+        bounds
     }
 
     /// The patch of a solid that the sensor is in, at no distance, but for rays that leave the faces it touches.
     fn patch_all_around(&self, touching: &[DVec3]) -> Patch {
         Patch {
             rows: 0..self.rows(),
-            bounds: touching.iter().map(|normal| self.bound(-*normal)).collect(),
-            inverse_depth: DVec3::new(f64::INFINITY, 0.0, 0.0),
+            bounds: self.bounds(touching.iter().map(|normal| -*normal)),
+            inverse_depth: AT_NO_DISTANCE,
             face: NO_FACE,
-            depth_min_m: 0.0,
+            distances_m: (0.0, f64::INFINITY),
         }
     }
 }
@@ -206,29 +225,37 @@ impl SeenFace {
 #[derive(Debug, Clone)]
 pub(crate) struct Patch {
     rows: Range<usize>,
-    bounds: Vec<Bound>,
+    bounds: Bounds,
     /// Its product with a ray is one over the depth at which the ray meets the face's plane.
     inverse_depth: DVec3,
-    depth_min_m: f64,
+    /// No point is nearer, and none farther away.
+    distances_m: (f64, f64),
     face: usize,
 }
 
-/// A line across the grid, and the side of it that counts; `start + step * up` is the column at which it crosses.
+/// The lines across the grid that bound a patch, by the side of them that counts.
+#[derive(Debug, Clone, Default)]
+struct Bounds {
+    /// The columns from the line on.
+    first: Vec<Line>,
+    /// The columns up to the line.
+    last: Vec<Line>,
+    /// Lines along the rows: all columns where the sum is not below zero.
+    along_rows: Vec<Line>,
+}
+
+/// `start + step * up` is the column at which it crosses a row.
 #[derive(Debug, Clone, Copy)]
-struct Bound {
-    kind: Kind,
+struct Line {
     start: f64,
     step: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    /// The columns from the line on.
-    First,
-    /// The columns up to the line.
-    Last,
-    /// A line along the rows: all columns where the sum is not below zero.
-    Row,
+impl Line {
+    #[inline(always)]
+    fn at(&self, up: f64) -> f64 {
+        self.start + self.step * up
+    }
 }
 
 impl Patch {
@@ -238,16 +265,19 @@ impl Patch {
     }
 
     /// The cells of one row whose points it covers, its border included.
+    #[inline(always)]
     pub(crate) fn columns(&self, up: f64, count: usize) -> Range<usize> {
+        if self.bounds.along_rows.iter().any(|line| line.at(up) < 0.0) {
+            return 0..0;
+        }
         let (mut first, mut last) = (0.0, count::float(count) - 1.0);
-        for bound in &self.bounds {
-            let at = bound.start + bound.step * up;
-            match bound.kind {
-                Kind::First => first = at.max(first),
-                Kind::Last => last = at.min(last),
-                Kind::Row if at < 0.0 => return 0..0,
-                Kind::Row => {}
-            }
+        for line in &self.bounds.first {
+            let at = line.at(up);
+            first = if at > first { at } else { first };
+        }
+        for line in &self.bounds.last {
+            let at = line.at(up);
+            last = if at < last { at } else { last };
         }
         if first > last {
             return 0..0;
@@ -256,6 +286,7 @@ impl Patch {
     }
 
     /// One over the depth in a row: the value at no slope to the left, and what each unit of slope adds.
+    #[inline(always)]
     pub(crate) fn inverse_depth(&self, up: f64) -> (f64, f64) {
         (
             self.inverse_depth.x + self.inverse_depth.z * up,
@@ -268,14 +299,17 @@ impl Patch {
         self.face
     }
 
-    /// No point of the face is nearer than this, metres.
-    pub(crate) fn depth_min_m(&self) -> f64 {
-        self.depth_min_m
+    /// No point of the face is nearer, and none farther away, metres.
+    pub(crate) fn distances_m(&self) -> (f64, f64) {
+        self.distances_m
     }
 }
 
 /// The face that is seen of a solid by a sensor in it.
 const NO_FACE: usize = usize::MAX;
+
+/// One over no depth: so large that a body is seen at its own temperature, and finite, so that two can be compared.
+const AT_NO_DISTANCE: DVec3 = DVec3::new(1e30, 0.0, 0.0);
 
 /// A sensor this near to a face is on it, metres.
 const TOUCH_M: f64 = 1e-9;

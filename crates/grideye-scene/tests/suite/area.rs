@@ -27,7 +27,7 @@ fn difference(scene: &Scene, moments: u32) -> (f64, f64) {
 }
 
 /// Boxes behind, before and through one another, a round body, one of them moving.
-fn crowded(pixels_per_degree: u32) -> Scene {
+fn furnished(sensor: &str) -> String {
     let things = [
         object(
             "table",
@@ -66,11 +66,13 @@ fn crowded(pixels_per_degree: u32) -> Scene {
         )
         .replace("object", "agent"),
     ];
+    format!("{ROOM}{sensor}{}", things.concat())
+}
+
+fn crowded(pixels_per_degree: u32) -> Scene {
     let sensor = CEILING.replace("elevation_deg = 90", "elevation_deg = 80\nroll_deg = 7");
-    scene(&format!(
-        "{ROOM}{sensor}pixels_per_degree = {pixels_per_degree}\n{}",
-        things.concat()
-    ))
+    let sensor = format!("{sensor}pixels_per_degree = {pixels_per_degree}\n");
+    scene(&furnished(&sensor))
 }
 
 #[test]
@@ -132,4 +134,89 @@ fn coinciding_faces_show_the_warmer_whatever_their_order() {
     for (one, other) in pictures[0].iter().zip(&pictures[1]) {
         assert!((one - other).abs() < 1e-9);
     }
+}
+
+#[test]
+fn a_sensor_in_several_bodies_shows_the_warmest_whatever_their_order() {
+    let around = |name: &str, celsius: f64, emissivity: f64| {
+        let size_mm = [900.0 + 10.0 * celsius, 900.0, 1700.0];
+        object(name, [2000.0, 3000.0, 900.0], size_mm, celsius, celsius)
+            + &format!("emissivity = {emissivity}\n")
+    };
+    // The warmest shines least, so that from afar it would not seem to be the warmest.
+    let bodies = [
+        around("one", 31.0, 0.2),
+        around("two", 27.0, 0.9),
+        around("three", 24.0, 1.0),
+    ];
+    for order in [
+        &[0, 1][..],
+        &[1, 0],
+        &[0, 1, 2],
+        &[2, 1, 0],
+        &[1, 0, 2],
+        &[2, 0, 1],
+    ] {
+        for agents in 0..=order.len() {
+            let things = order.iter().enumerate().map(|(place, body)| {
+                if place < agents {
+                    bodies[*body].replace("object", "agent")
+                } else {
+                    bodies[*body].clone()
+                }
+            });
+            let things: String = things.collect();
+            let text = format!("{ROOM}{CEILING}{things}").replace("3000, 2700]", "3000, 2000]");
+            let inside = scene(&text);
+            for method in [Simulator::new, Simulator::without_grid] {
+                let image = method(&inside, "ceiling").unwrap().image(Duration::ZERO);
+                for celsius in image.celsius {
+                    assert!(
+                        (celsius - 31.0).abs() < 1e-9,
+                        "{order:?} {agents}: {celsius}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Largest difference of two pictures, degrees.
+fn apart(one: &[f64], other: &[f64]) -> f64 {
+    let pairs = one.iter().zip(other);
+    pairs
+        .map(|(one, other)| (one - other).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn the_area_is_nearer_to_the_finest_grid_than_the_papers_grid_is() {
+    // 34.1 points a degree are 2,046 on each axis, the most that there may be; the paper has 300.
+    let (mut papers_c, mut areas_c) = (0.0, 0.0);
+    for pose in 0..12 {
+        let angles = format!(
+            "elevation_deg = {}\nroll_deg = {}",
+            90 - 5 * pose,
+            31 * pose
+        );
+        let turned = |pixels_per_degree: f64| {
+            let sensor = CEILING.replace("elevation_deg = 90", &angles);
+            let sensor = format!("{sensor}pixels_per_degree = {pixels_per_degree:?}\n");
+            scene(&furnished(&sensor))
+        };
+        let finest = Simulator::new(&turned(34.1), "ceiling").unwrap();
+        let paper = Simulator::new(&turned(5.0), "ceiling").unwrap();
+        let area = Simulator::without_grid(&turned(5.0), "ceiling").unwrap();
+        let at = Duration::ZERO;
+        let limit = finest.image(at).celsius;
+        let paper_c = apart(&paper.image(at).celsius, &limit);
+        let area_c = apart(&area.image(at).celsius, &limit);
+        println!(
+            "pose {pose}: grid of 300 {paper_c:.6}, area {area_c:.6} degrees from the finest grid"
+        );
+        assert!(area_c < 0.5 * paper_c, "pose {pose}: {area_c} {paper_c}");
+        papers_c += paper_c;
+        areas_c += area_c;
+    }
+    assert!(areas_c < 0.1 * papers_c, "{areas_c} {papers_c}");
 }

@@ -1,0 +1,284 @@
+//! The reference work and what its cost depends on: five boxes, 60°, 300 x 300 points, law B, 8 x 8 pixels, somebody
+//! walking. Wall time, best of many rounds, so that other work counts little.
+//!
+//! `cargo bench -p grideye-scene --bench speed [-- PART]...`, the parts being `reference`, `limit`, `cores`, `memory`,
+//! `growth`.
+
+use glam::DVec3;
+use grideye_scene::{Scene, SceneError, Simulator};
+use peak_alloc::PeakAlloc;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+const SCENE: &str = include_str!("reference.toml");
+const WAY: &str = include_str!("way.csv");
+const ROUNDS: u32 = 60;
+
+/// How a simulator is made.
+type Maker = fn(&Scene, &str) -> Result<Simulator, SceneError>;
+const METHODS: [(&str, Maker); 2] = [("grid", Simulator::new), ("area", Simulator::without_grid)];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let wanted: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with('-'))
+        .collect();
+    let is_wanted = |part: &str| wanted.is_empty() || wanted.iter().any(|word| word == part);
+    let scene = parse(SCENE)?;
+    for (part, run) in [
+        (
+            "reference",
+            reference as fn(&Scene) -> Result<(), Box<dyn Error>>,
+        ),
+        ("limit", limit),
+        ("cores", cores),
+        ("memory", memory),
+        ("growth", growth),
+    ] {
+        if is_wanted(part) {
+            run(&scene)?;
+            println!();
+        }
+    }
+    Ok(())
+}
+
+fn parse(text: &str) -> Result<Scene, Box<dyn Error>> {
+    let files = |_: &str| Ok(WAY.to_owned());
+    let loaded = Scene::parse(text, "reference.toml", &files)?;
+    for warning in &loaded.warnings {
+        println!("{warning}");
+    }
+    Ok(loaded.scene)
+}
+
+/// The moments of the walk's frames.
+fn moments(scene: &Scene) -> Vec<Duration> {
+    let sensor = &scene.sensors()[0];
+    let frames = u32::try_from(scene.frame_count(sensor)).unwrap_or(u32::MAX);
+    (0..frames).map(|frame| sensor.frame_time(frame)).collect()
+}
+
+/// Microseconds of the fastest of several rounds.
+fn best_us<T>(rounds: u32, work: impl Fn() -> T) -> f64 {
+    let fastest = (0..rounds).map(|_| {
+        let start = Instant::now();
+        black_box(work());
+        start.elapsed()
+    });
+    1e6 * fastest.min().unwrap_or_default().as_secs_f64()
+}
+
+/// The middle one of several figures, and the largest.
+fn median_and_worst(mut figures: Vec<f64>) -> (f64, f64) {
+    figures.sort_by(f64::total_cmp);
+    let middle = figures.get(figures.len() / 2).copied().unwrap_or(0.0);
+    (middle, figures.last().copied().unwrap_or(0.0))
+}
+
+fn reference(scene: &Scene) -> Result<(), Box<dyn Error>> {
+    let (moments, sensor) = (moments(scene), &scene.sensors()[0]);
+    println!(
+        "the reference work, {} frames of a walk, microseconds a frame, best of {ROUNDS} rounds each",
+        moments.len()
+    );
+    println!(
+        "             median   worst   median by the distance of the head: < 1 m    1 to 2 m    > 2 m"
+    );
+    for (name, make) in METHODS {
+        let simulator = make(scene, &sensor.name)?;
+        let costs: Vec<(f64, f64)> = moments
+            .iter()
+            .map(|moment| {
+                let head_m = scene.agents()[0].position_m(*moment) + DVec3::new(0.0, 0.0, 1.75);
+                let distance_m = (head_m - sensor.pose.position_m).length();
+                (distance_m, best_us(ROUNDS, || simulator.image(*moment)))
+            })
+            .collect();
+        let (median, worst) = median_and_worst(costs.iter().map(|(_, cost)| *cost).collect());
+        let between = |low: f64, high: f64| {
+            let chosen = costs.iter().filter(|(at_m, _)| (low..high).contains(at_m));
+            median_and_worst(chosen.map(|(_, cost)| *cost).collect()).0
+        };
+        println!(
+            "{name:10} {median:8.1} {worst:7.1} {:43.1} {:11.1} {:8.1}",
+            between(0.0, 1.0),
+            between(1.0, 2.0),
+            between(2.0, f64::INFINITY)
+        );
+    }
+    let shares = Simulator::new(scene, &sensor.name)?;
+    let covered = moments.iter().map(|moment| {
+        let share: f64 = shares.truth(*moment).share.iter().sum();
+        share / 64.0 * 90_000.0
+    });
+    let (median, worst) = median_and_worst(covered.collect());
+    println!("points that show the person: median {median:.0}, most {worst:.0} of 90000");
+    Ok(())
+}
+
+/// How far the paper's grid and the exact areas are from the finest grid that there may be.
+fn limit(scene: &Scene) -> Result<(), Box<dyn Error>> {
+    let sensor = &scene.sensors()[0].name;
+    let finest = parse(&format!("{SCENE}pixels_per_degree = 34.1\n"))?;
+    let limit = Simulator::new(&finest, sensor)?;
+    println!("from the grid of 2046 points on each axis, degrees   root mean square    largest");
+    for (name, make) in METHODS {
+        let simulator = make(scene, sensor)?;
+        let (mut squares, mut count, mut largest) = (0.0, 0.0, 0.0_f64);
+        for moment in moments(scene).into_iter().step_by(3) {
+            let (one, other) = (simulator.image(moment), limit.image(moment));
+            for (one, other) in one.celsius.iter().zip(&other.celsius) {
+                squares += (one - other) * (one - other);
+                count += 1.0;
+                largest = largest.max((one - other).abs());
+            }
+        }
+        println!(
+            "{name:50} {:18.2e} {largest:10.2e}",
+            f64::sqrt(squares / count)
+        );
+    }
+    Ok(())
+}
+
+fn cores(scene: &Scene) -> Result<(), Box<dyn Error>> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let moments = moments(scene);
+    println!("frames a second, threads that share one simulator, best of 30 rounds");
+    for (name, make) in METHODS {
+        let simulator = make(scene, &scene.sensors()[0].name)?;
+        // Every thread makes all frames of the walk several times.
+        let seconds = |threads: usize| {
+            1e-6 * best_us(30, || {
+                std::thread::scope(|scope| {
+                    for _ in 0..threads {
+                        scope.spawn(|| {
+                            for moment in moments.iter().cycle().take(10 * moments.len()) {
+                                black_box(simulator.image(*moment));
+                            }
+                        });
+                    }
+                });
+            })
+        };
+        let frames = 10.0 * float(moments.len());
+        let (one, all) = (
+            frames / seconds(1),
+            float(threads) * frames / seconds(threads),
+        );
+        println!(
+            "{name:10} 1 thread {one:9.0}   {threads} threads {all:9.0}   ratio {:.2}",
+            all / one
+        );
+    }
+    Ok(())
+}
+
+fn memory(scene: &Scene) -> Result<(), Box<dyn Error>> {
+    println!(
+        "bytes of one sensor                    kept      at most while it is made    while a frame is made"
+    );
+    for (name, make) in METHODS {
+        let before = MEMORY.current_usage();
+        MEMORY.reset_peak_usage();
+        let simulator = make(scene, &scene.sensors()[0].name)?;
+        let (kept, making) = (
+            MEMORY.current_usage() - before,
+            MEMORY.peak_usage() - before,
+        );
+        let mut frame = 0;
+        for moment in moments(scene) {
+            MEMORY.reset_peak_usage();
+            let before = MEMORY.current_usage();
+            black_box(simulator.image(moment));
+            frame = frame.max(MEMORY.peak_usage() - before);
+        }
+        println!("{name:30} {kept:12} {making:25} {:24}", kept + frame);
+    }
+    Ok(())
+}
+
+/// So many boxes that together stand on the same part of the floor, and somebody who walks.
+fn room(boxes: u32, sensor: &str) -> String {
+    let mut text = SCENE
+        .split("[[object]]")
+        .next()
+        .unwrap_or_default()
+        .to_owned();
+    let across = f64::sqrt(f64::from(boxes)).ceil();
+    let (pitch_mm, side_mm) = (1600.0 / across, 1000.0 / f64::sqrt(f64::from(boxes)));
+    for index in 0..boxes {
+        let (column, row) = (
+            f64::from(index) % across,
+            (f64::from(index) / across).floor(),
+        );
+        let _ = write!(
+            text,
+            "[[object]]\nname = \"box {index}\"\nposition_mm = [{:?}, {:?}, 0]\nsize_mm = [{side_mm:?}, {side_mm:?}, 400]\n\
+             yaw_deg = {}\ntemperature_c = {}\n",
+            2000.0 + pitch_mm * (column + 0.5),
+            3200.0 + pitch_mm * (row + 0.5),
+            index % 30,
+            22 + index % 7
+        );
+    }
+    let walker = SCENE.split("[[agent]]").nth(1).unwrap_or_default();
+    let walker = walker.split("[[sensor]]").next().unwrap_or_default();
+    let _ = write!(
+        text,
+        "[[agent]]{walker}[[sensor]]\nname = \"ceiling\"\nposition_mm = [2200, 3000, 2700]\nelevation_deg = 90\n\
+         azimuth_deg = -90\nnoise_sigma_c = 0\nsampling_hz = 1\npixels_per_degree = 5\n{sensor}"
+    );
+    text
+}
+
+fn growth(_: &Scene) -> Result<(), Box<dyn Error>> {
+    println!(
+        "boxes that share 1 m2 of floor, microseconds: all cast anew, and one frame of the walk (median)"
+    );
+    println!("                            points x   grid:                  area:");
+    println!("sensor           boxes      objects      anew   frame           anew   frame");
+    for (name, sensor) in [
+        ("8 x 8, 60", "resolution = [8, 8]\nfov_deg = [60, 60]\n"),
+        ("32 x 24, 60", "resolution = [32, 24]\nfov_deg = [60, 45]\n"),
+        (
+            "80 x 60, 50",
+            "resolution = [80, 60]\nfov_deg = [50, 37.5]\n",
+        ),
+    ] {
+        for boxes in [1, 5, 50, 500, 1056] {
+            let scene = parse(&room(boxes, sensor))?;
+            let points = scene.sensors()[0].grid_points;
+            print!(
+                "{name:14} {boxes:7} {:12.0}",
+                float(points.x * points.y) * f64::from(boxes + 1)
+            );
+            for (_, make) in METHODS {
+                let anew = best_us(5, || make(&scene, "ceiling"));
+                let simulator = make(&scene, "ceiling")?;
+                let frames: Vec<f64> = moments(&scene)
+                    .iter()
+                    .map(|moment| best_us(10, || simulator.image(*moment)))
+                    .collect();
+                print!(" {anew:10.0} {:7.1}    ", median_and_worst(frames).0);
+            }
+            println!();
+        }
+    }
+    Ok(())
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "counts of frames and points, far below 2^52"
+)]
+fn float(count: usize) -> f64 {
+    count as f64
+}
