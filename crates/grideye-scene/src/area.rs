@@ -22,6 +22,8 @@ type Polygon = Vec<DVec2>;
 #[derive(Debug, Clone)]
 pub(crate) struct Facet {
     outline: Polygon,
+    /// Of the outline.
+    bounds: (DVec2, DVec2),
     /// One over the depth is `inverse_depth · (x, y, 1)`.
     inverse_depth: DVec3,
     glow: Glow,
@@ -34,6 +36,8 @@ pub(crate) struct Facet {
 #[derive(Debug, Clone)]
 struct Piece {
     outline: Polygon,
+    /// Of the outline.
+    bounds: (DVec2, DVec2),
     facet: usize,
 }
 
@@ -95,6 +99,7 @@ impl Plane {
         let by_pixel = -DVec2::new(inverse_depth.y, inverse_depth.z) * self.pitch;
         let facet = Facet {
             inverse_depth: by_pixel.extend(inverse_depth.x - by_pixel.dot(self.half)),
+            bounds: bounds(&outline),
             outline: counter_clockwise(outline),
             warmth_c: air.excess(&glow, 1.0 / inverse_depth.length_squared()),
             glow,
@@ -140,6 +145,7 @@ impl Still {
                 }
             }
             pieces.extend(outlines.into_iter().map(|outline| Piece {
+                bounds: bounds(&outline),
                 outline,
                 facet: index,
             }));
@@ -167,7 +173,11 @@ impl Still {
         for (facet, outline) in self.visible(moving) {
             let excess = |point| plane.excess(air, facet, point);
             plane.integrate(&outline, &excess, pixels);
+            let of_outline = bounds(&outline);
             for piece in &self.pieces {
+                if !overlap(of_outline, piece.bounds) {
+                    continue;
+                }
                 let covered = intersection(&outline, &piece.outline);
                 let behind = &self.facets[piece.facet];
                 let hidden = |point| -plane.excess(air, behind, point);
@@ -326,7 +336,7 @@ fn band(index: usize, count: usize) -> (f64, f64) {
 /// Takes away from the outlines of a facet what another hides of it; of two at one depth the warmer is seen, and of
 /// two that are equal the one that `wins`.
 fn hide(outlines: &mut Vec<Polygon>, facet: &Facet, other: &Facet, wins: bool) {
-    if outlines.is_empty() || !may_meet(&facet.outline, &other.outline) {
+    if !overlap(facet.bounds, other.bounds) || outlines.is_empty() {
         return;
     }
     let nearer = other.inverse_depth - facet.inverse_depth;
@@ -421,7 +431,11 @@ fn clipped<P: Copy>(
 }
 
 fn may_meet(one: &[DVec2], other: &[DVec2]) -> bool {
-    let ((low, high), (other_low, other_high)) = (bounds(one), bounds(other));
+    overlap(bounds(one), bounds(other))
+}
+
+/// Whether two rectangles, each given by its lowest and its highest corner, have a point in common.
+fn overlap((low, high): (DVec2, DVec2), (other_low, other_high): (DVec2, DVec2)) -> bool {
     low.cmple(other_high).all() && other_low.cmple(high).all()
 }
 

@@ -25,10 +25,7 @@ pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
         }
     }
     let name = files::sensor_name(&scene, options.sensor.as_deref())?;
-    let simulator = options
-        .method
-        .simulator(&scene, &name)
-        .map_err(bad_input)?;
+    let simulator = options.method.simulator(&scene, &name).map_err(bad_input)?;
     let sensor = simulator.sensor();
     match &options.out {
         Some(out) => write(options, &scene, &simulator, sensor, out)?,

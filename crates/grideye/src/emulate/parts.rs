@@ -13,8 +13,8 @@ use amg8833_emulator::{Drift, Options};
 use anyhow::{Result, anyhow};
 use grideye_frame::{Celsius, Frame};
 use grideye_recording::Record;
-use grideye_scene::profile::Profile;
 use grideye_scene::Scene;
+use grideye_scene::profile::Profile;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -222,7 +222,9 @@ impl Shown {
             Self::Recording { .. } if has_profile => Err(bad_input(anyhow!(
                 "a recording has the noise of the sensor that recorded it, and --profile would add another's\nhint: leave out --profile; --clock-error sets the sensor's clock"
             ))),
-            Self::Scene { path, scene, .. } if scene.is_static() && options.at_end != AtEnd::Hold => {
+            Self::Scene { path, scene, .. }
+                if scene.is_static() && options.at_end != AtEnd::Hold =>
+            {
                 Err(bad_input(anyhow!(
                     "nothing moves in {}, so it has no end\nhint: leave out --at-end",
                     path.display()
