@@ -167,6 +167,14 @@ const COMMANDS: &[(&str, Kept)] = &[
     (
         "grideye coverage scenes/l-shaped-flat.toml --candidates corners,ceiling --best 2",
         Run("", &["k=2: ", "1 - 1/e"]),
+    // crates/grideye/DATASET.md
+    (
+        "grideye dataset scenes/experiment-1.toml --frames 200 --vary agent.person.position=floor --vary room.ambient_c=18..26 --out people",
+        Run("", &["200 of 200 frames in people; 1 parts made"]),
+    ),
+    (
+        "grideye dataset scenes/experiment-1.toml --frames 5000 --out frames --shard 2/4",
+        Run("", &["shard 2 of 4: 1000 of 5000 frames in frames"]),
     ),
     // the helps
     (
@@ -250,6 +258,7 @@ fn documents() -> Vec<PathBuf> {
     for crate_folder in std::fs::read_dir(root().join("crates")).unwrap() {
         documents.push(crate_folder.unwrap().path().join("README.md"));
     }
+    documents.push(root().join("crates/grideye/DATASET.md"));
     documents.retain(|document| document.exists());
     documents
 }

@@ -236,7 +236,8 @@ impl Easel {
 /// What stands still, seen in every cell.
 #[derive(Debug, Clone)]
 pub(crate) struct Backdrop {
-    columns: usize,
+    /// Cells from one row to the next: none where one row of them stands for all.
+    stride: usize,
     inverse_depth: Vec<f64>,
     excess_c: Vec<f64>,
     /// The columns of each row that show anything, and maybe some between them.
@@ -247,7 +248,7 @@ impl Backdrop {
     pub(crate) fn new(view: &View, air: &Air, patches: &[Painted]) -> Self {
         let cells = view.columns() * view.rows();
         let mut backdrop = Self {
-            columns: view.columns(),
+            stride: view.columns(),
             inverse_depth: vec![0.0; cells + LANES_MAX],
             excess_c: vec![0.0; cells + LANES_MAX],
             covered: vec![0..0; view.rows()],
@@ -259,6 +260,17 @@ impl Backdrop {
             patches,
         });
         backdrop
+    }
+
+    /// Nothing but the room, in the memory of one row.
+    pub(crate) fn empty(view: &View) -> Self {
+        let row = || vec![0.0; view.columns() + LANES_MAX];
+        Self {
+            stride: 0,
+            inverse_depth: row(),
+            excess_c: row(),
+            covered: vec![0..0; view.rows()],
+        }
     }
 
     /// °C above ambient of the pixels.
@@ -274,7 +286,7 @@ impl Backdrop {
 
     #[inline(always)]
     fn cells(&self, row: usize, columns: Range<usize>) -> Range<usize> {
-        let start = row * self.columns;
+        let start = row * self.stride;
         start + columns.start..start + columns.end
     }
 }

@@ -40,11 +40,13 @@ pub(crate) fn parse(
         model: Model::default(),
     };
     source.check_length()?;
-    let tables: SceneTable = toml::from_str(text).map_err(|error| source.malformed(&error))?;
+    let mut tables: SceneTable = toml::from_str(text).map_err(|error| source.malformed(&error))?;
     source.check_counts(&tables)?;
     source.check_names(&tables)?;
     let of_file = keys::model(&source, tables.model.as_ref())?;
     source.model = model.unwrap_or(of_file);
+    check_touches(&source, &tables)?;
+    tables.leave_out_absent();
     let room = plan::room(&source, &tables.room, files)?;
     let walls = Walls::new(&room);
     let mut objects = Vec::new();
@@ -105,7 +107,6 @@ fn contacts(
     tables: &SceneTable,
     scene: &Scene,
 ) -> Result<Vec<Warning>, SceneError> {
-    check_touches(source, tables)?;
     let wanted = tables.collisions.as_ref();
     let is_error = match wanted.map_or("warning", |wanted| wanted.get_ref()) {
         "warning" => false,

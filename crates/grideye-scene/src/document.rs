@@ -41,6 +41,23 @@ pub(crate) struct RoomTable {
     pub(crate) reflected_c: Option<Spanned<f64>>,
 }
 
+impl SceneTable {
+    /// Forgets what is not present.
+    pub(crate) fn leave_out_absent(&mut self) {
+        self.object.retain(|table| table.get_ref().present);
+        self.mosaic.retain(|table| table.get_ref().present);
+        self.agent.retain(|table| table.get_ref().present);
+        for agent in &mut self.agent {
+            let parts = &mut agent.get_mut().part;
+            parts.retain(|part| part.get_ref().present);
+        }
+    }
+}
+
+const fn here() -> bool {
+    true
+}
+
 /// An object, or a part of an agent.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -70,6 +87,8 @@ pub(crate) struct ObjectTable {
     pub(crate) heat_capacity_j_per_k: Option<Spanned<f64>>,
     pub(crate) on_s: Option<Spanned<Vec<Exactly<f64, 2>>>>,
     pub(crate) material: Option<Spanned<String>>,
+    #[serde(default = "here")]
+    pub(crate) present: bool,
 }
 
 /// Cuboids side by side.
@@ -82,6 +101,8 @@ pub(crate) struct MosaicTable {
     pub(crate) temperatures_c: Spanned<Vec<Spanned<Vec<Spanned<f64>>>>>,
     pub(crate) emissivity: Option<Spanned<f64>>,
     pub(crate) color: Option<Spanned<String>>,
+    #[serde(default = "here")]
+    pub(crate) present: bool,
 }
 
 #[derive(Deserialize)]
@@ -104,6 +125,8 @@ pub(crate) struct AgentTable {
     pub(crate) acceleration_mm_per_s2: Option<Spanned<f64>>,
     pub(crate) faces: Option<Spanned<String>>,
     pub(crate) touches: Option<Spanned<Vec<Spanned<String>>>>,
+    #[serde(default = "here")]
+    pub(crate) present: bool,
 }
 
 #[derive(Deserialize)]

@@ -17,6 +17,7 @@
 //! | [`fusion`] | several sensors as one of more pixels | the same, "Scenario A" |
 //! | [`separation`] | situations told apart above the noise | the same, "Scenario B" |
 //! | [`coverage`] | where to put sensors | the paper's title; its tool does not do it |
+//! | [`variation`] | the same scene with other values in each frame | `scenes/README.md` |
 //! | [`drawing`] | the view of the environment | the same, Figures 3, 11, 12, 14, 24 |
 //! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
 //!
@@ -95,11 +96,12 @@ mod room;
 mod rule;
 mod scene;
 pub mod separation;
-mod simulator;
+pub mod simulator;
 mod solid;
 mod source;
 mod specimen;
 mod trajectory;
+pub mod variation;
 mod view;
 mod warmth;
 mod way;

@@ -151,6 +151,21 @@ impl Physical {
         share
     }
 
+    /// The same sensor where nothing stands.
+    pub(crate) fn bare(&self) -> Self {
+        Self {
+            light: self.light.clone(),
+            eye: self.eye.clone(),
+            left_max: self.left_max,
+            band_rad: self.band_rad,
+            borders: self.borders.clone(),
+            still: Vec::new(),
+            lines: vec![Line::default(); self.lines.len()],
+            reaching: vec![Vec::new(); self.reaching.len()],
+            still_excess: vec![0.0; self.still_excess.len()],
+        }
+    }
+
     fn build(&mut self, standing: Vec<Shown>) {
         let cuts = self.cuts(&standing);
         self.borders = merged(&self.borders, &cuts, CUT_MIN * self.band_rad);

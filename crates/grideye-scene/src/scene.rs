@@ -256,6 +256,16 @@ impl Scene {
         self.law
     }
 
+    /// Whether another scene has the same room, objects, sensors and law: whether they differ in nothing but their
+    /// agents, and in the time they take.
+    #[must_use]
+    pub fn has_the_room_of(&self, other: &Self) -> bool {
+        self.room == other.room
+            && self.law == other.law
+            && self.sensors == other.sensors
+            && self.objects == other.objects
+    }
+
     /// Whether nothing moves.
     #[must_use]
     pub fn is_static(&self) -> bool {

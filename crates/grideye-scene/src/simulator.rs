@@ -1,13 +1,17 @@
+//! Frames of one sensor, and what is true of them.
+
+mod labels;
+
+pub use labels::visibility;
+
 use crate::area::{Facet, Plane, Still};
 use crate::canvas::{Backdrop, Bench, NOBODY, Painted};
 use crate::error::SceneError;
-use crate::noise::add_noise;
 use crate::perceived::{Air, Glow, Surface};
 use crate::physical::{Physical, Shown};
 use crate::resample::Resampler;
 use crate::residual::Print;
 use crate::scene::{Agent, Body, Model, Scene, Sensor};
-use crate::specimen;
 use crate::view::{Sight, View};
 use glam::DVec3;
 use grideye_frame::{COLUMNS, Celsius, Frame, ROWS};
@@ -296,19 +300,7 @@ impl Simulator {
     /// tag `grideye1`; the low half of the time is the stream; numbers are little-endian.
     #[must_use]
     pub fn noisy(&self, time: Duration, seed: u64) -> Image {
-        let mut image = self.image(time);
-        match &self.sensor.profile {
-            Some(profile) => specimen::measure(profile, &self.sensor, &mut image, (time, seed)),
-            None => add_noise(
-                &mut image.celsius,
-                self.sensor.noise_sigma,
-                seed,
-                &self.sensor.name,
-                time,
-            ),
-        }
-        specimen::quantise(&mut image.celsius, self.sensor.step_c);
-        image
+        self.with_noise(self.image(time), time, seed)
     }
 
     /// How much of each pixel is an agent at `time`, whichever.
@@ -342,6 +334,10 @@ impl Simulator {
                 share = physical.share(&self.shown(physical, time), counts);
             }
         }
+        self.mask_of(share)
+    }
+
+    fn mask_of(&self, mut share: Vec<f64>) -> Mask {
         // The weights of a whole pixel sum to 1 but for rounding.
         share.iter_mut().for_each(|share| *share = share.min(1.0));
         Mask {

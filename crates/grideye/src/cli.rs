@@ -2,6 +2,7 @@
 
 mod align;
 mod coverage;
+mod dataset;
 mod emulate;
 pub(crate) mod place;
 
@@ -13,6 +14,7 @@ use std::time::Duration;
 
 pub(crate) use align::Align;
 pub(crate) use coverage::{Coverage, Posture, Where};
+pub(crate) use dataset::{Dataset, Shard, Table};
 pub(crate) use emulate::Emulate;
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
@@ -27,6 +29,7 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     Demo(Demo),
     Simulate(Simulate),
+    Dataset(Dataset),
     Fuse(Fuse),
     Distinguish(Distinguish),
     Coverage(Coverage),

@@ -45,9 +45,7 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
 pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
     let (text, origin, folder) = match path {
         Some(path) => {
-            let text = fs::read_to_string(path).map_err(|error| {
-                bad_input(anyhow!("cannot read the scene {}: {error}\nhint: scenes/ holds some, and scenes/README.md describes the format", path.display()))
-            })?;
+            let text = scene_text(path)?;
             let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
             (text, path.display().to_string(), folder)
         }
@@ -70,6 +68,13 @@ pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result
         scene: loaded.scene,
         warnings,
         trajectories: beside.read.into_inner(),
+    })
+}
+
+/// The text of a scene file.
+pub(crate) fn scene_text(path: &Path) -> Result<String> {
+    fs::read_to_string(path).map_err(|error| {
+        bad_input(anyhow!("cannot read the scene {}: {error}\nhint: scenes/ holds some, and scenes/README.md describes the format", path.display()))
     })
 }
 

@@ -17,6 +17,7 @@ mod collect;
 mod compare;
 mod convert;
 mod coverage;
+mod dataset;
 mod demo;
 mod distinguish;
 mod emulate;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Demo(options) => demo::run(&options),
         Command::Simulate(options) => simulate::run(&options),
         Command::Fuse(options) => fuse::run(&options),
+        Command::Dataset(options) => dataset::run(&options),
         Command::Distinguish(options) => distinguish::run(&options),
         Command::Coverage(options) => coverage::run(&options),
         Command::Emulate(options) => emulate::run(&options),

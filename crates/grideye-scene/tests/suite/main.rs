@@ -28,6 +28,7 @@ mod refusals;
 mod rooms;
 mod shapes;
 mod shipped;
+mod variation;
 mod warmth;
 
 use grideye_scene::{Loaded, Scene, SceneError, Simulator};

@@ -177,6 +177,7 @@ fn the_readmes_example_is_a_scene() {
         "law",
         "yaw_deg",
         "emissivity = 0.8",
+        "present",
     ];
     let shorter: String = examples[0]
         .lines()

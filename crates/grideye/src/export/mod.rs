@@ -10,7 +10,8 @@
 mod csv;
 mod font;
 mod moving;
-mod npz;
+pub(crate) mod npz;
+pub(crate) mod parquet;
 mod picture;
 pub(crate) mod raster;
 mod sheet;

@@ -82,7 +82,7 @@ fn metadata(film: &Film<'_>) -> String {
 }
 
 /// Magic, version 1.0, and a dictionary that is padded so that the numbers begin at a multiple of 64.
-fn header(dtype: &str, shape: &str) -> Vec<u8> {
+pub(crate) fn header(dtype: &str, shape: &str) -> Vec<u8> {
     let mut dictionary =
         format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}");
     let prefix = 10;
@@ -105,12 +105,12 @@ fn header(dtype: &str, shape: &str) -> Vec<u8> {
     clippy::cast_possible_truncation,
     reason = "single precision is what the format has, 2 µK at 20 °C"
 )]
-const fn single(celsius: f64) -> f32 {
+pub(crate) const fn single(celsius: f64) -> f32 {
     celsius as f32
 }
 
 /// A zip archive of stored files whose length is known only at their end.
-struct Archive<W> {
+pub(crate) struct Archive<W> {
     out: W,
     written: u64,
     entries: Vec<Entry>,
@@ -124,7 +124,8 @@ struct Entry {
 }
 
 impl<W: Write> Archive<W> {
-    const fn new(out: W) -> Self {
+    /// An archive without files.
+    pub(crate) const fn new(out: W) -> Self {
         Self {
             out,
             written: 0,
@@ -132,7 +133,8 @@ impl<W: Write> Archive<W> {
         }
     }
 
-    fn begin(&mut self, name: &'static str, head: &[u8]) -> Result<()> {
+    /// Begins a file of that name with these bytes.
+    pub(crate) fn begin(&mut self, name: &'static str, head: &[u8]) -> Result<()> {
         let offset = self.written;
         let local = [
             b"PK\x03\x04".as_slice(),
@@ -153,7 +155,7 @@ impl<W: Write> Archive<W> {
     }
 
     /// More of the file that was begun last.
-    fn add(&mut self, bytes: &[u8]) -> Result<()> {
+    pub(crate) fn add(&mut self, bytes: &[u8]) -> Result<()> {
         if let Some(entry) = self.entries.last_mut() {
             entry.crc = bytes
                 .iter()
@@ -163,7 +165,8 @@ impl<W: Write> Archive<W> {
         self.put(bytes)
     }
 
-    fn end(&mut self) -> Result<()> {
+    /// Ends the file that was begun last.
+    pub(crate) fn end(&mut self) -> Result<()> {
         let Some(entry) = self.entries.last_mut() else {
             return Ok(());
         };
@@ -178,7 +181,8 @@ impl<W: Write> Archive<W> {
         self.put(&descriptor.concat())
     }
 
-    fn finish(mut self) -> Result<()> {
+    /// Ends the archive.
+    pub(crate) fn finish(mut self) -> Result<()> {
         let directory = self.written;
         let mut records = Vec::new();
         for entry in &self.entries {

@@ -1,0 +1,86 @@
+//! What a frame is labelled with: where each agent is, and how much of it is seen.
+
+use super::{Facet, Image, Mask, Method, Objects, Painted, Simulator, facets, number, painted};
+use crate::area::Still;
+use crate::canvas::{Backdrop, Bench};
+use crate::noise::add_noise;
+use crate::scene::Scene;
+use std::time::Duration;
+
+impl Simulator {
+    /// Makes this the simulator of a scene that [differs only in its agents](Scene::has_the_room_of), without casting
+    /// again what stands still.
+    pub fn set_agents(&mut self, scene: &Scene) {
+        self.agents.clone_from(&scene.agents);
+        self.objects = Objects::new(scene);
+    }
+
+    /// What its sampling grid takes up in memory, bytes, about; 0 without one.
+    #[must_use]
+    pub fn grid_bytes(&self) -> usize {
+        match &self.method {
+            Method::Grid(_) => 2 * size_of::<f64>() * self.sensor.grid_points.element_product(),
+            Method::Area { .. } => 0,
+        }
+    }
+
+    /// An image with the noise of `time` and `seed`: [`Self::noisy`] of [`Self::image`].
+    #[must_use]
+    pub fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
+        let (name, sigma) = (&self.sensor.name, self.sensor.noise_sigma);
+        add_noise(&mut image.celsius, sigma, seed, name, time);
+        image
+    }
+
+    /// How much of each pixel would be the agent with this place in [`Scene::agents`](crate::Scene::agents) at `time`
+    /// if nothing else were in the room: [`Self::truth_of`] without anything that hides it.
+    #[must_use]
+    pub fn unhidden(&self, agent: usize, time: Duration) -> Mask {
+        let mut share = vec![0.0; self.still_c.len()];
+        let counts = |owner| owner == number(agent);
+        match &self.method {
+            Method::Grid(grid) => {
+                let mut patches: Vec<Painted> = self.changing_by(time, |skin, sight| {
+                    painted(&grid.view, &self.air, skin, sight)
+                });
+                patches.retain(|painted| counts(painted.owner));
+                let empty = Backdrop::empty(&grid.view);
+                Bench::new(&grid.view, &self.air, &empty, &grid.resampler)
+                    .add_share(&patches, counts, &mut share);
+            }
+            Method::Area { plane, .. } => {
+                let mut alone: Vec<Facet> =
+                    self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
+                alone.retain(|facet| counts(facet.owner));
+                Still::new(Vec::new()).add_share(plane, &alone, counts, &mut share);
+            }
+        }
+        self.mask_of(share)
+    }
+
+    /// The share of an agent that is seen at `time`: the sum of [`Self::truth_of`] over all pixels by that of
+    /// [`Self::unhidden`], 0 to 1; 0 if none of it is in view.
+    #[must_use]
+    pub fn visibility(&self, agent: usize, time: Duration) -> f64 {
+        visibility(&self.truth_of(agent, time), &self.unhidden(agent, time))
+    }
+}
+
+/// The share of what would be seen if nothing hid it that is seen, 0 to 1; 0 if that is nothing.
+#[must_use]
+pub fn visibility(seen: &Mask, unhidden: &Mask) -> f64 {
+    let whole = unhidden.pixels();
+    if whole > 0.0 {
+        (seen.pixels() / whole).min(1.0)
+    } else {
+        0.0
+    }
+}
+
+impl Mask {
+    /// The sum of all shares: how many pixels the agent would fill.
+    #[must_use]
+    pub fn pixels(&self) -> f64 {
+        self.share.iter().sum()
+    }
+}

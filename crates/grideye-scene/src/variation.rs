@@ -1,0 +1,619 @@
+//! Scenes that differ from frame to frame: which of their values vary, and what they are in one frame.
+//!
+//! ```text
+//!  scene file ──┐
+//!  what varies ─┴─▶ Recipe ──(seed, index)──▶ Draw: the scene's text with other values, seed of the noise, moment
+//!                                              │
+//!                                              └──▶ Scene, with agents put where the floor is free
+//! ```
+//!
+//! A draw is a function of the recipe, the seed and the frame's number, and every key has its own random numbers: what
+//! one frame shows depends neither on the other frames nor on the other keys that vary.
+//!
+//! ```
+//! use grideye_scene::variation::Recipe;
+//!
+//! let text = r#"
+//!     [room]
+//!     size_mm = [4000, 6000, 2700]
+//!     ambient_c = 20
+//!
+//!     [[agent]]
+//!     name = "person"
+//!     size_mm = [200, 500, 1750]
+//!     temperature_c = 31
+//!     position_mm = [2000, 3000, 0]
+//! "#;
+//! let no_files = std::collections::HashMap::<String, String>::new();
+//! let asked = ["room.ambient_c=18..26", "agent.person.position=floor"].map(String::from);
+//! let recipe = Recipe::new(text, "room.toml", &asked)?;
+//! recipe.check(&no_files)?;
+//!
+//! let draw = recipe.draw(1, 17);
+//! assert_eq!(draw, recipe.draw(1, 17));
+//! let loaded = recipe.scene(1, 17, &draw, &no_files)?;
+//! assert!((18.0..26.0).contains(&loaded.scene.room().ambient_c));
+//! assert_ne!(loaded.scene.agents()[0].start_m, recipe.scene(1, 18, &recipe.draw(1, 18), &no_files)?.scene.agents()[0].start_m);
+//! # Ok::<(), grideye_scene::variation::VariationError>(())
+//! ```
+
+mod error;
+mod grammar;
+mod target;
+
+pub use error::{Mistake, VariationError};
+
+use crate::error::SceneError;
+use crate::files::Files;
+use crate::noise::fnv1a;
+use crate::scene::{Loaded, Scene, Sensor};
+use crate::source::{MM_PER_M, Source};
+use glam::DVec2;
+use grammar::{Choice, Piece};
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::time::Duration;
+use target::Edit;
+use toml::de::DeTable;
+
+/// How often a place on the floor is looked for in one frame.
+pub const TRIES_MAX: usize = 10_000;
+
+/// The key that is the moment of the frame, and none of the scene's.
+const TIME: &str = "time_s";
+
+/// A scene and what of it varies.
+#[derive(Debug, Clone)]
+pub struct Recipe {
+    text: String,
+    origin: String,
+    varied: Vec<Varied>,
+    placed: Vec<Placed>,
+    columns: Vec<Column>,
+    agents: Vec<String>,
+}
+
+/// A key and what it may be.
+#[derive(Debug, Clone)]
+struct Varied {
+    asked: String,
+    key: String,
+    choices: Vec<Choice>,
+    /// Where it is in the text; the moment of the frame is nowhere.
+    edit: Option<Edit>,
+}
+
+/// An agent that is put on the floor.
+#[derive(Debug, Clone)]
+struct Placed {
+    asked: String,
+    agent: String,
+    /// The first is its position's.
+    edits: Vec<Edit>,
+}
+
+/// One number, or one text, of each draw.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// The key as it was asked for, with its place in a list behind it: `sensor.ceiling.position_mm[2]`.
+    pub name: String,
+    /// Whether it is a number; true and false are 1 and 0.
+    pub is_number: bool,
+}
+
+/// What a [`Column`] has in one draw.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// Text, or what else is no number, as TOML has it.
+    Text(String),
+}
+
+/// The values of one frame.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Draw {
+    /// The scene with the values in their places; agents that are put on the floor are not there yet.
+    pub text: String,
+    /// What was drawn, in the order of [`Recipe::columns`].
+    pub values: Vec<Value>,
+    /// The seed for [`Simulator::noisy`](crate::Simulator::noisy): another one in each frame.
+    pub noise_seed: u64,
+    /// The moment of the frame in seconds, if it was to vary.
+    pub time_s: Option<f64>,
+}
+
+impl Recipe {
+    /// A scene whose keys vary: each of `asked` is `KEY=VALUES`, as in `agent.person.temperature_c=26..34`,
+    /// `sensor.ceiling.noise_sigma_c=0.1,0.2`, `object.table.present=on,off`, `agent.person.position=floor` or
+    /// `time_s=0..12`; scenes/README.md has the whole grammar.
+    ///
+    /// # Errors
+    /// What cannot be read, or names what the scene has not; [`Self::check`] looks at the values.
+    pub fn new(text: &str, origin: &str, asked: &[String]) -> Result<Self, VariationError> {
+        let source = Source { origin, text };
+        source.check_length()?;
+        let document = DeTable::parse(text).map_err(|error| source.malformed(&error))?;
+        let mut recipe = Self {
+            text: text.to_owned(),
+            origin: origin.to_owned(),
+            varied: Vec::new(),
+            placed: Vec::new(),
+            columns: Vec::new(),
+            agents: target::agents(&document),
+        };
+        for asked in asked {
+            let mistaken = |mistake| VariationError::Asked {
+                asked: asked.clone(),
+                mistake,
+            };
+            let (key, values) = asked
+                .split_once('=')
+                .ok_or(Mistake::NoEquals)
+                .map_err(mistaken)?;
+            let (key, values) = (key.trim(), values.trim());
+            match key.strip_suffix(".position") {
+                Some(path) => recipe.placed.push(Placed {
+                    asked: asked.clone(),
+                    agent: on_floor(path, values).map_err(mistaken)?,
+                    edits: on_floor(path, values)
+                        .and_then(|agent| target::floor(text, &document, &agent))
+                        .map_err(mistaken)?,
+                }),
+                None => {
+                    let choices = grammar::choices(values).map_err(mistaken)?;
+                    let edit = (key != TIME)
+                        .then(|| target::edit(text, &document, key))
+                        .transpose()
+                        .map_err(mistaken)?;
+                    recipe.columns.extend(columns(key, &choices));
+                    recipe.varied.push(Varied {
+                        asked: asked.clone(),
+                        key: key.to_owned(),
+                        choices,
+                        edit,
+                    });
+                }
+            }
+        }
+        recipe.check_overlaps()?;
+        recipe.check_additions()?;
+        Ok(recipe)
+    }
+
+    /// What a draw has, in the order of what was asked for.
+    #[must_use]
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The names of the agents in the file, also of those that are not present in it.
+    #[must_use]
+    pub fn agents(&self) -> &[String] {
+        &self.agents
+    }
+
+    /// Whether [`Self::scene`] depends on more than the text of the draw.
+    #[must_use]
+    pub fn places_agents(&self) -> bool {
+        !self.placed.is_empty()
+    }
+
+    /// Tries every choice of every key, with each of its ranges at the lowest and the highest number and with everything
+    /// else as the file has it; and reads, on the way, every file that any of them names.
+    ///
+    /// # Errors
+    /// The first value that the scene refuses.
+    pub fn check(&self, files: &dyn Files) -> Result<(), VariationError> {
+        Scene::parse(&self.text, &self.origin, files)?;
+        for varied in &self.varied {
+            for choice in &varied.choices {
+                for share in [0.0, 1.0] {
+                    let (value, numbers) = written(choice, &mut || share);
+                    let refused = |source| VariationError::Value {
+                        asked: varied.asked.clone(),
+                        key: varied.key.clone(),
+                        value: value.clone(),
+                        source: Box::new(source),
+                    };
+                    let Some(edit) = &varied.edit else {
+                        check_time(&varied.asked, &numbers)?;
+                        continue;
+                    };
+                    let text = edited(&self.text, vec![(edit, value.clone())]);
+                    Scene::parse(&text, &self.origin, files).map_err(refused)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What frame `index`, from 0, has for this seed.
+    #[must_use]
+    pub fn draw(&self, seed: u64, index: u64) -> Draw {
+        let mut values = Vec::with_capacity(self.columns.len());
+        let mut edits = Vec::with_capacity(self.varied.len());
+        let mut time_s = None;
+        for varied in &self.varied {
+            let mut generator = generator(seed, &varied.key, index);
+            let chosen = below(&mut generator, varied.choices.len());
+            let choice = &varied.choices[chosen];
+            let (text, numbers) = written(choice, &mut || share(&mut generator));
+            if are_numbers(&varied.choices) {
+                values.extend(numbers.iter().copied().map(Value::Number));
+            } else {
+                values.push(Value::Text(match choice.0.as_slice() {
+                    [Piece::Text(content)] => content.clone(),
+                    _ => text.clone(),
+                }));
+            }
+            match &varied.edit {
+                Some(edit) => edits.push((edit, text)),
+                None => time_s = numbers.first().copied(),
+            }
+        }
+        Draw {
+            text: edited(&self.text, edits),
+            values,
+            noise_seed: generator(seed, NOISE, index).next_u64(),
+            time_s,
+        }
+    }
+
+    /// The scene of a draw. Agents that are put on the floor stand within the room, and run neither into things nor
+    /// into other agents, nor do those into them on their ways; places are tried at random until they do.
+    ///
+    /// # Errors
+    /// [`VariationError::Frame`] if the values do not go together; [`VariationError::NoPlace`].
+    pub fn scene(
+        &self,
+        seed: u64,
+        index: u64,
+        draw: &Draw,
+        files: &dyn Files,
+    ) -> Result<Loaded, VariationError> {
+        let refused = |source| VariationError::Frame {
+            index,
+            values: self.told(draw),
+            source: Box::new(source),
+        };
+        if self.placed.is_empty() {
+            return Scene::parse(&draw.text, &self.origin, files).map_err(refused);
+        }
+        let floors = self.floors(&draw.text).map_err(refused)?;
+        let outline_m = floors.room(files).map_err(refused)?;
+        let mut places: Vec<Lottery> = self
+            .placed
+            .iter()
+            .map(|placed| Lottery::new(seed, &placed.agent, index, &outline_m))
+            .collect();
+        for _ in 0..TRIES_MAX {
+            match floors.misplaced(&places, files).map_err(refused)? {
+                Some(misplaced) => places[misplaced].next(),
+                None => {
+                    let text = edited(&draw.text, floors.edits(&places));
+                    return Scene::parse(&text, &self.origin, files).map_err(refused);
+                }
+            }
+        }
+        let most_tried = places
+            .iter()
+            .enumerate()
+            .max_by_key(|(_, place)| place.drawn);
+        Err(VariationError::NoPlace {
+            index,
+            agent: most_tried.map_or_else(String::new, |(at, _)| self.placed[at].agent.clone()),
+            tries: TRIES_MAX,
+        })
+    }
+
+    /// The moment of a frame: the one that was drawn, or the sensor's next one in turn, from the scene's start again
+    /// after its end.
+    #[must_use]
+    pub fn time(&self, index: u64, draw: &Draw, scene: &Scene, sensor: &Sensor) -> Duration {
+        if let Some(time_s) = draw.time_s {
+            return Duration::try_from_secs_f64(time_s).unwrap_or_default();
+        }
+        let in_turn = index % scene.frame_count(sensor);
+        sensor.frame_time(u32::try_from(in_turn).unwrap_or(u32::MAX))
+    }
+
+    /// The draw's values for people.
+    fn told(&self, draw: &Draw) -> String {
+        let mut told = String::new();
+        for (column, value) in self.columns.iter().zip(&draw.values) {
+            let comma = if told.is_empty() { "" } else { ", " };
+            let value = match value {
+                Value::Number(number) => number.to_string(),
+                Value::Text(text) => text.clone(),
+            };
+            // Writing to a string cannot fail.
+            let _ = write!(told, "{comma}{} = {value}", column.name);
+        }
+        if told.is_empty() {
+            told.push_str("nothing varies but places");
+        }
+        told
+    }
+
+    fn edits(&self) -> impl Iterator<Item = (&str, &Edit)> {
+        let varied = self
+            .varied
+            .iter()
+            .filter_map(|varied| Some((varied.asked.as_str(), varied.edit.as_ref()?)));
+        let placed = self.placed.iter().flat_map(|placed| {
+            let edits = placed.edits.iter();
+            edits.map(|edit| (placed.asked.as_str(), edit))
+        });
+        varied.chain(placed)
+    }
+
+    fn check_overlaps(&self) -> Result<(), VariationError> {
+        let twice = |asked: &str, other: &str| VariationError::Asked {
+            asked: asked.to_owned(),
+            mistake: Mistake::Twice(other.to_owned()),
+        };
+        let mut keys = HashSet::new();
+        for varied in &self.varied {
+            if !keys.insert(&varied.key) {
+                return Err(twice(&varied.asked, &varied.key));
+            }
+        }
+        let mut edits: Vec<(&str, &Edit)> = self.edits().collect();
+        edits.sort_by_key(|(_, edit)| (edit.range.start, edit.range.end));
+        for pair in edits.windows(2) {
+            let [(first, before), (second, after)] = pair else {
+                continue;
+            };
+            let is_same_place = before == after;
+            if before.range.end > after.range.start || is_same_place {
+                return Err(twice(second, first));
+            }
+        }
+        Ok(())
+    }
+
+    /// A key that was added must be where it was meant to be, however its table is written.
+    fn check_additions(&self) -> Result<(), VariationError> {
+        for varied in &self.varied {
+            let Some(edit) = varied.edit.as_ref().filter(|edit| !edit.before.is_empty()) else {
+                continue;
+            };
+            let text = edited(&self.text, vec![(edit, "0".to_owned())]);
+            let arrived = DeTable::parse(&text)
+                .is_ok_and(|document| target::has(&document, &text, &varied.key));
+            if !arrived {
+                return Err(VariationError::Asked {
+                    asked: varied.asked.clone(),
+                    mistake: Mistake::NotAddable(varied.key.clone()),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The agents to be placed, with their places in the text of a draw.
+    fn floors(&self, text: &str) -> Result<Floors<'_>, SceneError> {
+        let source = Source {
+            origin: &self.origin,
+            text,
+        };
+        let document = DeTable::parse(text).map_err(|error| source.malformed(&error))?;
+        // The same keys were found in the scene itself, and values do not change which there are.
+        let edits = |agent: &str| target::floor(text, &document, agent).unwrap_or_default();
+        let placed = self.placed.iter().map(|placed| edits(&placed.agent));
+        // What is in the way is looked for here: the scene is not to be refused for it while places are tried.
+        let silence = target::edit(text, &document, "collisions").ok();
+        Ok(Floors {
+            recipe: self,
+            edits: placed.collect(),
+            text: text.to_owned(),
+            silence,
+        })
+    }
+}
+
+/// A draw's text, and where in it the places of the agents go that are put on the floor.
+struct Floors<'a> {
+    recipe: &'a Recipe,
+    text: String,
+    /// Of each agent, the first for its position, the others for what goes with its way.
+    edits: Vec<Vec<Edit>>,
+    silence: Option<Edit>,
+}
+
+impl Floors<'_> {
+    fn edits(&self, places: &[Lottery]) -> Vec<(&Edit, String)> {
+        let mut edits = Vec::new();
+        for (place, of_agent) in places.iter().zip(&self.edits) {
+            let [x_mm, y_mm] = (place.place_m * MM_PER_M).to_array();
+            let position = format!("[{x_mm:?}, {y_mm:?}, 0.0]");
+            let values = std::iter::once(position).chain(std::iter::repeat(String::new()));
+            edits.extend(of_agent.iter().zip(values));
+        }
+        edits
+    }
+
+    fn silent(&self) -> impl Iterator<Item = (&Edit, String)> {
+        let edits = self.silence.iter();
+        edits.map(|edit| (edit, "\"ignore\"".to_owned()))
+    }
+
+    /// The scene without its collisions, for the room.
+    fn room(&self, files: &dyn Files) -> Result<Vec<DVec2>, SceneError> {
+        let text = edited(&self.text, self.silent().collect());
+        let loaded = Scene::parse(&text, &self.recipe.origin, files)?;
+        Ok(loaded.scene.room().outline_m())
+    }
+
+    /// The agent that cannot be where it is, if there is one.
+    fn misplaced(
+        &self,
+        places: &[Lottery],
+        files: &dyn Files,
+    ) -> Result<Option<usize>, SceneError> {
+        let mut edits = self.edits(places);
+        edits.extend(self.silent());
+        let text = edited(&self.text, edits);
+        let number_of = |name: &str| {
+            let mut placed = self.recipe.placed.iter();
+            placed.position(|placed| placed.agent == name)
+        };
+        let scene = match Scene::parse(&text, &self.recipe.origin, files) {
+            Ok(loaded) => loaded.scene,
+            Err(SceneError::AgentLeavesRoom { name, .. }) if number_of(&name).is_some() => {
+                return Ok(number_of(&name));
+            }
+            Err(error) => return Err(error),
+        };
+        // The later of two that are in each other's way makes room.
+        let contacts = scene.contacts().into_iter();
+        let mut misplaced = contacts.filter_map(|contact| {
+            let names = contact.names.iter();
+            names.filter_map(|name| number_of(name)).max()
+        });
+        Ok(misplaced.next())
+    }
+}
+
+/// Places on the floor, one after the other.
+struct Lottery {
+    generator: ChaCha12Rng,
+    low_m: DVec2,
+    size_m: DVec2,
+    place_m: DVec2,
+    drawn: usize,
+}
+
+impl Lottery {
+    fn new(seed: u64, agent: &str, index: u64, outline_m: &[DVec2]) -> Self {
+        let first = outline_m.first().copied().unwrap_or_default();
+        let low_m = outline_m.iter().copied().fold(first, DVec2::min);
+        let high_m = outline_m.iter().copied().fold(first, DVec2::max);
+        let mut lottery = Self {
+            generator: generator(seed, &format!("agent.{agent}.position"), index),
+            low_m,
+            size_m: high_m - low_m,
+            place_m: low_m,
+            drawn: 0,
+        };
+        lottery.next();
+        lottery
+    }
+
+    /// Anywhere in the box around the floor's outline; the room refuses what is not on the floor.
+    fn next(&mut self) {
+        let (x, y) = (share(&mut self.generator), share(&mut self.generator));
+        self.place_m = self.low_m + self.size_m * DVec2::new(x, y);
+        self.drawn += 1;
+    }
+}
+
+fn on_floor(path: &str, values: &str) -> Result<String, Mistake> {
+    if values != "floor" {
+        return Err(Mistake::OnlyFloor);
+    }
+    path.strip_prefix("agent.")
+        .map(str::to_owned)
+        .ok_or(Mistake::FloorForAgents)
+}
+
+fn check_time(asked: &str, numbers: &[f64]) -> Result<(), VariationError> {
+    match numbers {
+        [time_s] if (0.0..=crate::trajectory::TIME_MAX_S).contains(time_s) => Ok(()),
+        _ => Err(VariationError::Asked {
+            asked: asked.to_owned(),
+            mistake: Mistake::NoTime,
+        }),
+    }
+}
+
+/// Whether the choices of a key are columns of numbers: each a number, or each a list of as many.
+fn are_numbers(choices: &[Choice]) -> bool {
+    let first = choices.first().and_then(Choice::numbers);
+    first.is_some() && choices.iter().all(|choice| choice.numbers() == first)
+}
+
+fn columns(key: &str, choices: &[Choice]) -> Vec<Column> {
+    let is_number = are_numbers(choices);
+    let column = |name| Column { name, is_number };
+    match choices.first().and_then(Choice::numbers) {
+        Some(Some(length)) if is_number => {
+            let names = (0..length).map(|index| format!("{key}[{index}]"));
+            names.map(column).collect()
+        }
+        _ => vec![column(key.to_owned())],
+    }
+}
+
+/// A choice as TOML, with a number drawn from each range, and its numbers.
+fn written(choice: &Choice, share: &mut dyn FnMut() -> f64) -> (String, Vec<f64>) {
+    let (mut text, mut numbers) = (String::new(), Vec::new());
+    for piece in &choice.0 {
+        match piece {
+            Piece::Mark(mark) if mark == "," => text.push_str(", "),
+            Piece::Mark(mark) => text.push_str(mark),
+            Piece::Text(content) => text.push_str(&toml::Value::from(content.as_str()).to_string()),
+            Piece::Flag(flag) => {
+                text.push_str(if *flag { "true" } else { "false" });
+                numbers.push(f64::from(u8::from(*flag)));
+            }
+            Piece::Number(written, number) => {
+                text.push_str(written);
+                numbers.push(*number);
+            }
+            Piece::Range(low, high) => {
+                let number = (low + (high - low) * share()).clamp(*low, *high);
+                text.push_str(&format!("{number:?}"));
+                numbers.push(number);
+            }
+        }
+    }
+    (text, numbers)
+}
+
+/// The text with values in the places of the edits, which do not overlap.
+fn edited(text: &str, mut edits: Vec<(&Edit, String)>) -> String {
+    edits.sort_by_key(|(edit, _)| (edit.range.start, edit.range.end));
+    let mut whole = String::with_capacity(text.len() + 32 * edits.len());
+    let mut copied = 0;
+    for (edit, value) in edits {
+        whole.push_str(text.get(copied..edit.range.start).unwrap_or_default());
+        whole.push_str(&edit.before);
+        whole.push_str(&value);
+        whole.push_str(&edit.after);
+        copied = edit.range.end;
+    }
+    whole.push_str(text.get(copied..).unwrap_or_default());
+    whole
+}
+
+/// ChaCha with 12 rounds, as for the noise; its key is the seed, the FNV-1a hash of what is drawn for, the frame's
+/// number, and a tag that the noise does not have.
+fn generator(seed: u64, key: &str, index: u64) -> ChaCha12Rng {
+    let mut bytes = [0; 32];
+    bytes[..8].copy_from_slice(&seed.to_le_bytes());
+    bytes[8..16].copy_from_slice(&fnv1a(key).to_le_bytes());
+    bytes[16..24].copy_from_slice(&index.to_le_bytes());
+    bytes[24..].copy_from_slice(b"gridvary");
+    ChaCha12Rng::from_seed(bytes)
+}
+
+/// 0 to 1, 1 excluded, in steps of 2⁻⁵³.
+fn share(generator: &mut ChaCha12Rng) -> f64 {
+    let high = generator.next_u32() >> 5;
+    let low = generator.next_u32() >> 6;
+    (f64::from(high) * 67_108_864.0 + f64::from(low)) / 9_007_199_254_740_992.0
+}
+
+/// One of so many, each as likely but for 2⁻³² of them; there is one at least.
+fn below(generator: &mut ChaCha12Rng, count: usize) -> usize {
+    let wide = u64::from(generator.next_u32()) * u64::try_from(count).unwrap_or(u64::MAX);
+    usize::try_from(wide >> 32).unwrap_or(0)
+}
+
+/// What the seed of the noise is drawn for: no key of a scene has a space before its name.
+const NOISE: &str = " noise";

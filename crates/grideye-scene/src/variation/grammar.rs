@@ -1,0 +1,282 @@
+//! What a key may be: `26..34`, `0.1,0.2`, `[500..3500, 1200, 0],[2000, 500..5500, 0]`, `on,off`.
+//!
+//! ```text
+//! choices = choice *("," choice)          one of them, each as likely
+//! choice  = a TOML value, in which every number may be LOW..HIGH, uniform, and in which text needs no quotes
+//! ```
+
+use super::error::Mistake;
+
+/// The most choices of one key.
+pub(crate) const CHOICES_MAX: usize = 1_000;
+
+/// One of the values that a key may have.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Choice(pub(crate) Vec<Piece>);
+
+/// A piece of a TOML value.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Piece {
+    /// Brackets, commas, keys of inline tables.
+    Mark(String),
+    /// Text, in quotes.
+    Text(String),
+    /// True or false.
+    Flag(bool),
+    /// A number as it was written, and what it is.
+    Number(String, f64),
+    /// Any number from the first to the second.
+    Range(f64, f64),
+}
+
+impl Choice {
+    /// How many numbers it is: `Some(None)` for a single one, `Some(n)` for a flat list of so many; `None` if it is
+    /// anything else.
+    pub(crate) fn numbers(&self) -> Option<Option<usize>> {
+        let is_number =
+            |piece: &Piece| matches!(piece, Piece::Number(..) | Piece::Range(..) | Piece::Flag(_));
+        match self.0.as_slice() {
+            [only] if is_number(only) => Some(None),
+            [Piece::Mark(open), inner @ .., Piece::Mark(close)] if open == "[" && close == "]" => {
+                let alternates = inner.iter().enumerate().all(|(index, piece)| {
+                    if index % 2 == 0 {
+                        is_number(piece)
+                    } else {
+                        *piece == Piece::Mark(",".to_owned())
+                    }
+                });
+                (alternates && inner.len() % 2 == 1).then_some(Some(inner.len().div_ceil(2)))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Reads what stands behind the `=`.
+pub(crate) fn choices(text: &str) -> Result<Vec<Choice>, Mistake> {
+    let mut choices = vec![Choice(Vec::new())];
+    let mut open = Vec::new();
+    let mut rest = text.trim();
+    while let Some(first) = rest.chars().next() {
+        let (piece, length) = piece(rest, first)?;
+        rest = rest.get(length..).unwrap_or_default().trim_start();
+        match &piece {
+            Piece::Mark(mark) if mark == "[" || mark == "{" => open.push(mark.clone()),
+            Piece::Mark(mark) if mark == "]" || mark == "}" => close(&mut open, mark)?,
+            Piece::Mark(mark) if mark == "," && open.is_empty() => {
+                choices.push(Choice(Vec::new()));
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(choice) = choices.last_mut() {
+            choice.0.push(piece);
+        }
+    }
+    if let Some(mark) = open.pop() {
+        return Err(Mistake::Unclosed(mark));
+    }
+    if choices.iter().any(|choice| choice.0.is_empty()) {
+        return Err(Mistake::Nothing);
+    }
+    if choices.len() > CHOICES_MAX {
+        return Err(Mistake::TooManyChoices(choices.len()));
+    }
+    Ok(choices)
+}
+
+fn close(open: &mut Vec<String>, mark: &str) -> Result<(), Mistake> {
+    let fits = match open.pop().as_deref() {
+        Some("[") => mark == "]",
+        Some("{") => mark == "}",
+        _ => false,
+    };
+    if fits {
+        Ok(())
+    } else {
+        Err(Mistake::Unopened(mark.to_owned()))
+    }
+}
+
+/// The first piece of a text that begins with `first`, and its length in bytes.
+fn piece(rest: &str, first: char) -> Result<(Piece, usize), Mistake> {
+    if "[]{},=".contains(first) {
+        return Ok((Piece::Mark(first.to_string()), 1));
+    }
+    if first == '"' || first == '\'' {
+        let inner = rest.get(1..).unwrap_or_default();
+        let Some(end) = inner.find(first) else {
+            return Err(Mistake::Unclosed(first.to_string()));
+        };
+        let inner = inner.get(..end).unwrap_or_default();
+        return Ok((Piece::Text(inner.to_owned()), end + 2));
+    }
+    let length = rest
+        .find(|mark| "[]{},=\"'".contains(mark))
+        .unwrap_or(rest.len());
+    let (word, after) = rest.split_at(length);
+    let word = word.trim_end();
+    if after.starts_with('=') {
+        return Ok((Piece::Mark(word.to_owned()), length));
+    }
+    Ok((meaning(word)?, length))
+}
+
+fn meaning(word: &str) -> Result<Piece, Mistake> {
+    match word {
+        "true" | "on" => return Ok(Piece::Flag(true)),
+        "false" | "off" => return Ok(Piece::Flag(false)),
+        _ => {}
+    }
+    if let Some((low, high)) = word.split_once("..") {
+        return match (number(low), number(high)) {
+            (Some(low), Some(high)) if low <= high && (high - low).is_finite() => {
+                Ok(Piece::Range(low, high))
+            }
+            (Some(_), Some(_)) => Err(Mistake::Backwards(word.to_owned())),
+            // Paths may have dots as well.
+            _ if low.contains('/') || high.contains('/') => Ok(Piece::Text(word.to_owned())),
+            _ => Err(Mistake::NoRange(word.to_owned())),
+        };
+    }
+    Ok(match number(word) {
+        Some(value) if is_whole(word) => Piece::Number(word.to_owned(), value),
+        Some(value) => Piece::Number(format!("{value:?}"), value),
+        None => Piece::Text(word.to_owned()),
+    })
+}
+
+fn number(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let begins = text.trim_start_matches(['+', '-']);
+    if !begins.starts_with(|first: char| first.is_ascii_digit() || first == '.') {
+        return None;
+    }
+    text.parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// Whether TOML takes it as a whole number as it stands.
+fn is_whole(text: &str) -> bool {
+    let digits = text.trim_start_matches(['+', '-']);
+    digits.bytes().all(|byte| byte.is_ascii_digit())
+        && (digits.len() == 1 || !digits.starts_with('0'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn number(text: &str, value: f64) -> Piece {
+        Piece::Number(text.to_owned(), value)
+    }
+
+    fn mark(text: &str) -> Piece {
+        Piece::Mark(text.to_owned())
+    }
+
+    #[test]
+    fn a_range_a_list_and_words_are_told_apart() {
+        assert_eq!(
+            choices("26..34").unwrap(),
+            [Choice(vec![Piece::Range(26.0, 34.0)])]
+        );
+        assert_eq!(
+            choices("-1.5e1 .. -.5").unwrap(),
+            [Choice(vec![Piece::Range(-15.0, -0.5)])]
+        );
+        assert_eq!(
+            choices("0.1, 2").unwrap(),
+            [
+                Choice(vec![number("0.1", 0.1)]),
+                Choice(vec![number("2", 2.0)])
+            ]
+        );
+        assert_eq!(
+            choices("on,constant,\"A, B\"").unwrap(),
+            [
+                Choice(vec![Piece::Flag(true)]),
+                Choice(vec![Piece::Text("constant".to_owned())]),
+                Choice(vec![Piece::Text("A, B".to_owned())])
+            ]
+        );
+        let lists = choices("[1..2, 3],[4, 5]").unwrap();
+        assert_eq!(lists.len(), 2);
+        assert_eq!(
+            lists[0].0,
+            [
+                mark("["),
+                Piece::Range(1.0, 2.0),
+                mark(","),
+                number("3", 3.0),
+                mark("]")
+            ]
+        );
+        let table = choices("{ top = 40..60 }").unwrap();
+        assert_eq!(
+            table[0].0,
+            [
+                mark("{"),
+                mark("top"),
+                mark("="),
+                Piece::Range(40.0, 60.0),
+                mark("}")
+            ]
+        );
+        assert_eq!(
+            choices("../walk.csv").unwrap(),
+            [Choice(vec![Piece::Text("../walk.csv".to_owned())])]
+        );
+    }
+
+    #[test]
+    fn only_flat_lists_of_numbers_are_columns() {
+        let numbers = |text: &str| choices(text).unwrap()[0].numbers();
+        assert_eq!(numbers("1..2"), Some(None));
+        assert_eq!(numbers("off"), Some(None));
+        assert_eq!(numbers("[1, 2..3, 4]"), Some(Some(3)));
+        for other in ["[]", "[1, [2]]", "A", "[1,]", "{ a = 1 }", "[a]"] {
+            assert_eq!(numbers(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_value_is_named() {
+        for (text, mistake) in [
+            ("", Mistake::Nothing),
+            ("1,", Mistake::Nothing),
+            (",1", Mistake::Nothing),
+            ("[1", Mistake::Unclosed("[".to_owned())),
+            ("[1}", Mistake::Unopened("}".to_owned())),
+            ("1]", Mistake::Unopened("]".to_owned())),
+            ("\"A", Mistake::Unclosed("\"".to_owned())),
+            ("34..26", Mistake::Backwards("34..26".to_owned())),
+            ("1..", Mistake::NoRange("1..".to_owned())),
+            ("a..b", Mistake::NoRange("a..b".to_owned())),
+            ("1..nan", Mistake::NoRange("1..nan".to_owned())),
+        ] {
+            assert_eq!(choices(text), Err(mistake), "{text}");
+        }
+        let many = vec!["1"; CHOICES_MAX].join(",");
+        assert_eq!(choices(&many).unwrap().len(), CHOICES_MAX);
+        assert_eq!(
+            choices(&format!("{many},1")),
+            Err(Mistake::TooManyChoices(CHOICES_MAX + 1))
+        );
+    }
+
+    #[test]
+    fn numbers_are_written_as_toml_takes_them() {
+        for (text, toml) in [
+            (".5", "0.5"),
+            ("5.", "5.0"),
+            ("+7", "+7"),
+            ("007", "7.0"),
+            ("1e3", "1000.0"),
+        ] {
+            assert_eq!(
+                choices(text).unwrap()[0].0[0],
+                number(toml, text.parse().unwrap())
+            );
+        }
+    }
+}

@@ -1,0 +1,398 @@
+//! Scenes that vary: what is drawn, where it goes in the text, and what is refused.
+
+use crate::{CEILING, ROOM, no_files};
+use grideye_scene::variation::{Draw, Recipe, TRIES_MAX, Value, VariationError};
+use grideye_scene::{Scene, Simulator};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+const PEOPLE: &str = r#"
+[[object]]
+name = "table"
+position_mm = [2000, 3000, 0]   # in the middle
+size_mm = [1600, 1600, 750]
+
+[[object]]
+name = "lamp 1.5"
+position_mm = [500, 500, 0]
+size_mm = [100, 100, 100]
+temperature_c = 60
+
+[[agent]]
+name = "person"
+size_mm = [200, 500, 1750]
+temperature_c = 28
+position_mm = [500, 2000, 0]
+
+[[agent]]
+name = "walker"
+size_mm = [200, 500, 1750]
+temperature_c = 28
+trajectory = "walk.csv"
+speed_mm_per_s = 800
+motion = "trapezoidal"
+acceleration_mm_per_s2 = 1000
+faces = "way"
+"#;
+
+const WALK: &str = "x_mm,y_mm,z_mm\n1000,1000,0\n3000,1000,0\n";
+
+fn text() -> String {
+    format!("{ROOM}{PEOPLE}{CEILING}")
+}
+
+fn files() -> BTreeMap<String, String> {
+    BTreeMap::from([("walk.csv".to_owned(), WALK.to_owned())])
+}
+
+fn recipe(asked: &[&str]) -> Result<Recipe, VariationError> {
+    let asked: Vec<String> = asked.iter().map(|asked| (*asked).to_owned()).collect();
+    Recipe::new(&text(), "room.toml", &asked)
+}
+
+fn drawn(asked: &[&str], count: u64) -> Vec<Draw> {
+    let recipe = recipe(asked).unwrap();
+    recipe.check(&files()).unwrap();
+    (0..count).map(|index| recipe.draw(1, index)).collect()
+}
+
+fn scene_of(recipe: &Recipe, index: u64) -> Scene {
+    let draw = recipe.draw(1, index);
+    recipe.scene(1, index, &draw, &files()).unwrap().scene
+}
+
+fn refusal(asked: &str) -> String {
+    match recipe(&[asked]).and_then(|recipe| recipe.check(&files())) {
+        Ok(()) => "accepted".to_owned(),
+        Err(error) => error.to_string(),
+    }
+}
+
+fn number(draw: &Draw, at: usize) -> f64 {
+    match draw.values[at] {
+        Value::Number(number) => number,
+        Value::Text(_) => panic!("a number: {draw:?}"),
+    }
+}
+
+#[test]
+fn a_range_is_uniform_and_is_what_the_scene_has() {
+    let recipe = recipe(&["room.ambient_c=18..26"]).unwrap();
+    let draws: Vec<Draw> = (0..4000).map(|index| recipe.draw(7, index)).collect();
+    let numbers: Vec<f64> = draws.iter().map(|draw| number(draw, 0)).collect();
+    assert!(numbers.iter().all(|number| (18.0..26.0).contains(number)));
+    let mean = numbers.iter().sum::<f64>() / 4000.0;
+    let variance = numbers.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / 4000.0;
+    // Of a uniform distribution of width w: (low + high) / 2 and w² / 12, here within four standard errors.
+    assert!(
+        (mean - 22.0).abs() < 4.0 * (64.0_f64 / 12.0 / 4000.0).sqrt(),
+        "{mean}"
+    );
+    assert!((variance - 64.0 / 12.0).abs() < 0.35, "{variance}");
+    for (index, draw) in draws.iter().enumerate().take(5) {
+        let scene = recipe.scene(7, index as u64, draw, &files()).unwrap().scene;
+        assert_eq!(scene.room().ambient_c.to_bits(), numbers[index].to_bits());
+    }
+}
+
+#[test]
+fn choices_are_equally_likely_and_drawn_without_one_another() {
+    let draws = drawn(&["law=A,B", "object.table.present=on,off"], 4000);
+    let mut counts = BTreeMap::new();
+    for draw in &draws {
+        let key = format!("{:?}", draw.values);
+        *counts.entry(key).or_insert(0_u32) += 1;
+    }
+    assert_eq!(counts.len(), 4, "{counts:?}");
+    // 1000 each, with a standard deviation of √(4000 · 1/4 · 3/4) = 27.
+    assert!(
+        counts.values().all(|count| count.abs_diff(1000) < 110),
+        "{counts:?}"
+    );
+}
+
+#[test]
+fn a_key_draws_the_same_beside_other_keys_and_in_any_order() {
+    let alone = drawn(&["room.ambient_c=18..26"], 50);
+    let beside = drawn(&["law=A,B", "room.ambient_c=18..26", "time_s=0..9"], 50);
+    for (alone, beside) in alone.iter().zip(&beside) {
+        assert_eq!(alone.values[0], beside.values[1]);
+        assert_eq!(alone.noise_seed, beside.noise_seed);
+        assert_eq!(beside.time_s, Some(number(beside, 2)));
+    }
+    let seeds: BTreeSet<u64> = alone.iter().map(|draw| draw.noise_seed).collect();
+    assert_eq!(seeds.len(), 50, "every frame has a noise of its own");
+    let other = recipe(&["room.ambient_c=18..26"]).unwrap().draw(2, 0);
+    assert_ne!(other.values, alone[0].values, "another seed, another draw");
+    assert_ne!(other.noise_seed, alone[0].noise_seed);
+}
+
+#[test]
+fn a_value_is_put_where_it_belongs_and_nothing_else_changes() {
+    let before = text();
+    for (asked, line) in [
+        (
+            "agent.person.temperature_c=31",
+            "temperature_c = 31\nposition_mm = [500",
+        ),
+        ("agent.person.yaw_deg=45", "name = \"person\"\nyaw_deg = 45"),
+        (
+            "object.table.temperature_c=40",
+            "name = \"table\"\ntemperature_c = 40",
+        ),
+        (
+            "object.lamp 1.5.emissivity=0.5",
+            "name = \"lamp 1.5\"\nemissivity = 0.5",
+        ),
+        (
+            "object.table.position_mm=[2000, 3000, 10]",
+            "[2000, 3000, 10]   # in the middle",
+        ),
+        ("agent.walker.motion=constant", "motion = \"constant\""),
+        ("duration_s=5", "duration_s = 5\n[room]"),
+        ("sensor.ceiling.noise_sigma_c=0.5", "noise_sigma_c = 0.5"),
+    ] {
+        let draw = recipe(&[asked]).unwrap().draw(1, 0);
+        assert!(draw.text.contains(line), "{asked}:\n{}", draw.text);
+        let lines: Vec<&str> = before.lines().collect();
+        let changed = draw
+            .text
+            .lines()
+            .filter(|line| !lines.contains(line))
+            .count();
+        assert!(changed <= 1, "{asked}:\n{}", draw.text);
+    }
+    assert_eq!(recipe(&[]).unwrap().draw(1, 3).text, before);
+}
+
+#[test]
+fn tables_in_braces_and_below_others_have_keys_as_well() {
+    let text = format!(
+        "{ROOM}{CEILING}\n[[object]]\nname = \"box\"\nposition_mm = [2000, 1000, 0]\nsize_mm = [500, 500, 500]\nfaces_c = {{ top = 30 }}\n\
+         [[agent]]\nname = \"sitter\"\nposition_mm = [2000, 3000, 0]\n\
+         part = [{{ name = \"head\", position_mm = [0, 0, 1000], size_mm = [200, 200, 200], temperature_c = 32 }}]\n"
+    );
+    let asked = [
+        "object.box.faces_c.top=40..60",
+        "object.box.faces_c.left=25",
+        "agent.sitter.part.head.temperature_c=33",
+        "agent.sitter.part.head.emissivity=0.9",
+    ]
+    .map(String::from);
+    let recipe = Recipe::new(&text, "room.toml", &asked).unwrap();
+    recipe.check(&no_files).unwrap();
+    let draw = recipe.draw(1, 0);
+    assert!(draw.text.contains("left = 25"), "{}", draw.text);
+    let scene = recipe.scene(1, 0, &draw, &no_files).unwrap().scene;
+    let head = scene.agents()[0].parts[0].surface;
+    assert_eq!((head.celsius, head.emissivity), (33.0, 0.9));
+}
+
+#[test]
+fn who_is_put_on_the_floor_is_in_the_room_and_in_nobodys_way() {
+    let recipe = recipe(&["agent.person.position=floor", "agent.walker.position=floor"]).unwrap();
+    let mut places = Vec::new();
+    for index in 0..200 {
+        let scene = scene_of(&recipe, index);
+        assert_eq!(scene.contacts(), []);
+        // Bodies of 200 x 500 mm beside a table of 1600 mm in the middle of 4000 x 6000 mm.
+        for agent in scene.agents() {
+            assert!(agent.trajectory.is_none());
+            let [x, y, z] = agent.start_m.to_array();
+            assert!((0.1..=3.9).contains(&x) && (0.25..=5.75).contains(&y) && z == 0.0);
+            assert!(
+                (x - 2.0).abs() > 0.899 || (y - 3.0).abs() > 1.049,
+                "in the table: {x} {y}"
+            );
+            places.push((x, y));
+        }
+    }
+    // All four quarters of the room, about as often.
+    for (right, back) in [(false, false), (false, true), (true, false), (true, true)] {
+        let count = places
+            .iter()
+            .filter(|(x, y)| (*x > 2.0, *y > 3.0) == (right, back))
+            .count();
+        assert!((60..140).contains(&count), "{count} of 400 in one quarter");
+    }
+}
+
+#[test]
+fn a_room_without_a_free_place_says_so() {
+    let full = text().replace("size_mm = [1600, 1600, 750]", "size_mm = [3700, 5600, 750]");
+    let asked = [
+        "agent.person.position=floor".to_owned(),
+        "agent.walker.present=off".to_owned(),
+    ];
+    let recipe = Recipe::new(&full, "room.toml", &asked).unwrap();
+    let error = recipe
+        .scene(1, 5, &recipe.draw(1, 5), &files())
+        .unwrap_err();
+    let VariationError::NoPlace {
+        index,
+        agent,
+        tries,
+    } = &error
+    else {
+        panic!("{error}");
+    };
+    assert_eq!((*index, agent.as_str(), *tries), (5, "person", TRIES_MAX));
+    assert!(error.to_string().contains("hint: the room is full"));
+}
+
+#[test]
+fn what_is_not_present_is_as_if_it_were_not_written() {
+    let recipe = recipe(&["object.table.present=off", "agent.walker.present=false"]).unwrap();
+    let scene = scene_of(&recipe, 0);
+    assert_eq!(scene.objects().len(), 1);
+    assert_eq!(scene.agents().len(), 1);
+    assert_eq!(recipe.agents(), ["person", "walker"]);
+    let (head, tail) = PEOPLE.split_once("[[object]]\nname = \"lamp").unwrap();
+    let written = PEOPLE
+        .replace(head, "")
+        .split("[[agent]]\nname = \"walker\"")
+        .next()
+        .unwrap()
+        .to_owned();
+    assert!(tail.len() < PEOPLE.len());
+    let written = crate::scene(&format!("{ROOM}{written}{CEILING}"));
+    let pictures = [&scene, &written].map(|scene| {
+        Simulator::new(scene, "ceiling")
+            .unwrap()
+            .image(Duration::ZERO)
+    });
+    assert_eq!(pictures[0], pictures[1]);
+}
+
+#[test]
+fn frames_take_the_moments_of_the_walk_in_turn() {
+    let recipe = recipe(&[]).unwrap();
+    let scene = scene_of(&recipe, 0);
+    let sensor = scene.sensor("ceiling").unwrap();
+    let count = scene.frame_count(sensor);
+    assert!(count > 10);
+    let time = |index| recipe.time(index, &recipe.draw(1, index), &scene, sensor);
+    assert_eq!(time(0), Duration::ZERO);
+    assert_eq!(time(3), sensor.frame_time(3));
+    assert_eq!(time(count + 3), sensor.frame_time(3));
+}
+
+#[test]
+fn the_seen_share_of_an_agent_is_what_hides_it_leaves() {
+    // Seen from the side at eye level: a wall of half its height before the lower half of a flat, far agent.
+    let wall = |z_mm: u32| {
+        format!(
+            "{ROOM}[[object]]\nname = \"wall\"\nposition_mm = [1000, 3000, 0]\nsize_mm = [10, 3000, {z_mm}]\n\
+             [[agent]]\nname = \"a\"\nposition_mm = [3000, 3000, 500]\nsize_mm = [10, 400, 1000]\ntemperature_c = 30\n\
+             [[sensor]]\nname = \"s\"\npreset = \"grid-eye\"\nposition_mm = [0, 3000, 1000]\nelevation_deg = 0\nazimuth_deg = 0\n"
+        )
+    };
+    for method in [Simulator::new, Simulator::without_grid] {
+        let seen = |z_mm| {
+            method(&crate::scene(&wall(z_mm)), "s")
+                .unwrap()
+                .visibility(0, Duration::ZERO)
+        };
+        assert_eq!(seen(100), 1.0, "a low wall hides nothing");
+        // The line of sight over the wall's far edge at 1010 mm meets the agent's face at 2995 mm.
+        let edge_mm = 1000.0 - (1000.0 - 900.0) * 2995.0 / 995.0;
+        let expected = (1500.0 - edge_mm) / 1000.0;
+        assert!(
+            (seen(900) - expected).abs() < 0.02,
+            "{} {expected}",
+            seen(900)
+        );
+        assert_eq!(seen(2000), 0.0, "a high wall hides all");
+    }
+}
+
+#[test]
+fn what_is_asked_for_wrongly_is_named() {
+    for (asked, words) in [
+        ("room.ambient_c", "no `=`"),
+        ("room.ambient_c=", "a value is missing"),
+        ("room.ambient_c=26..18", "write the lower number first"),
+        (
+            "rom.ambient_c=18..26",
+            "the scene has no `rom`\nhint: the scene has agent, object, room, sensor; beside these, time_s",
+        ),
+        (
+            "agent.persn.yaw_deg=1",
+            "the scene has no agent `persn`\nhint: it has person, walker",
+        ),
+        ("mosaic.rug.emissivity=1", "the scene has no `mosaic`"),
+        ("agent.person=1", "name a key of it, as in agent.person.KEY"),
+        ("agent=1", "agent.NAME.KEY, with person, walker"),
+        ("room=1", "room.KEY"),
+        (
+            "room.size_mm.x=1",
+            "`size_mm` is a value; vary it as a whole",
+        ),
+        (
+            "agent.person.temprature_c=28..30",
+            "unknown field `temprature_c`, expected one of",
+        ),
+        (
+            "agent.person.temperature_c=28..9000",
+            "with agent.person.temperature_c = 9000.0: room.toml:",
+        ),
+        ("agent.person.motion=constant", "room.toml:"),
+        (
+            "object.table.position=floor",
+            "only agents are put on the floor",
+        ),
+        (
+            "agent.person.position=ceiling",
+            "`position` may only be floor",
+        ),
+        ("agent.nobody.position=floor", "no agent `nobody`"),
+        ("time_s=-1..5", "0 to 31622400 seconds"),
+        ("time_s=any", "0 to 31622400 seconds"),
+        ("sensor.ceiling.present=on,off", "unknown field `present`"),
+    ] {
+        let refusal = refusal(asked);
+        assert!(refusal.contains(words), "{asked}: {refusal}");
+        assert!(
+            refusal.starts_with(&format!("`{asked}`")),
+            "{asked}: {refusal}"
+        );
+    }
+    for pair in [
+        ["law=A", "law=B"],
+        ["time_s=1", "time_s=2"],
+        [
+            "agent.person.position=floor",
+            "agent.person.position_mm=[1, 2, 3]",
+        ],
+        [
+            "agent.walker.position=floor",
+            "agent.walker.motion=constant",
+        ],
+    ] {
+        let error = recipe(&pair).unwrap_err().to_string();
+        assert!(error.contains("overlaps"), "{pair:?}: {error}");
+    }
+}
+
+#[test]
+fn values_that_do_not_go_together_are_told_with_their_frame() {
+    // Each alone is in the room; together they are not.
+    let asked = [
+        "agent.person.position_mm=[3800, 2000, 0]",
+        "agent.person.size_mm=[600, 500, 1750]",
+    ];
+    let recipe = recipe(&asked).unwrap();
+    recipe.check(&files()).unwrap();
+    let error = recipe
+        .scene(1, 3, &recipe.draw(1, 3), &files())
+        .unwrap_err()
+        .to_string();
+    for words in [
+        "frame 3 (",
+        "agent.person.size_mm[0] = 600",
+        "leaves the room",
+        "hint:",
+    ] {
+        assert!(error.contains(words), "{error}");
+    }
+}

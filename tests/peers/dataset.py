@@ -1,0 +1,143 @@
+"""A dataset as numpy, pandas, pyarrow, Polars and DuckDB read it, beside what `grideye simulate` makes of the same frames.
+
+Arguments: the program, a folder to write into.
+"""
+
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import duckdb
+import numpy
+import pandas
+import polars
+import pyarrow.parquet
+
+program, folder = sys.argv[1], Path(sys.argv[2])
+SCENE = "scenes/two-people.toml"
+FRAMES, PER_PART = 70, 30
+
+
+def grideye(*arguments):
+    subprocess.run([program, *arguments], check=True, stdout=subprocess.DEVNULL)
+
+
+def dataset(out, *more):
+    out = folder / out
+    grideye("dataset", SCENE, "--frames", str(FRAMES), "--frames-per-part", str(PER_PART), "--seed", "3", *more, "--out", out)
+    return out
+
+
+def columns_of(parts):
+    """The columns of the Parquet files by each reader, each as plain lists."""
+    table = pyarrow.concat_tables([pyarrow.parquet.read_table(part) for part in parts])
+    frame = pandas.concat([pandas.read_parquet(part) for part in parts])
+    pola = polars.concat([polars.read_parquet(part) for part in parts])
+    duck = duckdb.sql(f"select * from read_parquet('{parts[0].parent}/part-*.parquet') order by frame").fetchall()
+    names = table.column_names
+    plain = {
+        "pyarrow": {name: table[name].to_pylist() for name in names},
+        "polars": {name: pola[name].to_list() for name in names},
+        "duckdb": {name: [row[at] for row in duck] for at, name in enumerate(names)},
+        "pandas": {
+            name: [None if numpy.ndim(value) == 0 and pandas.isna(value) else numpy.ndarray.tolist(value) if isinstance(value, numpy.ndarray) else value for value in frame[name]]
+            for name in names
+        },
+    }
+    assert list(pola.columns) == names and list(frame.columns) == names
+    return names, plain
+
+
+def same(one, other):
+    one = numpy.array([numpy.nan if value is None else value for value in one]) if not isinstance(one, numpy.ndarray) else one
+    return numpy.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+def check_readers(out, agents, varied, texts):
+    plan = json.loads((out / "dataset.json").read_text())
+    parts = sorted(out.glob("part-*.parquet"))
+    archives = [numpy.load(part) for part in sorted(out.glob("part-*.npz"))]
+    assert len(parts) == len(archives) == -(-FRAMES // PER_PART)
+    arrays = {
+        name: numpy.concatenate([archive[name] for archive in archives])
+        for name in archives[0].files
+        if archives[0][name].ndim > 0 and not name.endswith("names") and name != "agents"
+    }
+    for archive in archives:
+        about = json.loads(str(archive["metadata"]))
+        assert about == plan, about
+    assert list(archives[0]["agents"]) == agents == plan["agents"]
+    assert list(archives[0]["vary_names"]) == varied and list(archives[0]["vary_text_names"]) == texts
+    names, readers = columns_of(parts)
+    kinds = {"frame": "u8", "time_s": "f8", "noise_seed": "u8"}
+    for reader, columns in readers.items():
+        for name, kind in kinds.items():
+            assert same(numpy.array(columns[name], kind), arrays[name]), (reader, name)
+        for name in ["celsius", "truth_c"]:
+            assert same(numpy.array(columns[name], "f4"), arrays[name].reshape(FRAMES, -1)), (reader, name)
+        for at, agent in enumerate(agents):
+            label = lambda what: columns[f"agent.{agent}.{what}"]
+            assert same(numpy.array(label("present"), bool), arrays["present"][:, at]), reader
+            for axis, name in enumerate(["x_m", "y_m", "z_m"]):
+                assert same(label(name), arrays["position_m"][:, at, axis]), (reader, name)
+            assert same(label("visibility"), arrays["visibility"][:, at]), reader
+            assert same(label("pixels"), arrays["pixels"][:, at]), reader
+            assert same(numpy.array(label("mask"), "f4"), arrays["mask"][:, at].reshape(FRAMES, -1)), reader
+        for at, name in enumerate(varied):
+            assert same(columns[f"vary.{name}"], arrays["vary"][:, at]), (reader, name)
+        for at, name in enumerate(texts):
+            assert list(columns[f"vary.{name}"]) == list(arrays["vary_text"][:, at]), (reader, name)
+    assert list(arrays["frame"]) == list(range(FRAMES)), "none lost, none twice"
+    assert len(set(arrays["noise_seed"])) == FRAMES
+    assert len(names) == 5 + 7 * len(agents) + len(varied) + len(texts)
+    return arrays
+
+
+# Without anything that varies, each frame is what `simulate` makes of its moment with its seed.
+plain = dataset("plain")
+agents = json.loads((plain / "dataset.json").read_text())["agents"]
+arrays = check_readers(plain, agents, [], [])
+moments, at = [], 0
+for index in [0, 1, 29, 30, 31, 69]:
+    out = folder / "again.npz"
+    # The frame's number in its turn through the scene.
+    turn = int(round(arrays["time_s"][index] * 10))
+    grideye("simulate", SCENE, "--seed", str(arrays["noise_seed"][index]), "--frames", str(turn + 1), "--out", out)
+    again = numpy.load(out)
+    assert again["time_s"][turn] == arrays["time_s"][index]
+    assert numpy.array_equal(again["frames"][turn], arrays["celsius"][index]), index
+residual = arrays["celsius"].astype("f8") - arrays["truth_c"]
+print(f"noise {residual.std():.4f} K about {residual.mean():+.5f} K in {residual.size} pixels")
+assert abs(residual.mean()) < 5 * 0.2 / residual.size**0.5 and abs(residual.std() - 0.2) < 0.2 * 5 / (2 * residual.size) ** 0.5
+
+# With values that vary, the labels are what is seen: outside the masks nothing is warmer than the room.
+people = dataset(
+    "people",
+    *["--method", "area", "--vary", "room.ambient_c=18..22", "--vary", "law=A,B"],
+    *[argument for agent in agents for argument in ["--vary", f"agent.{agent}.position=floor", "--vary", f"agent.{agent}.present=on,off"]],
+)
+varied = ["room.ambient_c"] + [f"agent.{agent}.present" for agent in agents]
+arrays = check_readers(people, agents, varied, ["law"])
+ambient = arrays["vary"][:, 0][:, None, None]
+assert numpy.array_equal(arrays["vary"][:, 1:] == 1, arrays["present"])
+assert set(arrays["vary_text"][:, 0]) == {"A", "B"}
+seen = arrays["mask"].sum(axis=1)
+warmer = arrays["truth_c"] - ambient
+assert numpy.abs(warmer[seen == 0]).max() < 1e-5 and (warmer[seen > 1e-3] > 0).all()
+absent = ~arrays["present"]
+assert numpy.isnan(arrays["position_m"][absent]).all() and (arrays["mask"][absent] == 0).all()
+there = arrays["present"]
+sums = arrays["mask"].sum(axis=(2, 3))
+whole = numpy.where(there, arrays["pixels"], 0)
+expected = numpy.divide(sums, whole, out=numpy.zeros_like(sums, dtype="f8"), where=whole > 0)
+assert numpy.abs(expected[there] - arrays["visibility"][there]).max() < 1e-5
+assert (seen <= 1 + 1e-6).all() and (arrays["mask"] >= 0).all()
+in_view = int((arrays["pixels"] > 0).sum())
+assert in_view > 10, in_view
+print(f"{in_view} of {there.sum()} agents in view, visibility {numpy.nanmin(arrays['visibility']):.2f} to {numpy.nanmax(arrays['visibility']):.2f}")
+sizes = {kind: sum(path.stat().st_size for path in people.glob(f"*.{kind}")) / FRAMES for kind in ["npz", "parquet"]}
+print("bytes a frame:", {kind: round(size) for kind, size in sizes.items()})
+for path in people.glob("*.npz"):
+    assert zipfile.ZipFile(path).testzip() is None

@@ -1,0 +1,35 @@
+//! The files for numpy and other programs, read by those programs.
+
+use grideye_tests::programs::{folder, root, run};
+use grideye_tests::python::peer;
+
+/// Runs a script of the peers with the program and a folder of its own, and prints what it measured.
+fn script(name: &str, what: &str) {
+    let out = tempfile::tempdir();
+    let Ok(out) = out else {
+        panic!("no folder: {out:?}");
+    };
+    let Some(mut command) = peer(name, &[], what) else {
+        return;
+    };
+    command
+        .current_dir(root())
+        .arg(folder().join("grideye"))
+        .arg(out.path());
+    let ended = run(&mut command);
+    assert_eq!(ended.code, 0, "{}\n{}", ended.stdout, ended.stderr);
+    println!("{}", ended.stdout);
+}
+
+#[test]
+fn numpy_reads_what_simulate_writes() {
+    script("npz.py", "arrays of simulated frames in numpy");
+}
+
+#[test]
+fn a_dataset_is_the_same_in_numpy_pandas_pyarrow_polars_and_duckdb() {
+    script(
+        "dataset.py",
+        "datasets in numpy, pandas, pyarrow, Polars and DuckDB",
+    );
+}
