@@ -67,9 +67,7 @@ impl Folder {
         for table in plan.tables() {
             if !self.has_file(plan, part.number, table)? {
                 let path = self.file(part.number, table);
-                self.put_file(plan, part, table, &path).with_context(|| {
-                    format!("cannot write {}\nhint: make room, or see to the folder, and run the same command again: it goes on where it was", path.display())
-                })?;
+                self.put_file(plan, part, table, &path)?;
             }
         }
         Ok(())
@@ -102,7 +100,8 @@ impl Folder {
         let mut partial = path.as_os_str().to_owned();
         partial.push(".partial");
         let partial = PathBuf::from(partial);
-        let Some(file) = locked(&partial)? else {
+        let locked = locked(&partial).map_err(|error| unwritten(path, error))?;
+        let Some(file) = locked else {
             return Err(bad_input(anyhow!(
                 "another process is writing {}\nhint: give every process a shard of its own with --shard",
                 partial.display()
@@ -119,7 +118,7 @@ impl Folder {
             // The first error is the one to report; the next run writes over what cannot be removed.
             drop(fs::remove_file(&partial));
         }
-        written
+        written.map_err(|error| unwritten(path, error))
     }
 }
 
@@ -224,6 +223,14 @@ fn footer_bytes(end: &[u8]) -> u64 {
 const HEADS_BYTES: u64 = 4096;
 /// The end record of a zip archive without a comment.
 const END_BYTES: u64 = 22;
+
+fn unwritten(path: &Path, error: anyhow::Error) -> anyhow::Error {
+    let told = format!(
+        "cannot write {}: {error:#}\nhint: make room, or see to the folder, and run the same command again: it goes on where it was",
+        path.display()
+    );
+    error.context(told)
+}
 
 fn foreign(path: &Path) -> anyhow::Error {
     bad_input(anyhow!(
