@@ -48,7 +48,7 @@ use crate::files::Files;
 use crate::noise::fnv1a;
 use crate::scene::{Loaded, Scene, Sensor};
 use crate::source::{MM_PER_M, Source};
-use glam::DVec2;
+use glam::DVec3;
 use grammar::{Choice, Piece};
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -284,11 +284,11 @@ impl Recipe {
             return Scene::parse(&draw.text, &self.origin, files).map_err(refused);
         }
         let floors = self.floors(&draw.text).map_err(refused)?;
-        let outline_m = floors.room(files).map_err(refused)?;
+        let bounds_m = floors.room_m(files).map_err(refused)?;
         let mut places: Vec<Lottery> = self
             .placed
             .iter()
-            .map(|placed| Lottery::new(seed, &placed.agent, index, &outline_m))
+            .map(|placed| Lottery::new(seed, &placed.agent, index, bounds_m))
             .collect();
         for _ in 0..TRIES_MAX {
             match floors.misplaced(&places, files).map_err(refused)? {
@@ -429,8 +429,8 @@ impl Floors<'_> {
     fn edits(&self, places: &[Lottery]) -> Vec<(&Edit, String)> {
         let mut edits = Vec::new();
         for (place, of_agent) in places.iter().zip(&self.edits) {
-            let [x_mm, y_mm] = (place.place_m * MM_PER_M).to_array();
-            let position = format!("[{x_mm:?}, {y_mm:?}, 0.0]");
+            let [x_mm, y_mm, z_mm] = (place.place_m * MM_PER_M).to_array();
+            let position = format!("[{x_mm:?}, {y_mm:?}, {z_mm:?}]");
             let values = std::iter::once(position).chain(std::iter::repeat(String::new()));
             edits.extend(of_agent.iter().zip(values));
         }
@@ -442,11 +442,11 @@ impl Floors<'_> {
         edits.map(|edit| (edit, "\"ignore\"".to_owned()))
     }
 
-    /// The scene without its collisions, for the room.
-    fn room(&self, files: &dyn Files) -> Result<Vec<DVec2>, SceneError> {
+    /// The lowest and the highest corner of the room.
+    fn room_m(&self, files: &dyn Files) -> Result<(DVec3, DVec3), SceneError> {
         let text = edited(&self.text, self.silent().collect());
         let loaded = Scene::parse(&text, &self.recipe.origin, files)?;
-        Ok(loaded.scene.room().outline_m())
+        Ok(loaded.scene.room().bounds_m())
     }
 
     /// The agent that cannot be where it is, if there is one.
@@ -482,17 +482,14 @@ impl Floors<'_> {
 /// Places on the floor, one after the other.
 struct Lottery {
     generator: ChaCha12Rng,
-    low_m: DVec2,
-    size_m: DVec2,
-    place_m: DVec2,
+    low_m: DVec3,
+    size_m: DVec3,
+    place_m: DVec3,
     drawn: usize,
 }
 
 impl Lottery {
-    fn new(seed: u64, agent: &str, index: u64, outline_m: &[DVec2]) -> Self {
-        let first = outline_m.first().copied().unwrap_or_default();
-        let low_m = outline_m.iter().copied().fold(first, DVec2::min);
-        let high_m = outline_m.iter().copied().fold(first, DVec2::max);
+    fn new(seed: u64, agent: &str, index: u64, (low_m, high_m): (DVec3, DVec3)) -> Self {
         let mut lottery = Self {
             generator: generator(seed, &format!("agent.{agent}.position"), index),
             low_m,
@@ -504,10 +501,10 @@ impl Lottery {
         lottery
     }
 
-    /// Anywhere in the box around the floor's outline; the room refuses what is not on the floor.
+    /// Anywhere on the underside of the box around the room; the room refuses what is not in it.
     fn next(&mut self) {
         let (x, y) = (share(&mut self.generator), share(&mut self.generator));
-        self.place_m = self.low_m + self.size_m * DVec2::new(x, y);
+        self.place_m = self.low_m + self.size_m * DVec3::new(x, y, 0.0);
         self.drawn += 1;
     }
 }

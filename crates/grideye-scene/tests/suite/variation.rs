@@ -218,6 +218,25 @@ fn who_is_put_on_the_floor_is_in_the_room_and_in_nobodys_way() {
 }
 
 #[test]
+fn the_floor_of_an_l_shaped_room_is_that_of_the_l() {
+    let text = "[room]\nplan_mm = [[0, 0], [4000, 0], [4000, 2000], [2000, 2000], [2000, 6000], [0, 6000]]\nheight_mm = 2700\nambient_c = 20\n\
+        [[agent]]\nname = \"a\"\nsize_mm = [200, 200, 1750]\nposition_mm = [1000, 1000, 0]\ntemperature_c = 30\n";
+    let asked = ["agent.a.position=floor".to_owned()];
+    let recipe = Recipe::new(text, "room.toml", &asked).unwrap();
+    recipe.check(&no_files).unwrap();
+    let mut arms = [0; 3];
+    for index in 0..300 {
+        let draw = recipe.draw(1, index);
+        let scene = recipe.scene(1, index, &draw, &no_files).unwrap().scene;
+        let [x, y, _] = scene.agents()[0].start_m.to_array();
+        assert!(x <= 1.9 || y <= 1.9, "beyond the corner: {x} {y}");
+        arms[usize::from(x > 2.0) + 2 * usize::from(y > 2.0)] += 1;
+    }
+    // By area, less the bodies' own width at the walls: 1.8 x 1.8 (about), 2 x 1.8 and 1.8 x 3.9 square metres.
+    assert!(arms.iter().all(|count| *count > 40), "{arms:?}");
+}
+
+#[test]
 fn a_room_without_a_free_place_says_so() {
     let full = text().replace("size_mm = [1600, 1600, 750]", "size_mm = [3700, 5600, 750]");
     let asked = [

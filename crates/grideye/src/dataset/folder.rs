@@ -8,7 +8,6 @@ use super::part::Part;
 use super::plan::Plan;
 use crate::cli::Table;
 use crate::exit::bad_input;
-use crate::files;
 use anyhow::{Context as _, Result, anyhow};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File, OpenOptions};
@@ -40,12 +39,7 @@ impl Folder {
         match fs::metadata(&file) {
             Ok(metadata) if metadata.len() > PLAN_BYTES_MAX => Err(foreign(&file)),
             Ok(_) => check_plan(&file, plan),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                files::write_whole(&file, |out| {
-                    serde_json::to_writer_pretty(&mut *out, plan)?;
-                    Ok(writeln!(out)?)
-                })
-            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => put_plan(path, &file, plan),
             Err(error) => Err(error).with_context(|| format!("cannot look at {}", file.display())),
         }?;
         Ok(Self {
@@ -97,10 +91,9 @@ impl Folder {
     }
 
     fn put_file(&self, plan: &Plan, part: &Part, table: Table, path: &Path) -> Result<()> {
-        let mut partial = path.as_os_str().to_owned();
-        partial.push(".partial");
-        let partial = PathBuf::from(partial);
-        let locked = locked(&partial).map_err(|error| unwritten(path, error))?;
+        let partial = partial_name(path);
+        let locked = locked(&partial, FlockOperation::NonBlockingLockExclusive)
+            .map_err(|error| unwritten(path, error))?;
         let Some(file) = locked else {
             return Err(bad_input(anyhow!(
                 "another process is writing {}\nhint: give every process a shard of its own with --shard",
@@ -122,6 +115,38 @@ impl Folder {
     }
 }
 
+/// Writes the plan, unless another process of the same dataset does.
+fn put_plan(folder: &Path, path: &Path, plan: &Plan) -> Result<()> {
+    let partial = partial_name(path);
+    let put = || -> Result<bool> {
+        let Some(file) = locked(&partial, FlockOperation::LockExclusive)? else {
+            return Err(anyhow!("{} comes and goes", partial.display()));
+        };
+        if path.exists() {
+            fs::remove_file(&partial)?;
+            return Ok(false);
+        }
+        write(&file, |out| {
+            serde_json::to_writer_pretty(&mut *out, plan)?;
+            Ok(writeln!(out)?)
+        })?;
+        fs::rename(&partial, path)?;
+        File::open(folder)?.sync_all()?;
+        Ok(true)
+    };
+    if put().map_err(|error| unwritten(path, error))? {
+        return Ok(());
+    }
+    check_plan(path, plan)
+}
+
+/// The name of a file that is not whole: the same each time, so that the next run takes it up.
+fn partial_name(path: &Path) -> PathBuf {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    PathBuf::from(partial)
+}
+
 fn write(file: &File, write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>) -> Result<()> {
     file.set_len(0)?;
     let mut out = BufWriter::new(file);
@@ -133,14 +158,14 @@ fn write(file: &File, write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>) -
 }
 
 /// The file, made if it is not there, and nobody else's as long as it is open; `None` if it is somebody's.
-fn locked(path: &Path) -> Result<Option<File>> {
+fn locked(path: &Path, how: FlockOperation) -> Result<Option<File>> {
     for _ in 0..LOCK_TRIES_MAX {
         let file = OpenOptions::new()
             .write(true)
             .create(true)
             .truncate(false)
             .open(path)?;
-        match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        match flock(&file, how) {
             Ok(()) => {}
             Err(rustix::io::Errno::WOULDBLOCK) => return Ok(None),
             Err(error) => return Err(io::Error::from(error).into()),
