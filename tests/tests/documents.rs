@@ -167,6 +167,7 @@ const COMMANDS: &[(&str, Kept)] = &[
     (
         "grideye coverage scenes/l-shaped-flat.toml --candidates corners,ceiling --best 2",
         Run("", &["k=2: ", "1 - 1/e"]),
+    ),
     // crates/grideye/DATASET.md
     (
         "grideye dataset scenes/experiment-1.toml --frames 200 --vary agent.person.position=floor --vary room.ambient_c=18..26 --out people",
