@@ -261,7 +261,11 @@ impl Scene {
     #[must_use]
     pub fn has_the_room_of(&self, other: &Self) -> bool {
         self.room == other.room
+            && self.screen == other.screen
+            && self.model == other.model
             && self.law == other.law
+            && self.band == other.band
+            && self.reflected_c == other.reflected_c
             && self.sensors == other.sensors
             && self.objects == other.objects
     }

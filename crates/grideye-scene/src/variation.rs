@@ -46,7 +46,7 @@ pub use error::{Mistake, VariationError};
 use crate::error::SceneError;
 use crate::files::Files;
 use crate::noise::fnv1a;
-use crate::scene::{Loaded, Scene, Sensor};
+use crate::scene::{Loaded, Model, Scene, Sensor};
 use crate::source::{MM_PER_M, Source};
 use glam::DVec3;
 use grammar::{Choice, Piece};
@@ -134,7 +134,11 @@ impl Recipe {
     /// # Errors
     /// What cannot be read, or names what the scene has not; [`Self::check`] looks at the values.
     pub fn new(text: &str, origin: &str, asked: &[String]) -> Result<Self, VariationError> {
-        let source = Source { origin, text };
+        let source = Source {
+            origin,
+            text,
+            model: Model::default(),
+        };
         source.check_length()?;
         let document = DeTable::parse(text).map_err(|error| source.malformed(&error))?;
         let mut recipe = Self {
@@ -400,6 +404,7 @@ impl Recipe {
         let source = Source {
             origin: &self.origin,
             text,
+            model: Model::default(),
         };
         let document = DeTable::parse(text).map_err(|error| source.malformed(&error))?;
         // The same keys were found in the scene itself, and values do not change which there are.

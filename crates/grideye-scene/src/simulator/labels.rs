@@ -1,10 +1,13 @@
 //! What a frame is labelled with: where each agent is, and how much of it is seen.
 
-use super::{Facet, Image, Mask, Method, Objects, Painted, Simulator, facets, number, painted};
+use super::{
+    Facet, Image, Mask, Method, Objects, Painted, Shown, Simulator, facets, number, painted, shown,
+};
 use crate::area::Still;
 use crate::canvas::{Backdrop, Bench};
 use crate::noise::add_noise;
 use crate::scene::Scene;
+use crate::specimen;
 use std::time::Duration;
 
 impl Simulator {
@@ -20,15 +23,25 @@ impl Simulator {
     pub fn grid_bytes(&self) -> usize {
         match &self.method {
             Method::Grid(_) => 2 * size_of::<f64>() * self.sensor.grid_points.element_product(),
-            Method::Area { .. } => 0,
+            Method::Area { .. } | Method::Physical(_) => 0,
         }
     }
 
     /// An image with the noise of `time` and `seed`: [`Self::noisy`] of [`Self::image`].
     #[must_use]
     pub fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
-        let (name, sigma) = (&self.sensor.name, self.sensor.noise_sigma);
-        add_noise(&mut image.celsius, sigma, seed, name, time);
+        let sensor = &self.sensor;
+        match &sensor.profile {
+            Some(profile) => specimen::measure(profile, sensor, &mut image, (time, seed)),
+            None => add_noise(
+                &mut image.celsius,
+                sensor.noise_sigma,
+                seed,
+                &sensor.name,
+                time,
+            ),
+        }
+        specimen::quantise(&mut image.celsius, sensor.step_c);
         image
     }
 
@@ -53,6 +66,13 @@ impl Simulator {
                     self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
                 alone.retain(|facet| counts(facet.owner));
                 Still::new(Vec::new()).add_share(plane, &alone, counts, &mut share);
+            }
+            Method::Physical(physical) => {
+                let alone: Vec<Shown> = self.changing_by(time, |skin, sight| {
+                    let mine = counts(skin.owner).then(|| shown(physical, skin, sight));
+                    mine.into_iter().collect()
+                });
+                share = physical.bare().share(&alone, counts);
             }
         }
         self.mask_of(share)
