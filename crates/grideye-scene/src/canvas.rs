@@ -304,7 +304,7 @@ impl WithSimd for PaintBackdrop<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let (view, backdrop) = (self.view, self.backdrop);
-        let mut easel = Easel::new(backdrop.columns);
+        let mut easel = Easel::new(backdrop.stride);
         for painted in self.patches {
             for row in painted.patch.rows() {
                 let covered = painted.patch.columns(view.slope_up(row), view.columns());
