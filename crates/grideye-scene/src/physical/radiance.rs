@@ -55,6 +55,9 @@ impl Band {
         let mut error_before = error(before);
         for _ in 0..SEARCH_STEPS_MAX {
             let here = error(at);
+            if here.abs() < SEARCH_ERROR {
+                break;
+            }
             if here > 0.0 {
                 high = at;
             } else {
@@ -68,9 +71,6 @@ impl Band {
             } else {
                 0.5 * (low + high)
             };
-            if (at - before).abs() < 1e-15 * at.abs() {
-                break;
-            }
         }
         libm::exp(at)
     }
@@ -80,6 +80,8 @@ const ROOM_K: f64 = 293.15;
 /// What can be searched for: colder and hotter than any scene.
 const KELVIN_MIN: f64 = 1e-3;
 const KELVIN_MAX: f64 = 1e7;
+/// Part of the radiance that a search may leave: 1e-11 °C in a room. Below it is the rounding of the logarithm.
+const SEARCH_ERROR: f64 = 2e-13;
 /// Halving alone takes as many from the bounds to the last bit.
 const SEARCH_STEPS_MAX: u32 = 80;
 
