@@ -2,6 +2,7 @@ use super::floor::bounds;
 use super::rays::edges;
 use super::{CoverageError, Survey, limits};
 use crate::count;
+use crate::physical::Optics;
 use crate::pose::Pose;
 use crate::scene::{Scene, Sensor};
 use glam::{DVec2, DVec3};
@@ -126,7 +127,8 @@ impl Candidate {
         }
     }
 
-    /// The keys of its `[[sensor]]` table in a scene file, under another name.
+    /// The keys of its `[[sensor]]` table in a scene file, under another name; of a profile, which is a file of its own,
+    /// only the noise.
     #[must_use]
     pub fn toml(&self, name: &str) -> String {
         let sensor = &self.sensor;
@@ -153,8 +155,34 @@ impl Candidate {
             sensor.sampling_hz,
             rounded(sensor.operating_distance_m * 1000.0),
         ));
+        text.push_str(&lens(sensor));
         text
     }
+}
+
+/// The keys of a sensor's lens and steps, as far as they are not the default.
+fn lens(sensor: &Sensor) -> String {
+    let mut text = String::new();
+    if sensor.optics == Optics::Amg88 {
+        text.push_str("optics = \"datasheet\"\n");
+    }
+    let widths = [
+        ("pixel_width_deg", sensor.pixel_width_rad),
+        (
+            "blur_deg",
+            Some(sensor.blur_rad).filter(|blur| *blur != DVec2::ZERO),
+        ),
+    ];
+    for (key, width_rad) in widths {
+        if let Some(width_rad) = width_rad {
+            let width_deg = width_rad.map(f64::to_degrees).map(rounded);
+            text.push_str(&format!("{key} = [{}, {}]\n", width_deg.x, width_deg.y));
+        }
+    }
+    if sensor.step_c > 0.0 {
+        text.push_str(&format!("step_c = {}\n", sensor.step_c));
+    }
+    text
 }
 
 /// A sensor as a preset of the scene format has it, by the preset's name.

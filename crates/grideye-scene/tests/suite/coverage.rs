@@ -7,6 +7,7 @@ use grideye_scene::coverage::{
     Posture, Rule, Survey, Wish, candidates, limits, pick, preset,
 };
 use grideye_scene::perceived::Surface;
+use grideye_scene::physical::Optics;
 use grideye_scene::{Scene, Sensor, Simulator};
 use std::time::Duration;
 
@@ -687,6 +688,7 @@ fn a_picked_pose_is_the_same_sensor_in_a_scene_file() {
         assert_eq!(again.name, "a \"quoted\" name");
         let mut expected = pose.sensor.clone();
         expected.name.clone_from(&again.name);
+        assert_eq!(expected.optics, Optics::Amg88);
         let (one, other) = (again.field_of_view_rad, expected.field_of_view_rad);
         assert!((one - other).abs().max_element() < 1e-12);
         // Degrees go through a decimal number: their last bit may differ.
