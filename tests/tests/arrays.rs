@@ -1,14 +1,13 @@
 //! The files for numpy and other programs, read by those programs.
 
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
 use grideye_tests::programs::{folder, root, run};
 use grideye_tests::python::peer;
 
 /// Runs a script of the peers with the program and a folder of its own, and prints what it measured.
 fn script(name: &str, what: &str) {
-    let out = tempfile::tempdir();
-    let Ok(out) = out else {
-        panic!("no folder: {out:?}");
-    };
+    let out = tempfile::tempdir().unwrap();
     let Some(mut command) = peer(name, &[], what) else {
         return;
     };

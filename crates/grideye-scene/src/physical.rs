@@ -154,7 +154,7 @@ impl Physical {
     /// The same sensor where nothing stands.
     pub(crate) fn bare(&self) -> Self {
         Self {
-            light: self.light.clone(),
+            light: self.light,
             eye: self.eye.clone(),
             left_max: self.left_max,
             band_rad: self.band_rad,

@@ -3,8 +3,8 @@
 //!
 //! | values | type in the file |
 //! |---|---|
-//! | [`Values::Unsigned`] | `INT64 (INTEGER(64, false))` |
-//! | [`Values::Single`], [`Values::Double`] | `FLOAT`, `DOUBLE`; without a value where there is none |
+//! | [`Values::Unsigned`] | `INT64`, unsigned |
+//! | [`Values::Double`] | `DOUBLE`, or nothing where there is no value |
 //! | [`Values::Flag`] | `BOOLEAN` |
 //! | [`Values::Text`] | `BYTE_ARRAY (STRING)` |
 //! | [`Values::Singles`] | `LIST` of `FLOAT`, of one length in all rows |
