@@ -618,3 +618,63 @@ fn hull(one: Range<usize>, other: Range<usize>) -> Range<usize> {
     }
     one.start.min(other.start)..one.end.max(other.end)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::perceived::Law;
+    use crate::scene::{Body, Scene};
+    use crate::view::Sight;
+    use glam::DVec3;
+    use std::io;
+
+    const SCENE: &str = r#"
+        room = { size_mm = [4000, 6000, 2700], ambient_c = 20 }
+        object = [
+            { name = "table", position_mm = [2000, 3100, 0], size_mm = [900, 700, 750], yaw_deg = 20, temperature_c = 24 },
+            { name = "trunk", position_mm = [1800, 2700, 0], size_mm = [500, 300, 1400], yaw_deg = 35, temperature_c = 30 },
+            { name = "head", position_mm = [1850, 2650, 1400], size_mm = [200, 200, 300], temperature_c = 33 },
+        ]
+        sensor = [{ name = "s", preset = "grid-eye", position_mm = [2000, 3000, 2700], elevation_deg = 85, azimuth_deg = 3 }]
+    "#;
+
+    #[test]
+    fn every_width_of_vectors_gives_the_same_bits() {
+        let files = |_: &str| Err(io::Error::from(io::ErrorKind::NotFound));
+        let scene = Scene::parse(SCENE, "room.toml", &files).unwrap().scene;
+        let (sensor, air) = (&scene.sensors()[0], Air::new(Law::B, 20.0, 5.0));
+        let view = View::new(sensor);
+        let painted = |body: &Body| -> Vec<Painted> {
+            let sight = Sight::new(&sensor.pose, &body.solid, DVec3::ZERO);
+            let patches = view.patches(&sight).into_iter();
+            let glow = air.glow(body.surface);
+            patches
+                .map(|patch| Painted {
+                    root: air.root(&glow, patch.distances_m()),
+                    patch,
+                    glow,
+                    owner: 0,
+                })
+                .collect()
+        };
+        let bodies = scene.objects();
+        let backdrop = Backdrop::new(&view, &air, &painted(&bodies[0]));
+        let resampler = Resampler::new((view.columns(), view.rows()), (8, 8));
+        let moving = [painted(&bodies[1]), painted(&bodies[2])].concat();
+        for counts in [None, Some(vec![1.0; moving.len()])] {
+            let sums = |run: fn(Draw<'_, '_>)| -> Vec<u64> {
+                let mut bench = Bench::new(&view, &air, &backdrop, &resampler);
+                run(Draw {
+                    bench: &mut bench,
+                    patches: &moving,
+                    counts: counts.as_deref(),
+                });
+                bench.sums.iter().map(|sum| sum.to_bits()).collect()
+            };
+            let widest = sums(|draw| dispatch(draw));
+            assert!(widest.iter().filter(|bits| **bits != 0).count() > 100);
+            assert_eq!(widest, sums(|draw| draw.with_simd(Scalar256b)));
+            assert_eq!(widest, sums(|draw| draw.with_simd(pulp::Scalar)));
+        }
+    }
+}

@@ -7,6 +7,7 @@ mod emulate;
 pub(crate) mod place;
 
 use clap::{Args, Parser, Subcommand};
+use grideye_scene::{Scene, SceneError, Simulator};
 use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -121,6 +122,16 @@ pub(crate) enum Method {
     Grid,
     /// The integral over each pixel's response, without a grid.
     Area,
+}
+
+impl Method {
+    /// A simulator for the sensor of that name that makes its frames so.
+    pub(crate) fn simulator(self, scene: &Scene, sensor: &str) -> Result<Simulator, SceneError> {
+        match self {
+            Self::Grid => Simulator::new(scene, sensor),
+            Self::Area => Simulator::without_grid(scene, sensor),
+        }
+    }
 }
 
 /// Make one frame of more pixels from the sensors of a scene, and say how near it comes to the truth.

@@ -1,6 +1,6 @@
 //! `grideye simulate`: what a sensor of a scene measures, and what the room looks like.
 
-use crate::cli::{self, Method, Simulate};
+use crate::cli::{self, Simulate};
 use crate::exit::{Outcome, bad_input};
 use crate::export::{self, Film};
 use crate::{files, progress};
@@ -25,11 +25,7 @@ pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
         }
     }
     let name = files::sensor_name(&scene, options.sensor.as_deref())?;
-    let simulator = match options.method {
-        Method::Grid => Simulator::new(&scene, &name),
-        Method::Area => Simulator::without_grid(&scene, &name),
-    }
-    .map_err(bad_input)?;
+    let simulator = options.method.simulator(&scene, &name).map_err(bad_input)?;
     let sensor = simulator.sensor();
     match &options.out {
         Some(out) => write(options, &scene, &simulator, sensor, out)?,

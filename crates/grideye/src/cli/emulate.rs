@@ -1,7 +1,7 @@
 //! The options of `grideye emulate`. The text of its help is laid out by hand, so that it fits on one screen.
 
 use super::place::{Placed, address_of, device};
-use super::positive;
+use super::{Method, positive};
 use crate::emulate::{AtEnd, Replay};
 use amg8833_emulator::{Address, CLOCK_ERROR_PPM_MAX};
 use clap::{ArgGroup, Args};
@@ -23,6 +23,15 @@ pub(crate) struct Emulate {
     /// Scene that the sensors see.
     #[arg(long, value_name = "FILE", group = "shown")]
     pub(crate) scene: Option<PathBuf>,
+    /// How the frames of a scene are made.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "grid|area",
+        default_value = "grid",
+        conflicts_with_all = ["recording", "constant"]
+    )]
+    pub(crate) method: Method,
     /// Recording that the sensor replays.
     #[arg(long, value_name = "FILE", group = "shown")]
     pub(crate) recording: Option<PathBuf>,

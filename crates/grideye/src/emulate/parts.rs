@@ -4,7 +4,7 @@ use super::machine::{Part, Wiring};
 use super::plan::{self, Planned, Wish};
 use super::show::{self, AtEnd, Pictures, Replay, Show, Specimen, Timeline, World};
 use super::trace::TraceFile;
-use crate::cli::Emulate;
+use crate::cli::{Emulate, Method};
 use crate::exit::bad_input;
 use crate::{files, recordings, sensor};
 use amg8833::word;
@@ -13,8 +13,8 @@ use amg8833_emulator::{Drift, Options};
 use anyhow::{Result, anyhow};
 use grideye_frame::{Celsius, Frame};
 use grideye_recording::Record;
+use grideye_scene::Scene;
 use grideye_scene::profile::Profile;
-use grideye_scene::{Scene, Simulator};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -180,6 +180,7 @@ enum Shown {
     Scene {
         path: PathBuf,
         scene: Box<Scene>,
+        method: Method,
     },
     Recording {
         path: PathBuf,
@@ -203,7 +204,11 @@ impl Shown {
         }
         let path = options.scene.clone().unwrap_or_default();
         let scene = Box::new(files::load_scene(Some(&path))?.scene);
-        Ok(Self::Scene { path, scene })
+        Ok(Self::Scene {
+            path,
+            scene,
+            method: options.method,
+        })
     }
 
     /// What the options ask of this show that it has not.
@@ -217,7 +222,9 @@ impl Shown {
             Self::Recording { .. } if has_profile => Err(bad_input(anyhow!(
                 "a recording has the noise of the sensor that recorded it, and --profile would add another's\nhint: leave out --profile; --clock-error sets the sensor's clock"
             ))),
-            Self::Scene { path, scene } if scene.is_static() && options.at_end != AtEnd::Hold => {
+            Self::Scene { path, scene, .. }
+                if scene.is_static() && options.at_end != AtEnd::Hold =>
+            {
                 Err(bad_input(anyhow!(
                     "nothing moves in {}, so it has no end\nhint: leave out --at-end",
                     path.display()
@@ -251,8 +258,8 @@ impl Shown {
     /// What one sensor is shown, and for how long.
     fn pictures(&self, name: &str, noise_seed: Option<u64>) -> Result<(Duration, Pictures)> {
         match self {
-            Self::Scene { scene, .. } => {
-                let simulator = Simulator::new(scene, name).map_err(bad_input)?;
+            Self::Scene { scene, method, .. } => {
+                let simulator = method.simulator(scene, name).map_err(bad_input)?;
                 sensor::check_resolution(&simulator)?;
                 let pictures = Pictures::Scene {
                     simulator: Box::new(simulator),

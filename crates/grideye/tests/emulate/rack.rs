@@ -34,6 +34,27 @@ fn each_sensor_is_where_it_was_put_and_nowhere_else() {
 }
 
 #[test]
+fn a_scene_is_shown_by_points_or_by_areas() {
+    let folder = tempfile::tempdir().unwrap();
+    // So few points that the two ways differ by whole degrees.
+    let coarse = TWO_SENSORS.replace("[[sensor]]", "[[sensor]]\npixels_per_degree = 0.2");
+    let scene = file(folder.path(), "coarse.toml", &coarse);
+    let shown = |method: &[&str]| {
+        let place = ["--scene", &scene, "--sensor", "left", "--profile", "ideal"];
+        let server = Server::start(&[&place, method].concat());
+        pixels(&mut server.client(1), 0x69)
+    };
+    let (default, grid) = (shown(&[]), shown(&["--method", "grid"]));
+    assert_eq!(default, grid);
+    let area = shown(&["--method", "area"]);
+    let apart = grid
+        .iter()
+        .zip(&area)
+        .map(|(one, other)| (one - other).abs());
+    assert!(apart.max() > Some(2), "{grid:?} {area:?}");
+}
+
+#[test]
 fn a_recording_of_two_sensors_is_shown_by_two() {
     let both = "recordings/golden/two-sensors.csv";
     let text = std::fs::read_to_string(root().join(both)).unwrap();

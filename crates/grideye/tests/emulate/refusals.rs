@@ -48,6 +48,7 @@ const VALUES: &[(&[&str], &[&str])] = &[
         &["--replay", "--recording", "hint:"],
     ),
     (&["--at-end", "loop"], &["--at-end", "cannot be used"]),
+    (&["--method", "area"], &["--method", "cannot be used"]),
     (&["--seconds", "1"], &["--seconds", "cannot be used"]),
     (&["--usbip", "here"], &["here", "--usbip"]),
 ];
