@@ -482,10 +482,7 @@ impl<'b> Draw<'b, '_> {
             strips.push(Strip {
                 painted,
                 covered,
-                counts: match self.counts {
-                    Some(counts) => Some(counts[*index]),
-                    None => None,
-                },
+                counts: self.counts.map(|counts| counts[*index]),
             });
             let mut place = strips.len() - 1;
             while place > 0 && strips[place - 1].covered.start > strips[place].covered.start {

@@ -17,7 +17,7 @@ use crate::residual;
 use crate::room::Room;
 use crate::rule::{
     AZIMUTH, DURATION, ELEVATION, NOISE, OPERATING_DISTANCE, PAPER_EXPERIMENT, PIXELS_PER_DEGREE,
-    REFLECTED, ROLL, SAMPLING, paper_experiment,
+    RANGE, REFLECTED, ROLL, SAMPLING, paper_experiment,
 };
 use crate::scene::{Body, Loaded, Model, Scene, Sensor, limits};
 use crate::solid::Solid;
@@ -271,6 +271,7 @@ fn sensor(
             &OPERATING_DISTANCE,
             OPERATING_DISTANCE_DEFAULT_MM,
         )? / MM_PER_M,
+        detectable_range_c: source.range(keys.detectable_range_c.as_ref(), &RANGE)?,
         pose: pose(source, keys, &name, room)?,
         optics: unit.optics,
         pixel_width_rad: unit.pixel_width_rad,

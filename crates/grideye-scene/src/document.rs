@@ -144,6 +144,7 @@ pub(crate) struct SensorTable {
     pub(crate) noise_sigma_c: Option<Spanned<f64>>,
     pub(crate) sampling_hz: Option<Spanned<f64>>,
     pub(crate) operating_distance_mm: Option<Spanned<f64>>,
+    pub(crate) detectable_range_c: Option<Spanned<Exactly<f64, 2>>>,
     pub(crate) optics: Option<Spanned<String>>,
     pub(crate) pixel_width_deg: Option<Spanned<PerAxis>>,
     pub(crate) blur_deg: Option<Spanned<PerAxis>>,

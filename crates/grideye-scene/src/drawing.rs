@@ -52,7 +52,7 @@ pub struct Drawing<'a> {
     pub title: &'a str,
     /// The sensor whose frames the circles stand for; `None` takes the scene's first.
     pub sampled_by: Option<&'a Sensor>,
-    /// When the agents are drawn.
+    /// When agents and temperatures are drawn.
     pub time: Duration,
 }
 

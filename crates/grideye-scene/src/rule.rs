@@ -14,6 +14,12 @@ pub(crate) const TEMPERATURE: Rule = Rule {
     expected: "°C above absolute zero (-273.15) and up to 5000",
     hint: "temperatures are degrees Celsius, not kelvin or raw counts",
 };
+pub(crate) const RANGE: Rule = Rule {
+    key: "detectable_range_c",
+    expected: "[lowest, highest] °C, rising, above absolute zero (-273.15) and up to 5000",
+    hint: "the paper says 0 to 80 of the Grid-EYE: [0, 80]",
+    ..TEMPERATURE
+};
 pub(crate) const AMBIENT: Rule = Rule {
     key: "ambient_c",
     ..TEMPERATURE

@@ -143,6 +143,8 @@ pub struct Sensor {
     pub sampling_hz: f64,
     /// Distance up to which the sensor is meant to work, metres; the law's linear branch needs it.
     pub operating_distance_m: f64,
+    /// The lowest and the highest temperature that it reports, °C; `None` if there is no limit.
+    pub detectable_range_c: Option<(f64, f64)>,
     /// Where it is and which way it looks.
     pub pose: Pose,
     /// Where the directions of its pixels come from, in the physical model.
@@ -344,6 +346,13 @@ impl Agent {
 }
 
 impl Sensor {
+    /// What it reports of a temperature: the nearest that it can.
+    #[must_use]
+    pub fn detected(&self, celsius: f64) -> f64 {
+        self.detectable_range_c
+            .map_or(celsius, |(low, high)| celsius.max(low).min(high))
+    }
+
     /// The moment of frame `index`, the first being 0: `index / sampling_hz`, to the nearest nanosecond.
     #[must_use]
     pub fn frame_time(&self, index: u32) -> Duration {

@@ -263,6 +263,11 @@ impl Simulator {
     /// What the sensor would report at `time` if it had no noise.
     #[must_use]
     pub fn image(&self, time: Duration) -> Image {
+        self.detected(self.received(time))
+    }
+
+    /// The image before the sensor's range is taken into account.
+    fn received(&self, time: Duration) -> Image {
         let mut celsius = self.still_c.clone();
         match &self.method {
             Method::Grid(grid) => {
@@ -300,7 +305,14 @@ impl Simulator {
     /// tag `grideye1`; the low half of the time is the stream; numbers are little-endian.
     #[must_use]
     pub fn noisy(&self, time: Duration, seed: u64) -> Image {
-        self.with_noise(self.image(time), time, seed)
+        self.with_noise(self.received(time), time, seed)
+    }
+
+    fn detected(&self, mut image: Image) -> Image {
+        for celsius in &mut image.celsius {
+            *celsius = self.sensor.detected(*celsius);
+        }
+        image
     }
 
     /// How much of each pixel is an agent at `time`, whichever.

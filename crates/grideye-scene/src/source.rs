@@ -183,6 +183,21 @@ impl Source<'_> {
         Ok(Some(DVec2::from_array(angles.get_ref().0)))
     }
 
+    pub(crate) fn range(
+        &self,
+        range: Option<&Spanned<Exactly<f64, 2>>>,
+        rule: &Rule,
+    ) -> Result<Option<(f64, f64)>, SceneError> {
+        let Some(range) = range else { return Ok(None) };
+        let [low, high] = range.get_ref().0;
+        self.check(low, range.span(), rule)?;
+        self.check(high, range.span(), rule)?;
+        if low < high {
+            return Ok(Some((low, high)));
+        }
+        Err(self.refused(rule.key, range.span(), rule.expected, rule.hint))
+    }
+
     pub(crate) fn resolution(
         &self,
         resolution: Option<&Spanned<Exactly<i64, 2>>>,

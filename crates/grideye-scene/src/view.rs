@@ -204,7 +204,8 @@ impl SeenFace {
         in_sensor: &[DVec3],
         enclosure: Enclosure,
     ) -> Option<Self> {
-        let corners: Vec<DVec3> = face.iter().map(|corner| in_sensor[*corner]).collect();
+        let mut corners: Vec<DVec3> = face.iter().map(|corner| in_sensor[*corner]).collect();
+        drop_twins(&mut corners);
         let anchor = *corners.first()?;
         let normal = normal(anchor, corners.iter().copied());
         let offset = normal.dot(anchor);
@@ -220,6 +221,21 @@ impl SeenFace {
         })
     }
 }
+
+/// Leaves out corners that are in the place of the one before them: the side between two such would be made of
+/// rounding, and could lie across the whole face.
+fn drop_twins(corners: &mut Vec<DVec3>) {
+    corners.dedup_by(|corner, before| corner.distance_squared(*before) <= TWINS_M * TWINS_M);
+    while let [first, .., last] = corners[..] {
+        if first.distance_squared(last) > TWINS_M * TWINS_M {
+            break;
+        }
+        corners.pop();
+    }
+}
+
+/// Corners this near to one another are one, metres: as [`TOUCH_M`], far below what any sensor tells.
+const TWINS_M: f64 = 1e-9;
 
 /// A flat, convex face as the sensor sees it: which cells it covers, and how far away it is in each.
 #[derive(Debug, Clone)]

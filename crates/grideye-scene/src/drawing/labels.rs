@@ -1,7 +1,7 @@
 //! Names beside what they name, where there is room for them.
 
 use super::camera::Camera;
-use super::{Drawing, limits, pieces};
+use super::{Drawing, limits};
 use crate::scene::{Body, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
@@ -25,14 +25,19 @@ impl Labels {
     /// Agents before sensors before objects: the first that come have the room.
     pub(super) fn of(scene: &Scene, drawing: &Drawing<'_>, camera: &Camera) -> Self {
         let mut labels = Self::default();
+        let time_s = drawing.time.as_secs_f64();
+        let titled = |name: &str, body: &Body| {
+            with_temperature(name, body.celsius(scene.room.ambient_c, time_s))
+        };
         for agent in &scene.agents {
-            let moved_m = pieces::moved_m(agent, drawing.time);
             let name = match agent.parts.as_slice() {
-                [only] => with_temperature(&agent.name, only),
+                [only] => titled(&agent.name, only),
                 _ => agent.name.clone(),
             };
-            if let Some(top_m) = top_m(&agent.parts) {
-                labels.place(camera.project(top_m + moved_m), name);
+            let parts = agent.parts.iter();
+            let parts = parts.map(|part| agent.standing(&part.solid, time_s).bounds_m());
+            if let Some(top_m) = top_m(parts) {
+                labels.place(camera.project(top_m), name);
             }
         }
         for sensor in &scene.sensors {
@@ -43,9 +48,9 @@ impl Labels {
             let text = match mosaic_of(&object.name) {
                 Some(mosaic) if mosaics.insert(mosaic) => mosaic.to_owned(),
                 Some(_) => continue,
-                None => with_temperature(&object.name, object),
+                None => titled(&object.name, object),
             };
-            if let Some(top_m) = top_m(std::slice::from_ref(object)) {
+            if let Some(top_m) = top_m(std::iter::once(object.solid.bounds_m())) {
                 labels.place(camera.project(top_m), text);
             }
         }
@@ -75,16 +80,12 @@ fn mosaic_of(name: &str) -> Option<&str> {
     (is_number(row) && is_number(column)).then_some(mosaic)
 }
 
-fn with_temperature(name: &str, body: &Body) -> String {
-    format!(
-        "{name}, {} °C",
-        (body.surface.celsius * 10.0).round() / 10.0
-    )
+fn with_temperature(name: &str, celsius: f64) -> String {
+    format!("{name}, {} °C", (celsius * 10.0).round() / 10.0)
 }
 
-/// The middle of the top of the box around the bodies.
-fn top_m(bodies: &[Body]) -> Option<DVec3> {
-    let bounds = bodies.iter().map(|body| body.solid.bounds_m());
+/// The middle of the top of the box around bodies, each by its own.
+fn top_m(bounds: impl Iterator<Item = (DVec3, DVec3)>) -> Option<DVec3> {
     bounds
         .reduce(|(low, high), (body_low, body_high)| (low.min(body_low), high.max(body_high)))
         .map(|(low, high)| (0.5 * (low + high)).with_z(high.z))

@@ -6,11 +6,10 @@ use super::{Drawing, limits};
 use crate::count;
 use crate::cuboid::Cuboid;
 use crate::room::Room;
-use crate::scene::{Agent, Body, Scene, Sensor};
+use crate::scene::{Agent, Scene, Sensor};
 use crate::solid::{Enclosure, Solid};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use std::collections::HashMap;
-use std::time::Duration;
 
 /// The lowest and the highest corner of what is drawn, metres.
 pub(super) fn bounds_m(scene: &Scene) -> (DVec3, DVec3) {
@@ -51,20 +50,13 @@ pub(super) fn of_scene(
     let mut faces_left = limits::FACES_MAX;
     for body in &scene.objects {
         let color = body.color.unwrap_or(OBJECT);
-        add_body(
-            &mut pieces,
-            body,
-            DVec3::ZERO,
-            color,
-            camera,
-            &mut faces_left,
-        );
+        add_body(&mut pieces, &body.solid, color, camera, &mut faces_left);
     }
     for agent in &scene.agents {
-        let moved_m = moved_m(agent, drawing.time);
         for part in &agent.parts {
             let color = part.color.unwrap_or(AGENT);
-            add_body(&mut pieces, part, moved_m, color, camera, &mut faces_left);
+            let solid = agent.standing(&part.solid, drawing.time.as_secs_f64());
+            add_body(&mut pieces, &solid, color, camera, &mut faces_left);
         }
         add_way(
             &mut pieces,
@@ -116,26 +108,18 @@ fn frames_on_way(agent: &Agent, sensor: &Sensor) -> usize {
 
 fn add_body(
     pieces: &mut Vec<Piece>,
-    body: &Body,
-    moved_m: DVec3,
+    solid: &Solid,
     color: [u8; 3],
     camera: &Camera,
     faces_left: &mut usize,
 ) {
-    let faces = body.solid.faces().count();
-    let is_small = faces <= limits::FACES_OF_BODY_MAX && faces <= *faces_left;
-    let solid = if is_small {
-        body.solid.clone()
-    } else {
-        box_around(&body.solid)
-    };
-    *faces_left = faces_left.saturating_sub(if is_small { faces } else { 0 });
-    add_solid(
-        pieces,
-        &solid.placed(DMat3::IDENTITY, moved_m),
-        color,
-        camera,
-    );
+    let faces = solid.faces().count();
+    if faces > limits::FACES_OF_BODY_MAX || faces > *faces_left {
+        add_solid(pieces, &box_around(solid), color, camera);
+        return;
+    }
+    *faces_left -= faces;
+    add_solid(pieces, solid, color, camera);
 }
 
 fn box_around(solid: &Solid) -> Solid {
@@ -400,11 +384,6 @@ fn facing(outline: &[DVec3], point_m: DVec3) -> Option<Plane> {
         normal: sign * plane.normal,
         offset_m: sign * plane.offset_m,
     })
-}
-
-/// Where an agent is drawn.
-pub(super) fn moved_m(agent: &Agent, time: Duration) -> DVec3 {
-    agent.position_m(time) - agent.start_m
 }
 
 /// PeerJ CS 11:e3124, "Object placement": blue unless the scene says otherwise.

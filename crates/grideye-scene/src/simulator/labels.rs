@@ -27,9 +27,16 @@ impl Simulator {
         }
     }
 
-    /// An image with the noise of `time` and `seed`: [`Self::noisy`] of [`Self::image`].
+    /// [`Self::image`] and [`Self::noisy`] at once, for little more than the price of one.
     #[must_use]
-    pub fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
+    pub fn image_and_noisy(&self, time: Duration, seed: u64) -> (Image, Image) {
+        let received = self.received(time);
+        let noisy = self.with_noise(received.clone(), time, seed);
+        (self.detected(received), noisy)
+    }
+
+    /// What is made of an image that was received: its noise at `time` by `seed`, the sensor's steps and its range.
+    pub(super) fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
         let sensor = &self.sensor;
         match &sensor.profile {
             Some(profile) => specimen::measure(profile, sensor, &mut image, (time, seed)),
@@ -42,7 +49,7 @@ impl Simulator {
             ),
         }
         specimen::quantise(&mut image.celsius, sensor.step_c);
-        image
+        self.detected(image)
     }
 
     /// How much of each pixel would be the agent with this place in [`Scene::agents`](crate::Scene::agents) at `time`

@@ -367,3 +367,135 @@ fn what_cannot_be_seen_from_outside_is_left_out_but_a_sheet_has_two_sides() {
         assert_eq!(fills(views(&draw(&text)).1).len(), 1, "{corners}");
     }
 }
+
+/// The corners of a path on the page.
+fn corners(path: &str) -> Vec<(f64, f64)> {
+    let numbers: Vec<f64> = path
+        .split(['M', 'L', 'Z', ' '])
+        .filter_map(|text| text.parse().ok())
+        .collect();
+    numbers
+        .chunks_exact(2)
+        .map(|pair| (pair[0], pair[1]))
+        .collect()
+}
+
+fn area(path: &str) -> f64 {
+    let corners = corners(path);
+    let next = corners.iter().cycle().skip(1);
+    let doubled: f64 = corners
+        .iter()
+        .zip(next)
+        .map(|((x, y), (next_x, next_y))| x * next_y - next_x * y)
+        .sum();
+    0.5 * doubled.abs()
+}
+
+#[test]
+fn a_room_of_another_plan_is_drawn_as_it_is() {
+    let room = "[room]\nplan_mm = [[0, 0], [5000, 0], [5000, 2500], [2500, 2500], [2500, 5000], [0, 5000]]\nheight_mm = 2500\nambient_c = 20\n";
+    let looks = CEILING
+        .replace("[2000, 3000, 2700]", "[1250, 3250, 2500]")
+        .replace("grid-eye", "grid-eye-wide");
+    let page = draw(&format!("{room}{looks}"));
+    let (perspective, above) = views(&page);
+    // 5 m fill the narrower side of the right panel between its margins.
+    let points_per_m = (448.0_f64 - 72.0) / 5.0;
+    let floor = attributes(above, "class=\"wall\"", "d");
+    let largest = floor.iter().map(|path| area(path)).fold(0.0, f64::max);
+    assert!(
+        (largest / points_per_m.powi(2) - 18.75).abs() < 0.05,
+        "{floor:?}"
+    );
+    assert_eq!(
+        corners(
+            &floor
+                .iter()
+                .max_by(|a, b| area(a).total_cmp(&area(b)))
+                .unwrap()[..]
+        )
+        .len(),
+        6
+    );
+    // 90 degrees from 2.5 m: 2.5 m to each side. Of the floor, all of the arm that the sensor is in from y = 0.75 on,
+    // 2.5 * 4.25; of the other one, up to x = 3.75, what is below the line past the corner, y = 2.5 - 0.6 (x - 2.5).
+    let expected = 2.5 * 4.25 + 1.25 * (1.75 - 0.5 * 0.75);
+    let seen: f64 = attributes(above, "class=\"view\"", "d")
+        .iter()
+        .map(|path| area(path))
+        .sum();
+    let seen = seen / points_per_m.powi(2);
+    assert!((seen - expected).abs() < 0.03, "{seen} of {expected}");
+    // Both walls that jut out show the eye their insides and let shine through what is behind; the other six are drawn.
+    let shining = attributes(perspective, "fill-opacity=\"0.600\"", "fill");
+    assert!(
+        !shining.is_empty() && shining.iter().all(|fill| fill == "#e6e6e6"),
+        "{shining:?}"
+    );
+    assert_eq!(
+        perspective.matches("class=\"wall\"").count()
+            + perspective.matches("class=\"wire\"").count(),
+        6
+    );
+    assert!(page.contains("5000 x 5000 x 2500 mm"));
+    assert_balanced(&page);
+}
+
+#[test]
+fn an_agent_is_drawn_as_it_is_turned_and_as_warm_as_it_is_by_then() {
+    let text = format!(
+        "{ROOM}{CEILING}[[agent]]\nname = \"cart\"\ntrajectory = \"walk.csv\"\nspeed_mm_per_s = 1000\nfaces = \"way\"\n\
+         [[agent.part]]\nname = \"body\"\nposition_mm = [0, 0, 0]\nsize_mm = [1000, 200, 500]\ntemperature_c = 60\ntime_constant_s = 4\n\
+         [[object]]\nname = \"pot\"\nposition_mm = [3000, 1000, 0]\nsize_mm = [200, 200, 200]\ntemperature_c = 80\ntime_constant_s = 2\n"
+    );
+    let files = |_: &str| Ok("x_mm,y_mm,z_mm\n1000,1000,0\n2000,1000,0\n2000,5000,0\n".to_owned());
+    let scene = Scene::parse(&text, "room.toml", &files).unwrap().scene;
+    let page = |time_s: u64| {
+        let drawing = Drawing {
+            time: Duration::from_secs(time_s),
+            ..Drawing::new("cart")
+        };
+        svg(&scene, &drawing)
+    };
+    let red = |page: &str| {
+        let paths = attributes(views(page).1, "fill=\"#c6372f\"", "d");
+        corners(&paths[0])
+    };
+    let extent = |corners: &[(f64, f64)]| {
+        let (mut low, mut high) = ((f64::INFINITY, f64::INFINITY), (0.0_f64, 0.0_f64));
+        for (x, y) in corners {
+            low = (low.0.min(*x), low.1.min(*y));
+            high = (high.0.max(*x), high.1.max(*y));
+        }
+        (high.0 - low.0, high.1 - low.1)
+    };
+    // Along x first, along y after the corner.
+    let (first, then) = (extent(&red(&page(0))), extent(&red(&page(3))));
+    let (long, short) = (POINTS_PER_M, 0.2 * POINTS_PER_M);
+    assert!(
+        (first.0 - long).abs() < 0.11 && (first.1 - short).abs() < 0.11,
+        "{first:?}"
+    );
+    assert!(
+        (then.0 - short).abs() < 0.11 && (then.1 - long).abs() < 0.11,
+        "{then:?}"
+    );
+    // 20.1 + 59.9 exp(-t / 2): 80 at the start, 33.5 after 3 s.
+    assert!(page(0).contains("pot, 80 °C") && page(3).contains("pot, 33.5 °C"));
+}
+
+#[test]
+fn one_who_cools_is_labelled_with_its_temperature_by_then() {
+    let text = format!(
+        "{ROOM}{CEILING}[[agent]]\nname = \"cup\"\nposition_mm = [1000, 1000, 0]\n\
+         [[agent.part]]\nname = \"body\"\nposition_mm = [0, 0, 0]\nsize_mm = [100, 100, 100]\ntemperature_c = 90.1\ntime_constant_s = 10\n"
+    );
+    let scene = scene(&text);
+    let drawing = Drawing {
+        time: Duration::from_secs(10),
+        ..Drawing::new("cup")
+    };
+    // 20.1 + 70 / e.
+    assert!(svg(&scene, &drawing).contains("cup, 45.9 °C"));
+    assert!(svg(&scene, &Drawing::new("cup")).contains("cup, 90.1 °C"));
+}

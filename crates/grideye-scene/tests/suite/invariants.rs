@@ -604,11 +604,14 @@ proptest! {
         );
         let thing = object("thing", [2000.0, 3000.0, 0.0], [width, 1000.0, height], yaw, celsius);
         let thing = if as_agent { thing.replace("object", "agent") } else { thing };
-        let simulator = simulator(&format!("{ROOM}{sensor}{thing}"));
-        let image = simulator.image(Duration::ZERO);
-        prop_assert!(is_sane(&image, celsius.min(AMBIENT_C), celsius.max(AMBIENT_C)), "{:?}", image);
-        prop_assert!(is_sane(&simulator.noisy(Duration::MAX, u64::MAX), -273.15, 6000.0));
-        prop_assert!(simulator.truth(Duration::ZERO).share.iter().all(|share| (0.0..=1.0).contains(share)));
+        let scene = scene(&format!("{ROOM}{sensor}{thing}"));
+        for simulator in [Simulator::new(&scene, "s"), Simulator::without_grid(&scene, "s")] {
+            let simulator = simulator.unwrap();
+            let image = simulator.image(Duration::ZERO);
+            prop_assert!(is_sane(&image, celsius.min(AMBIENT_C), celsius.max(AMBIENT_C)), "{:?}", image);
+            prop_assert!(is_sane(&simulator.noisy(Duration::MAX, u64::MAX), -273.15, 6000.0));
+            prop_assert!(simulator.truth(Duration::ZERO).share.iter().all(|share| (0.0..=1.0).contains(share)));
+        }
     }
 
     #[test]

@@ -24,10 +24,12 @@ mod peer;
 mod physical;
 mod physical_invariants;
 mod physical_people;
+mod range;
 mod refusals;
 mod rooms;
 mod shapes;
 mod shipped;
+mod symmetry;
 mod variation;
 mod warmth;
 

@@ -163,13 +163,13 @@ impl Camera<'_> {
                 .position(|agent| agent.name == *name)?;
             Some(label(scene, simulator, number, time))
         });
-        let image = simulator.image(time);
+        let (image, noisy) = simulator.image_and_noisy(time, draw.noise_seed);
         Ok(Labelled {
             index,
             time,
             noise_seed: draw.noise_seed,
-            truth_c: image.celsius.clone(),
-            celsius: simulator.with_noise(image, time, draw.noise_seed).celsius,
+            truth_c: image.celsius,
+            celsius: noisy.celsius,
             agents: labels.collect(),
             varied: draw.values,
         })
