@@ -155,32 +155,35 @@ impl Candidate {
             sensor.sampling_hz,
             rounded(sensor.operating_distance_m * 1000.0),
         ));
-        text.push_str(&lens(sensor));
+        text.push_str(&optional_keys(sensor));
         text
     }
 }
 
-/// The keys of a sensor's lens and steps, as far as they are not the default.
-fn lens(sensor: &Sensor) -> String {
+/// The keys that have a default, where the sensor has another value.
+fn optional_keys(sensor: &Sensor) -> String {
     let mut text = String::new();
+    let pair = |rad: DVec2| {
+        let degrees = rad.map(f64::to_degrees).map(rounded);
+        format!("[{}, {}]", degrees.x, degrees.y)
+    };
+    if let Some((low, high)) = sensor.detectable_range_c {
+        text.push_str(&format!("detectable_range_c = [{low}, {high}]\n"));
+    }
     if sensor.optics == Optics::Amg88 {
         text.push_str("optics = \"datasheet\"\n");
     }
-    let widths = [
-        ("pixel_width_deg", sensor.pixel_width_rad),
-        (
-            "blur_deg",
-            Some(sensor.blur_rad).filter(|blur| *blur != DVec2::ZERO),
-        ),
-    ];
-    for (key, width_rad) in widths {
-        if let Some(width_rad) = width_rad {
-            let width_deg = width_rad.map(f64::to_degrees).map(rounded);
-            text.push_str(&format!("{key} = [{}, {}]\n", width_deg.x, width_deg.y));
-        }
+    if let Some(width) = sensor.pixel_width_rad {
+        text.push_str(&format!("pixel_width_deg = {}\n", pair(width)));
     }
-    if sensor.step_c > 0.0 {
+    if sensor.blur_rad != DVec2::ZERO {
+        text.push_str(&format!("blur_deg = {}\n", pair(sensor.blur_rad)));
+    }
+    if sensor.step_c != 0.0 {
         text.push_str(&format!("step_c = {}\n", sensor.step_c));
+    }
+    if sensor.profile.is_some() {
+        text.push_str("# its profile is a file: write profile = … in place of noise_sigma_c\n");
     }
     text
 }

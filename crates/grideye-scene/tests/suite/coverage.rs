@@ -680,7 +680,13 @@ fn an_agent_of_the_scene_may_be_who_is_looked_for() {
 
 #[test]
 fn a_picked_pose_is_the_same_sensor_in_a_scene_file() {
-    let (_, poses, ..) = small();
+    let (_, mut poses, ..) = small();
+    let mut special = poses[0].clone();
+    let keys = "detectable_range_c = [0, 80]\noptics = \"pinhole\"\npixel_width_deg = [8, 9]\nblur_deg = [7.5, 2.5]\nstep_c = 0.25\n";
+    let text = format!("{ROOM}{}{keys}", special.toml("S"));
+    let text = text.replace("optics = \"datasheet\"\n", "");
+    special.sensor = scene(&text).sensors()[0].clone();
+    poses.push(special);
     let mut mounts = Vec::new();
     for pose in &poses {
         let text = format!("{ROOM}{}", pose.toml("a \"quoted\" name"));
