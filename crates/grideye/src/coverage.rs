@@ -114,12 +114,9 @@ fn found<'a>(
     looks: &'a [Look],
 ) -> Result<Found<'a>> {
     let own: Vec<usize> = (0..kept).collect();
-    let picked = if options.candidates.is_empty() {
-        None
-    } else {
-        let found = pick(survey.floor(), looks, &own, options.best, &wish);
-        Some(found.map_err(bad_input)?)
-    };
+    // Asked for or not: it is what refuses a wish that makes no sense.
+    let picked = pick(survey.floor(), looks, &own, options.best, &wish).map_err(bad_input)?;
+    let picked = (!options.candidates.is_empty()).then_some(picked);
     let mut shown = own;
     let steps = picked.iter().flat_map(|pick| &pick.steps);
     shown.extend(steps.map(|step| step.chosen));
