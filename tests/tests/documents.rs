@@ -209,6 +209,13 @@ const COMMANDS: &[(&str, Kept)] = &[
         ),
     ),
     (
+        "grideye calibrate --scene scenes/calibration.toml --recording walk.csv --out scenes/calibrated.toml",
+        Run(
+            "grideye simulate scenes/experiment-3.toml --out walk.csv",
+            &["sensor.ceiling.elevation_deg", "agent.person.temperature_c"],
+        ),
+    ),
+    (
         "grideye emulate --recording walk.csv --socket /tmp/amg.sock",
         Serves(WALK, &["/tmp/amg.sock"]),
     ),

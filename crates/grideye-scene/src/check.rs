@@ -7,6 +7,7 @@ use crate::count;
 use crate::document::{SceneTable, SensorTable};
 use crate::error::{SceneError, Warning};
 use crate::files::Files;
+use crate::fit;
 use crate::mosaic;
 use crate::perceived::Law;
 use crate::physical::keys::{self, Given, Unit};
@@ -98,7 +99,12 @@ pub(crate) fn parse(
     };
     scene.prints = residual::prints(&source, &scene)?;
     warnings.extend(contacts(&source, &tables, &scene)?);
-    Ok(Loaded { scene, warnings })
+    let fits = fit::fits(&source, &tables.fit)?;
+    Ok(Loaded {
+        scene,
+        warnings,
+        fits,
+    })
 }
 
 /// Who runs into what, as warnings or as the first of them as an error.

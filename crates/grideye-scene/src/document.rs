@@ -25,6 +25,16 @@ pub(crate) struct SceneTable {
     pub(crate) agent: Vec<Spanned<AgentTable>>,
     #[serde(default)]
     pub(crate) sensor: Vec<Spanned<SensorTable>>,
+    #[serde(default)]
+    pub(crate) fit: Vec<Spanned<FitTable>>,
+}
+
+/// An unknown of the scene.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FitTable {
+    pub(crate) key: Spanned<String>,
+    pub(crate) bounds: Spanned<Exactly<f64, 2>>,
 }
 
 #[derive(Deserialize)]

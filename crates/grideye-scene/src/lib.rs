@@ -18,6 +18,7 @@
 //! | [`separation`] | situations told apart above the noise | the same, "Scenario B" |
 //! | [`coverage`] | where to put sensors | the paper's title; its tool does not do it |
 //! | [`variation`] | the same scene with other values in each frame | `scenes/README.md` |
+//! | [`fit`] | numbers of the file that a recording is to tell | `scenes/README.md` |
 //! | [`drawing`] | the view of the environment | the same, Figures 3, 11, 12, 14, 24 |
 //! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
 //!
@@ -79,6 +80,7 @@ mod document;
 pub mod drawing;
 mod error;
 mod files;
+pub mod fit;
 pub mod fusion;
 mod heat;
 mod mosaic;

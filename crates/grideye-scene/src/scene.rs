@@ -1,6 +1,7 @@
 use crate::check;
 use crate::error::{SceneError, Warning};
 use crate::files::Files;
+use crate::fit::Fit;
 use crate::perceived::{Law, Surface};
 use crate::physical::{Band, Optics};
 use crate::pose::Pose;
@@ -85,6 +86,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// What the reader should be told, in the order of the file.
     pub warnings: Vec<Warning>,
+    /// The unknowns that the file marks, in its order; nothing but a calibration looks at them.
+    pub fits: Vec<Fit>,
 }
 
 /// A thing, standing or at the start of its way; of one temperature, if its keys say nothing else.

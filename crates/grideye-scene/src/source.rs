@@ -2,6 +2,7 @@
 
 use crate::document::{Exactly, PerAxis, SceneTable, Triple};
 use crate::error::{Place, SceneError};
+use crate::fit::FITS_MAX;
 use crate::rule::{FIELD_OF_VIEW, POSITION, Rule, SIZE, VERTEX};
 use crate::scene::{Model, limits};
 use glam::{DVec2, DVec3, USizeVec2};
@@ -104,6 +105,12 @@ impl Source<'_> {
             &tables.sensor,
             limits::SENSORS_MAX,
             "spread the sensors over several scene files",
+        )?;
+        self.check_tables(
+            "[[fit]] tables",
+            &tables.fit,
+            FITS_MAX,
+            "find some of the unknowns first, or measure them",
         )
     }
 

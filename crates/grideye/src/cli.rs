@@ -6,6 +6,7 @@ mod dataset;
 mod emulate;
 pub(crate) mod place;
 
+use clap::builder::TypedValueParser as _;
 use clap::{Args, Parser, Subcommand};
 use grideye_scene::{Scene, SceneError, Simulator};
 use grideye_validator::metrics::Binning;
@@ -39,6 +40,7 @@ pub(crate) enum Command {
     Record(Record),
     Compare(Compare),
     Convert(Convert),
+    Calibrate(Calibrate),
     Characterize(Characterize),
     Audit(Audit),
 }
@@ -269,6 +271,46 @@ pub(crate) struct Convert {
     pub(crate) input: PathBuf,
     /// Recording to write (.csv).
     pub(crate) output: PathBuf,
+}
+
+/// Find the unknowns of a scene from a recording: poses, temperatures, emissivities, the time at which it begins.
+///
+/// The scene marks them, each with bounds: [[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90].
+/// Exit code 3: the recording tells none of them.
+///
+/// Example: grideye calibrate --scene scenes/calibration.toml --recording walk.csv --out scenes/calibrated.toml
+#[derive(Debug, Args)]
+pub(crate) struct Calibrate {
+    /// Scene file with [[fit]] tables; the search starts from the numbers in it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: PathBuf,
+    /// Recording (this project's CSV, or a LINAIGE session).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) recording: PathBuf,
+    /// Sensor of the scene; needed when it has several.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sensor: Option<String>,
+    /// Scene to write: the old one with what was found, and a remark with its uncertainty at each [[fit]].
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) out: Option<PathBuf>,
+    /// Profile of the sensor, if it is known: its pattern is taken off, its common mode is believed.
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) profile: Option<PathBuf>,
+    /// Profile to write: the recording's noise, and the pattern that the scene leaves over.
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) write_profile: Option<PathBuf>,
+    /// The same content for programs; `-` is standard output.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Frames to look at, 10 to 1000, chosen evenly [default: 200].
+    #[arg(long, value_name = "N")]
+    pub(crate) frames: Option<usize>,
+    /// Places to start the search from, 1 to 100; the first is the scene as it stands.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=100).map(|starts| usize::try_from(starts).unwrap_or(100)))]
+    pub(crate) starts: usize,
+    /// Seed of the other starts.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
 }
 
 /// Measure the sensor itself from a recording of a still room: noise, common mode, pattern, drift, clock, glitches.

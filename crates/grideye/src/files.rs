@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-1.toml");
 
 /// Files beside the scene file, as a scene names them; those that were read are remembered.
-struct Beside {
+#[derive(Default)]
+pub(crate) struct Beside {
     folder: PathBuf,
     read: RefCell<Vec<PathBuf>>,
 }
@@ -36,6 +37,26 @@ pub(crate) struct LoadedScene {
     pub(crate) trajectories: Vec<PathBuf>,
 }
 
+/// A scene file as it is written, and where it finds what it names.
+pub(crate) struct SceneText {
+    pub(crate) text: String,
+    /// The file's name for messages.
+    pub(crate) origin: String,
+    pub(crate) files: Beside,
+}
+
+/// The text of a scene file, and its place.
+pub(crate) fn read_scene(path: &Path) -> Result<SceneText> {
+    Ok(SceneText {
+        text: scene_text(path)?,
+        origin: path.display().to_string(),
+        files: Beside {
+            folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
+            read: RefCell::default(),
+        },
+    })
+}
+
 /// The scene in `path`, or the built-in one; its warnings go to standard error.
 pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
     load_scene_as(None, path)
@@ -43,21 +64,17 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
 
 /// The same by the given model, whatever the file says.
 pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
-    let (text, origin, folder) = match path {
-        Some(path) => {
-            let text = scene_text(path)?;
-            let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-            (text, path.display().to_string(), folder)
-        }
-        None => (
-            DEFAULT_SCENE.to_owned(),
-            "scenes/experiment-1.toml (built in)".to_owned(),
-            PathBuf::new(),
-        ),
-    };
-    let beside = Beside {
-        folder,
-        read: RefCell::default(),
+    let SceneText {
+        text,
+        origin,
+        files: beside,
+    } = match path {
+        Some(path) => read_scene(path)?,
+        None => SceneText {
+            text: DEFAULT_SCENE.to_owned(),
+            origin: "scenes/experiment-1.toml (built in)".to_owned(),
+            files: Beside::default(),
+        },
     };
     let loaded = Scene::parse_as(model, &text, &origin, &beside).map_err(bad_input)?;
     let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();

@@ -6,10 +6,12 @@
 //! grideye collect            (PC)  ◀── HTTP ──   grideye-agent run            (Raspberry Pi)
 //! grideye record NAME                            name what arrives
 //! grideye compare --scene S --recording R        agrees (0), disagrees (1), cannot tell (3)
+//! grideye calibrate --scene S --recording R      the scene's unknowns, with their uncertainties
 //! grideye emulate --scene S -- PROGRAM           any AMG8833 program, without hardware
 //! ```
 
 mod audit;
+mod calibrate;
 mod characterize;
 mod cli;
 mod client;
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
         Command::Record(options) => record::run(&options),
         Command::Compare(options) => compare::run(&options),
         Command::Convert(options) => convert::run(&options),
+        Command::Calibrate(options) => calibrate::run(&options),
         Command::Characterize(options) => characterize::run(&options),
         Command::Audit(options) => audit::run(&options),
     };

@@ -16,6 +16,7 @@ mod area;
 mod collision;
 mod coverage;
 mod drawing;
+mod fit;
 mod fusion;
 mod invariants;
 mod motion;

@@ -1,0 +1,156 @@
+//! Unknowns of a scene: found by their path, refused with their place, and replaced without touching anything else.
+
+use grideye_scene::fit::{FITS_MAX, with_values};
+use grideye_scene::{Loaded, Scene, SceneError};
+use std::collections::BTreeMap;
+
+const SCENE: &str = r#"[room]
+size_mm = [4000, 6000, 2700]
+ambient_c = 20 # guessed
+
+[[object]]
+name = "lamp 2.5 W"
+position_mm = [1000, 1000, 0]
+size_mm = [100, 100, 100]
+temperature_c = 40.5
+
+[[agent]]
+name = "child"
+position_mm = [3000, 3000, 0]
+[[agent.part]]
+name = "head"
+position_mm = [0, 0, 1000]
+size_mm = [180, 160, 220]
+temperature_c = +3.2e1
+
+[[sensor]]
+name = "ceiling"
+preset = "grid-eye"
+position_mm = [2000, 3_000, 2700]   # measured
+elevation_deg = 90
+azimuth_deg = -90
+fov_deg = [60, 58]
+"#;
+
+fn parse(fits: &[(&str, &str)]) -> (String, Result<Loaded, SceneError>) {
+    let tables = fits
+        .iter()
+        .map(|(key, bounds)| format!("\n[[fit]]\nkey = \"{key}\"\nbounds = {bounds}\n"));
+    let text = SCENE.to_owned() + &tables.collect::<String>();
+    let loaded = Scene::parse(&text, "room.toml", &BTreeMap::new());
+    (text, loaded)
+}
+
+#[test]
+fn numbers_are_found_by_their_paths_and_nothing_else_changes() {
+    let (text, loaded) = parse(&[
+        ("room.ambient_c", "[15, 25]"),
+        ("object.lamp 2.5 W.temperature_c", "[30, 50]"),
+        ("agent.child.head.temperature_c", "[30, 35]"),
+        ("agent.child.position_mm.y", "[2000, 4000]"),
+        ("sensor.ceiling.position_mm.y", "[2900, 3100]"),
+        ("sensor.ceiling.fov_deg.down", "[50, 70]"),
+        ("sensor.ceiling.azimuth_deg", "[-100, -80]"),
+        ("recording.start_s", "[-2, 2]"),
+    ]);
+    let fits = loaded.unwrap().fits;
+    let found: Vec<f64> = fits.iter().map(|fit| fit.value).collect();
+    assert_eq!(found, [20.0, 40.5, 32.0, 3000.0, 3000.0, 58.0, -90.0, 0.0]);
+    let new = with_values(
+        &text,
+        &fits,
+        &[21.25, 41.0, 33.0, 3001.0, 2999.5, 59.0, -91.5, 1.0],
+    );
+    let expected = text
+        .replace("ambient_c = 20", "ambient_c = 21.25")
+        .replace("40.5", "41")
+        .replace("+3.2e1", "33")
+        .replace("[3000, 3000, 0]", "[3000, 3001, 0]")
+        .replace("3_000", "2999.5")
+        .replace("[60, 58]", "[60, 59]")
+        .replace("azimuth_deg = -90", "azimuth_deg = -91.5");
+    assert_eq!(new, expected);
+    for fit in &fits {
+        assert!(text[fit.remark_at..].starts_with(&format!("key = \"{}\"", fit.key)));
+    }
+}
+
+#[test]
+fn an_unknown_changes_nothing_for_who_does_not_look_for_it() {
+    let with = parse(&[("room.ambient_c", "[15, 25]")]).1.unwrap();
+    assert_eq!(with.scene, parse(&[]).1.unwrap().scene);
+}
+
+#[test]
+fn what_is_no_unknown_is_refused_with_its_place() {
+    for (fits, message) in [
+        (
+            vec![("room.ambiant_c", "[1, 2]")],
+            "room.toml:29:7: `key` is \"room.ambiant_c\", expected the path of a number",
+        ),
+        (
+            vec![("sensor.ceiling.preset", "[1, 2]")],
+            "room.toml:29:7: `key`",
+        ),
+        (
+            vec![("sensor.ceiling.roll_deg", "[-1, 2]")],
+            "a default must be written out first",
+        ),
+        (
+            vec![("sensor.wall.azimuth_deg", "[-1, 2]")],
+            "room.toml:29:7: `key`",
+        ),
+        (
+            vec![("sensor.ceiling.position_mm", "[-1, 2]")],
+            "room.toml:29:7: `key`",
+        ),
+        (
+            vec![("sensor.ceiling.position_mm.w", "[-1, 2]")],
+            "room.toml:29:7: `key`",
+        ),
+        (
+            vec![("agent.child.temperature_c", "[-1, 2]")],
+            "room.toml:29:7: `key`",
+        ),
+        (
+            vec![("room.ambient_c", "[25, 15]")],
+            "room.toml:30:10: `bounds` is [25, 15], expected [least, greatest]",
+        ),
+        (
+            vec![("room.ambient_c", "[15, 15]")],
+            "room.toml:30:10: `bounds`",
+        ),
+        (
+            vec![("room.ambient_c", "[15, inf]")],
+            "room.toml:30:10: `bounds`",
+        ),
+        (
+            vec![("room.ambient_c", "[21, 25]")],
+            "room.toml:30:10: `bounds` is [21, 25], expected bounds around 20, which",
+        ),
+        (
+            vec![("room.ambient_c", "[15, 25]"); 2],
+            "room.toml:33:7: `key` is \"room.ambient_c\", expected each unknown once",
+        ),
+        (
+            vec![("room.ambient_c", "[15, 20, 25]")],
+            "room.toml:30:10: `bounds`: invalid length 3",
+        ),
+    ] {
+        let refused = parse(&fits).1.unwrap_err().to_string();
+        assert!(
+            refused.contains(message) && refused.contains("\nhint: "),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
+fn there_is_a_limit_to_what_can_be_unknown() {
+    let too_many = vec![("room.ambient_c", "[15, 25]"); FITS_MAX + 1];
+    let refused = parse(&too_many).1.unwrap_err().to_string();
+    assert!(
+        refused.contains("17 [[fit]] tables, expected at most 16"),
+        "{refused}"
+    );
+}

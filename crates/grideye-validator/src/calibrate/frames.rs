@@ -1,0 +1,137 @@
+//! The frames that a calibration looks at.
+
+use super::CalibrateError;
+use super::{FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
+use crate::characterize::{FaultFinder, Standing};
+use crate::compare::evenly;
+use grideye_frame::PIXELS;
+use grideye_recording::Record;
+use std::time::Duration;
+
+/// Frames side by side, in the order of their times.
+#[derive(Debug)]
+pub(crate) struct Frames {
+    /// Since the recording's first frame.
+    pub(crate) times: Vec<Duration>,
+    /// °C, frame by frame, less the pattern of the profile if there is one.
+    pub(crate) celsius: Vec<f64>,
+    /// Frames that were read, and that are torn or say nothing new.
+    pub(crate) read: usize,
+    pub(crate) left_out: usize,
+}
+
+impl Frames {
+    /// Those that were read whole and lie before `end` (none: all), as many as are asked for, evenly chosen.
+    pub(crate) fn of(
+        records: &[Record],
+        end: Option<Duration>,
+        options: &Options,
+    ) -> Result<Self, CalibrateError> {
+        let wanted = options.frames.unwrap_or(FRAMES_DEFAULT);
+        if !(FRAMES_MIN..=FRAMES_MAX).contains(&wanted) {
+            return Err(CalibrateError::Frames {
+                found: wanted,
+                least: FRAMES_MIN,
+                most: FRAMES_MAX,
+            });
+        }
+        let mut whole = Whole::default();
+        for record in records {
+            whole.push(record)?;
+        }
+        let read = whole.read;
+        let left_out = whole.left_out;
+        let mut frames = whole.frames;
+        frames.retain(|(time, _)| end.is_none_or(|end| *time <= end));
+        if frames.len() < FRAMES_MIN {
+            return Err(CalibrateError::TooFewFrames {
+                found: frames.len(),
+                needed: FRAMES_MIN,
+            });
+        }
+        let chosen = evenly(frames.len(), wanted);
+        let pattern = options
+            .profile
+            .as_ref()
+            .map_or([0.0; PIXELS], |profile| profile.fixed_pattern.offset_c);
+        let less = |celsius: &[f64; PIXELS]| {
+            std::array::from_fn::<f64, PIXELS, _>(|pixel| celsius[pixel] - pattern[pixel])
+        };
+        Ok(Self {
+            times: chosen.iter().map(|&place| frames[place].0).collect(),
+            celsius: chosen
+                .iter()
+                .flat_map(|&place| less(&frames[place].1))
+                .collect(),
+            read,
+            left_out,
+        })
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.times.len()
+    }
+
+    /// Every so manieth frame, at most so many.
+    pub(crate) fn fewer(&self, most: usize) -> Self {
+        let chosen = evenly(self.len(), most);
+        let frame = |place: usize| &self.celsius[place * PIXELS..(place + 1) * PIXELS];
+        Self {
+            times: chosen.iter().map(|&place| self.times[place]).collect(),
+            celsius: chosen
+                .iter()
+                .flat_map(|&place| frame(place))
+                .copied()
+                .collect(),
+            ..*self
+        }
+    }
+
+    /// The mean time between two frames, seconds.
+    pub(crate) fn interval_s(&self) -> f64 {
+        let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else {
+            return 0.0;
+        };
+        (*last - *first).as_secs_f64() / crate::metrics::count(self.len().max(2) - 1)
+    }
+}
+
+/// Takes records one by one, and leaves torn frames and duplicates out.
+#[derive(Default)]
+struct Whole {
+    finder: FaultFinder,
+    before: Option<[f64; PIXELS]>,
+    first: Option<u64>,
+    last: u64,
+    frames: Vec<(Duration, [f64; PIXELS])>,
+    read: usize,
+    left_out: usize,
+}
+
+impl Whole {
+    fn push(&mut self, record: &Record) -> Result<(), CalibrateError> {
+        let Some(raw) = record.reading.frame() else {
+            return Ok(());
+        };
+        let now = record.stamp.t_boot_ns;
+        let first = *self.first.get_or_insert(now);
+        if now < self.last {
+            return Err(CalibrateError::TimeRunsBackwards { seq: record.seq });
+        }
+        self.last = now;
+        self.read += 1;
+        let celsius = amg8833::word::frame(raw)
+            .pixels
+            .map(|pixel| f64::from(pixel.get()));
+        let (mended, standing) = self.finder.push(&celsius, self.before.as_ref());
+        self.before = Some(mended);
+        match standing {
+            Standing::First | Standing::Own => {
+                self.frames
+                    .push((Duration::from_nanos(now - first), mended));
+            }
+            Standing::Torn | Standing::Duplicate => self.left_out += 1,
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,170 @@
+//! The simulator as a function of the unknowns.
+
+use super::CalibrateError;
+use super::frames::Frames;
+use super::noise::Noise;
+use super::solver::Problem;
+use grideye_frame::PIXELS;
+use grideye_scene::fit::{self, Fit, RECORDING_START};
+use grideye_scene::{Files, Scene, Simulator};
+use std::time::Duration;
+
+/// A scene file with its unknowns.
+pub(crate) struct Model<'a> {
+    text: String,
+    origin: &'a str,
+    files: &'a dyn Files,
+    sensor: &'a str,
+    /// All unknowns of the text.
+    fits: Vec<Fit>,
+    /// The places of those that the pictures depend on.
+    searched: Vec<usize>,
+    pub(crate) evaluations: u64,
+}
+
+impl<'a> Model<'a> {
+    pub(crate) fn new(
+        text: &str,
+        origin: &'a str,
+        files: &'a dyn Files,
+        sensor: &'a str,
+    ) -> Result<Self, CalibrateError> {
+        // Whether somebody runs into something is for who wrote the scene, and would be asked thousands of times.
+        let quiet = format!("collisions = \"ignore\"\n{text}");
+        let (text, loaded) = match Scene::parse(&quiet, origin, files) {
+            Ok(loaded) => (quiet, loaded),
+            Err(_) => (text.to_owned(), Scene::parse(text, origin, files)?),
+        };
+        let noise = noise_key(sensor);
+        let searched = (0..loaded.fits.len()).filter(|&place| loaded.fits[place].key != noise);
+        Ok(Self {
+            searched: searched.collect(),
+            text,
+            origin,
+            files,
+            sensor,
+            fits: loaded.fits,
+            evaluations: 0,
+        })
+    }
+
+    /// How many coordinates a point has.
+    pub(crate) fn size(&self) -> usize {
+        self.searched.len()
+    }
+
+    /// The place of each coordinate among the scene's unknowns.
+    pub(crate) fn searched(&self) -> &[usize] {
+        &self.searched
+    }
+
+    /// The point at which the file stands.
+    pub(crate) fn start(&self) -> Vec<f64> {
+        let share = |fit: &Fit| (fit.value - fit.bounds[0]) / (fit.bounds[1] - fit.bounds[0]);
+        self.searched
+            .iter()
+            .map(|&place| share(&self.fits[place]))
+            .collect()
+    }
+
+    /// The values of all unknowns at a point; those that are not searched keep theirs.
+    pub(crate) fn values(&self, point: &[f64]) -> Vec<f64> {
+        let mut values: Vec<f64> = self.fits.iter().map(|fit| fit.value).collect();
+        for (&place, share) in self.searched.iter().zip(point) {
+            let [low, high] = self.fits[place].bounds;
+            values[place] = (low + share * (high - low)).clamp(low, high);
+        }
+        values
+    }
+
+    /// Each bound must be a value that the scene may have.
+    pub(crate) fn check_bounds(&self) -> Result<(), CalibrateError> {
+        for (coordinate, &place) in self.searched.iter().enumerate() {
+            for (share, which) in [(0.0, "lower"), (1.0, "upper")] {
+                let mut point = self.start();
+                point[coordinate] = share;
+                let text = fit::with_values(&self.text, &self.fits, &self.values(&point));
+                if let Err(source) = Scene::parse(&text, self.origin, self.files) {
+                    return Err(CalibrateError::Bound {
+                        key: self.fits[place].key.clone(),
+                        which,
+                        value: self.values(&point)[place],
+                        source,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The scene at a point.
+    pub(crate) fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
+        let text = fit::with_values(&self.text, &self.fits, &self.values(point));
+        Ok(Scene::parse(&text, self.origin, self.files)?.scene)
+    }
+
+    /// What the sensor would see at these times of the recording, frame by frame.
+    fn images(&mut self, point: &[f64], times: &[Duration]) -> Result<Vec<f64>, CalibrateError> {
+        self.evaluations += 1;
+        let scene = self.scene(point)?;
+        let simulator = Simulator::without_grid(&scene, self.sensor)?;
+        let start_s = self.start_s(point);
+        let mut images = Vec::with_capacity(times.len() * PIXELS);
+        if scene.is_static() {
+            let image = simulator.image(Duration::ZERO).celsius;
+            times.iter().for_each(|_| images.extend(&image));
+            return Ok(images);
+        }
+        for time in times {
+            let at_s = (time.as_secs_f64() + start_s).max(0.0);
+            let at = Duration::try_from_secs_f64(at_s).unwrap_or(Duration::MAX);
+            images.extend(simulator.image(at).celsius);
+        }
+        Ok(images)
+    }
+
+    /// The second of the scene at which the recording begins.
+    fn start_s(&self, point: &[f64]) -> f64 {
+        let place = self.fits.iter().position(|fit| fit.key == RECORDING_START);
+        place
+            .and_then(|place| self.values(point).get(place).copied())
+            .unwrap_or(0.0)
+    }
+
+    /// What the scene leaves over of the frames: real less simulated.
+    pub(crate) fn left_over(
+        &mut self,
+        point: &[f64],
+        frames: &Frames,
+    ) -> Result<Vec<f64>, CalibrateError> {
+        let images = self.images(point, &frames.times)?;
+        Ok(frames
+            .celsius
+            .iter()
+            .zip(images)
+            .map(|(real, simulated)| real - simulated)
+            .collect())
+    }
+}
+
+/// The noise of the sensor, which is not searched but left over.
+pub(crate) fn noise_key(sensor: &str) -> String {
+    format!("sensor.{sensor}.noise_sigma_c")
+}
+
+/// The unknowns against these frames, with this idea of the noise.
+pub(crate) struct Weighted<'m, 'a> {
+    pub(crate) model: &'m mut Model<'a>,
+    pub(crate) frames: &'m Frames,
+    pub(crate) noise: &'m Noise,
+}
+
+impl Problem for Weighted<'_, '_> {
+    type Error = CalibrateError;
+
+    fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, CalibrateError> {
+        Ok(self
+            .noise
+            .whiten(&self.model.left_over(point, self.frames)?))
+    }
+}

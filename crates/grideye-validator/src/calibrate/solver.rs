@@ -1,0 +1,205 @@
+//! Levenberg and Marquardt's least squares between bounds (Marquardt 1963, SIAM J. Appl. Math. 11:431).
+
+use super::linear::{self, Matrix, dot, zeros};
+
+/// What is to be made small: as many residuals for every point.
+pub(crate) trait Problem {
+    /// Why a point has none.
+    type Error;
+
+    /// The residuals at a point; every coordinate is 0 to 1, lower to upper bound.
+    fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, Self::Error>;
+}
+
+/// Where the search ended.
+#[derive(Debug, Clone)]
+pub(crate) struct Solution {
+    pub(crate) point: Vec<f64>,
+    pub(crate) residuals: Vec<f64>,
+    /// Half the sum of their squares.
+    pub(crate) cost: f64,
+    /// The derivative of the residuals by each coordinate.
+    pub(crate) jacobian: Vec<Vec<f64>>,
+}
+
+/// Half the width of the central differences: 1/10,000 of the way between the bounds, which leaves a hundred
+/// millionth of rounding and as little of curvature.
+const STEP: f64 = 1e-4;
+const DAMPING_START: f64 = 1e-3;
+const DAMPING_MAX: f64 = 1e10;
+/// A step that gains less than this share of the cost, or moves less than this, is the last.
+const GAIN_MIN: f64 = 1e-9;
+const MOVE_MIN: f64 = 1e-7;
+
+/// Goes downhill from `start`, at most so many steps.
+pub(crate) fn solve<P: Problem>(
+    problem: &mut P,
+    start: &[f64],
+    steps_max: usize,
+) -> Result<Solution, P::Error> {
+    let mut point = start.to_vec();
+    let mut residuals = problem.residuals(&point)?;
+    let mut cost = half_square(&residuals);
+    let mut damping = DAMPING_START;
+    let mut jacobian = differences(problem, &point)?;
+    for _ in 0..steps_max {
+        let (normal, gradient) = normal_equations(&jacobian, &residuals);
+        let mut moved = None;
+        while damping < DAMPING_MAX {
+            let next = damped_step(&normal, &gradient, &point, damping);
+            let tried = problem.residuals(&next)?;
+            let tried_cost = half_square(&tried);
+            if tried_cost < cost {
+                damping = (damping / 10.0).max(1e-12);
+                moved = Some((next, tried, tried_cost));
+                break;
+            }
+            damping *= 10.0;
+        }
+        let Some((next, tried, tried_cost)) = moved else {
+            break;
+        };
+        let gain = (cost - tried_cost) / cost;
+        let way = next
+            .iter()
+            .zip(&point)
+            .map(|(next, now)| (next - now).abs())
+            .fold(0.0, f64::max);
+        (point, residuals, cost) = (next, tried, tried_cost);
+        jacobian = differences(problem, &point)?;
+        if gain < GAIN_MIN || way < MOVE_MIN {
+            break;
+        }
+    }
+    Ok(Solution {
+        point,
+        residuals,
+        cost,
+        jacobian,
+    })
+}
+
+/// JᵀJ and Jᵀr.
+pub(crate) fn normal_equations(jacobian: &[Vec<f64>], residuals: &[f64]) -> (Matrix, Vec<f64>) {
+    let size = jacobian.len();
+    let mut normal = zeros(size);
+    for row in 0..size {
+        for column in 0..=row {
+            let entry = dot(&jacobian[row], &jacobian[column]);
+            normal[row][column] = entry;
+            normal[column][row] = entry;
+        }
+    }
+    let gradient = jacobian
+        .iter()
+        .map(|column| dot(column, residuals))
+        .collect();
+    (normal, gradient)
+}
+
+fn half_square(residuals: &[f64]) -> f64 {
+    0.5 * dot(residuals, residuals)
+}
+
+/// Central differences; at a bound, from one side.
+fn differences<P: Problem>(problem: &mut P, point: &[f64]) -> Result<Vec<Vec<f64>>, P::Error> {
+    let mut columns = Vec::with_capacity(point.len());
+    let mut beside = point.to_vec();
+    for place in 0..point.len() {
+        let (low, high) = (
+            (point[place] - STEP).max(0.0),
+            (point[place] + STEP).min(1.0),
+        );
+        beside[place] = high;
+        let mut column = problem.residuals(&beside)?;
+        beside[place] = low;
+        let below = problem.residuals(&beside)?;
+        beside[place] = point[place];
+        for (value, below) in column.iter_mut().zip(below) {
+            *value = (*value - below) / (high - low);
+        }
+        columns.push(column);
+    }
+    Ok(columns)
+}
+
+/// The next point: a damped step of the unknowns that are not pressed against a bound, cut off at the bounds.
+fn damped_step(normal: &Matrix, gradient: &[f64], point: &[f64], damping: f64) -> Vec<f64> {
+    let free: Vec<usize> = (0..point.len())
+        .filter(|&place| {
+            let pressed_low = point[place] <= 0.0 && gradient[place] > 0.0;
+            let pressed_high = point[place] >= 1.0 && gradient[place] < 0.0;
+            !(pressed_low || pressed_high)
+        })
+        .collect();
+    let largest = free
+        .iter()
+        .map(|&place| normal[place][place])
+        .fold(0.0, f64::max);
+    let mut next = point.to_vec();
+    if largest <= 0.0 {
+        return next;
+    }
+    let mut damped = zeros(free.len());
+    for (row, &from) in free.iter().enumerate() {
+        for (column, &to) in free.iter().enumerate() {
+            damped[row][column] = normal[from][to];
+        }
+        // An unknown without effect keeps still instead of making the matrix singular.
+        damped[row][row] += damping * normal[from][from].max(1e-9 * largest);
+    }
+    let Some(lower) = linear::cholesky(&damped) else {
+        return next;
+    };
+    let downhill: Vec<f64> = free.iter().map(|&place| -gradient[place]).collect();
+    for (place, step) in free.into_iter().zip(linear::solve(&lower, &downhill)) {
+        next[place] = (point[place] + step).clamp(0.0, 1.0);
+    }
+    next
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    /// Rosenbrock's valley, its minimum at (1, 1) of [-2, 2] each.
+    struct Valley;
+
+    impl Problem for Valley {
+        type Error = Infallible;
+
+        fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, Infallible> {
+            let [x, y] = [4.0 * point[0] - 2.0, 4.0 * point[1] - 2.0];
+            Ok(vec![10.0 * (y - x * x), 1.0 - x])
+        }
+    }
+
+    #[test]
+    fn the_bottom_of_a_bent_valley_is_found() {
+        let end = solve(&mut Valley, &[0.2, 0.75], 100).unwrap();
+        assert!(end.cost < 1e-16, "{end:?}");
+        assert!(end.point.iter().all(|x| (x - 0.75).abs() < 1e-8), "{end:?}");
+    }
+
+    /// A line's two numbers, the better of which lie beyond the bounds.
+    struct Line;
+
+    impl Problem for Line {
+        type Error = Infallible;
+
+        fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, Infallible> {
+            Ok((0..5_u8)
+                .map(|at| point[0] + point[1] * f64::from(at) - 1.5 - 0.25 * f64::from(at))
+                .collect())
+        }
+    }
+
+    #[test]
+    fn a_bound_holds_and_the_other_unknown_makes_the_best_of_it() {
+        let end = solve(&mut Line, &[0.3, 0.9], 100).unwrap();
+        assert_eq!(end.point[0], 1.0);
+        // With 1 + b t for 1.5 + t/4: b = Σ t (0.5 + t/4) / Σ t² = (5 + 7.5) / 30.
+        assert!((end.point[1] - 12.5 / 30.0).abs() < 1e-6, "{end:?}");
+    }
+}

@@ -1,0 +1,300 @@
+//! How well the unknowns are known.
+
+use super::linear::{self, Matrix, dot, eigen, inverse, product, zeros};
+use super::noise::{Freedom, Noise, Parts};
+use super::solver::{Solution, normal_equations};
+use crate::metrics::count;
+use grideye_frame::PIXELS;
+
+/// Covariance of the estimates and what it rests on, in coordinates from 0 to 1.
+#[derive(Debug, Clone)]
+pub(crate) struct Uncertainty {
+    /// Coordinates that the recording tells; the others are at a bound, without effect, or bound up with one another.
+    pub(crate) told: Vec<usize>,
+    /// Covariance of those, in their order.
+    pub(crate) covariance: Matrix,
+    /// Degrees of freedom of each of those.
+    pub(crate) freedom: Vec<f64>,
+    /// Coordinates at a bound.
+    pub(crate) at_bound: Vec<usize>,
+    /// Coordinates without any effect on the pictures.
+    pub(crate) idle: Vec<usize>,
+    /// Coordinates of which only a sum or a product is told, each group in one list.
+    pub(crate) tangled: Vec<usize>,
+    /// By how much the variance of each told coordinate was widened because frames repeat one another; 1 is not at all.
+    pub(crate) widened: Vec<f64>,
+    /// How much of each part's freedom the unknowns have used up.
+    pub(crate) used: Freedom,
+}
+
+/// Below this share of the largest, an eigenvalue of the scaled normal matrix is rounding.
+const EIGENVALUE_MIN: f64 = 1e-10;
+/// Shares of an eigenvector above this take part in what is tangled.
+const PART_MIN: f64 = 0.1;
+/// How many frames later scores are looked at for repetition.
+const LAGS: usize = 10;
+/// The 99.9 % quantile of chi-squared with [`LAGS`] degrees of freedom (Ljung and Box 1978, Biometrika 65:297).
+const LJUNG_BOX: f64 = 29.588;
+
+impl Uncertainty {
+    pub(crate) fn of(
+        solution: &Solution,
+        noise: &Noise,
+        used: &Freedom,
+        is_common_mode_known: bool,
+    ) -> Self {
+        let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
+        let size = normal.len();
+        let largest = (0..size)
+            .map(|place| normal[place][place])
+            .fold(0.0, f64::max);
+        let is_at_bound = |place: &usize| {
+            let share = solution.point[*place];
+            share <= 0.0 || share >= 1.0
+        };
+        let (at_bound, inside): (Vec<usize>, Vec<usize>) = (0..size).partition(is_at_bound);
+        let (idle, active): (Vec<usize>, Vec<usize>) = inside.into_iter().partition(|&place| {
+            normal[place][place] <= EIGENVALUE_MIN * largest.max(f64::MIN_POSITIVE)
+        });
+        let tangled = tangled(&normal, &active);
+        let told: Vec<usize> = active
+            .into_iter()
+            .filter(|place| !tangled.contains(place))
+            .collect();
+        let columns: Vec<&[f64]> = told
+            .iter()
+            .map(|&place| solution.jacobian[place].as_slice())
+            .collect();
+        let parts = PartNormals::of(&columns);
+        let bread = inverse(&parts.sum()).unwrap_or_else(|| zeros(told.len()));
+        let widened = widening(&columns, &bread, &solution.residuals);
+        let mut shares = parts.0.each_ref().map(|part| product(&product(&bread, part), &bread));
+        for (row, values) in shares[1].iter_mut().enumerate() {
+            for (column, value) in values.iter_mut().enumerate() {
+                *value *= (widened[row] * widened[column]).sqrt();
+            }
+        }
+        let frames = solution.residuals.len() / (PIXELS + 1);
+        let free = Freedom::of(frames, used);
+        let levels = if is_common_mode_known {
+            f64::INFINITY
+        } else {
+            noise.independent_levels()
+        };
+        let together = (levels - 1.0).max(1.0).min(free.together);
+        let of_parts = [
+            free.pattern,
+            free.white,
+            if is_common_mode_known { 1e6 } else { together },
+        ];
+        let freedom = (0..told.len()).map(|place| {
+            let variances = shares.each_ref().map(|share| share[place][place]);
+            let sum: f64 = variances.iter().sum();
+            let squares: f64 = variances
+                .iter()
+                .zip(of_parts)
+                .map(|(variance, freedom)| variance * variance / freedom)
+                .sum();
+            if squares > 0.0 {
+                sum * sum / squares
+            } else {
+                f64::INFINITY
+            }
+        });
+        let used = parts.used(&bread);
+        let mut covariance = zeros(told.len());
+        for (row, values) in covariance.iter_mut().enumerate() {
+            for (column, value) in values.iter_mut().enumerate() {
+                *value = shares.iter().map(|share| share[row][column]).sum();
+            }
+        }
+        Self {
+            freedom: freedom.collect(),
+            told,
+            covariance,
+            at_bound,
+            idle,
+            tangled,
+            widened,
+            used,
+        }
+    }
+}
+
+/// JᵀJ of each of the three parts.
+struct PartNormals([Matrix; 3]);
+
+impl PartNormals {
+    fn of(columns: &[&[f64]]) -> Self {
+        let split: Vec<[&[f64]; 3]> = columns.iter().map(|column| Parts::split(column)).collect();
+        Self(std::array::from_fn(|part| {
+            let entry = |row: &[&[f64]; 3], column: &[&[f64]; 3]| dot(row[part], column[part]);
+            split
+                .iter()
+                .map(|row| split.iter().map(|column| entry(row, column)).collect())
+                .collect()
+        }))
+    }
+
+    fn sum(&self) -> Matrix {
+        let size = self.0[0].len();
+        let mut sum = zeros(size);
+        for (row, values) in sum.iter_mut().enumerate() {
+            for (column, value) in values.iter_mut().enumerate() {
+                *value = self.0.iter().map(|part| part[row][column]).sum();
+            }
+        }
+        sum
+    }
+
+    /// The trace of each part's share in the projection on what the unknowns can do.
+    fn used(&self, bread: &Matrix) -> Freedom {
+        let trace = |part: &Matrix| {
+            (0..part.len())
+                .map(|row| dot(&part[row], &bread[row]))
+                .sum()
+        };
+        let [pattern, white, together] = self.0.each_ref().map(trace);
+        Freedom {
+            pattern,
+            white,
+            together,
+        }
+    }
+}
+
+/// Which of these coordinates enter a direction along which nothing changes.
+fn tangled(normal: &Matrix, active: &[usize]) -> Vec<usize> {
+    let scale: Vec<f64> = active
+        .iter()
+        .map(|&place| normal[place][place].sqrt())
+        .collect();
+    let scaled: Matrix = active
+        .iter()
+        .zip(&scale)
+        .map(|(&row, of_row)| {
+            active
+                .iter()
+                .zip(&scale)
+                .map(|(&column, of_column)| normal[row][column] / of_row / of_column)
+                .collect()
+        })
+        .collect();
+    let mut tangled = Vec::new();
+    for (value, vector) in eigen(&scaled) {
+        if value <= EIGENVALUE_MIN * count(active.len()) {
+            let part = active
+                .iter()
+                .zip(&vector)
+                .filter(|(_, share)| share.abs() > PART_MIN);
+            tangled.extend(part.map(|(&place, _)| place));
+        }
+    }
+    tangled.sort_unstable();
+    tangled.dedup();
+    tangled
+}
+
+/// By how much the variance of each coordinate is larger than white noise would make it, because what is left over of
+/// neighbouring frames pulls the same way: 1 unless the repetition is beyond chance.
+fn widening(columns: &[&[f64]], bread: &Matrix, residuals: &[f64]) -> Vec<f64> {
+    let [_, left_over, _] = Parts::split(residuals);
+    let scores: Vec<Vec<f64>> = columns
+        .iter()
+        .map(|column| {
+            let [_, white, _] = Parts::split(column);
+            white
+                .chunks_exact(PIXELS)
+                .zip(left_over.chunks_exact(PIXELS))
+                .map(|(column, left)| dot(column, left))
+                .collect()
+        })
+        .collect();
+    bread
+        .iter()
+        .map(|row| {
+            let frames = scores.first().map_or(0, Vec::len);
+            let pulls: Vec<f64> = (0..frames)
+                .map(|frame| {
+                    row.iter()
+                        .zip(&scores)
+                        .map(|(share, scores)| share * scores[frame])
+                        .sum()
+                })
+                .collect();
+            repetition(&pulls)
+        })
+        .collect()
+}
+
+/// The variance of the sum of numbers over that of as many independent ones; 1 if no repetition is beyond chance.
+fn repetition(pulls: &[f64]) -> f64 {
+    let frames = count(pulls.len());
+    let square = linear::dot(pulls, pulls);
+    if square <= 0.0 || pulls.len() <= 2 * LAGS {
+        return 1.0;
+    }
+    let (mut test, mut factor) = (0.0, 1.0);
+    for lag in 1..=LAGS {
+        let correlation = dot(&pulls[lag..], &pulls[..pulls.len() - lag]) / square;
+        test += frames * (frames + 2.0) * correlation * correlation / (frames - count(lag));
+        factor += 2.0 * (1.0 - count(lag) / count(LAGS + 1)) * correlation;
+    }
+    if test > LJUNG_BOX {
+        f64::max(factor, 1.0)
+    } else {
+        1.0
+    }
+}
+
+/// The 97.5 % quantile of Student's t, by the expansion about the normal one (Abramowitz and Stegun, 26.7.5); within 2 %
+/// from three degrees of freedom on.
+pub(crate) fn student_97_5(freedom: f64) -> f64 {
+    const Z: f64 = 1.959_963_985;
+    let v = freedom.max(2.0);
+    let z2 = Z * Z;
+    Z + Z * (z2 + 1.0) / (4.0 * v)
+        + Z * ((5.0 * z2 + 16.0) * z2 + 3.0) / (96.0 * v * v)
+        + Z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / (384.0 * v * v * v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        for (freedom, quantile) in [
+            (3.0, 3.182),
+            (5.0, 2.571),
+            (10.0, 2.228),
+            (30.0, 2.042),
+            (1e9, 1.960),
+        ] {
+            let found = student_97_5(freedom);
+            assert!((found / quantile - 1.0).abs() < 0.02, "{freedom}: {found}");
+        }
+    }
+
+    #[test]
+    fn what_repeats_is_counted_less_and_chance_is_not_repetition() {
+        let slow: Vec<f64> = (0..200).map(|frame| (count(frame) / 15.0).sin()).collect();
+        assert!(repetition(&slow) > 5.0);
+        let turns: Vec<f64> = (0..200_u32)
+            .map(|frame| f64::from(frame * 7919 % 1009) - 504.0)
+            .collect();
+        assert_eq!(repetition(&turns), 1.0);
+    }
+
+    #[test]
+    fn directions_without_effect_are_found() {
+        // The first two only as a sum, the third by itself.
+        let normal = vec![
+            vec![2.0, 4.0, 0.0],
+            vec![4.0, 8.0, 0.0],
+            vec![0.0, 0.0, 1.0],
+        ];
+        assert_eq!(tangled(&normal, &[0, 1, 2]), [0, 1]);
+        assert_eq!(tangled(&normal, &[0, 2]), Vec::<usize>::new());
+    }
+}

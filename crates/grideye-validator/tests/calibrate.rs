@@ -1,0 +1,390 @@
+//! Calibration against emulated recordings of which the truth is known.
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
+use grideye_frame::{Celsius, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::{ClockState, Record, Stamp};
+use grideye_scene::profile::Profile;
+use grideye_scene::{Scene, Simulator};
+use grideye_validator::calibrate::{CalibrateError, Calibration, FRAMES_MAX, Options, calibrate};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// A person who walks in a bend below a sensor that looks aslant, beside a radiator.
+const SCENE: &str = r#"[room]
+size_mm = [4000, 5000, 2700]
+ambient_c = 20
+
+[[object]]
+name = "radiator"
+position_mm = [3000, 1200, 100]
+size_mm = [500, 500, 500]
+temperature_c = 40 # on
+
+[[agent]]
+name = "person"
+size_mm = [200, 450, 1700]
+temperature_c = 29
+emissivity = 0.8
+trajectory = "walk.csv"
+speed_mm_per_s = 400
+
+[[sensor]]
+name = "ceiling"
+preset = "grid-eye"
+position_mm = [2000, 2000, 2600]
+elevation_deg = 75
+azimuth_deg = 90
+roll_deg = 3
+fov_deg = 60
+noise_sigma_c = 0.2
+"#;
+
+const WALK: &str = "x_mm,y_mm,z_mm\n1000,1500,0\n2800,2600,0\n1200,3400,0\n";
+
+/// A usual unit: noise, a pattern that every seed draws anew, a common mode with its cycle.
+const UNIT: &str = "[noise]\nsigma_c = 0.25\n[common_mode]\nsd_c = 0.08\ncorrelation_s = 1.5\ncycle_depth_c = 0.08\n\
+    [fixed_pattern]\nspread_c = 0.2\n";
+
+type Unknown = (&'static str, f64, f64, f64);
+
+/// Key, lower bound, upper bound, truth.
+const EIGHT: [Unknown; 8] = [
+    ("room.ambient_c", 15.0, 25.0, 20.0),
+    ("agent.person.temperature_c", 22.0, 36.0, 29.0),
+    ("object.radiator.temperature_c", 25.0, 60.0, 40.0),
+    ("sensor.ceiling.position_mm.x", 1500.0, 2500.0, 2000.0),
+    ("sensor.ceiling.elevation_deg", 60.0, 90.0, 75.0),
+    ("sensor.ceiling.azimuth_deg", 70.0, 110.0, 90.0),
+    ("sensor.ceiling.roll_deg", -10.0, 15.0, 3.0),
+    ("recording.start_s", -1.0, 1.0, 0.3),
+];
+
+fn files() -> BTreeMap<String, String> {
+    BTreeMap::from([("walk.csv".to_owned(), WALK.to_owned())])
+}
+
+/// The scene with these unknowns, each a third of the way between its bounds.
+fn unknown(fits: &[Unknown]) -> String {
+    let mut text = SCENE.to_owned();
+    for (key, low, high, _) in fits {
+        text.push_str(&format!(
+            "\n[[fit]]\nkey = \"{key}\"\nbounds = [{low}, {high}]\n"
+        ));
+    }
+    let loaded = Scene::parse(&text, "truth.toml", &files()).unwrap();
+    let guesses: Vec<f64> = fits
+        .iter()
+        .map(|(_, low, high, _)| low + (high - low) / 3.0)
+        .collect();
+    grideye_scene::fit::with_values(&text, &loaded.fits, &guesses)
+}
+
+/// What a unit sees of the true scene, rounded as the chip rounds; the recording begins at `start_s` of the scene.
+fn record(unit: &str, seed: u64, frames: u32, interval_ms: u32, start_s: f64) -> Vec<Record> {
+    let scene = Scene::parse(SCENE, "truth.toml", &files()).unwrap().scene;
+    let simulator = Simulator::without_grid(&scene, "ceiling").unwrap();
+    let profile = Profile::parse(unit, "unit.toml").unwrap();
+    (0..frames)
+        .map(|index| {
+            let since = Duration::from_millis(u64::from(index * interval_ms));
+            let image = simulator.image(since + Duration::from_secs_f64(start_s));
+            let perfect = image.to_frame(Celsius::new(20.0)).unwrap();
+            let tick = u64::from(index * interval_ms / 100);
+            let measured = profile.apply(seed, tick, since + Duration::from_secs(30), perfect);
+            Record {
+                seq: u64::from(index),
+                stamp: Stamp {
+                    t_boot_ns: 7_000_000_000 + u64::try_from(since.as_nanos()).unwrap(),
+                    t_utc_ns: 0,
+                    clock: ClockState::Unsynced,
+                },
+                reading: Reading::Frame(RawFrame {
+                    thermistor: ThermistorWord(400),
+                    pixels: measured
+                        .pixels
+                        .map(|pixel| PixelWord(quarters(pixel.get()))),
+                }),
+            }
+        })
+        .collect()
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "temperatures of a room in quarters of a degree"
+)]
+fn quarters(celsius: f32) -> u16 {
+    (celsius * 4.0).round() as u16
+}
+
+fn run(text: &str, records: &[Record], options: &Options) -> Result<Calibration, CalibrateError> {
+    calibrate(records, (text, "guess.toml"), &files(), "ceiling", options)
+}
+
+#[test]
+fn without_noise_the_truth_is_found_to_the_sensors_steps() {
+    let records = record("", 1, 100, 100, 0.3);
+    let found = run(&unknown(&EIGHT), &records, &Options::default()).unwrap();
+    for (found, (key, low, high, truth)) in found.found.iter().zip(EIGHT) {
+        assert_eq!(found.key, key);
+        assert!(
+            (found.value - truth).abs() < 0.01 * (high - low),
+            "{found:?}"
+        );
+    }
+    assert!(
+        found.rmse_c[1] < 0.08 && found.rmse_c[0] > 0.3,
+        "{:?}",
+        found.rmse_c
+    );
+}
+
+/// The 95 % interval must hold the truth about 95 times in 100: 8 unknowns of 50 units make 400, of which chance alone
+/// leaves out 20 ± 4.4 (those of one unit are not independent: twice that).
+#[test]
+fn intervals_hold_the_truth_as_often_as_they_say() {
+    let text = unknown(&EIGHT);
+    let seeds = 50;
+    let mut held = [0_u32; 8];
+    let mut sums = [[0.0; 3]; 8];
+    let mut slowest = Duration::ZERO;
+    for seed in 0..seeds {
+        let records = record(UNIT, seed, 100, 100, 0.3);
+        let begin = std::time::Instant::now();
+        let found = run(&text, &records, &Options::default()).unwrap();
+        slowest = slowest.max(begin.elapsed());
+        for (place, (found, unknown)) in found.found.iter().zip(EIGHT).enumerate() {
+            let half = found.half_width_95.unwrap_or(0.0);
+            let error = found.value - unknown.3;
+            held[place] += u32::from(error.abs() <= half);
+            sums[place][0] += error;
+            sums[place][1] += error * error;
+            sums[place][2] += found.uncertainty.unwrap_or(0.0);
+        }
+    }
+    println!(
+        "unknown                          truth  mean error  rms error  stated  held of {seeds}"
+    );
+    let of = 1.0 / 50.0;
+    for (place, (key, _, _, truth)) in EIGHT.iter().enumerate() {
+        let [error, square, stated] = sums[place];
+        println!(
+            "{key:<30} {truth:>7} {:>11.3} {:>10.3} {:>7.3} {:>8}",
+            error * of,
+            (square * of).sqrt(),
+            stated * of,
+            held[place]
+        );
+    }
+    let share = f64::from(held.iter().sum::<u32>()) / 400.0;
+    println!(
+        "together {:.1} %; 8 unknowns, 100 frames, at most {slowest:?}",
+        100.0 * share
+    );
+    assert!((0.92..=0.985).contains(&share), "{share}");
+    assert!(held.iter().all(|held| *held >= 42), "{held:?}");
+}
+
+#[test]
+fn emissivity_and_temperature_are_said_to_hide_one_another() {
+    let fits = [
+        ("agent.person.temperature_c", 22.0, 40.0, 29.0),
+        ("agent.person.emissivity", 0.5, 1.0, 0.8),
+    ];
+    let found = run(
+        &unknown(&fits),
+        &record(UNIT, 1, 100, 100, 0.0),
+        &Options::default(),
+    )
+    .unwrap();
+    assert!(
+        found.correlation[0][1].abs() > 0.95,
+        "{:?}",
+        found.correlation
+    );
+    let warned = found.warnings.join("\n");
+    assert!(
+        warned.contains(
+            "`agent.person.temperature_c` and `agent.person.emissivity` can hardly be told apart"
+        ),
+        "{warned}"
+    );
+}
+
+#[test]
+fn what_turns_the_same_way_is_not_told_at_all() {
+    // Straight down, azimuth and roll are one turn.
+    let straight = |text: String| text.replace("elevation_deg = 75", "elevation_deg = 90");
+    let fits = [
+        ("sensor.ceiling.azimuth_deg", 70.0, 110.0, 90.0),
+        ("sensor.ceiling.roll_deg", -10.0, 15.0, 3.0),
+        ("room.ambient_c", 15.0, 25.0, 20.0),
+    ];
+    let found = run(
+        &straight(unknown(&fits)),
+        &record(UNIT, 1, 60, 100, 0.0),
+        &Options::default(),
+    )
+    .unwrap();
+    let warned = found.warnings.join("\n");
+    assert!(
+        warned.contains(
+            "`sensor.ceiling.azimuth_deg` and `sensor.ceiling.roll_deg` cannot be told apart"
+        ),
+        "{warned}"
+    );
+    assert_eq!(
+        (found.found[0].uncertainty, found.found[1].uncertainty),
+        (None, None)
+    );
+    assert!(found.found[2].uncertainty.is_some());
+}
+
+#[test]
+fn an_unknown_outside_its_bounds_is_said_to_lie_at_one() {
+    let fits = [("agent.person.temperature_c", 22.0, 26.0, 29.0)];
+    let found = run(
+        &unknown(&fits),
+        &record(UNIT, 1, 60, 100, 0.0),
+        &Options::default(),
+    )
+    .unwrap();
+    assert!(found.found[0].at_bound && found.found[0].uncertainty.is_none());
+    assert_eq!(found.found[0].value, 26.0);
+    assert!(
+        found
+            .warnings
+            .iter()
+            .any(|warning| warning.contains("lies at a bound, 26"))
+    );
+}
+
+#[test]
+fn noise_and_pattern_are_what_the_unit_has() {
+    let fits = [
+        ("sensor.ceiling.noise_sigma_c", 0.01, 1.0, 0.25),
+        ("room.ambient_c", 15.0, 25.0, 20.0),
+    ];
+    let pattern: Vec<String> = (0..64)
+        .map(|pixel| format!("{}", f64::from(pixel * 37 % 11) * 0.06 - 0.3))
+        .collect();
+    let unit = format!(
+        "[noise]\nsigma_c = 0.25\n[fixed_pattern]\noffset_c = [{}]\n",
+        pattern.join(", ")
+    );
+    let found = run(
+        &unknown(&fits),
+        &record(&unit, 3, 100, 100, 0.0),
+        &Options::default(),
+    )
+    .unwrap();
+    assert!(
+        (found.found[0].value - 0.25).abs() < 0.01,
+        "{:?}",
+        found.found[0]
+    );
+    let mean = found.pattern_c.iter().sum::<f64>() / 64.0;
+    for (pixel, offset) in found.pattern_c.iter().enumerate() {
+        let truth: f64 = pattern[pixel].parse().unwrap();
+        assert!(
+            (offset - mean - truth).abs() < 0.13,
+            "{pixel}: {offset} {truth}"
+        );
+    }
+    assert!(
+        (found.pattern_sd_c - 0.19).abs() < 0.02,
+        "{}",
+        found.pattern_sd_c
+    );
+}
+
+/// Handed in as a profile, the pattern is taken off: what it hid is found better.
+#[test]
+fn a_known_pattern_is_taken_off() {
+    let pattern: Vec<String> = (0..64)
+        .map(|pixel| format!("{}", f64::from(pixel % 8) * 0.1))
+        .collect();
+    let unit = format!(
+        "[noise]\nsigma_c = 0.2\n[fixed_pattern]\noffset_c = [{}]\n",
+        pattern.join(", ")
+    );
+    let fits = [("room.ambient_c", 15.0, 25.0, 20.0)];
+    let records = record(&unit, 3, 60, 100, 0.0);
+    let blind = run(&unknown(&fits), &records, &Options::default()).unwrap();
+    let knowing = Options {
+        profile: Some(Profile::parse(&unit, "unit.toml").unwrap()),
+        ..Options::default()
+    };
+    let told = run(&unknown(&fits), &records, &knowing).unwrap();
+    assert!(
+        (blind.found[0].value - 20.0).abs() > 0.1,
+        "{:?}",
+        blind.found[0]
+    );
+    assert!(
+        (told.found[0].value - 20.0).abs() < 0.03,
+        "{:?}",
+        told.found[0]
+    );
+    assert!(told.pattern_sd_c < 0.02, "{}", told.pattern_sd_c);
+}
+
+#[test]
+fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
+    let fits = [EIGHT[2]];
+    let text = unknown(&fits);
+    let records = record(UNIT, 1, 60, 100, 0.0);
+    let once = run(&text, &records, &Options::default()).unwrap();
+    let value = once.found[0].value;
+    assert!(
+        once.scene
+            .contains(&format!("temperature_c = {value} # on\n")),
+        "{}",
+        once.scene
+    );
+    let remark = format!(
+        "[[fit]]\n# found: {}\nkey = \"object.radiator.temperature_c\"\n",
+        once.found[0].told()
+    );
+    assert!(once.scene.contains(&remark), "{}", once.scene);
+    let back = once
+        .scene
+        .replace(&format!("# found: {}\n", once.found[0].told()), "")
+        .replace(&format!("= {value} # on"), "= 36.666666666666664 # on");
+    assert_eq!(back, text);
+    let twice = run(&once.scene, &records, &Options::default()).unwrap();
+    assert_eq!(twice.scene.matches("# found: ").count(), 1);
+}
+
+#[test]
+fn what_cannot_be_calibrated_is_refused() {
+    let records = record(UNIT, 1, 60, 100, 0.0);
+    let said = |text: &str, records: &[Record], options: &Options| {
+        run(text, records, options).unwrap_err().to_string()
+    };
+    let options = Options::default();
+    let good = unknown(&[EIGHT[0]]);
+    assert!(said(SCENE, &records, &options).contains("guess.toml marks no unknown\nhint: "));
+    assert!(said(&good, &records[..9], &options).contains("9 frames of the recording"));
+    let mut back = records.clone();
+    back[30].stamp.t_boot_ns -= 1_000_000_000;
+    assert!(said(&good, &back, &options).contains("runs backwards at frame 30"));
+    let wide = unknown(&[("sensor.ceiling.elevation_deg", 60.0, 99.0, 75.0)]);
+    let refused = said(&wide, &records, &options);
+    assert!(
+        refused.contains("the upper bound 99 of `sensor.ceiling.elevation_deg`")
+            && refused.contains("hint: "),
+        "{refused}"
+    );
+    let many = Options {
+        frames: Some(FRAMES_MAX + 1),
+        ..Options::default()
+    };
+    assert!(
+        said(&good, &records, &many).contains("1001 frames were asked for, expected 10 to 1000")
+    );
+    let lepton = good.replace("preset = \"grid-eye\"", "preset = \"lepton\"");
+    assert!(said(&lepton, &records, &options).contains("80 x 60 pixels"));
+}

@@ -1,0 +1,114 @@
+//! `grideye calibrate`: a scene's unknowns, found from a recording.
+
+use crate::cli::Calibrate;
+use crate::compare::command_line;
+use crate::exit::{Outcome, bad_input};
+use crate::{files, progress, recordings};
+use anyhow::{Context as _, Result, anyhow};
+use grideye_recording::Record;
+use grideye_scene::profile::Profile;
+use grideye_validator::calibrate::{Calibration, Options, calibrate};
+use grideye_validator::characterize::characterize;
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+/// Finds, prints, and writes the new scene and the profile that were asked for.
+pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
+    let scene = files::read_scene(&options.scene)?;
+    let loaded = files::load_scene(Some(&options.scene))?;
+    let sensor = files::sensor_name(&loaded.scene, options.sensor.as_deref())?;
+    let records = recordings::load_stream(&options.recording)?;
+    let settings = Options {
+        seed: options.seed,
+        starts: options.starts,
+        frames: options.frames,
+        profile: options.profile.as_deref().map(load_profile).transpose()?,
+    };
+    let found = calibrate(
+        &records,
+        (&scene.text, &scene.origin),
+        &scene.files,
+        &sensor,
+        &settings,
+    )
+    .map_err(bad_input)?;
+    if let Some(path) = &options.out {
+        check_folder(path, &options.scene)?;
+        write_text(path, &found.scene)?;
+    }
+    if let Some(path) = &options.write_profile {
+        write_profile(path, &found, &records, settings.profile.as_ref())?;
+    }
+    match &options.json {
+        Some(path) if path.as_os_str() == "-" => print!("{}", found.to_json()),
+        Some(path) => {
+            write_text(path, &found.to_json())?;
+            print!("{}", found.text());
+        }
+        None => print!("{}", found.text()),
+    }
+    let is_told = found.found.iter().any(|found| found.uncertainty.is_some());
+    Ok(if is_told {
+        Outcome::Done
+    } else {
+        Outcome::NoAnswer
+    })
+}
+
+/// A scene names its trajectories from its own folder: in another, the new one would find other files or none.
+fn check_folder(out: &Path, scene: &Path) -> Result<()> {
+    let folder = |path: &Path| {
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()
+    };
+    if folder(out) != folder(scene) {
+        progress::say(&format!(
+            "note: {} lies in another folder than {}; trajectories and OBJ files are looked for beside it",
+            out.display(),
+            scene.display()
+        ));
+    }
+    Ok(())
+}
+
+fn load_profile(path: &Path) -> Result<Profile> {
+    let text = fs::read_to_string(path).map_err(|error| {
+        bad_input(anyhow!(
+            "cannot read the profile {}: {error}\nhint: `grideye characterize` makes one; scenes/profiles/ holds some",
+            path.display()
+        ))
+    })?;
+    Profile::parse(&text, &path.display().to_string()).map_err(bad_input)
+}
+
+/// The sensor's noise and common mode from the recording, and the pattern that the scene has left over.
+fn write_profile(
+    path: &Path,
+    found: &Calibration,
+    records: &[Record],
+    known: Option<&Profile>,
+) -> Result<()> {
+    let sensor = characterize(records.iter().copied()).map_err(bad_input)?;
+    let mut profile = sensor.profile("calibrated");
+    let known = known.map(|profile| profile.fixed_pattern.offset_c);
+    for (pixel, offset) in profile.fixed_pattern.offset_c.iter_mut().enumerate() {
+        let all = found.pattern_c[pixel] + known.map_or(0.0, |known| known[pixel]);
+        *offset = (all * 1e4).round() / 1e4;
+    }
+    let head = format!(
+        "# Measured from {} frames by\n#   {}\n# The pattern is what the calibrated scene leaves over. scenes/profiles/README.md describes every key.\n",
+        found.frames,
+        command_line()
+    );
+    write_text(path, &format!("{head}{}", profile.to_toml()))
+}
+
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    files::write_whole(path, |out| {
+        out.write_all(text.as_bytes())
+            .with_context(|| format!("cannot write {}", path.display()))
+    })
+}
