@@ -290,6 +290,16 @@ impl Scene {
         ways.unwrap_or_default().max(given)
     }
 
+    /// The same room without its agents and the prints that they leave: what an empty stretch of a recording shows.
+    #[must_use]
+    pub fn without_agents(&self) -> Self {
+        Self {
+            agents: Vec::new(),
+            prints: Vec::new(),
+            ..self.clone()
+        }
+    }
+
     /// How many frames the sensor takes while an agent is on its way, the first at its start: 1 if nothing moves.
     #[must_use]
     pub fn frame_count(&self, sensor: &Sensor) -> u64 {

@@ -169,8 +169,8 @@ pub fn calibrate(
         });
     }
     check_resolution(&loaded.scene, sensor)?;
+    model::check_bounds((text, origin), &loaded.fits, files)?;
     let mut model = Model::new(text, origin, files, sensor)?;
-    model.check_bounds()?;
     let latest_s = loaded
         .fits
         .iter()

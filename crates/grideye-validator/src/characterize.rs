@@ -5,7 +5,7 @@
 //!   of one      (memory does   ├─ words     steps, torn frames, duplicates, glitches
 //!   stream       not grow)     ├─ pairs     noise of each pixel, people walking through left out
 //!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation
-//!                              └─▶ Characterization ──▶ text · JSON · a sensor profile for simulator and emulator
+//!                              └─▶ Characterization ──▶ text · page · JSON · a sensor profile for simulator and emulator
 //! ```
 //!
 //! Nothing has to be told of the scene. Noise is taken from the differences of consecutive frames, as a Gaussian fitted
@@ -38,6 +38,7 @@ mod faults;
 mod found;
 mod histogram;
 mod number;
+mod page;
 mod pattern;
 mod segment;
 mod show;
@@ -59,6 +60,7 @@ pub use wander::Flicker;
 use grideye_frame::{NoData, PIXELS, Reading};
 use grideye_recording::Record;
 use histogram::Histogram;
+pub(crate) use number::{mean_between, median, middle_mean};
 use segment::Segments;
 use std::collections::BTreeMap;
 use steps::StepFinder;

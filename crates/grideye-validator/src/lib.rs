@@ -39,6 +39,7 @@
 //! ```
 
 pub mod align;
+pub mod background;
 pub mod calibrate;
 pub mod characterize;
 mod clean;

@@ -244,13 +244,13 @@ fn what_turns_the_same_way_is_not_told_at_all() {
 
 #[test]
 fn an_unknown_outside_its_bounds_is_said_to_lie_at_one() {
-    let fits = [("agent.person.temperature_c", 22.0, 26.0, 29.0)];
-    let found = run(
-        &unknown(&fits),
-        &record(UNIT, 1, 60, 100, 0.0),
-        &Options::default(),
-    )
-    .unwrap();
+    let text = SCENE.replace("temperature_c = 29", "temperature_c = 24")
+        + "
+[[fit]]
+key = \"agent.person.temperature_c\"
+bounds = [22, 26]
+";
+    let found = run(&text, &record(UNIT, 1, 60, 100, 0.0), &Options::default()).unwrap();
     assert!(found.found[0].at_bound && found.found[0].uncertainty.is_none());
     assert_eq!(found.found[0].value, 26.0);
     assert!(

@@ -1,13 +1,17 @@
 //! `grideye characterize`: the sensor itself, measured from a recording.
 
-use crate::cli::Characterize;
+use crate::cli::{Characterize, Nobody};
+use crate::compare::command_line;
 use crate::exit::{Outcome, bad_input};
-use crate::{files, recordings};
+use crate::{files, progress, recordings};
 use anyhow::{Context as _, Result, anyhow};
+use grideye_frame::PIXELS;
 use grideye_recording::StreamId;
+use grideye_validator::background::{Background, background};
 use grideye_validator::characterize::{Characterization, CharacterizeError, Characterizer};
 use std::io::Write as _;
 use std::path::Path;
+use std::time::Duration;
 
 /// Measures, prints the table, and writes what was asked for.
 pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
@@ -18,8 +22,26 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
             return Ok(Outcome::NoAnswer);
         }
     };
+    let background = learned(options)?;
     if let Some(path) = &options.profile {
-        write_text(path, &profile(&found, &options.recording, path))?;
+        let profile = profile(&found, options, background.as_ref())?;
+        write_text(path, &profile)?;
+    }
+    if let Some(path) = &options.report {
+        let recording = options.recording.display().to_string();
+        write_text(path, &found.to_html(&recording, &command_line()))?;
+    }
+    if let Some(background) = &background {
+        let stretches: Vec<String> = background
+            .stretches
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        progress::say(&format!(
+            "empty room: {} frames, {}",
+            background.frames,
+            stretches.join(", ")
+        ));
     }
     match &options.json {
         Some(path) if path.as_os_str() == "-" => print!("{}", found.to_json()),
@@ -52,18 +74,57 @@ fn characterize(path: &Path) -> Result<Result<Characterization, CharacterizeErro
     Ok(characterizer.finish())
 }
 
+/// The background of the empty room, if it is asked for.
+fn learned(options: &Characterize) -> Result<Option<Background>> {
+    let Some(Nobody(empty)) = &options.empty else {
+        return Ok(None);
+    };
+    let records = recordings::load_stream(&options.recording)?;
+    background(&records, empty)
+        .map(Some)
+        .map_err(|error| bad_input(anyhow!("{}: {error}", options.recording.display())))
+}
+
 /// The profile, with a head that says where it came from.
-fn profile(found: &Characterization, recording: &Path, out: &Path) -> String {
-    let name = recording
+fn profile(
+    found: &Characterization,
+    options: &Characterize,
+    background: Option<&Background>,
+) -> Result<String> {
+    let name = options
+        .recording
         .file_stem()
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    format!(
-        "# Measured from {} frames by\n#   grideye characterize {} --profile {}\n# scenes/profiles/README.md describes every key.\n{}",
+    let mut profile = found.profile(&name);
+    if let Some(background) = background {
+        background.put_into(&mut profile, empty_room(options)?.as_deref());
+    }
+    Ok(format!(
+        "# Measured from {} frames by\n#   {}\n# scenes/profiles/README.md describes every key.\n{}",
         found.frames,
-        recording.display(),
-        out.display(),
-        found.profile(&name).to_toml()
-    )
+        command_line(),
+        profile.to_toml()
+    ))
+}
+
+/// What the scene's sensor would see of the room at the start, if nobody were there and nothing had noise.
+fn empty_room(options: &Characterize) -> Result<Option<Vec<f64>>> {
+    let Some(path) = &options.scene else {
+        return Ok(None);
+    };
+    let scene = files::load_scene(Some(path))?.scene.without_agents();
+    let simulator = files::simulator(&scene, options.sensor.as_deref())?;
+    let image = simulator.image(Duration::ZERO);
+    if image.celsius.len() != PIXELS {
+        return Err(bad_input(anyhow!(
+            "sensor `{}` of {} has {} x {} pixels, and recordings have 8 x 8\nhint: choose another with --sensor",
+            simulator.sensor().name,
+            path.display(),
+            image.columns,
+            image.rows
+        )));
+    }
+    Ok(Some(image.celsius))
 }
 
 fn write_text(path: &Path, text: &str) -> Result<()> {

@@ -9,6 +9,7 @@ pub(crate) mod place;
 use clap::builder::TypedValueParser as _;
 use clap::{Args, Parser, Subcommand};
 use grideye_scene::{Scene, SceneError, Simulator};
+use grideye_validator::background::Empty;
 use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -325,9 +326,37 @@ pub(crate) struct Characterize {
     /// Profile to write, for `grideye emulate --profile`.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
+    /// Where nobody is: `auto`, or from and to in seconds since the first frame. The profile's pattern is then the whole
+    /// background of the empty room, not only what is not smooth in it.
+    #[arg(long, value_name = "auto|FROM..TO")]
+    pub(crate) empty: Option<Nobody>,
+    /// Scene of the recording: what its empty room shows is taken off the background.
+    #[arg(long, value_name = "FILE", requires = "empty")]
+    pub(crate) scene: Option<PathBuf>,
+    /// Sensor of the scene; needed when it has several.
+    #[arg(long, value_name = "NAME", requires = "scene")]
+    pub(crate) sensor: Option<String>,
+    /// Report to write as one self-contained HTML file: table, maps, Allan deviations.
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) report: Option<PathBuf>,
     /// The same content for programs; `-` is standard output.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+}
+
+/// Where nobody is in a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Nobody(pub(crate) Empty);
+
+impl std::str::FromStr for Nobody {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self(Empty::Find));
+        }
+        text.parse().map(|stretch| Self(Empty::Named(stretch)))
+    }
 }
 
 /// Count every frame at a running collector: read = stored + dropped + spooled.

@@ -39,9 +39,14 @@ impl Frames {
         for record in records {
             whole.push(record)?;
         }
-        let read = whole.read;
-        let left_out = whole.left_out;
-        let mut frames = whole.frames;
+        let read = whole.all.len();
+        // Without noise every frame looks like a part of the one before.
+        let mut frames = if 2 * whole.frames.len() > read {
+            whole.frames
+        } else {
+            whole.all
+        };
+        let left_out = read - frames.len();
         frames.retain(|(time, _)| end.is_none_or(|end| *time <= end));
         if frames.len() < FRAMES_MIN {
             return Err(CalibrateError::TooFewFrames {
@@ -104,8 +109,8 @@ struct Whole {
     first: Option<u64>,
     last: u64,
     frames: Vec<(Duration, [f64; PIXELS])>,
-    read: usize,
-    left_out: usize,
+    /// Torn ones and duplicates too.
+    all: Vec<(Duration, [f64; PIXELS])>,
 }
 
 impl Whole {
@@ -119,18 +124,15 @@ impl Whole {
             return Err(CalibrateError::TimeRunsBackwards { seq: record.seq });
         }
         self.last = now;
-        self.read += 1;
         let celsius = amg8833::word::frame(raw)
             .pixels
             .map(|pixel| f64::from(pixel.get()));
         let (mended, standing) = self.finder.push(&celsius, self.before.as_ref());
         self.before = Some(mended);
-        match standing {
-            Standing::First | Standing::Own => {
-                self.frames
-                    .push((Duration::from_nanos(now - first), mended));
-            }
-            Standing::Torn | Standing::Duplicate => self.left_out += 1,
+        let frame = (Duration::from_nanos(now - first), mended);
+        self.all.push(frame);
+        if matches!(standing, Standing::First | Standing::Own) {
+            self.frames.push(frame);
         }
         Ok(())
     }

@@ -48,11 +48,6 @@ impl<'a> Model<'a> {
         })
     }
 
-    /// How many coordinates a point has.
-    pub(crate) fn size(&self) -> usize {
-        self.searched.len()
-    }
-
     /// The place of each coordinate among the scene's unknowns.
     pub(crate) fn searched(&self) -> &[usize] {
         &self.searched
@@ -75,26 +70,6 @@ impl<'a> Model<'a> {
             values[place] = (low + share * (high - low)).clamp(low, high);
         }
         values
-    }
-
-    /// Each bound must be a value that the scene may have.
-    pub(crate) fn check_bounds(&self) -> Result<(), CalibrateError> {
-        for (coordinate, &place) in self.searched.iter().enumerate() {
-            for (share, which) in [(0.0, "lower"), (1.0, "upper")] {
-                let mut point = self.start();
-                point[coordinate] = share;
-                let text = fit::with_values(&self.text, &self.fits, &self.values(&point));
-                if let Err(source) = Scene::parse(&text, self.origin, self.files) {
-                    return Err(CalibrateError::Bound {
-                        key: self.fits[place].key.clone(),
-                        which,
-                        value: self.values(&point)[place],
-                        source,
-                    });
-                }
-            }
-        }
-        Ok(())
     }
 
     /// The scene at a point.
@@ -145,6 +120,30 @@ impl<'a> Model<'a> {
             .map(|(real, simulated)| real - simulated)
             .collect())
     }
+}
+
+/// Each bound must be a value that the scene may have, with the other unknowns as they stand.
+pub(crate) fn check_bounds(
+    (text, origin): (&str, &str),
+    fits: &[Fit],
+    files: &dyn Files,
+) -> Result<(), CalibrateError> {
+    for (place, fit) in fits.iter().enumerate() {
+        for (value, which) in fit.bounds.into_iter().zip(["lower", "upper"]) {
+            let mut values: Vec<f64> = fits.iter().map(|fit| fit.value).collect();
+            values[place] = value;
+            if let Err(source) = Scene::parse(&fit::with_values(text, fits, &values), origin, files)
+            {
+                return Err(CalibrateError::Bound {
+                    key: fit.key.clone(),
+                    which,
+                    value,
+                    source,
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The noise of the sensor, which is not searched but left over.

@@ -68,7 +68,10 @@ impl Uncertainty {
         let parts = PartNormals::of(&columns);
         let bread = inverse(&parts.sum()).unwrap_or_else(|| zeros(told.len()));
         let widened = widening(&columns, &bread, &solution.residuals);
-        let mut shares = parts.0.each_ref().map(|part| product(&product(&bread, part), &bread));
+        let mut shares = parts
+            .0
+            .each_ref()
+            .map(|part| product(&product(&bread, part), &bread));
         for (row, values) in shares[1].iter_mut().enumerate() {
             for (column, value) in values.iter_mut().enumerate() {
                 *value *= (widened[row] * widened[column]).sqrt();
