@@ -439,3 +439,39 @@ fn the_text_shows_every_line_and_the_map() {
         "{text}"
     );
 }
+
+#[test]
+fn the_page_needs_nothing_else_and_holds_every_number() {
+    let found = found(SESSION_3);
+    let page = found.to_html(
+        "session <3>",
+        "grideye characterize a&b.csv --report page.html",
+    );
+    assert!(page.contains("The sensor of session &lt;3&gt;") && page.contains("a&amp;b.csv"));
+    for outside in ["http", "<script", "url(", "<link", "<img", "@import"] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    for line in found.lines() {
+        assert!(
+            page.contains(&format!("<th>{}</th>", line.label)),
+            "{}",
+            line.label
+        );
+    }
+    // Three maps of 64 cells, each with its number; three curves that differ by more than their colour.
+    assert_eq!(page.matches("<rect ").count(), 3 * PIXELS);
+    assert_eq!(
+        page.matches("width=\"40\" height=\"40\"").count(),
+        3 * PIXELS
+    );
+    assert!(page.contains(&format!(">{:.2}</text>", found.noise.sigma_c[0])));
+    assert_eq!(page.matches("<polyline ").count(), 3);
+    assert!(page.contains("stroke-dasharray: 9 6") && page.contains("@media print"));
+    assert_eq!(
+        page,
+        found.to_html(
+            "session <3>",
+            "grideye characterize a&b.csv --report page.html"
+        )
+    );
+}

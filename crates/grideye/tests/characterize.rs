@@ -79,3 +79,61 @@ fn too_few_frames_are_no_answer_and_no_recording_is_bad_input() {
     let output = characterize(&[&folder.path().join("none.csv")]);
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
 }
+
+#[test]
+fn the_empty_room_becomes_the_pattern_and_the_page_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let (profile, page) = (
+        folder.path().join("out.toml"),
+        folder.path().join("page.html"),
+    );
+    let with = |empty: &str| {
+        characterize(&[
+            &session_3(),
+            Path::new("--empty"),
+            Path::new(empty),
+            Path::new("--profile"),
+            &profile,
+            Path::new("--report"),
+            &page,
+        ])
+    };
+    let output = with("auto");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("empty room: "),
+        "{}",
+        text(&output.stderr)
+    );
+    let found = |path: &Path| {
+        let written = fs::read_to_string(path).unwrap();
+        grideye_scene::profile::Profile::parse(&written, "out.toml")
+            .unwrap()
+            .fixed_pattern
+            .offset_c
+    };
+    let by_itself = found(&profile);
+    // The stretch that the recording's source names as empty, rows 988 to 1055 before the clock jumps: 6.7 s of them.
+    assert_eq!(with("99.5s..105s").status.code(), Some(0));
+    let named = found(&profile);
+    let square: f64 = by_itself
+        .iter()
+        .zip(named)
+        .map(|(found, named)| (found - named).powi(2))
+        .sum();
+    assert!((square / 64.0).sqrt() < 0.12, "{square}");
+    assert!(fs::read_to_string(&page).unwrap().contains("</html>"));
+
+    for (empty, said) in [
+        ("9000..9001", "hint: seconds count from"),
+        ("5..3", "such as 12s..40s"),
+    ] {
+        let output = with(empty);
+        assert_eq!(output.status.code(), Some(2), "{empty}");
+        assert!(
+            text(&output.stderr).contains(said),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+}

@@ -17,7 +17,7 @@ pub enum CalibrateError {
         /// The bound.
         value: f64,
         /// What the scene says of it.
-        source: SceneError,
+        source: Box<SceneError>,
     },
     /// Nothing is marked.
     #[error(

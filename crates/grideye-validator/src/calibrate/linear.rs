@@ -125,11 +125,9 @@ fn rotate(a: &mut Matrix, vectors: &mut Matrix, p: usize, q: usize) {
     for row in a.iter_mut() {
         (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
     }
-    for column in 0..a.len() {
-        (a[p][column], a[q][column]) = (
-            c * a[p][column] - s * a[q][column],
-            s * a[p][column] + c * a[q][column],
-        );
+    let (above, below) = a.split_at_mut(q);
+    for (of_p, of_q) in above[p].iter_mut().zip(&mut below[0]) {
+        (*of_p, *of_q) = (c * *of_p - s * *of_q, s * *of_p + c * *of_q);
     }
     for row in vectors.iter_mut() {
         (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);

@@ -138,7 +138,7 @@ pub(crate) fn check_bounds(
                     key: fit.key.clone(),
                     which,
                     value,
-                    source,
+                    source: Box::new(source),
                 });
             }
         }

@@ -43,30 +43,14 @@ impl Uncertainty {
         used: &Freedom,
         is_common_mode_known: bool,
     ) -> Self {
-        let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
-        let size = normal.len();
-        let largest = (0..size)
-            .map(|place| normal[place][place])
-            .fold(0.0, f64::max);
-        let is_at_bound = |place: &usize| {
-            let share = solution.point[*place];
-            share <= 0.0 || share >= 1.0
-        };
-        let (at_bound, inside): (Vec<usize>, Vec<usize>) = (0..size).partition(is_at_bound);
-        let (idle, active): (Vec<usize>, Vec<usize>) = inside.into_iter().partition(|&place| {
-            normal[place][place] <= EIGENVALUE_MIN * largest.max(f64::MIN_POSITIVE)
-        });
-        let tangled = tangled(&normal, &active);
-        let told: Vec<usize> = active
-            .into_iter()
-            .filter(|place| !tangled.contains(place))
-            .collect();
-        let columns: Vec<&[f64]> = told
+        let sorted = Sorted::of(solution);
+        let columns: Vec<&[f64]> = sorted
+            .told
             .iter()
             .map(|&place| solution.jacobian[place].as_slice())
             .collect();
         let parts = PartNormals::of(&columns);
-        let bread = inverse(&parts.sum()).unwrap_or_else(|| zeros(told.len()));
+        let bread = inverse(&parts.sum()).unwrap_or_else(|| zeros(columns.len()));
         let widened = widening(&columns, &bread, &solution.residuals);
         let mut shares = parts
             .0
@@ -90,7 +74,7 @@ impl Uncertainty {
             free.white,
             if is_common_mode_known { 1e6 } else { together },
         ];
-        let freedom = (0..told.len()).map(|place| {
+        let freedom = (0..columns.len()).map(|place| {
             let variances = shares.each_ref().map(|share| share[place][place]);
             let sum: f64 = variances.iter().sum();
             let squares: f64 = variances
@@ -105,7 +89,7 @@ impl Uncertainty {
             }
         });
         let used = parts.used(&bread);
-        let mut covariance = zeros(told.len());
+        let mut covariance = zeros(columns.len());
         for (row, values) in covariance.iter_mut().enumerate() {
             for (column, value) in values.iter_mut().enumerate() {
                 *value = shares.iter().map(|share| share[row][column]).sum();
@@ -113,13 +97,50 @@ impl Uncertainty {
         }
         Self {
             freedom: freedom.collect(),
-            told,
+            told: sorted.told,
             covariance,
+            at_bound: sorted.at_bound,
+            idle: sorted.idle,
+            tangled: sorted.tangled,
+            widened,
+            used,
+        }
+    }
+}
+
+/// The coordinates by what the recording says of them.
+struct Sorted {
+    told: Vec<usize>,
+    at_bound: Vec<usize>,
+    idle: Vec<usize>,
+    tangled: Vec<usize>,
+}
+
+impl Sorted {
+    fn of(solution: &Solution) -> Self {
+        let (normal, _) = normal_equations(&solution.jacobian, &solution.residuals);
+        let size = normal.len();
+        let largest = (0..size)
+            .map(|place| normal[place][place])
+            .fold(0.0, f64::max);
+        let is_at_bound = |place: &usize| {
+            let share = solution.point[*place];
+            share <= 0.0 || share >= 1.0
+        };
+        let (at_bound, inside): (Vec<usize>, Vec<usize>) = (0..size).partition(is_at_bound);
+        let (idle, active): (Vec<usize>, Vec<usize>) = inside.into_iter().partition(|&place| {
+            normal[place][place] <= EIGENVALUE_MIN * largest.max(f64::MIN_POSITIVE)
+        });
+        let tangled = tangled(&normal, &active);
+        let told: Vec<usize> = active
+            .into_iter()
+            .filter(|place| !tangled.contains(place))
+            .collect();
+        Self {
+            told,
             at_bound,
             idle,
             tangled,
-            widened,
-            used,
         }
     }
 }
