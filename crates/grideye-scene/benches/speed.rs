@@ -18,6 +18,8 @@ const ROUNDS: u32 = 400;
 type Maker = fn(&Scene, &str) -> Result<Simulator, SceneError>;
 const METHODS: [(&str, Maker); 2] = [("grid", Simulator::new), ("area", Simulator::without_grid)];
 
+type Part = fn(&Scene) -> Result<(), Box<dyn Error>>;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted: Vec<String> = std::env::args()
         .skip(1)
@@ -25,15 +27,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         .collect();
     let is_wanted = |part: &str| wanted.is_empty() || wanted.iter().any(|word| word == part);
     let scene = parse(SCENE)?;
-    for (part, run) in [
-        (
-            "reference",
-            reference as fn(&Scene) -> Result<(), Box<dyn Error>>,
-        ),
+    let parts: [(&str, Part); 4] = [
+        ("reference", reference),
         ("limit", limit),
         ("cores", cores),
         ("growth", growth),
-    ] {
+    ];
+    for (part, run) in parts {
         if is_wanted(part) {
             run(&scene)?;
             println!();
@@ -102,8 +102,7 @@ fn reference(scene: &Scene) -> Result<(), Box<dyn Error>> {
             .iter()
             .map(|moment| {
                 let head_m = scene.agents()[0].position_m(*moment) + DVec3::new(0.0, 0.0, 1.75);
-                let distance_m = (head_m - sensor.pose.position_m).length();
-                distance_m
+                (head_m - sensor.pose.position_m).length()
             })
             .zip(best_of_each(&moments, |moment| simulator.image(moment)))
             .collect();

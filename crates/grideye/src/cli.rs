@@ -276,13 +276,13 @@ pub(crate) struct Convert {
 
 /// Find the unknowns of a scene from a recording: poses, temperatures, emissivities, the time at which it begins.
 ///
-/// The scene marks them, each with bounds: [[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90].
+/// The scene marks them, each with bounds: `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`.
 /// Exit code 3: the recording tells none of them.
 ///
 /// Example: grideye calibrate --scene scenes/calibration.toml --recording walk.csv --out scenes/calibrated.toml
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
-    /// Scene file with [[fit]] tables; the search starts from the numbers in it.
+    /// Scene file with `[[fit]]` tables; the search starts from the numbers in it.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
     /// Recording (this project's CSV, or a LINAIGE session).
@@ -291,7 +291,7 @@ pub(crate) struct Calibrate {
     /// Sensor of the scene; needed when it has several.
     #[arg(long, value_name = "NAME")]
     pub(crate) sensor: Option<String>,
-    /// Scene to write: the old one with what was found, and a remark with its uncertainty at each [[fit]].
+    /// Scene to write: the old one with what was found, and a remark with its uncertainty at each `[[fit]]`.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) out: Option<PathBuf>,
     /// Profile of the sensor, if it is known: its pattern is taken off, its common mode is believed.

@@ -878,7 +878,7 @@ fn mounts_that_make_no_sense_are_refused_by_name() {
         ),
         (
             changed(&|mounts| {
-                (mounts.mounts, mounts.wall_heights_m) = (vec![Mount::Wall], vec![2.9])
+                (mounts.mounts, mounts.wall_heights_m) = (vec![Mount::Wall], vec![2.9]);
             }),
             "no candidate pose",
         ),

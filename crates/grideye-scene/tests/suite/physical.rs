@@ -316,6 +316,11 @@ fn shines(left: f64, up: f64) -> f64 {
         })
 }
 
+/// A bell of 1 in the middle and half of it at half its width.
+fn bell(at: f64, middle: f64, width: f64) -> f64 {
+    (-4.0 * 2.0_f64.ln() * ((at - middle) / width).powi(2)).exp()
+}
+
 #[test]
 fn it_is_the_integral_over_the_map_that_rays_add_up_to() {
     let objects: String = CRATES
@@ -338,9 +343,6 @@ fn it_is_the_integral_over_the_map_that_rays_add_up_to() {
         .iter()
         .map(|angle| angle.to_radians().tan())
         .collect();
-    let bell = |at: f64, middle: f64, width: f64| {
-        (-4.0 * 2.0_f64.ln() * ((at - middle) / width).powi(2)).exp()
-    };
     let across: Vec<Vec<f64>> = map
         .iter()
         .map(|of| {

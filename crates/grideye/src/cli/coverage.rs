@@ -143,7 +143,7 @@ pub(crate) struct Coverage {
     /// Map to write: .svg, .png or .csv by its name; may be repeated.
     #[arg(long, value_name = "FILE", help_heading = "What is written")]
     pub(crate) out: Vec<PathBuf>,
-    /// The picked poses as [[sensor]] tables, to paste into a scene.
+    /// The picked poses as `[[sensor]]` tables, to paste into a scene.
     #[arg(
         long,
         value_name = "FILE.toml",
