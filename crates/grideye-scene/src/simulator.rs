@@ -351,7 +351,9 @@ impl Simulator {
 
     fn mask_of(&self, mut share: Vec<f64>) -> Mask {
         // The weights of a whole pixel sum to 1 but for rounding.
-        share.iter_mut().for_each(|share| *share = share.min(1.0));
+        share
+            .iter_mut()
+            .for_each(|share| *share = share.clamp(0.0, 1.0));
         Mask {
             columns: self.sensor.columns,
             rows: self.sensor.rows,

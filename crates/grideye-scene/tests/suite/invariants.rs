@@ -610,7 +610,8 @@ proptest! {
             let image = simulator.image(Duration::ZERO);
             prop_assert!(is_sane(&image, celsius.min(AMBIENT_C), celsius.max(AMBIENT_C)), "{:?}", image);
             prop_assert!(is_sane(&simulator.noisy(Duration::MAX, u64::MAX), -273.15, 6000.0));
-            prop_assert!(simulator.truth(Duration::ZERO).share.iter().all(|share| (0.0..=1.0).contains(share)));
+            let truth = simulator.truth(Duration::ZERO);
+            prop_assert!(truth.share.iter().all(|share| (0.0..=1.0).contains(share)), "{:?}", truth);
         }
     }
 
