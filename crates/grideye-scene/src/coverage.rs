@@ -13,7 +13,7 @@
 //! |---|---|
 //! | ground | the floor of a cell, or for those who sit or lie the top of a low thing on it |
 //! | seen | the middle of the cell's ground is in the field of view, and nothing stands between it and the sensor |
-//! | hidden, out of view | a blind spot behind furniture; one beside the field of view |
+//! | hidden, out of view | a blind spot behind furniture or a wall; one beside the field of view |
 //! | place | a cell with room for the person, in at least one of the turns that are tried |
 //! | contrast | `sqrt(Σ (with - without)²) / sigma` over the pixels: the signal-to-noise ratio of a matched filter, which is d' of [`crate::separation`]. Of the turns that fit the worst counts |
 //! | peak | `max abs(with - without) / sigma`: what a threshold on single pixels has |

@@ -42,6 +42,7 @@ struct Found<'a> {
 /// Looks from all poses, picks the best, and prints and writes what was asked for.
 pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
     options.out.iter().try_for_each(|out| check_name(out))?;
+    check_own(options)?;
     let scene = files::load_scene(Some(&options.scene))?.scene;
     let figure = figure(options, &scene)?;
     let wish = Wish {
@@ -266,6 +267,16 @@ fn glam_size(size_mm: [f64; 3]) -> Result<[f64; 3]> {
         }
     }
     Ok(size_mm.map(|length_mm| length_mm / 1000.0))
+}
+
+/// Beside candidates the scene's own sensors count only if they stay.
+fn check_own(options: &Coverage) -> Result<()> {
+    if options.sensors.is_empty() || options.candidates.is_empty() || options.keep {
+        return Ok(());
+    }
+    Err(bad_input(anyhow!(
+        "--sensors names sensors of the scene, and beside --candidates none of them counts\nhint: add --keep to pick poses beside those, or leave --sensors out"
+    )))
 }
 
 fn check_name(out: &Path) -> Result<()> {

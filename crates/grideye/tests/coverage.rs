@@ -174,6 +174,13 @@ fn what_cannot_be_done_is_said_with_a_hint() {
         (&bedroom, &["--sensors", "nothing"], "no sensor `nothing`"),
         (
             &bedroom,
+            &["--candidates", "ceiling", "--sensors", "ceiling"],
+            "add --keep",
+        ),
+        (&bedroom, &["--spacing-mm", "700"], "--candidates"),
+        (&bedroom, &["--preset", "lepton"], "--candidates"),
+        (
+            &bedroom,
             &["--candidates", "all", "--preset", "grid-ear"],
             "grid-eye-wide",
         ),

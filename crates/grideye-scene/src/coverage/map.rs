@@ -46,7 +46,7 @@ pub struct Totals {
     pub ground: usize,
     /// Whose ground one sensor at least sees.
     pub seen: usize,
-    /// Blind spots behind furniture.
+    /// Blind spots behind furniture or a wall.
     pub hidden: usize,
     /// Blind spots beside every field of view.
     pub out_of_view: usize,

@@ -24,7 +24,7 @@ pub(crate) struct Coverage {
     /// The scene's own sensors stay, and the poses are picked beside them.
     #[arg(long, requires = "candidates")]
     pub(crate) keep: bool,
-    /// Sensors of the scene, with commas between them [default: all].
+    /// Sensors of the scene that count, with commas between them; beside --candidates only with --keep [default: all].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) sensors: Vec<String>,
 
@@ -101,13 +101,19 @@ pub(crate) struct Coverage {
     pub(crate) at_least: Option<f64>,
 
     /// Kind of sensor that is tried [default: as the scene's first, or grid-eye if it has none].
-    #[arg(long, value_name = "NAME", help_heading = "Which poses are tried")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "candidates",
+        help_heading = "Which poses are tried"
+    )]
     pub(crate) preset: Option<String>,
     /// Sensor of the scene that is tried elsewhere.
     #[arg(
         long,
         value_name = "NAME",
         conflicts_with = "preset",
+        requires = "candidates",
         help_heading = "Which poses are tried"
     )]
     pub(crate) like: Option<String>,
@@ -116,28 +122,30 @@ pub(crate) struct Coverage {
         long,
         value_name = "MM",
         default_value_t = 500.0,
+        requires = "candidates",
         help_heading = "Which poses are tried"
     )]
     pub(crate) spacing_mm: f64,
     /// Under the ceiling: angles off straight down.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [0.0, 30.0], help_heading = "Which poses are tried")]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [0.0, 30.0], requires = "candidates", help_heading = "Which poses are tried")]
     pub(crate) tilts_deg: Vec<f64>,
     /// Under the ceiling: directions of those that are tilted.
     #[arg(
         long,
         value_name = "N",
         default_value_t = 8,
+        requires = "candidates",
         help_heading = "Which poses are tried"
     )]
     pub(crate) headings: usize,
     /// On walls and in corners: heights.
-    #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [2200.0], help_heading = "Which poses are tried")]
+    #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [2200.0], requires = "candidates", help_heading = "Which poses are tried")]
     pub(crate) heights_mm: Vec<f64>,
     /// On walls and in corners: angles below the level.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [25.0, 45.0], help_heading = "Which poses are tried")]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [25.0, 45.0], requires = "candidates", help_heading = "Which poses are tried")]
     pub(crate) downs_deg: Vec<f64>,
     /// On walls: directions off straight into the room.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [-30.0, 0.0, 30.0], allow_hyphen_values = true, help_heading = "Which poses are tried")]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [-30.0, 0.0, 30.0], allow_hyphen_values = true, requires = "candidates", help_heading = "Which poses are tried")]
     pub(crate) wall_headings_deg: Vec<f64>,
 
     /// Map to write: .svg, .png or .csv by its name; may be repeated.

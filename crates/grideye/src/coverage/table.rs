@@ -127,7 +127,7 @@ fn summary(found: &Found<'_>) -> String {
         ));
     }
     text.push_str(&format!(
-        "floor: {} seen, {} hidden behind furniture, {} in no field of view\n",
+        "floor: {} seen, {} hidden behind furniture or a wall, {} in no field of view\n",
         percent(totals.seen, totals.ground),
         percent(totals.hidden, totals.ground),
         percent(totals.out_of_view, totals.ground),
