@@ -14,8 +14,9 @@
 //!   applied: a bound is not where a wrong scene may stop to be compared.
 //! - It only ever sees what moves: each pixel loses its mean over time. A radiator, a table or an offset that is wrong
 //!   cannot be aligned away, for they do not take part; they stay in the scores.
-//! - Frames that a candidate pushes out of the scene's time stay in its denominator. No delay gains by leaving out what
-//!   it cannot explain.
+//! - Which frames count does not depend on the candidate: beyond the walk's ends the scene's people stand where they
+//!   set off or arrived, and a film without a scene explains nothing there. No delay gains by leaving out what it cannot
+//!   explain, and none loses by where the recording happens to end.
 //! - Chance gets the same freedom. The same search is run with decoys: the scene in its seven other orientations and
 //!   run backwards, fifteen films that move as much, as fast and as smoothly as the scene. An alignment that is no
 //!   better than the best of them is not applied. Decoys that are the scene itself (a walk that is its own mirror
@@ -173,7 +174,8 @@ impl AlignOptions {
 }
 
 impl Aligner {
-    /// `times_s` are the scene's times of the frames if nothing is aligned, ascending; `end_s` is the scene's end.
+    /// `times_s` are the scene's times of the frames if nothing is aligned, ascending; `end_s` is the scene's end. Frames
+    /// that no clock within the bounds brings into the scene are not looked at.
     pub(crate) fn new(
         simulator: &grideye_scene::Simulator,
         end_s: f64,
@@ -190,6 +192,11 @@ impl Aligner {
         let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;
         let beyond_s = reach_s + BEYOND * bounds.rate_max * (last_s - first_s);
         let track = Track::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
+        let (times_s, frames): (Vec<f64>, Vec<Pixels>) = times_s
+            .into_iter()
+            .zip(frames)
+            .filter(|(time_s, _)| (-beyond_s..=end_s + beyond_s).contains(time_s))
+            .unzip();
         let number = count(frames.len().max(1));
         let mut mean_c = [0.0; grideye_frame::PIXELS];
         for frame in &frames {

@@ -19,6 +19,17 @@ pub(crate) struct Track {
     first_s: f64,
     step_s: f64,
     frames: Vec<Pixels>,
+    ends: Ends,
+}
+
+/// What a film shows before its begin and after its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ends {
+    /// A scene's people wait where they set off, and stay where they arrive. A delay that brings frames of the recording
+    /// across the walk's end is then held to what they show; if it were not, it would pay to bring fewer of them there.
+    Stand,
+    /// Frames from elsewhere say nothing of other times.
+    Nothing,
 }
 
 /// Frames of the recording at the times that the scene would have them without any alignment, each pixel less its
@@ -72,6 +83,7 @@ impl Track {
             first_s,
             step_s,
             frames: (0..=whole(steps)).map(frame).collect(),
+            ends: Ends::Stand,
         }
     }
 
@@ -97,6 +109,7 @@ impl Track {
             frames: (0..=whole(steps))
                 .map(|index| at(first_s + count(index) * step_s))
                 .collect(),
+            ends: Ends::Nothing,
         }
     }
 
@@ -124,12 +137,13 @@ impl Track {
         self.first_s + self.step_s * count(self.frames.len() - 1)
     }
 
-    /// The frame at a time of the scene; `None` before its begin and after its end, where it claims nothing.
+    /// The frame at a time of the scene; beyond its ends that of the end, or `None` where it claims nothing.
     pub(crate) fn at(&self, time_s: f64) -> Option<Pixels> {
         let place = (time_s - self.first_s) / self.step_s;
         let last = self.frames.len() - 1;
         // Rounding must not cost the last frame of a walk that ends on it.
-        if !(-1e-6..=count(last) + 1e-6).contains(&place) {
+        let is_within = (-1e-6..=count(last) + 1e-6).contains(&place);
+        if self.ends == Ends::Nothing && !is_within {
             return None;
         }
         let before = whole(place.max(0.0)).min(last.saturating_sub(1));
@@ -221,8 +235,8 @@ impl Walk {
 
     /// How well the scene's moving part explains this one if its time is `scene_s` of the recording's.
     ///
-    /// Each pixel of the scene loses its mean over the frames that it is met in. Frames that are met outside the
-    /// scene's time are explained by nothing and stay in the denominator: no law of time gains by leaving them out.
+    /// Each pixel of the scene loses its mean over the frames that it is met in. Frames that are met where the film
+    /// claims nothing stay in the denominator: no law of time gains by leaving them out.
     pub(crate) fn fit(&self, track: &Track, scene_s: impl Fn(f64) -> f64) -> Fit {
         let mut sums = Sums::default();
         for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
@@ -340,6 +354,21 @@ mod tests {
         assert!(track.at(-0.01).is_none() && track.at(10.01).is_none());
         let back = track.reversed().at(2.0).unwrap();
         assert!((back[24] - frames[80][24]).abs() < 1e-9);
+    }
+
+    /// Before and after a walk its people stand, also if the walk is run backwards.
+    #[test]
+    fn the_people_of_a_scene_stand_where_they_set_off_and_arrived() {
+        let (times_s, frames) = film(10);
+        let track = Track {
+            ends: Ends::Stand,
+            ..Track::of_frames(&times_s, &frames)
+        };
+        assert_eq!(track.at(-3.0), track.at(0.0));
+        assert_eq!(track.at(99.0), track.at(10.0));
+        assert_ne!(track.at(0.0), track.at(10.0));
+        assert_eq!(track.reversed().at(-3.0), track.at(10.0));
+        assert_eq!(track.map(|frame| *frame).at(99.0), track.at(10.0));
     }
 
     #[test]

@@ -66,8 +66,7 @@ impl Scorer {
         let joint = self.counter.joint_numbered(&x, &y).entropy;
         let entropy_real = self.counter.entropy(&x, PIXELS_FAST);
         let entropy_simulated = self.counter.entropy(&y, PIXELS_FAST);
-        self.graph.clear();
-        let similar = self.graph.add(real, simulated);
+        let (similar, evaluation_graph) = self.graph.of_pair(real, simulated);
         Some(PairScores {
             correlation: correlation(real, simulated),
             entropy_real,
@@ -75,7 +74,7 @@ impl Scorer {
             joint_entropy: joint,
             mutual_information: (entropy_real + entropy_simulated - joint).max(0.0),
             image_similarity: count(similar) / count(PIXELS_FAST),
-            evaluation_graph: self.graph.shares(),
+            evaluation_graph,
         })
     }
 }
@@ -93,6 +92,8 @@ pub fn thresholds_c() -> [f64; THRESHOLDS] {
 }
 
 const PER_DEGREE: f64 = 20.0;
+/// Of a frame; a power of two, of which the reciprocal is exact.
+const PIXELS: f64 = 64.0;
 
 /// Counts of differences between pixels, by the first threshold that lies above them.
 #[derive(Debug, Clone)]
@@ -113,8 +114,27 @@ impl Default for Graph {
 }
 
 impl Graph {
-    fn clear(&mut self) {
-        self.first_above = [0; THRESHOLDS + 1];
+    /// The graph of one pair alone, behind the number of its pixels that differ by less than [`IS_THRESHOLD`].
+    ///
+    /// Counts of 64 pixels fit into bytes, and their shares need no division.
+    fn of_pair(
+        &self,
+        real: &[f64; PIXELS_FAST],
+        simulated: &[f64; PIXELS_FAST],
+    ) -> (usize, [f64; THRESHOLDS]) {
+        let mut first_above = [0_u8; THRESHOLDS + 1];
+        let mut similar = 0;
+        for (x, y) in real.iter().zip(simulated) {
+            let difference = (y - x).abs();
+            similar += usize::from(difference < IS_THRESHOLD);
+            first_above[self.place(difference)] += 1;
+        }
+        let mut below = 0;
+        let counts: [u8; THRESHOLDS] = std::array::from_fn(|index| {
+            below += first_above[index];
+            below
+        });
+        (similar, counts.map(|count| f64::from(count) / PIXELS))
     }
 
     /// Adds the pixels of a pair; how many of them differ by less than [`IS_THRESHOLD`].
