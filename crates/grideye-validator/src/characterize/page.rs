@@ -297,9 +297,14 @@ mod tests {
     #[test]
     fn ticks_are_round_numbers_inside_the_range() {
         assert_eq!(ticks([-1.0, 0.5]), [0.1, 0.2, 0.5, 1.0, 2.0]);
+        // The next half decade above 30 ends at 31.6, that above 50 at 100.
+        assert_eq!(
+            ticks(decades(0.1, 30.0)),
+            [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
+        );
         assert_eq!(
             ticks(decades(0.1, 50.0)),
-            [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0]
+            [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
         );
     }
 
