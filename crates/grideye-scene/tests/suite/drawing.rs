@@ -353,6 +353,83 @@ fn names_without_room_are_left_out_and_counted() {
     assert!(above.contains(&format!("<!-- {} names have no room -->", 61 - named)));
 }
 
+/// Where a name stands, and whether it does.
+fn place_of(view: &str, name: &str) -> Option<(f64, f64)> {
+    let mark = format!(">{name}</text>");
+    let number = |attribute: &str| attributes(view, &mark, attribute).first()?.parse().ok();
+    Some((number("x")?, number("y")?))
+}
+
+#[test]
+fn a_name_gives_way_to_one_that_is_there() {
+    let near = |name: &str, x_mm: f64| object(name, [x_mm, 3000.0, 0.0], [50.0; 3], 0.0, 21.0);
+    let page = draw(&format!(
+        "{ROOM}{}{}",
+        near("one", 2000.0),
+        near("two", 2040.0)
+    ));
+    let (_, above) = views(&page);
+    let (x, y) = on_map(2.0, 3.0);
+    let first = place_of(above, "one, 21 °C").unwrap();
+    assert!((first.0 - x).abs() < 0.11 && (first.1 - (y - 8.0)).abs() < 0.11);
+    // Above is taken, so it is below.
+    let second = place_of(above, "two, 21 °C").unwrap();
+    assert!((second.1 - (y + 16.0)).abs() < 0.11, "{second:?}");
+}
+
+#[test]
+fn a_name_is_at_the_top_of_its_thing_and_a_mosaic_has_one() {
+    let tower = object(
+        "tower",
+        [1000.0, 1000.0, 0.0],
+        [100.0, 100.0, 2000.0],
+        0.0,
+        21.0,
+    );
+    let tower = draw(&format!("{ROOM}{tower}"));
+    let sensor = CEILING.replace("[2000, 3000, 2700]", "[1000, 1000, 2000]");
+    let sensor = draw(&format!("{ROOM}{sensor}"));
+    let of_tower = place_of(views(&tower).0, "tower, 21 °C");
+    assert!(of_tower.is_some());
+    assert_eq!(of_tower, place_of(views(&sensor).0, "ceiling"));
+    let rug = draw(&format!(
+        "{ROOM}[[mosaic]]\nname = \"rug\"\nposition_mm = [2000, 3000, 0]\nsize_mm = [1000, 1000, 10]\n\
+         temperatures_c = [[21, 22], [23, 24]]\n"
+    ));
+    assert_eq!(views(&rug).1.matches(">rug</text>").count(), 1);
+}
+
+#[test]
+fn the_rulers_steps_are_round_and_stand_outside_the_map() {
+    let ticks = |room: &str| -> Vec<[f64; 4]> {
+        let page = draw(room);
+        let above = views(&page).1;
+        let of = |name: &str| attributes(above, "class=\"tick\"", name);
+        let ends = ["x1", "y1", "x2", "y2"].map(of);
+        (0..ends[0].len())
+            .map(|tick| [0, 1, 2, 3].map(|end| ends[end][tick].parse().unwrap()))
+            .collect()
+    };
+    // 4 m by 6 m: a seventh of 6 m is less than 1 m. Out is down at the front and left at the left.
+    let mut expected = Vec::new();
+    for along_m in 0..=4 {
+        let (x, y) = on_map(f64::from(along_m), 0.0);
+        expected.push([x, y, x, y + 5.0]);
+    }
+    for along_m in 0..=6 {
+        let (x, y) = on_map(0.0, f64::from(along_m));
+        expected.push([x, y, x - 5.0, y]);
+    }
+    let found = ticks(ROOM);
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+        assert!((found - expected).abs() < 0.051, "{found} {expected}");
+    }
+    // A seventh of 10 m is 1.43 m: every 2 m, six along 10 m and three along 4 m.
+    let wide = "[room]\nsize_mm = [10000, 4000, 2500]\nambient_c = 20\n";
+    assert_eq!(ticks(wide).len(), 6 + 3);
+}
+
 #[test]
 fn what_cannot_be_seen_from_outside_is_left_out_but_a_sheet_has_two_sides() {
     let sheet = |corners: &str| {

@@ -175,6 +175,51 @@ fn who_faces_the_way_turns_with_it() {
     }
 }
 
+/// The picture of a walker at a time is that of one who stands there, turned so.
+fn assert_stands(walking: &Scene, seconds: f64, place_mm: [i32; 3], yaw_deg: i32) {
+    let stands = scene(&format!(
+        "{ROOM}{CEILING}[[agent]]\nname = \"a\"\nsize_mm = [200, 500, 1000]\ntemperature_c = 28\n\
+         position_mm = {place_mm:?}\nyaw_deg = {yaw_deg}\n"
+    ));
+    let picture = |scene: &Scene, seconds: f64| {
+        let simulator = Simulator::new(scene, "ceiling").unwrap();
+        simulator.image(Duration::from_secs_f64(seconds)).celsius
+    };
+    for (found, expected) in picture(walking, seconds).iter().zip(picture(&stands, 0.0)) {
+        assert!((found - expected).abs() < 1e-9, "at {seconds} s");
+    }
+}
+
+fn who_faces_the_way(walk: &str, keys: &str) -> Scene {
+    let files = BTreeMap::from([("w.csv".to_owned(), walk.to_owned())]);
+    let body = BODY.replace("1750", "1000");
+    let text = format!("{ROOM}{CEILING}{body}faces = \"way\"\n{keys}");
+    Scene::parse(&text, "room.toml", &files).unwrap().scene
+}
+
+#[test]
+fn who_climbs_faces_the_way_and_stays_upright() {
+    // 3 m along y and 1 m up: the square root of 10 in as many seconds.
+    let walk = "x_mm,y_mm,z_mm\n2000,1500,0\n2000,4500,1000\n";
+    let climbs = who_faces_the_way(walk, "speed_mm_per_s = 1000\n");
+    assert_stands(&climbs, 0.0, [2000, 1500, 0], 90);
+    assert_stands(&climbs, 10.0, [2000, 4500, 1000], 90);
+}
+
+#[test]
+fn who_waits_between_two_time_stamps_keeps_facing_as_before() {
+    let walk = "t_s,x_mm,y_mm,z_mm\n0,1000,2000,0\n2,2500,2000,0\n4,2500,4000,0\n8,2500,4000,0\n";
+    let waits = who_faces_the_way(walk, "");
+    for (seconds, place_mm, yaw_deg) in [
+        (0.0, [1000, 2000, 0], 0),
+        (3.0, [2500, 3000, 0], 90),
+        (6.0, [2500, 4000, 0], 90),
+        (9.0, [2500, 4000, 0], 90),
+    ] {
+        assert_stands(&waits, seconds, place_mm, yaw_deg);
+    }
+}
+
 #[test]
 fn who_turns_must_have_room_to_turn() {
     // 0.5 m across stand 0.12 m from the wall only as long as the shoulders are along it.

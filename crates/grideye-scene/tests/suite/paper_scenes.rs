@@ -312,6 +312,22 @@ fn scenario_bs_sensors_tell_its_situations_apart_but_one_sensors_temperature_alo
 }
 
 #[test]
+fn each_sensor_counts_in_units_of_its_own_noise() {
+    let ceiling = format!("{}noise_sigma_c = 0.2\n", crate::CEILING);
+    let loud = ceiling.replace("\"ceiling\"", "\"loud\"");
+    let loud = loud.replace("noise_sigma_c = 0.2", "noise_sigma_c = 0.4");
+    let person = "[[agent]]\nname = \"a\"\nsize_mm = [200, 500, 1750]\ntemperature_c = 28\nposition_mm = [2000, 3000, 0]\n";
+    let [empty, occupied] =
+        ["", person].map(|agent| scene(&format!("{ROOM}{ceiling}{loud}{agent}")));
+    let found = separation(&[("empty", &empty), ("occupied", &occupied)]).unwrap();
+    let [quiet, loud] = found.pairs[0].distances[..] else {
+        panic!("two sensors");
+    };
+    assert!(quiet.d_prime > 5.0, "{quiet:?}");
+    assert!((quiet.d_prime - 2.0 * loud.d_prime).abs() < 1e-9 * quiet.d_prime);
+}
+
+#[test]
 fn what_cannot_be_compared_is_refused() {
     let before = shipped("scenario-b-before.toml");
     let one = [("before", &before)];
