@@ -234,6 +234,20 @@ fn who_turns_must_have_room_to_turn() {
     );
 }
 
+#[test]
+fn who_arrives_must_have_room_as_turned_on_the_way_there() {
+    // Walking along x, the shoulders are along y: 0.25 m to either side, and 0.1 m ahead.
+    let keys = "speed_mm_per_s = 1000\nfaces = \"way\"\n";
+    let walk =
+        |y_mm: u32, end_mm: u32| format!("x_mm,y_mm,z_mm\n2000,{y_mm},0\n{end_mm},{y_mm},0\n");
+    assert!(load(keys, &walk(260, 3880)).is_ok());
+    let refused = load(keys, &walk(260, 3920)).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("w.csv:3:1: agent `a` leaves the room"),
+        "{refused}"
+    );
+}
+
 fn refusal(keys: &str, walk: &str) -> String {
     let refused = load(keys, walk).map(|_| "accepted".to_owned());
     refused.unwrap_or_else(|error| error.to_string())
