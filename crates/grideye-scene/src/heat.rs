@@ -149,6 +149,9 @@ mod tests {
         assert!((left(1e12, 37.0, 37.0) - 0.427_583_576_155_807).abs() < 1e-5);
         let (before, after) = (exp_erfc_root(99.999), exp_erfc_root(100.001));
         assert!((before / after - 1.0).abs() < 2e-5, "{before} {after}");
+        // exp(100) erfc(10), by its continued fraction.
+        let found = exp_erfc_root(100.0) / 0.056_140_992_743_822_59;
+        assert!((found - 1.0).abs() < 2e-6, "{found}");
     }
 
     /// Finite differences in a half-space: held at 1 for the contact, then losing to air at 0.

@@ -192,5 +192,11 @@ mod tests {
             offset_m: 0.0,
         };
         assert!(Camera::perspective(BOUNDS_M, &PANEL).side_of(&front) > 0.0);
+        // The eye is to the left of the room's middle, and not endlessly far: of a plane farther left it sees the right.
+        let far_left = Plane {
+            normal: -DVec3::X,
+            offset_m: 1000.0,
+        };
+        assert!(Camera::perspective(BOUNDS_M, &PANEL).side_of(&far_left) < 0.0);
     }
 }

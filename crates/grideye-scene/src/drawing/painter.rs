@@ -376,6 +376,22 @@ mod tests {
     }
 
     #[test]
+    fn a_line_in_a_face_is_painted_on_it_and_a_face_seen_from_its_back_hides_as_well() {
+        let camera = Camera::from_above(BOUNDS_M, &PANEL);
+        let line = Piece {
+            points_m: vec![DVec3::new(1.0, 2.0, 2.0), DVec3::new(3.0, 2.0, 2.0)],
+            edges: Vec::new(),
+            paint: Paint::Line { color: [9, 0, 0] },
+        };
+        let mut downwards = level(1, 2.0);
+        downwards.points_m.reverse();
+        for sheet in [level(1, 2.0), downwards] {
+            let pieces = vec![line.clone(), level(3, 3.0), sheet, level(2, 1.0)];
+            assert_eq!(colors(&far_to_near(pieces, &camera)), [2, 1, 9, 3]);
+        }
+    }
+
+    #[test]
     fn cutting_keeps_the_area_and_draws_no_edge_along_the_cut() {
         let square = level(1, 1.0);
         let plane = Plane {
