@@ -193,3 +193,32 @@ fn bursts(frames: &[Read]) -> Vec<bool> {
     });
     std::iter::once(false).chain(follows).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After a stall of a second the first frame is late and counts; those that were held up with it do not, and one that
+    /// is only a little early does.
+    #[test]
+    fn what_was_held_up_by_a_stall_is_told_from_jitter() {
+        let burst_ms = |after: &[u64]| -> Vec<bool> {
+            let steady = (0..10).map(|index| index * 100);
+            let frames: Vec<Read> = steady
+                .chain(after.iter().copied())
+                .map(|ms| Read {
+                    seq: ms,
+                    boot_ns: ms * 1_000_000,
+                    celsius: [20.0; PIXELS],
+                })
+                .collect();
+            bursts(&frames).split_off(10)
+        };
+        assert_eq!(burst_ms(&[1900, 1960, 2060]), [false; 3]);
+        assert_eq!(
+            burst_ms(&[1900, 1902, 1926, 2026]),
+            [false, true, true, false]
+        );
+        assert_eq!(burst_ms(&[1000, 1010]), [false; 2]);
+    }
+}

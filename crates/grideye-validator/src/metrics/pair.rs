@@ -258,6 +258,9 @@ mod tests {
             }
         }
         assert_eq!(graph.place(f64::MAX), THRESHOLDS);
+        let similar = |difference| graph.of_pair(&[0.0; 64], &[difference; 64]).0;
+        assert_eq!(similar(IS_THRESHOLD), 0);
+        assert_eq!(similar(IS_THRESHOLD.next_down()), 64);
     }
 
     #[test]
