@@ -1,6 +1,5 @@
 //! Which surface is seen in each cell of the sampling grid, row by row: the nearest one.
 
-use crate::count;
 use crate::perceived::{Air, Glow, Root, Shade, WithShade};
 use crate::resample::Resampler;
 use crate::view::{Patch, View};
@@ -33,96 +32,204 @@ fn dispatch<T: WithSimd>(task: T) -> T::Output {
     }
 }
 
-/// A patch in the cells of one row, before what is there. All slices have one length, a multiple of the lanes; what
-/// comes of the cells beyond the patch's last means nothing.
-struct Stroke<'a, O> {
+/// A patch in the cells of one row. All slices have one length; what comes of the cells beyond the patch's last means
+/// nothing.
+struct Stroke<'a, S: Simd, O> {
     /// One over the plane's depth on the ray without slope to the left, and what each unit of slope adds.
     at_axis: (f64, f64),
     /// Square of the distance to depth 1 on the ray without slope to the left.
     ray2: f64,
     /// Slopes to the left, and their squares.
-    left: &'a [f64],
-    left2: &'a [f64],
-    /// One over the depth of what is there, 0 where nothing is, and how much warmer than ambient it seems, °C.
-    old_depth: &'a [f64],
-    old_excess: &'a [f64],
+    left: &'a [S::f64s],
+    left2: &'a [S::f64s],
     outcome: O,
 }
 
 /// What is kept of a stroke.
-trait Outcome {
-    fn keep<S: Simd>(&mut self, simd: S, at: usize, wins: S::m64s, new: Seen<S>, old: Seen<S>);
+trait Outcome<S: Simd> {
+    /// The same with slices of this length, so that the compiler need not look at each place whether it is there.
+    fn fit(self, length: usize) -> Self;
+
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>);
 }
 
 /// One over the depth of what is seen in several cells, and how warm it seems.
 type Seen<S> = (<S as Simd>::f64s, <S as Simd>::f64s);
 
-/// By how much the patch changes each cell, in degrees or by what it counts, given to two rows of pixels.
-struct Change<'a> {
-    /// The number of each column, and the patch's last.
-    columns: &'a [f64],
-    last: f64,
-    counts: Option<f64>,
-    /// Sums of the rows of pixels, column by column, and what the row of cells weighs in each.
-    sums: [&'a mut [f64]; 2],
-    weights: [f64; 2],
+/// What is there before a patch is drawn: one over the depths, 0 where nothing is, and how much warmer than ambient it
+/// seems, °C.
+struct Behind<'a, S: Simd> {
+    depth: &'a [S::f64s],
+    excess: &'a [S::f64s],
 }
 
-/// What is seen after the patch was drawn.
-struct Picture<'a> {
-    depth: &'a mut [f64],
-    excess: &'a mut [f64],
-    /// What the cells count before and after, and what the patch does.
-    counts: Option<(&'a [f64], &'a mut [f64], f64)>,
-}
-
-impl Outcome for Change<'_> {
+impl<'a, S: Simd> Behind<'a, S> {
     #[inline(always)]
-    fn keep<S: Simd>(&mut self, simd: S, at: usize, wins: S::m64s, new: Seen<S>, old: Seen<S>) {
-        let change = match self.counts {
-            Some(counts) => simd.splat_f64s(counts),
-            None => simd.sub_f64s(new.1, old.1),
-        };
-        let column = S::as_simd_f64s(self.columns).0[at];
-        let in_patch = simd.less_than_or_equal_f64s(column, simd.splat_f64s(self.last));
-        let is_changed = simd.and_m64s(wins, in_patch);
-        let change = simd.select_f64s_m64s(is_changed, change, simd.splat_f64s(0.0));
-        for (sums, weight) in self.sums.iter_mut().zip(self.weights) {
-            let sum = &mut S::as_mut_simd_f64s(sums).0[at];
-            *sum = simd.add_f64s(*sum, simd.mul_f64s(simd.splat_f64s(weight), change));
+    fn new(depth: &'a [f64], excess: &'a [f64]) -> Self {
+        Self {
+            depth: S::as_simd_f64s(depth).0,
+            excess: S::as_simd_f64s(excess).0,
+        }
+    }
+
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            depth: &self.depth[..length],
+            excess: &self.excess[..length],
         }
     }
 }
 
-impl Outcome for Picture<'_> {
+/// Two rows of pixels to which a change in one row of cells is given: their sums, column by column, and what the row of
+/// cells weighs in each.
+struct Sums<'a, S: Simd> {
+    rows: [&'a mut [S::f64s]; 2],
+    weights: [f64; 2],
+}
+
+impl<S: Simd> Sums<'_, S> {
     #[inline(always)]
-    fn keep<S: Simd>(&mut self, simd: S, at: usize, wins: S::m64s, new: Seen<S>, old: Seen<S>) {
-        S::as_mut_simd_f64s(self.depth).0[at] = simd.select_f64s_m64s(wins, new.0, old.0);
-        S::as_mut_simd_f64s(self.excess).0[at] = simd.select_f64s_m64s(wins, new.1, old.1);
+    fn fit(self, length: usize) -> Self {
+        let [first, second] = self.rows;
+        Self {
+            rows: [&mut first[..length], &mut second[..length]],
+            weights: self.weights,
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, simd: S, at: usize, change: S::f64s) {
+        for (sums, weight) in self.rows.iter_mut().zip(self.weights) {
+            let weighted = simd.mul_f64s(simd.splat_f64s(weight), change);
+            sums[at] = simd.add_f64s(sums[at], weighted);
+        }
+    }
+}
+
+/// By how much a patch before nothing changes each cell, in degrees.
+struct Alone<'a, S: Simd> {
+    sums: Sums<'a, S>,
+}
+
+/// By how much a patch that is nearer than all that is there changes each cell, in degrees.
+struct Before<'a, S: Simd> {
+    sums: Sums<'a, S>,
+    excess: &'a [S::f64s],
+}
+
+/// By how much the patch changes each cell, in degrees or by what it counts.
+struct Change<'a, S: Simd> {
+    sums: Sums<'a, S>,
+    behind: Behind<'a, S>,
+    counts: Option<f64>,
+}
+
+/// What is seen after the patch was drawn.
+struct Picture<'a, S: Simd> {
+    behind: Behind<'a, S>,
+    depth: &'a mut [S::f64s],
+    excess: &'a mut [S::f64s],
+    /// What the cells count before and after, and what the patch does.
+    counts: Option<(&'a [S::f64s], &'a mut [S::f64s], f64)>,
+}
+
+impl<S: Simd> Outcome<S> for Alone<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            sums: self.sums.fit(length),
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
+        self.sums.add(simd, at, new.1);
+    }
+}
+
+impl<S: Simd> Outcome<S> for Before<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            sums: self.sums.fit(length),
+            excess: &self.excess[..length],
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
+        let change = simd.sub_f64s(new.1, self.excess[at]);
+        self.sums.add(simd, at, change);
+    }
+}
+
+impl<S: Simd> Outcome<S> for Change<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            sums: self.sums.fit(length),
+            behind: self.behind.fit(length),
+            counts: self.counts,
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
+        let old = (self.behind.depth[at], self.behind.excess[at]);
+        let change = match self.counts {
+            Some(counts) => simd.splat_f64s(counts),
+            None => simd.sub_f64s(new.1, old.1),
+        };
+        let is_changed = wins(simd, new, old);
+        let change = simd.select_f64s_m64s(is_changed, change, simd.splat_f64s(0.0));
+        self.sums.add(simd, at, change);
+    }
+}
+
+impl<S: Simd> Outcome<S> for Picture<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            behind: self.behind.fit(length),
+            depth: &mut self.depth[..length],
+            excess: &mut self.excess[..length],
+            counts: match self.counts {
+                Some((before, after, patch)) => {
+                    Some((&before[..length], &mut after[..length], patch))
+                }
+                None => None,
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
+        let old = (self.behind.depth[at], self.behind.excess[at]);
+        let wins = wins(simd, new, old);
+        self.depth[at] = simd.select_f64s_m64s(wins, new.0, old.0);
+        self.excess[at] = simd.select_f64s_m64s(wins, new.1, old.1);
         if let Some((before, after, patch)) = &mut self.counts {
-            let before = S::as_simd_f64s(before).0[at];
-            let after = S::as_mut_simd_f64s(after).0;
-            after[at] = simd.select_f64s_m64s(wins, simd.splat_f64s(*patch), before);
+            after[at] = simd.select_f64s_m64s(wins, simd.splat_f64s(*patch), before[at]);
         }
     }
 }
 
 // No closures in here: the compiler would keep them out of the code for the processor's own vectors.
-impl<O: Outcome> WithShade for Stroke<'_, O> {
+impl<S: Simd, O: Outcome<S>> WithShade<S> for Stroke<'_, S, O> {
     #[inline(always)]
-    fn with<S: Simd>(mut self, simd: S, shade: impl Shade) {
-        let (left, left2) = (S::as_simd_f64s(self.left).0, S::as_simd_f64s(self.left2).0);
-        let old_depth = S::as_simd_f64s(self.old_depth).0;
-        let old_excess = S::as_simd_f64s(self.old_excess).0;
+    fn with(self, simd: S, shade: impl Shade) {
+        let length = self.left.len();
+        let (left, left2) = (self.left, &self.left2[..length]);
+        let mut outcome = self.outcome.fit(length);
         let start = simd.splat_f64s(self.at_axis.0);
         let by_slope = simd.splat_f64s(self.at_axis.1);
         let ray2 = simd.splat_f64s(self.ray2);
-        for at in 0..left.len() {
+        for at in 0..length {
             let new_depth = simd.add_f64s(start, simd.mul_f64s(by_slope, left[at]));
             let rays2 = simd.add_f64s(ray2, left2[at]);
-            let new = (new_depth, shade.excesses_c(simd, new_depth, rays2));
-            let old = (old_depth[at], old_excess[at]);
-            self.outcome.keep(simd, at, wins(simd, new, old), new, old);
+            let excess = shade.excesses_c(simd, new_depth, rays2);
+            outcome.keep(simd, at, (new_depth, excess));
         }
     }
 }
@@ -158,31 +265,54 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Draws a strip before what is there; `old` begins at the strip's first column.
+    /// Draws some cells of a patch, and a few more to fill the last vector.
     #[inline(always)]
     fn draw<S: Simd>(
         &self,
         simd: S,
-        strip: &Strip<'_>,
-        old: (&[f64], &[f64]),
-        outcome: impl Outcome,
+        painted: &Painted,
+        covered: Range<usize>,
+        outcome: impl Outcome<S>,
     ) {
         let up = self.view.slope_up(self.row);
-        let start = strip.covered.start;
-        let cells = strip.covered.len().next_multiple_of(S::F64_LANES);
-        let (left, left2) = self.view.slopes_left(start..start + cells);
+        let cells = covered.len().next_multiple_of(S::F64_LANES);
+        let (left, left2) = self.view.slopes_left(covered.start..covered.start + cells);
         let stroke = Stroke {
-            at_axis: strip.painted.patch.inverse_depth(up),
+            at_axis: painted.patch.inverse_depth(up),
             ray2: 1.0 + up * up,
-            left,
-            left2,
-            old_depth: &old.0[..cells],
-            old_excess: &old.1[..cells],
+            left: S::as_simd_f64s(left).0,
+            left2: S::as_simd_f64s(left2).0,
             outcome,
         };
-        let painted = strip.painted;
         self.air.shade(simd, &painted.glow, &painted.root, stroke);
     }
+}
+
+impl Line<'_> {
+    /// Whether a patch hides all that is not nearer than this one over a depth, in these columns.
+    #[inline(always)]
+    fn is_before(&self, painted: &Painted, columns: &Range<usize>, nearest: f64) -> bool {
+        let (start, by_slope) = painted.patch.inverse_depth(self.view.slope_up(self.row));
+        // Along a row, one over the depth rises or falls all the way. Twice the margin is more than its rounding.
+        let (left, _) = self.view.slopes_left(columns.clone());
+        let least = nearest + 2.0 * SAME_DEPTH * nearest;
+        let is_nearer = |slope: f64| start + by_slope * slope > least;
+        is_nearer(left[0]) && is_nearer(left[left.len() - 1])
+    }
+}
+
+/// What stands beyond so many values: always as much, whatever of it is in the last vector, since copies of a fixed
+/// length are the fastest.
+#[inline(always)]
+fn tail(values: &[f64], count: usize) -> [f64; LANES_MAX] {
+    let mut beyond = [0.0; LANES_MAX];
+    beyond.copy_from_slice(&values[count..count + LANES_MAX]);
+    beyond
+}
+
+#[inline(always)]
+fn put_back(values: &mut [f64], count: usize, beyond: &[f64; LANES_MAX]) {
+    values[count..count + LANES_MAX].copy_from_slice(beyond);
 }
 
 /// Where several patches of one row are drawn before one another.
@@ -215,16 +345,20 @@ impl Easel {
     #[inline(always)]
     fn draw<S: Simd>(&mut self, simd: S, line: Line<'_>, strip: &Strip<'_>) {
         let (start, cells) = (strip.covered.start, strip.covered.len());
-        let old = (&self.depth[start..], &self.excess[start..]);
         let picture = Picture {
-            depth: &mut self.new_depth,
-            excess: &mut self.new_excess,
+            behind: Behind::new(&self.depth[start..], &self.excess[start..]),
+            depth: S::as_mut_simd_f64s(&mut self.new_depth).0,
+            excess: S::as_mut_simd_f64s(&mut self.new_excess).0,
             counts: match strip.counts {
-                Some(counts) => Some((&self.counts[start..], &mut self.new_counts[..], counts)),
+                Some(counts) => Some((
+                    S::as_simd_f64s(&self.counts[start..]).0,
+                    S::as_mut_simd_f64s(&mut self.new_counts).0,
+                    counts,
+                )),
                 None => None,
             },
         };
-        line.draw(simd, strip, old, picture);
+        line.draw(simd, strip.painted, strip.covered.clone(), picture);
         self.depth[strip.covered.clone()].copy_from_slice(&self.new_depth[..cells]);
         self.excess[strip.covered.clone()].copy_from_slice(&self.new_excess[..cells]);
         if strip.counts.is_some() {
@@ -240,8 +374,25 @@ pub(crate) struct Backdrop {
     stride: usize,
     inverse_depth: Vec<f64>,
     excess_c: Vec<f64>,
-    /// The columns of each row that show anything, and maybe some between them.
-    covered: Vec<Range<usize>>,
+    /// Where each row shows anything, row after row, and how many of these come before each row and in all.
+    runs: Vec<Run>,
+    runs_before: Vec<usize>,
+}
+
+/// Cells of one row that show something, but for gaps of fewer than [`LANES_MAX`].
+#[derive(Debug, Clone)]
+struct Run {
+    columns: Range<usize>,
+    /// One over the depth of the nearest.
+    nearest: f64,
+}
+
+/// What is behind some cells of a row.
+#[derive(Debug, Clone, Copy)]
+enum Back {
+    Nothing,
+    /// Something of which nothing is nearer than this one over a depth.
+    Something(f64),
 }
 
 impl Backdrop {
@@ -251,7 +402,8 @@ impl Backdrop {
             stride: view.columns(),
             inverse_depth: vec![0.0; cells + LANES_MAX],
             excess_c: vec![0.0; cells + LANES_MAX],
-            covered: vec![0..0; view.rows()],
+            runs: Vec::new(),
+            runs_before: vec![0; view.rows() + 1],
         };
         dispatch(PaintBackdrop {
             backdrop: &mut backdrop,
@@ -259,6 +411,7 @@ impl Backdrop {
             air,
             patches,
         });
+        backdrop.find_runs();
         backdrop
     }
 
@@ -269,19 +422,55 @@ impl Backdrop {
             stride: 0,
             inverse_depth: row(),
             excess_c: row(),
-            covered: vec![0..0; view.rows()],
+            runs: Vec::new(),
+            runs_before: vec![0; view.rows() + 1],
         }
     }
 
     /// °C above ambient of the pixels.
     pub(crate) fn pixels_c(&self, resampler: &Resampler) -> Vec<f64> {
-        resampler.apply_covered(&self.excess_c, &self.covered)
+        let rows = 0..self.runs_before.len() - 1;
+        let covered = rows.map(|row| {
+            let runs = self.runs(row).iter();
+            runs.fold(0..0, |all, run| hull(all, run.columns.clone()))
+        });
+        resampler.apply_covered(&self.excess_c, &covered.collect::<Vec<_>>())
     }
 
-    /// One over the depths, and the degrees, from a cell on.
+    /// Looks where each row shows anything.
+    fn find_runs(&mut self) {
+        for row in 0..self.runs_before.len() - 1 {
+            let first = self.runs.len();
+            let cells = &self.inverse_depth[self.cells(row, 0..self.stride)];
+            for (column, inverse_depth) in cells.iter().copied().enumerate() {
+                if inverse_depth == 0.0 {
+                    continue;
+                }
+                match self.runs[first..].last_mut() {
+                    Some(run) if column < run.columns.end + LANES_MAX => {
+                        run.columns.end = column + 1;
+                        run.nearest = run.nearest.max(inverse_depth);
+                    }
+                    _ => self.runs.push(Run {
+                        columns: column..column + 1,
+                        nearest: inverse_depth,
+                    }),
+                }
+            }
+            self.runs_before[row + 1] = self.runs.len();
+        }
+    }
+
+    /// The runs of a row, from the left.
     #[inline(always)]
-    fn from(&self, cell: usize) -> (&[f64], &[f64]) {
-        (&self.inverse_depth[cell..], &self.excess_c[cell..])
+    fn runs(&self, row: usize) -> &[Run] {
+        &self.runs[self.runs_before[row]..self.runs_before[row + 1]]
+    }
+
+    /// What is there from a cell on.
+    #[inline(always)]
+    fn from<S: Simd>(&self, cell: usize) -> Behind<'_, S> {
+        Behind::new(&self.inverse_depth[cell..], &self.excess_c[cell..])
     }
 
     #[inline(always)]
@@ -311,24 +500,19 @@ impl WithSimd for PaintBackdrop<'_> {
                 if covered.is_empty() {
                     continue;
                 }
-                backdrop.covered[row] = hull(backdrop.covered[row].clone(), covered.clone());
                 let line = Line {
                     view,
                     air: self.air,
                     row,
                 };
                 let cells = backdrop.cells(row, covered.clone());
-                let strip = Strip {
-                    painted,
-                    covered,
-                    counts: None,
-                };
                 let picture = Picture {
-                    depth: &mut easel.new_depth,
-                    excess: &mut easel.new_excess,
+                    behind: backdrop.from(cells.start),
+                    depth: S::as_mut_simd_f64s(&mut easel.new_depth).0,
+                    excess: S::as_mut_simd_f64s(&mut easel.new_excess).0,
                     counts: None,
                 };
-                line.draw(simd, &strip, backdrop.from(cells.start), picture);
+                line.draw(simd, painted, covered, picture);
                 let (depth, excess) = (&easel.new_depth, &easel.new_excess);
                 let count = cells.len();
                 backdrop.inverse_depth[cells.clone()].copy_from_slice(&depth[..count]);
@@ -536,12 +720,43 @@ impl Bench<'_> {
         }
     }
 
-    /// Draws a strip and gives what it changes to the rows of pixels, all at once.
+    /// Draws a strip and gives what it changes to the rows of pixels, run by run of what is behind it.
     #[inline(always)]
     fn draw_one<S: Simd>(&mut self, simd: S, line: Line<'_>, strip: &Strip<'_>) {
-        let covered = strip.covered.clone();
-        let cells = covered.len().next_multiple_of(S::F64_LANES);
-        let padded = covered.start..covered.start + cells;
+        let (mut start, end) = (strip.covered.start, strip.covered.end);
+        let backdrop = self.backdrop;
+        for run in backdrop.runs(line.row) {
+            if run.columns.end <= start {
+                continue;
+            }
+            if run.columns.start >= end {
+                break;
+            }
+            if run.columns.start > start {
+                self.draw_part(simd, line, strip, start..run.columns.start, Back::Nothing);
+                start = run.columns.start;
+            }
+            let part = start..run.columns.end.min(end);
+            start = part.end;
+            self.draw_part(simd, line, strip, part, Back::Something(run.nearest));
+        }
+        if start < end {
+            self.draw_part(simd, line, strip, start..end, Back::Nothing);
+        }
+    }
+
+    /// Draws a part of a strip. The sums beyond it are put back: to ask in each cell whether it belongs to the part
+    /// would take longer.
+    #[inline(always)]
+    fn draw_part<S: Simd>(
+        &mut self,
+        simd: S,
+        line: Line<'_>,
+        strip: &Strip<'_>,
+        part: Range<usize>,
+        back: Back,
+    ) {
+        let cells = part.len().next_multiple_of(S::F64_LANES);
         let (pixel_rows, weights) = self.resampler.rows_of(line.row);
         let stride = self.view.columns() + LANES_MAX;
         let (first, rest) = self.sums[pixel_rows.start * stride..].split_at_mut(stride);
@@ -549,15 +764,35 @@ impl Bench<'_> {
             Some(weight) => (rest, *weight),
             None => (&mut self.spare[..], 0.0),
         };
-        let change = Change {
-            columns: &self.view.numbers()[padded.clone()],
-            last: count::float(covered.end - 1),
-            counts: strip.counts,
-            sums: [&mut first[padded.clone()], &mut second[padded]],
+        let (first, second) = (&mut first[part.start..], &mut second[part.start..]);
+        let beyond = [tail(first, part.len()), tail(second, part.len())];
+        let sums = Sums {
+            rows: [
+                S::as_mut_simd_f64s(&mut first[..cells]).0,
+                S::as_mut_simd_f64s(&mut second[..cells]).0,
+            ],
             weights: [weights[0], weight],
         };
-        let cell = self.backdrop.cells(line.row, covered).start;
-        line.draw(simd, strip, self.backdrop.from(cell), change);
+        let cell = self.backdrop.cells(line.row, part.clone()).start;
+        let (painted, covered) = (strip.painted, part.clone());
+        let behind = self.backdrop.from::<S>(cell);
+        match (back, strip.counts) {
+            (Back::Nothing, None) => line.draw(simd, painted, covered, Alone { sums }),
+            (Back::Something(nearest), None) if line.is_before(painted, &part, nearest) => {
+                let excess = behind.excess;
+                line.draw(simd, painted, covered, Before { sums, excess });
+            }
+            (_, counts) => {
+                let change = Change {
+                    sums,
+                    behind,
+                    counts,
+                };
+                line.draw(simd, painted, covered, change);
+            }
+        }
+        put_back(first, part.len(), &beyond[0]);
+        put_back(second, part.len(), &beyond[1]);
     }
 
     #[inline(always)]

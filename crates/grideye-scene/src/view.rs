@@ -19,8 +19,6 @@ pub(crate) struct View {
     slopes_left: Vec<f64>,
     /// Square of it.
     slopes_left2: Vec<f64>,
-    /// Number of each column.
-    numbers: Vec<f64>,
     /// Slope upwards of each row of points; falling.
     slopes_up: Vec<f64>,
     /// Distance of the plane on each axis, in that axis's points.
@@ -41,7 +39,6 @@ impl View {
             columns,
             slopes_left2: slopes_left.iter().map(|slope| slope * slope).collect(),
             slopes_left,
-            numbers: (0..columns + LANES_MAX).map(count::float).collect(),
             slopes_up: slopes(sensor.grid_points.y, sensor.grid_points.y, focal_points[1]),
             focal_points,
         }
@@ -63,12 +60,6 @@ impl View {
             &self.slopes_left[columns.clone()],
             &self.slopes_left2[columns],
         )
-    }
-
-    /// The number of each column; there are [`LANES_MAX`] more than columns.
-    #[inline(always)]
-    pub(crate) fn numbers(&self) -> &[f64] {
-        &self.numbers
     }
 
     #[inline(always)]
