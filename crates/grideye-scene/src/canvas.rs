@@ -125,13 +125,15 @@ struct Change<'a, S: Simd> {
     counts: Option<f64>,
 }
 
+/// What cells count before a patch is drawn and after, and what the patch does.
+type Counts<'a, S> = (&'a [<S as Simd>::f64s], &'a mut [<S as Simd>::f64s], f64);
+
 /// What is seen after the patch was drawn.
 struct Picture<'a, S: Simd> {
     behind: Behind<'a, S>,
     depth: &'a mut [S::f64s],
     excess: &'a mut [S::f64s],
-    /// What the cells count before and after, and what the patch does.
-    counts: Option<(&'a [S::f64s], &'a mut [S::f64s], f64)>,
+    counts: Option<Counts<'a, S>>,
 }
 
 impl<S: Simd> Outcome<S> for Alone<'_, S> {
