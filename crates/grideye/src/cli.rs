@@ -253,7 +253,7 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(crate) seed: u64,
     /// Second of the scene at which the recording begins.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "0")]
+    #[arg(long, allow_hyphen_values = true, value_name = "SECONDS", value_parser = seconds, default_value = "0")]
     pub(crate) start: Duration,
     /// Bins of the second set of entropies, beside the paper's 256 grey levels: `step:WIDTH` in °C, `levels:N` or
     /// `grey256`; by default the sensor's own steps.

@@ -120,7 +120,12 @@ pub(crate) fn sensor_name(scene: &Scene, sensor: Option<&str>) -> Result<String>
 
 /// Opens a file that the user named for reading.
 pub(crate) fn open(path: &Path) -> Result<BufReader<File>> {
-    File::open(path).map(BufReader::new).map_err(|error| {
+    let opened = if path.is_dir() {
+        Err(io::ErrorKind::IsADirectory.into())
+    } else {
+        File::open(path)
+    };
+    opened.map(BufReader::new).map_err(|error| {
         bad_input(anyhow!(
             "cannot open {}: {error}\nhint: name an existing file that you may read",
             path.display()
