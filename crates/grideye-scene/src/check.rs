@@ -50,29 +50,7 @@ pub(crate) fn parse(
     tables.leave_out_absent();
     let room = plan::room(&source, &tables.room, files)?;
     let walls = Walls::new(&room);
-    let mut objects = Vec::new();
-    let mut warnings = Vec::new();
-    let mut keep = |object: Body, byte: usize| match beyond(&object.solid, &room, &walls) {
-        None => objects.push(object),
-        Some(reach_mm) => warnings.push(Warning::ObjectOutsideRoom {
-            place: source.place(byte),
-            name: object.name,
-            reach_mm,
-            room_mm: room.described(),
-        }),
-    };
-    for table in &tables.object {
-        let object = body::object(&source, table, room.ambient_c, files)?;
-        keep(object, table.get_ref().name.span().start);
-    }
-    let mut count = tables.object.len();
-    for table in &tables.mosaic {
-        let cells = mosaic::cells(&source, table, count)?;
-        count += cells.len();
-        for cell in cells {
-            keep(cell, table.get_ref().name.span().start);
-        }
-    }
+    let (objects, mut warnings) = objects(&source, &tables, (&room, &walls), files)?;
     let agents = collect(&tables.agent, |table| {
         way::agent(&source, table, (&room, &walls), files)
     })?;
@@ -105,6 +83,38 @@ pub(crate) fn parse(
         warnings,
         fits,
     })
+}
+
+/// The objects that are in the room, each mosaic as its cells, and a warning for each that is not.
+fn objects(
+    source: &Source<'_>,
+    tables: &SceneTable,
+    (room, walls): (&Room, &Walls),
+    files: &dyn Files,
+) -> Result<(Vec<Body>, Vec<Warning>), SceneError> {
+    let (mut objects, mut warnings) = (Vec::new(), Vec::new());
+    let mut keep = |object: Body, byte: usize| match beyond(&object.solid, room, walls) {
+        None => objects.push(object),
+        Some(reach_mm) => warnings.push(Warning::ObjectOutsideRoom {
+            place: source.place(byte),
+            name: object.name,
+            reach_mm,
+            room_mm: room.described(),
+        }),
+    };
+    for table in &tables.object {
+        let object = body::object(source, table, room.ambient_c, files)?;
+        keep(object, table.get_ref().name.span().start);
+    }
+    let mut count = tables.object.len();
+    for table in &tables.mosaic {
+        let cells = mosaic::cells(source, table, count)?;
+        count += cells.len();
+        for cell in cells {
+            keep(cell, table.get_ref().name.span().start);
+        }
+    }
+    Ok((objects, warnings))
 }
 
 /// Who runs into what, as warnings or as the first of them as an error.

@@ -168,7 +168,7 @@ impl Part {
     fn npz(&self, about: &str, out: &mut impl Write) -> Result<()> {
         let mut archive = Arrays(Archive::new(out));
         let (columns, rows) = self.size;
-        let (count, agents) = (self.frame.len(), self.agents.len());
+        let count = self.frame.len();
         archive.texts("metadata.npy", "()", &[about])?;
         archive.array(
             "frame.npy",
@@ -193,6 +193,15 @@ impl Part {
             &[count, rows, columns],
             &mut self.truth_c.iter(),
         )?;
+        self.agent_arrays(&mut archive)?;
+        self.varied_arrays(&mut archive)?;
+        archive.0.finish()
+    }
+
+    /// What is told of each agent, frame by frame: an array for each, and the names.
+    fn agent_arrays(&self, archive: &mut Arrays<impl Write>) -> Result<()> {
+        let (columns, rows) = self.size;
+        let (count, agents) = (self.frame.len(), self.agents.len());
         let names: Vec<&str> = self
             .agents
             .iter()
@@ -233,9 +242,7 @@ impl Part {
             let agents = self.agents.iter();
             agents.flat_map(move |agent| &agent.mask[frame * pixels..(frame + 1) * pixels])
         });
-        archive.singles("mask.npy", &[count, agents, rows, columns], &mut masks)?;
-        self.varied_arrays(&mut archive)?;
-        archive.0.finish()
+        archive.singles("mask.npy", &[count, agents, rows, columns], &mut masks)
     }
 
     /// Numbers side by side in one array, texts in another, each with the names.
