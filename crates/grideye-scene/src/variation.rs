@@ -37,7 +37,9 @@
 //! # Ok::<(), grideye_scene::variation::VariationError>(())
 //! ```
 
+mod chance;
 mod error;
+mod floor;
 mod grammar;
 mod target;
 
@@ -45,13 +47,12 @@ pub use error::{Mistake, VariationError};
 
 use crate::error::SceneError;
 use crate::files::Files;
-use crate::noise::fnv1a;
 use crate::scene::{Loaded, Model, Scene, Sensor};
-use crate::source::{MM_PER_M, Source};
-use glam::DVec3;
+use crate::source::Source;
+use chance::{NOISE, below, generator, share};
+use floor::{Floors, Lottery};
 use grammar::{Choice, Piece};
-use rand_chacha::ChaCha12Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use rand_chacha::rand_core::Rng as _;
 use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -421,99 +422,6 @@ impl Recipe {
     }
 }
 
-/// A draw's text, and where in it the places of the agents go that are put on the floor.
-struct Floors<'a> {
-    recipe: &'a Recipe,
-    text: String,
-    /// Of each agent, the first for its position, the others for what goes with its way.
-    edits: Vec<Vec<Edit>>,
-    silence: Option<Edit>,
-}
-
-impl Floors<'_> {
-    fn edits(&self, places: &[Lottery]) -> Vec<(&Edit, String)> {
-        let mut edits = Vec::new();
-        for (place, of_agent) in places.iter().zip(&self.edits) {
-            let [x_mm, y_mm, z_mm] = (place.place_m * MM_PER_M).to_array();
-            let position = format!("[{x_mm:?}, {y_mm:?}, {z_mm:?}]");
-            let values = std::iter::once(position).chain(std::iter::repeat(String::new()));
-            edits.extend(of_agent.iter().zip(values));
-        }
-        edits
-    }
-
-    fn silent(&self) -> impl Iterator<Item = (&Edit, String)> {
-        let edits = self.silence.iter();
-        edits.map(|edit| (edit, "\"ignore\"".to_owned()))
-    }
-
-    /// The lowest and the highest corner of the room.
-    fn room_m(&self, files: &dyn Files) -> Result<(DVec3, DVec3), SceneError> {
-        let text = edited(&self.text, self.silent().collect());
-        let loaded = Scene::parse(&text, &self.recipe.origin, files)?;
-        Ok(loaded.scene.room().bounds_m())
-    }
-
-    /// The agent that cannot be where it is, if there is one.
-    fn misplaced(
-        &self,
-        places: &[Lottery],
-        files: &dyn Files,
-    ) -> Result<Option<usize>, SceneError> {
-        let mut edits = self.edits(places);
-        edits.extend(self.silent());
-        let text = edited(&self.text, edits);
-        let number_of = |name: &str| {
-            let mut placed = self.recipe.placed.iter();
-            placed.position(|placed| placed.agent == name)
-        };
-        let scene = match Scene::parse(&text, &self.recipe.origin, files) {
-            Ok(loaded) => loaded.scene,
-            Err(SceneError::AgentLeavesRoom { name, .. }) if number_of(&name).is_some() => {
-                return Ok(number_of(&name));
-            }
-            Err(error) => return Err(error),
-        };
-        // The later of two that are in each other's way makes room.
-        let contacts = scene.contacts().into_iter();
-        let mut misplaced = contacts.filter_map(|contact| {
-            let names = contact.names.iter();
-            names.filter_map(|name| number_of(name)).max()
-        });
-        Ok(misplaced.next())
-    }
-}
-
-/// Places on the floor, one after the other.
-struct Lottery {
-    generator: ChaCha12Rng,
-    low_m: DVec3,
-    size_m: DVec3,
-    place_m: DVec3,
-    drawn: usize,
-}
-
-impl Lottery {
-    fn new(seed: u64, agent: &str, index: u64, (low_m, high_m): (DVec3, DVec3)) -> Self {
-        let mut lottery = Self {
-            generator: generator(seed, &format!("agent.{agent}.position"), index),
-            low_m,
-            size_m: high_m - low_m,
-            place_m: low_m,
-            drawn: 0,
-        };
-        lottery.next();
-        lottery
-    }
-
-    /// Anywhere on the underside of the box around the room; the room refuses what is not in it.
-    fn next(&mut self) {
-        let (x, y) = (share(&mut self.generator), share(&mut self.generator));
-        self.place_m = self.low_m + self.size_m * DVec3::new(x, y, 0.0);
-        self.drawn += 1;
-    }
-}
-
 fn on_floor(path: &str, values: &str) -> Result<String, Mistake> {
     if values != "floor" {
         return Err(Mistake::OnlyFloor);
@@ -592,30 +500,3 @@ fn edited(text: &str, mut edits: Vec<(&Edit, String)>) -> String {
     whole.push_str(text.get(copied..).unwrap_or_default());
     whole
 }
-
-/// ChaCha with 12 rounds, as for the noise; its key is the seed, the FNV-1a hash of what is drawn for, the frame's
-/// number, and a tag that the noise does not have.
-fn generator(seed: u64, key: &str, index: u64) -> ChaCha12Rng {
-    let mut bytes = [0; 32];
-    bytes[..8].copy_from_slice(&seed.to_le_bytes());
-    bytes[8..16].copy_from_slice(&fnv1a(key).to_le_bytes());
-    bytes[16..24].copy_from_slice(&index.to_le_bytes());
-    bytes[24..].copy_from_slice(b"gridvary");
-    ChaCha12Rng::from_seed(bytes)
-}
-
-/// 0 to 1, 1 excluded, in steps of 2⁻⁵³.
-fn share(generator: &mut ChaCha12Rng) -> f64 {
-    let high = generator.next_u32() >> 5;
-    let low = generator.next_u32() >> 6;
-    (f64::from(high) * 67_108_864.0 + f64::from(low)) / 9_007_199_254_740_992.0
-}
-
-/// One of so many, each as likely but for 2⁻³² of them; there is one at least.
-fn below(generator: &mut ChaCha12Rng, count: usize) -> usize {
-    let wide = u64::from(generator.next_u32()) * u64::try_from(count).unwrap_or(u64::MAX);
-    usize::try_from(wide >> 32).unwrap_or(0)
-}
-
-/// What the seed of the noise is drawn for: no key of a scene has a space before its name.
-const NOISE: &str = " noise";

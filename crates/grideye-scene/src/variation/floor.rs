@@ -1,0 +1,104 @@
+//! Where agents are put on the floor: places are drawn until nobody is in anybody's way.
+
+use super::chance::{generator, share};
+use super::target::Edit;
+use super::{Recipe, edited};
+use crate::error::SceneError;
+use crate::files::Files;
+use crate::scene::Scene;
+use crate::source::MM_PER_M;
+use glam::DVec3;
+use rand_chacha::ChaCha12Rng;
+
+/// A draw's text, and where in it the places of the agents go that are put on the floor.
+pub(super) struct Floors<'a> {
+    pub(super) recipe: &'a Recipe,
+    pub(super) text: String,
+    /// Of each agent, the first for its position, the others for what goes with its way.
+    pub(super) edits: Vec<Vec<Edit>>,
+    pub(super) silence: Option<Edit>,
+}
+
+impl Floors<'_> {
+    pub(super) fn edits(&self, places: &[Lottery]) -> Vec<(&Edit, String)> {
+        let mut edits = Vec::new();
+        for (place, of_agent) in places.iter().zip(&self.edits) {
+            let [x_mm, y_mm, z_mm] = (place.place_m * MM_PER_M).to_array();
+            let position = format!("[{x_mm:?}, {y_mm:?}, {z_mm:?}]");
+            let values = std::iter::once(position).chain(std::iter::repeat(String::new()));
+            edits.extend(of_agent.iter().zip(values));
+        }
+        edits
+    }
+
+    fn silent(&self) -> impl Iterator<Item = (&Edit, String)> {
+        let edits = self.silence.iter();
+        edits.map(|edit| (edit, "\"ignore\"".to_owned()))
+    }
+
+    /// The lowest and the highest corner of the room.
+    pub(super) fn room_m(&self, files: &dyn Files) -> Result<(DVec3, DVec3), SceneError> {
+        let text = edited(&self.text, self.silent().collect());
+        let loaded = Scene::parse(&text, &self.recipe.origin, files)?;
+        Ok(loaded.scene.room().bounds_m())
+    }
+
+    /// The agent that cannot be where it is, if there is one.
+    pub(super) fn misplaced(
+        &self,
+        places: &[Lottery],
+        files: &dyn Files,
+    ) -> Result<Option<usize>, SceneError> {
+        let mut edits = self.edits(places);
+        edits.extend(self.silent());
+        let text = edited(&self.text, edits);
+        let number_of = |name: &str| {
+            let mut placed = self.recipe.placed.iter();
+            placed.position(|placed| placed.agent == name)
+        };
+        let scene = match Scene::parse(&text, &self.recipe.origin, files) {
+            Ok(loaded) => loaded.scene,
+            Err(SceneError::AgentLeavesRoom { name, .. }) if number_of(&name).is_some() => {
+                return Ok(number_of(&name));
+            }
+            Err(error) => return Err(error),
+        };
+        // The later of two that are in each other's way makes room.
+        let contacts = scene.contacts().into_iter();
+        let mut misplaced = contacts.filter_map(|contact| {
+            let names = contact.names.iter();
+            names.filter_map(|name| number_of(name)).max()
+        });
+        Ok(misplaced.next())
+    }
+}
+
+/// Places on the floor, one after the other.
+pub(super) struct Lottery {
+    generator: ChaCha12Rng,
+    low_m: DVec3,
+    size_m: DVec3,
+    pub(super) place_m: DVec3,
+    pub(super) drawn: usize,
+}
+
+impl Lottery {
+    pub(super) fn new(seed: u64, agent: &str, index: u64, (low_m, high_m): (DVec3, DVec3)) -> Self {
+        let mut lottery = Self {
+            generator: generator(seed, &format!("agent.{agent}.position"), index),
+            low_m,
+            size_m: high_m - low_m,
+            place_m: low_m,
+            drawn: 0,
+        };
+        lottery.next();
+        lottery
+    }
+
+    /// Anywhere on the underside of the box around the room; the room refuses what is not in it.
+    pub(super) fn next(&mut self) {
+        let (x, y) = (share(&mut self.generator), share(&mut self.generator));
+        self.place_m = self.low_m + self.size_m * DVec3::new(x, y, 0.0);
+        self.drawn += 1;
+    }
+}
