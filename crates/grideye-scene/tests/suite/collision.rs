@@ -77,6 +77,38 @@ fn a_walker_meets_a_box_where_and_when_their_sides_do() {
 }
 
 #[test]
+fn a_contact_that_comes_aslant_is_found_to_the_microsecond() {
+    // At 45° the gap closes slower than the body moves, so that no step ends on the contact.
+    let wall = still(object(
+        "wall",
+        [3000.0, 2000.0, 0.0],
+        [200.0, 3000.0, 1000.0],
+        0.0,
+        20.0,
+    ));
+    let way = [[1000.0, 1000.0], [3000.0, 3000.0]];
+    let small = "size_mm = [200, 200, 1750]\n";
+    let found = contacts(&[wall, walker("a", small, &way, "speed_mm_per_s = 1000\n")]);
+    // The front at x + 100, the wall from 2900 mm on, 1 mm of overlap free: 1801 mm at 1000 / √2 mm/s.
+    let expected_s = 1.801 * 2.0_f64.sqrt();
+    assert!((found[0].1 - expected_s).abs() < 5e-6, "{found:?}");
+}
+
+#[test]
+fn contacts_are_told_in_the_order_of_their_times() {
+    let way = |from_mm: f64| [[1000.0, from_mm], [3500.0, from_mm]];
+    let found = contacts(&[
+        post("far", 3000.0, 3000.0),
+        post("near", 2000.0, 3000.0),
+        walker("late", BODY, &way(3000.0), "speed_mm_per_s = 500\n"),
+        post("first", 1500.0, 1500.0),
+        walker("early", BODY, &way(1500.0), "speed_mm_per_s = 1000\n"),
+    ]);
+    let names: Vec<&str> = found.iter().map(|(names, ..)| names[1].as_str()).collect();
+    assert_eq!(names, ["first", "near", "far"]);
+}
+
+#[test]
 fn motion_and_stops_change_the_time_and_not_the_place() {
     // s(1/4) = 0.103515625 of 2.5 m are 258.79 mm: the front is then at 1358.79 mm.
     let way = [[1000.0, 3000.0], [3500.0, 3000.0]];
@@ -111,6 +143,8 @@ fn balls_meet_at_two_radii() {
     );
     let middle_m = 1.0 + expected_s + 0.1 * 2.0_f64.sqrt();
     assert!((place_m[0] - middle_m).abs() < 0.01, "{place_m:?}");
+    // Both have come as far, one along x and one along y.
+    assert!((place_m[1] - middle_m).abs() < 0.01, "{place_m:?}");
     assert!((place_m[2] - 0.2).abs() < 0.01, "{place_m:?}");
 }
 

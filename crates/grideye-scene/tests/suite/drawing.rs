@@ -361,6 +361,25 @@ fn place_of(view: &str, name: &str) -> Option<(f64, f64)> {
 }
 
 #[test]
+fn a_name_goes_along_with_whom_it_names() {
+    let scene = walker(1000.0);
+    for (time, x, y) in [(0, 0.5, 1.0), (2, 2.5, 1.0), (5, 3.5, 3.0)] {
+        let drawing = Drawing {
+            time: Duration::from_secs(time),
+            ..Drawing::new("walk")
+        };
+        let page = svg(&scene, &drawing);
+        let found = place_of(views(&page).1, "person, 28 °C").unwrap();
+        let (across, down) = on_map(x, y);
+        let (across_off, down_off) = (found.0 - across, found.1 - (down - 8.0));
+        assert!(
+            across_off.abs() < 0.11 && down_off.abs() < 0.11,
+            "{time} s: {found:?}"
+        );
+    }
+}
+
+#[test]
 fn a_name_gives_way_to_one_that_is_there() {
     let near = |name: &str, x_mm: f64| object(name, [x_mm, 3000.0, 0.0], [50.0; 3], 0.0, 21.0);
     let page = draw(&format!(

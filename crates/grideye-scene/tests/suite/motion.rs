@@ -300,6 +300,12 @@ const REFUSED: &[(&str, &str, &str)] = &[
         TIME_TABLE,
         "w.csv:3:1: found 1500 mm in 2 s, expected a way that the acceleration allows; this one takes at least 1500 mm/s²",
     ),
+    // Half a metre in a second from rest to rest: 4 L / T².
+    (
+        "motion = \"trapezoidal\"\nacceleration_mm_per_s2 = 1999\n",
+        "t_s,x_mm,y_mm,z_mm\n0,500,3000,0\n1,1000,3000,0\n",
+        "w.csv:3:1: found 500 mm in 1 s, expected a way that the acceleration allows; this one takes at least 2000 mm/s²",
+    ),
     (
         "",
         "t_s,x_mm,y_mm,z_mm\n1,500,3000,0\n1,600,3000,0\n",

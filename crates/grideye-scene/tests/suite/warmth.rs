@@ -417,6 +417,46 @@ fn no_print_without_a_material_or_a_contact() {
 }
 
 #[test]
+fn no_print_on_top_of_what_stands_over_the_body() {
+    // 250 mm of body below a top at 450 mm.
+    let below = leaves_after(600.0).replace(",450,", ",0,");
+    let scene = sofa_scene("textile", &below, "");
+    let image = Simulator::new(&scene, "ceiling")
+        .unwrap()
+        .image(seconds(601.0));
+    let warmest = image.celsius.iter().copied().fold(f64::MIN, f64::max);
+    assert!((warmest - 20.1).abs() < 1e-9, "{warmest}");
+}
+
+#[test]
+fn a_print_on_what_cools_is_warmer_by_what_the_body_was_warmer_when_it_came() {
+    // A plate of 60 °C that cools to the room's 20.1 °C in 100 s; a body of 30.1 °C is on it from 50 s to 110 s.
+    let plate_c = |at_s: f64| 20.1 + 39.9 * (-at_s / 100.0).exp();
+    let plate = |keys: &str, celsius: f64| {
+        let size_mm = [2200.0, 900.0, 450.0];
+        object("plate", [2000.0, 3000.0, 0.0], size_mm, 0.0, celsius) + keys
+    };
+    let walk = "t_s,x_mm,y_mm,z_mm,dwell_s\n0,500,600,450,49.999\n50,2000,3000,450,60\n110.001,500,600,450,0\n";
+    let text = format!(
+        "{ROOM}{CEILING}{}[[agent]]\nname = \"a\"\nsize_mm = [800, 500, 250]\ntemperature_c = 30.1\ntrajectory = \"w.csv\"\n",
+        plate("material = \"wood\"\ntime_constant_s = 100\n", 60.0)
+    );
+    let files = BTreeMap::from([("w.csv".to_owned(), walk.to_owned())]);
+    let scene = Scene::parse(&text, "room.toml", &files).unwrap().scene;
+    // 180 s after a contact of 60 s: the share that the formula leaves.
+    let print_c = plate_c(290.0) + WOOD_180 * (30.1 - plate_c(50.0));
+    let print = object(
+        "print",
+        [2000.0, 3000.0, 449.9],
+        [800.0, 500.0, 0.11],
+        0.0,
+        print_c,
+    );
+    let expected = with(&format!("{}{print}", plate("", plate_c(290.0))));
+    assert_same(&scene, 290.0, &expected, 1e-3);
+}
+
+#[test]
 fn a_scene_lasts_as_long_as_it_says() {
     let scene = |keys: &str| scene(&format!("{keys}{ROOM}{CEILING}"));
     assert_eq!(
