@@ -6,7 +6,8 @@ use crate::config::{BusConfig, Config};
 use crate::log::Log;
 use crate::ring::Ring;
 use crate::upload::{Shared, Target, Uploader};
-use crate::worker::{Sensor, Sink, Worker};
+use crate::watch::{HUNG_AFTER, Watched};
+use crate::worker::{Sink, Worker};
 use grideye_recording::Record;
 use grideye_recording::wire::Account;
 use std::collections::BTreeMap;
@@ -41,6 +42,8 @@ pub struct Start {
     pub boot: String,
     /// Stop reading each sensor after exactly this many frames read.
     pub frames_limit: Option<u64>,
+    /// How long an operation on a bus may take until it counts as hung.
+    pub hung_after: Duration,
 }
 
 impl Start {
@@ -52,6 +55,7 @@ impl Start {
             host_name: host_name.into(),
             boot: random_name(),
             frames_limit: None,
+            hung_after: HUNG_AFTER,
         }
     }
 
@@ -115,6 +119,7 @@ impl Agent {
             config: agent,
             boot,
             frames_limit,
+            hung_after,
             ..
         } = start;
         let shared = Arc::new(Shared::new(Ring::new(agent.ring_frames, names)));
@@ -131,6 +136,7 @@ impl Agent {
             let thread = BusThread {
                 first_stream,
                 frames_limit,
+                hung_after,
                 shared: Arc::clone(&handle.shared),
                 running: Arc::clone(&handle.running),
                 index: handle.bus_names.len(),
@@ -288,6 +294,7 @@ struct BusThread {
     index: usize,
     first_stream: usize,
     frames_limit: Option<u64>,
+    hung_after: Duration,
     shared: Arc<Shared>,
     running: Arc<Running>,
     clock: Arc<dyn Clock>,
@@ -300,17 +307,34 @@ impl BusThread {
             running: &self.running,
             index: self.index,
         };
-        let now = self.clock.boot();
-        let sensor = |config| {
-            Sensor::new(
-                self.config.sensor_id(config),
-                *config,
-                now,
-                self.frames_limit,
-            )
-        };
-        let sensors = self.config.sensors.iter().map(sensor).collect();
-        Worker::new(opener, sensors, Arc::clone(&self.clock), self.log.clone()).run(&self);
+        let what = (&self.config, self.frames_limit);
+        let mut worker = Worker::of_bus(opener, what, Arc::clone(&self.clock), self.log.clone());
+        let watched = Arc::clone(&worker.watched);
+        let bus = self.config.path.display().to_string();
+        std::thread::scope(|scope| {
+            let watchdog = std::thread::Builder::new()
+                .name("watchdog".to_owned())
+                .stack_size(STACK_BYTES)
+                .spawn_scoped(scope, || {
+                    let what = (bus.as_str(), self.hung_after);
+                    watched.watch(what, &self, self.clock.as_ref(), &self.log);
+                });
+            if let Err(error) = watchdog {
+                self.log
+                    .warning(format!("{bus}: no thread to watch it: {error}"));
+            }
+            let _over = Over(&watched);
+            worker.run(&self);
+        });
+    }
+}
+
+/// Ends the watchdog, however the thread that it watches ends.
+struct Over<'a>(&'a Watched);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.over();
     }
 }
 

@@ -7,6 +7,7 @@ use i2cdev::linux::{LinuxI2CError, LinuxI2CMessage};
 use linux_embedded_hal::I2cdev;
 use std::fmt;
 use std::io;
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 /// Opens a bus, and opens it again after it was unplugged. What an error of the bus means is for its opener to say,
@@ -24,6 +25,12 @@ pub trait OpenBus {
     /// The bus' name for the log.
     fn name(&self) -> String {
         "the bus".to_owned()
+    }
+
+    /// The fastest that the bus' clock can be, if that is known: how long a transfer takes at least tells how late in it
+    /// the sensor's registers can have been copied.
+    fn scl_hz_max(&self) -> Option<NonZeroU32> {
+        None
     }
 
     /// What this error means for the frame that was being read.
@@ -117,6 +124,14 @@ impl OpenError {
     }
 }
 
+/// Where the kernel shows its adapters, each under its device file's name.
+const ADAPTERS: &str = "/sys/class/i2c-adapter";
+/// How much faster than the device tree says the clock may be.
+const SCL_MARGIN: NonZeroU32 = match NonZeroU32::new(2) {
+    Some(margin) => margin,
+    None => NonZeroU32::MIN,
+};
+
 /// Opens `/dev/i2c-N`.
 #[derive(Debug, Clone)]
 pub struct LinuxBus {
@@ -153,6 +168,13 @@ impl OpenBus for LinuxBus {
 
     fn name(&self) -> String {
         self.path.display().to_string()
+    }
+
+    /// What the device tree says, and twice that to be sure: on a Raspberry Pi the clock that SCL is divided from may
+    /// be raised after the divider was set. Adapters without a device tree say nothing.
+    fn scl_hz_max(&self) -> Option<NonZeroU32> {
+        let name = self.path.file_name()?.to_str()?;
+        scl_hz_in(Path::new(ADAPTERS), name).map(|hz| hz.saturating_mul(SCL_MARGIN))
     }
 
     /// A USB adapter that was pulled out fails with EIO for as long as it is held open; that its device file is gone
@@ -276,6 +298,12 @@ impl I2c for LinuxI2c {
     }
 }
 
+/// The frequency of SCL in the device tree's node of an adapter: one big-endian cell.
+fn scl_hz_in(adapters: &Path, name: &str) -> Option<NonZeroU32> {
+    let cell = std::fs::read(adapters.join(name).join("of_node/clock-frequency")).ok()?;
+    NonZeroU32::new(u32::from_be_bytes(cell.try_into().ok()?))
+}
+
 fn open_error(path: &Path, address: u8, error: LinuxI2CError) -> OpenError {
     let path = path.display().to_string();
     let source = io::Error::from(error);
@@ -348,6 +376,21 @@ mod tests {
         assert!(message(13).contains("permission denied\nhint: add the user to the group"));
         assert!(message(16).contains("a kernel driver owns address 0x69\nhint: unbind it"));
         assert!(message(25).contains("cannot be used as an I2C bus: Inappropriate ioctl"));
+    }
+
+    #[test]
+    fn the_clock_of_a_bus_is_what_the_device_tree_says_or_unknown() {
+        let adapters = tempfile::tempdir().unwrap();
+        let node = adapters.path().join("i2c-1/of_node");
+        std::fs::create_dir_all(&node).unwrap();
+        let found = || scl_hz_in(adapters.path(), "i2c-1").map(NonZeroU32::get);
+        assert_eq!(found(), None);
+        std::fs::write(node.join("clock-frequency"), [0, 0x01, 0x86, 0xA0]).unwrap();
+        assert_eq!(found(), Some(100_000));
+        std::fs::write(node.join("clock-frequency"), [0; 4]).unwrap();
+        assert_eq!(found(), None);
+        std::fs::write(node.join("clock-frequency"), [1; 5]).unwrap();
+        assert_eq!(found(), None);
     }
 
     #[test]

@@ -224,9 +224,8 @@ fn watch<O: OpenBus>(
     let mut worker = Worker::new(opener, vec![sensor], Arc::clone(clock), Log::silent());
     worker.run(&watched);
     watched.period = worker
-        .sensors
-        .first()
-        .and_then(|sensor| sensor.sampler.period());
+        .watched
+        .with(|sensors| sensors.first().and_then(|sensor| sensor.sampler.period()));
     watched
 }
 

@@ -12,6 +12,8 @@
 //!   behind it and counts the sensor's frames, so that none is recorded twice and a missed one is a row of its own.
 //! * [`bus`] opens a bus and says what its errors mean; [`bus::LinuxBus`] is `/dev/i2c-N`, an emulated bus is another.
 //! * [`ring`] holds what is not yet known to be durable and keeps the account: read = acknowledged + dropped + spooled.
+//! * [`worker`] is the thread of one bus: it does what the samplers of its sensors want done.
+//! * [`watch`] sees that a transfer does not come back, and lists what is missed meanwhile.
 //! * [`upload`] posts batches and frees what the collector has on disk. A hung bus does not stop it.
 //! * [`agent`] puts them together; [`check`] is the one-shot self-test for a person with a soldering iron.
 //!
@@ -50,4 +52,5 @@ mod phase;
 pub mod ring;
 pub mod sampler;
 pub mod upload;
-mod worker;
+pub mod watch;
+pub mod worker;

@@ -13,11 +13,16 @@ pub(crate) type Ns = i64;
 /// The sensor's clock is taken to be within this of nominal, in per cent; 4 % were measured, 6 % are promised.
 pub(crate) const CLOCK_ERROR_MAX_PERCENT: Ns = 8;
 
-/// Updates whose intervals bound the period. More would bound it better, but a clock drifts with its temperature.
+/// The latest updates whose intervals bound the period, and of the earlier ones every so many.
 const HISTORY_FRAMES: usize = 32;
 
-/// How fast the sensor's period may change, in parts per million of it and second.
-const DRIFT_PPM_PER_S: Ns = 50;
+/// Earlier updates, one in [`HISTORY_FRAMES`]: 51 s at 10 Hz. Over longer times the drift is what bounds the period.
+const LANDMARKS: usize = 16;
+const LANDMARK_EVERY: u64 = 32;
+
+/// How fast the sensor's period may change, in parts per million of it and second: 1 % a minute. A part that is carried
+/// from the cold into a warm room takes longer.
+const DRIFT_PPM_PER_S: Ns = 150;
 
 /// What a single update may be off the regular rhythm: the granularity of both clocks.
 const JITTER_NS: Ns = 50_000;
@@ -78,10 +83,16 @@ impl Period {
         (both.min <= both.max).then_some(both)
     }
 
+    /// The bounds of the mean of the next `ns`, or from those of the mean of the last `ns` the bounds at their end: half
+    /// the drift of that time.
+    fn of_mean(self, ns: Ns) -> Self {
+        self.widened(ns / 2)
+    }
+
     /// The bounds after a clock has drifted for `ns`.
     fn widened(self, ns: Ns) -> Self {
         // Microseconds of drifting suffice, and keep the product within the type.
-        let ppm_us = (self.max / 1_000_000 * DRIFT_PPM_PER_S).saturating_mul(ns / 1_000);
+        let ppm_us = (self.max / 1_000_000 * DRIFT_PPM_PER_S).saturating_mul(ns / 1_000 + 1);
         let drift = ppm_us / (NS_PER_S / 1_000) + 1;
         Self {
             min: self.min - drift,
@@ -102,6 +113,7 @@ pub(crate) struct Phase {
     seq: u64,
     window: Window,
     history: VecDeque<(u64, Window)>,
+    landmarks: VecDeque<(u64, Window)>,
 }
 
 impl Phase {
@@ -114,7 +126,13 @@ impl Phase {
             seq,
             window,
             history: VecDeque::from([(seq, window)]),
+            landmarks: VecDeque::new(),
         }
+    }
+
+    /// Whether `seq` is the latest frame whose update was bounded.
+    pub(crate) fn is_at(&self, seq: u64) -> bool {
+        self.seq == seq
     }
 
     /// Bounds of the period.
@@ -128,10 +146,22 @@ impl Phase {
         if frames == 0 {
             return self.window;
         }
+        let mean = self.drifting(self.period.of_mean(frames.saturating_mul(self.period.max)));
         Window {
-            after: self.window.after + frames.saturating_mul(self.period.min) - JITTER_NS,
-            until: self.window.until + frames.saturating_mul(self.period.max) + JITTER_NS,
+            after: self.window.after + frames.saturating_mul(mean.min) - JITTER_NS,
+            until: self.window.until + frames.saturating_mul(mean.max) + JITTER_NS,
         }
+    }
+
+    /// When the update of frame `seq` can have come at the earliest, if that of frame `of`, no later one, came after
+    /// `not_yet`.
+    pub(crate) fn earliest(&self, seq: u64, (of, not_yet): (u64, Ns)) -> Ns {
+        let frames = frames_between(of, seq);
+        let behind = match frames {
+            0 => 0,
+            frames => frames.saturating_mul(self.period.min) - JITTER_NS,
+        };
+        self.window(seq).after.max(not_yet + behind)
     }
 
     /// Goes on to frame `seq`, whose update was `seen` within these bounds, or was not seen at all because the frame
@@ -150,17 +180,36 @@ impl Phase {
         let remembered = self.period.widened(frames.saturating_mul(self.period.max));
         self.period = remembered.intersect(period).unwrap_or(period);
         (self.seq, self.window) = (seq, window);
+        self.remember(seq, window);
+        Ok(())
+    }
+
+    fn remember(&mut self, seq: u64, window: Window) {
         if self.history.len() == HISTORY_FRAMES {
-            self.history.pop_front();
+            let oldest = self.history.pop_front();
+            let due = self
+                .landmarks
+                .back()
+                .is_none_or(|(last, _)| seq.saturating_sub(*last) >= 2 * LANDMARK_EVERY);
+            if due {
+                self.landmarks.extend(oldest);
+            }
+            if self.landmarks.len() > LANDMARKS {
+                self.landmarks.pop_front();
+            }
         }
         self.history.push_back((seq, window));
-        Ok(())
+    }
+
+    /// No clock drifts out of what it is taken to be within.
+    fn drifting(&self, period: Period) -> Period {
+        period.intersect(self.nominal).unwrap_or(period)
     }
 
     /// What the intervals remembered and this newest one say of the period.
     fn period_with(&self, seq: u64, window: Window) -> Result<Period, OutOfStep> {
         let mut period = self.nominal;
-        for (earlier, then) in &self.history {
+        for (earlier, then) in self.landmarks.iter().chain(&self.history) {
             let frames = frames_between(*earlier, seq);
             if frames == 0 {
                 continue;
@@ -169,7 +218,7 @@ impl Phase {
                 min: (window.after - then.until - JITTER_NS) / frames,
                 max: (window.until - then.after + JITTER_NS) / frames + 1,
             };
-            let now = mean.widened(frames.saturating_mul(self.nominal.max));
+            let now = mean.of_mean(frames.saturating_mul(self.nominal.max));
             period = period.intersect(now).ok_or(OutOfStep)?;
         }
         Ok(period)

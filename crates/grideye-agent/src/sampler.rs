@@ -20,9 +20,15 @@
 //!
 //! The sampler touches no bus and no clock. It says what is due, is told what came of it, and answers with events.
 
+mod content;
+mod count;
+mod follow;
+mod pace;
+
+use self::content::{Content, implausible};
 use crate::clock::signed_ns;
-use crate::phase::{Ns, OutOfStep, Period, Phase, Window};
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use crate::phase::{Ns, Phase};
+use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -113,6 +119,17 @@ pub enum Event {
 
 /// The count of moments at which the sensor's updates did not come where they had to.
 pub const OUT_OF_STEP: &str = "out-of-step";
+/// The count of moments at which the number of frames since the last one had to be estimated: after a set-up, or after
+/// so long a time without frames that the sensor's period is not known well enough. `seq` may be off from there on.
+pub const COUNT_ESTIMATED: &str = "count-estimated";
+/// The count of frames whose thermistor, a transfer of its own, may be that of the frame after, because the read was
+/// that late.
+pub const THERMISTOR_LATE: &str = "thermistor-late";
+/// The count of frames with a pixel that reads what a failed one does, far from all around it. They are recorded as
+/// they are.
+pub const GLITCH_PIXEL: &str = "glitch-pixel";
+/// The count of transfers that did not come back.
+pub const BUS_HUNG: &str = "bus-hung";
 /// The count of gaps that were too long to be listed row by row.
 pub const GAP_NOT_LISTED: &str = "gap-not-listed";
 
@@ -130,18 +147,28 @@ pub struct Sampler {
 
     phase: Option<Phase>,
     next_seq: u64,
+    /// Up to when missing frames have been listed while nothing was read.
+    listed_until: Ns,
     frames_read: u64,
     last: Option<Seen>,
     pending: Option<Pending>,
     /// A read behind the window that brought nothing new: the next frame, if it is an equal one and not late.
     unmoved: Option<Read>,
+    /// What a read surely takes of the bus; zero where that is not known.
+    transfer_min: Ns,
+    /// The quickest read so far. A host that was late in every one of them makes it longer than the transfer, so it is
+    /// good for plans and proves nothing.
     quickest_read: Ns,
+    /// Whether the count has been estimated since it was last proved.
+    is_estimated: bool,
     /// How late the host wakes up, on average.
     lateness: Ns,
 
     /// The thermistor as last read.
     thermistor: Option<ThermistorWord>,
-    recorded: Option<[PixelWord; PIXELS]>,
+    /// The frame before, when its read ended, and before when its successor cannot have come.
+    thermistor_unproved: Option<(u64, Ns, Ns)>,
+    recorded: Option<Content>,
     repeats: u32,
     changes_in_a_row: u32,
     frames_unproved: u32,
@@ -165,14 +192,17 @@ enum State {
 struct Seen {
     /// Right before that read.
     before: Ns,
-    pixels: [PixelWord; PIXELS],
+    content: Content,
+    /// Which frame it is, where that is known.
+    seq: Option<u64>,
 }
 
 impl Seen {
-    fn by(read: &Read) -> Self {
+    fn by(read: &Read, seq: Option<u64>) -> Self {
         Self {
+            seq,
             before: read.before,
-            pixels: read.frame.pixels,
+            content: read.content,
         }
     }
 }
@@ -184,6 +214,7 @@ struct Read {
     latched_until: Ns,
     after: Ns,
     frame: RawFrame,
+    content: Content,
 }
 
 /// A new frame that may be any from `low` to `high`.
@@ -212,13 +243,17 @@ impl Sampler {
             events: VecDeque::new(),
             phase: None,
             next_seq: 0,
+            listed_until: 0,
             frames_read: 0,
             last: None,
             pending: None,
             unmoved: None,
+            transfer_min: 0,
             quickest_read: Ns::MAX,
+            is_estimated: false,
             lateness: 0,
             thermistor: None,
+            thermistor_unproved: None,
             recorded: None,
             repeats: 0,
             changes_in_a_row: LIVELY_FRAMES,
@@ -228,6 +263,11 @@ impl Sampler {
             faults_in_a_row: 0,
             excuse: None,
         }
+    }
+
+    /// On this bus no read is quicker than this, from the START at which the registers are copied to its end.
+    pub fn set_transfer_min(&mut self, transfer_min: Duration) {
+        self.transfer_min = signed_ns(transfer_min);
     }
 
     /// What to do next and when; `None` when the limit of frames has been reached.
@@ -312,16 +352,26 @@ impl Sampler {
             Err(reason) => return self.failed(after, reason),
         };
         self.quickest_read = self.quickest_read.min(after - before);
-        let latched_until = (after - self.quickest_read).max(before + 1);
+        // A read that is quicker than can be shows that the bus is.
+        self.transfer_min = self.transfer_min.min(after - before);
+        let latched_until = (after - self.transfer_min).max(before + 1);
         let read = Read {
             before,
             latched_until,
             after,
             frame,
+            content: Content::of(&frame),
         };
         let late = (before - self.next_at).clamp(0, self.nominal / 2);
         self.lateness += (late - self.lateness) / LATENESS_READS;
         let thermistor_before = self.thermistor.replace(frame.thermistor);
+        if before < self.listed_until {
+            // Its frames have been listed as missing while it was under way.
+            self.last = Some(Seen::by(&read, None));
+            self.settings_due = Some(after);
+            self.next_at = after;
+            return;
+        }
         match (self.state, implausible(&frame, thermistor_before)) {
             (State::Settle(since), Some(NoData::AllZero)) => self.still_zero(since, &read),
             (_, Some(reason)) => self.failed(after, reason),
@@ -341,409 +391,24 @@ impl Sampler {
         self.settings_due = Some(self.next_at);
     }
 
+    /// The operation under way has not come back for so long that the bus hangs. Its frames are counted as missing
+    /// with [`catch_up`](Self::catch_up), as long as that lasts, and what it brings in the end is no frame of its time.
+    pub fn hung(&mut self, now: Duration) {
+        if self.state == State::Done {
+            return;
+        }
+        self.pending = None;
+        self.excuse = Some(NoData::BusTimeout);
+        self.events.push_back(Event::Fault(BUS_HUNG));
+        self.reckon(signed_ns(now));
+    }
+
     /// Counts the frames that have passed unread until `now`, so that a long outage shows while it lasts.
     pub fn catch_up(&mut self, now: Duration) {
         if self.excuse.is_some() {
             self.reckon(signed_ns(now));
         }
     }
-
-    fn still_zero(&mut self, since: Ns, read: &Read) {
-        self.last = Some(Seen::by(read));
-        if read.before > since + Ns::from(FIRST_FRAME_PERIODS) * self.nominal {
-            self.fault(read.after, NoData::AllZero);
-            self.set_up_again(read.after);
-        } else {
-            self.reckon(read.after);
-            self.next_at = read.after + self.nominal / 10;
-        }
-    }
-
-    /// Looks for the first frame after a set-up. Content that was there before two frames have passed may be old.
-    fn settle(&mut self, since: Ns, read: &Read) {
-        let longest = Period::nominal(self.nominal).max;
-        let has_settled = read.before >= since + 2 * longest;
-        // Zeros that last longer are those of a dead link, and say nothing of an update.
-        let is_starting = read.before < since + 4 * longest;
-        let update_after = match &self.last {
-            Some(seen) if is_zero(&seen.pixels) && is_starting => Some(seen.before),
-            Some(seen)
-                if has_settled && !is_zero(&seen.pixels) && seen.pixels != read.frame.pixels =>
-            {
-                Some(seen.before)
-            }
-            _ => has_settled.then(|| read.before - longest),
-        };
-        if let Some(after) = update_after {
-            self.start(
-                read,
-                Window {
-                    after,
-                    until: read.latched_until,
-                },
-            );
-        } else {
-            self.last = Some(Seen::by(read));
-            self.reckon(read.after);
-            self.next_at = read.after + self.nominal / 10;
-        }
-    }
-
-    /// Begins to follow from this frame on; how many have passed since the last one is an estimate.
-    fn start(&mut self, read: &Read, window: Window) {
-        if let Some(phase) = &self.phase {
-            let half = phase.period().middle() / 2;
-            let mut seq = self.next_seq;
-            while phase.window(seq).middle() + half <= window.middle() {
-                seq += 1;
-            }
-            self.miss_until(seq, read.before);
-        }
-        self.phase = Some(Phase::new(self.nominal, self.next_seq, window));
-        self.state = State::Follow;
-        self.record(self.next_seq, read);
-    }
-
-    fn follow(&mut self, read: &Read) {
-        if let Some(pending) = self.pending.take() {
-            self.resolve(&pending, Some(read));
-        }
-        let (Some(phase), Some(seen)) = (&self.phase, self.last) else {
-            return self.start(read, self.unseen(read));
-        };
-        if self.state == State::Done {
-            return;
-        }
-        let is_lost =
-            self.excuse.is_some() && phase.window(self.next_seq).width() >= phase.period().min;
-        if is_lost {
-            self.start(read, self.unseen(read));
-        } else if seen.pixels == read.frame.pixels {
-            self.unchanged(read);
-        } else {
-            self.changed(read, &seen);
-        }
-    }
-
-    /// New content: which frame is it?
-    fn changed(&mut self, read: &Read, seen: &Seen) {
-        let Some(phase) = &self.phase else { return };
-        let low = self.surely_passed(read.before);
-        let mut high = low;
-        while phase.window(high + 1).after < read.latched_until {
-            high += 1;
-        }
-        let is_early = phase.window(self.next_seq).after >= read.latched_until;
-        let update = Window {
-            after: seen.before,
-            until: read.latched_until,
-        };
-        if is_early {
-            self.restart(self.next_seq, read, update);
-        } else if low == high {
-            self.accept(low, read, update);
-        } else {
-            self.next_at = read.after.max(phase.window(high).until + GUARD);
-            self.pending = Some(Pending {
-                read: *read,
-                seen_before: seen.before,
-                low,
-                high,
-            });
-            self.last = Some(Seen::by(read));
-        }
-    }
-
-    /// Decides which frame the pending one is, with the help of the read after it if there is one.
-    fn resolve(&mut self, pending: &Pending, next: Option<&Read>) {
-        let Some(phase) = &self.phase else { return };
-        let window = phase.window(pending.high);
-        let in_step = |read: &&Read| {
-            read.before >= window.until
-                && read.latched_until <= phase.window(pending.high + 1).after
-        };
-        let is_last = match next.filter(in_step) {
-            Some(read) if read.frame.pixels != pending.read.frame.pixels => false,
-            Some(_) => self.is_lively(),
-            None => pending.read.before > window.middle(),
-        };
-        let seq = if is_last {
-            pending.high
-        } else {
-            pending.high - 1
-        };
-        let update = Window {
-            after: pending.seen_before,
-            until: pending.read.latched_until,
-        };
-        self.accept(seq.max(pending.low), &pending.read, update);
-    }
-
-    /// The content of the frame before: too early, or an equal frame.
-    fn unchanged(&mut self, read: &Read) {
-        self.last = Some(Seen::by(read));
-        self.frames_unproved = 0;
-        let Some(phase) = &self.phase else { return };
-        let window = phase.window(self.next_seq);
-        let mut passed = window.until;
-        if self.repeats >= STILL_FRAMES {
-            passed = passed.min(window.middle() + phase.period().middle() / 2);
-        }
-        if read.before < passed {
-            let left = passed - read.after;
-            let at = if left > NARROW {
-                read.after + left / 2 - self.lateness
-            } else {
-                passed + GUARD
-            };
-            self.next_at = at.max(read.after);
-        } else if self.is_lively() && self.late_reads < LATE_READS {
-            self.late_reads += 1;
-            self.unmoved.get_or_insert(*read);
-            self.next_at = read.after + self.nominal / 8;
-        } else {
-            self.repeat(read);
-        }
-    }
-
-    /// An equal frame: its update has passed and nothing changed.
-    fn repeat(&mut self, read: &Read) {
-        let seq = self.surely_passed(read.before);
-        self.miss_until(seq, read.before);
-        self.changes_in_a_row = 0;
-        let advanced = self.phase.as_mut().map(|phase| phase.advance(seq, None));
-        if let Some(Err(OutOfStep)) = advanced {
-            self.events.push_back(Event::Fault(OUT_OF_STEP));
-        }
-        self.record(seq, read);
-    }
-
-    /// Content that is new and whose place in the count is known.
-    fn accept(&mut self, seq: u64, read: &Read, update: Window) {
-        let seq = seq.max(self.next_seq);
-        let advanced = self
-            .phase
-            .as_mut()
-            .map_or(Err(OutOfStep), |phase| phase.advance(seq, Some(update)));
-        if advanced.is_err() {
-            return self.restart(seq, read, update);
-        }
-        self.miss_until(seq, read.before);
-        self.changes_in_a_row += 1;
-        self.record(seq, read);
-    }
-
-    /// The sensor is not where it has to be: it restarted, or its clock jumped. Forget the phase and keep the count.
-    fn restart(&mut self, seq: u64, read: &Read, update: Window) {
-        self.events.push_back(Event::Fault(OUT_OF_STEP));
-        self.settings_due = Some(read.after);
-        self.miss_until(seq, read.before);
-        self.phase = Some(Phase::new(self.nominal, seq, update));
-        self.record(seq, read);
-    }
-
-    fn record(&mut self, seq: u64, read: &Read) {
-        if self.state == State::Done {
-            return;
-        }
-        self.unmoved = None;
-        let is_equal = self.recorded == Some(read.frame.pixels);
-        self.repeats = if is_equal {
-            self.repeats.saturating_add(1)
-        } else {
-            0
-        };
-        self.recorded = Some(read.frame.pixels);
-        self.last = Some(Seen::by(read));
-        self.next_seq = seq + 1;
-        self.faults_in_a_row = 0;
-        self.set_up_pause = signed_ns(SET_UP_PAUSE);
-        self.excuse = None;
-        let at = duration(read.before);
-        if self.repeats >= FROZEN_FRAMES {
-            return self.frozen(seq, at, read.after);
-        }
-        self.frames_read += 1;
-        self.events.push_back(Event::Record {
-            seq,
-            at,
-            reading: Reading::Frame(read.frame),
-        });
-        if self.frames_limit == Some(self.frames_read) {
-            self.state = State::Done;
-            return;
-        }
-        if read.after - self.settings_checked >= signed_ns(SETTINGS_EVERY) {
-            self.settings_due = Some(read.after);
-        }
-        self.plan(read.after);
-    }
-
-    /// The sensor measures no more; a set-up is all that can be tried, and not more often than this is noticed.
-    fn frozen(&mut self, seq: u64, at: Duration, now: Ns) {
-        let reading = Reading::NoData(NoData::Frozen);
-        self.events.push_back(Event::Record { seq, at, reading });
-        if self.repeats % FROZEN_FRAMES == 0 {
-            self.events.push_back(Event::Fault(NoData::Frozen.name()));
-            self.excuse = Some(NoData::Frozen);
-            self.state = State::SetUp;
-            self.next_at = now;
-        } else {
-            self.plan(now);
-        }
-    }
-
-    /// Sets the first read of the next frame.
-    fn plan(&mut self, now: Ns) {
-        (self.retries, self.late_reads) = (0, 0);
-        self.frames_unproved += 1;
-        let Some(phase) = &self.phase else { return };
-        let window = phase.window(self.next_seq);
-        let at = if window.width() > NARROW {
-            window.middle() - self.lateness
-        } else if self.frames_unproved > PROBE_EVERY {
-            window.after - PROBE_LEAD
-        } else {
-            window.until + GUARD
-        };
-        self.next_at = at.max(now);
-    }
-
-    /// A read or a check that failed: once more within this frame, or from the next frame on, or from the start.
-    fn failed(&mut self, now: Ns, reason: NoData) {
-        if let Some(pending) = self.pending.take() {
-            self.resolve(&pending, None);
-        }
-        if self.state == State::Done {
-            return;
-        }
-        self.fault(now, reason);
-        self.faults_in_a_row += 1;
-        let does_answer = matches!(reason, NoData::AllZero | NoData::StuckHigh);
-        if does_answer && self.faults_in_a_row >= FAULTS_BEFORE_SET_UP {
-            return self.set_up_again(now);
-        }
-        self.next_at = now + self.retry_pause(now);
-        self.settings_due = Some(self.next_at);
-    }
-
-    /// An eighth of a period a few times within one frame, then from the next frame on, then ever longer.
-    fn retry_pause(&mut self, now: Ns) -> Ns {
-        let soon = self.nominal / 8;
-        if self.faults_in_a_row > FAULTS_BEFORE_SET_UP {
-            let doublings = (self.faults_in_a_row - FAULTS_BEFORE_SET_UP).min(16);
-            return (soon << doublings).min(signed_ns(RETRY_PAUSE_MAX).max(self.nominal));
-        }
-        self.retries += 1;
-        match &self.phase {
-            Some(phase) if self.retries > RETRIES_PER_FRAME => {
-                self.retries = 0;
-                let next_frame = phase.window(self.next_seq + 1).until + GUARD - now;
-                next_frame.clamp(soon, 2 * self.nominal)
-            }
-            _ => soon,
-        }
-    }
-
-    fn fault(&mut self, now: Ns, reason: NoData) {
-        self.events.push_back(Event::Fault(reason.name()));
-        self.excuse = Some(reason);
-        self.reckon(now);
-    }
-
-    fn set_up_again(&mut self, now: Ns) {
-        self.state = State::SetUp;
-        self.faults_in_a_row = self.faults_in_a_row.max(1);
-        self.next_at = now + self.set_up_pause;
-        self.set_up_pause = (2 * self.set_up_pause).min(signed_ns(SET_UP_PAUSE_MAX));
-    }
-
-    /// Lists the frames that surely have been replaced by now and were not read.
-    fn reckon(&mut self, now: Ns) {
-        let Some(phase) = &self.phase else { return };
-        let mut seq = self.next_seq;
-        while phase.window(seq + 1).until <= now {
-            seq += 1;
-        }
-        self.miss_until(seq, now);
-    }
-
-    /// The latest frame whose update has surely passed, or the next one if none has.
-    fn surely_passed(&self, now: Ns) -> u64 {
-        let mut seq = self.next_seq;
-        if let Some(phase) = &self.phase {
-            while phase.window(seq + 1).until <= now {
-                seq += 1;
-            }
-        }
-        seq
-    }
-
-    /// Lists every frame before `seq` that was not read.
-    fn miss_until(&mut self, seq: u64, now: Ns) {
-        if let Some(read) = self.unmoved.take().filter(|_| self.next_seq < seq) {
-            self.record(self.next_seq, &read);
-        }
-        if self.state == State::Done {
-            return;
-        }
-        let reason = self.excuse.unwrap_or(NoData::HostStalled);
-        let listed_from = seq.saturating_sub(ROWS_PER_GAP_MAX);
-        if listed_from > self.next_seq {
-            self.events.push_back(Event::Fault(GAP_NOT_LISTED));
-            self.next_seq = listed_from;
-        }
-        while self.next_seq < seq {
-            let at = duration(now);
-            let reading = Reading::NoData(reason);
-            self.events.push_back(Event::Record {
-                seq: self.next_seq,
-                at,
-                reading,
-            });
-            self.next_seq += 1;
-        }
-    }
-
-    fn is_lively(&self) -> bool {
-        self.changes_in_a_row >= LIVELY_FRAMES
-    }
-
-    /// Where the update of a frame lies of which nothing is known but that it was read.
-    fn unseen(&self, read: &Read) -> Window {
-        let longest = Period::nominal(self.nominal).max;
-        Window {
-            after: read.before - longest,
-            until: read.latched_until,
-        }
-    }
-}
-
-/// What a dead or stuck link makes of a frame. The thermistor is read after the pixels: if it alone is suddenly all
-/// zeros or all ones, the link died in between. If it stays so, it is the thermistor that failed, and the pixels count.
-fn implausible(frame: &RawFrame, before: Option<ThermistorWord>) -> Option<NoData> {
-    const ZEROS: u16 = 0;
-    const ONES: u16 = u16::MAX;
-    let all_pixels = |bits| frame.pixels.iter().all(|word| *word == PixelWord(bits));
-    let thermistor_died =
-        |bits| frame.thermistor == ThermistorWord(bits) && before.is_some_and(is_far_from_zero);
-    if all_pixels(ZEROS) || thermistor_died(ZEROS) {
-        Some(NoData::AllZero)
-    } else if all_pixels(ONES) || thermistor_died(ONES) {
-        Some(NoData::StuckHigh)
-    } else {
-        None
-    }
-}
-
-/// Whether a thermistor that measured this cannot measure 0 °C in the next frame.
-fn is_far_from_zero(thermistor: ThermistorWord) -> bool {
-    amg8833::word::thermistor_celsius(thermistor).get().abs() > 1.0
-        && thermistor != ThermistorWord(u16::MAX)
-}
-
-fn is_zero(pixels: &[PixelWord; PIXELS]) -> bool {
-    pixels.iter().all(|word| *word == PixelWord(0))
 }
 
 fn duration(ns: Ns) -> Duration {

@@ -3,15 +3,18 @@
 use crate::bus::OpenBus;
 use crate::check;
 use crate::clock::{Clock, Stamper};
-use crate::config::SensorConfig;
+use crate::config::{BusConfig, SensorConfig};
 use crate::log::Log;
-use crate::sampler::{Due, Event, Sampler, Span, Task};
+use crate::sampler::{Due, Event, OUT_OF_STEP, Sampler, Span, Task};
+use crate::watch::Watched;
 use amg8833::{Amg8833, Error, Settings};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 use grideye_frame::{NoData, RawFrame, Reading};
 use grideye_recording::Record;
+use std::collections::BTreeSet;
 use std::fmt;
+use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -26,11 +29,29 @@ const FAULTS_BEFORE_SAID: u32 = 3;
 /// Failed operations in a row, of all sensors of the bus, after which the bus is opened anew.
 pub(crate) const FAULTS_BEFORE_REOPEN: u32 = 30;
 
-/// Where a bus thread hands on what it has, and whether it shall go on.
-pub(crate) trait Sink {
+/// What a frame takes of the bus: two transactions of START, repeated START and STOP, and 136 bytes of nine bits.
+const READ_BITS: u32 = 2 * 3 + 136 * 9;
+
+/// Where a bus thread hands on what it has, and whether it shall go on. Sensors are numbered as in their bus'
+/// configuration, from 0.
+pub trait Sink {
+    /// A frame, or the reason why there is none.
     fn record(&self, sensor: usize, record: Record);
+    /// A fault, by the name under which it is counted.
     fn fault(&self, sensor: usize, kind: &'static str);
+    /// Whether to end. Asked before every task, and five times a second while there is none.
     fn is_stopping(&self) -> bool;
+}
+
+/// Reads the sensors of one bus on this thread, without a watchdog, until the sink says that it is enough.
+pub fn read_bus(
+    opener: impl OpenBus,
+    config: &BusConfig,
+    clock: Arc<dyn Clock>,
+    log: Log,
+    sink: &impl Sink,
+) {
+    Worker::of_bus(opener, (config, None), clock, log).run(sink);
 }
 
 /// One sensor as its bus thread sees it.
@@ -46,6 +67,8 @@ pub(crate) struct Sensor {
     is_missing: bool,
     /// Faults since the last good frame.
     faults: u32,
+    /// What cost no frame and has been said once.
+    said: BTreeSet<&'static str>,
 }
 
 impl Sensor {
@@ -64,6 +87,7 @@ impl Sensor {
             is_failing: false,
             is_missing: false,
             faults: 0,
+            said: BTreeSet::new(),
         }
     }
 }
@@ -85,7 +109,7 @@ pub(crate) fn settings(config: &SensorConfig) -> Settings {
 /// One bus and its sensors.
 pub(crate) struct Worker<O: OpenBus> {
     pub(crate) opener: O,
-    pub(crate) sensors: Vec<Sensor>,
+    pub(crate) watched: Arc<Watched>,
     pub(crate) clock: Arc<dyn Clock>,
     pub(crate) log: Log,
     bus: Option<O::Bus>,
@@ -97,10 +121,19 @@ pub(crate) struct Worker<O: OpenBus> {
 }
 
 impl<O: OpenBus> Worker<O> {
-    pub(crate) fn new(opener: O, sensors: Vec<Sensor>, clock: Arc<dyn Clock>, log: Log) -> Self {
+    pub(crate) fn new(
+        opener: O,
+        mut sensors: Vec<Sensor>,
+        clock: Arc<dyn Clock>,
+        log: Log,
+    ) -> Self {
+        for sensor in &mut sensors {
+            let quickest = opener.scl_hz_max().map_or(Duration::ZERO, read_time);
+            sensor.sampler.set_transfer_min(quickest);
+        }
         Self {
             opener,
-            sensors,
+            watched: Arc::new(Watched::new(sensors)),
             clock,
             log,
             bus: None,
@@ -109,6 +142,21 @@ impl<O: OpenBus> Worker<O> {
             said: None,
             faults_in_a_row: 0,
         }
+    }
+
+    /// For all sensors of a bus, each up to so many frames read if there is a limit.
+    pub(crate) fn of_bus(
+        opener: O,
+        (config, frames_limit): (&BusConfig, Option<u64>),
+        clock: Arc<dyn Clock>,
+        log: Log,
+    ) -> Self {
+        let now = clock.boot();
+        let sensor = |sensor: &SensorConfig| {
+            Sensor::new(config.sensor_id(sensor), *sensor, now, frames_limit)
+        };
+        let sensors = config.sensors.iter().map(sensor).collect();
+        Self::new(opener, sensors, clock, log)
     }
 
     /// Runs until told to stop or until every sensor has reached its limit of frames.
@@ -126,9 +174,11 @@ impl<O: OpenBus> Worker<O> {
 
     /// The sensor whose turn is next. A set-up takes the bus for some 60 ms, less than a frame of the others.
     fn next_due(&self) -> Option<(usize, Due)> {
-        let dues = self.sensors.iter().enumerate();
-        let dues = dues.filter_map(|(index, sensor)| Some((index, sensor.sampler.due()?)));
-        dues.min_by_key(|(_, due)| due.at)
+        self.watched.with(|sensors| {
+            let dues = sensors.iter().enumerate();
+            let dues = dues.filter_map(|(index, sensor)| Some((index, sensor.sampler.due()?)));
+            dues.min_by_key(|(_, due)| due.at)
+        })
     }
 
     /// Sleeps until `at`, and counts what is missed meanwhile; false if the agent is stopping.
@@ -144,9 +194,11 @@ impl<O: OpenBus> Worker<O> {
             self.clock.sleep_until(at.min(now + SLEEP_MAX));
             if self.bus.is_none() {
                 let now = self.clock.boot();
-                self.sensors
-                    .iter_mut()
-                    .for_each(|sensor| sensor.sampler.catch_up(now));
+                self.watched.with(|sensors| {
+                    sensors
+                        .iter_mut()
+                        .for_each(|sensor| sensor.sampler.catch_up(now));
+                });
                 self.hand_on(sink);
             }
         }
@@ -186,36 +238,49 @@ impl<O: OpenBus> Worker<O> {
     }
 
     fn tell_bus_lost(&mut self, now: Duration, reason: NoData) {
-        for sensor in &mut self.sensors {
-            sensor.sampler.bus_lost(now, reason, self.reopen_at);
-        }
+        let retry_at = self.reopen_at;
+        self.watched.with(|sensors| {
+            for sensor in sensors {
+                sensor.sampler.bus_lost(now, reason, retry_at);
+            }
+        });
     }
 
     fn perform(&mut self, index: usize, task: Task) {
-        let (Some(bus), Some(sensor)) = (&mut self.bus, self.sensors.get_mut(index)) else {
+        let place = self.watched.with(|sensors| {
+            let sensor = sensors.get(index)?;
+            Some((sensor.config.address, sensor.settings))
+        });
+        let (Some(bus), Some((address, settings))) = (&mut self.bus, place) else {
             return;
         };
+        let mut driver = Amg8833::new(bus, address);
         let clock = self.clock.as_ref();
-        let reason = match task {
-            Task::SetUp => {
-                let (span, outcome) = timed(clock, || set_up(bus, sensor, clock));
-                let outcome = outcome.map_err(|error| reason(&self.opener, &error));
-                sensor.sampler.set_up(span, outcome);
-                outcome.err()
-            }
-            Task::CheckSettings => {
-                let (span, outcome) = timed(clock, || has_its_settings(bus, sensor));
-                let outcome = outcome.map_err(|error| reason(&self.opener, &error));
-                sensor.sampler.settings_checked(span, outcome);
-                outcome.err()
-            }
-            Task::ReadFrame => {
-                let (span, outcome) = timed(clock, || read_frame(bus, sensor));
-                let outcome = outcome.map_err(|error| reason(&self.opener, &error));
-                sensor.sampler.frame_read(span, outcome);
-                outcome.err()
-            }
+        let failed = |error: Error<_>| reason(&self.opener, &error);
+        // The sensors stay free for the watchdog while the bus is at work, and may never come back.
+        self.watched.begin();
+        let (span, outcome) = match task {
+            Task::SetUp => timed(clock, || {
+                Outcome::SetUp(driver.init(&mut Delay(clock), &settings).map_err(failed))
+            }),
+            Task::CheckSettings => timed(clock, || {
+                Outcome::Settings(has_its_settings(&mut driver, &settings).map_err(failed))
+            }),
+            Task::ReadFrame => timed(clock, || {
+                Outcome::Frame(Box::new(driver.read_frame().map_err(failed)))
+            }),
         };
+        let reason = outcome.reason();
+        if self.watched.end() {
+            let name = self.opener.name();
+            self.log
+                .warning(format!("{name}: the transfer that hung has ended"));
+        }
+        self.watched.with(|sensors| {
+            if let Some(sensor) = sensors.get_mut(index) {
+                outcome.tell(&mut sensor.sampler, span);
+            }
+        });
         self.judge_bus(reason);
     }
 
@@ -241,34 +306,42 @@ impl<O: OpenBus> Worker<O> {
         }
     }
 
-    fn hand_on(&mut self, sink: &impl Sink) {
-        for (index, sensor) in self.sensors.iter_mut().enumerate() {
-            while let Some(event) = sensor.sampler.next_event() {
-                match event {
-                    Event::Fault(kind) => {
-                        sink.fault(index, kind);
-                        sensor.say_failing(kind, &self.log);
-                    }
-                    Event::Record { seq, at, reading } => {
-                        let stamp = sensor.stamper.stamp(at, self.clock.as_ref());
-                        sink.record(
-                            index,
-                            Record {
-                                seq,
-                                stamp,
-                                reading,
-                            },
-                        );
-                        sensor.say_what_became(seq, &reading, &self.log);
-                    }
-                }
-            }
-        }
+    fn hand_on(&self, sink: &impl Sink) {
+        self.watched.hand_on(sink, self.clock.as_ref(), &self.log);
     }
 }
 
 impl Sensor {
-    fn say_failing(&mut self, kind: &str, log: &Log) {
+    /// Hands on what there is of it. `index` is its place on the bus.
+    pub(crate) fn hand_on(&mut self, index: usize, sink: &impl Sink, clock: &dyn Clock, log: &Log) {
+        while let Some(event) = self.sampler.next_event() {
+            match event {
+                Event::Fault(kind) => {
+                    sink.fault(index, kind);
+                    self.say_failing(kind, log);
+                }
+                Event::Record { seq, at, reading } => {
+                    let stamp = self.stamper.stamp(at, clock);
+                    let record = Record {
+                        seq,
+                        stamp,
+                        reading,
+                    };
+                    sink.record(index, record);
+                    self.say_what_became(seq, &reading, log);
+                }
+            }
+        }
+    }
+
+    fn say_failing(&mut self, kind: &'static str, log: &Log) {
+        let costs_frames = kind == OUT_OF_STEP || kind.parse::<NoData>().is_ok();
+        if !costs_frames {
+            if self.said.insert(kind) {
+                log.warning(format!("{}: {kind}, said once and counted", self.id));
+            }
+            return;
+        }
         if !self.is_failing {
             self.is_failing = true;
             log.warning(format!("{}: {kind}", self.id));
@@ -322,22 +395,45 @@ impl DelayNs for Delay<'_> {
     }
 }
 
-type Outcome<T, B> = Result<T, Error<<B as embedded_hal::i2c::ErrorType>::Error>>;
-
-fn set_up<B: I2c>(bus: &mut B, sensor: &Sensor, clock: &dyn Clock) -> Outcome<(), B> {
-    Amg8833::new(bus, sensor.config.address).init(&mut Delay(clock), &sensor.settings)
+/// What came of a task.
+enum Outcome {
+    SetUp(Result<(), NoData>),
+    Settings(Result<bool, NoData>),
+    Frame(Box<Result<RawFrame, NoData>>),
 }
 
-fn has_its_settings<B: I2c>(bus: &mut B, sensor: &Sensor) -> Outcome<bool, B> {
-    match Amg8833::new(bus, sensor.config.address).configuration() {
-        Ok(found) => Ok(found.deviation(&sensor.settings).is_none()),
+impl Outcome {
+    fn reason(&self) -> Option<NoData> {
+        match self {
+            Self::SetUp(outcome) => outcome.err(),
+            Self::Settings(outcome) => outcome.err(),
+            Self::Frame(outcome) => outcome.err(),
+        }
+    }
+
+    fn tell(self, sampler: &mut Sampler, span: Span) {
+        match self {
+            Self::SetUp(outcome) => sampler.set_up(span, outcome),
+            Self::Settings(outcome) => sampler.settings_checked(span, outcome),
+            Self::Frame(outcome) => sampler.frame_read(span, *outcome),
+        }
+    }
+}
+
+fn has_its_settings<B: I2c>(
+    driver: &mut Amg8833<B>,
+    settings: &Settings,
+) -> Result<bool, Error<B::Error>> {
+    match driver.configuration() {
+        Ok(found) => Ok(found.deviation(settings).is_none()),
         Err(Error::UndefinedPowerMode(_)) => Ok(false),
         Err(error) => Err(error),
     }
 }
 
-fn read_frame<B: I2c>(bus: &mut B, sensor: &Sensor) -> Outcome<RawFrame, B> {
-    Amg8833::new(bus, sensor.config.address).read_frame()
+/// The least that a frame takes on a bus of this clock.
+fn read_time(scl_hz: NonZeroU32) -> Duration {
+    Duration::from_secs(READ_BITS.into()) / scl_hz.get()
 }
 
 /// What an error of the driver means for the frame.

@@ -1,8 +1,9 @@
 //! Every frame of an emulated sensor arrives at the collector exactly once, whatever the clocks and the host do.
 
 use crate::support::*;
+use crate::table::{self, Case, Tally, Way};
 use amg8833::{Address as Target, FrameRate};
-use amg8833_emulator::{Address, Options};
+use amg8833_emulator::{Address, Drift, Options};
 use grideye_agent::config::SensorConfig;
 use grideye_frame::NoData;
 use std::time::Duration;
@@ -79,19 +80,18 @@ fn one_frame_a_second_is_a_mean_of_ten_and_arrives_once() {
 fn a_clock_that_drifts_is_followed() {
     let collector = Collector::storing();
     let host = Host::late_by(&[]);
-    let mut bus = Emulated::with_sensor(&host, 100_000, Counter::at_10_hz(), -60_000);
-    for second in 1..120 {
-        let ppm = -60_000 + 1_000 * i32::try_from(second / 10).unwrap();
-        let at = Duration::from_secs(second);
-        bus = bus.at(at, move |bus| {
-            let device = bus.device_mut(Address::High).unwrap();
-            device.set_clock_error_ppm(ppm, at);
-        });
-    }
-    run(&collector, &host, &bus, &[AT_10_HZ], 1_200);
+    // From -6 % to +6 % within 20 minutes: 100 ppm a second.
+    let options = Options {
+        clock_error_ppm: -60_000,
+        clock_drift: Drift::PpmPerHour(360_000),
+        ..Options::default()
+    };
+    let sensors = [(Address::High, Counter::at_10_hz(), options)];
+    let bus = Emulated::new(&host, 100_000, &sensors);
+    run(&collector, &host, &bus, &[AT_10_HZ], 12_000);
     let records = collector.records(SENSOR);
     assert_exact(&records, |n| n);
-    assert_eq!((records.len(), missing(&records)), (1_200, vec![]));
+    assert_eq!((records.len(), missing(&records)), (12_000, vec![]));
 }
 
 #[test]
@@ -182,4 +182,48 @@ fn a_frame_costs_little_more_than_the_136_bytes_it_takes() {
         "{} bytes a frame",
         bytes / 3_000
     );
+}
+
+/// The table of `cargo bench -p grideye-agent --bench acquisition`, over minutes instead of a day.
+#[test]
+fn where_polls_tear_double_and_lose_frames_the_agent_does_neither() {
+    for (rate, minutes) in [(FrameRate::Ten, 10), (FrameRate::One, 60)] {
+        for scl_hz in [100_000, 400_000] {
+            let tallies = |way| {
+                let clocks = [(-60_000, 0), (-43_000, 0), (60_000, 0), (-60_000, 120_000)];
+                let of = |(error_ppm, drift_ppm_per_hour)| {
+                    let case = Case {
+                        rate,
+                        scl_hz,
+                        error_ppm,
+                        drift_ppm_per_hour,
+                        span: Duration::from_secs(60) * minutes,
+                        late_max: 40 * MS,
+                    };
+                    let tally = table::run(&case, way);
+                    println!("{}", table::row(&case, way, std::slice::from_ref(&tally)));
+                    tally
+                };
+                clocks.map(of)
+            };
+            println!("{}", table::HEADING);
+            for tally in tallies(Way::Agent) {
+                let all_whole = Tally {
+                    made: tally.made,
+                    rows: tally.made,
+                    whole: tally.made,
+                    ..Tally::default()
+                };
+                assert_eq!(tally, all_whole, "every frame once, nothing else");
+                assert!(tally.made > 550 * u64::from(minutes) * u64::from(rate.fps()) / 10);
+            }
+            let is_torn = |tally: &Tally| tally.torn > 0;
+            let is_wrong = |tally: &Tally| tally.doubled + tally.missed_unknown > 0;
+            assert!(tallies(Way::Singles).iter().all(is_torn));
+            assert!(tallies(Way::Blocks).iter().all(is_torn));
+            let burst = tallies(Way::Burst);
+            assert!(!burst.iter().any(is_torn), "one transaction is whole");
+            assert!(burst.iter().all(is_wrong));
+        }
+    }
 }

@@ -11,5 +11,7 @@ mod check;
 mod delivery;
 mod faults;
 mod files;
+mod hung;
 mod program;
 mod support;
+mod table;

@@ -173,6 +173,7 @@ pub(crate) struct Emulated {
     bus: Arc<Mutex<TestBus>>,
     script: Arc<Mutex<VecDeque<(Duration, Meddle)>>>,
     host: Arc<Host>,
+    scl_hz: NonZeroU32,
 }
 
 impl Emulated {
@@ -181,8 +182,8 @@ impl Emulated {
         scl_hz: u32,
         sensors: &[(Address, Counter, Options)],
     ) -> Self {
-        let mut bus =
-            Bus::new(Arc::clone(&host.time)).with_scl_hz(NonZeroU32::new(scl_hz).unwrap());
+        let scl_hz = NonZeroU32::new(scl_hz).unwrap();
+        let mut bus = Bus::new(Arc::clone(&host.time)).with_scl_hz(scl_hz);
         for (address, source, options) in sensors {
             bus.plug(*address, *source, *options);
         }
@@ -190,6 +191,7 @@ impl Emulated {
             bus: Arc::new(Mutex::new(bus)),
             script: Arc::default(),
             host: Arc::clone(host),
+            scl_hz,
         }
     }
 
@@ -237,7 +239,8 @@ impl I2c for Emulated {
     ) -> Result<(), BusError> {
         let mut bus = self.bus.lock().unwrap();
         let mut script = self.script.lock().unwrap();
-        while script
+        // One before each transfer, so that none mends what the one before broke without anybody having seen it.
+        if script
             .front()
             .is_some_and(|(at, _)| *at <= self.host.boot())
         {
@@ -253,6 +256,11 @@ impl OpenBus for Emulated {
 
     fn open(&mut self) -> Result<Self, OpenError> {
         Ok(self.clone())
+    }
+
+    /// As uncertain as the device tree of a Raspberry Pi.
+    fn scl_hz_max(&self) -> Option<NonZeroU32> {
+        Some(self.scl_hz.saturating_mul(NonZeroU32::new(2).unwrap()))
     }
 
     fn classify(&self, error: &BusError) -> NoData {

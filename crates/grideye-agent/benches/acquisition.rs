@@ -1,0 +1,86 @@
+//! What becomes of every frame of a sensor in 24 hours: read by the agent, and polled on a clock of the host's.
+//!
+//! ```text
+//! cargo bench -p grideye-agent --bench acquisition [-- --hours N]
+//! ```
+//!
+//! Emulated time, no pauses: the sensor's clock at -6 %, -4.3 %, 0 and +6 %, and drifting from -6 % to +6 %; a host that
+//! wakes up 0 to 40 ms late, each time anew. The agent's rows are checked one by one, so a torn or doubled frame or a
+//! wrong number ends the program.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "what fails here fails the benchmark, which prints a table"
+)]
+
+#[path = "../tests/agent/table.rs"]
+mod table;
+
+use amg8833::FrameRate;
+use std::time::Duration;
+use table::{Case, HEADING, Tally, Way, row, run};
+
+const WAYS: [Way; 4] = [Way::Agent, Way::Singles, Way::Blocks, Way::Burst];
+
+fn main() {
+    let hours = hours();
+    println!(
+        "{hours} h of each sensor, clocks from -6 to +6 %, host 0 to 40 ms late; shares: least - most over the clocks\n"
+    );
+    println!("{HEADING}");
+    for rate in [FrameRate::Ten, FrameRate::One] {
+        for scl_hz in [100_000, 400_000] {
+            for way in WAYS {
+                let cases = cases(rate, scl_hz, hours);
+                let tallies: Vec<Tally> = cases.iter().map(|case| run(case, way)).collect();
+                println!("{}", row(&cases[0], way, &tallies));
+                for tally in tallies.iter().filter(|_| way == Way::Agent) {
+                    assert_eq!(
+                        (
+                            tally.torn,
+                            tally.doubled,
+                            tally.missed_unknown,
+                            tally.strange_thermistors
+                        ),
+                        (0, 0, 0, 0),
+                        "{tally:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The clocks of [`table`] beside one another.
+fn cases(rate: FrameRate, scl_hz: u32, hours: u32) -> Vec<Case> {
+    let rise = 120_000 / i32::try_from(hours).unwrap();
+    [
+        (-60_000, 0),
+        (-43_000, 0),
+        (0, 0),
+        (60_000, 0),
+        (-60_000, rise),
+    ]
+    .into_iter()
+    .map(|(error_ppm, drift_ppm_per_hour)| Case {
+        rate,
+        scl_hz,
+        error_ppm,
+        drift_ppm_per_hour,
+        span: Duration::from_secs(3600) * hours,
+        late_max: Duration::from_millis(40),
+    })
+    .collect()
+}
+
+/// `--hours N`; cargo adds `--bench`.
+fn hours() -> u32 {
+    let arguments: Vec<String> = std::env::args().collect();
+    let hours = arguments
+        .windows(2)
+        .find(|pair| pair[0] == "--hours")
+        .map(|pair| pair[1].parse().unwrap());
+    hours.unwrap_or(24)
+}

@@ -1,0 +1,113 @@
+//! What a frame's words tell by themselves: whether they are another frame's, and whether they can be a measurement.
+
+use amg8833::word;
+use grideye_frame::{COLUMNS, Celsius, NoData, PIXELS, PixelWord, RawFrame, ThermistorWord};
+
+/// What a pixel that failed for a moment was seen to read: 0x000, and 0xFFF, which is the step below.
+const GLITCHES: [Celsius; 2] = [Celsius::new(0.0), Celsius::new(-0.25)];
+/// How far all neighbours of a pixel are from it if it is no measurement: more than a pixel's viewing angle, which is
+/// wider than the grid, lets any object be in one pixel alone.
+const GLITCH_MIN_C: f32 = 5.0;
+
+/// The temperatures of the pixels, by which frames are compared: bits without a meaning do not make a frame new.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Content([Celsius; PIXELS]);
+
+impl Content {
+    pub(super) fn of(frame: &RawFrame) -> Self {
+        Self(frame.pixels.map(word::pixel_celsius))
+    }
+
+    pub(super) fn is_zero(&self) -> bool {
+        self.0.iter().all(|pixel| pixel.get() == 0.0)
+    }
+
+    /// Whether a pixel reads what a failed one does, far from all around it.
+    pub(super) fn has_glitch(&self) -> bool {
+        (0..PIXELS).any(|index| {
+            let found = |pixel: &&Celsius| GLITCHES.contains(pixel);
+            let pixel = self.0.get(index).filter(found);
+            pixel.is_some_and(|pixel| self.is_alone(index, *pixel))
+        })
+    }
+
+    fn is_alone(&self, index: usize, pixel: Celsius) -> bool {
+        let (row, column) = (index / COLUMNS, index % COLUMNS);
+        let around = |place: usize| place.saturating_sub(1)..=(place + 1).min(COLUMNS - 1);
+        around(row)
+            .flat_map(|row| around(column).map(move |column| row * COLUMNS + column))
+            .filter(|neighbour| *neighbour != index)
+            .filter_map(|neighbour| self.0.get(neighbour))
+            .all(|neighbour| (neighbour.get() - pixel.get()).abs() > GLITCH_MIN_C)
+    }
+}
+
+/// What a dead or stuck link makes of a frame. The thermistor is read after the pixels: if it alone is suddenly all
+/// zeros or all ones, the link died in between. If it stays so, it is the thermistor that failed, and the pixels count.
+pub(super) fn implausible(frame: &RawFrame, before: Option<ThermistorWord>) -> Option<NoData> {
+    const ZEROS: u16 = 0;
+    const ONES: u16 = u16::MAX;
+    let all_pixels = |bits| frame.pixels.iter().all(|word| *word == PixelWord(bits));
+    let thermistor_died =
+        |bits| frame.thermistor == ThermistorWord(bits) && before.is_some_and(is_far_from_zero);
+    if all_pixels(ZEROS) || thermistor_died(ZEROS) {
+        Some(NoData::AllZero)
+    } else if all_pixels(ONES) || thermistor_died(ONES) {
+        Some(NoData::StuckHigh)
+    } else {
+        None
+    }
+}
+
+/// Whether a thermistor that measured this cannot measure 0 °C in the next frame.
+fn is_far_from_zero(thermistor: ThermistorWord) -> bool {
+    word::thermistor_celsius(thermistor).get().abs() > 1.0 && thermistor != ThermistorWord(u16::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn uniform(bits: u16) -> RawFrame {
+        RawFrame {
+            thermistor: ThermistorWord(400),
+            pixels: [PixelWord(bits); PIXELS],
+        }
+    }
+
+    #[test]
+    fn bits_without_a_meaning_do_not_make_a_frame_new() {
+        let mut garbled = uniform(100);
+        for (nibble, pixel) in (0..).zip(&mut garbled.pixels) {
+            pixel.0 |= (nibble % 16) << 12;
+        }
+        assert_ne!(garbled, uniform(100));
+        assert_eq!(Content::of(&garbled), Content::of(&uniform(100)));
+        assert_ne!(Content::of(&uniform(101)), Content::of(&uniform(100)));
+    }
+
+    /// Pixels of exactly 0.0 °C among others of 25 °C were seen in recordings, as was one of 0xFFF.
+    #[test]
+    fn a_pixel_that_failed_is_found_wherever_it_is() {
+        for glitch in [0x000, 0xFFF] {
+            for index in 0..PIXELS {
+                let mut frame = uniform(100);
+                frame.pixels[index] = PixelWord(glitch);
+                assert!(Content::of(&frame).has_glitch(), "{index}");
+            }
+        }
+    }
+
+    #[test]
+    fn ice_a_hot_spot_and_a_frame_about_zero_are_no_glitches() {
+        let mut ice = uniform(100);
+        (ice.pixels[27], ice.pixels[28]) = (PixelWord(0), PixelWord(12));
+        let mut hot = uniform(100);
+        hot.pixels[36] = PixelWord(320);
+        let mut edge = uniform(0);
+        edge.pixels[0] = PixelWord(20);
+        for frame in [ice, hot, edge, uniform(0), uniform(0xFFF)] {
+            assert!(!Content::of(&frame).has_glitch());
+        }
+    }
+}
