@@ -246,7 +246,7 @@ fn an_hour(way: Way) {
 
     let audit = collector.json("/v1/audit");
     let stored = rows(&collector.recording_csv(id));
-    let hour = Hour::of(&stored, &indices(&source));
+    let hour = Hour::of(&stored, &indices(&source), &estimates(&audit));
     println!("{way:?}: {hour}");
     assert_eq!(audit["balanced"], true, "{audit}");
     let sum = |what: &str| -> u64 {
@@ -268,16 +268,29 @@ fn an_hour(way: Way) {
     assert_eq!(ended.code, code, "{hour}: {ended:?}");
 }
 
+/// How often each sensor's agent said that it had to estimate how many frames it had missed.
+fn estimates(audit: &serde_json::Value) -> BTreeMap<String, u64> {
+    let streams = audit["streams"].as_array().unwrap().iter();
+    let of_stream = |stream: &serde_json::Value| {
+        let sensor = stream["sensor"].as_str().unwrap().to_owned();
+        let estimates = stream["errors"]["count-estimated"].as_u64();
+        (sensor, estimates.unwrap_or(0))
+    };
+    streams.map(of_stream).collect()
+}
+
 /// What became of all sensors' frames.
 #[derive(Debug, Default)]
 struct Hour {
     frames: u64,
     missing: BTreeMap<String, u64>,
+    /// Moments at which `seq` was no longer the sensor's own count, each one announced as an estimate.
+    moved: u64,
 }
 
 impl Hour {
     /// Compares every row with the source.
-    fn of(rows: &[Row], indices: &HashMap<String, u64>) -> Self {
+    fn of(rows: &[Row], indices: &HashMap<String, u64>, estimates: &BTreeMap<String, u64>) -> Self {
         let mut hour = Self::default();
         let mut streams: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
         for row in rows {
@@ -286,8 +299,9 @@ impl Hour {
         assert_eq!(streams.len(), SENSORS);
         for (sensor, rows) in streams {
             // seq counts the sensor's frames, so its distance to the source's number is the same in every row:
-            // a frame that came twice, or was missed and not counted, would move it.
-            let mut distance = None;
+            // a frame that came twice, or was missed and not counted, would move it. Only where the agent says that a
+            // stalled host let it do no better than estimate may it move.
+            let (mut distance, mut last, mut moved) = (None, None, 0);
             for (expected, row) in (0..).zip(&rows) {
                 assert_eq!(
                     row.seq, expected,
@@ -299,15 +313,19 @@ impl Hour {
                 }
                 let index = indices.get(&row.pixels);
                 let index = index.unwrap_or_else(|| panic!("{sensor} {}: torn", row.seq));
-                let of_this_row = index - row.seq;
-                assert_eq!(
-                    *distance.get_or_insert(of_this_row),
-                    of_this_row,
-                    "{sensor} {}",
-                    row.seq
-                );
+                assert!(last < Some(*index), "{sensor} {}: comes twice", row.seq);
+                last = Some(*index);
+                let of_this_row = i128::from(*index) - i128::from(row.seq);
+                moved += u64::from(*distance.get_or_insert(of_this_row) != of_this_row);
+                distance = Some(of_this_row);
                 hour.frames += 1;
             }
+            assert!(
+                moved <= estimates[sensor],
+                "{sensor}: moved {moved} times, and {} were announced",
+                estimates[sensor]
+            );
+            hour.moved += moved;
         }
         hour
     }
@@ -317,8 +335,8 @@ impl std::fmt::Display for Hour {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             formatter,
-            "{} frames of {SENSORS} sensors, each one whole frame of the source, none twice; missing: {:?}",
-            self.frames, self.missing
+            "{} frames of {SENSORS} sensors, each one whole frame of the source, none twice; missing: {:?}; the count moved by estimates: {}",
+            self.frames, self.missing, self.moved
         )
     }
 }

@@ -336,7 +336,7 @@ impl Sampler {
                 self.settings_due = None;
             }
             Ok(false) => {
-                self.fault(now, NoData::WrongConfiguration);
+                self.wrong_configuration(now);
                 self.state = State::SetUp;
                 self.next_at = now;
             }

@@ -32,6 +32,9 @@ pub(crate) const FAULTS_BEFORE_REOPEN: u32 = 30;
 /// What a frame takes of the bus: two transactions of START, repeated START and STOP, and 136 bytes of nine bits.
 const READ_BITS: u32 = 2 * 3 + 136 * 9;
 
+/// What a released line reads as.
+const ONES: u8 = u8::MAX;
+
 /// Where a bus thread hands on what it has, and whether it shall go on. Sensors are numbered as in their bus'
 /// configuration, from 0.
 pub trait Sink {
@@ -426,7 +429,8 @@ fn has_its_settings<B: I2c>(
 ) -> Result<bool, Error<B::Error>> {
     match driver.configuration() {
         Ok(found) => Ok(found.deviation(settings).is_none()),
-        Err(Error::UndefinedPowerMode(_)) => Ok(false),
+        // A line that is stuck high is no sensor with wrong settings.
+        Err(Error::UndefinedPowerMode(mode)) if mode.found != ONES => Ok(false),
         Err(error) => Err(error),
     }
 }
@@ -444,6 +448,7 @@ pub(crate) fn reason<O: OpenBus>(
     match error {
         Error::Bus(error) => opener.classify(error),
         Error::ShortRead { .. } => NoData::ShortTransfer,
+        Error::UndefinedPowerMode(mode) if mode.found == ONES => NoData::StuckHigh,
         Error::UndefinedPowerMode(_) => NoData::WrongConfiguration,
     }
 }

@@ -95,6 +95,16 @@ impl Sampler {
         self.reckon(now);
     }
 
+    /// Registers that all read zero are no settings: what is wrong was seen before they were asked for.
+    pub(super) fn wrong_configuration(&mut self, now: Ns) {
+        if self.excuse != Some(NoData::AllZero) {
+            self.excuse = Some(NoData::WrongConfiguration);
+        }
+        let kind = NoData::WrongConfiguration.name();
+        self.events.push_back(Event::Fault(kind));
+        self.reckon(now);
+    }
+
     /// Lists the frames that surely have been replaced by now and were not read.
     pub(super) fn reckon(&mut self, now: Ns) {
         if self.phase.is_some() {
