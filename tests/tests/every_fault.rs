@@ -57,21 +57,21 @@ fn cases() -> Vec<Case> {
     let sound = || case("", 0.0, "", (0, 0));
     vec![
         sound(),
-        case("kind = \"nack-address\"", 2.5, "nack", (6, 40)),
-        case("kind = \"bus-error\"", 2.5, "bus-error", (6, 40)),
-        case("kind = \"timeout\"", 2.5, "bus-timeout", (6, 40)),
-        case("kind = \"hang\"", 2.5, "bus-timeout", (6, 40)),
+        case("kind = \"nack-address\"", 2.5, "nack", (3, 40)),
+        case("kind = \"bus-error\"", 2.5, "bus-error", (3, 40)),
+        case("kind = \"timeout\"", 2.5, "bus-timeout", (3, 40)),
+        case("kind = \"hang\"", 2.5, "bus-timeout", (3, 40)),
         // The sensor is pulled out and put back: it has lost its settings.
-        case("kind = \"unplugged\"", 2.5, "nack", (6, 40)),
+        case("kind = \"unplugged\"", 2.5, "nack", (3, 40)),
         // The adapter is.
-        case("kind = \"adapter-gone\"", 2.5, "unplugged", (6, 40)),
+        case("kind = \"adapter-gone\"", 2.5, "unplugged", (3, 40)),
         // Found when the settings are read back, every five seconds.
         case("kind = \"brown-out\"", 0.0, "wrong-configuration", (0, 20)),
         sound(),
         // A hundred equal frames are believed.
         case("kind = \"freeze\"", 14.0, "frozen", (0, 30)),
-        case("kind = \"stuck-high\"", 2.5, "stuck-high", (6, 40)),
-        case("kind = \"all-zero\"", 2.5, "all-zero", (6, 40)),
+        case("kind = \"stuck-high\"", 2.5, "stuck-high", (3, 40)),
+        case("kind = \"all-zero\"", 2.5, "all-zero", (3, 40)),
         case(
             "kind = \"pixel-glitch\"\nword = 0x000",
             2.5,
