@@ -9,11 +9,13 @@ pub use timeline::{FrameScores, PixelMaps};
 
 use crate::align::Alignment;
 use crate::error::ValidatorError;
-use crate::frames::{Making, Prepared, SceneView, median};
+use crate::frames::{Making, Prepared, SceneView, Side, median};
 use crate::metrics::{self, Binning, ChiSquared, count};
 use crate::score::{Measure, Score, Scores};
 use crate::union::Union;
-use crate::verdict::{Evidence, Judgement, Thresholds, WarmPixels, judge};
+use crate::verdict::{
+    AboveRoom, Beside, Evidence, Judgement, Nobody, Thresholds, WarmPixels, above_room, judge,
+};
 use floors::{blank, noise, shuffled};
 use std::time::Duration;
 use sums::{Repeat, Sums, sums};
@@ -220,6 +222,12 @@ pub struct Comparison {
     pub warm: WarmPixels,
     /// The settings it was made with.
     pub settings: Settings,
+    /// What the same scene scores without its people; `None` where there is no scene.
+    pub nobody: Option<Nobody>,
+    /// C with the empty room taken from both sides; `None` where the scene has no people.
+    pub above_room: Option<AboveRoom>,
+    /// The largest common offset that was allowed, °C.
+    pub level_max_c: f64,
     /// What was assumed or left out on the way here, each a sentence.
     pub notes: Vec<String>,
     /// How recording and scene were brought into step, if they were.
@@ -236,6 +244,17 @@ pub fn compare(
     real: &[RealFrame],
     simulated: &[SimulatedFrame],
     settings: &Settings,
+) -> Result<Comparison, ValidatorError> {
+    compare_beside(shape, real, simulated, settings, &Beside::default())
+}
+
+/// The same, with what is known beside the frames.
+pub(crate) fn compare_beside(
+    shape: Shape,
+    real: &[RealFrame],
+    simulated: &[SimulatedFrame],
+    settings: &Settings,
+    beside: &Beside,
 ) -> Result<Comparison, ValidatorError> {
     checks::check_settings(settings)?;
     checks::check_frames(shape, real, simulated, settings.protocol)?;
@@ -257,7 +276,11 @@ pub fn compare(
     );
     let blank = blank(&view, &pairs);
     let scores = scores(&view, &pairs, [&found, &blank], repeat.as_ref(), settings);
+    let above = beside.has_people
+        .then(|| above_room(real, simulated, &beside.nobody, &beside.room));
     let outcome = Outcome {
+        nobody: nobody(&view, &pairs, simulated, beside),
+        above,
         warm: warm_pixels(&view, &found.union),
         timeline: timeline::timeline(&view, real),
         scores,
@@ -266,7 +289,7 @@ pub fn compare(
         repeat,
         view,
     };
-    Ok(outcome.comparison(real, simulated, noise_sigma_c, settings))
+    Ok(outcome.comparison(real, simulated, noise_sigma_c, (settings, beside)))
 }
 
 impl Comparison {
@@ -279,6 +302,8 @@ impl Comparison {
 
 /// All that was counted.
 struct Outcome {
+    nobody: Option<Nobody>,
+    above: Option<AboveRoom>,
     warm: WarmPixels,
     timeline: Vec<FrameScores>,
     scores: Scores,
@@ -294,7 +319,7 @@ impl Outcome {
         real: &[RealFrame],
         simulated: &[SimulatedFrame],
         noise_sigma_c: Option<f64>,
-        settings: &Settings,
+        (settings, beside): (&Settings, &Beside),
     ) -> Comparison {
         let offset_c = median(&self.found.offsets).unwrap_or(0.0);
         let warm_above_c = self.view.making.warm_above_c;
@@ -305,9 +330,15 @@ impl Outcome {
             warm: self.warm,
             warm_above_c,
             lag_frames: settings.lag_frames,
+            nobody: self.nobody,
+            above: self.above,
+            beside,
         };
         Comparison {
             judgement: judge(&evidence, &settings.thresholds),
+            nobody: self.nobody,
+            above_room: self.above,
+            level_max_c: beside.level_c.unwrap_or(settings.thresholds.offset_max_c),
             evaluation: EvaluationGraph {
                 thresholds_c: metrics::thresholds_c().to_vec(),
                 simulated: self.found.graph.shares().to_vec(),
@@ -405,6 +436,31 @@ fn warm_of_themselves<'a>(frames: impl Iterator<Item = &'a [f64]>, warm_above_c:
             .count()
     };
     count(frames.map(warm).sum())
+}
+
+/// What the scene scores without its people, under the noise of the simulated frames.
+fn nobody(
+    view: &SceneView,
+    pairs: &[(usize, usize)],
+    simulated: &[SimulatedFrame],
+    beside: &Beside,
+) -> Option<Nobody> {
+    if beside.nobody.len() != simulated.len() {
+        return None;
+    }
+    let frame = |(simulated, nobody): (&SimulatedFrame, &Vec<f64>)| {
+        let noise = simulated.celsius.iter().zip(&simulated.noise_free);
+        let noisy: Vec<f64> = nobody.iter().zip(noise).map(|(empty, (noisy, clean))| empty + noisy - clean).collect();
+        view.making.simulated(&noisy, nobody, None)
+    };
+    let side = Side::new(simulated.iter().zip(&beside.nobody).map(frame).collect());
+    let thinned = floors::thinned(pairs, PLACED_PAIRS_MAX);
+    let sums = sums(view, &thinned, &side, (1, 1));
+    Some(Nobody {
+        correlation: sums.get(Measure::Correlation),
+        gain: sums.get(Measure::Gain),
+        has_people: beside.has_people,
+    })
 }
 
 fn scores(

@@ -46,6 +46,7 @@ mod clean;
 mod compare;
 mod error;
 mod frames;
+mod inspect;
 pub mod metrics;
 pub mod paper;
 pub mod report;
@@ -53,6 +54,7 @@ mod scene_comparison;
 mod score;
 mod shuffle;
 mod text;
+pub mod thresholds;
 mod union;
 mod verdict;
 
@@ -68,4 +70,6 @@ pub use scene_comparison::{
     DYNAMIC_FRAMES, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene, sensor_step_c,
 };
 pub use score::{Better, Measure, Score, Scores, Shuffled};
-pub use verdict::{Judgement, Thresholds, Verdict, WarmPixels};
+pub use verdict::{
+    AboveRoom, Criterion, Judgement, Nobody, RoomFrom, State, Thresholds, Verdict, WarmPixels,
+};

@@ -1,0 +1,319 @@
+//! What the verdict is measured against, and where each number comes from: the file shipped with this crate, or another.
+
+use crate::Thresholds;
+use crate::metrics::count;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use toml::Spanned;
+
+/// The file that is taken unless another is named.
+pub const SHIPPED: &str = include_str!("../thresholds.toml");
+/// The name of that file in reports.
+pub const SHIPPED_NAME: &str = "thresholds.toml (built in)";
+/// Bytes of a file of thresholds at most.
+pub const TEXT_BYTES_MAX: usize = 64 * 1024;
+
+/// Thresholds with their sources.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThresholdSet {
+    /// The numbers.
+    pub thresholds: Thresholds,
+    /// Each with where it comes from, in the order of the shipped file.
+    pub lines: Vec<ThresholdLine>,
+}
+
+/// One threshold and where it comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThresholdLine {
+    /// Its key in the file.
+    pub key: &'static str,
+    /// The number, in the unit that the key ends in: `_c` is °C; skills and shares run from 0 to 1.
+    pub value: f64,
+    /// Why it is that number, as the file says.
+    pub source: String,
+    /// The file.
+    pub file: String,
+}
+
+/// Why a file of thresholds was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ThresholdError {
+    /// Not TOML, an unknown key, or a value of another type.
+    #[error("{file}:{line}:{column}: {message}\nhint: {hint}")]
+    Malformed {
+        /// The file, as the caller named it.
+        file: String,
+        /// Counted from 1.
+        line: usize,
+        /// Counted from 1, in characters.
+        column: usize,
+        /// What is wrong, with the key.
+        message: String,
+        /// What to do.
+        hint: String,
+    },
+    /// More text than such a file has.
+    #[error(
+        "{file}: {found} bytes of text, expected at most {TEXT_BYTES_MAX}\nhint: is it a file of thresholds at all?"
+    )]
+    TooLong {
+        /// The file, as the caller named it.
+        file: String,
+        /// Bytes found.
+        found: usize,
+    },
+}
+
+impl ThresholdSet {
+    /// The shipped ones.
+    #[must_use]
+    pub fn shipped() -> Self {
+        let lines = KEYS.iter().map(|key| ThresholdLine {
+            key: key.name,
+            value: (key.get)(&Thresholds::default()),
+            source: shipped_source(key.name),
+            file: SHIPPED_NAME.to_owned(),
+        });
+        Self {
+            thresholds: Thresholds::default(),
+            lines: lines.collect(),
+        }
+    }
+
+    /// Reads a file; `origin` is its name as messages are to show it. What it leaves out is as shipped.
+    ///
+    /// # Errors
+    /// [`ThresholdError`] with file, line, column and key: text that is not TOML, unknown keys, numbers out of their
+    /// range (not-a-number among them), an empty source, more than [`TEXT_BYTES_MAX`].
+    pub fn parse(text: &str, origin: &str) -> Result<Self, ThresholdError> {
+        if text.len() > TEXT_BYTES_MAX {
+            return Err(ThresholdError::TooLong {
+                file: origin.to_owned(),
+                found: text.len(),
+            });
+        }
+        let file = File { origin, text };
+        let mut entries: Entries =
+            toml::from_str(text).map_err(|error| file.malformed(&error))?;
+        let mut set = Self::shipped();
+        for (key, line) in KEYS.iter().zip(&mut set.lines) {
+            if let Some(entry) = entries.remove(key.name) {
+                file.take(key, &entry.into_inner(), &mut set.thresholds, line)?;
+            }
+        }
+        match entries.iter().next() {
+            Some((name, entry)) => Err(file.unknown(name, entry.span())),
+            None => Ok(set),
+        }
+    }
+}
+
+type Entries = BTreeMap<String, Spanned<Entry>>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    value: Spanned<f64>,
+    source: Spanned<String>,
+}
+
+/// A key of the file, its range, and the field that it fills.
+struct Key {
+    name: &'static str,
+    range: (f64, f64),
+    get: fn(&Thresholds) -> f64,
+    set: fn(&mut Thresholds, f64),
+}
+
+macro_rules! keys {
+    ($($name:ident $range:expr;)+) => {
+        &[$(Key {
+            name: stringify!($name),
+            range: $range,
+            get: |thresholds| thresholds.$name,
+            set: |thresholds, value| thresholds.$name = value,
+        }),+]
+    };
+}
+
+const KEYS: &[Key] = keys! {
+    correlation_skill_min (0.0, 1.0);
+    gain_skill_min (0.0, 1.0);
+    above_room_skill_min (0.0, 1.0);
+    nobody_skill_min (0.0, 1.0);
+    nobody_headroom_min (0.0, 1.0);
+    offset_max_c (0.0, 100.0);
+    level_margin_c (0.0, 100.0);
+    headroom_min (0.0, 1.0);
+    warm_pixels_min (0.0, 64.0);
+    warm_sigma (0.0, 100.0);
+    frames_min (1.0, 1000.0);
+    false_alarm_max (1e-12, 0.5);
+    rate_error_max (0.0, 10.0);
+    thermistor_apart_max_c (0.0, 1000.0);
+};
+
+fn shipped_source(name: &str) -> String {
+    let entries: Entries = toml::from_str(SHIPPED).unwrap_or_default();
+    entries
+        .get(name)
+        .map(|entry| entry.get_ref().source.get_ref().clone())
+        .unwrap_or_default()
+}
+
+struct File<'a> {
+    origin: &'a str,
+    text: &'a str,
+}
+
+impl File<'_> {
+    fn take(
+        &self,
+        key: &Key,
+        entry: &Entry,
+        thresholds: &mut Thresholds,
+        line: &mut ThresholdLine,
+    ) -> Result<(), ThresholdError> {
+        let value = *entry.value.get_ref();
+        let (least, most) = key.range;
+        if !(least..=most).contains(&value) {
+            let message = format!(
+                "`{}.value` is {value}, expected {least} to {most}",
+                key.name
+            );
+            let hint = "crates/grideye-validator/thresholds.toml holds every key with a sound value";
+            return Err(self.refused(entry.value.span(), message, hint.to_owned()));
+        }
+        let source = entry.source.get_ref().trim();
+        if source.is_empty() {
+            let message = format!(
+                "`{}.source` is empty, expected where the number comes from",
+                key.name
+            );
+            let hint = "say why it is that number: the report prints it";
+            return Err(self.refused(entry.source.span(), message, hint.to_owned()));
+        }
+        (key.set)(thresholds, value);
+        line.value = value;
+        line.source = source.to_owned();
+        line.file = self.origin.to_owned();
+        Ok(())
+    }
+
+    fn unknown(&self, name: &str, span: Range<usize>) -> ThresholdError {
+        let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
+        self.refused(
+            span,
+            format!("`{name}` is no threshold"),
+            format!("there are {}", known.join(", ")),
+        )
+    }
+
+    fn malformed(&self, error: &toml::de::Error) -> ThresholdError {
+        let span = error.span().unwrap_or_default();
+        let message = error.message().trim_end().replace('\n', ", ");
+        self.refused(
+            span,
+            message.replace("expected f64", "expected a number"),
+            "each threshold is a table with a number and a text, such as [gain_skill_min], value = 0.6, source = \"why\""
+                .to_owned(),
+        )
+    }
+
+    fn refused(&self, span: Range<usize>, message: String, hint: String) -> ThresholdError {
+        let before = self.text.get(..span.start).unwrap_or(self.text);
+        let line_start = before.rfind('\n').map_or(0, |end| end + 1);
+        ThresholdError::Malformed {
+            file: self.origin.to_owned(),
+            line: before.matches('\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+            message,
+            hint,
+        }
+    }
+}
+
+/// Whether so many frames are fewer than asked for.
+pub(crate) fn too_few(frames: usize, thresholds: &Thresholds) -> bool {
+    count(frames) < thresholds.frames_min
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_file_holds_every_threshold_with_its_source_and_the_defaults_are_its_numbers() {
+        let set = ThresholdSet::parse(SHIPPED, "thresholds.toml").unwrap();
+        assert_eq!(set.thresholds, Thresholds::default());
+        for line in &set.lines {
+            assert_eq!(line.file, "thresholds.toml", "{} is not in the file", line.key);
+            assert!(line.source.len() > 20, "{}", line.key);
+        }
+        let built_in: Vec<(f64, String)> = ThresholdSet::shipped()
+            .lines
+            .into_iter()
+            .map(|line| (line.value, line.source))
+            .collect();
+        let read: Vec<(f64, String)> = set.lines.into_iter().map(|line| (line.value, line.source)).collect();
+        assert_eq!(built_in, read);
+    }
+
+    #[test]
+    fn a_file_changes_what_it_names_and_no_more() {
+        let text = "[gain_skill_min]\nvalue = 0.75\nsource = \"our lab\"\n";
+        let set = ThresholdSet::parse(text, "mine.toml").unwrap();
+        let expected = Thresholds {
+            gain_skill_min: 0.75,
+            ..Thresholds::default()
+        };
+        assert_eq!(set.thresholds, expected);
+        let line = set.lines.iter().find(|line| line.key == "gain_skill_min").unwrap();
+        assert_eq!((line.value, line.source.as_str(), line.file.as_str()), (0.75, "our lab", "mine.toml"));
+        assert_eq!(set.lines.iter().filter(|line| line.file == "mine.toml").count(), 1);
+    }
+
+    #[track_caller]
+    fn refused(text: &str, expected: &str) {
+        let error = ThresholdSet::parse(text, "mine.toml").unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{error}");
+        assert!(error.contains("\nhint: "), "{error}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_refused_with_its_place() {
+        refused(
+            "# x\n[gain_skill_min]\nvalue = 1.5\nsource = \"a\"\n",
+            "mine.toml:3:9: `gain_skill_min.value` is 1.5, expected 0 to 1",
+        );
+        refused(
+            "[gain_skill_min]\nvalue = nan\nsource = \"a\"\n",
+            "mine.toml:2:9: `gain_skill_min.value` is NaN",
+        );
+        refused(
+            "[gain_skill_min]\nvalue = 0.5\nsource = \" \"\n",
+            "mine.toml:3:10: `gain_skill_min.source` is empty",
+        );
+        refused(
+            "\n[gain_skil_min]\nvalue = 0.5\nsource = \"a\"\n",
+            "mine.toml:2:1: `gain_skil_min` is no threshold",
+        );
+        refused("[gain_skill_min]\nvalue = 0.5\n", "mine.toml:1:1: missing field `source`");
+        refused("gain_skill_min = 3\n", "mine.toml:1:18: invalid type");
+        refused("[gain_skill_min\n", "mine.toml:1:");
+        refused(
+            "[gain_skill_min]\nvalue = 0.5\nsource = \"a\"\nunit = 3\n",
+            "mine.toml:4:1: unknown field `unit`",
+        );
+    }
+
+    #[test]
+    fn a_file_of_another_kind_is_refused_by_its_length() {
+        let text = " ".repeat(TEXT_BYTES_MAX + 1);
+        let error = ThresholdSet::parse(&text, "film.mp4").unwrap_err().to_string();
+        assert!(error.starts_with("film.mp4: 65537 bytes of text, expected at most 65536\nhint: "));
+        assert!(ThresholdSet::parse(&text[1..], "x").is_ok());
+    }
+}
