@@ -14,8 +14,8 @@
 //!
 //! | verdict | when |
 //! |---|---|
-//! | agrees | C and gain both reach 0.6 of the way from floor to ceiling, and the common offset is within the sensor's accuracy |
-//! | disagrees | one of the three fails; the reasons say which, with the numbers |
+//! | agrees | every criterion that was asked is met |
+//! | disagrees | one fails; the reasons say which, with the numbers |
 //! | cannot tell | fewer than two frames, nothing warm in the recording, or a ceiling that does not rise above chance |
 //!
 //! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] makes the page and the JSON of
@@ -67,7 +67,7 @@ pub use compare::{
 };
 pub use error::{Side, ValidatorError};
 pub use scene_comparison::{
-    DYNAMIC_FRAMES, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene, sensor_step_c,
+    DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene, sensor_step_c,
 };
 pub use score::{Better, Measure, Score, Scores, Shuffled};
 pub use verdict::{

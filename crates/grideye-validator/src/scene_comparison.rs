@@ -1,4 +1,7 @@
+mod beside;
 mod notes;
+
+pub use beside::KnownUnit;
 
 use crate::align::{
     AlignOptions, Aligner, Alignment, Clock, OFFSET_MAX_PX, Orientation, Pixels, SAMPLE_MAX,
@@ -7,7 +10,7 @@ use crate::align::{
 use crate::clean::drift::Drift;
 use crate::clean::{self, Counts, LeftOut, Read};
 use crate::compare::{
-    Comparison, Protocol, RealFrame, Settings, Shape, SimulatedFrame, compare, evenly,
+    Comparison, Protocol, RealFrame, Settings, Shape, SimulatedFrame, compare_beside, evenly,
 };
 use crate::error::{Side, ValidatorError};
 use crate::metrics::{Binning, count};
@@ -49,6 +52,8 @@ pub struct Options {
     pub thresholds: Thresholds,
     /// What may be aligned, and how far.
     pub align: AlignOptions,
+    /// What is known of the sensor's specimen: its pattern is added to the scene's claim.
+    pub unit: Option<KnownUnit>,
 }
 
 impl Default for Options {
@@ -64,6 +69,7 @@ impl Default for Options {
             threads: 1,
             thresholds: Thresholds::default(),
             align: AlignOptions::default(),
+            unit: None,
         }
     }
 }
@@ -113,14 +119,16 @@ pub fn compare_scene(
         &mut notes,
     );
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
-    let simulated = simulated(&simulator, &real, &aligned, noise_seed);
+    let pictures = Pictures::new(scene, &simulator, sensor, options)?;
+    let (simulated, nobody) = pictures.simulated(&real, &aligned, noise_seed);
     notes.push(protocol_note(protocol, scene));
     notes.push(format!(
         "The simulated noise has the seed {noise_seed} and σ {:.2} °C.",
         simulator.sensor().noise_sigma
     ));
     let settings = settings(&simulator, protocol, lag_frames, options);
-    let comparison = compare(shape, &real, &simulated, &settings)?;
+    let beside = beside::beside(records, scene, &simulator, nobody, &aligned.found, options);
+    let comparison = compare_beside(shape, &real, &simulated, &settings, &beside)?;
     Ok(Comparison {
         notes,
         alignment: Some(aligned.found),
@@ -453,36 +461,51 @@ fn repeat(timed: &[Timed], index: usize, lag_frames: usize) -> Option<&Pixels> {
         .map(|frame| &frame.celsius)
 }
 
-/// What the scene has at the times of the real frames, moved by the offset if that is to be taken out.
-fn simulated(
-    simulator: &Simulator,
-    real: &[RealFrame],
-    aligned: &Aligned,
-    seed: u64,
-) -> Vec<SimulatedFrame> {
-    let offset = aligned.found.offset.filter(|offset| offset.applied);
-    let frame = |real: &RealFrame| {
-        let time = match &aligned.clock {
+/// What makes the frames of the simulated side.
+struct Pictures<'a> {
+    simulator: &'a Simulator,
+    /// The scene without its people.
+    empty: Simulator,
+    /// What this specimen shows beside the scene.
+    pattern_c: Option<[f64; PIXELS]>,
+}
+
+impl<'a> Pictures<'a> {
+    fn new(
+        scene: &Scene,
+        simulator: &'a Simulator,
+        sensor: &str,
+        options: &Options,
+    ) -> Result<Self, ValidatorError> {
+        Ok(Self {
+            simulator,
+            empty: Simulator::new(&scene.without_agents(), sensor)?,
+            pattern_c: options.unit.map(|unit| unit.pattern_c),
+        })
+    }
+
+    /// What the scene has at the times of the real frames, with its people and (without noise) without them.
+    fn simulated(
+        &self,
+        real: &[RealFrame],
+        aligned: &Aligned,
+        seed: u64,
+    ) -> (Vec<SimulatedFrame>, Vec<Vec<f64>>) {
+        let time = |real: &RealFrame| match &aligned.clock {
             clock if *clock == Clock::own() => real.time,
             clock => seconds(clock.scene_s(real.time.as_secs_f64())),
         };
-        let truth = Some(simulator.truth(time).foreground(TRUTH_SHARE_MIN));
-        let clean = simulator.image(time).celsius;
-        let noisy = simulator.noisy(time, seed).celsius;
-        let Some(offset) = offset else {
-            return SimulatedFrame {
-                time,
-                celsius: noisy,
-                noise_free: clean,
-                truth,
-            };
-        };
-        let [right, down] = offset
-            .right_down_px
-            .map(|px| px.clamp(-OFFSET_MAX_PX, OFFSET_MAX_PX));
-        let noise_free = moved(&pixels(&clean), right, down).to_vec();
+        real.iter()
+            .map(|real| self.frame(time(real), aligned, seed))
+            .unzip()
+    }
+
+    fn frame(&self, time: Duration, aligned: &Aligned, seed: u64) -> (SimulatedFrame, Vec<f64>) {
+        let clean = self.simulator.image(time).celsius;
+        let noisy = self.simulator.noisy(time, seed).celsius;
+        let noise_free = self.shown(&clean, aligned);
         let noise = noisy.iter().zip(&clean).map(|(noisy, clean)| noisy - clean);
-        SimulatedFrame {
+        let frame = SimulatedFrame {
             time,
             celsius: noise_free
                 .iter()
@@ -490,10 +513,29 @@ fn simulated(
                 .map(|(clean, noise)| clean + noise)
                 .collect(),
             noise_free,
-            truth,
+            truth: Some(self.simulator.truth(time).foreground(TRUTH_SHARE_MIN)),
+        };
+        let nobody = self.shown(&self.empty.image(time).celsius, aligned);
+        (frame, nobody)
+    }
+
+    /// An image moved by the offset, if that is to be taken out, under the specimen's pattern, which does not move.
+    fn shown(&self, clean: &[f64], aligned: &Aligned) -> Vec<f64> {
+        let offset = aligned.found.offset.filter(|offset| offset.applied);
+        let mut shown = offset.map_or_else(
+            || clean.to_vec(),
+            |offset| {
+                let [right, down] = offset
+                    .right_down_px
+                    .map(|px| px.clamp(-OFFSET_MAX_PX, OFFSET_MAX_PX));
+                moved(&pixels(clean), right, down).to_vec()
+            },
+        );
+        for (shown, pattern) in shown.iter_mut().zip(self.pattern_c.iter().flatten()) {
+            *shown += pattern;
         }
-    };
-    real.iter().map(frame).collect()
+        shown
+    }
 }
 
 /// A pixel belongs to an agent that covers half of it or more.

@@ -249,6 +249,20 @@ pub(crate) struct Compare {
     /// The same content for programs; `-` is standard output.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
+    /// The report as a PDF file, printed by Chromium, which has to be installed.
+    #[arg(long, value_name = "FILE.pdf")]
+    pub(crate) pdf: Option<PathBuf>,
+    /// Each part of the verdict as a test case, for a server of continuous integration.
+    #[arg(long, value_name = "FILE.xml")]
+    pub(crate) junit: Option<PathBuf>,
+    /// What the verdict is measured against, where it is not to be as shipped
+    /// (crates/grideye-validator/thresholds.toml, which is also the example).
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) thresholds: Option<PathBuf>,
+    /// Profile of the sensor's specimen: its pattern is added to the scene, and its level is no longer free by the
+    /// datasheet's accuracy.
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) profile: Option<PathBuf>,
     /// Seed of the simulation.
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(crate) seed: u64,

@@ -2,15 +2,19 @@
 
 use crate::cli::Compare;
 use crate::exit::{Outcome, bad_input};
-use crate::{files, progress, recordings};
-use anyhow::{Context as _, Result};
+use crate::{files, pdf, progress, recordings};
+use anyhow::{Context as _, Result, anyhow};
 use grideye_recording::Record;
 use grideye_scene::Scene;
+use grideye_scene::profile::Profile;
 use grideye_validator::report::{self, Context, Input};
-use grideye_validator::{Comparison, Measure, Options, THREADS_MAX, Verdict, compare_scene, paper};
+use grideye_validator::thresholds::ThresholdSet;
+use grideye_validator::{
+    Comparison, KnownUnit, Measure, Options, THREADS_MAX, Verdict, compare_scene, paper,
+};
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -19,11 +23,14 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     let loaded = files::load_scene(Some(&options.scene))?;
     let scene = &loaded.scene;
     let sensor = files::sensor_name(scene, options.sensor.as_deref())?;
+    let given = Given::read(options)?;
     let recording = recordings::load_thinned(&options.recording)?;
     let how = Options {
         binning: options.binning,
         start: options.start,
         align: options.align.options().map_err(bad_input)?,
+        thresholds: given.thresholds.thresholds,
+        unit: given.unit,
         ..how(options.seed)
     };
     let mut comparison =
@@ -41,29 +48,85 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
             [&options.scene]
                 .into_iter()
                 .chain(&loaded.trajectories)
-                .chain([&options.recording]),
+                .chain([&options.recording])
+                .chain(&options.profile)
+                .chain(&options.thresholds),
         )?,
         assumptions: loaded.warnings,
         experiment: scene.paper_experiment(),
+        thresholds: given.thresholds.lines,
     };
+    write(options, &comparison, &context)?;
+    Ok(outcome(comparison.judgement.verdict))
+}
+
+/// The files beside scene and recording.
+struct Given {
+    thresholds: ThresholdSet,
+    unit: Option<KnownUnit>,
+}
+
+impl Given {
+    fn read(options: &Compare) -> Result<Self> {
+        let thresholds = match &options.thresholds {
+            None => ThresholdSet::shipped(),
+            Some(path) => {
+                let text = text_of(path)?;
+                ThresholdSet::parse(&text, &path.display().to_string()).map_err(bad_input)?
+            }
+        };
+        let unit = match &options.profile {
+            None => None,
+            Some(path) => {
+                let text = text_of(path)?;
+                let profile =
+                    Profile::parse(&text, &path.display().to_string()).map_err(bad_input)?;
+                Some(KnownUnit::of(&profile))
+            }
+        };
+        Ok(Self { thresholds, unit })
+    }
+}
+
+/// A small file of text.
+fn text_of(path: &Path) -> Result<String> {
+    let mut text = String::new();
+    files::open(path)?
+        .take(TEXT_BYTES_MAX)
+        .read_to_string(&mut text)
+        .map_err(|error| {
+            bad_input(anyhow!(
+                "cannot read {}: {error}\nhint: name a TOML file",
+                path.display()
+            ))
+        })?;
+    Ok(text)
+}
+
+/// More than any such file has: its reader says so.
+const TEXT_BYTES_MAX: u64 = 1 << 20;
+
+/// Every file that was asked for, then the verdict; where JSON goes to standard output, nothing else does.
+fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Result<()> {
     if let Some(path) = &options.report {
-        write_text(path, &report::html(&comparison, &context))?;
+        write_text(path, &report::html(comparison, context))?;
+    }
+    if let Some(path) = &options.junit {
+        write_text(path, &report::junit(comparison, context))?;
     }
     match &options.json {
-        Some(path) if path.as_os_str() == "-" => {
-            print!("{}", report::json(&comparison, &context));
+        Some(path) if path.as_os_str() == "-" => print!("{}", report::json(comparison, context)),
+        Some(path) => {
+            write_text(path, &report::json(comparison, context))?;
+            print(comparison, context.experiment);
         }
-        Some(path) => write_text(path, &report::json(&comparison, &context))?,
-        None => {}
+        None => print(comparison, context.experiment),
     }
-    if options
-        .json
-        .as_ref()
-        .is_none_or(|path| path.as_os_str() != "-")
-    {
-        print(&comparison, context.experiment);
+    // Last, so that all else is written where there is no browser.
+    match &options.pdf {
+        Some(path) => pdf::write(path, &report::html(comparison, context)),
+        None => Ok(()),
     }
-    Ok(outcome(comparison.judgement.verdict))
 }
 
 /// Compares one stream with what the scene's sensor would see.
@@ -165,6 +228,7 @@ pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) {
     for reason in &comparison.judgement.reasons {
         println!("  {reason}");
     }
+    println!("  What would change it: {}", comparison.judgement.would_change);
     print!("{}", report::table(comparison, experiment));
 }
 

@@ -12,6 +12,7 @@ use crate::{compare, files, progress, recordings};
 use anyhow::Result;
 use grideye_frame::RawFrame;
 use grideye_recording::{Record, Row};
+use grideye_validator::thresholds::ThresholdSet;
 use grideye_validator::report::{self, Context};
 use show::Show;
 use stage::{Delivered, Stage};
@@ -91,6 +92,7 @@ fn judge_scene(
             "The recording comes from an emulated sensor in the same scene, not from a real one: the scores show that the loop is whole, not that the simulator is right.".to_owned(),
         ]].concat(),
         experiment: shown.experiment,
+        thresholds: ThresholdSet::shipped().lines,
     };
     let page = options.out.join("report.html");
     let json = options.out.join("report.json");

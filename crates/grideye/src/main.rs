@@ -28,6 +28,7 @@ mod export;
 mod files;
 mod fuse;
 mod paced_clock;
+mod pdf;
 mod progress;
 mod record;
 mod recordings;

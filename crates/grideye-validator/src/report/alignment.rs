@@ -1,5 +1,113 @@
+use crate::Comparison;
 use crate::align::{Alignment, OffsetFound, OrientationFound, TimeFound};
+use crate::text::{escape, fixed, signed};
 use serde_json::{Value, json};
+
+/// What was found about time and place, and what of it was applied; nothing where nothing was looked for.
+pub(super) fn section(comparison: &Comparison) -> String {
+    let Some(found) = &comparison.alignment else {
+        return String::new();
+    };
+    let mut rows = vec![("Frames left out".to_owned(), left_out(found))];
+    rows.push((
+        "Slow drift taken out".to_owned(),
+        format!("{} °C from its least to its most", fixed(found.drift_c, 2)),
+    ));
+    rows.extend(time_rows(found.time.as_ref()));
+    rows.push((
+        "How the image lies".to_owned(),
+        found.orientation.as_ref().map_or_else(
+            || "cannot be told from this recording".to_owned(),
+            |found| {
+                format!(
+                    "{}{}; likeness {} so, {} as it was recorded",
+                    found.orientation,
+                    if found.applied { ", turned back" } else { "" },
+                    fixed(found.likeness, 2),
+                    fixed(found.upright, 2)
+                )
+            },
+        ),
+    ));
+    rows.push((
+        "Where the image lies".to_owned(),
+        found.offset.as_ref().map_or_else(
+            || "not looked for, or cannot be told".to_owned(),
+            |offset| {
+                format!(
+                    "{} pixels to the right, {} down, {}",
+                    signed(offset.right_down_px[0], 2),
+                    signed(offset.right_down_px[1], 2),
+                    if offset.applied { "taken out" } else { "left as it is" }
+                )
+            },
+        ),
+    ));
+    let rows: String = rows
+        .iter()
+        .map(|(name, found)| {
+            format!("<tr><th scope=\"row\">{name}</th><td>{}</td></tr>\n", escape(found))
+        })
+        .collect();
+    format!(
+        "<h2>Alignment</h2>\n<p>What was found before anything was scored. Likeness is the correlation of what moves over \
+         all pixels and frames, or of the image where nothing moves.</p>\n<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n"
+    )
+}
+
+fn left_out(found: &Alignment) -> String {
+    let reasons: Vec<String> = found
+        .left_out
+        .iter()
+        .map(|left| format!("{} {}", left.rows, left.reason))
+        .collect();
+    if reasons.is_empty() {
+        "none".to_owned()
+    } else {
+        reasons.join("; ")
+    }
+}
+
+fn time_rows(time: Option<&TimeFound>) -> Vec<(String, String)> {
+    let Some(time) = time else {
+        return vec![("Time".to_owned(), "not aligned: nothing moves, or it was not asked for".to_owned())];
+    };
+    let error = |error: Option<f64>, scale: f64, decimals| {
+        error.map_or_else(String::new, |error| format!(" ± {}", fixed(scale * error, decimals)))
+    };
+    let chance = time.chance.map_or_else(
+        || "not known: every decoy is the scene itself".to_owned(),
+        |chance| format!("{} ({} films that are not the scene, aligned alike)", fixed(chance, 2), time.decoys),
+    );
+    let state = match (time.applied, time.at_bound) {
+        (true, _) => "applied",
+        (false, true) => "not applied: a better one lies beyond the bounds",
+        (false, false) => "not applied: no better than chance",
+    };
+    let mut rows = vec![
+        ("Time".to_owned(), format!("{}, {state}", time.asked.name())),
+        (
+            "Delay".to_owned(),
+            format!("{}{} s", signed(time.shift_s, 3), error(time.shift_error_s, 1.0, 3)),
+        ),
+        (
+            "Clock".to_owned(),
+            format!("{}{} %", signed(100.0 * time.rate, 2), error(time.rate_error, 100.0, 2)),
+        ),
+        (
+            "Likeness".to_owned(),
+            format!("{} without, {} with it", fixed(time.likeness_before, 2), fixed(time.likeness, 2)),
+        ),
+        ("Chance reaches".to_owned(), chance),
+    ];
+    if let Some([right, down]) = time.rival_offset_px {
+        rows.push((
+            "Would explain it as well".to_owned(),
+            format!("an image {} pixels to the right and {} down", signed(right, 1), signed(down, 1)),
+        ));
+    }
+    rows
+}
 
 /// What was aligned and left out, for programs; `null` if nothing was looked for.
 pub(super) fn json(found: Option<&Alignment>) -> Value {

@@ -1,10 +1,9 @@
-use super::Context;
-use super::graph;
 use super::picture::{self, Shows};
+use super::{Context, alignment, criteria, graph, maps, timeline};
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
 use crate::paper::{self, EXPERIMENTS};
 use crate::text::{UNDEFINED, escape, fixed, frames as frames_in_words, seconds, signed, value};
-use crate::{Better, Comparison, Measure, Protocol, Score, Verdict};
+use crate::{Better, Comparison, Measure, Protocol, RoomFrom, Score, Verdict};
 
 /// The comparison as one HTML file: no script, no network, readable in grey and in print. The verdict comes first.
 #[must_use]
@@ -16,9 +15,14 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
     let body = [
         verdict(comparison),
         facts(comparison, context),
-        scores(comparison, context),
+        criteria::section(comparison),
         frames(comparison),
+        scores(comparison, context),
         evaluation(comparison),
+        timeline::section(comparison),
+        maps::section(comparison),
+        alignment::section(comparison),
+        criteria::thresholds(context),
         assumed(comparison, context),
         reproduce(comparison, context),
         footer(context),
@@ -347,10 +351,7 @@ fn evaluation(comparison: &Comparison) -> String {
 fn assumed(comparison: &Comparison, context: &Context) -> String {
     let settings = &comparison.settings;
     let own = [
-        format!(
-            "The background is uniform at the scene's ambient temperature of {} °C; no background map of the empty room was used.",
-            fixed(settings.ambient_c, 2)
-        ),
+        background(comparison),
         format!(
             "A pixel of one frame is warm when it lies more than {} °C above the background ({} σ of the sensor's noise, at least two steps of the sensor).",
             fixed(comparison.warm_above_c, 2),
@@ -383,6 +384,18 @@ fn assumed(comparison: &Comparison, context: &Context) -> String {
         .chain(&comparison.notes)
         .chain(&own);
     format!("<h2>What was assumed</h2>\n{}", list(sentences))
+}
+
+fn background(comparison: &Comparison) -> String {
+    let ambient = fixed(comparison.settings.ambient_c, 2);
+    match comparison.above_room.map(|above| above.from) {
+        Some(RoomFrom::Profile) => format!(
+            "The blank frame is uniform at the scene's ambient temperature of {ambient} °C; the pattern of the profile is added to the scene."
+        ),
+        _ => format!(
+            "The background is uniform at the scene's ambient temperature of {ambient} °C; no background map of the empty room was used."
+        ),
+    }
 }
 
 fn information(comparison: &Comparison) -> String {

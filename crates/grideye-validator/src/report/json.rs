@@ -16,6 +16,19 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "headline": judgement.headline,
         "reasons": judgement.reasons,
         "would_change": judgement.would_change,
+        "criteria": criteria(comparison),
+        "thresholds": thresholds(context),
+        "nobody": comparison.nobody.map(|nobody| json!({
+            "has_people": nobody.has_people,
+            "correlation": nobody.correlation,
+            "gain": nobody.gain,
+        })),
+        "above_room": comparison.above_room.map(|above| json!({
+            "correlation": above.value,
+            "ceiling": above.ceiling,
+            "room": above.from.in_words(),
+        })),
+        "level_max_c": comparison.level_max_c,
         "protocol": comparison.settings.protocol.name(),
         "columns": comparison.shape.columns,
         "rows": comparison.shape.rows,
@@ -54,6 +67,32 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "paper": { "citation": paper::CITATION, "experiment": context.experiment },
     });
     format!("{document:#}\n")
+}
+
+fn criteria(comparison: &Comparison) -> Vec<Value> {
+    let criterion = |criterion: &crate::Criterion| {
+        json!({
+            "name": criterion.name,
+            "title": criterion.title,
+            "state": criterion.state.name(),
+            "text": criterion.sentence,
+            "thresholds": criterion.keys,
+        })
+    };
+    comparison.judgement.criteria.iter().map(criterion).collect()
+}
+
+/// Each with where it comes from.
+fn thresholds(context: &Context) -> Vec<Value> {
+    let line = |line: &crate::thresholds::ThresholdLine| {
+        json!({
+            "key": line.key,
+            "value": line.value,
+            "source": line.source,
+            "file": line.file,
+        })
+    };
+    context.thresholds.iter().map(line).collect()
 }
 
 fn scores(comparison: &Comparison, context: &Context) -> Map<String, Value> {
@@ -135,6 +174,13 @@ fn settings(comparison: &Comparison) -> Value {
         "thresholds": {
             "correlation_skill_min": thresholds.correlation_skill_min,
             "gain_skill_min": thresholds.gain_skill_min,
+            "above_room_skill_min": thresholds.above_room_skill_min,
+            "nobody_skill_min": thresholds.nobody_skill_min,
+            "nobody_headroom_min": thresholds.nobody_headroom_min,
+            "level_margin_c": thresholds.level_margin_c,
+            "false_alarm_max": thresholds.false_alarm_max,
+            "rate_error_max": thresholds.rate_error_max,
+            "thermistor_apart_max_c": thresholds.thermistor_apart_max_c,
             "offset_max_c": thresholds.offset_max_c,
             "headroom_min": thresholds.headroom_min,
             "warm_pixels_min": thresholds.warm_pixels_min,

@@ -1,19 +1,26 @@
 //! The comparison as a page for people, as a table for a terminal and as JSON for programs. All hold the same figures.
 
 mod alignment;
+mod criteria;
 mod graph;
 mod html;
 mod json;
+mod junit;
+mod maps;
 pub mod palette;
 mod picture;
 mod table;
+mod timeline;
 
 pub use html::html;
 pub use json::json;
+pub use junit::junit;
 pub use table::table;
 
+use crate::thresholds::ThresholdLine;
+
 /// What was compared, with what, and how to do it again: all that the frames themselves do not tell.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Context {
     /// Name of the scene, as the user gave it.
     pub scene: String,
@@ -36,6 +43,8 @@ pub struct Context {
     /// The paper's experiment that this is, 1 to 4: its figures are printed beside ours. Without it, the range of
     /// all four is.
     pub experiment: Option<u8>,
+    /// Each threshold with where it comes from.
+    pub thresholds: Vec<ThresholdLine>,
 }
 
 /// A file that went into the comparison.

@@ -58,17 +58,20 @@ const fn headline(verdict: Verdict) -> &'static str {
 
 /// What failed comes first: it is what the reader has to act on. A verdict that cannot be given has its one reason.
 fn reasons(verdict: Verdict, weighed: &[Weighed]) -> Vec<String> {
-    let of = |states: &'static [State]| {
+    let of = |state: State| {
         weighed
             .iter()
-            .filter(move |weighed| states.contains(&weighed.criterion.state))
-            .map(|weighed| weighed.criterion.sentence.clone())
+            .filter(move |weighed| weighed.criterion.state == state)
     };
+    let sentence = |weighed: &Weighed| weighed.criterion.sentence.clone();
+    // That a sensor has no fault is no reason to believe in a scene.
+    let is_reason = |weighed: &&Weighed| !weighed.turn.is_empty();
     match verdict {
-        Verdict::CannotTell => of(&[State::Open]).collect(),
-        Verdict::Agrees | Verdict::Disagrees => of(&[State::Failed])
-            .chain(of(&[State::Open]))
-            .chain(of(&[State::Met]))
+        Verdict::CannotTell => of(State::Open).map(sentence).collect(),
+        Verdict::Agrees | Verdict::Disagrees => of(State::Failed)
+            .chain(of(State::Open))
+            .chain(of(State::Met).filter(is_reason))
+            .map(sentence)
             .collect(),
     }
 }

@@ -1,5 +1,6 @@
 use crate::toy::{AMBIENT_C, Blob, PERSON, SHAPE, UNIT, recording, settings, simulation};
 use grideye_validator::report::{Context, Input, html, json, table};
+use grideye_validator::thresholds::ThresholdSet;
 use grideye_validator::{Better, Comparison, FILM_FRAMES_MAX, Measure, Protocol, compare};
 use serde_json::Value;
 
@@ -29,6 +30,7 @@ fn context() -> Context {
         }],
         assumptions: vec!["The sensor looks straight down.".to_owned()],
         experiment: Some(1),
+        thresholds: ThresholdSet::shipped().lines,
     }
 }
 
@@ -70,7 +72,7 @@ fn the_page_says_the_verdict_first_and_what_it_rests_on() {
         &[
             "C, correlation is 0.8",
             "at least the 0.60 asked for.",
-            "What would change it: A skill in C below 0.60, a skill in gain below 0.60, or a common offset beyond 2.5 °C.",
+            "What would change it: Any of: a skill in C below 0.60, a skill in gain below 0.60, or a common offset beyond 2.5 °C.",
         ],
     );
     let text = readable(&html(&comparison(&[]), &context()));

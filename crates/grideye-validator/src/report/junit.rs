@@ -1,0 +1,153 @@
+//! The verdict as JUnit XML, which servers of continuous integration read.
+
+use super::Context;
+use crate::text::escape;
+use crate::{Comparison, Criterion, State, Verdict};
+use std::fmt::Write;
+
+/// One test case for each criterion and one for the verdict. What failed is a failure, what cannot be told an error,
+/// what was not asked is skipped, so that a server shows green for "agrees" alone. Servers read the layout of Ant's
+/// JUnit task (`testsuites`, `testsuite`, `testcase`); times are 0, as equal input is to give equal bytes.
+#[must_use]
+pub fn junit(comparison: &Comparison, context: &Context) -> String {
+    let class = text(&format!("grideye.compare.{}", context.sensor));
+    let judgement = &comparison.judgement;
+    let mut cases: Vec<Case> = judgement.criteria.iter().map(Case::of).collect();
+    cases.insert(0, Case::verdict(comparison));
+    let number = |outcome| cases.iter().filter(|case| case.outcome == outcome).count();
+    let counts = format!(
+        "tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\" time=\"0\"",
+        cases.len(),
+        number(Outcome::Failure),
+        number(Outcome::Error),
+        number(Outcome::Skipped)
+    );
+    let body: String = cases.iter().map(|case| case.xml(&class)).collect();
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"grideye compare\" {counts}>\n\
+         <testsuite name=\"{}\" {}>\n{}{body}</testsuite>\n</testsuites>\n",
+        text(&format!("{} beside {}", context.recording, context.scene)),
+        counts,
+        properties(comparison, context),
+    )
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Passed,
+    Failure,
+    Error,
+    Skipped,
+}
+
+struct Case {
+    name: String,
+    outcome: Outcome,
+    /// In one line, and in full.
+    message: String,
+    details: String,
+}
+
+impl Case {
+    fn of(criterion: &Criterion) -> Self {
+        Self {
+            name: criterion.name.to_owned(),
+            outcome: match criterion.state {
+                State::Met => Outcome::Passed,
+                State::Failed => Outcome::Failure,
+                State::Open => Outcome::Error,
+                State::NotAsked => Outcome::Skipped,
+            },
+            message: format!("{}: {}", criterion.title, criterion.sentence),
+            details: criterion.sentence.clone(),
+        }
+    }
+
+    fn verdict(comparison: &Comparison) -> Self {
+        let judgement = &comparison.judgement;
+        Self {
+            name: "verdict".to_owned(),
+            outcome: match judgement.verdict {
+                Verdict::Agrees => Outcome::Passed,
+                Verdict::Disagrees => Outcome::Failure,
+                Verdict::CannotTell => Outcome::Error,
+            },
+            message: judgement.headline.clone(),
+            details: format!(
+                "{}\n{}\n{}",
+                judgement.headline,
+                judgement.reasons.join("\n"),
+                judgement.would_change
+            ),
+        }
+    }
+
+    fn xml(&self, class: &str) -> String {
+        let (message, details) = (text(&self.message), text(&self.details));
+        let inside = match self.outcome {
+            Outcome::Passed => format!("<system-out>{details}</system-out>"),
+            Outcome::Failure => {
+                format!("<failure message=\"{message}\" type=\"disagrees\">{details}</failure>")
+            }
+            Outcome::Error => {
+                format!("<error message=\"{message}\" type=\"cannot tell\">{details}</error>")
+            }
+            Outcome::Skipped => format!("<skipped message=\"{message}\"/>"),
+        };
+        format!(
+            "<testcase classname=\"{class}\" name=\"{}\" time=\"0\">{inside}</testcase>\n",
+            self.name
+        )
+    }
+}
+
+fn properties(comparison: &Comparison, context: &Context) -> String {
+    let mut properties = String::from("<properties>\n");
+    let mut add = |name: &str, value: &str| {
+        // Writing into a string does not fail.
+        let _ = writeln!(
+            properties,
+            "<property name=\"{}\" value=\"{}\"/>",
+            text(name),
+            text(value)
+        );
+    };
+    add("verdict", comparison.judgement.verdict.name());
+    add("command", &context.command);
+    add("program", &context.program);
+    for (name, seed) in &context.seeds {
+        add(&format!("seed, {name}"), &seed.to_string());
+    }
+    for input in &context.inputs {
+        add(&input.name, &input.hash);
+    }
+    for line in &context.thresholds {
+        let value = format!("{} ({}: {})", line.value, line.file, line.source);
+        add(&format!("threshold, {}", line.key), &value);
+    }
+    properties.push_str("</properties>\n");
+    properties
+}
+
+/// Text that XML 1.0 takes: escaped, and what it has no character for replaced.
+fn text(text: &str) -> String {
+    let is_char = |character: char| {
+        matches!(character, '\t' | '\n' | '\r' | ' '..='\u{FFFD}' | '\u{10000}'..)
+    };
+    let allowed: String = text
+        .chars()
+        .map(|character| if is_char(character) { character } else { '\u{FFFD}' })
+        .collect();
+    escape(&allowed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_xml_has_no_character_for_is_replaced() {
+        assert_eq!(text("a\u{0}b\u{1b}c\td<&\""), "a\u{FFFD}b\u{FFFD}c\td&lt;&amp;&quot;");
+        assert_eq!(text("\u{FFFE}°C 👍"), "\u{FFFD}°C 👍");
+    }
+}
