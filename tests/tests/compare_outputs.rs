@@ -15,7 +15,15 @@ const SCENE: &str = "scenes/experiment-1.toml";
 fn recording(folder: &TempDir, scene: &str, frames: u32) -> PathBuf {
     let path = folder.path().join("recording & <1>.csv");
     let ended = run(grideye()
-        .args(["simulate", scene, "--seed", "1007", "--frames", &frames.to_string(), "--out"])
+        .args([
+            "simulate",
+            scene,
+            "--seed",
+            "1007",
+            "--frames",
+            &frames.to_string(),
+            "--out",
+        ])
         .arg(&path));
     assert_eq!(ended.code, 0, "{ended:?}");
     path
@@ -30,7 +38,11 @@ fn compare(scene: &str, recording: &Path, more: &[&str]) -> Ended {
 
 /// The cases of a report by Python's parser; `None` if Python is left out.
 fn cases(xml: &Path) -> Option<Value> {
-    let mut python = peer("junit.py", &[xml.to_str().unwrap()], "JUnit as another parser reads it")?;
+    let mut python = peer(
+        "junit.py",
+        &[xml.to_str().unwrap()],
+        "JUnit as another parser reads it",
+    )?;
     let ended = run(&mut python);
     assert_eq!(ended.code, 0, "{ended:?}");
     Some(serde_json::from_str(&ended.stdout).unwrap())
@@ -42,23 +54,41 @@ fn junit_is_what_servers_read_and_says_what_the_exit_code_says() {
     let xml = folder.path().join("result.xml");
     let xml_option = xml.to_str().unwrap();
     let right = recording(&folder, SCENE, 40);
-    for (scene, code, verdict) in [(SCENE, 0, "passed"), ("scenes/experiment-2.toml", 1, "failure")] {
+    for (scene, code, verdict) in [
+        (SCENE, 0, "passed"),
+        ("scenes/experiment-2.toml", 1, "failure"),
+    ] {
         let ended = compare(scene, &right, &["--junit", xml_option]);
         assert_eq!(ended.code, code, "{ended:?}");
         if let Some(cases) = cases(&xml) {
             assert_eq!(cases["verdict"], verdict, "{cases}");
-            for name in ["correlation", "gain", "level", "moving_pixels", "steps", "thermistor", "frame_rate"] {
+            for name in [
+                "correlation",
+                "gain",
+                "level",
+                "moving_pixels",
+                "steps",
+                "thermistor",
+                "frame_rate",
+            ] {
                 assert!(cases[name].is_string(), "{name}: {cases}");
             }
             let green = |outcome: &Value| outcome == "passed" || outcome == "skipped";
-            assert_eq!(cases.as_object().unwrap().values().all(green), code == 0, "{cases}");
+            assert_eq!(
+                cases.as_object().unwrap().values().all(green),
+                code == 0,
+                "{cases}"
+            );
         }
     }
     let one = recording(&folder, SCENE, 1);
     let ended = compare(SCENE, &one, &["--junit", xml_option]);
     assert_eq!(ended.code, 3, "{ended:?}");
     if let Some(cases) = cases(&xml) {
-        assert_eq!((&cases["verdict"], &cases["enough_to_tell"]), (&"error".into(), &"error".into()));
+        assert_eq!(
+            (&cases["verdict"], &cases["enough_to_tell"]),
+            (&"error".into(), &"error".into())
+        );
     }
 }
 
@@ -67,22 +97,46 @@ fn thresholds_of_a_file_decide_and_are_printed_with_their_source() {
     let folder = tempfile::tempdir().unwrap();
     let right = recording(&folder, SCENE, 40);
     let file = folder.path().join("strict.toml");
-    std::fs::write(&file, "[gain_skill_min]\nvalue = 1.0\nsource = \"nobody is perfect\"\n").unwrap();
+    std::fs::write(
+        &file,
+        "[gain_skill_min]\nvalue = 1.0\nsource = \"nobody is perfect\"\n",
+    )
+    .unwrap();
     let json = folder.path().join("out.json");
     let report = folder.path().join("out.html");
-    let more = ["--thresholds", file.to_str().unwrap(), "--json", json.to_str().unwrap(), "--report", report.to_str().unwrap()];
+    let more = [
+        "--thresholds",
+        file.to_str().unwrap(),
+        "--json",
+        json.to_str().unwrap(),
+        "--report",
+        report.to_str().unwrap(),
+    ];
     let ended = compare(SCENE, &right, &more);
     assert_eq!(ended.code, 1, "{ended:?}");
     let found: Value = serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
-    let line = found["thresholds"].as_array().unwrap().iter().find(|line| line["key"] == "gain_skill_min").unwrap();
-    assert_eq!((&line["value"], &line["source"]), (&1.0.into(), &"nobody is perfect".into()));
+    let line = found["thresholds"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|line| line["key"] == "gain_skill_min")
+        .unwrap();
+    assert_eq!(
+        (&line["value"], &line["source"]),
+        (&1.0.into(), &"nobody is perfect".into())
+    );
     let page = std::fs::read_to_string(report).unwrap();
     assert!(page.contains("nobody is perfect") && page.contains("strict.toml"));
 
     std::fs::write(&file, "[gain_skill_min]\nvalue = 7\nsource = \"x\"\n").unwrap();
     let ended = compare(SCENE, &right, &["--thresholds", file.to_str().unwrap()]);
     assert_eq!((ended.code, ended.stdout.as_str()), (2, ""), "{ended:?}");
-    assert!(ended.stderr.contains("strict.toml:2:9: `gain_skill_min.value` is 7, expected 0 to 1\nhint: "), "{ended:?}");
+    assert!(
+        ended
+            .stderr
+            .contains("strict.toml:2:9: `gain_skill_min.value` is 7, expected 0 to 1\nhint: "),
+        "{ended:?}"
+    );
 }
 
 /// The shipped example is one that the program takes.
@@ -90,7 +144,12 @@ fn thresholds_of_a_file_decide_and_are_printed_with_their_source() {
 fn the_shipped_thresholds_and_profiles_are_taken() {
     let folder = tempfile::tempdir().unwrap();
     let right = recording(&folder, SCENE, 40);
-    let more = ["--thresholds", "crates/grideye-validator/thresholds.toml", "--profile", "scenes/profiles/ideal.toml"];
+    let more = [
+        "--thresholds",
+        "crates/grideye-validator/thresholds.toml",
+        "--profile",
+        "scenes/profiles/ideal.toml",
+    ];
     let ended = compare(SCENE, &right, &more);
     assert_eq!(ended.code, 0, "{ended:?}");
     let ended = compare(SCENE, &right, &["--profile", SCENE]);
@@ -104,12 +163,19 @@ fn a_pdf_is_printed_or_the_missing_browser_is_named() {
     let pdf = folder.path().join("report.pdf");
     let command = || {
         let mut command = grideye();
-        command.args(["compare", "--scene", SCENE, "--recording"]).arg(&right).arg("--pdf").arg(&pdf);
+        command
+            .args(["compare", "--scene", SCENE, "--recording"])
+            .arg(&right)
+            .arg("--pdf")
+            .arg(&pdf);
         command
     };
     let ended = run(command().env("PATH", folder.path()));
     assert_eq!(ended.code, 2, "{ended:?}");
-    assert!(ended.stderr.contains("hint: apt-get install chromium"), "{ended:?}");
+    assert!(
+        ended.stderr.contains("hint: apt-get install chromium"),
+        "{ended:?}"
+    );
     assert!(!pdf.exists());
     let ended = run(&mut command());
     if ended.code == 0 {
@@ -117,6 +183,9 @@ fn a_pdf_is_printed_or_the_missing_browser_is_named() {
     } else {
         assert!(ended.stderr.contains("none of chromium, "), "{ended:?}");
     }
-    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let left: Vec<_> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
     assert!(left.len() <= 2, "scratch is left: {left:?}");
 }

@@ -231,16 +231,6 @@ impl Scene {
         &self.agents
     }
 
-    /// The same scene with nobody in it, and without the warm prints that somebody would have left.
-    #[must_use]
-    pub fn without_agents(&self) -> Self {
-        Self {
-            agents: Vec::new(),
-            prints: Vec::new(),
-            ..self.clone()
-        }
-    }
-
     /// The sensors, in the order of the file.
     #[must_use]
     pub fn sensors(&self) -> &[Sensor] {

@@ -276,7 +276,8 @@ pub(crate) fn compare_beside(
     );
     let blank = blank(&view, &pairs);
     let scores = scores(&view, &pairs, [&found, &blank], repeat.as_ref(), settings);
-    let above = beside.has_people
+    let above = beside
+        .has_people
         .then(|| above_room(real, simulated, &beside.nobody, &beside.room));
     let outcome = Outcome {
         nobody: nobody(&view, &pairs, simulated, beside),
@@ -450,7 +451,11 @@ fn nobody(
     }
     let frame = |(simulated, nobody): (&SimulatedFrame, &Vec<f64>)| {
         let noise = simulated.celsius.iter().zip(&simulated.noise_free);
-        let noisy: Vec<f64> = nobody.iter().zip(noise).map(|(empty, (noisy, clean))| empty + noisy - clean).collect();
+        let noisy: Vec<f64> = nobody
+            .iter()
+            .zip(noise)
+            .map(|(empty, (noisy, clean))| empty + noisy - clean)
+            .collect();
         view.making.simulated(&noisy, nobody, None)
     };
     let side = Side::new(simulated.iter().zip(&beside.nobody).map(frame).collect());

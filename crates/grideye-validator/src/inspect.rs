@@ -88,7 +88,8 @@ impl Inspection {
         let Some(stays) = self.stays else {
             return criterion(
                 State::NotAsked,
-                "The recording has no noise, so that a pixel that stands still is no fault.".to_owned(),
+                "The recording has no noise, so that a pixel that stands still is no fault."
+                    .to_owned(),
             );
         };
         let by_chance = |run: usize| count(PIXELS) * count(self.frames) * stays.powf(count(run));
@@ -163,17 +164,25 @@ impl Inspection {
         let (state, sentence) = if (pixels_c - thermistor_c).abs() <= most {
             (
                 State::Met,
-                format!("Pixels and thermistor belong to one sensor: {both}; up to {most} °C apart is usual."),
+                format!(
+                    "Pixels and thermistor belong to one sensor: {both}; up to {most} °C apart is usual."
+                ),
             )
         } else if (ambient_c - thermistor_c).abs() > most && (ambient_c - pixels_c).abs() <= most {
             (
                 State::NotAsked,
-                format!("The scene itself is far from the thermistor: {both}, and its air has {} °C.", fixed(ambient_c, 1)),
+                format!(
+                    "The scene itself is far from the thermistor: {both}, and its air has {} °C.",
+                    fixed(ambient_c, 1)
+                ),
             )
         } else {
             (
                 State::Failed,
-                format!("The pixels do not belong to the thermistor: {both}, more than {most} °C apart{}.", scale(pixels_c, thermistor_c)),
+                format!(
+                    "The pixels do not belong to the thermistor: {both}, more than {most} °C apart{}.",
+                    scale(pixels_c, thermistor_c)
+                ),
             )
         };
         Criterion {
@@ -250,7 +259,9 @@ fn distinct(records: &[Record]) -> Vec<Distinct> {
         let Some(raw) = record.reading.frame() else {
             continue;
         };
-        let is_new = frames.last().is_none_or(|last| last.raw.pixels != raw.pixels);
+        let is_new = frames
+            .last()
+            .is_none_or(|last| last.raw.pixels != raw.pixels);
         if is_new {
             frames.push(Distinct {
                 raw: *raw,
@@ -310,7 +321,13 @@ fn stays(sigma_c: f64, step_c: f64) -> f64 {
 
 /// The error function to 1.5e-7 (Abramowitz and Stegun, 7.1.26), for numbers from 0.
 fn erf(x: f64) -> f64 {
-    const A: [f64; 5] = [0.254_829_592, -0.284_496_736, 1.421_413_741, -1.453_152_027, 1.061_405_429];
+    const A: [f64; 5] = [
+        0.254_829_592,
+        -0.284_496_736,
+        1.421_413_741,
+        -1.453_152_027,
+        1.061_405_429,
+    ];
     let t = 1.0 / (1.0 + 0.327_591_1 * x);
     let sum = A.iter().rev().fold(0.0, |sum, a| (sum + a) * t);
     1.0 - sum * (-x * x).exp()
@@ -318,9 +335,8 @@ fn erf(x: f64) -> f64 {
 
 /// The greatest step of which all differences between pixel words are multiples.
 fn common_step(frames: &[Distinct], step_c: f64) -> u32 {
-    let signed = |word: PixelWord| {
-        (f64::from(amg8833::word::pixel_celsius(word).get()) / step_c).round()
-    };
+    let signed =
+        |word: PixelWord| (f64::from(amg8833::word::pixel_celsius(word).get()) / step_c).round();
     let Some(first) = frames.first() else {
         return 0;
     };
@@ -376,7 +392,12 @@ mod tests {
     /// Values of the standard table.
     #[test]
     fn the_error_function_is_the_tables() {
-        for (x, expected) in [(0.0, 0.0), (0.5, 0.520_499_878), (1.0, 0.842_700_793), (2.0, 0.995_322_265)] {
+        for (x, expected) in [
+            (0.0, 0.0),
+            (0.5, 0.520_499_878),
+            (1.0, 0.842_700_793),
+            (2.0, 0.995_322_265),
+        ] {
             assert!((erf(x) - expected).abs() < 2e-7, "{x}: {}", erf(x));
         }
     }
@@ -394,6 +415,10 @@ mod tests {
     #[test]
     fn a_quiet_pixel_stays_as_a_normal_draw_does() {
         let sigma_c = 0.25 / 0.6 / 0.6;
-        assert!((stays(sigma_c, 0.25) - 0.2358).abs() < 1e-3, "{}", stays(sigma_c, 0.25));
+        assert!(
+            (stays(sigma_c, 0.25) - 0.2358).abs() < 1e-3,
+            "{}",
+            stays(sigma_c, 0.25)
+        );
     }
 }

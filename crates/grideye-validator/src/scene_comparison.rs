@@ -7,6 +7,7 @@ use crate::align::{
     AlignOptions, Aligner, Alignment, Clock, OFFSET_MAX_PX, Orientation, Pixels, SAMPLE_MAX,
     SPAN_MAX, TimeAlignment, moved, still_orientation,
 };
+use crate::background::{Empty, background};
 use crate::clean::drift::Drift;
 use crate::clean::{self, Counts, LeftOut, Read};
 use crate::compare::{
@@ -127,7 +128,15 @@ pub fn compare_scene(
         simulator.sensor().noise_sigma
     ));
     let settings = settings(&simulator, protocol, lag_frames, options);
-    let beside = beside::beside(records, scene, &simulator, nobody, &aligned.found, options);
+    let room = pictures.learned_room(records, &aligned, protocol, options);
+    let beside = beside::beside(
+        records,
+        &simulator,
+        (nobody, !scene.agents().is_empty()),
+        room,
+        &aligned.found,
+        options,
+    );
     let comparison = compare_beside(shape, &real, &simulated, &settings, &beside)?;
     Ok(Comparison {
         notes,
@@ -500,6 +509,49 @@ impl<'a> Pictures<'a> {
             .unzip()
     }
 
+    /// What the recording shows while neither it nor the scene shows anybody.
+    ///
+    /// Of a scene that stands still, no stretch is known to be empty: who stands there from first to last would be taken
+    /// for the room.
+    fn learned_room(
+        &self,
+        records: &[Record],
+        aligned: &Aligned,
+        protocol: Protocol,
+        options: &Options,
+    ) -> Option<Vec<f64>> {
+        if protocol == Protocol::Static || self.pattern_c.is_some() {
+            return None;
+        }
+        let found = background(records, &Empty::Find).ok()?;
+        let is_empty = |frame: &&Timed| {
+            let since = frame.time.saturating_sub(options.start);
+            found.stretches.iter().any(|stretch| stretch.holds(since))
+                && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
+        };
+        let within: Vec<&Timed> = evenly(aligned.frames.len(), SAMPLE_MAX)
+            .into_iter()
+            .map(|index| &aligned.frames[index])
+            .filter(is_empty)
+            .collect();
+        (within.len() >= EMPTY_FRAMES_MIN).then(|| {
+            let mean = |pixel: usize| {
+                let sum: f64 = within.iter().map(|frame| frame.celsius[pixel]).sum();
+                sum / count(within.len())
+            };
+            (0..PIXELS).map(mean).collect()
+        })
+    }
+
+    /// Whether the scene shows nobody.
+    fn is_empty(&self, time: Duration) -> bool {
+        let (with, without) = (self.simulator.image(time), self.empty.image(time));
+        with.celsius
+            .iter()
+            .zip(&without.celsius)
+            .all(|(with, without)| (with - without).abs() < NOBODY_C)
+    }
+
     fn frame(&self, time: Duration, aligned: &Aligned, seed: u64) -> (SimulatedFrame, Vec<f64>) {
         let clean = self.simulator.image(time).celsius;
         let noisy = self.simulator.noisy(time, seed).celsius;
@@ -537,6 +589,11 @@ impl<'a> Pictures<'a> {
         shown
     }
 }
+
+/// Less of somebody than this is nobody, °C: a fifth of the sensor's step.
+const NOBODY_C: f64 = 0.05;
+/// Frames of an empty room that its map is the mean of, at least: the noise of the mean is a quarter of a frame's then.
+const EMPTY_FRAMES_MIN: usize = 16;
 
 /// A pixel belongs to an agent that covers half of it or more.
 const TRUTH_SHARE_MIN: f64 = 0.5;

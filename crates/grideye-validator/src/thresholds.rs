@@ -95,8 +95,7 @@ impl ThresholdSet {
             });
         }
         let file = File { origin, text };
-        let mut entries: Entries =
-            toml::from_str(text).map_err(|error| file.malformed(&error))?;
+        let mut entries: Entries = toml::from_str(text).map_err(|error| file.malformed(&error))?;
         let mut set = Self::shipped();
         for (key, line) in KEYS.iter().zip(&mut set.lines) {
             if let Some(entry) = entries.remove(key.name) {
@@ -183,7 +182,8 @@ impl File<'_> {
                 "`{}.value` is {value}, expected {least} to {most}",
                 key.name
             );
-            let hint = "crates/grideye-validator/thresholds.toml holds every key with a sound value";
+            let hint =
+                "crates/grideye-validator/thresholds.toml holds every key with a sound value";
             return Err(self.refused(entry.value.span(), message, hint.to_owned()));
         }
         let source = entry.source.get_ref().trim();
@@ -249,7 +249,11 @@ mod tests {
         let set = ThresholdSet::parse(SHIPPED, "thresholds.toml").unwrap();
         assert_eq!(set.thresholds, Thresholds::default());
         for line in &set.lines {
-            assert_eq!(line.file, "thresholds.toml", "{} is not in the file", line.key);
+            assert_eq!(
+                line.file, "thresholds.toml",
+                "{} is not in the file",
+                line.key
+            );
             assert!(line.source.len() > 20, "{}", line.key);
         }
         let built_in: Vec<(f64, String)> = ThresholdSet::shipped()
@@ -257,7 +261,11 @@ mod tests {
             .into_iter()
             .map(|line| (line.value, line.source))
             .collect();
-        let read: Vec<(f64, String)> = set.lines.into_iter().map(|line| (line.value, line.source)).collect();
+        let read: Vec<(f64, String)> = set
+            .lines
+            .into_iter()
+            .map(|line| (line.value, line.source))
+            .collect();
         assert_eq!(built_in, read);
     }
 
@@ -270,14 +278,29 @@ mod tests {
             ..Thresholds::default()
         };
         assert_eq!(set.thresholds, expected);
-        let line = set.lines.iter().find(|line| line.key == "gain_skill_min").unwrap();
-        assert_eq!((line.value, line.source.as_str(), line.file.as_str()), (0.75, "our lab", "mine.toml"));
-        assert_eq!(set.lines.iter().filter(|line| line.file == "mine.toml").count(), 1);
+        let line = set
+            .lines
+            .iter()
+            .find(|line| line.key == "gain_skill_min")
+            .unwrap();
+        assert_eq!(
+            (line.value, line.source.as_str(), line.file.as_str()),
+            (0.75, "our lab", "mine.toml")
+        );
+        assert_eq!(
+            set.lines
+                .iter()
+                .filter(|line| line.file == "mine.toml")
+                .count(),
+            1
+        );
     }
 
     #[track_caller]
     fn refused(text: &str, expected: &str) {
-        let error = ThresholdSet::parse(text, "mine.toml").unwrap_err().to_string();
+        let error = ThresholdSet::parse(text, "mine.toml")
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with(expected), "{error}");
         assert!(error.contains("\nhint: "), "{error}");
     }
@@ -300,7 +323,10 @@ mod tests {
             "\n[gain_skil_min]\nvalue = 0.5\nsource = \"a\"\n",
             "mine.toml:2:1: `gain_skil_min` is no threshold",
         );
-        refused("[gain_skill_min]\nvalue = 0.5\n", "mine.toml:1:1: missing field `source`");
+        refused(
+            "[gain_skill_min]\nvalue = 0.5\n",
+            "mine.toml:1:1: missing field `source`",
+        );
         refused("gain_skill_min = 3\n", "mine.toml:1:18: invalid type");
         refused("[gain_skill_min\n", "mine.toml:1:");
         refused(
@@ -312,7 +338,9 @@ mod tests {
     #[test]
     fn a_file_of_another_kind_is_refused_by_its_length() {
         let text = " ".repeat(TEXT_BYTES_MAX + 1);
-        let error = ThresholdSet::parse(&text, "film.mp4").unwrap_err().to_string();
+        let error = ThresholdSet::parse(&text, "film.mp4")
+            .unwrap_err()
+            .to_string();
         assert!(error.starts_with("film.mp4: 65537 bytes of text, expected at most 65536\nhint: "));
         assert!(ThresholdSet::parse(&text[1..], "x").is_ok());
     }

@@ -88,7 +88,7 @@ impl Default for Thresholds {
             correlation_skill_min: 0.6,
             gain_skill_min: 0.6,
             above_room_skill_min: 0.5,
-            nobody_skill_min: 0.5,
+            nobody_skill_min: 0.0,
             nobody_headroom_min: 0.2,
             offset_max_c: SENSOR_ACCURACY_C,
             level_margin_c: 0.125,

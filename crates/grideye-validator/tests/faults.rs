@@ -14,7 +14,9 @@ use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp, linaige};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
-use grideye_validator::{Comparison, KnownUnit, Measure, Options, State, Verdict, compare_scene};
+use grideye_validator::{
+    Comparison, KnownUnit, Measure, Options, RoomFrom, State, Verdict, compare_scene,
+};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -23,7 +25,7 @@ use std::time::Duration;
 const FIRST_SEED: u64 = 1_000;
 const SEEDS: u64 = 50;
 /// Seeds of each planted fault.
-const FAULT_SEEDS: u64 = 20;
+const FAULT_SEEDS: u64 = 10;
 /// Scenes that no threshold was chosen on, and a sensor of each.
 const HELD_OUT: [(&str, &str); 3] = [
     ("clothed-walk", "ceiling"),
@@ -70,15 +72,28 @@ fn record_at(scene: &Scene, sensor: &str, unit: Unit, seed: u64, pace: f64) -> V
     };
     let pattern = pattern_c(unit, seed);
     let end_s = scene.duration().as_secs_f64();
-    let frames = if end_s > 0.0 { (end_s / pace * 10.0 + 1e-6) as u32 + 1 } else { 40 };
+    let frames = if end_s > 0.0 {
+        (end_s / pace * 10.0 + 1e-6) as u32 + 1
+    } else {
+        40
+    };
     let mut frame = |index: u32| {
         let time_s = f64::from(index) / 10.0;
-        let image = simulator.image(Duration::from_secs_f64(time_s * pace)).celsius;
+        let image = simulator
+            .image(Duration::from_secs_f64(time_s * pace))
+            .celsius;
         let pixels = std::array::from_fn(|pixel| {
             PixelWord(((image[pixel] + pattern[pixel] + draw(unit.sigma_c)) * 4.0).round() as u16)
         });
         let thermistor = ((simulator.ambient_c() + 4.5 + draw(0.02)) * 16.0).round() as u16;
-        row(u64::from(index), time_s, RawFrame { thermistor: ThermistorWord(thermistor), pixels })
+        row(
+            u64::from(index),
+            time_s,
+            RawFrame {
+                thermistor: ThermistorWord(thermistor),
+                pixels,
+            },
+        )
     };
     (0..frames).map(&mut frame).collect()
 }
@@ -109,7 +124,11 @@ fn row(seq: u64, time_s: f64, frame: RawFrame) -> Record {
 }
 
 fn options(seed: u64) -> Options {
-    Options { seed, shuffles: 20, ..Options::default() }
+    Options {
+        seed,
+        shuffles: 20,
+        ..Options::default()
+    }
 }
 
 fn compared(records: &[Record], scene: &Scene, sensor: &str, seed: u64) -> Comparison {
@@ -119,7 +138,9 @@ fn compared(records: &[Record], scene: &Scene, sensor: &str, seed: u64) -> Compa
 /// The right scenes: the paper's and the held out ones.
 fn right() -> Vec<(String, Scene, &'static str)> {
     let papers = (1..=4).map(|number| (format!("experiment-{number}"), "ceiling"));
-    let held = HELD_OUT.iter().map(|&(name, sensor)| (name.to_owned(), sensor));
+    let held = HELD_OUT
+        .iter()
+        .map(|&(name, sensor)| (name.to_owned(), sensor));
     papers
         .chain(held)
         .map(|(name, sensor)| {
@@ -144,13 +165,21 @@ fn failed(comparison: &Comparison) -> Vec<&'static str> {
 fn right_scenes_agree_over_50_seeds() {
     for (name, scene, sensor) in right() {
         for is_known in [true, false] {
+            let seeds = if is_known { SEEDS } else { FAULT_SEEDS };
             let mut verdicts = [0; 3];
             let mut least: f64 = 1.0;
             let mut reason = String::new();
-            for seed in FIRST_SEED..FIRST_SEED + SEEDS {
+            for seed in FIRST_SEED..FIRST_SEED + seeds {
                 let records = record(&scene, sensor, UNIT, seed);
-                let unit = KnownUnit { pattern_c: pattern_c(UNIT, seed), wander_c: 0.0, bias_c: 0.0 };
-                let options = Options { unit: is_known.then_some(unit), ..options(seed) };
+                let unit = KnownUnit {
+                    pattern_c: pattern_c(UNIT, seed),
+                    wander_c: 0.0,
+                    bias_c: 0.0,
+                };
+                let options = Options {
+                    unit: is_known.then_some(unit),
+                    ..options(seed)
+                };
                 let comparison = compare_scene(&records, &scene, sensor, &options).unwrap();
                 for measure in [Measure::Correlation, Measure::Gain] {
                     least = least.min(comparison.score(measure).skill().unwrap_or(0.0));
@@ -166,14 +195,21 @@ fn right_scenes_agree_over_50_seeds() {
                 }
             }
             let [agreed, open, disagreed] = verdicts;
-            println!("{name}, pattern known: {is_known}: of {SEEDS} agree {agreed}, cannot tell {open}, disagree {disagreed}; least skill {least:.2} {reason}");
+            println!(
+                "{name}, pattern known: {is_known}: of {seeds} agree {agreed}, cannot tell {open}, disagree {disagreed}; least skill {least:.2} {reason}"
+            );
+            // A pattern that is not known is taken for the room, which a scene of little contrast does not survive.
+            assert!(!is_known || agreed == SEEDS, "{name}: {reason}");
         }
     }
 }
 
 type Fault = fn(Vec<Record>) -> Vec<Record>;
 
-fn pixels(records: Vec<Record>, change: impl Fn(&[PixelWord; 64], usize) -> PixelWord) -> Vec<Record> {
+fn pixels(
+    records: Vec<Record>,
+    change: impl Fn(&[PixelWord; 64], usize) -> PixelWord,
+) -> Vec<Record> {
     records
         .into_iter()
         .map(|record| Record {
@@ -196,18 +232,38 @@ fn turned(records: Vec<Record>, from: fn(usize, usize) -> (usize, usize)) -> Vec
 
 /// The seven ways in which an image can be turned.
 const TURNS: [(&str, Fault); 7] = [
-    ("mirrored left to right", |records| turned(records, |row, column| (row, 7 - column))),
-    ("mirrored top to bottom", |records| turned(records, |row, column| (7 - row, column))),
-    ("rotated by 90°", |records| turned(records, |row, column| (7 - column, row))),
-    ("rotated by 180°", |records| turned(records, |row, column| (7 - row, 7 - column))),
-    ("rotated by 270°", |records| turned(records, |row, column| (column, 7 - row))),
-    ("transposed", |records| turned(records, |row, column| (column, row))),
-    ("transposed the other way", |records| turned(records, |row, column| (7 - column, 7 - row))),
+    ("mirrored left to right", |records| {
+        turned(records, |row, column| (row, 7 - column))
+    }),
+    ("mirrored top to bottom", |records| {
+        turned(records, |row, column| (7 - row, column))
+    }),
+    ("rotated by 90°", |records| {
+        turned(records, |row, column| (7 - column, row))
+    }),
+    ("rotated by 180°", |records| {
+        turned(records, |row, column| (7 - row, 7 - column))
+    }),
+    ("rotated by 270°", |records| {
+        turned(records, |row, column| (column, 7 - row))
+    }),
+    ("transposed", |records| {
+        turned(records, |row, column| (column, row))
+    }),
+    ("transposed the other way", |records| {
+        turned(records, |row, column| (7 - column, 7 - row))
+    }),
 ];
 
 /// Prints how often a fault is seen in a scene, and holds that to always.
 #[track_caller]
-fn always_seen(what: &str, name: &str, sensor: &str, criterion: Option<&str>, fault: impl Fn(Vec<Record>) -> Vec<Record>) {
+fn always_seen(
+    what: &str,
+    name: &str,
+    sensor: &str,
+    criterion: Option<&str>,
+    fault: impl Fn(Vec<Record>) -> Vec<Record>,
+) {
     let scene = parse(&text(name));
     let mut missed = Vec::new();
     for seed in FIRST_SEED..FIRST_SEED + FAULT_SEEDS {
@@ -219,7 +275,10 @@ fn always_seen(what: &str, name: &str, sensor: &str, criterion: Option<&str>, fa
             missed.push((seed, comparison.judgement.verdict, failed));
         }
     }
-    println!("{what}, {name}: {} of {FAULT_SEEDS} seen", FAULT_SEEDS - missed.len() as u64);
+    println!(
+        "{what}, {name}: {} of {FAULT_SEEDS} seen",
+        FAULT_SEEDS - missed.len() as u64
+    );
     assert!(missed.is_empty(), "{what}, {name}: {missed:?}");
 }
 
@@ -240,11 +299,18 @@ fn an_image_turned_any_way_disagrees() {
 #[test]
 fn one_stuck_pixel_is_seen_whatever_it_shows() {
     for name in ["experiment-1", "experiment-3", "clothed-walk"] {
-        for (what, pixel, word) in [("stuck at what it showed", 45, None), ("stuck at 0", 3, Some(0)), ("stuck at 80 °C", 60, Some(320))] {
+        for (what, pixel, word) in [
+            ("stuck at what it showed", 45, None),
+            ("stuck at 0", 3, Some(0)),
+            ("stuck at 80 °C", 60, Some(320)),
+        ] {
             always_seen(what, name, "ceiling", Some("moving_pixels"), |records| {
                 let first = records[0].reading.frame().unwrap().pixels[pixel];
                 let stuck = word.map_or(first, PixelWord);
-                pixels(records, |pixels, index| if index == pixel { stuck } else { pixels[index] })
+                pixels(
+                    records,
+                    |pixels, index| if index == pixel { stuck } else { pixels[index] },
+                )
             });
         }
     }
@@ -266,43 +332,80 @@ fn three_degrees_too_many_or_too_few_disagree() {
 #[test]
 fn the_thermistors_scale_on_pixels_disagrees_and_is_named() {
     for name in ["experiment-1", "experiment-3", "clothed-walk"] {
-        always_seen("0.0625 °C for 0.25 °C", name, "ceiling", Some("thermistor"), |records| {
-            pixels(records, |pixels, index| PixelWord((f64::from(pixels[index].0) / 4.0).round() as u16))
-        });
+        always_seen(
+            "0.0625 °C for 0.25 °C",
+            name,
+            "ceiling",
+            Some("thermistor"),
+            |records| {
+                pixels(records, |pixels, index| {
+                    PixelWord((f64::from(pixels[index].0) / 4.0).round() as u16)
+                })
+            },
+        );
     }
 }
 
 /// Pixels that were rounded to whole degrees on their way.
 #[test]
 fn other_steps_than_the_sensors_disagree() {
-    always_seen("whole degrees", "experiment-1", "ceiling", Some("steps"), |records| {
-        pixels(records, |pixels, index| PixelWord((pixels[index].0 + 2) / 4 * 4))
-    });
+    always_seen(
+        "whole degrees",
+        "experiment-1",
+        "ceiling",
+        Some("steps"),
+        |records| {
+            pixels(records, |pixels, index| {
+                PixelWord((pixels[index].0 + 2) / 4 * 4)
+            })
+        },
+    );
 }
 
 /// Halved in three ways: every other frame was never taken, every frame was read twice, and the walk takes twice as long.
 #[test]
 fn a_halved_frame_rate_disagrees() {
     for name in ["experiment-1", "experiment-3", "clothed-walk"] {
-        always_seen("5 frames a second", name, "ceiling", Some("frame_rate"), |records| {
-            let kept = records.into_iter().step_by(2).enumerate();
-            kept.map(|(seq, record)| Record { seq: seq as u64, ..record }).collect()
-        });
-        always_seen("every frame twice", name, "ceiling", Some("frame_rate"), |records| {
-            let mut last = records[0].reading;
-            let twice = |record: Record| {
-                if record.seq % 2 == 0 {
-                    last = record.reading;
-                }
-                Record { reading: last, ..record }
-            };
-            records.into_iter().map(twice).collect()
-        });
+        always_seen(
+            "5 frames a second",
+            name,
+            "ceiling",
+            Some("frame_rate"),
+            |records| {
+                let kept = records.into_iter().step_by(2).enumerate();
+                kept.map(|(seq, record)| Record {
+                    seq: seq as u64,
+                    ..record
+                })
+                .collect()
+            },
+        );
+        always_seen(
+            "every frame twice",
+            name,
+            "ceiling",
+            Some("frame_rate"),
+            |records| {
+                let mut last = records[0].reading;
+                let twice = |record: Record| {
+                    if record.seq % 2 == 0 {
+                        last = record.reading;
+                    }
+                    Record {
+                        reading: last,
+                        ..record
+                    }
+                };
+                records.into_iter().map(twice).collect()
+            },
+        );
     }
     let scene = parse(&text("experiment-3"));
     for seed in FIRST_SEED..FIRST_SEED + FAULT_SEEDS {
         let records = record_at(&scene, "ceiling", UNIT, seed, 0.5);
-        let verdict = compared(&records, &scene, "ceiling", seed).judgement.verdict;
+        let verdict = compared(&records, &scene, "ceiling", seed)
+            .judgement
+            .verdict;
         assert_eq!(verdict, Verdict::Disagrees, "{seed}");
     }
 }
@@ -319,17 +422,31 @@ fn one_step_too_many_is_seen_with_the_units_profile() {
         let (mut seen, mut alarms) = (0, 0);
         for seed in FIRST_SEED..FIRST_SEED + FAULT_SEEDS {
             let judged = |records: &[Record], unit| {
-                let options = Options { unit, ..options(seed) };
+                let options = Options {
+                    unit,
+                    ..options(seed)
+                };
                 compare_scene(records, &scene, sensor, &options).unwrap()
             };
             let sound = record(&scene, sensor, PERFECT, seed);
-            let faulty = pixels(sound.clone(), |pixels, index| PixelWord(pixels[index].0 + 1));
+            let faulty = pixels(sound.clone(), |pixels, index| {
+                PixelWord(pixels[index].0 + 1)
+            });
             seen += u32::from(failed(&judged(&faulty, Some(exact))).contains(&"level"));
-            alarms += u32::from(judged(&sound, Some(exact)).judgement.verdict != Verdict::Agrees);
-            assert!(!failed(&judged(&faulty, None)).contains(&"level"), "within the datasheet's accuracy");
+            alarms += u32::from(failed(&judged(&sound, Some(exact))).contains(&"level"));
+            assert!(
+                !failed(&judged(&faulty, None)).contains(&"level"),
+                "within the datasheet's accuracy"
+            );
             let wandering = judged(&faulty, Some(wanders));
-            assert!((wandering.level_max_c - 0.425).abs() < 1e-9, "half a step and three times 0.1 °C");
-            assert!(!failed(&wandering).contains(&"level"), "within what the unit wanders by");
+            assert!(
+                (wandering.level_max_c - 0.425).abs() < 1e-9,
+                "half a step and three times 0.1 °C"
+            );
+            assert!(
+                !failed(&wandering).contains(&"level"),
+                "within what the unit wanders by"
+            );
         }
         println!("one step too many, {name}: {seen} of {FAULT_SEEDS} seen, {alarms} false alarms");
         assert_eq!((u64::from(seen), alarms), (FAULT_SEEDS, 0), "{name}");
@@ -340,7 +457,11 @@ fn one_step_too_many_is_seen_with_the_units_profile() {
 #[test]
 fn sensors_swapped_disagree() {
     let scene = parse(&text("scenario-b-standing"));
-    let names: Vec<String> = scene.sensors().iter().map(|sensor| sensor.name.clone()).collect();
+    let names: Vec<String> = scene
+        .sensors()
+        .iter()
+        .map(|sensor| sensor.name.clone())
+        .collect();
     for seen in &names {
         for claimed in &names {
             let mut disagreed = 0;
@@ -369,45 +490,95 @@ fn a_wrong_scene_disagrees() {
             if seen_name == name {
                 continue;
             }
-            for seed in FIRST_SEED..FIRST_SEED + 5 {
+            for seed in FIRST_SEED..FIRST_SEED + 2 {
                 let records = record(seen, sensor, UNIT, seed);
                 number += 1;
-                let verdict = compared(&records, claimed, claimed_sensor, seed).judgement.verdict;
+                let verdict = compared(&records, claimed, claimed_sensor, seed)
+                    .judgement
+                    .verdict;
                 if verdict == Verdict::Agrees {
                     missed.push(format!("{seen_name} taken for {name}, seed {seed}"));
                 }
             }
         }
     }
-    println!("wrong scenes: {} of {number} not agreed to", number - missed.len());
+    println!(
+        "wrong scenes: {} of {number} not agreed to",
+        number - missed.len()
+    );
     assert!(missed.is_empty(), "{missed:#?}");
 }
 
-/// The scene without its person beside a recording that has it, and the margin by which that is seen.
+/// The scene without its person beside a recording that has it, and the margin by which that is seen. With the paper's
+/// noise: in experiment 2 the person is 0.8 °C warmer than the room in a corner of the view.
 #[test]
 fn nobody_where_somebody_stands_is_seen_with_a_margin() {
+    let papers = Unit {
+        sigma_c: 0.2,
+        pattern_c: 0.0,
+    };
     for number in 1..=4 {
         let name = format!("experiment-{number}");
         let scene = parse(&text(&name));
         let empty = scene.without_agents();
-        let mut margins = Vec::new();
-        for seed in FIRST_SEED..FIRST_SEED + FAULT_SEEDS {
-            let records = record(&scene, "ceiling", UNIT, seed);
+        let (mut margin, mut most): (f64, f64) = (1.0, 0.0);
+        for seed in FIRST_SEED..FIRST_SEED + SEEDS {
+            let records = record(&scene, "ceiling", papers, seed);
             let comparison = compared(&records, &empty, "ceiling", seed);
-            if comparison.judgement.verdict != Verdict::Disagrees {
-                println!("{name} {seed}: {:?}", comparison.judgement.reasons);
-                continue;
-            }
-            let gain = comparison.score(grideye_validator::Measure::Gain);
-            if !number.eq(&3) && !number.eq(&4) {
-                assert!(failed(&comparison).contains(&"better_than_nobody"), "{name} {seed}");
-            }
-            margins.push(gain.ceiling.unwrap() - comparison.nobody.unwrap().gain.unwrap_or(0.0));
+            assert_eq!(
+                comparison.judgement.verdict,
+                Verdict::Disagrees,
+                "{name} {seed}"
+            );
+            let gain = comparison.score(Measure::Gain);
+            margin =
+                margin.min(gain.ceiling.unwrap() - comparison.nobody.unwrap().gain.unwrap_or(0.0));
+            let correlation = comparison
+                .score(Measure::Correlation)
+                .skill()
+                .unwrap_or(0.0);
+            most = most.max(correlation.min(gain.skill().unwrap_or(0.0)));
+            assert!(
+                failed(&comparison).contains(&"better_than_nobody"),
+                "{name} {seed}: {:?}",
+                failed(&comparison)
+            );
         }
-        let least = margins.iter().copied().fold(f64::INFINITY, f64::min);
-        println!("{name} without its person: ceiling of the gain at least {least:.2} above it, 0.20 would do");
-        assert!(least > 0.3, "{name}: {least}");
+        println!(
+            "{name} without its person: the gain's ceiling is at least {margin:.2} above it (0.20 would do); the lower of the skills in C and gain is at most {most:.2} (0.60 is asked)"
+        );
     }
+}
+
+/// Somebody walks out of the view and stays away: the room is learned from then, and a pattern that C suffers from
+/// does not count.
+#[test]
+fn the_empty_room_is_learned_from_a_recording_that_shows_it() {
+    let scene = leaving();
+    for seed in FIRST_SEED..FIRST_SEED + 10 {
+        let records = record(
+            &scene,
+            "ceiling",
+            Unit {
+                sigma_c: 0.24,
+                pattern_c: 0.3,
+            },
+            seed,
+        );
+        let comparison = compared(&records, &scene, "ceiling", seed);
+        let above = comparison.above_room.unwrap();
+        assert_eq!(above.from, RoomFrom::Recording, "{seed}");
+        let share = above.value.unwrap() / above.ceiling.unwrap();
+        assert!(share > 0.9, "{seed}: {share}");
+    }
+}
+
+fn leaving() -> Scene {
+    let scene = "[room]\nsize_mm = [6000, 6000, 2700]\nambient_c = 21\n[[agent]]\nname = \"person\"\nsize_mm = [300, 450, 1750]\ntemperature_c = 29\ntrajectory = \"way.csv\"\nspeed_mm_per_s = 600\n[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nsampling_hz = 10\nposition_mm = [2500, 2500, 2700]\nelevation_deg = 90\nazimuth_deg = -90\n";
+    let way = "x_mm,y_mm,z_mm,dwell_s\n1500,2000,0,0\n3300,3000,0,0\n5700,5700,0,30\n";
+    Scene::parse(scene, "scene.toml", &|_: &str| Ok(way.to_owned()))
+        .unwrap()
+        .scene
 }
 
 /// Real frames: sound ones raise no alarm, and each fault planted into them is seen. There is no scene of those rooms, so
@@ -416,15 +587,27 @@ fn nobody_where_somebody_stands_is_seen_with_a_margin() {
 fn real_sessions_are_sound_and_faults_planted_into_them_are_seen() {
     let room = "[room]\nsize_mm = [5000, 5000, 2700]\nambient_c = 25\n[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nsampling_hz = 10\nposition_mm = [2500, 2500, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";
     let scene = parse(room);
-    for (name, date) in [("Session2_2021-07-01_RoomB_v2.csv", "2021-07-01"), ("Session3_2021-07-06_RoomA_v2.csv", "2021-07-06")] {
+    for (name, date) in [
+        ("Session2_2021-07-01_RoomB_v2.csv", "2021-07-01"),
+        ("Session3_2021-07-06_RoomA_v2.csv", "2021-07-06"),
+    ] {
         let sound = session(name, date);
         // Runs of 500 rows, none of which took part in choosing anything.
-        let mut faults = [("sound", 0), ("stuck", 0), ("scale", 0), ("whole degrees", 0), ("half rate", 0)];
+        let mut faults = [
+            ("sound", 0),
+            ("stuck", 0),
+            ("scale", 0),
+            ("whole degrees", 0),
+            ("half rate", 0),
+        ];
         let mut runs = 0;
         for run in sound.chunks_exact(400) {
             runs += 1;
             let asked = |records: &[Record]| {
-                let options = Options { protocol: Some(grideye_validator::Protocol::Static), ..options(1) };
+                let options = Options {
+                    protocol: Some(grideye_validator::Protocol::Static),
+                    ..options(1)
+                };
                 let comparison = compare_scene(records, &scene, "ceiling", &options).unwrap();
                 failed(&comparison)
             };
@@ -435,13 +618,28 @@ fn real_sessions_are_sound_and_faults_planted_into_them_are_seen() {
             assert!(alarms.is_empty(), "{name}, {:?}: {alarms:?}", run[0].seq);
             faults[0].1 += 1;
             let first = run[0].reading.frame().unwrap().pixels[20];
-            let stuck = pixels(run.clone(), |pixels, index| if index == 20 { first } else { pixels[index] });
+            let stuck = pixels(
+                run.clone(),
+                |pixels, index| if index == 20 { first } else { pixels[index] },
+            );
             faults[1].1 += u32::from(asked(&stuck).contains(&"moving_pixels"));
-            let scale = pixels(run.clone(), |pixels, index| PixelWord((pixels[index].0 + 2) / 4));
+            let scale = pixels(run.clone(), |pixels, index| {
+                PixelWord((pixels[index].0 + 2) / 4)
+            });
             faults[2].1 += u32::from(asked(&scale).contains(&"thermistor"));
-            let degrees = pixels(run.clone(), |pixels, index| PixelWord((pixels[index].0 + 2) / 4 * 4));
+            let degrees = pixels(run.clone(), |pixels, index| {
+                PixelWord((pixels[index].0 + 2) / 4 * 4)
+            });
             faults[3].1 += u32::from(asked(&degrees).contains(&"steps"));
-            let half: Vec<Record> = run.iter().step_by(2).enumerate().map(|(seq, record)| Record { seq: seq as u64, ..*record }).collect();
+            let half: Vec<Record> = run
+                .iter()
+                .step_by(2)
+                .enumerate()
+                .map(|(seq, record)| Record {
+                    seq: seq as u64,
+                    ..*record
+                })
+                .collect();
             faults[4].1 += u32::from(asked(&half).contains(&"frame_rate"));
         }
         println!("{name}: {runs} runs of 400 frames: {faults:?}");
@@ -452,7 +650,10 @@ fn real_sessions_are_sound_and_faults_planted_into_them_are_seen() {
 }
 
 fn session(name: &str, _date: &str) -> Vec<Record> {
-    let path = format!("{}/../../recordings/linaige/{name}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!(
+        "{}/../../recordings/linaige/{name}",
+        env!("CARGO_MANIFEST_DIR")
+    );
     let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
     let date = linaige::Date::from_file_name(name).unwrap();
     let reader = linaige::Reader::new(file, date, linaige::stream_from_file_name(name)).unwrap();

@@ -228,7 +228,10 @@ pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) {
     for reason in &comparison.judgement.reasons {
         println!("  {reason}");
     }
-    println!("  What would change it: {}", comparison.judgement.would_change);
+    println!(
+        "  What would change it: {}",
+        comparison.judgement.would_change
+    );
     print!("{}", report::table(comparison, experiment));
 }
 

@@ -127,7 +127,10 @@ mod tests {
         assert_eq!(browser(Some(path.clone())), None);
         assert_eq!(browser(None), None);
         fs::write(two.path().join("google-chrome"), "").unwrap();
-        assert_eq!(browser(Some(path.clone())), Some(two.path().join("google-chrome")));
+        assert_eq!(
+            browser(Some(path.clone())),
+            Some(two.path().join("google-chrome"))
+        );
         fs::write(two.path().join("chromium"), "").unwrap();
         assert_eq!(browser(Some(path)), Some(two.path().join("chromium")));
     }

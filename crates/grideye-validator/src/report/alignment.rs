@@ -38,7 +38,11 @@ pub(super) fn section(comparison: &Comparison) -> String {
                     "{} pixels to the right, {} down, {}",
                     signed(offset.right_down_px[0], 2),
                     signed(offset.right_down_px[1], 2),
-                    if offset.applied { "taken out" } else { "left as it is" }
+                    if offset.applied {
+                        "taken out"
+                    } else {
+                        "left as it is"
+                    }
                 )
             },
         ),
@@ -46,7 +50,10 @@ pub(super) fn section(comparison: &Comparison) -> String {
     let rows: String = rows
         .iter()
         .map(|(name, found)| {
-            format!("<tr><th scope=\"row\">{name}</th><td>{}</td></tr>\n", escape(found))
+            format!(
+                "<tr><th scope=\"row\">{name}</th><td>{}</td></tr>\n",
+                escape(found)
+            )
         })
         .collect();
     format!(
@@ -70,14 +77,25 @@ fn left_out(found: &Alignment) -> String {
 
 fn time_rows(time: Option<&TimeFound>) -> Vec<(String, String)> {
     let Some(time) = time else {
-        return vec![("Time".to_owned(), "not aligned: nothing moves, or it was not asked for".to_owned())];
+        return vec![(
+            "Time".to_owned(),
+            "not aligned: nothing moves, or it was not asked for".to_owned(),
+        )];
     };
     let error = |error: Option<f64>, scale: f64, decimals| {
-        error.map_or_else(String::new, |error| format!(" ± {}", fixed(scale * error, decimals)))
+        error.map_or_else(String::new, |error| {
+            format!(" ± {}", fixed(scale * error, decimals))
+        })
     };
     let chance = time.chance.map_or_else(
         || "not known: every decoy is the scene itself".to_owned(),
-        |chance| format!("{} ({} films that are not the scene, aligned alike)", fixed(chance, 2), time.decoys),
+        |chance| {
+            format!(
+                "{} ({} films that are not the scene, aligned alike)",
+                fixed(chance, 2),
+                time.decoys
+            )
+        },
     );
     let state = match (time.applied, time.at_bound) {
         (true, _) => "applied",
@@ -88,22 +106,38 @@ fn time_rows(time: Option<&TimeFound>) -> Vec<(String, String)> {
         ("Time".to_owned(), format!("{}, {state}", time.asked.name())),
         (
             "Delay".to_owned(),
-            format!("{}{} s", signed(time.shift_s, 3), error(time.shift_error_s, 1.0, 3)),
+            format!(
+                "{}{} s",
+                signed(time.shift_s, 3),
+                error(time.shift_error_s, 1.0, 3)
+            ),
         ),
         (
             "Clock".to_owned(),
-            format!("{}{} %", signed(100.0 * time.rate, 2), error(time.rate_error, 100.0, 2)),
+            format!(
+                "{}{} %",
+                signed(100.0 * time.rate, 2),
+                error(time.rate_error, 100.0, 2)
+            ),
         ),
         (
             "Likeness".to_owned(),
-            format!("{} without, {} with it", fixed(time.likeness_before, 2), fixed(time.likeness, 2)),
+            format!(
+                "{} without, {} with it",
+                fixed(time.likeness_before, 2),
+                fixed(time.likeness, 2)
+            ),
         ),
         ("Chance reaches".to_owned(), chance),
     ];
     if let Some([right, down]) = time.rival_offset_px {
         rows.push((
             "Would explain it as well".to_owned(),
-            format!("an image {} pixels to the right and {} down", signed(right, 1), signed(down, 1)),
+            format!(
+                "an image {} pixels to the right and {} down",
+                signed(right, 1),
+                signed(down, 1)
+            ),
         ));
     }
     rows

@@ -79,7 +79,12 @@ fn criteria(comparison: &Comparison) -> Vec<Value> {
             "thresholds": criterion.keys,
         })
     };
-    comparison.judgement.criteria.iter().map(criterion).collect()
+    comparison
+        .judgement
+        .criteria
+        .iter()
+        .map(criterion)
+        .collect()
 }
 
 /// Each with where it comes from.

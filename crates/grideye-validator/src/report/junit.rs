@@ -131,12 +131,16 @@ fn properties(comparison: &Comparison, context: &Context) -> String {
 
 /// Text that XML 1.0 takes: escaped, and what it has no character for replaced.
 fn text(text: &str) -> String {
-    let is_char = |character: char| {
-        matches!(character, '\t' | '\n' | '\r' | ' '..='\u{FFFD}' | '\u{10000}'..)
-    };
+    let is_char = |character: char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{FFFD}' | '\u{10000}'..);
     let allowed: String = text
         .chars()
-        .map(|character| if is_char(character) { character } else { '\u{FFFD}' })
+        .map(|character| {
+            if is_char(character) {
+                character
+            } else {
+                '\u{FFFD}'
+            }
+        })
         .collect();
     escape(&allowed)
 }
@@ -147,7 +151,10 @@ mod tests {
 
     #[test]
     fn what_xml_has_no_character_for_is_replaced() {
-        assert_eq!(text("a\u{0}b\u{1b}c\td<&\""), "a\u{FFFD}b\u{FFFD}c\td&lt;&amp;&quot;");
+        assert_eq!(
+            text("a\u{0}b\u{1b}c\td<&\""),
+            "a\u{FFFD}b\u{FFFD}c\td&lt;&amp;&quot;"
+        );
         assert_eq!(text("\u{FFFE}°C 👍"), "\u{FFFD}°C 👍");
     }
 }

@@ -9,7 +9,11 @@ pub(super) fn section(comparison: &Comparison) -> String {
     if maps.bias_c.is_empty() {
         return String::new();
     }
-    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let largest = |values: &[f64]| {
+        values
+            .iter()
+            .fold(0.0_f64, |most, value| most.max(value.abs()))
+    };
     let to_half = |value: f64| ((value * 2.0).ceil() / 2.0).max(0.5);
     let differences = Shows::Differences {
         limit_c: to_half(largest(&maps.bias_c)),
@@ -22,19 +26,22 @@ pub(super) fn section(comparison: &Comparison) -> String {
         let svg = picture::svg(comparison.shape, values, shows, true, name);
         format!("<figure>{svg}{scale}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
     };
-    let structure = maps.structure.as_ref().map_or_else(String::new, |structure| {
-        let shows = Shows::Temperatures(Range {
-            coldest_c: -1.0,
-            warmest_c: 1.0,
+    let structure = maps
+        .structure
+        .as_ref()
+        .map_or_else(String::new, |structure| {
+            let shows = Shows::Temperatures(Range {
+                coldest_c: -1.0,
+                warmest_c: 1.0,
+            });
+            figure(
+                structure,
+                shows,
+                "Structure",
+                "mean structural similarity of each pixel's neighbourhood, −1 (black) to 1 (light)",
+                String::new(),
+            )
         });
-        figure(
-            structure,
-            shows,
-            "Structure",
-            "mean structural similarity of each pixel's neighbourhood, −1 (black) to 1 (light)",
-            String::new(),
-        )
-    });
     format!(
         "<h2>Where it is off</h2>\n<p>Each pixel over all frames. One that stands out alone is a pixel's fault or a fixed \
          pattern; a patch is something that the scene has elsewhere, or has not.</p>\n<div class=\"frames\">\n{}{}{structure}</div>\n",

@@ -148,11 +148,17 @@ impl<'a> Plot<'a> {
         }
         for &floor in &self.panel.floors {
             let y = self.y(floor);
-            let _ = write!(svg, "<path class=\"curve blank\" d=\"M{LEFT} {y:.1}H{right}\"/>");
+            let _ = write!(
+                svg,
+                "<path class=\"curve blank\" d=\"M{LEFT} {y:.1}H{right}\"/>"
+            );
         }
         if let Some(ceiling) = self.panel.ceiling {
             let y = self.y(ceiling);
-            let _ = write!(svg, "<path class=\"curve repeat\" d=\"M{LEFT} {y:.1}H{right}\"/>");
+            let _ = write!(
+                svg,
+                "<path class=\"curve repeat\" d=\"M{LEFT} {y:.1}H{right}\"/>"
+            );
         }
         self.line(svg);
         self.times(svg, is_last);
@@ -205,7 +211,12 @@ mod tests {
     fn points_stand_where_they_are_and_gaps_stay_open() {
         let panel = Panel {
             title: "C".to_owned(),
-            points: vec![(2.0, Some(0.0)), (3.0, None), (4.0, Some(0.5)), (6.0, Some(1.0))],
+            points: vec![
+                (2.0, Some(0.0)),
+                (3.0, None),
+                (4.0, Some(0.5)),
+                (6.0, Some(1.0)),
+            ],
             floors: vec![0.25],
             ceiling: Some(0.75),
             holds: (0.0, 1.0),

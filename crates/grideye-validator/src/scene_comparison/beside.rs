@@ -8,8 +8,8 @@ use crate::text::fixed;
 use crate::verdict::{Beside, Criterion, Room, RoomFrom, State};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
+use grideye_scene::Simulator;
 use grideye_scene::profile::Profile;
-use grideye_scene::{Scene, Simulator};
 
 /// What is known of a sensor's specimen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,9 +44,9 @@ impl KnownUnit {
 
 pub(super) fn beside(
     records: &[Record],
-    scene: &Scene,
     simulator: &Simulator,
-    nobody: Vec<Vec<f64>>,
+    (nobody, has_people): (Vec<Vec<f64>>, bool),
+    learned: Option<Vec<f64>>,
     found: &Alignment,
     options: &Options,
 ) -> Beside {
@@ -56,16 +56,17 @@ pub(super) fn beside(
         let rate_hz = simulator.sensor().sampling_hz;
         sensor.extend(inspection.criteria(thresholds, rate_hz, simulator.ambient_c()));
     }
-    let from = match options.unit {
-        Some(_) => RoomFrom::Profile,
-        None => RoomFrom::Scene,
+    let from = match (options.unit, &learned) {
+        (Some(_), _) => RoomFrom::Profile,
+        (None, Some(_)) => RoomFrom::Recording,
+        (None, None) => RoomFrom::Scene,
     };
     Beside {
         nobody,
-        has_people: !scene.agents().is_empty(),
+        has_people,
         room: Room {
             from,
-            celsius: None,
+            celsius: learned,
         },
         level_c: options.unit.map(|unit| unit.level_c(thresholds)),
         sensor,
@@ -87,7 +88,10 @@ fn orientation(found: Option<&OrientationFound>) -> Criterion {
         ),
         Some(found) if found.applied => (
             State::Met,
-            format!("The image is {}, and was turned back as asked.", found.orientation),
+            format!(
+                "The image is {}, and was turned back as asked.",
+                found.orientation
+            ),
         ),
         Some(found) => (
             State::Failed,

@@ -112,11 +112,7 @@ fn joined(pieces: &[&str], word: &str) -> String {
     }
 }
 
-fn weighed(
-    evidence: &Evidence<'_>,
-    thresholds: &Thresholds,
-    open: Option<&Open>,
-) -> Vec<Weighed> {
+fn weighed(evidence: &Evidence<'_>, thresholds: &Thresholds, open: Option<&Open>) -> Vec<Weighed> {
     let mut all = vec![enough(evidence, open)];
     if open.is_none() {
         all.extend([
@@ -160,7 +156,12 @@ fn enough(evidence: &Evidence<'_>, open: Option<&Open>) -> Weighed {
             title: "The recording holds enough to tell",
             state,
             sentence,
-            keys: &["frames_min", "warm_pixels_min", "warm_sigma", "headroom_min"],
+            keys: &[
+                "frames_min",
+                "warm_pixels_min",
+                "warm_sigma",
+                "headroom_min",
+            ],
         },
         margin: None,
         turn: String::new(),
@@ -339,14 +340,18 @@ fn nobody(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Weighed> {
         );
         (State::NotAsked, sentence, None)
     } else if nobody.has_people {
-        let skill = ((value - floor) / (ceiling - floor)).clamp(0.0, 1.0);
+        let skill = (value - floor) / (ceiling - floor);
         let sentence = format!(
             "Without its people, the scene would have a gain of {}; with them it has {}, {} of the way from there to the ceiling ({}), {} the {} asked for.",
             fixed(floor, 2),
             fixed(value, 2),
             fixed(skill, 2),
             fixed(ceiling, 2),
-            if skill >= least { "at least" } else { "less than" },
+            if skill >= least {
+                "at least"
+            } else {
+                "less than"
+            },
             fixed(least, 2)
         );
         (state(skill >= least), sentence, Some(skill - least))
@@ -380,11 +385,18 @@ fn nobody(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Weighed> {
 fn offset(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
     let own = evidence.beside.level_c;
     let most_c = own.unwrap_or(thresholds.offset_max_c);
-    let (offset_c, limit) = (evidence.offset_c, fixed(most_c, if own.is_some() { 2 } else { 1 }));
+    let (offset_c, limit) = (
+        evidence.offset_c,
+        fixed(most_c, if own.is_some() { 2 } else { 1 }),
+    );
     let passed = offset_c.abs() <= most_c;
     let size = fixed(offset_c.abs(), 2);
     let relation = if passed { "within" } else { "beyond" };
-    let whose = if own.is_some() { " by this unit's profile" } else { "" };
+    let whose = if own.is_some() {
+        " by this unit's profile"
+    } else {
+        ""
+    };
     let sentence = match size.as_str() {
         "0.00" => "The recording is as warm as the scene all over.".to_owned(),
         _ => {
@@ -400,7 +412,11 @@ fn offset(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
             title: "The level is the scene's",
             state: state(passed),
             sentence,
-            keys: if own.is_some() { &["level_margin_c"] } else { &["offset_max_c"] },
+            keys: if own.is_some() {
+                &["level_margin_c"]
+            } else {
+                &["offset_max_c"]
+            },
         },
         margin: None,
         turn: if passed {

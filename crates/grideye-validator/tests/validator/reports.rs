@@ -221,7 +221,7 @@ fn the_page_needs_nothing_but_itself() {
     }
     assert_eq!(
         page.matches("data:image/png;base64,").count(),
-        3 + 3 * FILM_FRAMES_MAX
+        3 + 3 + 3 * FILM_FRAMES_MAX
     );
     assert!(page.len() < 200_000, "{} bytes", page.len());
 }
