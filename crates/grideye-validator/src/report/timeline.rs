@@ -9,7 +9,7 @@ const WIDTH: f64 = 720.0;
 const LEFT: f64 = 80.0;
 const RIGHT: f64 = 16.0;
 const PANEL: f64 = 116.0;
-const GAP: f64 = 44.0;
+const GAP: f64 = 56.0;
 const TOP: f64 = 30.0;
 /// More points than this are drawn as a line alone.
 const DOTS_MAX: usize = 60;
