@@ -123,7 +123,7 @@ fn thresholds_of_a_file_decide_and_are_printed_with_their_source() {
         .unwrap();
     assert_eq!(
         (&line["value"], &line["source"]),
-        (&1.0.into(), &"nobody is perfect".into())
+        (&serde_json::json!(1.0), &"nobody is perfect".into())
     );
     let page = std::fs::read_to_string(report).unwrap();
     assert!(page.contains("nobody is perfect") && page.contains("strict.toml"));
