@@ -94,6 +94,20 @@ const COMMANDS: &[(&str, Kept)] = &[
             &["agrees"],
         ),
     ),
+    (
+        "grideye compare --scene my-room.toml --recording evening.csv --profile my-sensor.toml --thresholds my-thresholds.toml --junit evening.xml",
+        Run(
+            "cp scenes/experiment-1.toml my-room.toml; cp scenes/profiles/ideal.toml my-sensor.toml; cp crates/grideye-validator/thresholds.toml my-thresholds.toml; grideye simulate my-room.toml --seed 2 --out evening.csv",
+            &["agrees"],
+        ),
+    ),
+    (
+        "grideye compare --scene my-room.toml --recording evening.csv --pdf evening.pdf",
+        By(
+            "tests/tests/compare_outputs.rs",
+            "a_pdf_is_printed_or_the_missing_browser_is_named",
+        ),
+    ),
     // firmware-config/README.md
     (
         "sudo cp 99-grideye-i2c.rules /etc/udev/rules.d/",

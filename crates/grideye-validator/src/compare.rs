@@ -1,3 +1,4 @@
+mod bootstrap;
 mod checks;
 mod floors;
 mod sums;
@@ -14,8 +15,10 @@ use crate::metrics::{self, Binning, ChiSquared, count};
 use crate::score::{Measure, Score, Scores};
 use crate::union::Union;
 use crate::verdict::{
-    AboveRoom, Beside, Evidence, Judgement, Nobody, Thresholds, WarmPixels, above_room, judge,
+    AboveRoom, Beside, Evidence, Judgement, Nobody, RoomFrom, Thresholds, WarmPixels, above_room,
+    judge,
 };
+use bootstrap::{Bootstrap, mean_square, pattern_c};
 use floors::{blank, noise, shuffled};
 use std::time::Duration;
 use sums::{Repeat, Sums, sums};
@@ -228,6 +231,10 @@ pub struct Comparison {
     pub above_room: Option<AboveRoom>,
     /// The largest common offset that was allowed, °C.
     pub level_max_c: f64,
+    /// Standard deviation of the pattern that units were drawn with, root of the mean square over the pixels, °C.
+    pub pattern_c: f64,
+    /// What leaves so much of it unknown; where it is the scene, nothing is known of this unit.
+    pub pattern_from: RoomFrom,
     /// What was assumed or left out on the way here, each a sentence.
     pub notes: Vec<String>,
     /// How recording and scene were brought into step, if they were.
@@ -279,7 +286,9 @@ pub(crate) fn compare_beside(
     let above = beside
         .has_people
         .then(|| above_room(real, simulated, &beside.nobody, &beside.room));
+    let bootstrap = Bootstrap::new(&view, real, simulated, settings, beside);
     let outcome = Outcome {
+        bootstrap,
         nobody: nobody(&view, &pairs, simulated, beside),
         above,
         warm: warm_pixels(&view, &found.union),
@@ -303,6 +312,7 @@ impl Comparison {
 
 /// All that was counted.
 struct Outcome {
+    bootstrap: Bootstrap,
     nobody: Option<Nobody>,
     above: Option<AboveRoom>,
     warm: WarmPixels,
@@ -331,14 +341,18 @@ impl Outcome {
             warm: self.warm,
             warm_above_c,
             lag_frames: settings.lag_frames,
-            nobody: self.nobody,
-            above: self.above,
             beside,
+            found: &self.bootstrap.found,
+            expected: &self.bootstrap.expected,
+            same: self.bootstrap.claim.same(),
+            times: &self.bootstrap.times,
         };
         Comparison {
             judgement: judge(&evidence, &settings.thresholds),
             nobody: self.nobody,
             above_room: self.above,
+            pattern_c: mean_square(&pattern_c(settings, beside, self.view.pixels())).sqrt(),
+            pattern_from: beside.pattern_from,
             level_max_c: beside.level_c.unwrap_or(settings.thresholds.offset_max_c),
             evaluation: EvaluationGraph {
                 thresholds_c: metrics::thresholds_c().to_vec(),

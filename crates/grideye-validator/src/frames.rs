@@ -52,7 +52,7 @@ pub(crate) struct SceneView {
     pub(crate) sigma_c: f64,
     pub(crate) ambient_c: f64,
     field_of_view_rad: Option<[f64; 2]>,
-    warmth: Warmth,
+    pub(crate) warmth: Warmth,
 }
 
 /// Means over pairs, of the pairs for which a measure is defined.
@@ -378,8 +378,9 @@ impl SceneView {
             celsius: &put.celsius,
             offset_c: 0.0,
         };
+        let real = &self.real[real];
         union.add(
-            &self.real[real],
+            (&real.celsius, &real.steady),
             offset_c,
             &put.steady,
             prediction,
@@ -398,7 +399,8 @@ impl SceneView {
             celsius: &later.celsius,
             offset_c: offset_c + offset(&later.celsius, &frame.celsius),
         };
-        union.add(frame, offset_c, &beside.steady, prediction, self.warmth);
+        let seen = (frame.celsius(), frame.steady());
+        union.add(seen, offset_c, &beside.steady, prediction, self.warmth);
     }
 
     pub(crate) fn offset(&self, real: usize, simulated: &Prepared) -> f64 {

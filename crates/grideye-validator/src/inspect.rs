@@ -84,6 +84,7 @@ impl Inspection {
             state,
             sentence,
             keys: &["false_alarm_max"],
+            asked: None,
         };
         let Some(stays) = self.stays else {
             return criterion(
@@ -150,6 +151,7 @@ impl Inspection {
             state,
             sentence,
             keys: &[],
+            asked: None,
         }
     }
 
@@ -191,6 +193,7 @@ impl Inspection {
             state,
             sentence,
             keys: &["thermistor_apart_max_c"],
+            asked: None,
         }
     }
 
@@ -220,6 +223,7 @@ impl Inspection {
             state,
             sentence,
             keys: &["rate_error_max"],
+            asked: None,
         }
     }
 }

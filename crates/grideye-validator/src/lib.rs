@@ -1,22 +1,27 @@
 //! Scores how alike a real and a simulated recording are, and says honestly what the scores are worth.
 //!
 //! ```text
-//!            floor                    value      ceiling        verdict: agrees | disagrees | cannot tell
-//!   blank frame at ambient ──────────────┐          │
-//!   the simulation's own pixels shuffled ┤──●───────┤◀─ the real sequence against itself, some frames later
-//!                                        0  skill   1
+//!            floor                     asked    value          verdict: agrees | disagrees | cannot tell
+//!   blank frame, shuffled pixels, noise ──┤       │
+//!   drawn units that see nothing, or nobody ░░░░  │
+//!   drawn units that see what is claimed     │  ▒▒◆▒▒▒▒
+//!                                         0 skill 0.6  1
 //! ```
 //!
 //! A blank picture scores an image similarity of 85 to 99 % on the scenes this is used for, and mutual information on
 //! 64 pixels barely notices when the pixels are shuffled. So no score stands alone: beside each stand what chance
-//! scores on the same frames and what the sensor scores against itself. The verdict rests on the two measures that
-//! tell right scenes from wrong ones, C and the gain over the blank frame; the others are reported, not believed.
+//! scores on the same frames and what the sensor scores against itself. The verdict rests on measures that tell right
+//! scenes from wrong ones, C and the gain over the blank frame, with and without the empty room; the others are
+//! reported, not believed.
+//!
+//! What a right scene would score is found by drawing units within what is known of the one that recorded: their
+//! pattern is in every recording and in no claim, so that the recording's own repeat is no measure for a claim.
 //!
 //! | verdict | when |
 //! |---|---|
 //! | agrees | every criterion that was asked is met |
 //! | disagrees | one fails; the reasons say which, with the numbers |
-//! | cannot tell | fewer than two frames, nothing warm in the recording, or a ceiling that does not rise above chance |
+//! | cannot tell | fewer than two frames, nothing warm in the recording, a ceiling that does not rise above chance, or a score that a room without the people, or without anything, would reach as well |
 //!
 //! [`compare()`] takes frames, [`compare_scene`] a recording and a scene; [`report`] makes the page and the JSON of
 //! either. [`align`] brings the two into step first. [`characterize`](mod@characterize) measures the sensor itself.
@@ -45,6 +50,7 @@ pub mod characterize;
 mod clean;
 mod compare;
 mod error;
+mod expected;
 mod frames;
 mod inspect;
 pub mod metrics;
@@ -66,10 +72,12 @@ pub use compare::{
     SHUFFLES_MAX, Settings, Shape, SimulatedFrame, THREADS_MAX, Thinned, Thinning, compare,
 };
 pub use error::{Side, ValidatorError};
+pub use expected::{DRAWS, Law};
 pub use scene_comparison::{
     DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene, sensor_step_c,
 };
 pub use score::{Better, Measure, Score, Scores, Shuffled};
 pub use verdict::{
-    AboveRoom, Criterion, Judgement, Nobody, RoomFrom, State, Thresholds, Verdict, WarmPixels,
+    AboveRoom, Asked, Criterion, Judgement, Nobody, RoomFrom, State, Thresholds, Verdict,
+    WarmPixels,
 };

@@ -1,24 +1,26 @@
 mod beside;
+mod choice;
 mod notes;
+mod pictures;
 
 pub use beside::KnownUnit;
 
 use crate::align::{
-    AlignOptions, Aligner, Alignment, Clock, OFFSET_MAX_PX, Orientation, Pixels, SAMPLE_MAX,
-    SPAN_MAX, TimeAlignment, moved, still_orientation,
+    AlignOptions, Aligner, Alignment, Clock, Orientation, Pixels, SAMPLE_MAX, SPAN_MAX,
+    TimeAlignment, still_orientation,
 };
-use crate::background::{Empty, background};
 use crate::clean::drift::Drift;
 use crate::clean::{self, Counts, LeftOut, Read};
-use crate::compare::{
-    Comparison, Protocol, RealFrame, Settings, Shape, SimulatedFrame, compare_beside, evenly,
-};
+use crate::compare::{Comparison, Protocol, Settings, Shape, compare_beside, evenly};
 use crate::error::{Side, ValidatorError};
 use crate::metrics::{Binning, count};
-use crate::verdict::Thresholds;
+use crate::verdict::{State, Thresholds};
+use beside::{KnownPattern, People};
+use choice::{chosen, lag, number};
 use grideye_frame::{COLUMNS, PIXELS, PixelWord, ROWS};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
+use pictures::{Pictures, shows_people};
 use std::time::Duration;
 
 /// Frames compared under the static protocol unless asked otherwise, as in the paper.
@@ -120,7 +122,12 @@ pub fn compare_scene(
         &mut notes,
     );
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
-    let pictures = Pictures::new(scene, &simulator, sensor, options)?;
+    let mut pictures = Pictures::new(scene, &simulator, sensor, options)?;
+    let room = pictures.learned_room(records, &aligned, protocol, options);
+    let pattern = match (options.unit, &room) {
+        (Some(unit), _) => Some(KnownPattern::of(&unit)),
+        (None, room) => room.as_ref().and_then(|room| pictures.learn(room, options)),
+    };
     let (simulated, nobody) = pictures.simulated(&real, &aligned, noise_seed);
     notes.push(protocol_note(protocol, scene));
     notes.push(format!(
@@ -128,16 +135,26 @@ pub fn compare_scene(
         simulator.sensor().noise_sigma
     ));
     let settings = settings(&simulator, protocol, lag_frames, options);
-    let room = pictures.learned_room(records, &aligned, protocol, options);
     let beside = beside::beside(
         records,
         &simulator,
-        (nobody, !scene.agents().is_empty()),
-        room,
+        People {
+            are_shown: shows_people(&simulated, &nobody),
+            are_in_scene: !scene.agents().is_empty(),
+            nobody,
+        },
+        (room, pattern),
         &aligned.found,
         options,
     );
     let comparison = compare_beside(shape, &real, &simulated, &settings, &beside)?;
+    let is_turned = comparison
+        .judgement
+        .criteria
+        .iter()
+        .any(|criterion| (criterion.name, criterion.state) == ("orientation", State::Failed));
+    let lies = aligned.found.orientation.as_ref();
+    notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
     Ok(Comparison {
         notes,
         alignment: Some(aligned.found),
@@ -148,10 +165,6 @@ pub fn compare_scene(
 /// Keeps the noise of this simulation apart from that of a recording simulated with the same seed (the golden ratio
 /// in 64 bits, as in `SplitMix64`).
 const INDEPENDENCE: u64 = 0x9E37_79B9_7F4A_7C15;
-
-/// The repeat under the dynamic protocol is to be this much later: new noise at 10 Hz, and too short to walk away.
-const DYNAMIC_LAG: Duration = Duration::from_millis(100);
-const STATIC_LAG_FRAMES: usize = 3;
 
 /// A frame that was read, at the time that the scene has without alignment.
 struct Timed {
@@ -379,224 +392,6 @@ fn seconds(seconds: f64) -> Duration {
 fn pixels(celsius: &[f64]) -> Pixels {
     std::array::from_fn(|pixel| celsius.get(pixel).copied().unwrap_or_default())
 }
-
-fn lag(timed: &[Timed], protocol: Protocol, asked: Option<usize>) -> Result<usize, ValidatorError> {
-    let lag = match (asked, protocol) {
-        (Some(asked), _) => asked,
-        (None, Protocol::Static) => STATIC_LAG_FRAMES,
-        (None, Protocol::Dynamic) => period(timed).map_or(STATIC_LAG_FRAMES, lag_of_period),
-    };
-    if (1..=LAG_FRAMES_MAX).contains(&lag) {
-        return Ok(lag);
-    }
-    Err(ValidatorError::Setting {
-        name: "lag_frames",
-        expected: "a number from 1 to 600",
-        found: count(lag),
-    })
-}
-
-fn period(timed: &[Timed]) -> Option<Duration> {
-    let (first, last) = (timed.first()?, timed.last()?);
-    let frames = u32::try_from(last.seq.checked_sub(first.seq)?).ok()?;
-    (last.time.saturating_sub(first.time)).checked_div(frames)
-}
-
-/// The lag of 1 to 600 frames that comes nearest to [`DYNAMIC_LAG`].
-fn lag_of_period(period: Duration) -> usize {
-    if period.is_zero() {
-        return STATIC_LAG_FRAMES;
-    }
-    let frames = (DYNAMIC_LAG + period / 2).as_nanos() / period.as_nanos();
-    usize::try_from(frames)
-        .unwrap_or(LAG_FRAMES_MAX)
-        .clamp(1, LAG_FRAMES_MAX)
-}
-
-fn number(protocol: Protocol, asked: Option<usize>) -> Result<usize, ValidatorError> {
-    match (asked, protocol) {
-        (Some(0), _) => Err(ValidatorError::Setting {
-            name: "frames",
-            expected: "a number above zero",
-            found: 0.0,
-        }),
-        (Some(asked), _) => Ok(asked),
-        (None, Protocol::Static) => Ok(STATIC_FRAMES),
-        (None, Protocol::Dynamic) => Ok(DYNAMIC_FRAMES),
-    }
-}
-
-/// Chooses evenly among the frames that have a repeat; among all if fewer than two have one.
-fn chosen(
-    timed: &[Timed],
-    lag_frames: usize,
-    number: usize,
-    notes: &mut Vec<String>,
-) -> Vec<RealFrame> {
-    let with_repeat: Vec<usize> = (0..timed.len())
-        .filter(|&index| repeat(timed, index, lag_frames).is_some())
-        .collect();
-    let candidates = if with_repeat.len() < 2 {
-        (0..timed.len()).collect()
-    } else {
-        with_repeat
-    };
-    let chosen = evenly(candidates.len(), number);
-    notes.push(format!(
-        "{} of the {} frames that were read are compared, chosen evenly over the recording.",
-        chosen.len(),
-        timed.len()
-    ));
-    let frame = |index: usize| RealFrame {
-        time: timed[index].time,
-        celsius: timed[index].celsius.to_vec(),
-        later: repeat(timed, index, lag_frames).map(|later| later.to_vec()),
-    };
-    chosen
-        .into_iter()
-        .map(|place| frame(candidates[place]))
-        .collect()
-}
-
-/// The frame whose number is `lag_frames` higher. A gap, or a new start of the count, between the two leaves none.
-fn repeat(timed: &[Timed], index: usize, lag_frames: usize) -> Option<&Pixels> {
-    let sought = timed[index]
-        .seq
-        .checked_add(u64::try_from(lag_frames).ok()?)?;
-    let following = timed.get(index + 1..)?;
-    let near = following.iter().take(lag_frames);
-    near.into_iter()
-        .find(|frame| frame.seq == sought)
-        .map(|frame| &frame.celsius)
-}
-
-/// What makes the frames of the simulated side.
-struct Pictures<'a> {
-    simulator: &'a Simulator,
-    /// The scene without its people.
-    empty: Simulator,
-    /// What this specimen shows beside the scene.
-    pattern_c: Option<[f64; PIXELS]>,
-}
-
-impl<'a> Pictures<'a> {
-    fn new(
-        scene: &Scene,
-        simulator: &'a Simulator,
-        sensor: &str,
-        options: &Options,
-    ) -> Result<Self, ValidatorError> {
-        Ok(Self {
-            simulator,
-            empty: Simulator::new(&scene.without_agents(), sensor)?,
-            pattern_c: options.unit.map(|unit| unit.pattern_c),
-        })
-    }
-
-    /// What the scene has at the times of the real frames, with its people and (without noise) without them.
-    fn simulated(
-        &self,
-        real: &[RealFrame],
-        aligned: &Aligned,
-        seed: u64,
-    ) -> (Vec<SimulatedFrame>, Vec<Vec<f64>>) {
-        let time = |real: &RealFrame| match &aligned.clock {
-            clock if *clock == Clock::own() => real.time,
-            clock => seconds(clock.scene_s(real.time.as_secs_f64())),
-        };
-        real.iter()
-            .map(|real| self.frame(time(real), aligned, seed))
-            .unzip()
-    }
-
-    /// What the recording shows while neither it nor the scene shows anybody.
-    ///
-    /// Of a scene that stands still, no stretch is known to be empty: who stands there from first to last would be taken
-    /// for the room.
-    fn learned_room(
-        &self,
-        records: &[Record],
-        aligned: &Aligned,
-        protocol: Protocol,
-        options: &Options,
-    ) -> Option<Vec<f64>> {
-        if protocol == Protocol::Static || self.pattern_c.is_some() {
-            return None;
-        }
-        let found = background(records, &Empty::Find).ok()?;
-        let is_empty = |frame: &&Timed| {
-            let since = frame.time.saturating_sub(options.start);
-            found.stretches.iter().any(|stretch| stretch.holds(since))
-                && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
-        };
-        let within: Vec<&Timed> = evenly(aligned.frames.len(), SAMPLE_MAX)
-            .into_iter()
-            .map(|index| &aligned.frames[index])
-            .filter(is_empty)
-            .collect();
-        (within.len() >= EMPTY_FRAMES_MIN).then(|| {
-            let mean = |pixel: usize| {
-                let sum: f64 = within.iter().map(|frame| frame.celsius[pixel]).sum();
-                sum / count(within.len())
-            };
-            (0..PIXELS).map(mean).collect()
-        })
-    }
-
-    /// Whether the scene shows nobody.
-    fn is_empty(&self, time: Duration) -> bool {
-        let (with, without) = (self.simulator.image(time), self.empty.image(time));
-        with.celsius
-            .iter()
-            .zip(&without.celsius)
-            .all(|(with, without)| (with - without).abs() < NOBODY_C)
-    }
-
-    fn frame(&self, time: Duration, aligned: &Aligned, seed: u64) -> (SimulatedFrame, Vec<f64>) {
-        let clean = self.simulator.image(time).celsius;
-        let noisy = self.simulator.noisy(time, seed).celsius;
-        let noise_free = self.shown(&clean, aligned);
-        let noise = noisy.iter().zip(&clean).map(|(noisy, clean)| noisy - clean);
-        let frame = SimulatedFrame {
-            time,
-            celsius: noise_free
-                .iter()
-                .zip(noise)
-                .map(|(clean, noise)| clean + noise)
-                .collect(),
-            noise_free,
-            truth: Some(self.simulator.truth(time).foreground(TRUTH_SHARE_MIN)),
-        };
-        let nobody = self.shown(&self.empty.image(time).celsius, aligned);
-        (frame, nobody)
-    }
-
-    /// An image moved by the offset, if that is to be taken out, under the specimen's pattern, which does not move.
-    fn shown(&self, clean: &[f64], aligned: &Aligned) -> Vec<f64> {
-        let offset = aligned.found.offset.filter(|offset| offset.applied);
-        let mut shown = offset.map_or_else(
-            || clean.to_vec(),
-            |offset| {
-                let [right, down] = offset
-                    .right_down_px
-                    .map(|px| px.clamp(-OFFSET_MAX_PX, OFFSET_MAX_PX));
-                moved(&pixels(clean), right, down).to_vec()
-            },
-        );
-        for (shown, pattern) in shown.iter_mut().zip(self.pattern_c.iter().flatten()) {
-            *shown += pattern;
-        }
-        shown
-    }
-}
-
-/// Less of somebody than this is nobody, °C: a fifth of the sensor's step.
-const NOBODY_C: f64 = 0.05;
-/// Frames of an empty room that its map is the mean of, at least: the noise of the mean is a quarter of a frame's then.
-const EMPTY_FRAMES_MIN: usize = 16;
-
-/// A pixel belongs to an agent that covers half of it or more.
-const TRUTH_SHARE_MIN: f64 = 0.5;
 
 fn protocol_note(protocol: Protocol, scene: &Scene) -> String {
     let why = if scene.is_static() {

@@ -142,7 +142,8 @@ const KEYS: &[Key] = keys! {
     gain_skill_min (0.0, 1.0);
     above_room_skill_min (0.0, 1.0);
     nobody_skill_min (0.0, 1.0);
-    nobody_headroom_min (0.0, 1.0);
+    pattern_spread_c (0.0, 100.0);
+    unclaimed_min_c (0.0, 100.0);
     offset_max_c (0.0, 100.0);
     level_margin_c (0.0, 100.0);
     headroom_min (0.0, 1.0);

@@ -1,6 +1,5 @@
 //! The gain over the blank frame: squares summed over the pixels that are warm in either image.
 
-use crate::frames::Prepared;
 use crate::metrics::count;
 use crate::score::Measure;
 
@@ -51,16 +50,16 @@ impl Union {
     /// Adds the pixels of a real frame that are warm in it or in the scene's claim.
     ///
     /// `offset_c` is taken from the real frame before it is asked which of its pixels are warm: a unit that reads a
-    /// degree too high does not see a degree more person.
+    /// degree too high does not see a degree more person. Which are warm is read from `steady`.
     pub(crate) fn add(
         &mut self,
-        real: &Prepared,
+        (measured, steady): (&[f64], &[f64]),
         offset_c: f64,
         claim: &[f64],
         prediction: Prediction<'_>,
         warmth: Warmth,
     ) {
-        let sides = real.celsius().iter().zip(real.steady());
+        let sides = measured.iter().zip(steady);
         let claims = claim.iter().zip(prediction.celsius);
         for ((&measured, &steady), (&claim, &predicted)) in sides.zip(claims) {
             let really_warm = steady - offset_c - warmth.ambient_c > warmth.real_above_c;
@@ -147,27 +146,21 @@ fn middle(numbers: &mut [f64], cut: usize) -> &[f64] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Shape;
-    use crate::frames::Making;
-    use crate::metrics::Binning;
 
     fn union(real: &[f64], claim: &[f64]) -> (Union, f64) {
         let offset_c = offset(real, claim);
         let mut union = Union::default();
-        let making = Making {
-            shape: Shape {
-                columns: 4,
-                rows: 4,
-            },
-            binning: Binning::PaperGrey256,
-            warm_above_c: 1.0,
-        };
-        let real = making.real(real, real);
         let prediction = Prediction {
             celsius: claim,
             offset_c: 0.0,
         };
-        union.add(&real, offset_c, claim, prediction, Warmth::new(20.0, 1.0));
+        union.add(
+            (real, real),
+            offset_c,
+            claim,
+            prediction,
+            Warmth::new(20.0, 1.0),
+        );
         (union, offset_c)
     }
 

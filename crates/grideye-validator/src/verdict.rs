@@ -1,15 +1,21 @@
 mod above;
 mod criterion;
+mod enough;
+mod held;
 mod judge;
+mod picture;
 
 pub use above::{AboveRoom, RoomFrom};
-pub(crate) use above::{Room, above_room};
-pub use criterion::{Criterion, State};
+pub(crate) use above::{Products, Room, above_room};
+pub use criterion::{Asked, Criterion, State};
 pub(crate) use judge::judge;
 
 use crate::Scores;
+use crate::align::Orientation;
+use crate::expected::{Expected, Statistics};
 use crate::metrics::SENSOR_ACCURACY_C;
 use std::fmt;
+use std::time::Duration;
 
 /// What the comparison says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -45,8 +51,8 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// What the verdict is measured against. Skills are shares of the way from the recording's own floor to its own
-/// ceiling, so that the same thresholds serve a strong scene and a weak one.
+/// What the verdict is measured against. Skills are shares of the way from what chance scores on the recording to what
+/// hardly any recording of a right scene falls below, so that the same thresholds serve a strong scene and a weak one.
 ///
 /// The defaults are the numbers of `thresholds.toml`, which says of each where it comes from;
 /// [`ThresholdSet`](crate::thresholds::ThresholdSet) reads such files.
@@ -58,10 +64,12 @@ pub struct Thresholds {
     pub gain_skill_min: f64,
     /// Least skill in C with the empty room taken from both sides, 0 to 1.
     pub above_room_skill_min: f64,
-    /// Least skill in the gain from the same scene without its people on, 0 to 1.
+    /// Least skill in the gain that the scene's people bring, 0 to 1.
     pub nobody_skill_min: f64,
-    /// How far the gain's ceiling must rise above the scene without its people before that is asked, 0 to 1.
-    pub nobody_headroom_min: f64,
+    /// Standard deviation of what each pixel of a unit without a profile shows too much, °C.
+    pub pattern_spread_c: f64,
+    /// Less warmth than this, in two by two pixels where the scene has none, is never a fault, °C.
+    pub unclaimed_min_c: f64,
     /// Largest common offset of a unit that nothing is known of, °C.
     pub offset_max_c: f64,
     /// Largest common offset of a unit whose profile is given, °C, beyond three times the profile's common mode.
@@ -74,7 +82,7 @@ pub struct Thresholds {
     pub warm_sigma: f64,
     /// Least number of real frames.
     pub frames_min: f64,
-    /// Most false alarms of the check for stuck pixels, a recording.
+    /// Most false alarms of each check, a recording of a right scene by a sound unit.
     pub false_alarm_max: f64,
     /// Most that the rate of frames may be off the scene's, as a share of it.
     pub rate_error_max: f64,
@@ -88,8 +96,9 @@ impl Default for Thresholds {
             correlation_skill_min: 0.6,
             gain_skill_min: 0.6,
             above_room_skill_min: 0.5,
-            nobody_skill_min: 0.0,
-            nobody_headroom_min: 0.2,
+            nobody_skill_min: 0.5,
+            pattern_spread_c: 0.26,
+            unclaimed_min_c: 0.5,
             offset_max_c: SENSOR_ACCURACY_C,
             level_margin_c: 0.125,
             headroom_min: 0.1,
@@ -126,9 +135,14 @@ pub(crate) struct Evidence<'a> {
     pub(crate) warm: WarmPixels,
     pub(crate) warm_above_c: f64,
     pub(crate) lag_frames: usize,
-    pub(crate) nobody: Option<Nobody>,
-    pub(crate) above: Option<AboveRoom>,
     pub(crate) beside: &'a Beside,
+    /// What the recording scores, and what recordings by drawn units score.
+    pub(crate) found: &'a Statistics,
+    pub(crate) expected: &'a Expected,
+    /// Orientations in which the scene looks as it does upright.
+    pub(crate) same: &'a [Orientation],
+    /// When the frames were recorded that `found` speaks of.
+    pub(crate) times: &'a [Duration],
 }
 
 /// What the same scene scores without its people.
@@ -149,11 +163,19 @@ pub(crate) struct Beside {
     pub(crate) nobody: Vec<Vec<f64>>,
     /// Whether the scene has people.
     pub(crate) has_people: bool,
+    /// Whether they can be seen in any of the simulated frames.
+    pub(crate) shows_people: bool,
+    /// Where the unit's pattern is known from; nothing is known of it where that is the scene.
+    pub(crate) pattern_from: RoomFrom,
+    /// Standard deviation of what is not known of it, row by row, °C, where something is.
+    pub(crate) pattern_c: Option<Vec<f64>>,
+    /// How the image was found to lie, if it was turned back.
+    pub(crate) turned_back: Option<Orientation>,
     /// What the real side shows of the empty room, if that is known.
     pub(crate) room: Room,
     /// The largest common offset of this unit, °C, if its profile is known.
     pub(crate) level_c: Option<f64>,
-    /// What was found about orientation and about the sensor itself.
+    /// What was found about the sensor itself.
     pub(crate) sensor: Vec<Criterion>,
 }
 

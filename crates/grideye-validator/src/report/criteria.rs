@@ -1,8 +1,8 @@
 //! What the verdict rests on, part by part, and the thresholds with where they come from.
 
-use super::Context;
+use super::{Context, ruler};
 use crate::text::escape;
-use crate::{Comparison, State};
+use crate::{Comparison, DRAWS, State};
 
 /// Every part of the verdict with its state, in words and marks as well as in colour.
 pub(super) fn section(comparison: &Comparison) -> String {
@@ -18,16 +18,19 @@ pub(super) fn section(comparison: &Comparison) -> String {
                 State::NotAsked => ("–", "not asked"),
             };
             format!(
-                "<tr class=\"{}\"><th scope=\"row\">{}</th><td class=\"state\"><span aria-hidden=\"true\">{mark}</span> {word}</td><td>{}</td></tr>\n",
+                "<tr class=\"{}\"><th scope=\"row\">{}</th><td class=\"state\"><span aria-hidden=\"true\">{mark}</span> {word}</td><td>{}{}</td></tr>\n",
                 criterion.state.name(),
                 escape(criterion.title),
-                escape(&criterion.sentence)
+                escape(&criterion.sentence),
+                criterion.asked.as_ref().map_or_else(String::new, ruler::svg)
             )
         })
         .collect();
     format!(
         "<h2>What the verdict rests on</h2>\n<p>All that were asked have to be met. MI and IS are not among them: they \
-         hardly tell right scenes from wrong ones.</p>\n<table class=\"list criteria\">\n<tbody>\n{rows}</tbody>\n</table>\n"
+         hardly tell right scenes from wrong ones. On the lines, the diamond is what was found and the upright stroke what is \
+         asked; the full bar holds what {DRAWS} drawn units score where the scene is right, the broken outline what they score \
+         without the people, or without anything.</p>\n<table class=\"list criteria\">\n<tbody>\n{rows}</tbody>\n</table>\n"
     )
 }
 
@@ -50,7 +53,7 @@ pub(super) fn thresholds(context: &Context) -> String {
         })
         .collect();
     format!(
-        "<h2>Thresholds, and where they come from</h2>\n<p>Skills are shares of the way from floor to ceiling; keys that \
+        "<h2>Thresholds, and where they come from</h2>\n<p>Skills are shares of the way from the floor to what right scenes hardly fall below; keys that \
          end in <code>_c</code> are in °C. <code>--thresholds FILE</code> takes others.</p>\n\
          <table class=\"list thresholds\">\n<tbody>\n{rows}</tbody>\n</table>\n"
     )

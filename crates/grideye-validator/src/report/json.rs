@@ -29,6 +29,11 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
             "room": above.from.in_words(),
         })),
         "level_max_c": comparison.level_max_c,
+        "units": {
+            "drawn": crate::DRAWS,
+            "pattern_c": comparison.pattern_c,
+            "pattern_from": comparison.pattern_from.name(),
+        },
         "protocol": comparison.settings.protocol.name(),
         "columns": comparison.shape.columns,
         "rows": comparison.shape.rows,
@@ -77,6 +82,12 @@ fn criteria(comparison: &Comparison) -> Vec<Value> {
             "state": criterion.state.name(),
             "text": criterion.sentence,
             "thresholds": criterion.keys,
+            "asked": criterion.asked.map(|asked| json!({
+                "value": asked.value,
+                "least": asked.least,
+                "right": law(&asked.right),
+                "without": asked.without.as_ref().map(law),
+            })),
         })
     };
     comparison
@@ -85,6 +96,11 @@ fn criteria(comparison: &Comparison) -> Vec<Value> {
         .iter()
         .map(criterion)
         .collect()
+}
+
+/// Of what drawn units score.
+fn law(law: &crate::Law) -> Value {
+    json!({ "mean": law.mean, "sd": law.sd })
 }
 
 /// Each with where it comes from.
@@ -181,7 +197,8 @@ fn settings(comparison: &Comparison) -> Value {
             "gain_skill_min": thresholds.gain_skill_min,
             "above_room_skill_min": thresholds.above_room_skill_min,
             "nobody_skill_min": thresholds.nobody_skill_min,
-            "nobody_headroom_min": thresholds.nobody_headroom_min,
+            "pattern_spread_c": thresholds.pattern_spread_c,
+            "unclaimed_min_c": thresholds.unclaimed_min_c,
             "level_margin_c": thresholds.level_margin_c,
             "false_alarm_max": thresholds.false_alarm_max,
             "rate_error_max": thresholds.rate_error_max,

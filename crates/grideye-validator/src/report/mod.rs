@@ -1,6 +1,7 @@
 //! The comparison as a page for people, as a table for a terminal and as JSON for programs. All hold the same figures.
 
 mod alignment;
+mod assumed;
 mod criteria;
 mod graph;
 mod html;
@@ -9,6 +10,8 @@ mod junit;
 mod maps;
 pub mod palette;
 mod picture;
+mod ruler;
+mod scores;
 mod table;
 mod timeline;
 

@@ -1,6 +1,6 @@
 //! The scores as plain text, for a terminal or a log.
 
-use super::html::GROUPS;
+use super::scores::GROUPS;
 use crate::paper;
 use crate::text::{UNDEFINED, fixed, value};
 use crate::{Better, Comparison, Measure, Score};

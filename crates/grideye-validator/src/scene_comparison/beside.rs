@@ -2,10 +2,9 @@
 
 use super::{Options, sensor_step_c};
 use crate::Thresholds;
-use crate::align::{Alignment, Orientation, OrientationFound};
+use crate::align::Alignment;
 use crate::inspect::Inspection;
-use crate::text::fixed;
-use crate::verdict::{Beside, Criterion, Room, RoomFrom, State};
+use crate::verdict::{Beside, Room, RoomFrom};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use grideye_scene::Simulator;
@@ -20,6 +19,8 @@ pub struct KnownUnit {
     pub wander_c: f64,
     /// What of the level is no chance and still not known: error at power-on, the depth of the five-frame cycle, °C.
     pub bias_c: f64,
+    /// Standard deviation of what is not known of the pattern, °C.
+    pub spread_c: f64,
 }
 
 impl KnownUnit {
@@ -33,6 +34,7 @@ impl KnownUnit {
             pattern_c: profile.fixed_pattern.offset_c,
             wander_c: common.sd_c.hypot(drawn_c),
             bias_c: common.cycle_depth_c + profile.warm_up.start_c.abs(),
+            spread_c: profile.fixed_pattern.spread_c,
         }
     }
 
@@ -42,16 +44,51 @@ impl KnownUnit {
     }
 }
 
+/// The scene without its people.
+pub(super) struct People {
+    /// At the times of the simulated frames, without noise.
+    pub(super) nobody: Vec<Vec<f64>>,
+    pub(super) are_in_scene: bool,
+    /// Whether any simulated frame shows them.
+    pub(super) are_shown: bool,
+}
+
+/// What the recording shows of the empty room.
+pub(super) struct Learned {
+    /// Mean over frames, row by row, °C.
+    pub(super) celsius: Vec<f64>,
+    pub(super) frames: usize,
+    /// Standard error of the middle pixel's mean, °C.
+    pub(super) error_c: f64,
+}
+
+impl KnownPattern {
+    /// What a profile says, and leaves.
+    pub(super) fn of(unit: &KnownUnit) -> Self {
+        Self {
+            from: RoomFrom::Profile,
+            left_c: vec![unit.spread_c; PIXELS],
+        }
+    }
+}
+
+/// What is known of how much each pixel shows too much.
+pub(super) struct KnownPattern {
+    pub(super) from: RoomFrom,
+    /// Standard deviation of what is not known, row by row, °C.
+    pub(super) left_c: Vec<f64>,
+}
+
 pub(super) fn beside(
     records: &[Record],
     simulator: &Simulator,
-    (nobody, has_people): (Vec<Vec<f64>>, bool),
-    learned: Option<Vec<f64>>,
+    people: People,
+    (learned, pattern): (Option<Learned>, Option<KnownPattern>),
     found: &Alignment,
     options: &Options,
 ) -> Beside {
     let thresholds = &options.thresholds;
-    let mut sensor = vec![orientation(found.orientation.as_ref())];
+    let mut sensor = Vec::new();
     if let Some(inspection) = Inspection::new(records, sensor_step_c()) {
         let rate_hz = simulator.sensor().sampling_hz;
         sensor.extend(inspection.criteria(thresholds, rate_hz, simulator.ambient_c()));
@@ -62,52 +99,23 @@ pub(super) fn beside(
         (None, None) => RoomFrom::Scene,
     };
     Beside {
-        nobody,
-        has_people,
+        nobody: people.nobody,
+        has_people: people.are_in_scene,
+        shows_people: people.are_shown,
+        pattern_from: pattern
+            .as_ref()
+            .map_or(RoomFrom::Scene, |pattern| pattern.from),
+        pattern_c: pattern.map(|pattern| pattern.left_c),
+        turned_back: found
+            .orientation
+            .filter(|found| found.applied)
+            .map(|found| found.orientation),
         room: Room {
             from,
-            celsius: learned,
+            frames: learned.as_ref().map_or(0, |learned| learned.frames),
+            celsius: learned.map(|learned| learned.celsius),
         },
         level_c: options.unit.map(|unit| unit.level_c(thresholds)),
         sensor,
-    }
-}
-
-fn orientation(found: Option<&OrientationFound>) -> Criterion {
-    let (state, sentence) = match found {
-        None => (
-            State::NotAsked,
-            "How the image lies cannot be told from this recording.".to_owned(),
-        ),
-        Some(found) if found.orientation == Orientation::Upright => (
-            State::Met,
-            format!(
-                "The image lies as the scene has it: likeness {} with what moves, or stands, in it.",
-                fixed(found.upright, 2)
-            ),
-        ),
-        Some(found) if found.applied => (
-            State::Met,
-            format!(
-                "The image is {}, and was turned back as asked.",
-                found.orientation
-            ),
-        ),
-        Some(found) => (
-            State::Failed,
-            format!(
-                "The image is {}: so it resembles the scene by {}, as it was recorded by {}.",
-                found.orientation,
-                fixed(found.likeness, 2),
-                fixed(found.upright, 2)
-            ),
-        ),
-    };
-    Criterion {
-        name: "orientation",
-        title: "The image lies as the scene has it",
-        state,
-        sentence,
-        keys: &[],
     }
 }

@@ -29,7 +29,6 @@ pub(super) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Ve
         Some(time) => notes.extend(self::time(time)),
         None => notes.push("Time was not aligned.".to_owned()),
     }
-    notes.extend(found.orientation.as_ref().and_then(orientation));
     notes.extend(found.offset.as_ref().and_then(offset));
     notes
 }
@@ -130,8 +129,9 @@ fn error(error: Option<f64>, scale: f64, decimals: usize) -> String {
     })
 }
 
-fn orientation(found: &OrientationFound) -> Option<String> {
-    if found.orientation == Orientation::Upright {
+/// What to do about an image that was found, and judged, not to lie as the scene has it.
+pub(super) fn orientation(found: &OrientationFound, is_failed: bool) -> Option<String> {
+    if found.orientation == Orientation::Upright || !(is_failed || found.applied) {
         return None;
     }
     let likeness = format!(

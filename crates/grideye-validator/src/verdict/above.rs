@@ -30,6 +30,16 @@ pub enum RoomFrom {
 }
 
 impl RoomFrom {
+    /// The stable name for files and programs: `scene`, `profile` or `recording`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Scene => "scene",
+            Self::Profile => "profile",
+            Self::Recording => "recording",
+        }
+    }
+
     /// In words, to stand behind "the empty room is".
     #[must_use]
     pub const fn in_words(self) -> &'static str {
@@ -47,6 +57,8 @@ pub(crate) struct Room {
     pub(crate) from: RoomFrom,
     /// Row by row, °C; the simulated empty room if there is none.
     pub(crate) celsius: Option<Vec<f64>>,
+    /// Frames that it is the mean of.
+    pub(crate) frames: usize,
 }
 
 /// Squares of degrees.
@@ -54,7 +66,7 @@ const NOTHING: f64 = 1e-9;
 
 /// Sums over pixels that are centred frame by frame.
 #[derive(Default)]
-struct Products {
+pub(crate) struct Products {
     xx: f64,
     yy: f64,
     xy: f64,
@@ -70,10 +82,9 @@ pub(crate) fn above_room(
     let (mut claimed, mut repeated) = (Products::default(), Products::default());
     for ((frame, claim), empty) in real.iter().zip(simulated).zip(nobody) {
         let seen_room = room.celsius.as_ref().unwrap_or(empty);
-        let seen = above(&frame.celsius, seen_room);
-        claimed.add(&seen, &above(&claim.noise_free, empty));
+        claimed.add(&frame.celsius, seen_room, &claim.noise_free, empty);
         if let Some(later) = &frame.later {
-            repeated.add(&seen, &above(later, seen_room));
+            repeated.add(&frame.celsius, seen_room, later, seen_room);
         }
     }
     AboveRoom {
@@ -92,15 +103,16 @@ fn above(frame: &[f64], room: &[f64]) -> Vec<f64> {
 }
 
 impl Products {
-    fn add(&mut self, x: &[f64], y: &[f64]) {
-        for (x, y) in x.iter().zip(y) {
+    /// Two frames, each less its room and its mean.
+    pub(crate) fn add(&mut self, x: &[f64], x_room: &[f64], y: &[f64], y_room: &[f64]) {
+        for (x, y) in above(x, x_room).iter().zip(above(y, y_room)) {
             self.xx += x * x;
             self.yy += y * y;
             self.xy += x * y;
         }
     }
 
-    fn correlation(&self) -> Option<f64> {
+    pub(crate) fn correlation(&self) -> Option<f64> {
         // What rounding leaves of a frame without contrast is no contrast.
         (self.xx > NOTHING && self.yy > NOTHING)
             .then(|| self.xy / (self.xx * self.yy).sqrt())
@@ -145,6 +157,7 @@ mod tests {
         let known = Room {
             from: RoomFrom::Profile,
             celsius: Some(vec![21.0, 20.0, 19.0, 20.0]),
+            frames: 16,
         };
         let (real, claim) = frames([21.0, 22.0, 19.0, 20.0], [20.0, 22.0, 20.0, 20.0]);
         let found = above_room(&[real], &[claim], &[vec![20.0; 4]], &known);

@@ -1,5 +1,7 @@
+use crate::Law;
+
 /// One thing that a verdict asks of a recording.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Criterion {
     /// The stable name for files and programs.
     pub name: &'static str,
@@ -11,6 +13,21 @@ pub struct Criterion {
     pub sentence: String,
     /// The thresholds that it was held against.
     pub keys: &'static [&'static str],
+    /// The score behind it, if there is one.
+    pub asked: Option<Asked>,
+}
+
+/// A score, and what was asked of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asked {
+    /// What the recording scores.
+    pub value: f64,
+    /// What was asked for.
+    pub least: f64,
+    /// What drawn units score where the scene is right.
+    pub right: Law,
+    /// What they score where its people, or all things, are missing.
+    pub without: Option<Law>,
 }
 
 /// Whether a criterion is met.

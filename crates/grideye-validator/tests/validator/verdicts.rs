@@ -2,7 +2,7 @@ use crate::toy::{
     AMBIENT_C, Blob, PERSON, SHAPE, UNIT, Unit, clean, recording, settings, simulation,
 };
 use grideye_validator::{
-    Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, Side,
+    Asked, Comparison, FRAMES_MAX, Measure, Protocol, RealFrame, SHUFFLES_MAX, Settings, Side,
     SimulatedFrame, ValidatorError, Verdict, compare,
 };
 
@@ -94,6 +94,56 @@ fn a_person_twice_as_warm_disagrees() {
         ..PERSON
     };
     verdict_over_seeds(Verdict::Disagrees, &[PERSON], &[hot], UNIT);
+}
+
+/// Units of the spread that is assumed, made by other code than draws them: what they score is the law that was stated.
+#[test]
+fn recordings_of_a_right_scene_score_what_is_said_they_do() {
+    let unit = Unit {
+        pattern_c: 0.25,
+        ..UNIT
+    };
+    for name in ["correlation", "gain"] {
+        let (mut values, mut stated) = (Vec::new(), Vec::new());
+        for seed in 0..60 {
+            let comparison = compare_static(&[PERSON], &[PERSON], unit, seed);
+            let asked = asked(&comparison, name);
+            values.push(asked.value);
+            stated.push(asked.right);
+        }
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / 60.0;
+        let found = mean(&values);
+        let squares: Vec<f64> = values.iter().map(|value| (value - found).powi(2)).collect();
+        let sd = mean(&squares).sqrt();
+        let law_mean = mean(&stated.iter().map(|law| law.mean).collect::<Vec<_>>());
+        let law_sd = mean(&stated.iter().map(|law| law.sd).collect::<Vec<_>>());
+        println!("{name}: found {found:.3} ± {sd:.3}, stated {law_mean:.3} ± {law_sd:.3}");
+        // Of 60 the mean is known to 0.13 standard deviations, their standard deviation to 9 %.
+        assert!((found - law_mean).abs() < 0.5 * sd, "{name}");
+        assert!((0.7..1.4).contains(&(law_sd / sd)), "{name}");
+    }
+}
+
+/// The verdict is read from the scores that are printed.
+#[test]
+fn what_is_asked_is_the_score_that_is_printed() {
+    let comparison = compare_static(&[PERSON], &[PERSON], UNIT, 3);
+    for (name, measure) in [
+        ("correlation", Measure::Correlation),
+        ("gain", Measure::Gain),
+    ] {
+        let printed = comparison.score(measure).value.unwrap();
+        assert!(
+            (asked(&comparison, name).value - printed).abs() < 1e-12,
+            "{name}"
+        );
+    }
+}
+
+fn asked(comparison: &Comparison, name: &str) -> Asked {
+    let criteria = &comparison.judgement.criteria;
+    let criterion = criteria.iter().find(|criterion| criterion.name == name);
+    criterion.unwrap().asked.unwrap()
 }
 
 #[test]

@@ -1,0 +1,93 @@
+//! The frames of a comparison, handed to those that draw units.
+
+use super::{Protocol, RealFrame, Settings, SimulatedFrame, evenly, pairs};
+use crate::expected::{Claim, Expected, Recorded, Sides, Specified, Statistics};
+use crate::frames::SceneView;
+use crate::metrics::count;
+use crate::verdict::{Beside, RoomFrom};
+use std::time::Duration;
+
+/// What the verdict is read from, and what drawn units would have scored.
+pub(super) struct Bootstrap {
+    pub(super) claim: Claim,
+    pub(super) found: Statistics,
+    pub(super) expected: Expected,
+    /// When the frames were recorded that `found` speaks of.
+    pub(super) times: Vec<Duration>,
+}
+
+/// Frames a side that units are drawn for; more are thinned evenly.
+const DRAWN_FRAMES_MAX: usize = 100;
+/// Under the static protocol each of them meets as many simulated ones.
+const DRAWN_STATIC_MAX: usize = 10;
+
+/// The mean of the squares.
+pub(super) fn mean_square(values: &[f64]) -> f64 {
+    let squares: f64 = values.iter().map(|value| value * value).sum();
+    squares / count(values.len().max(1))
+}
+
+/// Standard deviation of what is not known of a unit's pattern, row by row, °C.
+pub(super) fn pattern_c(settings: &Settings, beside: &Beside, pixels: usize) -> Vec<f64> {
+    let any = || vec![settings.thresholds.pattern_spread_c; pixels];
+    beside.pattern_c.clone().unwrap_or_else(any)
+}
+
+impl Bootstrap {
+    pub(super) fn new(
+        view: &SceneView,
+        real: &[RealFrame],
+        simulated: &[SimulatedFrame],
+        settings: &Settings,
+        beside: &Beside,
+    ) -> Self {
+        let is_static = settings.protocol == Protocol::Static;
+        let chosen = evenly(real.len(), DRAWN_FRAMES_MAX);
+        let claims = if is_static {
+            evenly(simulated.len(), DRAWN_STATIC_MAX)
+        } else {
+            chosen.clone()
+        };
+        let pattern_c = pattern_c(settings, beside, view.pixels());
+        let unit = Specified {
+            noise_c: view.sigma_c,
+            pattern_c,
+            step_c: settings.step_c,
+            frames: chosen.len(),
+            learned_from: (beside.room.from == RoomFrom::Recording).then_some(beside.room.frames),
+            seed: settings.seed,
+        };
+        let (noise, pattern) = (view.sigma_c.powi(2), mean_square(&unit.pattern_c));
+        let claim = Claim::new(Sides {
+            simulated: claims.iter().map(|&index| &simulated[index]).collect(),
+            nobody: claims
+                .iter()
+                .filter_map(|&index| beside.nobody.get(index).map(Vec::as_slice))
+                .collect(),
+            pairs: pairs(settings.protocol, chosen.len(), claims.len()),
+            warmth: view.warmth,
+            ambient_c: settings.ambient_c,
+            is_static,
+            columns: view.making.shape.columns,
+            still_weight: if pattern > 0.0 {
+                noise / (noise + count(chosen.len()) * pattern)
+            } else {
+                1.0
+            },
+        });
+        let frames: Vec<Vec<f64>> = chosen
+            .iter()
+            .map(|&index| real[index].celsius.clone())
+            .collect();
+        let found = claim.of_all(Recorded {
+            frames: &frames,
+            room: beside.room.celsius.as_deref(),
+        });
+        Self {
+            expected: Expected::new(&claim, &unit),
+            times: chosen.iter().map(|&index| real[index].time).collect(),
+            claim,
+            found,
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! What the verdict is read from, as functions of what was recorded alone: the same for the recording and for drawn ones.
+
+use super::mean_frame;
+use super::turned::Turns;
+use super::unclaimed::{Places, Unclaimed};
+use crate::SimulatedFrame;
+use crate::align::Orientation;
+use crate::metrics::{Centred, mean};
+use crate::union::{Prediction, Union, Warmth, offset};
+use crate::verdict::Products;
+
+/// The simulated side, made ready to be set against many recordings.
+pub(crate) struct Claim {
+    people: Vec<Shown>,
+    /// The scene without its people; empty if that is not known.
+    nobody: Vec<Shown>,
+    /// Real frame and simulated frame.
+    pairs: Vec<(usize, usize)>,
+    warmth: Warmth,
+    ambient_c: f64,
+    is_static: bool,
+    turns: Option<Turns>,
+    places: Places,
+}
+
+/// A frame of the simulated side.
+struct Shown {
+    claim: Vec<f64>,
+    /// The same under the simulated noise.
+    noisy: Vec<f64>,
+    centred: Centred,
+    /// The first frame of the same claim.
+    same_as: usize,
+}
+
+/// What the verdict is read from. `None` where a score is not defined.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Statistics {
+    /// C, mean over the pairs.
+    pub(crate) correlation: Option<f64>,
+    /// Gain over the blank frame.
+    pub(crate) gain: Option<f64>,
+    /// C with the empty room taken from both sides.
+    pub(crate) above_room: Option<f64>,
+    /// Gain beyond that of the scene without its people.
+    pub(crate) over_nobody: Option<f64>,
+    /// What is warm and not claimed.
+    pub(crate) unclaimed: Unclaimed,
+    /// By how much the recording is more like the claim than like the claim in each other orientation.
+    pub(crate) upright: Vec<(Orientation, f64)>,
+}
+
+/// What there is to set against recordings.
+pub(crate) struct Sides<'a> {
+    pub(crate) simulated: Vec<&'a SimulatedFrame>,
+    /// The scene without its people for each simulated frame; empty if that is not known.
+    pub(crate) nobody: Vec<&'a [f64]>,
+    /// Real frame and simulated frame.
+    pub(crate) pairs: Vec<(usize, usize)>,
+    pub(crate) warmth: Warmth,
+    pub(crate) ambient_c: f64,
+    /// Whether what is warm is to be seen in the mean of all frames.
+    pub(crate) is_static: bool,
+    /// Pixels in a row.
+    pub(crate) columns: usize,
+    /// What the mean image is worth beside one frame's, squares of noise over squares of noise and pattern.
+    pub(crate) still_weight: f64,
+}
+
+/// What was recorded.
+#[derive(Clone, Copy)]
+pub(crate) struct Recorded<'a> {
+    pub(crate) frames: &'a [Vec<f64>],
+    /// What the recording shows of the empty room, if that was learned.
+    pub(crate) room: Option<&'a [f64]>,
+}
+
+impl Claim {
+    pub(crate) fn new(sides: Sides<'_>) -> Self {
+        let claims: Vec<&[f64]> = sides
+            .simulated
+            .iter()
+            .map(|frame| frame.noise_free.as_slice())
+            .collect();
+        let people = sides
+            .simulated
+            .iter()
+            .map(|frame| (frame.noise_free.clone(), frame.celsius.clone()));
+        let nobody = sides
+            .simulated
+            .iter()
+            .zip(&sides.nobody)
+            .map(|(frame, empty)| {
+                let noise = frame.celsius.iter().zip(&frame.noise_free);
+                let noisy = empty
+                    .iter()
+                    .zip(noise)
+                    .map(|(empty, (noisy, clean))| empty + noisy - clean);
+                (empty.to_vec(), noisy.collect())
+            });
+        Self {
+            people: shown(people),
+            nobody: shown(nobody),
+            turns: Turns::new(&claims, sides.still_weight),
+            places: Places::new(&claims, sides.columns, sides.warmth),
+            pairs: sides.pairs,
+            warmth: sides.warmth,
+            ambient_c: sides.ambient_c,
+            is_static: sides.is_static,
+        }
+    }
+
+    pub(super) fn pixels(&self) -> usize {
+        self.people.first().map_or(0, |shown| shown.claim.len())
+    }
+
+    pub(super) const fn ambient_c(&self) -> f64 {
+        self.ambient_c
+    }
+
+    /// The noise-free claim beside a real frame.
+    pub(super) fn claimed(&self, real: usize) -> &[f64] {
+        beside(&self.people, real)
+    }
+
+    /// The same without people.
+    pub(super) fn nobody(&self, real: usize) -> &[f64] {
+        beside(&self.nobody, real)
+    }
+
+    pub(super) const fn knows_nobody(&self) -> bool {
+        !self.nobody.is_empty()
+    }
+
+    /// Orientations in which the claim looks as it does upright.
+    pub(crate) fn same(&self) -> &[Orientation] {
+        self.turns.as_ref().map_or(&[], Turns::same)
+    }
+
+    /// Everything.
+    pub(crate) fn of_all(&self, recorded: Recorded<'_>) -> Statistics {
+        let claims: Vec<&[f64]> = (0..recorded.frames.len())
+            .map(|index| self.claimed(index))
+            .collect();
+        let turns = self.turns.as_ref();
+        Statistics {
+            correlation: self.correlation(recorded.frames),
+            unclaimed: self.places.of(recorded.frames, &claims),
+            upright: turns.map_or_else(Vec::new, |turns| turns.of(recorded.frames)),
+            ..self.of_people(recorded)
+        }
+    }
+
+    /// C and gain.
+    pub(super) fn of_image(&self, recorded: Recorded<'_>) -> Statistics {
+        Statistics {
+            correlation: self.correlation(recorded.frames),
+            gain: self.gain(recorded.frames, &self.people),
+            ..Statistics::default()
+        }
+    }
+
+    /// The gain, and what only people bring about.
+    pub(super) fn of_people(&self, recorded: Recorded<'_>) -> Statistics {
+        let gain = self.gain(recorded.frames, &self.people);
+        let without = self.gain(recorded.frames, &self.nobody);
+        Statistics {
+            gain,
+            above_room: self.above_room(recorded),
+            over_nobody: gain
+                .filter(|_| self.knows_nobody())
+                .map(|gain| gain - without.unwrap_or(0.0)),
+            ..Statistics::default()
+        }
+    }
+
+    fn correlation(&self, real: &[Vec<f64>]) -> Option<f64> {
+        let centred: Vec<Centred> = real.iter().map(|frame| Centred::new(frame)).collect();
+        let of_pair = |&(real, shown): &(usize, usize)| {
+            centred[real].correlation(&self.people[shown].centred)
+        };
+        let all: Vec<f64> = self.pairs.iter().filter_map(of_pair).collect();
+        mean(&all)
+    }
+
+    fn gain(&self, real: &[Vec<f64>], side: &[Shown]) -> Option<f64> {
+        let steady = self.is_static.then(|| mean_frame(real));
+        let mut union = Union::default();
+        let mut last = (usize::MAX, usize::MAX, 0.0);
+        for &(index, place) in &self.pairs {
+            let (frame, shown) = (&real[index], side.get(place)?);
+            if (last.0, last.1) != (index, shown.same_as) {
+                last = (index, shown.same_as, offset(frame, &shown.claim));
+            }
+            let prediction = Prediction {
+                celsius: &shown.noisy,
+                offset_c: 0.0,
+            };
+            let seen = (
+                frame.as_slice(),
+                steady.as_ref().unwrap_or(frame).as_slice(),
+            );
+            union.add(seen, last.2, &shown.claim, prediction, self.warmth);
+        }
+        union.gains()[0].1
+    }
+
+    fn above_room(&self, recorded: Recorded<'_>) -> Option<f64> {
+        let mut products = Products::default();
+        let claims = self.people.iter().zip(&self.nobody);
+        for (frame, (claim, nobody)) in recorded.frames.iter().zip(claims) {
+            let room = recorded.room.unwrap_or(&nobody.claim);
+            products.add(frame, room, &claim.claim, &nobody.claim);
+        }
+        products.correlation()
+    }
+}
+
+fn shown(frames: impl Iterator<Item = (Vec<f64>, Vec<f64>)>) -> Vec<Shown> {
+    let mut all: Vec<Shown> = Vec::new();
+    for (claim, noisy) in frames {
+        let same_as = all
+            .last()
+            .filter(|before| before.claim == claim)
+            .map_or(all.len(), |before| before.same_as);
+        all.push(Shown {
+            centred: Centred::new(&noisy),
+            claim,
+            noisy,
+            same_as,
+        });
+    }
+    all
+}
+
+fn beside(shown: &[Shown], real: usize) -> &[f64] {
+    let frame = shown.get(real).or(shown.last());
+    frame.map_or(&[], |shown| shown.claim.as_slice())
+}

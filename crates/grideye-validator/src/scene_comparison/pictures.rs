@@ -1,0 +1,204 @@
+//! The frames of the simulated side, and what the real side shows of the room.
+
+use super::beside::{KnownPattern, Learned};
+use super::{Aligned, Options, Timed, pixels, seconds};
+use crate::align::{Clock, OFFSET_MAX_PX, SAMPLE_MAX, moved};
+use crate::background::{Empty, background};
+use crate::compare::{Protocol, RealFrame, SimulatedFrame, evenly};
+use crate::error::ValidatorError;
+use crate::expected::RoomMap;
+use crate::frames::median;
+use crate::metrics::count;
+use crate::union::Warmth;
+use crate::verdict::RoomFrom;
+use grideye_frame::{COLUMNS, PIXELS};
+use grideye_recording::Record;
+use grideye_scene::{Scene, Simulator};
+use std::time::Duration;
+
+/// What makes the frames of the simulated side.
+pub(super) struct Pictures<'a> {
+    simulator: &'a Simulator,
+    /// The scene without its people.
+    empty: Simulator,
+    /// What this specimen shows beside the scene.
+    pattern_c: Option<[f64; PIXELS]>,
+}
+
+impl<'a> Pictures<'a> {
+    pub(super) fn new(
+        scene: &Scene,
+        simulator: &'a Simulator,
+        sensor: &str,
+        options: &Options,
+    ) -> Result<Self, ValidatorError> {
+        Ok(Self {
+            simulator,
+            empty: Simulator::new(&scene.without_agents(), sensor)?,
+            pattern_c: options.unit.map(|unit| unit.pattern_c),
+        })
+    }
+
+    /// What the scene has at the times of the real frames, with its people and (without noise) without them.
+    pub(super) fn simulated(
+        &self,
+        real: &[RealFrame],
+        aligned: &Aligned,
+        seed: u64,
+    ) -> (Vec<SimulatedFrame>, Vec<Vec<f64>>) {
+        let time = |real: &RealFrame| match &aligned.clock {
+            clock if *clock == Clock::own() => real.time,
+            clock => seconds(clock.scene_s(real.time.as_secs_f64())),
+        };
+        real.iter()
+            .map(|real| self.frame(time(real), aligned, seed))
+            .unzip()
+    }
+
+    /// What the recording shows while neither it nor the scene shows anybody.
+    ///
+    /// Of a scene that stands still, no stretch is known to be empty: who stands there from first to last would be taken
+    /// for the room.
+    pub(super) fn learned_room(
+        &self,
+        records: &[Record],
+        aligned: &Aligned,
+        protocol: Protocol,
+        options: &Options,
+    ) -> Option<Learned> {
+        if protocol == Protocol::Static || self.pattern_c.is_some() {
+            return None;
+        }
+        let found = background(records, &Empty::Find).ok()?;
+        let is_empty = |frame: &&Timed| {
+            let since = frame.time.saturating_sub(options.start);
+            found.stretches.iter().any(|stretch| stretch.holds(since))
+                && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
+        };
+        let within: Vec<&Timed> = evenly(aligned.frames.len(), SAMPLE_MAX)
+            .into_iter()
+            .map(|index| &aligned.frames[index])
+            .filter(is_empty)
+            .collect();
+        (within.len() >= EMPTY_FRAMES_MIN).then(|| Learned::of(&within))
+    }
+
+    /// Takes what the learned room has beside the simulated one for the unit's pattern, where that claims nothing warm:
+    /// a radiator that is not what the scene says stays in the scores. Nothing is taken if the room shows something warm
+    /// that the scene does not have: that is no pattern.
+    pub(super) fn learn(&mut self, learned: &Learned, options: &Options) -> Option<KnownPattern> {
+        let thresholds = &options.thresholds;
+        let nobody = self.empty.image(options.start).celsius;
+        let warmth = Warmth::new(self.simulator.ambient_c(), thresholds.unclaimed_min_c);
+        let map = RoomMap::new(&learned.celsius, &nobody, COLUMNS, warmth);
+        if map
+            .warmest_c
+            .is_some_and(|warmest| warmest > thresholds.unclaimed_min_c)
+        {
+            return None;
+        }
+        let place = |pixel: usize| {
+            if map.cold[pixel] {
+                map.left_c[pixel]
+            } else {
+                0.0
+            }
+        };
+        self.pattern_c = Some(std::array::from_fn(place));
+        let left = map.cold.iter().map(|&is_cold| {
+            if is_cold {
+                learned.error_c
+            } else {
+                thresholds.pattern_spread_c
+            }
+        });
+        Some(KnownPattern {
+            from: RoomFrom::Recording,
+            left_c: left.collect(),
+        })
+    }
+
+    /// Whether the scene shows nobody.
+    fn is_empty(&self, time: Duration) -> bool {
+        let (with, without) = (self.simulator.image(time), self.empty.image(time));
+        is_same(&with.celsius, &without.celsius)
+    }
+
+    fn frame(&self, time: Duration, aligned: &Aligned, seed: u64) -> (SimulatedFrame, Vec<f64>) {
+        let clean = self.simulator.image(time).celsius;
+        let noisy = self.simulator.noisy(time, seed).celsius;
+        let noise_free = self.shown(&clean, aligned);
+        let noise = noisy.iter().zip(&clean).map(|(noisy, clean)| noisy - clean);
+        let frame = SimulatedFrame {
+            time,
+            celsius: noise_free
+                .iter()
+                .zip(noise)
+                .map(|(clean, noise)| clean + noise)
+                .collect(),
+            noise_free,
+            truth: Some(self.simulator.truth(time).foreground(TRUTH_SHARE_MIN)),
+        };
+        let nobody = self.shown(&self.empty.image(time).celsius, aligned);
+        (frame, nobody)
+    }
+
+    /// An image moved by the offset, if that is to be taken out, under the specimen's pattern, which does not move.
+    fn shown(&self, clean: &[f64], aligned: &Aligned) -> Vec<f64> {
+        let offset = aligned.found.offset.filter(|offset| offset.applied);
+        let mut shown = offset.map_or_else(
+            || clean.to_vec(),
+            |offset| {
+                let [right, down] = offset
+                    .right_down_px
+                    .map(|px| px.clamp(-OFFSET_MAX_PX, OFFSET_MAX_PX));
+                moved(&pixels(clean), right, down).to_vec()
+            },
+        );
+        for (shown, pattern) in shown.iter_mut().zip(self.pattern_c.iter().flatten()) {
+            *shown += pattern;
+        }
+        shown
+    }
+}
+
+impl Learned {
+    fn of(frames: &[&Timed]) -> Self {
+        let number = count(frames.len());
+        let mean = |pixel: usize| {
+            let sum: f64 = frames.iter().map(|frame| frame.celsius[pixel]).sum();
+            sum / number
+        };
+        let celsius: Vec<f64> = (0..PIXELS).map(mean).collect();
+        let error = |pixel: usize| {
+            let left = |frame: &&Timed| (frame.celsius[pixel] - celsius[pixel]).powi(2);
+            let squares: f64 = frames.iter().map(left).sum();
+            squares.sqrt() / number
+        };
+        let errors: Vec<f64> = (0..PIXELS).map(error).collect();
+        Self {
+            error_c: median(&errors).unwrap_or_default(),
+            frames: frames.len(),
+            celsius,
+        }
+    }
+}
+
+fn is_same(with: &[f64], without: &[f64]) -> bool {
+    let mut pixels = with.iter().zip(without);
+    pixels.all(|(with, without)| (with - without).abs() < NOBODY_C)
+}
+
+/// Whether any frame shows anybody.
+pub(super) fn shows_people(simulated: &[SimulatedFrame], nobody: &[Vec<f64>]) -> bool {
+    let mut frames = simulated.iter().zip(nobody);
+    frames.any(|(with, without)| !is_same(&with.noise_free, without))
+}
+
+/// Less of somebody than this is nobody, °C: a fifth of the sensor's step.
+const NOBODY_C: f64 = 0.05;
+/// Frames of an empty room that its map is the mean of, at least: the noise of the mean is a quarter of a frame's then.
+const EMPTY_FRAMES_MIN: usize = 16;
+
+/// A pixel belongs to an agent that covers half of it or more.
+const TRUTH_SHARE_MIN: f64 = 0.5;

@@ -1,0 +1,119 @@
+//! Faults planted into real recordings.
+
+use crate::bench::*;
+use crate::planted::pixels;
+use grideye_frame::PixelWord;
+use grideye_recording::{Record, linaige};
+use grideye_validator::{Options, State, compare_scene};
+
+/// Real frames: sound ones raise no alarm, and each fault planted into them is seen. There is no scene of those rooms, so
+/// only what is asked of the sensor itself counts here.
+#[test]
+fn real_sessions_are_sound_and_faults_planted_into_them_are_seen() {
+    let room = "[room]\nsize_mm = [5000, 5000, 2700]\nambient_c = 25\n[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nsampling_hz = 10\nposition_mm = [2500, 2500, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";
+    let scene = parse(room);
+    for name in [
+        "Session2_2021-07-01_RoomB_v2.csv",
+        "Session3_2021-07-06_RoomA_v2.csv",
+    ] {
+        let sound = session(name);
+        let mut faults = [
+            ("sound", 0),
+            ("stuck", 0),
+            ("scale", 0),
+            ("whole degrees", 0),
+            ("half rate", 0),
+        ];
+        let mut runs = 0;
+        for run in sound.chunks_exact(400) {
+            runs += 1;
+            let asked = |records: &[Record]| {
+                let options = Options {
+                    protocol: Some(grideye_validator::Protocol::Static),
+                    ..options(1)
+                };
+                let comparison = compare_scene(records, &scene, "ceiling", &options).unwrap();
+                failed(&comparison)
+            };
+            let own = ["moving_pixels", "steps", "thermistor", "frame_rate"];
+            let run = run.to_vec();
+            let found = asked(&run);
+            let alarms: Vec<_> = found.iter().filter(|name| own.contains(name)).collect();
+            assert!(alarms.is_empty(), "{name}, {:?}: {alarms:?}", run[0].seq);
+            faults[0].1 += 1;
+            let first = run[0].reading.frame().unwrap().pixels[20];
+            let stuck = pixels(
+                run.clone(),
+                |pixels, index| if index == 20 { first } else { pixels[index] },
+            );
+            faults[1].1 += u32::from(asked(&stuck).contains(&"moving_pixels"));
+            let scale = pixels(run.clone(), |pixels, index| {
+                PixelWord((pixels[index].0 + 2) / 4)
+            });
+            faults[2].1 += u32::from(asked(&scale).contains(&"thermistor"));
+            let degrees = pixels(run.clone(), |pixels, index| {
+                PixelWord((pixels[index].0 + 2) / 4 * 4)
+            });
+            faults[3].1 += u32::from(asked(&degrees).contains(&"steps"));
+            let half: Vec<Record> = run
+                .iter()
+                .step_by(2)
+                .enumerate()
+                .map(|(seq, record)| Record {
+                    seq: seq as u64,
+                    ..*record
+                })
+                .collect();
+            faults[4].1 += u32::from(asked(&half).contains(&"frame_rate"));
+        }
+        println!("{name}: {runs} runs of 400 frames: {faults:?}");
+        for (fault, number) in faults {
+            assert_eq!(number, runs, "{name}: {fault}");
+        }
+    }
+}
+
+/// The stretches in which nobody was there, by the people who counted: no pattern, slope or noise of a real room is
+/// called something warm, and in runs with people something is, beside a scene that has nobody.
+#[test]
+fn a_real_empty_room_is_not_called_wrong_and_one_with_people_is() {
+    let room = "[room]\nsize_mm = [5000, 5000, 2700]\nambient_c = 25\n[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nsampling_hz = 10\nposition_mm = [2500, 2500, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";
+    let scene = parse(room);
+    for (name, empty, with_people) in [
+        (
+            "Session2_2021-07-01_RoomB_v2.csv",
+            vec![1376..1476],
+            300..400,
+        ),
+        (
+            "Session3_2021-07-06_RoomA_v2.csv",
+            vec![823..938, 988..1160],
+            1292..1348,
+        ),
+    ] {
+        let all = session(name);
+        let judged = |rows: std::ops::Range<usize>| {
+            let comparison = compare_scene(&all[rows], &scene, "ceiling", &options(1)).unwrap();
+            (failed(&comparison), comparison)
+        };
+        for rows in empty {
+            let (failed, comparison) = judged(rows.clone());
+            assert!(!failed.contains(&"nothing_unclaimed"), "{name} {rows:?}");
+            let open = comparison.judgement.criteria[0].state;
+            assert_eq!(open, State::Open, "{name} {rows:?}: nothing warm");
+        }
+        let (failed, _) = judged(with_people);
+        assert!(failed.contains(&"nothing_unclaimed"), "{name}: {failed:?}");
+    }
+}
+
+fn session(name: &str) -> Vec<Record> {
+    let path = format!(
+        "{}/../../recordings/linaige/{name}",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let date = linaige::Date::from_file_name(name).unwrap();
+    let reader = linaige::Reader::new(file, date, linaige::stream_from_file_name(name)).unwrap();
+    reader.map(|row| row.unwrap().row.record).collect()
+}
