@@ -344,7 +344,7 @@ impl Outcome {
             beside,
             found: &self.bootstrap.found,
             expected: &self.bootstrap.expected,
-            same: self.bootstrap.claim.same(),
+            alike: self.bootstrap.claim.alike(),
             times: &self.bootstrap.times,
         };
         Comparison {

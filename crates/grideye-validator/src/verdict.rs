@@ -68,7 +68,7 @@ pub struct Thresholds {
     pub nobody_skill_min: f64,
     /// Standard deviation of what each pixel of a unit without a profile shows too much, °C.
     pub pattern_spread_c: f64,
-    /// Less warmth than this, in two by two pixels where the scene has none, is never a fault, °C.
+    /// Less warmth than this in two by two pixels, beyond what the scene has there or nearby, is never a fault, °C.
     pub unclaimed_min_c: f64,
     /// Largest common offset of a unit that nothing is known of, °C.
     pub offset_max_c: f64,
@@ -98,7 +98,7 @@ impl Default for Thresholds {
             above_room_skill_min: 0.5,
             nobody_skill_min: 0.5,
             pattern_spread_c: 0.26,
-            unclaimed_min_c: 0.5,
+            unclaimed_min_c: 0.3,
             offset_max_c: SENSOR_ACCURACY_C,
             level_margin_c: 0.125,
             headroom_min: 0.1,
@@ -139,8 +139,8 @@ pub(crate) struct Evidence<'a> {
     /// What the recording scores, and what recordings by drawn units score.
     pub(crate) found: &'a Statistics,
     pub(crate) expected: &'a Expected,
-    /// Orientations in which the scene looks as it does upright.
-    pub(crate) same: &'a [Orientation],
+    /// Orientations in which the scene looks much as it does upright.
+    pub(crate) alike: &'a [Orientation],
     /// When the frames were recorded that `found` speaks of.
     pub(crate) times: &'a [Duration],
 }

@@ -132,9 +132,9 @@ impl Claim {
         !self.nobody.is_empty()
     }
 
-    /// Orientations in which the claim looks as it does upright.
-    pub(crate) fn same(&self) -> &[Orientation] {
-        self.turns.as_ref().map_or(&[], Turns::same)
+    /// Orientations in which the claim looks much as it does upright.
+    pub(crate) fn alike(&self) -> &[Orientation] {
+        self.turns.as_ref().map_or(&[], Turns::alike)
     }
 
     /// Everything.

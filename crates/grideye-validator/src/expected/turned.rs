@@ -14,7 +14,7 @@ use grideye_frame::PIXELS;
 pub(super) struct Turns {
     claims: Vec<(Orientation, Split)>,
     squares: f64,
-    same: Vec<Orientation>,
+    alike: Vec<Orientation>,
     still_weight: f64,
 }
 
@@ -37,30 +37,29 @@ impl Turns {
             let turned = claims.iter().map(|frame| orientation.apply(frame).to_vec());
             (orientation, Split::new(turned))
         };
-        let mut claims: Vec<(Orientation, Split)> = Orientation::ALL.map(split).into();
+        let claims: Vec<(Orientation, Split)> = Orientation::ALL.map(split).into();
         let upright = &claims.first()?.1;
         let squares = upright.product(upright, still_weight);
         if squares < CONTRAST_MIN_C * CONTRAST_MIN_C {
             return None;
         }
-        let same: Vec<Orientation> = claims
+        let alike: Vec<Orientation> = claims
             .iter()
             .skip(1)
             .filter(|(_, split)| split.product(upright, still_weight) > SAME_MIN * squares)
             .map(|(orientation, _)| *orientation)
             .collect();
-        claims.retain(|(orientation, _)| !same.contains(orientation));
         Some(Self {
             claims,
             squares,
-            same,
+            alike,
             still_weight,
         })
     }
 
-    /// Orientations that make the claim what it was.
-    pub(super) fn same(&self) -> &[Orientation] {
-        &self.same
+    /// Orientations that leave the claim much as it was.
+    pub(super) fn alike(&self) -> &[Orientation] {
+        &self.alike
     }
 
     /// The upright likeness less that of each other orientation, -2 to 2.
@@ -134,7 +133,7 @@ mod tests {
     fn a_mirrored_recording_is_more_like_the_mirrored_claim() {
         let claim = blob(1);
         let turns = Turns::new(&[&claim, &claim], 1.0).unwrap();
-        assert!(turns.same().is_empty());
+        assert!(turns.alike().is_empty());
         let found = turns.of(&[blob(6), blob(6)]);
         // Two frames of one pixel each, 64 of them: the likeness of different places is -1/63.
         let expected = -1.0 / 63.0 - 1.0;
@@ -149,7 +148,7 @@ mod tests {
 
     /// A blob in the middle rows that walks from left to right is its own mirror image from top to bottom.
     #[test]
-    fn what_a_claim_is_in_another_orientation_too_is_named() {
+    fn what_a_claim_is_much_like_is_named() {
         let walk: Vec<Vec<f64>> = (0..8)
             .map(|column| {
                 let mut frame = vec![20.0; PIXELS];
@@ -160,7 +159,7 @@ mod tests {
             .collect();
         let claims: Vec<&[f64]> = walk.iter().map(Vec::as_slice).collect();
         let turns = Turns::new(&claims, 0.1).unwrap();
-        assert_eq!(turns.same(), [Orientation::MirroredTopBottom]);
+        assert_eq!(turns.alike(), [Orientation::MirroredTopBottom]);
         assert!(Turns::new(&[&[20.0; PIXELS]], 1.0).is_none());
         assert!(Turns::new(&[&[20.0, 21.0]], 1.0).is_none());
     }

@@ -217,9 +217,11 @@ fn remedy(evidence: &Evidence<'_>) -> String {
     if evidence.beside.pattern_from != RoomFrom::Scene {
         return "a recording with more contrast, or a longer one".to_owned();
     }
-    "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the room empty, or one with more contrast"
-        .to_owned()
+    PROFILE.to_owned()
 }
+
+/// What tells a pattern from what is there.
+pub(super) const PROFILE: &str = "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the room empty";
 
 fn lower(text: &str) -> String {
     match text.strip_prefix("The ").or(text.strip_prefix("With ")) {

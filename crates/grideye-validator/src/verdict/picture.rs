@@ -1,5 +1,6 @@
 //! What else a picture shows: warmth that is not claimed, how it lies, how warm it is all over.
 
+use super::held::PROFILE;
 use super::judge::Weighed;
 use super::{Criterion, Evidence, State, Thresholds};
 use crate::align::Orientation;
@@ -12,7 +13,7 @@ pub(super) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Wei
     let weighed = |state, sentence: String, turn: &str| Weighed {
         criterion: Criterion {
             name: "nothing_unclaimed",
-            title: "Nothing is warm that the scene does not claim",
+            title: "Nothing is warm that the scene does not have",
             state,
             sentence,
             keys: &["unclaimed_min_c", "false_alarm_max", "pattern_spread_c"],
@@ -36,42 +37,42 @@ pub(super) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Wei
                 .max(thresholds.unclaimed_min_c)
         })
     };
+    let limits = laws.map(limit);
     let seen = [found.still, found.moving]
         .into_iter()
-        .zip(laws)
-        .filter_map(|(block, law)| Some((block?, limit(law)?)))
+        .zip(limits)
+        .filter_map(|(block, limit_c)| Some((block?, limit_c?)))
         .max_by(|a, b| (a.0.celsius - a.1).total_cmp(&(b.0.celsius - b.1)));
-    match seen {
-        _ if too_few(evidence.real_frames, thresholds) => weighed(
-            State::NotAsked,
-            "One frame does not tell warmth from noise.".to_owned(),
-            "",
-        ),
-        None => weighed(
-            State::NotAsked,
-            "The scene claims something warm all over the view.".to_owned(),
-            "",
-        ),
-        Some((block, limit_c)) if block.celsius > limit_c => weighed(
-            State::Failed,
-            format!(
-                "{} the recording is {} °C warmer than the scene, which has nothing warm there; noise and pattern reach {} °C.",
-                place(evidence, &block),
-                fixed(block.celsius, 2),
-                fixed(limit_c, 2)
-            ),
-            "a scene that has something warm there, or a recording without it",
-        ),
-        Some((block, limit_c)) => weighed(
-            State::Met,
-            format!(
-                "Where the scene has nothing warm, no four pixels of the recording are more than {} °C warmer than it; {} °C would be needed.",
-                fixed(block.celsius, 2),
-                fixed(limit_c, 2)
-            ),
-            "",
-        ),
+    let Some((block, limit_c)) = seen.filter(|_| !too_few(evidence.real_frames, thresholds)) else {
+        let why = "Too few frames tell warmth from noise.";
+        return weighed(State::NotAsked, why.to_owned(), "");
+    };
+    if block.celsius > limit_c {
+        let sentence = format!(
+            "{} the recording is {} °C warmer than the scene has it there or nearby; noise and pattern reach {} °C.",
+            place(evidence, &block),
+            fixed(block.celsius, 2),
+            fixed(limit_c, 2)
+        );
+        let turn = "a scene that has something warm there, or a recording without it";
+        return weighed(State::Failed, sentence, turn);
     }
+    let hidden_c = limits[0].unwrap_or(limit_c);
+    let beside = evidence.beside;
+    let claims_nobody = !beside.nobody.is_empty() && !beside.shows_people;
+    if claims_nobody && hidden_c > thresholds.unclaimed_min_c {
+        let sentence = format!(
+            "The scene shows nobody, and somebody of up to {} °C on four pixels would not be told from this unit's pattern, of which nothing is known.",
+            fixed(hidden_c, 2)
+        );
+        return weighed(State::Open, sentence, PROFILE);
+    }
+    let sentence = format!(
+        "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than {} °C; {} °C would be needed.",
+        fixed(block.celsius.max(0.0), 2),
+        fixed(limit_c, 2)
+    );
+    weighed(State::Met, sentence, "")
 }
 
 /// Rows and columns as they are counted on the page, from 1.
@@ -115,7 +116,15 @@ pub(super) fn orientation(evidence: &Evidence<'_>, thresholds: &Thresholds) -> W
         let law = evidence.expected.upright(orientation);
         law.map_or(0.0, |law| law.low(rate))
     };
-    let turned = found
+    // What is so much alike that right recordings, too, are as like it, is the same to this sensor.
+    let is_same = |orientation: &Orientation| {
+        evidence.alike.contains(orientation) && low(*orientation) <= 0.0
+    };
+    let (same, other): (Vec<_>, Vec<_>) = found
+        .iter()
+        .copied()
+        .partition(|(orientation, _)| is_same(orientation));
+    let turned = other
         .iter()
         .filter(|(orientation, by)| *by < low(*orientation).min(0.0))
         .min_by(|a, b| a.1.total_cmp(&b.1));
@@ -126,32 +135,33 @@ pub(super) fn orientation(evidence: &Evidence<'_>, thresholds: &Thresholds) -> W
         );
         return weighed(State::Failed, sentence, "the image turned back".to_owned());
     }
-    let untold: Vec<String> = found
-        .iter()
+    let names = |all: &[(Orientation, f64)]| {
+        let names: Vec<String> = all.iter().map(|(name, _)| name.to_string()).collect();
+        names.join(", or ")
+    };
+    let untold: Vec<(Orientation, f64)> = other
+        .into_iter()
         .filter(|(orientation, by)| *by < -low(orientation.inverse()))
-        .map(|(orientation, _)| orientation.to_string())
         .collect();
     if !untold.is_empty() {
         let sentence = format!(
             "The image may as well be {}: this scene looks too much alike both ways for this recording to tell.",
-            untold.join(", or ")
+            names(&untold)
         );
         let turn = "a recording of somebody who walks off the middle of the view".to_owned();
         return weighed(State::Open, sentence, turn);
     }
-    weighed(State::Met, upright(evidence), String::new())
+    weighed(State::Met, upright(evidence, &names(&same)), String::new())
 }
 
-fn upright(evidence: &Evidence<'_>) -> String {
+fn upright(evidence: &Evidence<'_>, same: &str) -> String {
     let mut text = match evidence.beside.turned_back {
         Some(orientation) => format!("The image is {orientation}, and was turned back as asked."),
         None => "The image lies as the scene has it.".to_owned(),
     };
-    if !evidence.same.is_empty() {
-        let names: Vec<String> = evidence.same.iter().map(ToString::to_string).collect();
+    if !same.is_empty() {
         text.push_str(&format!(
-            " Were it {}, it would look the same: the scene is symmetric that way, and no recording of it tells.",
-            names.join(", or ")
+            " Were it {same}, it would look the same: the scene is symmetric that way within the noise, and this recording does not tell."
         ));
     }
     text

@@ -70,9 +70,11 @@ fn the_page_says_the_verdict_first_and_what_it_rests_on() {
     holds(
         &text,
         &[
-            "C, correlation is 0.8",
-            "at least the 0.60 asked for.",
-            "What would change it: Any of: a skill in C below 0.60, a skill in gain below 0.60, or a common offset beyond 2.5 °C.",
+            "C is 0.8",
+            "asked for; right scenes have 0.79 (at least",
+            "What would change it: Any of: C below 0.",
+            ", the gain over a blank frame below 0.",
+            ", or a common offset beyond 2.5 °C. Nearest to its threshold is",
         ],
     );
     let text = readable(&html(&comparison(&[]), &context()));
@@ -80,7 +82,13 @@ fn the_page_says_the_verdict_first_and_what_it_rests_on() {
         text.starts_with("✗ Verdict: disagrees The simulated scene disagrees with the recording."),
         "{text}"
     );
-    holds(&text, &["less than the 0.60 asked for."]);
+    holds(
+        &text,
+        &[
+            "less than the 0.",
+            "warmer than the scene has it there or nearby",
+        ],
+    );
 }
 
 #[test]
