@@ -128,7 +128,7 @@ impl Claim {
         beside(&self.nobody, real)
     }
 
-    pub(super) const fn knows_nobody(&self) -> bool {
+    pub(super) fn knows_nobody(&self) -> bool {
         !self.nobody.is_empty()
     }
 
