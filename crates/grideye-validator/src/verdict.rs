@@ -167,6 +167,8 @@ pub(crate) struct Beside {
     pub(crate) shows_people: bool,
     /// Where the unit's pattern is known from; nothing is known of it where that is the scene.
     pub(crate) pattern_from: RoomFrom,
+    /// What of it was added to the scene, row by row, °C; empty if nothing was.
+    pub(crate) pattern_added_c: Vec<f64>,
     /// Standard deviation of what is not known of it, row by row, °C, where something is.
     pub(crate) pattern_c: Option<Vec<f64>>,
     /// How the image was found to lie, if it was turned back.

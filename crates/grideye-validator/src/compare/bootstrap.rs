@@ -69,6 +69,7 @@ impl Bootstrap {
             ambient_c: settings.ambient_c,
             is_static,
             columns: view.making.shape.columns,
+            pattern: &beside.pattern_added_c,
             still_weight: if pattern > 0.0 {
                 noise / (noise + count(chosen.len()) * pattern)
             } else {

@@ -63,6 +63,8 @@ pub(crate) struct Sides<'a> {
     pub(crate) is_static: bool,
     /// Pixels in a row.
     pub(crate) columns: usize,
+    /// What of the simulated frames is the unit's pattern and not the scene, row by row; empty if nothing is.
+    pub(crate) pattern: &'a [f64],
     /// What the mean image is worth beside one frame's, squares of noise over squares of noise and pattern.
     pub(crate) still_weight: f64,
 }
@@ -102,7 +104,11 @@ impl Claim {
             people: shown(people),
             nobody: shown(nobody),
             turns: Turns::new(&claims, sides.still_weight),
-            places: Places::new(&claims, sides.columns, sides.warmth),
+            places: Places::new(
+                &without(sides.pattern, &claims),
+                sides.columns,
+                sides.warmth,
+            ),
             pairs: sides.pairs,
             warmth: sides.warmth,
             ambient_c: sides.ambient_c,
@@ -214,6 +220,16 @@ impl Claim {
         }
         products.correlation()
     }
+}
+
+/// Frames without a pattern.
+fn without(pattern: &[f64], frames: &[&[f64]]) -> Vec<Vec<f64>> {
+    let taken = pattern.iter().copied().chain(std::iter::repeat(0.0));
+    let without = |frame: &&[f64]| {
+        let pixels = frame.iter().zip(taken.clone());
+        pixels.map(|(celsius, pattern)| celsius - pattern).collect()
+    };
+    frames.iter().map(without).collect()
 }
 
 fn shown(frames: impl Iterator<Item = (Vec<f64>, Vec<f64>)>) -> Vec<Shown> {

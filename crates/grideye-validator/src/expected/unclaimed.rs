@@ -41,7 +41,7 @@ pub(crate) struct RoomMap {
 
 impl RoomMap {
     pub(crate) fn new(learned: &[f64], simulated: &[f64], columns: usize, warmth: Warmth) -> Self {
-        let places = Places::new(&[simulated], columns, warmth);
+        let places = Places::new(&[simulated.to_vec()], columns, warmth);
         let level_c = offset(learned, simulated);
         let pixels = learned.iter().zip(simulated);
         let left_c: Vec<f64> = pixels.map(|(a, b)| a - b - level_c).collect();
@@ -67,10 +67,9 @@ pub(crate) struct Block {
 }
 
 impl Places {
-    pub(super) fn new(claims: &[&[f64]], columns: usize, warmth: Warmth) -> Self {
+    pub(super) fn new(claims: &[Vec<f64>], columns: usize, warmth: Warmth) -> Self {
         let columns = columns.max(1);
-        let owned: Vec<Vec<f64>> = claims.iter().map(|claim| claim.to_vec()).collect();
-        let mean = mean_frame(&owned);
+        let mean = mean_frame(claims);
         let allowed = |claim: &[f64]| claimed_nearby(claim, columns, warmth.ambient_c);
         let still_c = allowed(&mean);
         Self {
@@ -237,7 +236,8 @@ mod tests {
 
     fn found(real: &[Vec<f64>], claim: &[f64]) -> Unclaimed {
         let claims = vec![claim; real.len()];
-        Places::new(&claims, COLUMNS, warmth()).of(real, &claims)
+        let owned = vec![claim.to_vec(); real.len()];
+        Places::new(&owned, COLUMNS, warmth()).of(real, &claims)
     }
 
     /// Four pixels of 3, 1, 2 and 2 °C above the claim: 2 °C on the mean.

@@ -67,6 +67,7 @@ impl KnownPattern {
     pub(super) fn of(unit: &KnownUnit) -> Self {
         Self {
             from: RoomFrom::Profile,
+            added_c: unit.pattern_c.to_vec(),
             left_c: vec![unit.spread_c; PIXELS],
         }
     }
@@ -75,6 +76,8 @@ impl KnownPattern {
 /// What is known of how much each pixel shows too much.
 pub(super) struct KnownPattern {
     pub(super) from: RoomFrom,
+    /// What was added to the scene, row by row, °C.
+    pub(super) added_c: Vec<f64>,
     /// Standard deviation of what is not known, row by row, °C.
     pub(super) left_c: Vec<f64>,
 }
@@ -105,6 +108,9 @@ pub(super) fn beside(
         pattern_from: pattern
             .as_ref()
             .map_or(RoomFrom::Scene, |pattern| pattern.from),
+        pattern_added_c: pattern
+            .as_ref()
+            .map_or_else(Vec::new, |pattern| pattern.added_c.clone()),
         pattern_c: pattern.map(|pattern| pattern.left_c),
         turned_back: found
             .orientation

@@ -93,7 +93,7 @@ impl<'a> Pictures<'a> {
         let map = RoomMap::new(&learned.celsius, &nobody, COLUMNS, warmth);
         if map
             .warmest_c
-            .is_some_and(|warmest| warmest > thresholds.unclaimed_min_c)
+            .is_some_and(|warmest| warmest > PATTERN_BLOCK_MAX * thresholds.pattern_spread_c)
         {
             return None;
         }
@@ -104,7 +104,8 @@ impl<'a> Pictures<'a> {
                 0.0
             }
         };
-        self.pattern_c = Some(std::array::from_fn(place));
+        let added_c = std::array::from_fn(place);
+        self.pattern_c = Some(added_c);
         let left = map.cold.iter().map(|&is_cold| {
             if is_cold {
                 learned.error_c
@@ -114,6 +115,7 @@ impl<'a> Pictures<'a> {
         });
         Some(KnownPattern {
             from: RoomFrom::Recording,
+            added_c: added_c.to_vec(),
             left_c: left.collect(),
         })
     }
@@ -194,6 +196,10 @@ pub(super) fn shows_people(simulated: &[SimulatedFrame], nobody: &[Vec<f64>]) ->
     let mut frames = simulated.iter().zip(nobody);
     frames.any(|(with, without)| !is_same(&with.noise_free, without))
 }
+
+/// The warmest of 49 blocks of two by two pixels is this many standard deviations of a single one warmer than the room in
+/// less than one pattern of 1,000 (4.3 standard deviations of a block, by Gumbel's law).
+const PATTERN_BLOCK_MAX: f64 = 2.2;
 
 /// Less of somebody than this is nobody, °C: a fifth of the sensor's step.
 const NOBODY_C: f64 = 0.05;

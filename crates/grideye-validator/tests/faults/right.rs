@@ -123,7 +123,12 @@ fn nobody_where_somebody_stands_is_seen_by_a_unit_that_is_known() {
             };
             let comparison = compare_scene(&records, &empty, sensor, &options).unwrap();
             let verdict = comparison.judgement.verdict;
-            assert_eq!(verdict, Verdict::Disagrees, "{name} {sensor} {seed}");
+            assert_eq!(
+                verdict,
+                Verdict::Disagrees,
+                "{name} {sensor} {seed}: {:#?}",
+                comparison.judgement
+            );
         }
     }
 }
