@@ -2,7 +2,7 @@
 
 use super::held::PROFILE;
 use super::judge::Weighed;
-use super::{Criterion, Evidence, State, Thresholds};
+use super::{Criterion, Evidence, RoomFrom, State, Thresholds};
 use crate::align::Orientation;
 use crate::expected::{Block, Law, Scale};
 use crate::text::fixed;
@@ -57,15 +57,25 @@ pub(super) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Wei
         let turn = "a scene that has something warm there, or a recording without it";
         return weighed(State::Failed, sentence, turn);
     }
-    let hidden_c = limits[0].unwrap_or(limit_c);
+    let hidden_c = limits.into_iter().flatten().fold(limit_c, f64::max);
     let beside = evidence.beside;
     let claims_nobody = !beside.nobody.is_empty() && !beside.shows_people;
     if claims_nobody && hidden_c > thresholds.unclaimed_min_c {
+        let (than, turn) = match beside.pattern_from {
+            RoomFrom::Scene => (
+                "noise, nor from this unit's pattern, of which nothing is known",
+                PROFILE,
+            ),
+            _ => (
+                "noise",
+                "a sensor with less noise, or a scene with people to look for",
+            ),
+        };
         let sentence = format!(
-            "The scene shows nobody, and somebody of up to {} °C on four pixels would not be told from this unit's pattern, of which nothing is known.",
+            "The scene shows nobody, and somebody who is up to {} °C warmer on four pixels would not be told from {than}.",
             fixed(hidden_c, 2)
         );
-        return weighed(State::Open, sentence, PROFILE);
+        return weighed(State::Open, sentence, turn);
     }
     let sentence = format!(
         "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than {} °C; {} °C would be needed.",

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
-pub(crate) const FIRST_SEED: u64 = 0;
+pub(crate) const FIRST_SEED: u64 = 2_000;
 const SEEDS: u64 = 50;
 const SEEDS_BY_DEFAULT: u64 = 6;
 const FAULT_SEEDS: u64 = 10;
