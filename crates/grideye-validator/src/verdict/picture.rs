@@ -4,7 +4,7 @@ use super::held::PROFILE;
 use super::judge::Weighed;
 use super::{Criterion, Evidence, RoomFrom, State, Thresholds};
 use crate::align::Orientation;
-use crate::expected::{Block, Law, Scale};
+use crate::expected::{Block, Pick, Scale};
 use crate::text::fixed;
 use crate::thresholds::too_few;
 
@@ -22,22 +22,8 @@ pub(super) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Wei
         margin: None,
         turn: turn.to_owned(),
     };
-    let (found, expected) = (&evidence.found.unclaimed, evidence.expected);
-    let laws = [
-        expected.right(Scale::Plain, |statistics| {
-            statistics.unclaimed.still.map(|block| block.celsius)
-        }),
-        expected.right(Scale::Plain, |statistics| {
-            statistics.unclaimed.moving.map(|block| block.celsius)
-        }),
-    ];
-    let limit = |law: Option<Law>| {
-        law.map(|law| {
-            law.high_of_largest(thresholds.false_alarm_max)
-                .max(thresholds.unclaimed_min_c)
-        })
-    };
-    let limits = laws.map(limit);
+    let limits = limits_c(evidence, thresholds);
+    let found = &evidence.found.unclaimed;
     let seen = [found.still, found.moving]
         .into_iter()
         .zip(limits)
@@ -83,6 +69,19 @@ pub(super) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Wei
         fixed(limit_c, 2)
     );
     weighed(State::Met, sentence, "")
+}
+
+/// How warm noise and pattern make the warmest block that stays, and the warmest that comes and goes, °C.
+fn limits_c(evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Option<f64>; 2] {
+    let picks: [Pick; 2] = [
+        |statistics| statistics.unclaimed.still.map(|block| block.celsius),
+        |statistics| statistics.unclaimed.moving.map(|block| block.celsius),
+    ];
+    picks.map(|pick| {
+        let law = evidence.expected.right(Scale::Plain, pick)?;
+        let limit_c = law.high_of_largest(thresholds.false_alarm_max);
+        Some(limit_c.max(thresholds.unclaimed_min_c))
+    })
 }
 
 /// Rows and columns as they are counted on the page, from 1.

@@ -7,6 +7,7 @@
     clippy::as_conversions,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
     reason = "what fails in a helper fails the test, and its counts are small"
 )]
 

@@ -39,7 +39,11 @@ fn verdicts(scene: &Scene, sensor: &str, is_known: bool) -> Verdicts {
 /// That sensor sees 0.3 °C of the person, at the edge of its view: nothing warm.
 const NEARLY_EMPTY: (&str, &str) = ("scenario-b-standing", "A");
 
-/// With the pattern of the specimen in a profile, and without: never "disagrees", and always "agrees" with it.
+/// Each of the checks may fail one in a thousand of them (`false_alarm_max`), and there are fewer than ten.
+const FALSE_ALARMS_MAX: f64 = 0.01;
+
+/// With the pattern of the specimen in a profile, and without: "disagrees" no more often than is stated, and "agrees"
+/// otherwise with the profile, but for the person of experiment 2, who is as warm as four times the noise.
 #[test]
 fn right_scenes_agree_over_50_seeds() {
     println!(
@@ -47,6 +51,7 @@ fn right_scenes_agree_over_50_seeds() {
         seeds().count()
     );
     let mut wrong = Vec::new();
+    let (mut recordings, mut disagree) = (0, 0);
     for (name, scene, sensor) in right() {
         for is_known in [true, false] {
             let found = verdicts(&scene, sensor, is_known);
@@ -58,13 +63,18 @@ fn right_scenes_agree_over_50_seeds() {
                 found.disagree,
                 found.reason
             );
-            let may_be_open = !is_known || (name, sensor) == NEARLY_EMPTY;
-            if found.disagree > 0 || (!may_be_open && found.cannot_tell > 0) {
+            recordings += seeds().count();
+            disagree += found.disagree;
+            let is_weak = (name, sensor) == NEARLY_EMPTY || name == "experiment-2";
+            if is_known && !is_weak && found.cannot_tell > 0 {
                 wrong.push(format!("{name}, {sensor}: {}", found.reason));
             }
         }
     }
+    println!("{disagree} of {recordings} recordings of right scenes disagree");
     assert!(wrong.is_empty(), "{wrong:#?}");
+    let most = (recordings as f64 * FALSE_ALARMS_MAX).ceil();
+    assert!(disagree as f64 <= most, "more than {most}");
 }
 
 /// The scene without its people beside a recording that has them, and the margin by which that is seen: with the paper's
