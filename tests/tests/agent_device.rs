@@ -201,7 +201,11 @@ fn a_full_agent(
     ]
     .map(str::to_owned)
     .to_vec();
-    let mut config = format!("device = \"pi-1\"\ncollector = \"{}\"\n", collector.url());
+    // Room for all frames: a machine that is too busy to deliver is not what is tested here.
+    let mut config = format!(
+        "device = \"pi-1\"\ncollector = \"{}\"\nring_frames = 100000\n",
+        collector.url()
+    );
     for bus in 1..=BUSES {
         write!(config, "[[bus]]\npath = \"/dev/i2c-{bus}\"\n").unwrap();
         for address in ["0x68", "0x69"] {
