@@ -6,7 +6,7 @@
   distribution over 1.349 (a Gaussian's), over the root of 2. People walk through the tails.
 - allan: overlapping is not used: means over m frames in a row, half the mean square of the differences of neighbours, its
   root. Of one pixel by the interquartile width again, of the level (mean of the middle three quarters of the pixels, each
-  less its own median) as it stands.
+  less the middle of its first hundred frames) as it stands.
 """
 
 import csv
@@ -51,7 +51,7 @@ def main():
     sigma = np.array([width(column) for column in (alone + rounding).T])
     sigma = np.sqrt(np.maximum(sigma**2 - 0.25**2 / 12, 0) / 2)
 
-    centre = np.median(runs[0][:100], axis=0)
+    centre = np.sort(runs[0][:100], axis=0)[25:-25].mean(axis=0)
     allan = []
     length = 1
     while True:
@@ -65,10 +65,13 @@ def main():
         single, common = np.concatenate(single), np.concatenate(common)
         if len(common) < 8:
             break
+        # Averages come in steps, too, finer ones.
+        draw = np.random.default_rng(2).uniform(-0.125, 0.125, single.shape) / length
+        pixel = max(width(single + draw) ** 2 - (0.25 / length) ** 2 / 12, 0)
         allan.append(
             {
                 "tau_s": length * float(period),
-                "pixel_c": width(single + np.random.default_rng(2).uniform(-0.125, 0.125, single.shape) / length) / 2**0.5,
+                "pixel_c": float((pixel / 2) ** 0.5),
                 "common_c": float(np.sqrt(np.mean(common**2) / 2)),
             }
         )

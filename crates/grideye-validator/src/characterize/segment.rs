@@ -1,5 +1,5 @@
-//! What can be seen only in frames without a gap between them, a hundred at a time. A frame that only repeats the one
-//! before is not among them: frames here are those of the sensor.
+//! What can be seen only in frames without a gap between them, a hundred at a time; Allan deviations take what is left at
+//! a gap, too. A frame that only repeats the one before is not among them: frames here are those of the sensor.
 
 use super::Degrees;
 use super::allan::{Allan, AllanPoint};
@@ -16,7 +16,7 @@ use grideye_frame::PIXELS;
 pub(crate) const SEGMENT_FRAMES: usize = 100;
 /// Frames of one level of the slow wander: two cycles of five, which cancel in it.
 const LEVEL_FRAMES: usize = 10;
-/// Collects segments; a break in the sequence drops the one that was begun.
+/// Collects segments; a break in the sequence ends the one that was begun.
 #[derive(Debug, Default)]
 pub(crate) struct Segments {
     frames: Vec<Degrees>,
@@ -48,16 +48,17 @@ impl Segments {
     }
 
     pub(crate) fn break_off(&mut self) {
-        self.frames.clear();
+        self.take_rest();
         self.allan.break_off();
     }
 
     pub(crate) fn finish(
-        self,
+        mut self,
         timing: &Timing,
         faults: &Faults,
         sigma_c: &Degrees,
     ) -> FromSegments {
+        self.take_rest();
         let own_share = 1.0 - faults.duplicate_share();
         let pattern = self.pattern.finish();
         let allan = self.allan.finish(timing.period_s / own_share);
@@ -84,14 +85,28 @@ impl Segments {
         self.pattern.push(&base);
         let about_base: Vec<f64> = frames.iter().map(|frame| level(frame, &base)).collect();
         self.cycle.push(&about_base);
-        for frame in frames {
-            self.allan.push(frame, level(frame, &reference));
-        }
+        self.average(frames, &reference);
         for tenth in frames.chunks_exact(LEVEL_FRAMES) {
             let mean: Degrees = std::array::from_fn(|pixel| {
                 tenth.iter().map(|frame| frame[pixel]).sum::<f64>() / float(LEVEL_FRAMES)
             });
             self.levels.push(level(&mean, &reference));
+        }
+    }
+
+    /// What is too short for a segment still has averages that follow on one another.
+    fn take_rest(&mut self) {
+        let mut frames = std::mem::take(&mut self.frames);
+        if let Some(reference) = self.reference {
+            self.average(&frames, &reference);
+        }
+        frames.clear();
+        self.frames = frames;
+    }
+
+    fn average(&mut self, frames: &[Degrees], reference: &Degrees) {
+        for frame in frames {
+            self.allan.push(frame, level(frame, reference));
         }
     }
 }
@@ -106,6 +121,26 @@ fn level(frame: &Degrees, reference: &Degrees) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// By hand: the first 100 frames and the 50 behind them are 149 differences, the 90 beyond the gap 89; of averages of
+    /// two there are 75 and 45.
+    #[test]
+    fn frames_that_make_no_segment_count_for_the_allan_deviation() {
+        let mut segments = Segments::default();
+        let ramp = |place: u32| [20.0 + 0.01 * f64::from(place); PIXELS];
+        (0..150).for_each(|place| segments.push(&ramp(place)));
+        segments.break_off();
+        (500..590).for_each(|place| segments.push(&ramp(place)));
+        segments.take_rest();
+        assert_eq!(segments.allan.pairs(0), 149 + 89);
+        assert_eq!(segments.allan.pairs(1), 74 + 44);
+        let points = segments.allan.finish(0.1);
+        // The gap's step of 3.5 degrees is in none of them: a ramp of 0.01 a frame alone.
+        assert!(
+            (points[0].common_c * 2.0_f64.sqrt() - 0.01).abs() < 1e-9,
+            "{points:?}"
+        );
+    }
 
     #[test]
     fn a_break_drops_the_segment_that_was_begun() {
