@@ -3,10 +3,10 @@
 use crate::compare::{RealFrame, Settings, Shape, SimulatedFrame};
 use crate::metrics::{
     self, Binned, Binning, Blob, Centred, Counter, Graph, count, finite, mutual_corrected,
-    mutual_of, structural_similarity, sum_of,
+    mutual_of, structural_similarity,
 };
 use crate::score::Measure;
-use crate::union::{Prediction, Union, Warmth, offset};
+use crate::union::{Marked, Prediction, Union, Warmth, offset};
 
 /// One frame with its bins, entropies and warm pixels worked out.
 #[derive(Clone)]
@@ -89,9 +89,9 @@ impl Making {
         shown: &[f64],
         truth: Option<&[bool]>,
     ) -> Prepared {
-        let mut counter = Counter::new();
+        let counter = Counter::new();
         // Frames and width were checked before; were they not, one bin for all would claim no information.
-        let mut binned = |binning| {
+        let binned = |binning| {
             let binned = counter.binned(celsius, binning);
             binned.unwrap_or_else(|| Binned::of_nothing(celsius.len()))
         };
@@ -236,17 +236,15 @@ impl Work {
         let (x, y) = (&real.celsius, &simulated.celsius);
         let pixels = count(x.len());
         let similar = self.graph.add(x, y);
+        let [squares, absolute, plain] = metrics::difference_sums(x, y);
         let grey = self.counter.joint(&real.grey, &simulated.grey);
         let chosen = self.counter.joint(&real.chosen, &simulated.chosen);
         [
             (M::Correlation, real.centred.correlation(&simulated.centred)),
             (M::ImageSimilarity, finite(count(similar) / pixels)),
-            (
-                M::Rmse,
-                mean_of(x, y, |x, y| (y - x) * (y - x)).map(f64::sqrt),
-            ),
-            (M::Mae, mean_of(x, y, |x, y| (y - x).abs())),
-            (M::Bias, mean_of(x, y, |x, y| y - x)),
+            (M::Rmse, finite(squares / pixels).map(f64::sqrt)),
+            (M::Mae, finite(absolute / pixels)),
+            (M::Bias, finite(plain / pixels)),
             (M::EntropyRealGrey, Some(real.grey.entropy())),
             (M::EntropySimulatedGrey, Some(simulated.grey.entropy())),
             (M::JointEntropyGrey, Some(grey.entropy)),
@@ -366,26 +364,27 @@ impl SceneView {
         real.centred.slope_over_noisy(&later.centred, self.sigma_c)
     }
 
-    /// Adds a pair to the union of pixels that the scene claims to be warm or that are.
+    /// Adds pairs to the union of pixels that the scene claims to be warm or that are; with the common offset of each.
     pub(crate) fn add_to_union(
         &self,
         union: &mut Union,
-        real: usize,
-        put: &Prepared,
-        offset_c: f64,
+        pairs: &[(usize, usize)],
+        offsets: &[f64],
+        side: &Side,
     ) {
-        let prediction = Prediction {
-            celsius: &put.celsius,
-            offset_c: 0.0,
-        };
-        let real = &self.real[real];
-        union.add(
-            (&real.celsius, &real.steady),
-            offset_c,
-            &put.steady,
-            prediction,
-            self.warmth,
-        );
+        let mut marked = Marked::default();
+        let mut last = None;
+        for (&(real, put), &offset_c) in pairs.iter().zip(offsets) {
+            let (frame, put, claim) = (&self.real[real], &side.frames[put], side.claims[put]);
+            if last.replace((real, claim)) != Some((real, claim)) {
+                marked.mark(&frame.steady, offset_c, &put.steady, self.warmth);
+            }
+            let prediction = Prediction {
+                celsius: &put.celsius,
+                offset_c: 0.0,
+            };
+            union.add_marked(&frame.celsius, offset_c, &marked, prediction, self.warmth);
+        }
     }
 
     /// Adds the repeat of a real frame in the simulation's place, over the same pixels.
@@ -431,10 +430,6 @@ pub(crate) fn median(values: &[f64]) -> Option<f64> {
     let upper = *sorted.get(sorted.len() / 2)?;
     let lower = *sorted.get((sorted.len().checked_sub(1)?) / 2)?;
     Some(f64::midpoint(lower, upper))
-}
-
-fn mean_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> Option<f64> {
-    finite(sum_of(x, y, term) / count(x.len()))
 }
 
 fn mean_frame(real: &[RealFrame]) -> Vec<f64> {

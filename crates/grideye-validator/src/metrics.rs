@@ -292,8 +292,35 @@ pub(crate) fn sum_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> f6
         .zip(&y[whole..])
         .map(|(&x, &y)| term(x, y))
         .sum();
-    let [a, b, c, d, e, f, g, h] = sums;
-    ((a + b) + (c + d)) + ((e + f) + (g + h)) + rest
+    sum_of_lanes(sums) + rest
+}
+
+/// Sums of the squares, of the absolute values and of the differences y less x, as [`sum_of`] makes them.
+pub(crate) fn difference_sums(x: &[f64], y: &[f64]) -> [f64; 3] {
+    let whole = x.len().min(y.len()) / LANES * LANES;
+    let mut sums = [[0.0; LANES]; 3];
+    for (x, y) in x[..whole]
+        .chunks_exact(LANES)
+        .zip(y[..whole].chunks_exact(LANES))
+    {
+        for lane in 0..LANES {
+            let difference = y[lane] - x[lane];
+            sums[0][lane] += difference * difference;
+            sums[1][lane] += difference.abs();
+            sums[2][lane] += difference;
+        }
+    }
+    let mut rest = [0.0; 3];
+    for difference in differences(&x[whole..], &y[whole..]) {
+        rest[0] += difference * difference;
+        rest[1] += difference.abs();
+        rest[2] += difference;
+    }
+    std::array::from_fn(|index| sum_of_lanes(sums[index]) + rest[index])
+}
+
+fn sum_of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 
 pub(crate) fn finite(value: f64) -> Option<f64> {

@@ -46,11 +46,34 @@ impl Warmth {
     }
 }
 
-impl Union {
-    /// Adds the pixels of a real frame that are warm in it or in the scene's claim.
-    ///
+/// The pixels that are warm in a real frame or in the scene's claim.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Marked {
+    places: Vec<usize>,
+    /// Warm in both.
+    both: usize,
+}
+
+impl Marked {
     /// `offset_c` is taken from the real frame before it is asked which of its pixels are warm: a unit that reads a
     /// degree too high does not see a degree more person. Which are warm is read from `steady`.
+    pub(crate) fn mark(&mut self, steady: &[f64], offset_c: f64, claim: &[f64], warmth: Warmth) {
+        self.places.clear();
+        self.both = 0;
+        for (place, (&steady, &claim)) in steady.iter().zip(claim).enumerate() {
+            let really_warm = steady - offset_c - warmth.ambient_c > warmth.real_above_c;
+            let claimed_warm = claim - warmth.ambient_c > warmth.claimed_above_c;
+            self.both += usize::from(really_warm && claimed_warm);
+            if really_warm || claimed_warm {
+                self.places.push(place);
+            }
+        }
+    }
+}
+
+impl Union {
+    /// Adds the pixels of a real frame that are warm in it or in the scene's claim; which are is read from `steady`, as
+    /// [`Marked::mark`] does.
     pub(crate) fn add(
         &mut self,
         (measured, steady): (&[f64], &[f64]),
@@ -59,22 +82,31 @@ impl Union {
         prediction: Prediction<'_>,
         warmth: Warmth,
     ) {
-        let sides = measured.iter().zip(steady);
-        let claims = claim.iter().zip(prediction.celsius);
-        for ((&measured, &steady), (&claim, &predicted)) in sides.zip(claims) {
-            let really_warm = steady - offset_c - warmth.ambient_c > warmth.real_above_c;
-            let claimed_warm = claim - warmth.ambient_c > warmth.claimed_above_c;
-            self.both += usize::from(really_warm && claimed_warm);
-            if really_warm || claimed_warm {
-                self.pixels += 1;
-                let levelled = measured - offset_c;
-                self.predicted.add(
-                    levelled - (predicted - prediction.offset_c),
-                    measured - predicted,
-                );
-                self.blank
-                    .add(levelled - warmth.ambient_c, measured - warmth.ambient_c);
-            }
+        let mut marked = Marked::default();
+        marked.mark(steady, offset_c, claim, warmth);
+        self.add_marked(measured, offset_c, &marked, prediction, warmth);
+    }
+
+    /// Adds the marked pixels of a real frame, `offset_c` above the scene's level, and of what is set against it.
+    pub(crate) fn add_marked(
+        &mut self,
+        measured: &[f64],
+        offset_c: f64,
+        marked: &Marked,
+        prediction: Prediction<'_>,
+        warmth: Warmth,
+    ) {
+        self.both += marked.both;
+        self.pixels += marked.places.len();
+        for &place in &marked.places {
+            let (measured, predicted) = (measured[place], prediction.celsius[place]);
+            let levelled = measured - offset_c;
+            self.predicted.add(
+                levelled - (predicted - prediction.offset_c),
+                measured - predicted,
+            );
+            self.blank
+                .add(levelled - warmth.ambient_c, measured - warmth.ambient_c);
         }
     }
 

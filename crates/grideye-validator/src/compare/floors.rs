@@ -1,6 +1,6 @@
 //! What chance scores on the same frames: the blank frame, shuffled pixels, images of noise.
 
-use super::sums::{Sums, sums};
+use super::sums::{Sums, in_threads, sums};
 use super::{NOISE_IMAGES, SHUFFLED_PAIRS_MAX, Settings, evenly};
 use crate::Better;
 use crate::frames::{SceneView, Side};
@@ -64,13 +64,10 @@ pub(super) fn shuffled(
     let (side, thinned) = view.simulated.of_pairs(&thinned(pairs, SHUFFLED_PAIRS_MAX));
     let found = sums(view, &thinned, &side, (SHUFFLED_PLACES_MAX, 1));
     let orders = shuffle::orders(view.pixels(), settings.shuffles, settings.seed);
-    let rounds: Vec<Sums> = orders
-        .iter()
-        .map(|order| {
-            let permuted = side.permuted(&view.making, order);
-            sums(view, &thinned, &permuted, (SHUFFLED_PLACES_MAX, 1))
-        })
-        .collect();
+    let rounds = in_threads(&orders, settings.threads, |order| {
+        let permuted = side.permuted(&view.making, order);
+        sums(view, &thinned, &permuted, (SHUFFLED_PLACES_MAX, 1))
+    });
     let of = |&measure: &Measure| {
         let values: Vec<f64> = rounds
             .iter()

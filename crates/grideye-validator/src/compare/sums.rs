@@ -37,7 +37,7 @@ pub(super) fn sums(
 ) -> Sums {
     let goes: Vec<&[(usize, usize)]> = pairs.chunks(PAIRS_AT_ONCE).collect();
     let mut sums = Sums::default();
-    for part in in_threads(view, &goes, side, threads) {
+    for part in in_threads(&goes, threads, |pairs| Sums::of(view, pairs, side)) {
         sums.merge(part);
     }
     for (measure, gain) in sums.union.gains() {
@@ -69,11 +69,11 @@ impl Sums {
             offsets: view.offsets(pairs, side).collect(),
             ..Self::default()
         };
-        for (&(real, put), &offset_c) in pairs.iter().zip(&sums.offsets) {
-            let frame = &side.frames[put];
-            sums.means.add(&work.plain(&view.real[real], frame));
-            view.add_to_union(&mut sums.union, real, frame, offset_c);
+        for &(real, put) in pairs {
+            let scores = work.plain(&view.real[real], &side.frames[put]);
+            sums.means.add(&scores);
         }
+        view.add_to_union(&mut sums.union, pairs, &sums.offsets, side);
         sums.graph = work.graph;
         sums
     }
@@ -87,35 +87,27 @@ impl Sums {
     }
 }
 
-/// The sums of each go, in their order.
-fn in_threads(
-    view: &SceneView,
-    goes: &[&[(usize, usize)]],
-    side: &Side,
+/// What comes of each item, in their order, counted in so many threads.
+pub(super) fn in_threads<T: Sync, R: Send>(
+    items: &[T],
     threads: usize,
-) -> Vec<Sums> {
-    let threads = threads.clamp(1, goes.len().max(1));
+    count: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    let threads = threads.clamp(1, items.len().max(1));
     if threads == 1 {
-        return goes
-            .iter()
-            .map(|pairs| Sums::of(view, pairs, side))
-            .collect();
+        return items.iter().map(count).collect();
     }
-    let each = goes.len().div_ceil(threads);
+    let each = items.len().div_ceil(threads);
+    let count_all = |items: &[T]| -> Vec<R> { items.iter().map(&count).collect() };
     std::thread::scope(|scope| {
-        let count = |goes: &[&[(usize, usize)]]| -> Vec<Sums> {
-            goes.iter()
-                .map(|pairs| Sums::of(view, pairs, side))
-                .collect()
-        };
-        let running: Vec<_> = goes
+        let running: Vec<_> = items
             .chunks(each)
-            .map(|share| (share, scope.spawn(move || count(share))))
+            .map(|share| (share, scope.spawn(move || count_all(share))))
             .collect();
         running
             .into_iter()
             // A thread that did not come back has its share counted here.
-            .flat_map(|(share, thread)| thread.join().unwrap_or_else(|_| count(share)))
+            .flat_map(|(share, thread)| thread.join().unwrap_or_else(|_| count_all(share)))
             .collect()
     })
 }

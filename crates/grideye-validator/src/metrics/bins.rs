@@ -13,11 +13,22 @@ pub(crate) const PIXELS_FAST: usize = 64;
 /// One frame sorted into bins.
 #[derive(Debug, Clone)]
 pub(crate) struct Binned {
-    /// The bin of each pixel, numbered from 0 without holes.
-    bins: Vec<u32>,
+    bins: Bins,
+    pixels: usize,
     distinct: usize,
     entropy: f64,
 }
+
+/// The bin of each pixel, numbered from 0 without holes.
+#[derive(Debug, Clone)]
+enum Bins {
+    /// Of up to [`PIXELS_FAST`] pixels; the rest is 0.
+    Few(Places),
+    Many(Vec<u32>),
+}
+
+/// A number for each pixel.
+pub(crate) type Places = [u8; PIXELS_FAST];
 
 /// What two binned frames hold together.
 #[derive(Debug, Clone, Copy)]
@@ -30,47 +41,28 @@ pub(crate) struct Joint {
 
 /// Room to count in, used again for every frame and pair.
 pub(crate) struct Counter {
-    levels: [u8; 256],
-    /// One more than the number that a level was given; 0 for none.
-    numbers: [u8; 256],
     pairs: Box<[u8; PIXELS_FAST * PIXELS_FAST]>,
     terms: &'static Terms,
-}
-
-/// A frame of up to [`PIXELS_FAST`] pixels in bins, without a place on the heap.
-pub(crate) struct Numbered {
-    pub(crate) numbers: [u8; PIXELS_FAST],
-    /// Sum of `k log2 k` over the bins, in fixed point.
-    sum: u64,
-    distinct: usize,
 }
 
 impl Counter {
     pub(crate) fn new() -> Self {
         Self {
-            levels: [0; 256],
-            numbers: [0; 256],
             pairs: Box::new([0; PIXELS_FAST * PIXELS_FAST]),
             terms: &TERMS,
         }
     }
 
     /// Sorts a frame into bins; `None` where frame or binning is not fit for it.
-    pub(crate) fn binned(&mut self, frame: &[f64], binning: Binning) -> Option<Binned> {
-        if let Some(numbered) = self.numbered(frame, binning) {
-            return Some(Binned {
-                bins: numbered.numbers[..frame.len()]
-                    .iter()
-                    .map(|&number| u32::from(number))
-                    .collect(),
-                distinct: numbered.distinct,
-                entropy: self.entropy(&numbered, frame.len()),
-            });
+    pub(crate) fn binned(&self, frame: &[f64], binning: Binning) -> Option<Binned> {
+        if let Some(binned) = self.numbered(frame, binning) {
+            return Some(binned);
         }
         let bins = naive::bins(frame, binning)?;
         let (entropy, distinct) = naive::entropy(&bins);
         Some(Binned {
-            bins,
+            bins: Bins::Many(bins),
+            pixels: frame.len(),
             distinct,
             entropy,
         })
@@ -78,34 +70,29 @@ impl Counter {
 
     /// The joint entropy of two frames of equal size.
     pub(crate) fn joint(&mut self, real: &Binned, simulated: &Binned) -> Joint {
-        let pixels = real.bins.len();
-        if pixels > PIXELS_FAST {
-            let (entropy, distinct) = naive::joint(&real.bins, &simulated.bins);
-            return Joint { entropy, distinct };
+        match (&real.bins, &simulated.bins) {
+            (Bins::Few(x), Bins::Few(y)) => self.count_pairs(x, y, real.pixels),
+            _ => {
+                let (entropy, distinct) = naive::joint(&real.numbers(), &simulated.numbers());
+                Joint { entropy, distinct }
+            }
         }
-        let cells = real.bins.iter().zip(&simulated.bins);
+    }
+
+    fn count_pairs(&mut self, x: &Places, y: &Places, pixels: usize) -> Joint {
         // Both numbers are below 64; the mask says so to whoever checks the bounds.
-        let cell = |(&x, &y): (&u32, &u32)| usize_of((x << 6 | y) & 0xFFF);
-        self.count_pairs(cells.map(cell), pixels)
-    }
-
-    /// The same for two frames without a place on the heap.
-    pub(crate) fn joint_numbered(&mut self, real: &Numbered, simulated: &Numbered) -> Joint {
-        let cells = real.numbers.iter().zip(&simulated.numbers);
-        let cell = |(&x, &y): (&u8, &u8)| usize::from(u16::from(x & 63) << 6 | u16::from(y & 63));
-        self.count_pairs(cells.map(cell), PIXELS_FAST)
-    }
-
-    fn count_pairs(&mut self, cells: impl Iterator<Item = usize> + Clone, pixels: usize) -> Joint {
+        let cells: [u16; PIXELS_FAST] =
+            std::array::from_fn(|pixel| (u16::from(x[pixel]) << 6 | u16::from(y[pixel])) & 0xFFF);
+        let cells = &cells[..pixels.min(PIXELS_FAST)];
         let (mut sum, mut distinct) = (0, 0);
-        for cell in cells.clone() {
-            let before = self.pairs[cell];
-            self.pairs[cell] = before + 1;
-            sum += self.terms.rises[usize::from(before) & 63];
-            distinct += usize::from(before == 0);
+        for &cell in cells {
+            let count = &mut self.pairs[usize::from(cell)];
+            sum += self.terms.rises[usize::from(*count & 63)];
+            distinct += usize::from(*count == 0);
+            *count += 1;
         }
-        for cell in cells {
-            self.pairs[cell] = 0;
+        for &cell in cells {
+            self.pairs[usize::from(cell)] = 0;
         }
         Joint {
             entropy: self.terms.entropy(sum, pixels),
@@ -114,38 +101,72 @@ impl Counter {
     }
 
     /// `None` where the frame is too large, not finite, or spread over more than 256 levels.
-    pub(crate) fn numbered(&mut self, frame: &[f64], binning: Binning) -> Option<Numbered> {
+    fn numbered(&self, frame: &[f64], binning: Binning) -> Option<Binned> {
         if frame.is_empty() || frame.len() > PIXELS_FAST || !all_finite(frame) {
             return None;
         }
         let mut levels = [0; PIXELS_FAST];
-        levels_of(frame, binning, &mut levels)?;
-        let levels = &levels[..frame.len()];
-        let mut numbered = Numbered {
-            numbers: [0; PIXELS_FAST],
-            sum: 0,
-            distinct: 0,
-        };
-        for (&level, number) in levels.iter().zip(&mut numbered.numbers) {
+        levels_of(frame, extremes(frame), binning, &mut levels)?;
+        // How often a level occurred, and the number that it was given then.
+        let (mut counts, mut numbers) = ([0_u8; 256], [0_u8; 256]);
+        let (mut sum, mut distinct) = (0, 0);
+        let mut places = [0; PIXELS_FAST];
+        for (&level, place) in levels[..frame.len()].iter().zip(&mut places) {
             let level = usize::from(level);
-            let before = self.levels[level];
+            let before = counts[level];
             if before == 0 {
-                self.numbers[level] = u8_of(numbered.distinct);
-                numbered.distinct += 1;
+                numbers[level] = distinct;
+                distinct += 1;
             }
-            self.levels[level] = before + 1;
-            numbered.sum += self.terms.rises[usize::from(before) & 63];
-            *number = self.numbers[level];
+            counts[level] = before + 1;
+            sum += self.terms.rises[usize::from(before & 63)];
+            *place = numbers[level];
         }
-        for &level in levels {
-            self.levels[usize::from(level)] = 0;
+        Some(Binned {
+            bins: Bins::Few(places),
+            pixels: frame.len(),
+            distinct: usize::from(distinct),
+            entropy: self.terms.entropy(sum, frame.len()),
+        })
+    }
+}
+
+/// Entropies of pairs of frames of [`PIXELS_FAST`] pixels by their levels, without numbering these.
+pub(crate) struct PairCounter {
+    /// As many as two levels of a byte have pairs; all 0 between one pair of frames and the next.
+    pairs: Box<[u8; 1 << 16]>,
+    terms: &'static Terms,
+}
+
+impl PairCounter {
+    pub(crate) fn new() -> Self {
+        Self {
+            pairs: Box::new([0; 1 << 16]),
+            terms: &TERMS,
         }
-        Some(numbered)
     }
 
-    /// Entropy in bits of a frame of `pixels`.
-    pub(crate) fn entropy(&self, numbered: &Numbered, pixels: usize) -> f64 {
-        self.terms.entropy(numbered.sum, pixels)
+    /// Entropies of both, and the joint entropy.
+    pub(crate) fn entropies(&mut self, x: &Places, y: &Places) -> [f64; 3] {
+        let cells: [u16; PIXELS_FAST] =
+            std::array::from_fn(|pixel| u16::from(x[pixel]) << 8 | u16::from(y[pixel]));
+        let (mut of_x, mut of_y) = ([0_u8; 256], [0_u8; 256]);
+        let mut sums = [0; 3];
+        for ((&x, &y), &cell) in x.iter().zip(y).zip(&cells) {
+            let counts = [
+                &mut of_x[usize::from(x)],
+                &mut of_y[usize::from(y)],
+                &mut self.pairs[usize::from(cell)],
+            ];
+            for (count, sum) in counts.into_iter().zip(&mut sums) {
+                *sum += self.terms.rises[usize::from(*count & 63)];
+                *count += 1;
+            }
+        }
+        for cell in cells {
+            self.pairs[usize::from(cell)] = 0;
+        }
+        sums.map(|sum| self.terms.entropy(sum, PIXELS_FAST))
     }
 }
 
@@ -153,7 +174,8 @@ impl Binned {
     /// Every pixel in the same bin.
     pub(crate) fn of_nothing(pixels: usize) -> Self {
         Self {
-            bins: vec![0; pixels],
+            bins: Bins::Many(vec![0; pixels]),
+            pixels,
             distinct: 1,
             entropy: 0.0,
         }
@@ -166,9 +188,27 @@ impl Binned {
 
     /// The same pixels in another order.
     pub(crate) fn permuted(&self, order: &[usize]) -> Self {
-        Self {
-            bins: order.iter().map(|&index| self.bins[index]).collect(),
-            ..*self
+        let bins = match &self.bins {
+            Bins::Few(places) => {
+                let mut moved = [0; PIXELS_FAST];
+                for (to, &from) in moved.iter_mut().zip(order) {
+                    *to = places[from];
+                }
+                Bins::Few(moved)
+            }
+            Bins::Many(bins) => Bins::Many(order.iter().map(|&index| bins[index]).collect()),
+        };
+        Self { bins, ..*self }
+    }
+
+    /// The bin of each pixel.
+    fn numbers(&self) -> Vec<u32> {
+        match &self.bins {
+            Bins::Few(places) => places[..self.pixels.min(PIXELS_FAST)]
+                .iter()
+                .map(|&place| u32::from(place))
+                .collect(),
+            Bins::Many(bins) => bins.clone(),
         }
     }
 }
@@ -184,7 +224,7 @@ pub(crate) fn mutual_of(real: &Binned, simulated: &Binned, joint: Joint) -> f64 
 pub(crate) fn mutual_corrected(real: &Binned, simulated: &Binned, joint: Joint) -> f64 {
     let missing = |distinct: usize| count(distinct.saturating_sub(1));
     let nats = (missing(real.distinct) + missing(simulated.distinct) - missing(joint.distinct))
-        / (2.0 * count(real.bins.len().max(1)));
+        / (2.0 * count(real.pixels.max(1)));
     real.entropy + simulated.entropy - joint.entropy + nats / std::f64::consts::LN_2
 }
 
@@ -239,54 +279,72 @@ fn from_fixed_point(value: u64) -> f64 {
     value as f64 / FIXED_POINT
 }
 
-/// The level of each pixel, 0 to 255; `None` where there are more, or the width of a bin makes no sense.
-fn levels_of(frame: &[f64], binning: Binning, levels: &mut [u8; PIXELS_FAST]) -> Option<()> {
-    let mut rounded = [0.0; PIXELS_FAST];
-    let rounded = &mut rounded[..frame.len()];
+/// The level of each pixel, 0 to 255, of a finite frame with these extremes; `None` where there are more, or the width of a
+/// bin makes no sense.
+pub(crate) fn levels_of(
+    frame: &[f64],
+    extremes: (f64, f64),
+    binning: Binning,
+    levels: &mut Places,
+) -> Option<()> {
     match binning {
-        Binning::PaperGrey256 => levels_over_range(frame, 255.0, rounded)?,
+        Binning::PaperGrey256 => levels_over_range(frame, extremes, 255.0, levels),
         Binning::Levels { n } if n <= 256 => {
-            levels_over_range(frame, f64::from(n.saturating_sub(1)), rounded)?;
+            levels_over_range(frame, extremes, f64::from(n.saturating_sub(1)), levels)
         }
-        Binning::Levels { .. } => return None,
-        Binning::Step { width_c } => steps(frame, width_c, rounded)?,
+        Binning::Levels { .. } => None,
+        Binning::Step { width_c } => steps(frame, extremes, width_c, levels),
     }
-    for (&number, level) in rounded.iter().zip(levels) {
-        *level = low_byte(number);
-    }
-    Some(())
 }
 
 /// `None` for a range of which 255 times does not fit into a number.
-fn levels_over_range(frame: &[f64], top: f64, rounded: &mut [f64]) -> Option<()> {
-    let (coldest, warmest) = extremes(frame);
+fn levels_over_range(
+    frame: &[f64],
+    (coldest, warmest): (f64, f64),
+    top: f64,
+    levels: &mut Places,
+) -> Option<()> {
     let range = warmest - coldest;
     if range > 1e300 {
         return None;
     }
     if range > 0.0 {
-        for (&value, rounded) in frame.iter().zip(rounded) {
-            *rounded = half_up(top * (value - coldest) / range);
+        for (&value, level) in frame.iter().zip(levels) {
+            *level = low_byte(half_up(top * (value - coldest) / range));
         }
     }
     Some(())
 }
 
-/// Numbers of steps above the lowest one.
-fn steps(frame: &[f64], width_c: f64, rounded: &mut [f64]) -> Option<()> {
+/// Numbers of steps above the lowest one. What is colder has no higher number, so that the extremes have theirs.
+fn steps(
+    frame: &[f64],
+    (coldest, warmest): (f64, f64),
+    width_c: f64,
+    levels: &mut Places,
+) -> Option<()> {
     if !(width_c.is_finite() && width_c > 0.0) {
         return None;
     }
-    for (&value, rounded) in frame.iter().zip(rounded.iter_mut()) {
+    let number = |value: f64| {
         let steps = value / width_c;
-        *rounded = half_up(steps.abs()).copysign(steps);
-    }
-    let (lowest, highest) = extremes(rounded);
+        half_up(steps.abs()).copysign(steps)
+    };
+    let (lowest, highest) = (number(coldest), number(warmest));
     // Beyond 2^51 `half_up` is not exact; such frames are no temperatures, and sorting takes them.
     if highest - lowest > 255.0 || highest.abs().max(lowest.abs()) > 1e15 {
         return None;
     }
-    rounded.iter_mut().for_each(|number| *number -= lowest);
+    if coldest < 0.0 {
+        for (&value, level) in frame.iter().zip(levels) {
+            *level = low_byte(number(value) - lowest);
+        }
+        return Some(());
+    }
+    // Rooms are above 0 °C: without signs it is half the work.
+    for (&value, level) in frame.iter().zip(levels) {
+        *level = low_byte(half_up(value / width_c) - lowest);
+    }
     Some(())
 }
 
@@ -307,18 +365,6 @@ fn half_up(value: f64) -> f64 {
 /// A whole number of 0 to 255 as a byte.
 fn low_byte(number: f64) -> u8 {
     (number + ROUNDING).to_bits().to_le_bytes()[0]
-}
-
-fn u8_of(number: usize) -> u8 {
-    number.to_le_bytes()[0]
-}
-
-#[expect(
-    clippy::as_conversions,
-    reason = "below 4096, and `usize` has at least 32 bits where this runs"
-)]
-const fn usize_of(number: u32) -> usize {
-    number as usize
 }
 
 /// The definitions, word by word: for frames of any size, and what the tables are tested against.
@@ -433,8 +479,9 @@ mod tests {
             let fast = [&x, &y].map(|frame| counter.binned(frame, binning).unwrap());
             let slow = [&x, &y].map(|frame| naive::bins(frame, binning).unwrap());
             for (fast, slow) in fast.iter().zip(&slow) {
+                let bins = fast.numbers();
                 for i in 0..slow.len() {
-                    prop_assert_eq!(fast.bins[i] == fast.bins[0], slow[i] == slow[0]);
+                    prop_assert_eq!(bins[i] == bins[0], slow[i] == slow[0]);
                 }
                 let (entropy, distinct) = naive::entropy(slow);
                 prop_assert!((fast.entropy - entropy).abs() < 1e-12);

@@ -1,7 +1,8 @@
 //! The paper's measures of one pair of 8 x 8 frames, all at once and without allocating.
 
-use super::bins::{Counter, PIXELS_FAST};
-use super::{Binning, IS_THRESHOLD, all_finite, correlation_of, count, is_constant, mean, sum_of};
+use super::bins::{PIXELS_FAST, PairCounter, Places, levels_of};
+use super::{Binning, IS_THRESHOLD, LANES, all_finite, correlation_of, count, sum_of_lanes};
+use std::sync::LazyLock;
 
 /// Thresholds of the evaluation graph.
 pub const THRESHOLDS: usize = 101;
@@ -37,8 +38,7 @@ pub struct PairScores {
 /// assert_eq!(scores.mutual_information, scores.entropy_real);
 /// ```
 pub struct Scorer {
-    counter: Counter,
-    graph: Graph,
+    counter: PairCounter,
 }
 
 impl Scorer {
@@ -46,8 +46,7 @@ impl Scorer {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            counter: Counter::new(),
-            graph: Graph::default(),
+            counter: PairCounter::new(),
         }
     }
 
@@ -61,21 +60,92 @@ impl Scorer {
         simulated: &[f64; PIXELS_FAST],
         binning: Binning,
     ) -> Option<PairScores> {
-        let x = self.counter.numbered(real, binning)?;
-        let y = self.counter.numbered(simulated, binning)?;
-        let joint = self.counter.joint_numbered(&x, &y).entropy;
-        let entropy_real = self.counter.entropy(&x, PIXELS_FAST);
-        let entropy_simulated = self.counter.entropy(&y, PIXELS_FAST);
-        let (similar, evaluation_graph) = self.graph.of_pair(real, simulated);
+        let (x, y) = (Seen::of(real)?, Seen::of(simulated)?);
+        let levels = [x.levels(binning)?, y.levels(binning)?];
+        let [entropy_real, entropy_simulated, joint_entropy] =
+            self.counter.entropies(&levels[0], &levels[1]);
+        let (similar, evaluation_graph) = graph_of_pair(real, simulated);
         Some(PairScores {
-            correlation: correlation(real, simulated),
+            correlation: x.correlation(&y),
             entropy_real,
             entropy_simulated,
-            joint_entropy: joint,
-            mutual_information: (entropy_real + entropy_simulated - joint).max(0.0),
-            image_similarity: count(similar) / count(PIXELS_FAST),
+            joint_entropy,
+            mutual_information: (entropy_real + entropy_simulated - joint_entropy).max(0.0),
+            image_similarity: count(similar) / PIXELS,
             evaluation_graph,
         })
+    }
+}
+
+/// A frame, and what one look at all of its pixels tells.
+struct Seen<'a> {
+    frame: &'a [f64; PIXELS_FAST],
+    coldest: f64,
+    warmest: f64,
+    mean: f64,
+}
+
+impl<'a> Seen<'a> {
+    /// `None` where a value is not finite.
+    fn of(frame: &'a [f64; PIXELS_FAST]) -> Option<Self> {
+        let (mut low, mut high, mut sums) = (
+            [f64::INFINITY; LANES],
+            [f64::NEG_INFINITY; LANES],
+            [0.0; LANES],
+        );
+        for chunk in frame.chunks_exact(LANES) {
+            for lane in 0..LANES {
+                let value = chunk[lane];
+                low[lane] = if value < low[lane] { value } else { low[lane] };
+                high[lane] = if value > high[lane] {
+                    value
+                } else {
+                    high[lane]
+                };
+                sums[lane] += value;
+            }
+        }
+        let sum = sum_of_lanes(sums);
+        // A sum is finite where all values are; that of huge ones need not be.
+        (sum.is_finite() || all_finite(frame)).then(|| Self {
+            frame,
+            coldest: low.into_iter().fold(f64::INFINITY, f64::min),
+            warmest: high.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            mean: sum / PIXELS,
+        })
+    }
+
+    fn levels(&self, binning: Binning) -> Option<Places> {
+        let mut levels = [0; PIXELS_FAST];
+        levels_of(
+            self.frame,
+            (self.coldest, self.warmest),
+            binning,
+            &mut levels,
+        )?;
+        Some(levels)
+    }
+
+    /// The mean of equal numbers need not be that number: a frame of one value is asked for by its extremes.
+    fn correlation(&self, other: &Self) -> Option<f64> {
+        if self.coldest == self.warmest || other.coldest == other.warmest {
+            return None;
+        }
+        let (mut product, mut squares, mut others) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let chunks = self.frame.chunks_exact(LANES);
+        for (x, y) in chunks.zip(other.frame.chunks_exact(LANES)) {
+            for lane in 0..LANES {
+                let (x, y) = (x[lane] - self.mean, y[lane] - other.mean);
+                product[lane] += x * y;
+                squares[lane] += x * x;
+                others[lane] += y * y;
+            }
+        }
+        correlation_of(
+            sum_of_lanes(product),
+            sum_of_lanes(squares),
+            sum_of_lanes(others),
+        )
     }
 }
 
@@ -98,109 +168,125 @@ const PIXELS: f64 = 64.0;
 /// Counts of differences between pixels, by the first threshold that lies above them.
 #[derive(Debug, Clone)]
 pub(crate) struct Graph {
-    thresholds: [f64; THRESHOLDS + 1],
-    first_above: [u64; THRESHOLDS + 1],
+    first_above: [Counts<u64>; TABLES],
 }
+
+/// One count for each threshold and for what is above all, and room for any seven bits: no place is beyond it.
+type Counts<T> = [T; 128];
+
+/// Pixels that follow on one another are often in the same place. Counted in several tables, they do not wait for each
+/// other.
+const TABLES: usize = 4;
+
+/// The thresholds, and beyond the last one none.
+static THRESHOLDS_C: LazyLock<Counts<f64>> = LazyLock::new(|| {
+    let mut thresholds = [f64::INFINITY; 128];
+    thresholds[..THRESHOLDS].copy_from_slice(&thresholds_c());
+    thresholds
+});
 
 impl Default for Graph {
     fn default() -> Self {
-        let mut thresholds = [f64::INFINITY; THRESHOLDS + 1];
-        thresholds[..THRESHOLDS].copy_from_slice(&thresholds_c());
         Self {
-            thresholds,
-            first_above: [0; THRESHOLDS + 1],
+            first_above: [[0; 128]; TABLES],
         }
     }
 }
 
 impl Graph {
-    /// The graph of one pair alone, behind the number of its pixels that differ by less than [`IS_THRESHOLD`].
-    ///
-    /// Counts of 64 pixels fit into bytes, and their shares need no division.
-    fn of_pair(
-        &self,
-        real: &[f64; PIXELS_FAST],
-        simulated: &[f64; PIXELS_FAST],
-    ) -> (usize, [f64; THRESHOLDS]) {
-        let mut first_above = [0_u8; THRESHOLDS + 1];
-        let mut similar = 0;
-        for (x, y) in real.iter().zip(simulated) {
-            let difference = (y - x).abs();
-            similar += usize::from(difference < IS_THRESHOLD);
-            first_above[self.place(difference)] += 1;
-        }
-        let mut below = 0;
-        let counts: [u8; THRESHOLDS] = std::array::from_fn(|index| {
-            below += first_above[index];
-            below
-        });
-        (similar, counts.map(|count| f64::from(count) / PIXELS))
-    }
-
     /// Adds the pixels of a pair; how many of them differ by less than [`IS_THRESHOLD`].
     pub(crate) fn add(&mut self, real: &[f64], simulated: &[f64]) -> usize {
         let mut similar = 0;
-        for (x, y) in real.iter().zip(simulated) {
-            let difference = (y - x).abs();
-            similar += usize::from(difference < IS_THRESHOLD);
-            self.first_above[self.place(difference)] += 1;
+        let thresholds: &Counts<f64> = &THRESHOLDS_C;
+        for (real, simulated) in real.chunks(PIXELS_FAST).zip(simulated.chunks(PIXELS_FAST)) {
+            let (places, below) = places(thresholds, real, simulated);
+            similar += below;
+            for (index, place) in places[..real.len()].iter().enumerate() {
+                self.first_above[index % TABLES][usize::from(place & 127)] += 1;
+            }
         }
         similar
     }
 
     pub(crate) fn merge(&mut self, other: &Self) {
-        for (here, there) in self.first_above.iter_mut().zip(other.first_above) {
+        let others = other.first_above.iter().flatten();
+        for (here, there) in self.first_above.iter_mut().flatten().zip(others) {
             *here += there;
         }
     }
 
     /// Share of the pixels below each threshold, 0 to 1; nothing at all counts as nothing below.
     pub(crate) fn shares(&self) -> [f64; THRESHOLDS] {
-        let pixels = self.first_above.iter().sum::<u64>().max(1);
-        let pixels = number(pixels);
+        let first_above: [u64; 128] =
+            std::array::from_fn(|index| self.first_above.iter().map(|table| table[index]).sum());
+        let pixels = number(first_above.iter().sum::<u64>().max(1));
         let mut below = 0;
         std::array::from_fn(|index| {
-            below += self.first_above[index];
+            below += first_above[index];
             number(below) / pixels
         })
     }
-
-    /// The first threshold above a difference. The product is off by a rounding at most, so that the place is off by
-    /// one at most: both neighbours are asked.
-    fn place(&self, difference: f64) -> usize {
-        let guess = whole(difference * PER_DEGREE);
-        let at = |index: usize| self.thresholds[index.min(THRESHOLDS)];
-        let up = usize::from(at(guess) <= difference);
-        let down = usize::from(guess > 0 && at(guess.saturating_sub(1)) > difference);
-        (guess + up - down).min(THRESHOLDS)
-    }
 }
 
-fn correlation(real: &[f64; PIXELS_FAST], simulated: &[f64; PIXELS_FAST]) -> Option<f64> {
-    if !(all_finite(real) && all_finite(simulated)) || is_constant(real) || is_constant(simulated) {
-        return None;
+/// The graph of one pair alone, behind the number of its pixels that differ by less than [`IS_THRESHOLD`].
+///
+/// Counts of 64 pixels fit into bytes, and their shares need no division.
+fn graph_of_pair(
+    real: &[f64; PIXELS_FAST],
+    simulated: &[f64; PIXELS_FAST],
+) -> (usize, [f64; THRESHOLDS]) {
+    let (places, similar) = places(&THRESHOLDS_C, real, simulated);
+    let mut tables = [[0_u8; 128]; TABLES];
+    for four in places.chunks_exact(TABLES) {
+        for (table, place) in tables.iter_mut().zip(four) {
+            table[usize::from(place & 127)] += 1;
+        }
     }
-    let (real_mean, simulated_mean) = (mean(real)?, mean(simulated)?);
-    let deviations = |frame: &[f64; PIXELS_FAST], mean: f64| frame.map(|value| value - mean);
-    let (x, y) = (
-        deviations(real, real_mean),
-        deviations(simulated, simulated_mean),
-    );
-    correlation_of(
-        sum_of(&x, &y, |x, y| x * y),
-        sum_of(&x, &x, |x, _| x * x),
-        sum_of(&y, &y, |y, _| y * y),
-    )
+    let [a, b, c, d] = tables;
+    let first_above: [u8; 128] =
+        std::array::from_fn(|place| a[place] + b[place] + c[place] + d[place]);
+    let mut below = 0;
+    let counts: [u8; THRESHOLDS] = std::array::from_fn(|index| {
+        below += first_above[index];
+        below
+    });
+    (similar, counts.map(|count| f64::from(count) / PIXELS))
 }
 
-#[expect(
-    clippy::as_conversions,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "not negative; cut at the number of thresholds, whole numbers below it on purpose"
-)]
-fn whole(value: f64) -> usize {
-    (value as usize).min(THRESHOLDS)
+/// For each of up to 64 pixels the first threshold above the difference, and how many differ by less than
+/// [`IS_THRESHOLD`].
+///
+/// Only the threshold that is nearest to a difference can lie on either side of it; those before are below it, those
+/// behind above.
+fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places, usize) {
+    let (mut differences, mut places) = ([0.0; PIXELS_FAST], [0; PIXELS_FAST]);
+    let mut similar = 0_u64;
+    let pixels = real.iter().zip(simulated);
+    for ((difference, place), (x, y)) in differences.iter_mut().zip(&mut places).zip(pixels) {
+        *difference = (y - x).abs();
+        similar += u64::from(*difference < IS_THRESHOLD);
+        *place = nearest(*difference);
+    }
+    for (difference, place) in differences.iter().zip(&mut places) {
+        *place += u8::from(thresholds[usize::from(*place & 127)] <= *difference);
+    }
+    (places, usize::try_from(similar).unwrap_or(PIXELS_FAST))
+}
+
+/// The number of the threshold that is nearest to a difference, one more than the last at most.
+///
+/// Adding 2^52 leaves the nearest whole number in the lowest bits.
+fn nearest(difference: f64) -> u8 {
+    const BEYOND: f64 = 101.0;
+    let twentieths = difference * PER_DEGREE;
+    let twentieths = if twentieths < BEYOND {
+        twentieths
+    } else {
+        BEYOND
+    };
+    (twentieths + 4_503_599_627_370_496.0)
+        .to_bits()
+        .to_le_bytes()[0]
 }
 
 #[expect(
@@ -249,16 +335,23 @@ mod tests {
     /// Differences of exactly a threshold, a little more and a little less, beyond the last and none.
     #[test]
     fn differences_at_a_threshold_fall_on_its_far_side() {
-        let graph = Graph::default();
+        let place = |difference| usize::from(places(&THRESHOLDS_C, &[0.0], &[difference]).0[0]);
         for (index, threshold) in thresholds_c().into_iter().enumerate() {
-            assert_eq!(graph.place(threshold), index + 1);
-            assert_eq!(graph.place(threshold.next_up()), index + 1);
+            assert_eq!(place(threshold), index + 1);
+            assert_eq!(place(-threshold), index + 1);
+            assert_eq!(place(threshold.next_up()), index + 1);
             if index > 0 {
-                assert_eq!(graph.place(threshold.next_down()), index);
+                assert_eq!(place(threshold.next_down()), index);
+                // Between two, and where the nearest changes.
+                for part in [0.25, 0.5, 0.75] {
+                    assert_eq!(place(threshold - part / PER_DEGREE), index);
+                }
             }
         }
-        assert_eq!(graph.place(f64::MAX), THRESHOLDS);
-        let similar = |difference| graph.of_pair(&[0.0; 64], &[difference; 64]).0;
+        assert_eq!(place(5.02), THRESHOLDS);
+        assert_eq!(place(5.03), THRESHOLDS);
+        assert_eq!(place(f64::MAX), THRESHOLDS);
+        let similar = |difference| graph_of_pair(&[0.0; 64], &[difference; 64]).0;
         assert_eq!(similar(IS_THRESHOLD), 0);
         assert_eq!(similar(IS_THRESHOLD.next_down()), 64);
     }

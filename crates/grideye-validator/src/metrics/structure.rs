@@ -28,17 +28,17 @@ pub fn structure_map(
     if rows * columns != real.len() || rows < SIDE || columns < SIDE {
         return None;
     }
-    let sums = |values: &dyn Fn(usize) -> f64| window_sums(values, columns, rows);
+    let size = (columns, rows);
     let (x, y) = (
         |index: usize| real[index] - ambient_c,
         |index: usize| simulated[index] - ambient_c,
     );
-    let [xs, ys] = [sums(&x), sums(&y)];
+    let [xs, ys] = [window_sums(x, size), window_sums(y, size)];
     // Products about a mean that the whole frame has: what is squared stays small.
     let [mx, my] = [mean(real)? - ambient_c, mean(simulated)? - ambient_c];
-    let xx = sums(&|index| (x(index) - mx) * (x(index) - mx));
-    let yy = sums(&|index| (y(index) - my) * (y(index) - my));
-    let xy = sums(&|index| (x(index) - mx) * (y(index) - my));
+    let xx = window_sums(|index| (x(index) - mx) * (x(index) - mx), size);
+    let yy = window_sums(|index| (y(index) - my) * (y(index) - my), size);
+    let xy = window_sums(|index| (x(index) - mx) * (y(index) - my), size);
     let window = |index: usize| {
         let sums = [xs[index], ys[index]];
         let moments = [xx[index], yy[index], xy[index]];
@@ -73,7 +73,7 @@ pub(crate) fn interior_mean(map: &[f64], columns: usize) -> Option<f64> {
 }
 
 /// The sum of the values around each pixel: rows first, then columns.
-fn window_sums(values: &dyn Fn(usize) -> f64, columns: usize, rows: usize) -> Vec<f64> {
+fn window_sums(values: impl Fn(usize) -> f64, (columns, rows): (usize, usize)) -> Vec<f64> {
     let mut along = vec![0.0; columns * rows];
     for row in 0..rows {
         let value = |column: usize| values(row * columns + column);
@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn borders_are_mirrored() {
         let values = |index: usize| count(index + 1);
-        let sums = window_sums(&values, 4, 3);
+        let sums = window_sums(values, (4, 3));
         assert_eq!(sums[0], 4.0 * 1.0 + 2.0 * 2.0 + 2.0 * 5.0 + 6.0);
         assert_eq!(sums[11], 4.0 * 12.0 + 2.0 * 11.0 + 2.0 * 8.0 + 7.0);
         assert_eq!(sums[5], 9.0 * 6.0);
