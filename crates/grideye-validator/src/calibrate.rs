@@ -30,11 +30,13 @@ mod frames;
 mod linear;
 mod model;
 mod noise;
+mod progress;
 mod show;
 mod solver;
 mod uncertainty;
 
 pub use error::CalibrateError;
+pub use progress::Progress;
 
 use frames::Frames;
 use grideye_frame::PIXELS;
@@ -43,6 +45,7 @@ use grideye_scene::profile::Profile;
 use grideye_scene::{Files, Scene};
 use model::{Model, Weighted};
 use noise::{Freedom, Noise, Parts};
+use progress::Pace;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use solver::Solution;
@@ -162,6 +165,21 @@ pub fn calibrate(
     sensor: &str,
     options: &Options,
 ) -> Result<Calibration, CalibrateError> {
+    calibrate_telling(records, (text, origin), files, sensor, options, &mut |_| ())
+}
+
+/// The same, and tells after every step of the search how far it has come.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_telling(
+    records: &[Record],
+    (text, origin): (&str, &str),
+    files: &dyn Files,
+    sensor: &str,
+    options: &Options,
+    tell: &mut dyn FnMut(Progress),
+) -> Result<Calibration, CalibrateError> {
     let loaded = Scene::parse(text, origin, files)?;
     if loaded.fits.is_empty() {
         return Err(CalibrateError::NoUnknowns {
@@ -170,7 +188,6 @@ pub fn calibrate(
     }
     check_resolution(&loaded.scene, sensor)?;
     model::check_bounds((text, origin), &loaded.fits, files)?;
-    let mut model = Model::new(text, origin, files, sensor)?;
     let latest_s = loaded
         .fits
         .iter()
@@ -181,6 +198,8 @@ pub fn calibrate(
         Duration::try_from_secs_f64(end_s).unwrap_or(Duration::MAX)
     });
     let frames = Frames::of(records, end, options)?;
+    let pace = Pace::new(steps_in_frames(&frames, options), tell);
+    let mut model = Model::new(text, origin, files, sensor, pace)?;
     let before = model.left_over(&model.start(), &frames)?;
     let (coarse, starts) = from_several_starts(&mut model, &frames, options)?;
     let fine = Fine::search(&mut model, &frames, coarse, options)?;
@@ -192,6 +211,16 @@ pub fn calibrate(
         &before,
         starts,
     ))
+}
+
+/// What all searches take if none ends early.
+fn steps_in_frames(frames: &Frames, options: &Options) -> usize {
+    let few = frames.len().min(COARSE_FRAMES);
+    starts(options) * COARSE_STEPS * few + (ROUNDS + 1) * FINE_STEPS * frames.len()
+}
+
+fn starts(options: &Options) -> usize {
+    options.starts.clamp(1, STARTS_MAX)
 }
 
 fn check_resolution(scene: &Scene, sensor: &str) -> Result<(), CalibrateError> {
@@ -215,7 +244,7 @@ fn from_several_starts(
     let few = frames.fewer(COARSE_FRAMES);
     let noise = Noise::first(few.len());
     let mut generator = ChaCha12Rng::seed_from_u64(options.seed);
-    let starts = options.starts.clamp(1, STARTS_MAX);
+    let starts = starts(options);
     let mut ends: Vec<Solution> = Vec::with_capacity(starts);
     for number in 0..starts {
         let mut start = model.start();
@@ -229,7 +258,7 @@ fn from_several_starts(
             frames: &few,
             noise: &noise,
         };
-        ends.push(solver::solve(&mut weighted, &start, COARSE_STEPS)?);
+        ends.push(weighted.solve(&start, COARSE_STEPS)?);
     }
     let costs: Vec<f64> = ends.iter().map(|end| end.cost).collect();
     let best = ends
@@ -277,7 +306,7 @@ impl Fine {
                 frames,
                 noise: &noise,
             };
-            let solution = solver::solve(&mut weighted, &point, FINE_STEPS)?;
+            let solution = weighted.solve(&point, FINE_STEPS)?;
             point.clone_from(&solution.point);
             let left_over = model.left_over(&point, frames)?;
             let uncertainty = Uncertainty::of(&solution, &noise, &used, known.is_some());

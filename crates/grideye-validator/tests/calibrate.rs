@@ -5,7 +5,9 @@ use grideye_frame::{Celsius, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_scene::{Scene, Simulator};
-use grideye_validator::calibrate::{CalibrateError, Calibration, FRAMES_MAX, Options, calibrate};
+use grideye_validator::calibrate::{
+    CalibrateError, Calibration, FRAMES_MAX, Options, Progress, calibrate, calibrate_telling,
+};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -361,6 +363,36 @@ fn the_new_scene_keeps_every_other_byte_and_can_be_calibrated_again() {
     assert_eq!(back, text);
     let twice = run(&once.scene, &records, &Options::default()).unwrap();
     assert_eq!(twice.scene.matches("# found: ").count(), 1);
+}
+
+/// Two starts of at most 12 steps on 24 frames each, then four searches of at most 40 steps on 60 frames.
+#[test]
+fn who_waits_is_told_how_far_it_has_come() {
+    let mut told: Vec<Progress> = Vec::new();
+    let options = Options {
+        starts: 2,
+        ..Options::default()
+    };
+    calibrate_telling(
+        &record(UNIT, 1, 60, 100, 0.0),
+        (&unknown(&[EIGHT[0], EIGHT[1]]), "guess.toml"),
+        &files(),
+        "ceiling",
+        &options,
+        &mut |progress| told.push(progress),
+    )
+    .unwrap();
+    let total = 2 * 12 * 24 + 4 * 40 * 60;
+    assert!(told.iter().all(|progress| progress.total == total));
+    assert!(told.is_sorted_by_key(|progress| progress.done));
+    assert_eq!(told[0].done, 24);
+    assert_eq!(
+        told.iter()
+            .filter(|progress| progress.done == 2 * 12 * 24)
+            .count(),
+        1
+    );
+    assert_eq!(told.last().unwrap().done, total);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::{files, progress, recordings};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
-use grideye_validator::calibrate::{Calibration, Options, calibrate};
+use grideye_validator::calibrate::{Calibration, Options, Progress, calibrate_telling};
 use grideye_validator::characterize::characterize;
 use std::fs;
 use std::io::Write as _;
@@ -15,32 +15,38 @@ use std::path::Path;
 
 /// Finds, prints, and writes the new scene and the profile that were asked for.
 pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
-    let scene = files::read_scene(&options.scene)?;
-    let loaded = files::load_scene(Some(&options.scene))?;
-    let sensor = files::sensor_name(&loaded.scene, options.sensor.as_deref())?;
-    let records = recordings::load_stream(&options.recording)?;
+    let scene = files::read_scene(&options.sides.scene)?;
+    let loaded = files::load_scene(Some(&options.sides.scene))?;
+    let sensor = files::sensor_name(&loaded.scene, options.sides.sensor.as_deref())?;
+    let records = recordings::load_stream(&options.sides.recording)?;
     let settings = Options {
         seed: options.seed,
         starts: options.starts,
         frames: options.frames,
         profile: options.profile.as_deref().map(load_profile).transpose()?,
     };
-    let found = calibrate(
+    let bar = progress::bar(0, "calibrating");
+    let found = calibrate_telling(
         &records,
         (&scene.text, &scene.origin),
         &scene.files,
         &sensor,
         &settings,
-    )
-    .map_err(bad_input)?;
+        &mut |Progress { done, total }| {
+            bar.set_length(total);
+            bar.set_position(done);
+        },
+    );
+    bar.finish_and_clear();
+    let found = found.map_err(bad_input)?;
     if let Some(path) = &options.out {
-        check_folder(path, &options.scene)?;
+        check_folder(path, &options.sides.scene)?;
         write_text(path, &found.scene)?;
     }
     if let Some(path) = &options.write_profile {
         write_profile(path, &found, &records, settings.profile.as_ref())?;
     }
-    match &options.json {
+    match &options.sides.json {
         Some(path) if path.as_os_str() == "-" => print!("{}", found.to_json()),
         Some(path) => {
             write_text(path, &found.to_json())?;

@@ -224,6 +224,23 @@ pub(crate) struct Record {
     pub(crate) collector: CollectorAddress,
 }
 
+/// A recording and the scene that it is held against.
+#[derive(Debug, Args)]
+pub(crate) struct Sides {
+    /// Scene file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: PathBuf,
+    /// Recording (this project's CSV, or a LINAIGE session).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) recording: PathBuf,
+    /// Sensor of the scene; needed when it has several.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sensor: Option<String>,
+    /// What was found, for programs; `-` is standard output.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) json: Option<PathBuf>,
+}
+
 /// Compare a recording with a simulation of its scene, and say whether they agree.
 ///
 /// Time is aligned within stated bounds where something moves, unless that is no better than chance; what was found
@@ -234,21 +251,11 @@ pub(crate) struct Record {
 /// Example: grideye compare --scene scenes/experiment-1.toml --recording out/recording.csv --report report.html
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// Scene file.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) scene: PathBuf,
-    /// Recording (this project's CSV, or a LINAIGE session).
-    #[arg(long, value_name = "FILE")]
-    pub(crate) recording: PathBuf,
-    /// Sensor of the scene; needed when it has several.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) sensor: Option<String>,
+    #[command(flatten)]
+    pub(crate) sides: Sides,
     /// Report to write as one self-contained HTML file.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// The same content for programs; `-` is standard output.
-    #[arg(long, value_name = "FILE.json")]
-    pub(crate) json: Option<PathBuf>,
     /// The report as a PDF file, printed by Chromium, which has to be installed.
     #[arg(long, value_name = "FILE.pdf")]
     pub(crate) pdf: Option<PathBuf>,
@@ -290,21 +297,16 @@ pub(crate) struct Convert {
 
 /// Find the unknowns of a scene from a recording: poses, temperatures, emissivities, the time at which it begins.
 ///
-/// The scene marks them, each with bounds: `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`.
+/// The scene marks them, each with bounds: `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`. The search
+/// starts from the numbers in it.
+///
 /// Exit code 3: the recording tells none of them.
 ///
 /// Example: grideye calibrate --scene scenes/calibration.toml --recording walk.csv --out scenes/calibrated.toml
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
-    /// Scene file with `[[fit]]` tables; the search starts from the numbers in it.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) scene: PathBuf,
-    /// Recording (this project's CSV, or a LINAIGE session).
-    #[arg(long, value_name = "FILE")]
-    pub(crate) recording: PathBuf,
-    /// Sensor of the scene; needed when it has several.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) sensor: Option<String>,
+    #[command(flatten)]
+    pub(crate) sides: Sides,
     /// Scene to write: the old one with what was found, and a remark with its uncertainty at each `[[fit]]`.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) out: Option<PathBuf>,
@@ -314,9 +316,6 @@ pub(crate) struct Calibrate {
     /// Profile to write: the recording's noise, and the pattern that the scene leaves over.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) write_profile: Option<PathBuf>,
-    /// The same content for programs; `-` is standard output.
-    #[arg(long, value_name = "FILE.json")]
-    pub(crate) json: Option<PathBuf>,
     /// Frames to look at, 10 to 1000, chosen evenly [default: 200].
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<usize>,

@@ -20,11 +20,11 @@ use std::path::{Path, PathBuf};
 
 /// Compares, prints the verdict with its scores, and writes the reports that were asked for.
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
-    let loaded = files::load_scene(Some(&options.scene))?;
+    let loaded = files::load_scene(Some(&options.sides.scene))?;
     let scene = &loaded.scene;
-    let sensor = files::sensor_name(scene, options.sensor.as_deref())?;
+    let sensor = files::sensor_name(scene, options.sides.sensor.as_deref())?;
     let given = Given::read(options)?;
-    let recording = recordings::load_thinned(&options.recording)?;
+    let recording = recordings::load_thinned(&options.sides.recording)?;
     let how = Options {
         binning: options.binning,
         start: options.start,
@@ -37,18 +37,18 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
         compare_scene(&recording.records, scene, &sensor, &how).map_err(bad_input)?;
     comparison.notes.extend(recording.note());
     let context = Context {
-        scene: options.scene.display().to_string(),
-        recording: options.recording.display().to_string(),
+        scene: options.sides.scene.display().to_string(),
+        recording: options.sides.recording.display().to_string(),
         sensor,
         command: command_line(),
         program: program(),
         created: String::new(),
         seeds: vec![("simulation".to_owned(), options.seed)],
         inputs: hashed_all(
-            [&options.scene]
+            [&options.sides.scene]
                 .into_iter()
                 .chain(&loaded.trajectories)
-                .chain([&options.recording])
+                .chain([&options.sides.recording])
                 .chain(&options.profile)
                 .chain(&options.thresholds),
         )?,
@@ -114,7 +114,7 @@ fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Resul
     if let Some(path) = &options.junit {
         write_text(path, &report::junit(comparison, context))?;
     }
-    match &options.json {
+    match &options.sides.json {
         Some(path) if path.as_os_str() == "-" => print!("{}", report::json(comparison, context)),
         Some(path) => {
             write_text(path, &report::json(comparison, context))?;

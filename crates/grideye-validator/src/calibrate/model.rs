@@ -3,7 +3,8 @@
 use super::CalibrateError;
 use super::frames::Frames;
 use super::noise::Noise;
-use super::solver::Problem;
+use super::progress::Pace;
+use super::solver::{self, Problem, Solution};
 use grideye_frame::PIXELS;
 use grideye_scene::fit::{self, Fit, RECORDING_START};
 use grideye_scene::{Files, Scene, Simulator};
@@ -20,6 +21,7 @@ pub(crate) struct Model<'a> {
     /// The places of those that the pictures depend on.
     searched: Vec<usize>,
     pub(crate) evaluations: u64,
+    pace: Pace<'a>,
 }
 
 impl<'a> Model<'a> {
@@ -28,6 +30,7 @@ impl<'a> Model<'a> {
         origin: &'a str,
         files: &'a dyn Files,
         sensor: &'a str,
+        pace: Pace<'a>,
     ) -> Result<Self, CalibrateError> {
         // Whether somebody runs into something is for who wrote the scene, and would be asked thousands of times.
         let quiet = format!("collisions = \"ignore\"\n{text}");
@@ -45,6 +48,7 @@ impl<'a> Model<'a> {
             sensor,
             fits: loaded.fits,
             evaluations: 0,
+            pace,
         })
     }
 
@@ -158,6 +162,20 @@ pub(crate) struct Weighted<'m, 'a> {
     pub(crate) noise: &'m Noise,
 }
 
+impl Weighted<'_, '_> {
+    /// The search from `start`, at most so many steps.
+    pub(crate) fn solve(
+        &mut self,
+        start: &[f64],
+        steps_max: usize,
+    ) -> Result<Solution, CalibrateError> {
+        self.model.pace.begin(steps_max, self.frames.len());
+        let solution = solver::solve(self, start, steps_max)?;
+        self.model.pace.end();
+        Ok(solution)
+    }
+}
+
 impl Problem for Weighted<'_, '_> {
     type Error = CalibrateError;
 
@@ -165,5 +183,9 @@ impl Problem for Weighted<'_, '_> {
         Ok(self
             .noise
             .whiten(&self.model.left_over(point, self.frames)?))
+    }
+
+    fn stepped(&mut self) {
+        self.model.pace.step();
     }
 }

@@ -9,6 +9,9 @@ pub(crate) trait Problem {
 
     /// The residuals at a point; every coordinate is 0 to 1, lower to upper bound.
     fn residuals(&mut self, point: &[f64]) -> Result<Vec<f64>, Self::Error>;
+
+    /// A step was made, the derivatives behind it included.
+    fn stepped(&mut self) {}
 }
 
 /// Where the search ended.
@@ -67,6 +70,7 @@ pub(crate) fn solve<P: Problem>(
             .fold(0.0, f64::max);
         (point, residuals, cost) = (next, tried, tried_cost);
         jacobian = differences(problem, &point)?;
+        problem.stepped();
         if gain < GAIN_MIN || way < MOVE_MIN {
             break;
         }
