@@ -197,6 +197,47 @@ fn bursts(frames: &[Read]) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+    use grideye_recording::{ClockState, Stamp};
+
+    /// A frame of a sensor with noise, so that none repeats the one before.
+    fn record(seq: u64, seed: u64) -> Record {
+        let word = |pixel: u64| 80 + (seed * 7919 + pixel * 104_729 + seed * pixel * 31) % 97 % 5;
+        Record {
+            seq,
+            stamp: Stamp {
+                t_boot_ns: seq * 100_000_000,
+                t_utc_ns: 0,
+                clock: ClockState::Synced,
+            },
+            reading: Reading::Frame(RawFrame {
+                thermistor: ThermistorWord(400),
+                pixels: std::array::from_fn(|pixel| {
+                    PixelWord(u16::try_from(word(u64::try_from(pixel).unwrap())).unwrap())
+                }),
+            }),
+        }
+    }
+
+    /// Runs of a thinned recording, 31,000 rows apart: no burst follows, and what equals the last frame before the border
+    /// is its own.
+    #[test]
+    fn borders_of_runs_are_no_faults() {
+        let run = |first: u64| (0..200).map(move |index| record(first + index, first + index));
+        let mut records: Vec<Record> = run(0).chain(run(32_000)).chain(run(64_000)).collect();
+        records[200].reading = records[199].reading;
+        let (kept, counts) = clean(&records, true);
+        assert_eq!(kept.len(), 600, "{:?}", counts.list());
+        // The same without a border between is a duplicate.
+        records[101].reading = records[100].reading;
+        let (kept, counts) = clean(&records, true);
+        let reasons: Vec<_> = counts
+            .list()
+            .iter()
+            .map(|count| (count.reason, count.rows))
+            .collect();
+        assert_eq!((kept.len(), reasons), (599, vec![(LeftOut::Duplicate, 1)]));
+    }
 
     /// After a stall of a second the first frame is late and counts; those that were held up with it do not, and one that
     /// is only a little early does.
