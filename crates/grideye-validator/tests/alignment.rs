@@ -563,6 +563,37 @@ fn two_thousand_frames_are_aligned() {
     }
 }
 
+/// A recording that begins in the middle of the walk: the delay counts at its own first frame, whatever second of the scene
+/// that is, and without the second nothing is found.
+#[test]
+fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
+    let scene = WALK.scene();
+    let scene_s = |time_s: f64| time_s + 3.0 + 0.2 + 0.03 * time_s;
+    let end_s = scene.duration().as_secs_f64();
+    let mut records = record(&scene, 6, scene_s);
+    let seen = (0..records.len())
+        .filter(|&index| scene_s(index as f64 / 10.0) < end_s)
+        .count();
+    records.truncate(seen);
+    let found = |start_s: u64| {
+        let options = Options {
+            start: Duration::from_secs(start_s),
+            shuffles: 20,
+            align: with(TimeAlignment::Rate, 0.5),
+            ..Options::default()
+        };
+        let found = compare_scene(&records, &scene, SENSOR, &options).unwrap();
+        let time = found.alignment.as_ref().unwrap().time.clone().unwrap();
+        (found.judgement.verdict, time)
+    };
+    let (verdict, time) = found(3);
+    assert!(time.applied, "{time:?}");
+    assert!((time.shift_s - 0.2).abs() < 0.05, "{time:?}");
+    assert!((time.rate - 0.03).abs() < 0.01, "{time:?}");
+    assert_eq!(verdict, Verdict::Agrees);
+    assert_eq!(found(0).0, Verdict::Disagrees);
+}
+
 /// Faults planted into a recording are left out, each with its reason, and nothing else.
 #[test]
 fn what_says_nothing_of_its_moment_is_left_out_with_the_reason() {

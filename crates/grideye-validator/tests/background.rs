@@ -210,3 +210,34 @@ fn the_background_is_kept_as_a_pattern() {
         "above the middle pixel"
     );
 }
+
+/// Half of the room is two degrees warmer, so that the middle pixel lies in the gap between: somebody on four pixels of the
+/// colder half moves it by half a degree, and all levels with it. The room is empty all the same where nobody is.
+#[test]
+fn a_middle_that_somebody_moves_moves_no_level() {
+    let mut records = room(600, |index| (200..400).contains(&index), &[9, 10, 17, 18]);
+    for record in &mut records {
+        if let Reading::Frame(raw) = &mut record.reading {
+            raw.pixels[PIXELS / 2..]
+                .iter_mut()
+                .for_each(|word| word.0 += 8);
+        }
+    }
+    let found = background(&records, &Empty::Find).unwrap();
+    let is_empty = |second: u64| {
+        found
+            .stretches
+            .iter()
+            .any(|stretch| stretch.holds(Duration::from_secs(second)))
+    };
+    assert!(
+        is_empty(5) && is_empty(15) && is_empty(45) && is_empty(55),
+        "{:?}",
+        found.stretches
+    );
+    assert!(
+        (20..40).all(|second| !is_empty(second)),
+        "{:?}",
+        found.stretches
+    );
+}

@@ -137,3 +137,67 @@ impl Whole {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+    use grideye_recording::{ClockState, Stamp};
+
+    /// At 10 Hz, each frame a step warmer than the one before.
+    fn warming(frames: u16) -> Vec<Record> {
+        let record = |index: u16| Record {
+            seq: u64::from(index),
+            stamp: Stamp {
+                t_boot_ns: 3_000_000_000 + u64::from(index) * 100_000_000,
+                t_utc_ns: 0,
+                clock: ClockState::Unsynced,
+            },
+            reading: Reading::Frame(RawFrame {
+                thermistor: ThermistorWord(400),
+                pixels: [PixelWord(80 + index); PIXELS],
+            }),
+        };
+        (0..frames).map(record).collect()
+    }
+
+    /// The frames that were taken, by their times and by their pixels.
+    fn taken(frames: &Frames) -> Vec<u128> {
+        let by_time: Vec<u128> = frames
+            .times
+            .iter()
+            .map(|time| time.as_millis() / 100)
+            .collect();
+        let pixels = frames.celsius.chunks_exact(PIXELS);
+        assert_eq!(pixels.len(), frames.len());
+        for (index, pixels) in by_time.iter().zip(pixels) {
+            let celsius = 20.0 + 0.25 * f64::from(u8::try_from(*index).unwrap());
+            assert!(
+                pixels.iter().all(|pixel| *pixel == celsius),
+                "{index}: {pixels:?}"
+            );
+        }
+        by_time
+    }
+
+    #[test]
+    fn frames_are_chosen_evenly_from_the_first_to_the_last() {
+        let options = Options {
+            frames: Some(11),
+            ..Options::default()
+        };
+        let all = Frames::of(&warming(101), None, &options).unwrap();
+        assert_eq!(
+            taken(&all),
+            (0..=10).map(|tenth| 10 * tenth).collect::<Vec<_>>()
+        );
+        assert!((all.interval_s() - 1.0).abs() < 1e-12);
+        assert_eq!(taken(&all.fewer(3)), [0, 50, 100]);
+        let end = Some(Duration::from_secs(5));
+        let until = Frames::of(&warming(101), end, &options).unwrap();
+        assert_eq!(
+            taken(&until),
+            (0..=10).map(|tenth| 5 * tenth).collect::<Vec<_>>()
+        );
+    }
+}
