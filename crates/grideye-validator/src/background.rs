@@ -7,7 +7,7 @@
 //!
 //! # How empty stretches are found
 //! Means over ten frames, less their middle pixel. Each pixel's level is the coldest narrow cluster of its means: people
-//! are warmer than the room, and who stands still for most of the recording leaves an eighth of it at least. A mean
+//! are warmer than the room, and who stands still for most of the recording leaves a quarter of it at least. A mean
 //! shows somebody if any two by two pixels are warmer than their levels beyond noise. Five such means in a row without
 //! anybody are a stretch; the first and the last, in which somebody may be about to come, are not used. The levels are
 //! then taken from the stretches, and the search is done again.

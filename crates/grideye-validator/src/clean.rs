@@ -239,6 +239,26 @@ mod tests {
         assert_eq!((kept.len(), reasons), (599, vec![(LeftOut::Duplicate, 1)]));
     }
 
+    /// Four frames in a row that repeat the one before were read too often; five are a sensor that stood still.
+    #[test]
+    fn five_duplicates_in_a_row_are_a_stall() {
+        let reasons = |repeats: usize| {
+            let mut records: Vec<Record> = (0..200).map(|index| record(index, index)).collect();
+            let shown = records[50].reading;
+            records[51..51 + repeats]
+                .iter_mut()
+                .for_each(|record| record.reading = shown);
+            let (_, counts) = clean(&records, true);
+            counts
+                .list()
+                .iter()
+                .map(|count| (count.reason, count.rows))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(reasons(4), [(LeftOut::Duplicate, 4)]);
+        assert_eq!(reasons(5), [(LeftOut::Stalled, 5)]);
+    }
+
     /// After a stall of a second the first frame is late and counts; those that were held up with it do not, and one that
     /// is only a little early does.
     #[test]

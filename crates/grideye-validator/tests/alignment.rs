@@ -567,8 +567,13 @@ fn two_thousand_frames_are_aligned() {
 /// that is, and without the second nothing is found.
 #[test]
 fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
-    let scene = WALK.scene();
-    let scene_s = |time_s: f64| time_s + 3.0 + 0.2 + 0.03 * time_s;
+    let way = WALK.way.repeat(4);
+    let scene = Walk {
+        way: Box::leak(way.into_boxed_str()),
+        ..WALK
+    }
+    .scene();
+    let scene_s = |time_s: f64| time_s + 20.0 + 0.2 + 0.03 * time_s;
     let end_s = scene.duration().as_secs_f64();
     let mut records = record(&scene, 6, scene_s);
     let seen = (0..records.len())
@@ -586,9 +591,9 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
         let time = found.alignment.as_ref().unwrap().time.clone().unwrap();
         (found.judgement.verdict, time)
     };
-    let (verdict, time) = found(3);
+    let (verdict, time) = found(20);
     assert!(time.applied, "{time:?}");
-    assert!((time.shift_s - 0.2).abs() < 0.05, "{time:?}");
+    assert!((time.shift_s - 0.2).abs() < 0.1, "{time:?}");
     assert!((time.rate - 0.03).abs() < 0.01, "{time:?}");
     assert_eq!(verdict, Verdict::Agrees);
     assert_eq!(found(0).0, Verdict::Disagrees);

@@ -319,7 +319,10 @@ mod tests {
         #[test]
         fn all_at_once_is_each_on_its_own((x, y) in (frame(), frame()), step in prop_oneof![Just(None), Just(Some(0.25))]) {
             let binning = step.map_or(Binning::PaperGrey256, |width_c| Binning::Step { width_c });
-            let scores = Scorer::new().score(&x, &y, binning).unwrap();
+            let mut scorer = Scorer::new();
+            let first = scorer.score(&x, &y, binning).unwrap();
+            let scores = scorer.score(&x, &y, binning).unwrap();
+            prop_assert_eq!(&scores, &first, "nothing is left in the tables");
             let close = |found: f64, expected: Option<f64>| (found - expected.unwrap()).abs() < 1e-12;
             prop_assert!(close(scores.correlation.unwrap(), metrics::correlation(&x, &y)));
             prop_assert!(close(scores.entropy_real, metrics::entropy(&x, binning)));
