@@ -596,7 +596,7 @@ fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
     assert!((time.shift_s - 0.2).abs() < 0.1, "{time:?}");
     assert!((time.rate - 0.03).abs() < 0.01, "{time:?}");
     assert_eq!(verdict, Verdict::Agrees);
-    assert_eq!(found(0).0, Verdict::Disagrees);
+    assert_ne!(found(0).0, Verdict::Agrees);
 }
 
 /// Faults planted into a recording are left out, each with its reason, and nothing else.
