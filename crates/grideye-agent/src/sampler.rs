@@ -15,8 +15,13 @@
 //!   narrower than 2 ms, and from then on one read a frame, just behind the window, suffices. Now and then one
 //!   read just before the window proves that the sensor has not become faster.
 //! * A frame is new because its content changed, or, in a scene without noise, because its update has surely
-//!   passed. Where a change may be either of two frames, the next read decides before anything is recorded.
-//! * The count of frames runs with the sensor's period through every fault, so `seq` shows what was missed.
+//!   passed. Where a change may be either of two frames, the next read decides before anything is recorded; if the host
+//!   is late for that one as well, both are missing, since a frame under a wrong number would be worse.
+//! * The count of frames runs with the sensor's period through every fault, so `seq` shows what was missed. After a
+//!   set-up, or so long without frames that the bounds are wider than a period, it is an estimate, which
+//!   [`COUNT_ESTIMATED`] says.
+//! * Nothing is taken from how long a read took but what the bus' clock makes it take at least: a starved host can be
+//!   held up at any point of it.
 //!
 //! The sampler touches no bus and no clock. It says what is due, is told what came of it, and answers with events.
 
