@@ -536,4 +536,36 @@ fn a_bus_that_hangs_owes_rows_while_it_hangs_and_what_it_brings_then_is_no_frame
     assert_eq!(outcome.faults, [BUS_HUNG]);
 }
 
+#[test]
+fn a_pixel_that_failed_is_counted_and_its_frame_recorded_as_it_is() {
+    let mut model = Model::new(100 * MS, 3_100_000, |n| n + 100);
+    let mut sampler = model.sampler(100 * MS);
+    run(&mut model, &mut sampler, 3_000 * MS, |_| ());
+    model.sleep_until(sampler.due().unwrap().at);
+    let (span, mut frame) = model.read();
+    frame.pixels[9] = PixelWord(0);
+    sampler.frame_read(span, Ok(frame));
+    assert_eq!(sampler.next_event(), Some(Event::Fault(GLITCH_PIXEL)));
+    let next = sampler.next_event();
+    assert!(
+        matches!(next, Some(Event::Record { reading: Reading::Frame(found), .. }) if found == frame),
+        "{next:?}"
+    );
+}
+
+#[test]
+fn a_bus_of_unknown_speed_is_not_read_more_often_than_its_reads_can_tell_anything() {
+    let mut model = Model::new(104 * MS, 12_300_000, |n| n);
+    let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+    let outcome = run(&mut model, &mut sampler, 120_000 * MS, |_| ());
+    assert_exact(&outcome, |n| n).unwrap();
+    assert_eq!(missing(&outcome), []);
+    let frames = u64::try_from(outcome.records.len()).unwrap();
+    assert!(
+        outcome.reads < frames * 5 / 4,
+        "{} reads of {frames} frames",
+        outcome.reads
+    );
+}
+
 mod starved;
