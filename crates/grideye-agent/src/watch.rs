@@ -134,3 +134,32 @@ impl Watched {
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HUNG_AFTER: Duration = Duration::from_millis(10);
+
+    #[test]
+    fn what_has_come_back_does_not_hang_however_long_ago_and_what_has_not_hangs_once_anew() {
+        let watched = Watched::new(Vec::new());
+        watched.begin();
+        assert!(!watched.end());
+        for _ in 0..2 * LOOKS {
+            assert!(matches!(watched.look(HUNG_AFTER), Some(Look::Well)));
+        }
+        watched.begin();
+        let looks: Vec<Look> = (0..2 * LOOKS)
+            .filter_map(|_| watched.look(HUNG_AFTER))
+            .collect();
+        let hangs = |look: &&Look| matches!(look, Look::Hangs { .. });
+        let anew = |look: &&Look| matches!(look, Look::Hangs { is_new: true, .. });
+        assert_eq!(looks.iter().filter(anew).count(), 1);
+        assert!(looks.iter().filter(hangs).count() > 1);
+        assert!(watched.end(), "it had counted as hung");
+        assert!(matches!(watched.look(HUNG_AFTER), Some(Look::Well)));
+        watched.over();
+        assert!(watched.look(HUNG_AFTER).is_none());
+    }
+}
