@@ -2,10 +2,14 @@
 
 use crate::bus::OpenBus;
 use crate::clock::Clock;
-use crate::config::{BusConfig, Config};
-use crate::log::Log;
+use crate::config::{BusConfig, Config, SpoolMode};
+use crate::courier::Pace;
+use crate::keeper::Keeper;
+use crate::log::{Level, Log};
 use crate::ring::Ring;
-use crate::upload::{Shared, Target, Uploader};
+use crate::shared::Shared;
+use crate::spool::{Folder, FolderError, Limits, Spool};
+use crate::upload::Uploader;
 use crate::watch::{HUNG_AFTER, Watched};
 use crate::worker::{Sink, Worker};
 use grideye_recording::Record;
@@ -22,6 +26,8 @@ use std::time::{Duration, Instant};
 pub const BUS_STOP_MAX: Duration = Duration::from_secs(3);
 /// How long [`AgentHandle::stop`] waits beyond its time for the uploader; one that hangs in a post is left behind.
 pub const UPLOAD_STOP_MAX: Duration = Duration::from_secs(1);
+/// How long [`AgentHandle::stop`] waits for what is left in memory to be on the disk.
+pub const KEEPER_STOP_MAX: Duration = Duration::from_secs(5);
 /// A full ring is said once in so many records, not for each.
 const RING_FULL_SAID_EVERY: u64 = 100;
 /// Stack of each thread. Only what is touched becomes resident.
@@ -94,6 +100,14 @@ pub enum StartError {
         /// What the system said.
         source: io::Error,
     },
+    /// Another agent uses the spool's folder, or no folder was named.
+    #[error("{0}")]
+    Spool(#[from] FolderError),
+    /// No folder was named for the spool.
+    #[error(
+        "spool.folder: expected a folder, found none\nhint: name one, for example /var/lib/grideye-agent/spool; systemd gives one with StateDirectory=grideye-agent"
+    )]
+    NoSpoolFolder,
     /// Two sensors have the same name.
     #[error("sensor {sensor} is there twice\nhint: name each bus and each address once")]
     SensorTwice {
@@ -103,10 +117,13 @@ pub enum StartError {
 }
 
 impl Agent {
-    /// Starts a thread for each bus, and one that delivers.
+    /// Starts a thread for each bus, one that delivers, and one that keeps the spool.
+    ///
+    /// A spool whose disk does not work is no reason not to start: the frames stay in memory, and that is said.
     ///
     /// # Errors
-    /// [`StartError`] if the sensors' names are not unique or the system gives no threads.
+    /// [`StartError`] if the sensors' names are not unique, if another agent uses the spool, or if the system gives no
+    /// threads.
     pub fn start(
         start: Start,
         buses: Vec<(BusConfig, AnyBus)>,
@@ -122,12 +139,30 @@ impl Agent {
             hung_after,
             ..
         } = start;
-        let shared = Arc::new(Shared::new(Ring::new(agent.ring_frames, names)));
+        let guarantee = agent.guarantee().to_string();
+        let ring = Ring::new(agent.ring_frames, &device, &boot, names.clone());
+        let shared = Arc::new(Shared::new(ring, None));
+        let mut keeper = Keeper::new(Arc::clone(&shared), agent.spool.mode, log.clone());
+        if agent.spool.mode != SpoolMode::Ram {
+            let folder = agent.spool.folder.ok_or(StartError::NoSpoolFolder)?;
+            let limits = Limits::new(agent.spool.bytes_max, agent.spool.free_bytes_min);
+            let (device, boot) = (device.clone(), boot.clone());
+            keeper.open(Box::new(move || {
+                let disk = Box::new(Folder::open(&folder)?);
+                let spool = Spool::open(disk, limits, &device, &boot, &names);
+                spool.map_err(|source| FolderError::Unusable {
+                    folder: folder.clone(),
+                    source,
+                })
+            }))?;
+            log.line(Level::Info, format!("spool: {guarantee}"));
+        }
         let running = Arc::new(Running::new(buses.len()));
         let mut handle = AgentHandle {
             shared,
             running,
             uploading: Arc::new(Running::new(1)),
+            keeping: Arc::new(Running::new(1)),
             bus_names: Vec::new(),
         };
         let mut first_stream = 0;
@@ -148,14 +183,23 @@ impl Agent {
             handle.bus_names.push(name.clone());
             spawn(&name, move || bus.0(thread))?;
         }
-        let target = Target {
+        let pace = Pace {
             collector: agent.collector,
-            device,
+            seed: RandomState::new().hash_one(&boot),
             boot,
             post_every: agent.post_every,
             request_timeout: agent.request_timeout,
+            backlog_per_s: agent.spool.backlog_per_s,
         };
-        let mut uploader = Uploader::new(target, Arc::clone(&handle.shared), clock, log);
+        let keeping = Arc::clone(&handle.keeping);
+        spawn("spool", move || {
+            let _ended = Ended {
+                running: &keeping,
+                index: 0,
+            };
+            keeper.run();
+        })?;
+        let mut uploader = Uploader::new(pace, Arc::clone(&handle.shared), clock, log);
         let uploading = Arc::clone(&handle.uploading);
         spawn("upload", move || {
             let _ended = Ended {
@@ -174,6 +218,7 @@ pub struct AgentHandle {
     shared: Arc<Shared>,
     running: Arc<Running>,
     uploading: Arc<Running>,
+    keeping: Arc<Running>,
     bus_names: Vec<String>,
 }
 
@@ -193,6 +238,8 @@ pub struct SensorSummary {
     pub account: Account,
     /// Frames read that the collector has on disk.
     pub acknowledged: u64,
+    /// Frames read that wait in the spool for the next run.
+    pub on_disk: u64,
 }
 
 impl AgentHandle {
@@ -229,16 +276,25 @@ impl AgentHandle {
         // A panic of the uploader leaves the rest in the ring, which the summary shows; so does a post that began before
         // the stop and hangs: it may last as long as a request may, and is not waited for.
         self.uploading.wait(flush_for + UPLOAD_STOP_MAX);
+        self.shared.end_keeper();
+        self.keeping.wait(KEEPER_STOP_MAX);
+        let on_disk = self
+            .shared
+            .spool_if_free()
+            .map_or_else(BTreeMap::new, |spool| {
+                spool
+                    .as_ref()
+                    .map(Spool::waiting_by_sensor)
+                    .unwrap_or_default()
+            });
         let sensors = self.shared.with_ring(|ring| {
             let named = |(sensor, account): (String, Account)| {
-                let acknowledged = ring.acknowledged(&sensor);
-                (
-                    sensor,
-                    SensorSummary {
-                        account,
-                        acknowledged,
-                    },
-                )
+                let summary = SensorSummary {
+                    account,
+                    acknowledged: ring.acknowledged(&sensor),
+                    on_disk: on_disk.get(&sensor).copied().unwrap_or(0),
+                };
+                (sensor, summary)
             };
             ring.accounts().into_iter().map(named).collect()
         });
@@ -253,23 +309,25 @@ impl Drop for AgentHandle {
     fn drop(&mut self) {
         self.running.is_stopping.store(true, Ordering::SeqCst);
         self.shared.flush_until(Instant::now());
+        self.shared.end_keeper();
     }
 }
 
 impl Summary {
-    /// Whether every frame of every sensor was read and is on the collector's disk.
+    /// Whether every frame of every sensor was read and is on a disk, the collector's or the spool's.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let is_complete = |sensor: &SensorSummary| {
             let account = &sensor.account;
-            account.missing == 0 && account.dropped.is_empty() && account.spooled == 0
+            account.missing == 0 && account.dropped.is_empty() && account.spooled == sensor.on_disk
         };
         self.hung_buses.is_empty() && self.sensors.values().all(is_complete)
     }
 }
 
 impl fmt::Display for Summary {
-    /// One line a sensor: `i2c-1:0x69: 100 read = 98 stored + 2 dropped + 0 in memory; 1 missing`.
+    /// One line a sensor: `i2c-1:0x69: 100 read = 98 stored + 2 dropped + 0 in memory; 1 missing`, and `+ 5 on disk` in
+    /// front of the semicolon where the spool holds some.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, (name, sensor)) in self.sensors.iter().enumerate() {
             let account = &sensor.account;
@@ -277,9 +335,15 @@ impl fmt::Display for Summary {
             let line_break = if index == 0 { "" } else { "\n" };
             write!(
                 formatter,
-                "{line_break}{name}: {} read = {} stored + {dropped} dropped + {} in memory; {} missing",
-                account.read, sensor.acknowledged, account.spooled, account.missing
+                "{line_break}{name}: {} read = {} stored + {dropped} dropped + {} in memory",
+                account.read,
+                sensor.acknowledged,
+                account.spooled.saturating_sub(sensor.on_disk),
             )?;
+            if sensor.on_disk > 0 {
+                write!(formatter, " + {} on disk", sensor.on_disk)?;
+            }
+            write!(formatter, "; {} missing", account.missing)?;
         }
         for bus in &self.hung_buses {
             write!(formatter, "\n{bus}: hung in a transfer")?;
@@ -340,9 +404,10 @@ impl Drop for Over<'_> {
 
 impl Sink for BusThread {
     fn record(&self, sensor: usize, record: Record) {
+        let now = self.shared.now();
         let dropped = self
             .shared
-            .with_ring(|ring| ring.push(self.first_stream + sensor, record));
+            .with_ring(|ring| ring.push(self.first_stream + sensor, record, now));
         if dropped > 0 && record.seq % RING_FULL_SAID_EVERY == 0 {
             self.log
                 .error("the ring is full: the oldest records are being dropped");

@@ -3,6 +3,7 @@
 //! A key that is unknown, misspelt or out of range stops the program: an agent that runs with a silent default loses
 //! an afternoon of somebody's recording.
 
+use crate::keeper::LOOK_EVERY;
 use amg8833::{Address, FrameRate};
 use serde::Deserialize;
 use std::net::Ipv6Addr;
@@ -17,6 +18,12 @@ pub const RING_FRAMES_DEFAULT: usize = 10_000;
 pub const CONFIG_BYTES_MAX: usize = 64 * 1024;
 /// Buses of one agent at most: each has a thread.
 pub const BUSES_MAX: usize = 16;
+/// How long a record waits in memory before it goes to the disk, unless told otherwise.
+pub const SPOOL_AFTER_DEFAULT: Duration = Duration::from_secs(10);
+/// How far apart two syncs are in mode `always`, unless told otherwise.
+pub const SYNC_EVERY_DEFAULT: Duration = Duration::from_secs(1);
+/// Frames of the backlog that go to the collector in a second, unless told otherwise.
+pub const BACKLOG_PER_S_DEFAULT: u32 = 1000;
 
 /// The agent's configuration, checked.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,8 +38,108 @@ pub struct Config {
     pub ring_frames: usize,
     /// How long one post may take from connecting to the end of the answer.
     pub request_timeout: Duration,
+    /// What is kept on a disk.
+    pub spool: SpoolConfig,
     /// The buses, each read by a thread of its own.
     pub buses: Vec<BusConfig>,
+}
+
+/// What is kept on a disk while the collector is away.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SpoolConfig {
+    /// When frames go to the disk.
+    pub mode: SpoolMode,
+    /// Where to. `None`: the caller takes the folder that systemd gives.
+    pub folder: Option<PathBuf>,
+    /// Bytes that the spool takes at most; beyond, the oldest backlog is dropped and counted.
+    pub bytes_max: u64,
+    /// Bytes of the disk that the spool leaves free.
+    pub free_bytes_min: u64,
+    /// Records of the backlog that go to the collector in a second at most.
+    pub backlog_per_s: u32,
+}
+
+/// When frames go to the disk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpoolMode {
+    /// Never.
+    Ram,
+    /// When one has not been acknowledged for so long; then all that are in memory.
+    Outage {
+        /// The time.
+        after: Duration,
+    },
+    /// At once, and synced so often.
+    Always {
+        /// From one sync to the next.
+        sync_every: Duration,
+    },
+}
+
+/// What a loss of power, or of the process, can cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Guarantee {
+    /// Frames of all sensors together that may be lost at most.
+    pub frames: u64,
+    /// The time in which they were read, and not acknowledged, before the loss.
+    pub seconds: f64,
+}
+
+/// The fastest clock of a sensor against its nominal rate.
+const FASTEST_CLOCK: f64 = 1.06;
+
+impl Config {
+    /// Frames a second of all sensors together, nominally.
+    #[must_use]
+    pub fn rate_hz(&self) -> u32 {
+        let sensors = self.buses.iter().flat_map(|bus| &bus.sensors);
+        sensors.map(|sensor| u32::from(sensor.rate.fps())).sum()
+    }
+
+    /// What a loss of power can cost while the disk works. Without it, and in mode `ram`, it is the whole ring.
+    #[must_use]
+    pub fn guarantee(&self) -> Guarantee {
+        let rate_hz = f64::from(self.rate_hz()) * FASTEST_CLOCK;
+        let ring_frames = u32::try_from(self.ring_frames).unwrap_or(u32::MAX);
+        let seconds = match self.spool.mode {
+            SpoolMode::Ram => f64::from(ring_frames) / rate_hz.max(1.0),
+            SpoolMode::Outage { after } => (after + LOOK_EVERY).as_secs_f64(),
+            SpoolMode::Always { sync_every } => (sync_every + LOOK_EVERY).as_secs_f64(),
+        };
+        let frames = (seconds * rate_hz).ceil().min(f64::from(ring_frames));
+        Guarantee {
+            #[expect(
+                clippy::as_conversions,
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "whole, positive, and at most the size of the ring"
+            )]
+            frames: frames as u64,
+            seconds,
+        }
+    }
+}
+
+impl SpoolMode {
+    /// `ram`, `outage` or `always`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ram => "ram",
+            Self::Outage { .. } => "outage",
+            Self::Always { .. } => "always",
+        }
+    }
+}
+
+impl std::fmt::Display for Guarantee {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            formatter,
+            "a loss of power or a killed agent costs at most the {} frames that were read in the last {:.2} s",
+            self.frames, self.seconds
+        )
+    }
 }
 
 /// One I2C bus and the sensors on it.
@@ -153,7 +260,20 @@ struct RawConfig {
     post_every_ms: Option<toml::Spanned<u64>>,
     ring_frames: Option<toml::Spanned<u64>>,
     request_timeout_ms: Option<toml::Spanned<u64>>,
+    spool: Option<toml::Spanned<RawSpool>>,
     bus: Vec<toml::Spanned<RawBus>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSpool {
+    mode: Option<toml::Spanned<String>>,
+    folder: Option<toml::Spanned<PathBuf>>,
+    after_ms: Option<toml::Spanned<u64>>,
+    sync_every_ms: Option<toml::Spanned<u64>>,
+    mib_max: Option<toml::Spanned<u64>>,
+    free_mib_min: Option<toml::Spanned<u64>>,
+    backlog_frames_per_s: Option<toml::Spanned<u64>>,
 }
 
 #[derive(Deserialize)]
@@ -254,7 +374,9 @@ fn check(raw: RawConfig, place: &Place<'_>) -> Result<Config, ConfigError> {
         }
         buses.push(bus);
     }
-    Ok(Config {
+    let spool_at = raw.spool.as_ref().map_or(0, |spool| spool.span().start);
+    let spool = check_spool(raw.spool.map(toml::Spanned::into_inner), place)?;
+    let config = Config {
         device: raw
             .device
             .map(|device| check_device(&device, place))
@@ -268,8 +390,101 @@ fn check(raw: RawConfig, place: &Place<'_>) -> Result<Config, ConfigError> {
             10_000,
             (100, 120_000),
         )?,
+        spool,
         buses,
+    };
+    check_ring_for_spool(&config, spool_at, place)?;
+    Ok(config)
+}
+
+/// Without a section there is no spool: an agent that is started by hand leaves nothing on the disk.
+fn check_spool(raw: Option<RawSpool>, place: &Place<'_>) -> Result<SpoolConfig, ConfigError> {
+    const MIB: u64 = 1 << 20;
+    let Some(raw) = raw else {
+        return Ok(SpoolConfig {
+            mode: SpoolMode::Ram,
+            folder: None,
+            bytes_max: MIB,
+            free_bytes_min: 0,
+            backlog_per_s: BACKLOG_PER_S_DEFAULT,
+        });
+    };
+    let folder = raw
+        .folder
+        .map(|folder| check_folder(&folder, place))
+        .transpose()?;
+    let after = place.milliseconds("after_ms", raw.after_ms, 10_000, (100, 600_000))?;
+    let sync_every = place.milliseconds("sync_every_ms", raw.sync_every_ms, 1000, (50, 60_000))?;
+    let mode = match &raw.mode {
+        None => SpoolMode::Outage { after },
+        Some(mode) => match mode.get_ref().as_str() {
+            "ram" => SpoolMode::Ram,
+            "outage" => SpoolMode::Outage { after },
+            "always" => SpoolMode::Always { sync_every },
+            found => {
+                return Err(place.refuse(
+                    mode.span().start,
+                    format!("mode: expected \"ram\", \"outage\" or \"always\", found {found:?}"),
+                    "\"outage\" spares the card: it is written only while the collector is away",
+                ));
+            }
+        },
+    };
+    let backlog = place.within(
+        "backlog_frames_per_s",
+        raw.backlog_frames_per_s,
+        BACKLOG_PER_S_DEFAULT.into(),
+        (10, 100_000),
+    )?;
+    Ok(SpoolConfig {
+        mode,
+        folder,
+        bytes_max: MIB * place.within("mib_max", raw.mib_max, 1024, (1, 1 << 20))?,
+        free_bytes_min: MIB * place.within("free_mib_min", raw.free_mib_min, 256, (0, 1 << 20))?,
+        backlog_per_s: u32::try_from(backlog).unwrap_or(BACKLOG_PER_S_DEFAULT),
     })
+}
+
+fn check_folder(
+    folder: &toml::Spanned<PathBuf>,
+    place: &Place<'_>,
+) -> Result<PathBuf, ConfigError> {
+    if folder.get_ref().is_absolute() {
+        return Ok(folder.get_ref().clone());
+    }
+    let message = format!(
+        "folder: expected an absolute path, found {:?}",
+        folder.get_ref()
+    );
+    Err(place.refuse(
+        folder.span().start,
+        message,
+        "leave folder out under systemd, which gives one (StateDirectory=); else /var/lib/grideye-agent/spool",
+    ))
+}
+
+/// What waits for the disk must find room in memory.
+fn check_ring_for_spool(
+    config: &Config,
+    spool_at: usize,
+    place: &Place<'_>,
+) -> Result<(), ConfigError> {
+    let SpoolMode::Outage { after } = config.spool.mode else {
+        return Ok(());
+    };
+    let seconds = after.as_secs() + 10;
+    let needed = u64::from(config.rate_hz()) * seconds;
+    if u64::try_from(config.ring_frames).is_ok_and(|frames| frames >= needed) {
+        return Ok(());
+    }
+    Err(place.refuse(
+        spool_at,
+        format!(
+            "ring_frames: expected at least {needed}, which are {seconds} s of these sensors, found {}",
+            config.ring_frames
+        ),
+        format!("write ring_frames = {needed}, or lower spool.after_ms"),
+    ))
 }
 
 fn check_device(device: &toml::Spanned<String>, place: &Place<'_>) -> Result<String, ConfigError> {

@@ -117,6 +117,7 @@ fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
             .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stopping)))
             .context("no handler for signals")?;
     }
+    let config = with_spool_folder(config);
     let mut start = Start::new(config, host_name());
     start.frames_limit = args.frames;
     let buses = start
@@ -141,6 +142,19 @@ fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let summary = agent.stop(FLUSH_FOR);
     write_stdout(&format!("{summary}\n"))?;
     Ok(exit_code(&summary))
+}
+
+/// The folder that systemd makes for the service, where the configuration names none.
+fn with_spool_folder(mut config: Config) -> Config {
+    let given = std::env::var_os("STATE_DIRECTORY");
+    let first = given
+        .as_ref()
+        .and_then(|given| std::env::split_paths(given).next());
+    config.spool.folder = config
+        .spool
+        .folder
+        .or(first.map(|folder| folder.join("spool")));
+    config
 }
 
 fn wait(agent: &AgentHandle, stopping: &AtomicBool) {

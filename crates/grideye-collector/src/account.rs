@@ -1,7 +1,7 @@
 //! An agent's count as JSON: how the store keeps it and the pages show it.
 
 use crate::store::StoreError;
-use grideye_recording::wire::Account;
+use grideye_recording::wire::{Account, LOST_IN_MEMORY};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -12,7 +12,58 @@ pub(crate) fn to_json(account: &Account) -> Value {
         "dropped": account.dropped,
         "spooled": account.spooled,
         "errors": account.errors,
+        "ended": account.ended,
     })
+}
+
+/// What is known of a run that has ended, once `came` frames have come of it and `stored` of its frames are kept.
+///
+/// `known` is the count before, with what is left to come in `spooled`; `sent` is the count that came with the batch, if
+/// one did. Whatever was read, and is neither kept nor dropped nor still to come, was in the memory of a run that was
+/// killed. What is left to come never grows: so a batch that comes twice, or late, changes nothing.
+pub(crate) fn of_ended_run(
+    known: Option<&Account>,
+    sent: Option<&Account>,
+    stored: u64,
+    came: u64,
+) -> Account {
+    let mut merged = Account {
+        ended: true,
+        ..Account::default()
+    };
+    for account in known.into_iter().chain(sent) {
+        merged.read = merged.read.max(account.read);
+        merged.missing = merged.missing.max(account.missing);
+        raise(&mut merged.dropped, &account.dropped);
+        raise(&mut merged.errors, &account.errors);
+    }
+    merged.dropped.remove(LOST_IN_MEMORY);
+    let announced = sent.filter(|sent| sent.ended);
+    let left_by_sent = announced.map(|sent| sent.spooled.saturating_sub(came));
+    let left_before = known.filter(|known| known.ended).map(|known| known.spooled);
+    merged.spooled = left_by_sent
+        .into_iter()
+        .chain(left_before)
+        .min()
+        .unwrap_or(0);
+    let dropped = merged.dropped.values().sum::<u64>();
+    let lost = merged
+        .read
+        .saturating_sub(stored)
+        .saturating_sub(dropped)
+        .saturating_sub(merged.spooled);
+    if lost > 0 {
+        merged.dropped.insert(LOST_IN_MEMORY.to_owned(), lost);
+    }
+    merged
+}
+
+/// Counts of one run only grow, and its accounts can overtake each other.
+fn raise(counts: &mut BTreeMap<String, u64>, with: &BTreeMap<String, u64>) {
+    for (reason, count) in with {
+        let known = counts.entry(reason.clone()).or_default();
+        *known = (*known).max(*count);
+    }
 }
 
 /// From what [`to_json`] wrote.
@@ -33,5 +84,51 @@ pub(crate) fn from_json(text: &str) -> Result<Account, StoreError> {
         dropped: by_reason("dropped")?,
         spooled: number("spooled")?,
         errors: by_reason("errors")?,
+        // Counts that were kept before runs were told to have ended do not say.
+        ended: json["ended"].as_bool().unwrap_or(false),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn account(read: u64, dropped: u64, spooled: u64, ended: bool) -> Account {
+        let dropped = [("ring-full".to_owned(), dropped)];
+        Account {
+            read,
+            dropped: dropped
+                .into_iter()
+                .filter(|(_, count)| *count > 0)
+                .collect(),
+            spooled,
+            ended,
+            ..Account::default()
+        }
+    }
+
+    #[test]
+    fn what_a_killed_run_took_with_it_is_counted_and_the_sum_holds_after_every_batch() {
+        // 100 read, 60 stored, 5 dropped; the run is killed with 35 in memory and on disk, of which 20 are on disk.
+        let last = account(100, 5, 35, false);
+        let first = of_ended_run(Some(&last), Some(&account(80, 5, 20, true)), 70, 10);
+        assert_eq!((first.read, first.spooled), (100, 10));
+        assert_eq!(first.dropped[LOST_IN_MEMORY], 15);
+        let second = of_ended_run(Some(&first), Some(&account(80, 5, 10, true)), 80, 10);
+        assert_eq!((second.spooled, second.dropped[LOST_IN_MEMORY]), (0, 15));
+        // The first batch once more, late: nothing changes.
+        let again = of_ended_run(Some(&second), Some(&account(80, 5, 20, true)), 80, 10);
+        assert_eq!(again, second);
+        // And so with a frame that was still under way when the run was killed: it was not lost.
+        let late = of_ended_run(Some(&second), Some(&last), 81, 1);
+        assert_eq!((late.spooled, late.dropped[LOST_IN_MEMORY]), (0, 14));
+        assert!(late.ended);
+    }
+
+    #[test]
+    fn a_run_that_is_known_only_from_the_disk_has_the_count_of_the_disk() {
+        let merged = of_ended_run(None, Some(&account(50, 0, 30, true)), 10, 10);
+        assert_eq!((merged.read, merged.spooled), (50, 20));
+        assert_eq!(merged.dropped[LOST_IN_MEMORY], 20);
+    }
 }

@@ -62,7 +62,13 @@ pub struct Account {
     pub spooled: u64,
     /// Faults seen on the bus, by kind (the names of `NoData`, and others that cost no frame).
     pub errors: BTreeMap<String, u64>,
+    /// The run is over, and a later run of the agent speaks for it: what is neither in `spooled` nor in the store by now
+    /// is lost, and the collector counts it as [`LOST_IN_MEMORY`]. Left out on the wire unless true.
+    pub ended: bool,
 }
+
+/// The reason under which frames are dropped that were in the memory of a run which was killed.
+pub const LOST_IN_MEMORY: &str = "lost-in-memory";
 
 /// The collector's answer, given after commit and sync.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -25,7 +25,7 @@ pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     }
     let is_whole = rows
         .iter()
-        .all(|row| row.balanced && row.dropped_total() == 0 && row.missing == 0);
+        .all(|row| row.balanced != Some(false) && row.dropped_total() == 0 && row.missing == 0);
     Ok(if is_whole {
         Outcome::Done
     } else {
@@ -33,17 +33,39 @@ pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     })
 }
 
-/// `read 100 = stored 100 + dropped 0 + spooled 0, missing 0`.
+/// `read 100 = stored 97 + dropped 3 (ring-full 3) + spooled 0, missing 0`; of frames that came without the agent's
+/// count, what is known.
 pub(crate) fn equation(row: &AuditRow) -> String {
+    let (Some(read), Some(spooled)) = (row.read, row.spooled) else {
+        return format!(
+            "stored {}, missing {}; the agent sent no count",
+            row.stored, row.missing
+        );
+    };
     format!(
-        "read {} {} stored {} + dropped {} + spooled {}, missing {}",
-        row.read,
-        if row.balanced { "=" } else { "≠" },
+        "read {read} {} stored {} + dropped {}{} + spooled {spooled}, missing {}",
+        if row.balanced == Some(false) {
+            "≠"
+        } else {
+            "="
+        },
         row.stored,
         row.dropped_total(),
-        row.spooled,
+        reasons(row),
         row.missing
     )
+}
+
+/// ` (ring-full 2, spool-full 7)`, or nothing where nothing was dropped.
+fn reasons(row: &AuditRow) -> String {
+    let counts = row.dropped.iter().flatten();
+    let named: Vec<String> = counts
+        .map(|(reason, count)| format!("{reason} {count}"))
+        .collect();
+    match named.as_slice() {
+        [] => String::new(),
+        named => format!(" ({})", named.join(", ")),
+    }
 }
 
 #[cfg(test)]
@@ -57,18 +79,26 @@ mod tests {
             device: "pi-1".into(),
             sensor: "i2c-1:0x69".into(),
             boot: "b".into(),
-            read: 12,
+            read: Some(12),
             stored: 9,
             missing: 1,
-            dropped: BTreeMap::from([("ring-full".into(), 2)]),
-            spooled: 1,
-            balanced: true,
+            dropped: Some(BTreeMap::from([
+                ("ring-full".into(), 1),
+                ("spool-full".into(), 1),
+            ])),
+            spooled: Some(1),
+            balanced: Some(true),
         };
         assert_eq!(
             equation(&row),
-            "read 12 = stored 9 + dropped 2 + spooled 1, missing 1"
+            "read 12 = stored 9 + dropped 2 (ring-full 1, spool-full 1) + spooled 1, missing 1"
         );
-        row.balanced = false;
+        row.balanced = Some(false);
         assert!(equation(&row).contains("read 12 ≠ stored 9"));
+        row.read = None;
+        assert_eq!(
+            equation(&row),
+            "stored 9, missing 1; the agent sent no count"
+        );
     }
 }

@@ -33,18 +33,19 @@ pub(crate) struct AuditRow {
     pub(crate) device: String,
     pub(crate) sensor: String,
     pub(crate) boot: String,
-    pub(crate) read: u64,
+    /// `None`, as are the other counts of the agent, for frames that came without a count.
+    pub(crate) read: Option<u64>,
     pub(crate) stored: u64,
     pub(crate) missing: u64,
-    pub(crate) dropped: BTreeMap<String, u64>,
-    pub(crate) spooled: u64,
-    pub(crate) balanced: bool,
+    pub(crate) dropped: Option<BTreeMap<String, u64>>,
+    pub(crate) spooled: Option<u64>,
+    pub(crate) balanced: Option<bool>,
 }
 
 impl AuditRow {
     /// Frames dropped for any reason.
     pub(crate) fn dropped_total(&self) -> u64 {
-        self.dropped.values().sum()
+        self.dropped.iter().flat_map(BTreeMap::values).sum()
     }
 }
 

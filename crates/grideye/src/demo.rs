@@ -55,7 +55,7 @@ fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -
         Show::Replay(replay) => judge_replay(&replay.frames, &rows, &path),
     };
     let audit = stage.audit(delivered)?;
-    let is_whole = audit.balanced && audit.missing == 0 && audit.dropped_total() == 0;
+    let is_whole = audit.balanced == Some(true) && audit.missing == 0 && audit.dropped_total() == 0;
     println!("delivery  {}", crate::audit::equation(&audit));
     println!("{line}");
     let closed = if options.once { " (closed now)" } else { "" };

@@ -166,7 +166,8 @@ fn batches_are_bounded_a_backlog_is_sent_without_pauses_and_the_connection_is_ke
         store
             .batches
             .iter()
-            .all(|batch| batch.sensors[0].frames.len() <= grideye_agent::upload::BATCH_RECORDS_MAX)
+            .all(|batch| batch.sensors[0].frames.len()
+                <= grideye_agent::courier::BACKLOG_RECORDS_MAX)
     );
     assert!(
         store
@@ -392,7 +393,7 @@ fn an_agent_with_nothing_to_say_still_shows_that_it_is_there() {
         posts,
         1,
         "one account at the start, the next after {:?}",
-        grideye_agent::upload::HEARTBEAT_EVERY
+        grideye_agent::courier::HEARTBEAT_EVERY
     );
     assert!(agent.stop(Duration::from_secs(5)).is_complete());
     let store = collector.store.lock().unwrap();

@@ -12,6 +12,8 @@ mod delivery;
 mod faults;
 mod files;
 mod hung;
+mod model_disk;
 mod program;
+mod spool;
 mod support;
 mod table;

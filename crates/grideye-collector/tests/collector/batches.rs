@@ -86,6 +86,7 @@ pub(crate) fn account(read: u64, dropped: u64, spooled: u64) -> Account {
             .collect(),
         spooled,
         errors: BTreeMap::from([("nack".to_owned(), 2)]),
+        ended: false,
     }
 }
 

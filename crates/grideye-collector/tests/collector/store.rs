@@ -4,7 +4,7 @@ use crate::batches::{account, batch, counted, flat, frame, missing, numbered, pa
 use grideye_collector::store::{Appended, Members, RecordingId, StoredRecord};
 use grideye_collector::{FrameStore, Limits, SqliteStore, StoreError, StoreLocation};
 use grideye_frame::NoData;
-use grideye_recording::wire::{Batch, Gap};
+use grideye_recording::wire::{Account, Batch, Gap, LOST_IN_MEMORY};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -44,6 +44,7 @@ conformance! {
     a_lost_frame_unbalances_the_books
     a_lost_answer_unbalances_the_books_only_until_the_next_count
     an_overtaken_count_does_not_replace_a_later_one
+    a_run_that_has_ended_balances_and_stays_so
     a_recording_holds_what_arrives_between_start_and_stop
     a_frame_sent_again_during_a_recording_is_not_in_it
     recordings_are_ordered_by_device_sensor_boot_and_number
@@ -358,6 +359,28 @@ async fn a_lost_answer_unbalances_the_books_only_until_the_next_count(store: &dy
     assert_eq!(books(store).await, (10, 10, 0, 5, -5));
     append(store, counted(0..5, account(10, 0, 5))).await;
     assert_eq!(books(store).await, (10, 10, 0, 0, 0));
+}
+
+async fn a_run_that_has_ended_balances_and_stays_so(store: &dyn FrameStore) {
+    append(store, counted(0..5, account(5, 0, 5))).await;
+    // 20 read, 3 dropped, 12 in memory and on disk: then the agent is killed, with 4 of them on disk.
+    append(store, counted([], account(20, 3, 12))).await;
+    assert_eq!(books(store).await, (20, 5, 3, 12, 0));
+    let ended = |read, dropped, spooled| Account {
+        ended: true,
+        ..account(read, dropped, spooled)
+    };
+    append(store, counted(5..7, ended(9, 0, 4))).await;
+    assert_eq!(books(store).await, (20, 7, 3 + 8, 2, 0));
+    append(store, counted(7..9, ended(9, 0, 2))).await;
+    assert_eq!(books(store).await, (20, 9, 3 + 8, 0, 0));
+    // What comes twice or late un-ends nothing.
+    append(store, counted(5..7, ended(9, 0, 4))).await;
+    append(store, counted(5..7, account(20, 3, 12))).await;
+    append(store, numbered(9..10)).await;
+    assert_eq!(books(store).await, (20, 10, 3 + 7, 0, 0));
+    let kept = store.streams().await.unwrap().remove(0).account.unwrap();
+    assert_eq!(kept.dropped[LOST_IN_MEMORY], 7);
 }
 
 async fn an_overtaken_count_does_not_replace_a_later_one(store: &dyn FrameStore) {

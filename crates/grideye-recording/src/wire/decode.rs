@@ -189,6 +189,7 @@ enum AccountField {
     Dropped,
     Spooled,
     Errors,
+    Ended,
 }
 
 impl<'de> Visitor<'de> for AccountSeed<'_> {
@@ -200,7 +201,7 @@ impl<'de> Visitor<'de> for AccountSeed<'_> {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Account, A::Error> {
         let (mut read, mut missing, mut spooled) = (None, None, None);
-        let (mut dropped, mut errors) = (None, None);
+        let (mut dropped, mut errors, mut ended) = (None, None, None);
         let reasons = || CountsSeed {
             limit: self.0.reasons,
             of: "reasons",
@@ -212,6 +213,9 @@ impl<'de> Visitor<'de> for AccountSeed<'_> {
                 AccountField::Dropped => fill(&mut dropped, "dropped", &mut map, reasons())?,
                 AccountField::Spooled => fill(&mut spooled, "spooled", &mut map, COUNT)?,
                 AccountField::Errors => fill(&mut errors, "errors", &mut map, reasons())?,
+                AccountField::Ended => {
+                    fill(&mut ended, "ended", &mut map, PhantomData::<bool>)?;
+                }
             }
         }
         Ok(Account {
@@ -220,6 +224,7 @@ impl<'de> Visitor<'de> for AccountSeed<'_> {
             dropped: dropped.ok_or_else(|| A::Error::missing_field("dropped"))?,
             spooled: spooled.ok_or_else(|| A::Error::missing_field("spooled"))?,
             errors: errors.ok_or_else(|| A::Error::missing_field("errors"))?,
+            ended: ended.unwrap_or(false),
         })
     }
 }

@@ -67,6 +67,8 @@ struct SensorAccount<'a> {
     dropped: &'a Counts,
     spooled: u64,
     errors: &'a Counts,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    ended: bool,
 }
 
 #[derive(Serialize)]
@@ -114,6 +116,7 @@ impl<'a> From<&'a Account> for SensorAccount<'a> {
             dropped: &account.dropped,
             spooled: account.spooled,
             errors: &account.errors,
+            ended: account.ended,
         }
     }
 }

@@ -44,6 +44,7 @@ fn specimen_value() -> Batch {
                 dropped: [("ring-full".to_owned(), 2)].into(),
                 spooled: 3,
                 errors: [("nack".to_owned(), 1)].into(),
+                ended: false,
             }),
             frames: vec![
                 Record {
@@ -145,6 +146,7 @@ fn a_fault_in_a_field_is_named_with_its_path() {
         (r#"{"ring-full":2}"#, r#"{"ring-full":2,"ring-full":2}"#, "sensors[0].account.dropped.ring-full: expected at most once, found twice".to_owned()),
         (r#"{"ring-full":2}"#, r#"{"=x":2}"#, format!("sensors[0].account.dropped, a key: expected {NAME}, found \"=x\"")),
         (r#"{"ring-full":2}"#, r#"{"ring-full":2.5}"#, format!("sensors[0].account.dropped.ring-full: expected {COUNT}, found floating point `2.5`")),
+        (r#""spooled":3,"#, r#""spooled":3,"ended":1,"#, "sensors[0].account.ended: expected a boolean, found integer `1`".to_owned()),
         (r#""spooled":3,"#, "", "sensors[0].account.spooled: expected a value, found none".to_owned()),
         ("17,", "9223372036854775808,", format!("{frame}.seq: expected {COUNT}, found integer `9223372036854775808`")),
         ("17,", "17.0,", format!("{frame}.seq: expected {COUNT}, found floating point `17.0`")),
@@ -544,13 +546,15 @@ fn any_account() -> impl Strategy<Value = Account> {
         any_counts(),
         0..=COUNT_MAX,
         any_counts(),
+        any::<bool>(),
     )
-        .prop_map(|(read, missing, dropped, spooled, errors)| Account {
+        .prop_map(|(read, missing, dropped, spooled, errors, ended)| Account {
             read,
             missing,
             dropped,
             spooled,
             errors,
+            ended,
         })
 }
 

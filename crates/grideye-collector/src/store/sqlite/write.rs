@@ -408,6 +408,15 @@ fn append_account(connection: &Connection, key: i64, part: &SensorBatch) -> Resu
         .filter(|record| record.reading.frame().is_some())
         .map(|record| record.seq)
         .collect();
+    let known = known_account(connection, key)?;
+    let has_ended = [known.as_ref(), part.account.as_ref()]
+        .into_iter()
+        .flatten()
+        .any(|account| account.ended);
+    if has_ended {
+        let came = u64::try_from(came.len()).unwrap_or(u64::MAX);
+        return end_account(connection, key, known.as_ref(), part, came);
+    }
     if let Some(account) = &part.account {
         if replace_account(connection, key, account, came.len())? {
             return Ok(());
@@ -418,6 +427,38 @@ fn append_account(connection: &Connection, key: i64, part: &SensorBatch) -> Resu
             "UPDATE streams SET came_since_account = came_since_account + ? WHERE id = ? AND account IS NOT NULL",
         )?
         .execute(params![count(came.len()), key])?;
+    Ok(())
+}
+
+fn known_account(connection: &Connection, key: i64) -> Result<Option<Account>, StoreError> {
+    let account: Option<String> = connection
+        .prepare_cached("SELECT account FROM streams WHERE id = ?")?
+        .query_row([key], |row| row.get(0))?;
+    account.as_deref().map(account::from_json).transpose()
+}
+
+/// Keeps the count of a run that is over.
+fn end_account(
+    connection: &Connection,
+    key: i64,
+    known: Option<&Account>,
+    part: &SensorBatch,
+    came: u64,
+) -> Result<(), StoreError> {
+    let stored: i64 = connection
+        .prepare_cached("SELECT stored FROM streams WHERE id = ?")?
+        .query_row([key], |row| row.get(0))?;
+    let stored = u64::try_from(stored).unwrap_or(0);
+    let merged = account::of_ended_run(known, part.account.as_ref(), stored, came);
+    connection
+        .prepare_cached(
+            "UPDATE streams SET account = ?, account_read = ?, came_since_account = 0 WHERE id = ?",
+        )?
+        .execute(params![
+            account::to_json(&merged).to_string(),
+            fitting("account.read", merged.read)?,
+            key
+        ])?;
     Ok(())
 }
 

@@ -1,0 +1,280 @@
+//! The keeper: brings what waits too long in memory to the disk, and clears up there. A thread of its own, so that a slow
+//! card keeps neither the buses nor the posts.
+
+use crate::config::SpoolMode;
+use crate::log::Log;
+use crate::ring::Ring;
+use crate::shared::Shared;
+use crate::spool::{FolderError, Spool, Written};
+use grideye_recording::{Record, StreamId};
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Records of one group at most, written and synced at once.
+pub const GROUP_RECORDS_MAX: usize = 5000;
+/// The pause after a write that failed.
+pub const DISK_RETRY: Duration = Duration::from_secs(5);
+/// The pause before a spool is opened again that could not be.
+pub const OPEN_RETRY: Duration = Duration::from_secs(60);
+/// How often the keeper looks, unless it syncs more often.
+pub const LOOK_EVERY: Duration = Duration::from_millis(250);
+/// How old a record is when it leaves the memory for the disk's lane, where it is on the disk from the start.
+pub const EVICT_AFTER: Duration = crate::ring::LIVE_FOR;
+
+/// Keeps the spool of a running agent.
+pub struct Keeper {
+    shared: Arc<Shared>,
+    mode: SpoolMode,
+    log: Log,
+    retry_at: Duration,
+    said: Option<String>,
+    synced_at: Option<Duration>,
+    opener: Option<Opener>,
+}
+
+/// Opens a spool.
+pub type Opener = Box<dyn FnMut() -> Result<Spool, FolderError> + Send>;
+
+impl std::fmt::Debug for Keeper {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Keeper")
+            .field("mode", &self.mode)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Keeper {
+    /// A keeper of the spool that is shared, if one is.
+    #[must_use]
+    pub fn new(shared: Arc<Shared>, mode: SpoolMode, log: Log) -> Self {
+        Self {
+            shared,
+            mode,
+            log,
+            retry_at: Duration::ZERO,
+            said: None,
+            synced_at: None,
+            opener: None,
+        }
+    }
+
+    /// Opens the spool, or, where the disk does not work, says so and tries again later.
+    ///
+    /// # Errors
+    /// [`FolderError::Locked`] if another agent uses it.
+    pub fn open(&mut self, mut opener: Opener) -> Result<(), FolderError> {
+        match opener() {
+            Ok(spool) => {
+                *self.shared.spool() = Some(spool);
+                self.opener = None;
+                if self.said.take().is_some() {
+                    self.log.info("the spool takes frames again");
+                }
+                Ok(())
+            }
+            Err(locked @ FolderError::Locked { .. }) => Err(locked),
+            Err(FolderError::Unusable { folder, source }) => {
+                let what = format!("{}: {source}", folder.display());
+                self.failed(self.shared.now(), &io::Error::new(source.kind(), what));
+                self.retry_at = self.shared.now() + OPEN_RETRY;
+                self.opener = Some(opener);
+                Ok(())
+            }
+        }
+    }
+
+    fn open_again(&mut self, now: Duration) {
+        if now < self.retry_at {
+            return;
+        }
+        if let Some(opener) = self.opener.take() {
+            if let Err(locked) = self.open(opener) {
+                self.log.error(locked.to_string());
+            }
+        }
+    }
+
+    /// Works until it is told to end, and then brings all that is left to the disk.
+    pub fn run(&mut self) {
+        while !self.shared.waits_for_keeper(self.pause()) {
+            self.step(self.shared.now());
+        }
+        self.finish(self.shared.now());
+    }
+
+    fn pause(&self) -> Duration {
+        match self.mode {
+            SpoolMode::Always { sync_every } => LOOK_EVERY.min(sync_every),
+            SpoolMode::Outage { after } => LOOK_EVERY.min(after),
+            SpoolMode::Ram => LOOK_EVERY,
+        }
+    }
+
+    /// Does what is due at `now`.
+    pub fn step(&mut self, now: Duration) {
+        let older_than = match self.mode {
+            SpoolMode::Ram => return,
+            SpoolMode::Outage { after } => after,
+            SpoolMode::Always { .. } => Duration::ZERO,
+        };
+        self.open_again(now);
+        let shared = Arc::clone(&self.shared);
+        let mut spool = shared.spool();
+        let Some(spool) = spool.as_mut() else { return };
+        if now >= self.retry_at && self.is_sync_due(now) {
+            self.write(spool, now, older_than);
+        }
+        spool.recover();
+        self.clear_up(spool, now);
+    }
+
+    fn is_sync_due(&self, now: Duration) -> bool {
+        match (self.mode, self.synced_at) {
+            (SpoolMode::Always { sync_every }, Some(at)) => now >= at + sync_every,
+            _ => true,
+        }
+    }
+
+    /// Writes all groups that are due.
+    fn write(&mut self, spool: &mut Spool, now: Duration, older_than: Duration) {
+        loop {
+            let (records, accounts) = self.shared.with_ring(|ring| {
+                let records = ring.unwritten(now, older_than, GROUP_RECORDS_MAX);
+                (records, ring.stream_accounts())
+            });
+            if records.is_empty() {
+                return;
+            }
+            self.synced_at = Some(now);
+            let written = spool.write(&records, &accounts);
+            let is_done = written.error.is_some() || records.len() < GROUP_RECORDS_MAX;
+            self.take_in(spool, now, &records, written);
+            if is_done {
+                return;
+            }
+        }
+    }
+
+    fn take_in(
+        &mut self,
+        spool: &mut Spool,
+        now: Duration,
+        records: &[(Arc<StreamId>, Record)],
+        written: Written,
+    ) {
+        let removed = spool.take_removed();
+        let dropped = spool.take_dropped();
+        let frames: u64 = dropped.iter().map(|dropped| dropped.content.frames).sum();
+        self.shared.with_ring(|ring| {
+            ring.written(records, &written.places);
+            ring.unplace(&removed);
+            dropped
+                .iter()
+                .for_each(|dropped| ring.dropped_from_disk(dropped));
+        });
+        if frames > 0 {
+            self.log.error(format!(
+                "the spool is full: the oldest {frames} frames of the backlog were dropped\nhint: raise spool.mib_max, or look why the collector is away"
+            ));
+        }
+        match written.error {
+            Some(error) => self.failed(now, &error),
+            None if self.said.take().is_some() => self.log.info("the spool takes frames again"),
+            None => {}
+        }
+    }
+
+    fn failed(&mut self, now: Duration, error: &io::Error) {
+        self.retry_at = now + DISK_RETRY;
+        let (kind, hint) = kind_and_hint(error);
+        self.shared.with_ring(|ring| ring.count_fault_of_all(kind));
+        let why = error.to_string();
+        if self.said.as_ref() != Some(&why) {
+            self.log.error(format!(
+                "the spool cannot be written: {why}; the frames stay in memory\nhint: {hint}"
+            ));
+            self.said = Some(why);
+        }
+    }
+
+    /// Takes out of memory what the disk has, and removes what nothing refers to.
+    fn clear_up(&mut self, spool: &mut Spool, now: Duration) {
+        let older_than = match self.mode {
+            SpoolMode::Always { .. } => EVICT_AFTER,
+            // What was written was too old for memory, or came after that.
+            SpoolMode::Outage { .. } | SpoolMode::Ram => Duration::ZERO,
+        };
+        let places = self.shared.with_ring(|ring| {
+            let found = ring.evictable(now, older_than);
+            let items: Vec<_> = found
+                .iter()
+                .map(|found| (found.place, found.is_frame))
+                .collect();
+            if spool.add_backlog(&items) {
+                ring.evict(&found);
+            }
+            ring.places()
+        });
+        let keeps_writing = matches!(self.mode, SpoolMode::Always { .. });
+        if let Err(error) = spool.tidy(&places, keeps_writing) {
+            self.failed(now, &error);
+        }
+        for message in spool.take_messages() {
+            self.log.warning(message);
+        }
+    }
+
+    /// Brings everything in memory to the disk, and notes where the next start begins.
+    pub fn finish(&mut self, now: Duration) {
+        if self.mode == SpoolMode::Ram {
+            return;
+        }
+        let shared = Arc::clone(&self.shared);
+        let mut spool = shared.spool();
+        let Some(spool) = spool.as_mut() else { return };
+        self.write(spool, now, Duration::ZERO);
+        shared.with_ring(|ring| {
+            ring.doubt(None);
+            Self::evict_all(spool, ring, now);
+        });
+        let (places, accounts) = shared.with_ring(|ring| (ring.places(), ring.stream_accounts()));
+        if spool
+            .tidy(&places, false)
+            .and_then(|()| spool.close(&places, &accounts))
+            .is_err()
+        {
+            self.log.warning("the spool's state could not be written: the next start may send frames a second time, which changes nothing");
+        }
+    }
+
+    fn evict_all(spool: &mut Spool, ring: &mut Ring, now: Duration) {
+        let found = ring.evictable(now, Duration::ZERO);
+        let items: Vec<_> = found
+            .iter()
+            .map(|found| (found.place, found.is_frame))
+            .collect();
+        if spool.add_backlog(&items) {
+            ring.evict(&found);
+        }
+    }
+}
+
+/// Under which name a failure of the disk is counted, and what can be done about it.
+fn kind_and_hint(error: &io::Error) -> (&'static str, &'static str) {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => (
+            "spool-disk-full",
+            "make room on the disk, or lower spool.free_mib_min",
+        ),
+        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => (
+            "spool-read-only",
+            "make the folder writable; a card that has turned read-only is at its end (`dmesg` says so)",
+        ),
+        _ => (
+            "spool-failed",
+            "look at `dmesg`: a card that gives errors is at its end",
+        ),
+    }
+}

@@ -1,0 +1,256 @@
+//! What a start makes of what the runs before left on the disk.
+
+use super::segment::{Entries, Entry, Fault, HEADER_BYTES};
+use super::state::{Count, RUNS_MAX, Run, STATE, STATE_BYTES_MAX, State};
+use super::{Place, QUARANTINE, SEGMENT_READ_MAX, Segment, Spool, name_of, number_of};
+use grideye_recording::StreamId;
+use grideye_recording::wire::Account;
+use std::io;
+use std::sync::Arc;
+
+impl Spool {
+    /// Looks at the next segment that a run before has left: puts its records into the backlog, up to the first that is
+    /// not whole, and sets the rest aside. False when all have been looked at.
+    pub fn recover(&mut self) -> bool {
+        let Some(number) = self.unread.pop_front() else {
+            return false;
+        };
+        let name = name_of(number);
+        match self.disk.read(&name, 0, SEGMENT_READ_MAX) {
+            Ok(bytes) => self.look_at(number, &bytes),
+            Err(error) => {
+                self.segments.remove(&number);
+                self.say(format!(
+                    "{name} cannot be read ({error}), and is left where it is"
+                ));
+            }
+        }
+        if self.unread.is_empty() {
+            self.found_through.clear();
+        }
+        true
+    }
+
+    /// Reads the names and the state.
+    pub(super) fn load(&mut self) -> io::Result<()> {
+        let names = self.disk.list()?;
+        let mut numbers: Vec<u64> = names.iter().filter_map(|name| number_of(name)).collect();
+        numbers.sort_unstable();
+        let quarantined = names.iter().filter(|name| name.starts_with(QUARANTINE));
+        self.quarantine_bytes = quarantined
+            .map(|name| self.disk.size(name).unwrap_or(0))
+            .sum();
+        if names.iter().any(|name| name == STATE) {
+            self.load_state();
+        }
+        let next = numbers.last().map_or(1, |last| last + 1);
+        self.next_number = next.max(self.cursor.segment).max(1);
+        for number in numbers {
+            if number < self.cursor.segment {
+                // A crash came between the cursor and the removal.
+                let _ = self.disk.remove(&name_of(number));
+                continue;
+            }
+            let bytes = self.disk.size(&name_of(number)).unwrap_or(0);
+            let segment = Segment {
+                bytes,
+                ..Segment::default()
+            };
+            self.segments.insert(number, segment);
+            self.unread.push_back(number);
+        }
+        Ok(())
+    }
+
+    fn load_state(&mut self) {
+        let bytes = self.disk.read(STATE, 0, STATE_BYTES_MAX);
+        let state = bytes.ok().and_then(|bytes| State::from_bytes(&bytes));
+        if let Some(state) = state {
+            self.cursor = state.cursor;
+            self.runs = state.runs;
+            self.forget_runs_beyond_the_limit();
+            return;
+        }
+        let aside = format!("{QUARANTINE}/{STATE}");
+        let moved = self.disk.rename(STATE, &aside);
+        let what = if moved.is_ok() {
+            format!("set aside as {aside}")
+        } else {
+            "left where it is".to_owned()
+        };
+        self.say(format!(
+            "state is damaged, or of another version: {what}; some frames may be sent a second time, which changes nothing"
+        ));
+    }
+
+    fn forget_runs_beyond_the_limit(&mut self) {
+        let surplus = (self.runs.len() + 1).saturating_sub(RUNS_MAX);
+        if surplus > 0 {
+            self.runs.drain(..surplus);
+            self.say(format!(
+                "more than {RUNS_MAX} runs ended without a word to the collector; the oldest {surplus} are forgotten, and what they lost stays uncounted"
+            ));
+        }
+    }
+
+    fn look_at(&mut self, number: u64, bytes: &[u8]) {
+        let entries = match Entries::of_segment(number, bytes) {
+            Ok(entries) => entries,
+            // The power went before anything of it was on the disk.
+            Err(Fault::NoHeader)
+                if bytes.len() < HEADER_BYTES || bytes.iter().all(|byte| *byte == 0) =>
+            {
+                self.remove_quietly(number);
+                return;
+            }
+            Err(fault) => {
+                self.set_segment_aside(number, &fault);
+                return;
+            }
+        };
+        let needed_from = if self.cursor.segment == number {
+            self.cursor.offset
+        } else {
+            0
+        };
+        let mut scan = Scan {
+            number,
+            last_end: None,
+            needed_from,
+        };
+        let mut whole = HEADER_BYTES;
+        for entry in entries {
+            match entry {
+                Ok((end, entry)) => {
+                    self.take_in(&mut scan, whole, end, entry);
+                    whole = end;
+                }
+                Err(fault) => {
+                    self.set_rest_aside(number, whole, &bytes[whole..], &fault);
+                    break;
+                }
+            }
+        }
+    }
+
+    fn take_in(&mut self, scan: &mut Scan, begin: usize, end: usize, entry: Entry) {
+        match entry {
+            Entry::Stream { index, id } => self.declare(scan.number, index, id),
+            Entry::Account { stream, account } => {
+                if let Some(id) = self.stream(scan.number, stream) {
+                    self.renew(&id, &account);
+                }
+            }
+            Entry::Record { stream, record } => {
+                let Some(id) = self.stream(scan.number, stream) else {
+                    return;
+                };
+                // A group whose sync failed was written once more.
+                let is_new = self
+                    .found_through
+                    .get(&id)
+                    .is_none_or(|through| record.seq > *through);
+                let (begin, end) = (offset(begin), offset(end));
+                if is_new {
+                    self.found_through.insert(id, record.seq);
+                }
+                if !is_new || end <= scan.needed_from {
+                    scan.last_end = None;
+                    return;
+                }
+                let place = Place {
+                    segment: scan.number,
+                    from: scan.last_end.unwrap_or(begin),
+                    to: end,
+                    stream,
+                };
+                self.enqueue(place, record.reading.frame().is_some());
+                scan.last_end = Some(end);
+            }
+        }
+    }
+
+    fn declare(&mut self, number: u64, index: u16, id: Arc<StreamId>) {
+        self.note_run(&id);
+        if let Some(segment) = self.segments.get_mut(&number) {
+            if usize::from(index) == segment.streams.len() {
+                segment.streams.push(id);
+            }
+        }
+    }
+
+    /// A run that the state does not know is known from its records.
+    fn note_run(&mut self, id: &StreamId) {
+        let known = self.runs.iter_mut().find(|run| run.boot == id.boot);
+        if let Some(run) = known {
+            run.sensors.entry(id.sensor.clone()).or_default();
+            return;
+        }
+        self.runs.push(Run {
+            device: id.device.clone(),
+            boot: id.boot.clone(),
+            sensors: [(id.sensor.clone(), Count::default())].into(),
+        });
+    }
+
+    fn renew(&mut self, id: &StreamId, account: &Account) {
+        if let Some(count) = self.run_of(id) {
+            count.renew(account);
+        }
+    }
+
+    fn remove_quietly(&mut self, number: u64) {
+        self.segments.remove(&number);
+        let _ = self.disk.remove(&name_of(number));
+    }
+
+    fn set_segment_aside(&mut self, number: u64, fault: &Fault) {
+        let name = name_of(number);
+        let aside = format!("{QUARANTINE}/{name}");
+        let moved = self.disk.rename(&name, &aside);
+        self.segments.remove(&number);
+        let what = match moved.and_then(|()| self.disk.sync_folder()) {
+            Ok(()) => format!("set aside as {aside}"),
+            Err(error) => format!("and it cannot be set aside: {error}"),
+        };
+        let hint = match fault {
+            Fault::OtherVersion { .. } => {
+                "\nhint: the version of grideye-agent that wrote it can deliver it, with quarantine as its spool.folder"
+            }
+            _ => "",
+        };
+        self.say(format!("{name}: {fault}; {what}{hint}"));
+    }
+
+    /// The rest is kept under a name that says where it was, so that setting it aside twice is setting it aside once.
+    fn set_rest_aside(&mut self, number: u64, whole: usize, rest: &[u8], fault: &Fault) {
+        let name = name_of(number);
+        let aside = format!("{QUARANTINE}/{name}-from-byte-{whole}");
+        let kept = self.check_quarantine_room(rest.len()).and_then(|()| {
+            self.disk.write(&aside, rest)?;
+            self.disk.sync(&aside)?;
+            self.disk.sync_folder()
+        });
+        let what = match kept {
+            Ok(()) => format!("set aside as {aside}"),
+            Err(error) => format!("not kept: {error}"),
+        };
+        self.say(format!(
+            "{name}: {fault}, as a loss of power leaves it; the last {} bytes are {what}, and what was before them is delivered",
+            rest.len()
+        ));
+    }
+}
+
+/// How far a segment has been looked through.
+struct Scan {
+    number: u64,
+    /// Where the record before ended, if it is in the backlog.
+    last_end: Option<u64>,
+    /// What ends here or before is not needed.
+    needed_from: u64,
+}
+
+fn offset(bytes: usize) -> u64 {
+    u64::try_from(bytes).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,140 @@
+//! The file `state` of a spool: from where on its segments are needed, and which runs have not been heard to the end.
+//!
+//! One line with version and checksum, then JSON, so that a person can read it. It is replaced as a whole.
+
+use super::segment::crc32c;
+use grideye_recording::wire::Account;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The file's name.
+pub(super) const STATE: &str = "state";
+/// The longest state that is read.
+pub(super) const STATE_BYTES_MAX: usize = 16 << 20;
+/// Ended runs that are remembered; of more, the oldest that have nothing on disk are forgotten, and that is said.
+pub const RUNS_MAX: usize = 1000;
+
+const BEGINNING: &str = "grideye-spool-state 1 crc32c ";
+
+/// From where on the segments are needed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Cursor {
+    /// No segment before this number is needed.
+    pub(super) segment: u64,
+    /// No byte before this one of that segment is needed.
+    pub(super) offset: u64,
+}
+
+/// One run of the agent that the collector has not heard to the end.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Run {
+    pub(super) device: String,
+    pub(super) boot: String,
+    pub(super) sensors: BTreeMap<String, Count>,
+}
+
+/// An account as it is kept.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Count {
+    pub(super) read: u64,
+    pub(super) missing: u64,
+    pub(super) dropped: BTreeMap<String, u64>,
+    pub(super) errors: BTreeMap<String, u64>,
+}
+
+impl Count {
+    /// What is known of a run that has ended, with so many frames still to come.
+    pub(super) fn of_ended(&self, spooled: u64) -> Account {
+        Account {
+            read: self.read,
+            missing: self.missing,
+            dropped: self.dropped.clone(),
+            spooled,
+            errors: self.errors.clone(),
+            ended: true,
+        }
+    }
+
+    /// Takes the later of two counts of one run.
+    pub(super) fn renew(&mut self, account: &Account) {
+        if account.read >= self.read {
+            self.read = account.read;
+            self.missing = account.missing;
+            self.dropped = account.dropped.clone();
+            self.errors = account.errors.clone();
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct State {
+    pub(super) cursor: Cursor,
+    pub(super) runs: Vec<Run>,
+}
+
+impl State {
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
+        // Strings and numbers alone: this cannot fail.
+        let json = serde_json::to_string_pretty(self).unwrap_or_default();
+        let crc = crc32c(&[json.as_bytes()]);
+        format!("{BEGINNING}{crc:08x}\n{json}").into_bytes()
+    }
+
+    /// `None` for what this version did not write whole.
+    pub(super) fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let text = std::str::from_utf8(bytes).ok()?;
+        let (crc, json) = text.strip_prefix(BEGINNING)?.split_once('\n')?;
+        let is_whole = u32::from_str_radix(crc, 16).ok()? == crc32c(&[json.as_bytes()]);
+        is_whole.then(|| serde_json::from_str(json).ok()).flatten()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn specimen() -> State {
+        State {
+            cursor: Cursor {
+                segment: 12,
+                offset: 345,
+            },
+            runs: vec![Run {
+                device: "pi-1".to_owned(),
+                boot: "5f0c".to_owned(),
+                sensors: BTreeMap::from([("i2c-1:0x69".to_owned(), Count::default())]),
+            }],
+        }
+    }
+
+    #[test]
+    fn a_state_comes_back_and_no_flipped_bit_passes() {
+        let bytes = specimen().to_bytes();
+        assert_eq!(State::from_bytes(&bytes), Some(specimen()));
+        for place in 0..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 1;
+            assert_eq!(State::from_bytes(&damaged), None, "byte {place}");
+            assert_eq!(State::from_bytes(&bytes[..place]), None, "cut at {place}");
+        }
+    }
+
+    #[test]
+    fn the_later_of_two_counts_is_kept() {
+        let mut count = Count::default();
+        let account = |read, missing| Account {
+            read,
+            missing,
+            ..Account::default()
+        };
+        count.renew(&account(9, 2));
+        count.renew(&account(5, 1));
+        assert_eq!((count.read, count.missing), (9, 2));
+        assert_eq!(count.of_ended(3).spooled, 3);
+        assert!(count.of_ended(3).ended);
+    }
+}
