@@ -6,6 +6,11 @@
 //!                 sampler b    ├──────────▶ │ ring │ ─────────▶ │ uploader │ ────────────────▶ collector
 //!   /dev/i2c-3 ── bus thread ──┘            └──────┘ ◀───────── └──────────┘ ◀────────────────
 //!                 sampler c                 bounded   durable                 durable_through
+//!                                             │  ▲
+//!                                      keeper ▼  │ backlog
+//!                                           ┌───────┐
+//!                                           │ spool │ segments on a disk: what waits too long, or everything
+//!                                           └───────┘
 //! ```
 //!
 //! * [`sampler`] follows the sensor's own clock: it finds the moment of update from what it reads, keeps its reads
@@ -14,7 +19,8 @@
 //! * [`ring`] holds what is not yet known to be durable and keeps the account: read = acknowledged + dropped + spooled.
 //! * [`worker`] is the thread of one bus: it does what the samplers of its sensors want done.
 //! * [`watch`] sees that a transfer does not come back, and lists what is missed meanwhile.
-//! * [`upload`] posts batches and frees what the collector has on disk. A hung bus does not stop it.
+//! * [`spool`] keeps on a disk what waits too long for the collector, and [`keeper`] brings it there.
+//! * [`courier`] decides what goes to the collector when; [`upload`] posts it and is not stopped by a hung bus.
 //! * [`agent`] puts them together; [`check`] is the one-shot self-test for a person with a soldering iron.
 //!
 //! Time comes from a [`clock::Clock`] that is handed in: the system's in the program, an emulated one in tests.

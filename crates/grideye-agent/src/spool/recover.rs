@@ -195,7 +195,7 @@ impl Spool {
 
     fn renew(&mut self, id: &StreamId, account: &Account) {
         if let Some(count) = self.run_of(id) {
-            count.renew(account);
+            count.take_in(account);
         }
     }
 

@@ -58,13 +58,28 @@ impl Count {
         }
     }
 
-    /// Takes the later of two counts of one run.
+    /// Takes the run's own later count.
     pub(super) fn renew(&mut self, account: &Account) {
         if account.read >= self.read {
             self.read = account.read;
             self.missing = account.missing;
             self.dropped = account.dropped.clone();
             self.errors = account.errors.clone();
+        }
+    }
+
+    /// Takes in a count that was found on the disk, beside what was dropped of that run since it ended.
+    pub(super) fn take_in(&mut self, found: &Account) {
+        let dropped = std::mem::take(&mut self.dropped);
+        self.dropped = found.dropped.clone();
+        for (reason, count) in dropped {
+            let known = self.dropped.entry(reason).or_default();
+            *known = (*known).max(count);
+        }
+        if found.read >= self.read {
+            self.read = found.read;
+            self.missing = found.missing;
+            self.errors = found.errors.clone();
         }
     }
 }
@@ -134,6 +149,9 @@ mod tests {
         count.renew(&account(9, 2));
         count.renew(&account(5, 1));
         assert_eq!((count.read, count.missing), (9, 2));
+        count.dropped.insert("spool-full".to_owned(), 4);
+        count.take_in(&account(12, 3));
+        assert_eq!((count.read, count.dropped["spool-full"]), (12, 4));
         assert_eq!(count.of_ended(3).spooled, 3);
         assert!(count.of_ended(3).ended);
     }

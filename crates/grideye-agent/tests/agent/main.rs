@@ -8,11 +8,13 @@
 
 mod acquisition;
 mod check;
+mod clocks;
 mod delivery;
 mod faults;
 mod files;
 mod hung;
 mod model_disk;
+mod outage;
 mod program;
 mod spool;
 mod support;

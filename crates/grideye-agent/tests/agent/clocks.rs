@@ -1,0 +1,128 @@
+//! A wall clock that is not set, is set, and is set wrong: it stamps frames, and decides nothing.
+
+use crate::support::*;
+use amg8833::Address as Target;
+use grideye_agent::agent::{Agent, AnyBus, Start};
+use grideye_agent::clock::Clock;
+use grideye_agent::config::{BusConfig, Config, SensorConfig, SpoolConfig, SpoolMode};
+use grideye_agent::log::Log;
+use grideye_recording::ClockState;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The host's clock, of which the wall's part jumps.
+struct Jumping(Arc<Host>);
+
+/// From when on, the wall clock's offset to the boot clock in hours, and whether it counts as set.
+const JUMPS: [(u64, i64, ClockState); 5] = [
+    (0, -480_000, ClockState::Unsynced),
+    (10, 0, ClockState::Synced),
+    (20, 5, ClockState::Synced),
+    (30, -7, ClockState::Synced),
+    (40, 0, ClockState::Synced),
+];
+
+impl Clock for Jumping {
+    fn boot(&self) -> Duration {
+        self.0.boot()
+    }
+
+    fn utc(&self) -> (i64, ClockState) {
+        let (utc_ns, _) = self.0.utc();
+        let boot_s = self.0.boot().as_secs();
+        let (_, hours, state) = *JUMPS
+            .iter()
+            .rev()
+            .find(|(from, ..)| *from <= boot_s)
+            .unwrap();
+        (utc_ns + hours * 3_600_000_000_000, state)
+    }
+
+    fn sleep_until(&self, boot: Duration) {
+        self.0.sleep_until(boot);
+    }
+}
+
+#[test]
+fn a_clock_that_is_unset_and_then_stepped_by_hours_both_ways_loses_doubles_and_disorders_nothing() {
+    for mode in [
+        SpoolMode::Outage {
+            after: Duration::from_millis(200),
+        },
+        SpoolMode::Always {
+            sync_every: Duration::from_millis(50),
+        },
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let script = [
+            vec![Conduct::Status(503); 3],
+            vec![Conduct::StoreAndHangUp, Conduct::Store],
+        ]
+        .concat();
+        let collector = Collector::start(script);
+        let host = Host::late_by(&[]);
+        let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
+        let config = Config {
+            spool: SpoolConfig {
+                mode,
+                folder: Some(folder.path().join("spool")),
+                bytes_max: 1 << 30,
+                free_bytes_min: 0,
+                backlog_per_s: 100_000,
+            },
+            ..config(&collector.url)
+        };
+        let start = Start {
+            frames_limit: Some(500),
+            ..Start::new(config, "host")
+        };
+        let sensors = vec![SensorConfig::at(Target::High)];
+        let bus_config = BusConfig {
+            path: "/dev/i2c-1".into(),
+            sensors,
+        };
+        let clock = Arc::new(Jumping(Arc::clone(&host)));
+        let agent = Agent::start(
+            start,
+            vec![(bus_config, AnyBus::new(bus))],
+            clock,
+            Log::silent(),
+        )
+        .unwrap();
+        assert!(agent.wait_finished(Duration::from_secs(60)));
+        // What has gone to the disk comes back by itself.
+        let until = std::time::Instant::now() + Duration::from_secs(30);
+        while collector.records(SENSOR).len() < 500 && std::time::Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let summary = agent.stop(Duration::from_secs(30));
+        assert!(summary.is_complete(), "{mode:?}: {summary}");
+        let records = collector.records(SENSOR);
+        assert_eq!(records.len(), 500, "{mode:?}: {summary}");
+        assert_exact(&records, |n| n);
+        let stepped = records
+            .iter()
+            .filter(|record| record.stamp.clock == ClockState::Stepped)
+            .count();
+        let unsynced = records
+            .iter()
+            .filter(|record| record.stamp.clock == ClockState::Unsynced)
+            .count();
+        println!(
+            "{mode:?}: 500 of 500 frames, in order, none twice; {stepped} stamped as stepped, {unsynced} as unsynced"
+        );
+        assert_eq!(stepped, 4);
+        assert!(unsynced > 50);
+        assert!(
+            records
+                .windows(2)
+                .all(|pair| pair[0].stamp.t_boot_ns < pair[1].stamp.t_boot_ns)
+        );
+        assert!(
+            records
+                .windows(2)
+                .any(|pair| pair[0].stamp.t_utc_ns > pair[1].stamp.t_utc_ns),
+            "wall time went back"
+        );
+    }
+}
