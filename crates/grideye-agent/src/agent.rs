@@ -139,24 +139,10 @@ impl Agent {
             hung_after,
             ..
         } = start;
-        let guarantee = agent.guarantee().to_string();
         let ring = Ring::new(agent.ring_frames, &device, &boot, names.clone());
         let shared = Arc::new(Shared::new(ring, None));
         let mut keeper = Keeper::new(Arc::clone(&shared), agent.spool.mode, log.clone());
-        if agent.spool.mode != SpoolMode::Ram {
-            let folder = agent.spool.folder.ok_or(StartError::NoSpoolFolder)?;
-            let limits = Limits::new(agent.spool.bytes_max, agent.spool.free_bytes_min);
-            let (device, boot) = (device.clone(), boot.clone());
-            keeper.open(Box::new(move || {
-                let disk = Box::new(Folder::open(&folder)?);
-                let spool = Spool::open(disk, limits, &device, &boot, &names);
-                spool.map_err(|source| FolderError::Unusable {
-                    folder: folder.clone(),
-                    source,
-                })
-            }))?;
-            log.line(Level::Info, format!("spool: {guarantee}"));
-        }
+        open_spool(&mut keeper, &agent, names, (device, boot.clone()), &log)?;
         let running = Arc::new(Running::new(buses.len()));
         let mut handle = AgentHandle {
             shared,
@@ -191,23 +177,9 @@ impl Agent {
             request_timeout: agent.request_timeout,
             backlog_per_s: agent.spool.backlog_per_s,
         };
-        let keeping = Arc::clone(&handle.keeping);
-        spawn("spool", move || {
-            let _ended = Ended {
-                running: &keeping,
-                index: 0,
-            };
-            keeper.run();
-        })?;
+        spawn_until_ended("spool", &handle.keeping, move || keeper.run())?;
         let mut uploader = Uploader::new(pace, Arc::clone(&handle.shared), clock, log);
-        let uploading = Arc::clone(&handle.uploading);
-        spawn("upload", move || {
-            let _ended = Ended {
-                running: &uploading,
-                index: 0,
-            };
-            uploader.run();
-        })?;
+        spawn_until_ended("upload", &handle.uploading, move || uploader.run())?;
         Ok(handle)
     }
 }
@@ -504,6 +476,51 @@ fn sensor_names(buses: &[(BusConfig, AnyBus)]) -> Result<Vec<String>, StartError
         }
     }
     Ok(names)
+}
+
+/// Opens the spool that the configuration asks for, and says what it is good for.
+fn open_spool(
+    keeper: &mut Keeper,
+    config: &Config,
+    sensors: Vec<String>,
+    (device, boot): (String, String),
+    log: &Log,
+) -> Result<(), StartError> {
+    if config.spool.mode == SpoolMode::Ram {
+        return Ok(());
+    }
+    let folder = config
+        .spool
+        .folder
+        .clone()
+        .ok_or(StartError::NoSpoolFolder)?;
+    let limits = Limits::new(config.spool.bytes_max, config.spool.free_bytes_min);
+    keeper.open(Box::new(move || {
+        let disk = Box::new(Folder::open(&folder)?);
+        let spool = Spool::open(disk, limits, &device, &boot, &sensors);
+        spool.map_err(|source| FolderError::Unusable {
+            folder: folder.clone(),
+            source,
+        })
+    }))?;
+    log.line(Level::Info, format!("spool: {}", config.guarantee()));
+    Ok(())
+}
+
+/// A thread of which [`Running`] tells the end, however it comes.
+fn spawn_until_ended(
+    name: &str,
+    running: &Arc<Running>,
+    work: impl FnOnce() + Send + 'static,
+) -> Result<(), StartError> {
+    let running = Arc::clone(running);
+    spawn(name, move || {
+        let _ended = Ended {
+            running: &running,
+            index: 0,
+        };
+        work();
+    })
 }
 
 fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), StartError> {

@@ -20,8 +20,6 @@ pub const CONFIG_BYTES_MAX: usize = 64 * 1024;
 pub const BUSES_MAX: usize = 16;
 /// How long a record waits in memory before it goes to the disk, unless told otherwise.
 pub const SPOOL_AFTER_DEFAULT: Duration = Duration::from_secs(10);
-/// How far apart two syncs are in mode `always`, unless told otherwise.
-pub const SYNC_EVERY_DEFAULT: Duration = Duration::from_secs(1);
 /// Frames of the backlog that go to the collector in a second, unless told otherwise.
 pub const BACKLOG_PER_S_DEFAULT: u32 = 1000;
 
@@ -136,7 +134,7 @@ impl std::fmt::Display for Guarantee {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             formatter,
-            "a loss of power or a killed agent costs at most the {} frames that were read in the last {:.2} s",
+            "a loss of power or a killed agent costs at most the {} frames that were read in the last {:.2} s and are not acknowledged",
             self.frames, self.seconds
         )
     }
@@ -413,7 +411,8 @@ fn check_spool(raw: Option<RawSpool>, place: &Place<'_>) -> Result<SpoolConfig, 
         .folder
         .map(|folder| check_folder(&folder, place))
         .transpose()?;
-    let after = place.milliseconds("after_ms", raw.after_ms, 10_000, (100, 600_000))?;
+    let after_default = u64::try_from(SPOOL_AFTER_DEFAULT.as_millis()).unwrap_or(u64::MAX);
+    let after = place.milliseconds("after_ms", raw.after_ms, after_default, (100, 600_000))?;
     let sync_every = place.milliseconds("sync_every_ms", raw.sync_every_ms, 1000, (50, 60_000))?;
     let mode = match &raw.mode {
         None => SpoolMode::Outage { after },
@@ -639,7 +638,7 @@ mod tests {
     }
 
     /// Found, replaced with, and how the message begins.
-    const REFUSALS: [(&str, &str, &str); 20] = [
+    const REFUSALS: [(&str, &str, &str); 26] = [
         (
             "address = 0x69",
             "address = 0xd2",
@@ -736,7 +735,61 @@ mod tests {
             "agent.toml:1:13: collector: expected http://HOST:PORT",
         ),
         ("[[bus]]", "[[bus]", "agent.toml:2:"),
+        (
+            "[[bus]]",
+            "[spool]\nmode = \"disk\"\n[[bus]]",
+            "agent.toml:3:8: mode: expected \"ram\", \"outage\" or \"always\", found \"disk\"\nhint: ",
+        ),
+        (
+            "[[bus]]",
+            "[spool]\nfolder = \"spool\"\n[[bus]]",
+            "agent.toml:3:10: folder: expected an absolute path, found \"spool\"\nhint: leave folder out under systemd",
+        ),
+        (
+            "[[bus]]",
+            "[spool]\nmib_max = 0\n[[bus]]",
+            "agent.toml:3:11: mib_max: expected 1 to 1048576, found 0\nhint: ",
+        ),
+        (
+            "[[bus]]",
+            "[spool]\nsync_every_ms = 5\n[[bus]]",
+            "agent.toml:3:17: sync_every_ms: expected 50 to 60000, found 5\nhint: ",
+        ),
+        (
+            "[[bus]]",
+            "[spool]\nmib = 5\n[[bus]]",
+            "agent.toml:3:1: unknown field `mib`",
+        ),
+        (
+            "[[bus]]",
+            "ring_frames = 150\n[spool]\n[[bus]]",
+            "agent.toml:3:1: ring_frames: expected at least 200, which are 20 s of these sensors, found 150\nhint: write ring_frames = 200",
+        ),
     ];
+
+    #[test]
+    fn the_spool_is_for_outages_unless_told_otherwise_and_its_guarantee_is_in_frames_and_seconds() {
+        let with = |spool: &str| {
+            let text = SMALLEST.replacen("[[bus]]", &format!("{spool}[[bus]]"), 1);
+            Config::parse(&text, "agent.toml").unwrap()
+        };
+        let config = with("");
+        assert_eq!(config.spool.mode, SpoolMode::Ram);
+        // 10 frames a second, and 6 per cent more from the fastest sensor.
+        assert_eq!(config.guarantee().frames, 10_000);
+        assert!((config.guarantee().seconds - 943.4).abs() < 0.1);
+        let config = with("[spool]\n");
+        let after = SPOOL_AFTER_DEFAULT;
+        assert_eq!(config.spool.mode, SpoolMode::Outage { after });
+        assert_eq!(config.spool.bytes_max, 1 << 30);
+        assert_eq!(
+            config.guarantee().to_string(),
+            "a loss of power or a killed agent costs at most the 109 frames that were read in the last 10.25 s and are not acknowledged"
+        );
+        let config = with("[spool]\nmode = \"always\"\nsync_every_ms = 500\n");
+        let guarantee = config.guarantee();
+        assert_eq!((guarantee.frames, guarantee.seconds), (8, 0.75));
+    }
 
     #[test]
     fn every_refusal_names_line_column_and_the_fix() {

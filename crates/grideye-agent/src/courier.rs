@@ -300,7 +300,7 @@ impl<P: Post> Courier<P> {
                 .as_ref()
                 .and_then(|spool| spool.ended_accounts(&parcel.boot))
         };
-        let mut batch = parcel.batch(accounts.unwrap_or_default());
+        let mut batch = parcel.batch(&accounts.unwrap_or_default());
         // Of a run that has ended it is not known whether its boot clock is this one.
         batch.t_sent_boot_ns = is_own.then(|| (self.now)().1);
         batch

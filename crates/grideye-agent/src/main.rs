@@ -3,11 +3,11 @@
 use amg8833::Address;
 use anyhow::Context as _;
 use clap::{Args, Parser, Subcommand};
-use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, Summary};
+use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError, Summary};
 use grideye_agent::bus::LinuxBus;
 use grideye_agent::check;
 use grideye_agent::clock::{Clock, SystemClock};
-use grideye_agent::config::{BusConfig, CONFIG_BYTES_MAX, Config};
+use grideye_agent::config::{BusConfig, CONFIG_BYTES_MAX, Config, SpoolMode};
 use grideye_agent::log::{Level, Log};
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -81,8 +81,9 @@ fn main() -> ExitCode {
 }
 
 fn run_check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
-    let buses = match &args.config {
-        Some(path) => read_config(path)?.buses,
+    let config = args.config.as_deref().map(read_config).transpose()?;
+    let buses = match &config {
+        Some(config) => config.buses.clone(),
         None => vec![BusConfig::with_one_sensor(&args.bus, args.address)],
     };
     let clock: Arc<dyn Clock> = Arc::new(SystemClock::new());
@@ -100,11 +101,28 @@ fn run_check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
             write_stdout(&text)?;
         }
     }
+    if let Some(config) = &config {
+        write_stdout(&guarantee(config, args.json))?;
+    }
     Ok(if all_ok {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(FAILED)
     })
+}
+
+/// What a loss of power can cost with this configuration, for a person or a program.
+fn guarantee(config: &Config, is_json: bool) -> String {
+    let (mode, guarantee) = (config.spool.mode.name(), config.guarantee());
+    if !is_json {
+        return format!("spool: mode {mode}: {guarantee}\n");
+    }
+    let json = serde_json::json!({ "spool": {
+        "mode": mode,
+        "frames_at_risk": guarantee.frames,
+        "seconds_at_risk": guarantee.seconds,
+    } });
+    format!("{json}\n")
 }
 
 fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
@@ -117,7 +135,7 @@ fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
             .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stopping)))
             .context("no handler for signals")?;
     }
-    let config = with_spool_folder(config);
+    let config = with_spool_folder(config)?;
     let mut start = Start::new(config, host_name());
     start.frames_limit = args.frames;
     let buses = start
@@ -145,16 +163,17 @@ fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// The folder that systemd makes for the service, where the configuration names none.
-fn with_spool_folder(mut config: Config) -> Config {
+fn with_spool_folder(mut config: Config) -> Result<Config, BadUsage> {
     let given = std::env::var_os("STATE_DIRECTORY");
     let first = given
         .as_ref()
         .and_then(|given| std::env::split_paths(given).next());
-    config.spool.folder = config
-        .spool
-        .folder
-        .or(first.map(|folder| folder.join("spool")));
-    config
+    let given = first.map(|folder| folder.join("spool"));
+    config.spool.folder = config.spool.folder.or(given);
+    if config.spool.mode != SpoolMode::Ram && config.spool.folder.is_none() {
+        return Err(BadUsage(StartError::NoSpoolFolder.to_string()));
+    }
+    Ok(config)
 }
 
 fn wait(agent: &AgentHandle, stopping: &AtomicBool) {

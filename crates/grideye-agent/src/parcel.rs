@@ -53,14 +53,14 @@ pub struct Parcel {
 impl Parcel {
     /// The body of the post, with these accounts: a sensor without records has its account alone.
     #[must_use]
-    pub fn batch(&self, accounts: BTreeMap<String, Account>) -> Batch {
+    pub fn batch(&self, accounts: &BTreeMap<String, Account>) -> Batch {
         let mut sensors: BTreeMap<&str, SensorBatch> = BTreeMap::new();
         let empty = |sensor: &str, account| SensorBatch {
             sensor: sensor.to_owned(),
             account,
             frames: Vec::new(),
         };
-        for (sensor, account) in &accounts {
+        for (sensor, account) in accounts {
             sensors.insert(sensor, empty(sensor, Some(account.clone())));
         }
         for item in &self.items {

@@ -231,7 +231,7 @@ impl Spool {
         };
         spool.load()?;
         if let Err(error) = spool.save() {
-            spool.say(format!("state not written: {error}"));
+            spool.say(&format!("state not written: {error}"));
         }
         Ok(spool)
     }
@@ -359,7 +359,7 @@ impl Spool {
             items: vec![item.clone()],
         };
         let mut line = parcel
-            .batch(BTreeMap::new())
+            .batch(&BTreeMap::new())
             .to_json()
             .map_err(io::Error::other)?;
         line.push(b'\n');
@@ -522,7 +522,7 @@ impl Spool {
         self.checkpoint(in_memory, accounts)
     }
 
-    fn say(&mut self, message: String) {
+    fn say(&mut self, message: &str) {
         /// Messages that wait to be logged.
         const MESSAGES_MAX: usize = 100;
         if self.messages.len() < MESSAGES_MAX {
@@ -832,7 +832,7 @@ impl Spool {
             Ok(()) => format!("set aside as {aside}"),
             Err(error) => format!("and it cannot be set aside: {error}"),
         };
-        self.say(format!(
+        self.say(&format!(
             "{name} cannot be read ({why}), {what}; its frames are counted as {SPOOL_DAMAGED}"
         ));
     }

@@ -20,7 +20,7 @@ impl Spool {
             Ok(bytes) => self.look_at(number, &bytes),
             Err(error) => {
                 self.segments.remove(&number);
-                self.say(format!(
+                self.say(&format!(
                     "{name} cannot be read ({error}), and is left where it is"
                 ));
             }
@@ -78,7 +78,7 @@ impl Spool {
         } else {
             "left where it is".to_owned()
         };
-        self.say(format!(
+        self.say(&format!(
             "state is damaged, or of another version: {what}; some frames may be sent a second time, which changes nothing"
         ));
     }
@@ -87,7 +87,7 @@ impl Spool {
         let surplus = (self.runs.len() + 1).saturating_sub(RUNS_MAX);
         if surplus > 0 {
             self.runs.drain(..surplus);
-            self.say(format!(
+            self.say(&format!(
                 "more than {RUNS_MAX} runs ended without a word to the collector; the oldest {surplus} are forgotten, and what they lost stays uncounted"
             ));
         }
@@ -219,7 +219,7 @@ impl Spool {
             }
             _ => "",
         };
-        self.say(format!("{name}: {fault}; {what}{hint}"));
+        self.say(&format!("{name}: {fault}; {what}{hint}"));
     }
 
     /// The rest is kept under a name that says where it was, so that setting it aside twice is setting it aside once.
@@ -235,7 +235,7 @@ impl Spool {
             Ok(()) => format!("set aside as {aside}"),
             Err(error) => format!("not kept: {error}"),
         };
-        self.say(format!(
+        self.say(&format!(
             "{name}: {fault}, as a loss of power leaves it; the last {} bytes are {what}, and what was before them is delivered",
             rest.len()
         ));

@@ -6,9 +6,10 @@ use grideye_agent::agent::{Agent, AnyBus, Start};
 use grideye_agent::clock::Clock;
 use grideye_agent::config::{BusConfig, Config, SensorConfig, SpoolConfig, SpoolMode};
 use grideye_agent::log::Log;
-use grideye_recording::ClockState;
+use grideye_recording::{ClockState, Stamp};
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The host's clock, of which the wall's part jumps.
 struct Jumping(Arc<Host>);
@@ -60,69 +61,63 @@ fn a_clock_that_is_unset_and_then_stepped_by_hours_both_ways_loses_doubles_and_d
         ]
         .concat();
         let collector = Collector::start(script);
-        let host = Host::late_by(&[]);
-        let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
-        let config = Config {
-            spool: SpoolConfig {
-                mode,
-                folder: Some(folder.path().join("spool")),
-                bytes_max: 1 << 30,
-                free_bytes_min: 0,
-                backlog_per_s: 100_000,
-            },
-            ..config(&collector.url)
-        };
-        let start = Start {
-            frames_limit: Some(500),
-            ..Start::new(config, "host")
-        };
-        let sensors = vec![SensorConfig::at(Target::High)];
-        let bus_config = BusConfig {
-            path: "/dev/i2c-1".into(),
-            sensors,
-        };
-        let clock = Arc::new(Jumping(Arc::clone(&host)));
-        let agent = Agent::start(
-            start,
-            vec![(bus_config, AnyBus::new(bus))],
-            clock,
-            Log::silent(),
-        )
-        .unwrap();
-        assert!(agent.wait_finished(Duration::from_secs(60)));
-        // What has gone to the disk comes back by itself.
-        let until = std::time::Instant::now() + Duration::from_secs(30);
-        while collector.records(SENSOR).len() < 500 && std::time::Instant::now() < until {
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        let summary = agent.stop(Duration::from_secs(30));
-        assert!(summary.is_complete(), "{mode:?}: {summary}");
+        deliver_500(&collector, mode, folder.path().join("spool"));
         let records = collector.records(SENSOR);
-        assert_eq!(records.len(), 500, "{mode:?}: {summary}");
+        assert_eq!(records.len(), 500, "{mode:?}");
         assert_exact(&records, |n| n);
-        let stepped = records
-            .iter()
-            .filter(|record| record.stamp.clock == ClockState::Stepped)
-            .count();
-        let unsynced = records
-            .iter()
-            .filter(|record| record.stamp.clock == ClockState::Unsynced)
-            .count();
+        let count = |state| {
+            let of_state = records.iter().filter(|record| record.stamp.clock == state);
+            of_state.count()
+        };
         println!(
-            "{mode:?}: 500 of 500 frames, in order, none twice; {stepped} stamped as stepped, {unsynced} as unsynced"
+            "{mode:?}: 500 of 500 frames, in order, none twice; {} stamped as stepped, {} as unsynced",
+            count(ClockState::Stepped),
+            count(ClockState::Unsynced)
         );
-        assert_eq!(stepped, 4);
-        assert!(unsynced > 50);
-        assert!(
+        assert_eq!(count(ClockState::Stepped), 4);
+        assert!(count(ClockState::Unsynced) > 50);
+        let pairs = || {
             records
                 .windows(2)
-                .all(|pair| pair[0].stamp.t_boot_ns < pair[1].stamp.t_boot_ns)
-        );
-        assert!(
-            records
-                .windows(2)
-                .any(|pair| pair[0].stamp.t_utc_ns > pair[1].stamp.t_utc_ns),
-            "wall time went back"
-        );
+                .map(|pair| (pair[0].stamp, pair[1].stamp))
+        };
+        assert!(pairs().all(|(before, after)| before.t_boot_ns < after.t_boot_ns));
+        let went_back = |(before, after): (Stamp, Stamp)| before.t_utc_ns > after.t_utc_ns;
+        assert!(pairs().any(went_back));
     }
+}
+
+/// Runs an agent through all jumps, and waits for what it spooled.
+fn deliver_500(collector: &Collector, mode: SpoolMode, folder: PathBuf) {
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), 0);
+    let config = Config {
+        spool: SpoolConfig {
+            mode,
+            folder: Some(folder),
+            bytes_max: 1 << 30,
+            free_bytes_min: 0,
+            backlog_per_s: 100_000,
+        },
+        ..config(&collector.url)
+    };
+    let start = Start {
+        frames_limit: Some(500),
+        ..Start::new(config, "host")
+    };
+    let bus_config = BusConfig {
+        path: "/dev/i2c-1".into(),
+        sensors: vec![SensorConfig::at(Target::High)],
+    };
+    let clock = Arc::new(Jumping(Arc::clone(&host)));
+    let buses = vec![(bus_config, AnyBus::new(bus))];
+    let agent = Agent::start(start, buses, clock, Log::silent()).unwrap();
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    // What has gone to the disk comes back by itself.
+    let until = Instant::now() + Duration::from_secs(30);
+    while collector.records(SENSOR).len() < 500 && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let summary = agent.stop(Duration::from_secs(30));
+    assert!(summary.is_complete(), "{mode:?}: {summary}");
 }

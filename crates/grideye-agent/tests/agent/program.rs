@@ -104,10 +104,22 @@ fn a_failed_check_ends_with_1_and_is_one_line_of_json_for_programs() {
     assert_eq!(report["error"], "/nonexistent/i2c-1: no such bus");
     assert!(report["hint"].as_str().unwrap().starts_with("enable I2C"));
     let config = configuration(NO_BUS);
+    let path = config.path().to_str().unwrap();
+    assert_ends(&["check", "--config", path], 1, "i2c-1:0x69: failed");
+    let spooling = NO_BUS.replacen("[[bus]]", "[spool]\n[[bus]]", 1);
+    let config = configuration(&spooling);
+    let path = config.path().to_str().unwrap();
+    let said = "spool: mode outage: a loss of power or a killed agent costs at most the 109 frames";
+    assert_ends(&["check", "--config", path], 1, said);
+    let output = agent(&["check", "--json", "--config", path]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let spool: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert_eq!(spool["spool"]["frames_at_risk"], 109);
+    // A spool without a folder is bad configuration, unless systemd gives one.
     assert_ends(
-        &["check", "--config", config.path().to_str().unwrap()],
-        1,
-        "i2c-1:0x69: failed",
+        &["run", "--config", path],
+        2,
+        "spool.folder: expected a folder, found none\nhint: ",
     );
 }
 
