@@ -13,6 +13,8 @@ use std::time::Duration;
 
 /// Records of one group at most, written and synced at once.
 pub const GROUP_RECORDS_MAX: usize = 5000;
+/// Groups that are written in a row at most, before anything else is looked at.
+pub const GROUPS_MAX: usize = 4;
 /// The pause after a write that failed.
 pub const DISK_RETRY: Duration = Duration::from_secs(5);
 /// The pause before a spool is opened again that could not be.
@@ -137,9 +139,10 @@ impl Keeper {
         }
     }
 
-    /// Writes all groups that are due.
+    /// Writes the groups that are due. Each goes to the backlog before the next is written, so that in a spool that is
+    /// full the older ones make room for the newer.
     fn write(&mut self, spool: &mut Spool, now: Duration, older_than: Duration) {
-        loop {
+        for _ in 0..GROUPS_MAX {
             let (records, accounts) = self.shared.with_ring(|ring| {
                 let records = ring.unwritten(now, older_than, GROUP_RECORDS_MAX);
                 (records, ring.stream_accounts())
@@ -151,6 +154,7 @@ impl Keeper {
             let written = spool.write(&records, &accounts);
             let is_done = written.error.is_some() || records.len() < GROUP_RECORDS_MAX;
             self.take_in(spool, now, &records, written);
+            self.evict(spool, now);
             if is_done {
                 return;
             }
@@ -199,24 +203,21 @@ impl Keeper {
         }
     }
 
-    /// Takes out of memory what the disk has, and removes what nothing refers to.
-    fn clear_up(&mut self, spool: &mut Spool, now: Duration) {
+    /// Takes out of memory what the disk has and what is no longer for the live lane.
+    fn evict(&self, spool: &mut Spool, now: Duration) {
         let older_than = match self.mode {
             SpoolMode::Always { .. } => EVICT_AFTER,
             // What was written was too old for memory, or came after that.
             SpoolMode::Outage { .. } | SpoolMode::Ram => Duration::ZERO,
         };
-        let places = self.shared.with_ring(|ring| {
-            let found = ring.evictable(now, older_than);
-            let items: Vec<_> = found
-                .iter()
-                .map(|found| (found.place, found.is_frame))
-                .collect();
-            if spool.add_backlog(&items) {
-                ring.evict(&found);
-            }
-            ring.places()
-        });
+        self.shared
+            .with_ring(|ring| evict_older(spool, ring, now, older_than));
+    }
+
+    /// Removes what nothing refers to, and says what is to be said.
+    fn clear_up(&mut self, spool: &mut Spool, now: Duration) {
+        self.evict(spool, now);
+        let places = self.shared.with_ring(|ring| ring.places());
         let keeps_writing = matches!(self.mode, SpoolMode::Always { .. });
         if let Err(error) = spool.tidy(&places, keeps_writing) {
             self.failed(now, &error);
@@ -234,10 +235,13 @@ impl Keeper {
         let shared = Arc::clone(&self.shared);
         let mut spool = shared.spool();
         let Some(spool) = spool.as_mut() else { return };
-        self.write(spool, now, Duration::ZERO);
+        let rounds = shared.with_ring(|ring| ring.len()) / (GROUPS_MAX * GROUP_RECORDS_MAX);
+        for _ in 0..=rounds {
+            self.write(spool, now, Duration::ZERO);
+        }
         shared.with_ring(|ring| {
             ring.doubt(None);
-            Self::evict_all(spool, ring, now);
+            evict_older(spool, ring, now, Duration::ZERO);
         });
         let (places, accounts) = shared.with_ring(|ring| (ring.places(), ring.stream_accounts()));
         if spool
@@ -248,16 +252,16 @@ impl Keeper {
             self.log.warning("the spool's state could not be written: the next start may send frames a second time, which changes nothing");
         }
     }
+}
 
-    fn evict_all(spool: &mut Spool, ring: &mut Ring, now: Duration) {
-        let found = ring.evictable(now, Duration::ZERO);
-        let items: Vec<_> = found
-            .iter()
-            .map(|found| (found.place, found.is_frame))
-            .collect();
-        if spool.add_backlog(&items) {
-            ring.evict(&found);
-        }
+fn evict_older(spool: &mut Spool, ring: &mut Ring, now: Duration, older_than: Duration) {
+    let found = ring.evictable(now, older_than);
+    let items: Vec<_> = found
+        .iter()
+        .map(|found| (found.place, found.is_frame))
+        .collect();
+    if spool.add_backlog(&items) {
+        ring.evict(&found);
     }
 }
 
