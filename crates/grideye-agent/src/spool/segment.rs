@@ -29,7 +29,7 @@ pub const HEADER_BYTES: usize = 24;
 pub(super) const HEADER_BYTES_U64: u64 = 24;
 /// Bytes of a record's length and checksum.
 const PREFIX_BYTES: usize = 8;
-/// The longest payload: an account with [`COUNTS_MAX`] reasons and as many errors, all names of full length.
+/// The longest payload: an account with 64 reasons and as many errors, all names of full length.
 pub const PAYLOAD_BYTES_MAX: usize = 16 * 1024;
 /// Bytes that one frame takes in a segment.
 pub const FRAME_BYTES: usize = PREFIX_BYTES + 1 + 2 + 8 + 8 + 8 + 1 + 1 + 2 + 2 * PIXELS;
