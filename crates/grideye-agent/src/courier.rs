@@ -147,7 +147,9 @@ impl<P: Post> Courier<P> {
             .unwrap_or_else(|| self.live_parcel(now));
         let is_account = parcel.items.is_empty();
         let timeout = time_left.clamp(Duration::from_millis(1), self.pace.request_timeout);
-        self.send(parcel, timeout) && is_account
+        // An account that was in doubt from before is not yet the last one.
+        let is_taken = self.send(parcel, timeout);
+        is_taken && is_account && self.shared.with_ring(|ring| ring.is_empty())
     }
 
     /// Posts that failed in a row, of the lane that failed more often.

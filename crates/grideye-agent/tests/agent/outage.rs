@@ -351,3 +351,26 @@ fn in_mode_always_everything_is_on_the_disk_within_a_sync_and_goes_from_there_wh
         assert_eq!(books.unbalanced, 0);
     });
 }
+
+#[test]
+fn an_account_in_doubt_when_the_agent_stops_is_not_taken_for_the_last_word() {
+    let after = Duration::from_secs(10);
+    let mut agent = Agent::new(SpoolMode::Outage { after }, Limits::new(1 << 30, 0), 4);
+    agent.with_books(|books| books.loses_every = Some(1));
+    agent.courier.step();
+    agent.with_books(|books| books.loses_every = None);
+    agent.time.0.fetch_max(S, Ordering::SeqCst);
+    let now = agent.time.now();
+    for seq in 0..3 {
+        agent
+            .shared
+            .with_ring(|ring| ring.push(0, record(seq), now));
+    }
+    let left = Duration::from_secs(9);
+    let rounds = (0..9).take_while(|_| !agent.courier.flush(left)).count();
+    assert_eq!(
+        rounds, 2,
+        "the account in doubt, the frames, and the last account"
+    );
+    agent.with_books(|books| assert_eq!(books.came, [1, 1, 1]));
+}
