@@ -124,7 +124,8 @@ impl Held {
         };
         // Written so that a value that is not a number falls on the side of failure.
         let is_reached = value >= least;
-        let gets_by = without.is_some_and(|without| value < without.high(rate));
+        let needed = without.map_or(least, |without| least.max(without.high(rate)));
+        let gets_by = value < needed;
         let state = match (is_reached, gets_by) {
             (false, _) => State::Failed,
             (true, true) => State::Open,
@@ -132,12 +133,12 @@ impl Held {
         };
         let turn = match state {
             State::Open => remedy(evidence),
-            State::Failed => format!("{} of {}", lower(self.score), fixed(least, 2)),
-            _ => format!("{} below {}", lower(self.score), fixed(least, 2)),
+            State::Failed => format!("{} of {}", lower(self.score), fixed(needed, 2)),
+            _ => format!("{} below {}", lower(self.score), fixed(needed, 2)),
         };
         Weighed {
             criterion: self.criterion(state, self.sentence(&asked, state, rate), Some(asked)),
-            margin: Some((value - least) / (low - self.floor).abs().max(1e-9)),
+            margin: Some((value - needed) / (low - self.floor).abs().max(1e-9)),
             turn,
         }
     }
@@ -209,7 +210,11 @@ fn range(law: &Law, end: f64, relation: &str, rate: f64) -> String {
     if law.sd == 0.0 {
         return "always".to_owned();
     }
-    format!("{relation} {} but for {rate} of them", fixed(end, 2))
+    format!(
+        "{} % {relation} {}",
+        fixed(100.0 * (1.0 - rate), 1),
+        fixed(end, 2)
+    )
 }
 
 /// What would settle a score that proves nothing.

@@ -9,27 +9,28 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::time::Duration;
 
+/// No seed from here on was looked at before thresholds and rules stood as they are.
 pub(crate) const FIRST_SEED: u64 = 2_000;
 const SEEDS: u64 = 50;
 const SEEDS_BY_DEFAULT: u64 = 6;
 const FAULT_SEEDS: u64 = 10;
 const FAULT_SEEDS_BY_DEFAULT: u64 = 3;
-/// Scenes that were looked at while thresholds were chosen, and a sensor of each.
-pub(crate) const CHOSEN_ON: [(&str, &str); 5] = [
+/// Scenes that were looked at, with seeds from 0 on, while thresholds and rules were chosen, and a sensor of each.
+pub(crate) const CHOSEN_ON: [(&str, &str); 9] = [
     ("experiment-1", "ceiling"),
     ("experiment-2", "ceiling"),
     ("experiment-3", "ceiling"),
     ("experiment-4", "ceiling"),
     ("clothed-walk", "ceiling"),
-];
-/// Scenes that no threshold was chosen on.
-pub(crate) const HELD_OUT: [(&str, &str); 7] = [
-    ("two-people", "wall"),
-    ("three-motions", "ceiling"),
     ("scenario-b-standing", "A"),
     ("scenario-b-standing", "B"),
     ("scenario-b-standing", "C"),
     ("attic", "ridge"),
+];
+/// Scenes that no threshold and no rule was chosen on.
+pub(crate) const HELD_OUT: [(&str, &str); 3] = [
+    ("two-people", "wall"),
+    ("three-motions", "ceiling"),
     ("l-shaped-room", "right arm"),
 ];
 
