@@ -71,7 +71,7 @@ fn the_page_says_the_verdict_first_and_what_it_rests_on() {
         &text,
         &[
             "C is 0.8",
-            "asked for; right scenes have 0.79 (at least",
+            "asked for; right scenes have 0.79 (99.9 % at least",
             "What would change it: Any of: C below 0.",
             ", the gain over a blank frame below 0.",
             ", or a common offset beyond 2.5 °C. Nearest to its threshold is",
