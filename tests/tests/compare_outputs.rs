@@ -99,7 +99,7 @@ fn thresholds_of_a_file_decide_and_are_printed_with_their_source() {
     let file = folder.path().join("strict.toml");
     std::fs::write(
         &file,
-        "[gain_skill_min]\nvalue = 1.0\nsource = \"nobody is perfect\"\n",
+        "[offset_max_c]\nvalue = 0\nsource = \"nobody is perfect\"\n",
     )
     .unwrap();
     let json = folder.path().join("out.json");
@@ -119,11 +119,11 @@ fn thresholds_of_a_file_decide_and_are_printed_with_their_source() {
         .as_array()
         .unwrap()
         .iter()
-        .find(|line| line["key"] == "gain_skill_min")
+        .find(|line| line["key"] == "offset_max_c")
         .unwrap();
     assert_eq!(
         (&line["value"], &line["source"]),
-        (&serde_json::json!(1.0), &"nobody is perfect".into())
+        (&serde_json::json!(0.0), &"nobody is perfect".into())
     );
     let page = std::fs::read_to_string(report).unwrap();
     assert!(page.contains("nobody is perfect") && page.contains("strict.toml"));

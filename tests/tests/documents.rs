@@ -97,7 +97,7 @@ const COMMANDS: &[(&str, Kept)] = &[
     (
         "grideye compare --scene my-room.toml --recording evening.csv --profile my-sensor.toml --thresholds my-thresholds.toml --junit evening.xml",
         Run(
-            "cp scenes/experiment-1.toml my-room.toml; cp scenes/profiles/ideal.toml my-sensor.toml; cp crates/grideye-validator/thresholds.toml my-thresholds.toml; grideye simulate my-room.toml --seed 2 --out evening.csv",
+            "cp scenes/experiment-1.toml my-room.toml; cp scenes/profiles/ideal.toml my-sensor.toml; printf '[frames_min]\\nvalue = 5\\nsource = \"half a second\"\\n' > my-thresholds.toml; grideye simulate my-room.toml --seed 2 --out evening.csv",
             &["agrees"],
         ),
     ),

@@ -93,7 +93,7 @@ pub fn sensor_step_c() -> f64 {
 /// # Errors
 /// When the scene has no such sensor or the sensor has another resolution, the recording holds no frame, or (under
 /// the dynamic protocol) time runs backwards in it or it begins after the scene's end; when a bound of the alignment
-/// is out of its range; and as [`compare()`] does.
+/// is out of its range; and as [`crate::compare()`] does.
 pub fn compare_scene(
     records: &[Record],
     scene: &Scene,

@@ -3,24 +3,25 @@
 use crate::cli::Audit;
 use crate::client::{AuditRow, Client};
 use crate::exit::Outcome;
+use crate::output::outln;
 use anyhow::Result;
 
 /// Prints the count of every stream, and fails with 3 if a frame was lost or is unaccounted for.
 pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     let rows = Client::new(&options.collector.url).audit()?;
     if options.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
+        outln!("{}", serde_json::to_string_pretty(&rows)?)?;
     } else if rows.is_empty() {
-        println!("no stream yet");
+        outln!("no stream yet")?;
     } else {
         for row in &rows {
-            println!(
+            outln!(
                 "{} {} {}  {}",
                 row.device,
                 row.sensor,
                 row.boot,
                 equation(row)
-            );
+            )?;
         }
     }
     let is_whole = rows

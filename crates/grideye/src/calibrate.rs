@@ -3,6 +3,7 @@
 use crate::cli::Calibrate;
 use crate::compare::command_line;
 use crate::exit::{Outcome, bad_input};
+use crate::output::out;
 use crate::{files, progress, recordings};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_recording::Record;
@@ -47,12 +48,12 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
         write_profile(path, &found, &records, settings.profile.as_ref())?;
     }
     match &options.sides.json {
-        Some(path) if path.as_os_str() == "-" => print!("{}", found.to_json()),
+        Some(path) if path.as_os_str() == "-" => out!("{}", found.to_json())?,
         Some(path) => {
             write_text(path, &found.to_json())?;
-            print!("{}", found.text());
+            out!("{}", found.text())?;
         }
-        None => print!("{}", found.text()),
+        None => out!("{}", found.text())?,
     }
     let is_told = found.found.iter().any(|found| found.uncertainty.is_some());
     Ok(if is_told {

@@ -3,6 +3,7 @@
 use crate::cli::{Characterize, Nobody};
 use crate::compare::command_line;
 use crate::exit::{Outcome, bad_input};
+use crate::output::out;
 use crate::{files, progress, recordings};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_frame::PIXELS;
@@ -44,12 +45,12 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
         ));
     }
     match &options.json {
-        Some(path) if path.as_os_str() == "-" => print!("{}", found.to_json()),
+        Some(path) if path.as_os_str() == "-" => out!("{}", found.to_json())?,
         Some(path) => {
             write_text(path, &found.to_json())?;
-            print!("{}", found.text());
+            out!("{}", found.text())?;
         }
-        None => print!("{}", found.text()),
+        None => out!("{}", found.text())?,
     }
     Ok(Outcome::Done)
 }

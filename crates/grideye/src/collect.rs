@@ -2,6 +2,7 @@
 
 use crate::cli::Collect;
 use crate::exit::Outcome;
+use crate::output::outln;
 use crate::progress;
 use anyhow::{Context as _, Result};
 use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
@@ -22,7 +23,7 @@ pub(crate) fn run(options: Collect) -> Result<Outcome> {
         config.host_names = options.host_names;
         let collector = Collector::bind(config).await?;
         let stop = stop_signal().context("cannot catch Ctrl-C")?;
-        println!("http://{}/", collector.local_addr());
+        outln!("http://{}/", collector.local_addr())?;
         collector.serve(stop).await?;
         progress::say("stopped: every acknowledged frame is on disk");
         Ok(Outcome::Done)

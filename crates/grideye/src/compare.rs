@@ -2,6 +2,7 @@
 
 use crate::cli::Compare;
 use crate::exit::{Outcome, bad_input};
+use crate::output::{out, outln};
 use crate::{files, pdf, progress, recordings};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_recording::Record;
@@ -115,12 +116,12 @@ fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Resul
         write_text(path, &report::junit(comparison, context))?;
     }
     match &options.sides.json {
-        Some(path) if path.as_os_str() == "-" => print!("{}", report::json(comparison, context)),
+        Some(path) if path.as_os_str() == "-" => out!("{}", report::json(comparison, context))?,
         Some(path) => {
             write_text(path, &report::json(comparison, context))?;
-            print(comparison, context.experiment);
+            print(comparison, context.experiment)?;
         }
-        None => print(comparison, context.experiment),
+        None => print(comparison, context.experiment)?,
     }
     // Last, so that all else is written where there is no browser.
     match &options.pdf {
@@ -223,16 +224,16 @@ fn write_text(path: &Path, text: &str) -> Result<()> {
 }
 
 /// Verdict, reasons and the scores with what they are worth.
-pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) {
-    println!("{}", comparison.judgement.headline);
+pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) -> Result<()> {
+    outln!("{}", comparison.judgement.headline)?;
     for reason in &comparison.judgement.reasons {
-        println!("  {reason}");
+        outln!("  {reason}")?;
     }
-    println!(
+    outln!(
         "  What would change it: {}",
         comparison.judgement.would_change
-    );
-    print!("{}", report::table(comparison, experiment));
+    )?;
+    out!("{}", report::table(comparison, experiment))
 }
 
 /// The paper's three scores in one line, each with its blank frame, shuffled pixels and repeat, and the paper's own.

@@ -8,6 +8,7 @@ mod table;
 use crate::cli::{Coverage, Posture as Asked, Where};
 use crate::exit::{Outcome, bad_input};
 use crate::export::raster;
+use crate::output::out;
 use crate::{files, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_scene::coverage::{
@@ -90,9 +91,9 @@ fn tell(options: &Coverage, found: &Found<'_>) -> Result<()> {
         progress::say(&format!("wrote the poses to {}", path.display()));
     }
     if options.json {
-        print!("{}", json::text(found));
+        out!("{}", json::text(found))?;
     } else {
-        print!("{}", table::text(found));
+        out!("{}", table::text(found))?;
     }
     Ok(())
 }

@@ -16,6 +16,7 @@ mod plan;
 
 use crate::cli::Dataset;
 use crate::exit::Outcome;
+use crate::output::outln;
 use crate::progress;
 use anyhow::Result;
 use folder::Folder;
@@ -58,7 +59,7 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     };
     work.done_by(threads(options))?;
     bar.finish_and_clear();
-    report(options, &plan, [made, there, frames]);
+    report(options, &plan, [made, there, frames])?;
     Ok(Outcome::Done)
 }
 
@@ -129,7 +130,7 @@ impl Work<'_> {
     }
 }
 
-fn report(options: &Dataset, plan: &Plan, [made, there, frames]: [u64; 3]) {
+fn report(options: &Dataset, plan: &Plan, [made, there, frames]: [u64; 3]) -> Result<()> {
     let shard = options.shard;
     if options.json {
         let answer = serde_json::json!({
@@ -142,14 +143,13 @@ fn report(options: &Dataset, plan: &Plan, [made, there, frames]: [u64; 3]) {
             "frames_of_dataset": plan.frames,
             "fingerprint": plan.fingerprint,
         });
-        println!("{answer}");
-        return;
+        return outln!("{answer}");
     }
-    println!(
+    outln!(
         "shard {} of {}: {frames} of {} frames in {}; {made} parts made, {there} were there",
         shard.number,
         shard.of,
         plan.frames,
         options.out.display()
-    );
+    )
 }

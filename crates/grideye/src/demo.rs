@@ -8,6 +8,7 @@ mod stage;
 
 use crate::cli::Demo;
 use crate::exit::Outcome;
+use crate::output::outln;
 use crate::{compare, files, progress, recordings};
 use anyhow::Result;
 use grideye_frame::RawFrame;
@@ -56,11 +57,10 @@ fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -
     };
     let audit = stage.audit(delivered)?;
     let is_whole = audit.balanced == Some(true) && audit.missing == 0 && audit.dropped_total() == 0;
-    println!("delivery  {}", crate::audit::equation(&audit));
-    println!("{line}");
+    outln!("delivery  {}", crate::audit::equation(&audit))?;
+    outln!("{line}")?;
     let closed = if options.once { " (closed now)" } else { "" };
-    println!("page      {}{closed}   {result}", stage.page());
-    std::io::stdout().flush()?;
+    outln!("page      {}{closed}   {result}", stage.page())?;
     Ok(if is_whole || outcome == Outcome::Disagrees {
         outcome
     } else {

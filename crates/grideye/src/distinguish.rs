@@ -3,6 +3,7 @@
 use crate::cli::Distinguish;
 use crate::exit::{Outcome, bad_input};
 use crate::files;
+use crate::output::out;
 use anyhow::Result;
 use grideye_scene::Scene;
 use grideye_scene::separation::{D_PRIME_MIN, Distance, Separation, separation};
@@ -26,9 +27,9 @@ pub(crate) fn run(options: &Distinguish) -> Result<Outcome> {
     let situations: Vec<(&str, &Scene)> = names.iter().map(String::as_str).zip(&scenes).collect();
     let found = separation(&situations).map_err(bad_input)?;
     if options.json {
-        print!("{}", to_json(&found, &names));
+        out!("{}", to_json(&found, &names))?;
     } else {
-        print!("{}", table(&found, &names));
+        out!("{}", table(&found, &names))?;
     }
     let everything: Vec<usize> = (0..found.sensors.len()).collect();
     match smallest(&found, &everything, |distance| distance.d_prime_of_shape) >= D_PRIME_MIN {

@@ -2,6 +2,7 @@
 
 use crate::cli::Fuse;
 use crate::exit::{Outcome, bad_input};
+use crate::output::{out, outln};
 use crate::{export, files};
 use anyhow::{Context as _, Result};
 use grideye_scene::fusion::{Axis, Method, SensorArray};
@@ -43,15 +44,15 @@ pub(crate) fn run(options: &Fuse) -> Result<Outcome> {
     let fused = fuse(&scene, &sensors, &array, options, &truth)?;
     let noise_c = noise_c(&sensors, options);
     match &options.json {
-        Some(path) if path.as_os_str() == "-" => print!("{}", to_json(&array, &fused, noise_c)),
+        Some(path) if path.as_os_str() == "-" => out!("{}", to_json(&array, &fused, noise_c))?,
         Some(path) => {
             let text = to_json(&array, &fused, noise_c);
             files::write_whole(path, |file| {
                 file.write_all(text.as_bytes()).context("the errors")
             })?;
-            print!("{}", table(&array, &sensors, &fused, noise_c));
+            out!("{}", table(&array, &sensors, &fused, noise_c))?;
         }
-        None => print!("{}", table(&array, &sensors, &fused, noise_c)),
+        None => out!("{}", table(&array, &sensors, &fused, noise_c))?,
     }
     if let Some(out) = &options.out {
         let pictures: Vec<&Image> = fused
@@ -60,11 +61,11 @@ pub(crate) fn run(options: &Fuse) -> Result<Outcome> {
             .chain([&truth])
             .collect();
         export::write_tiles(&pictures, out)?;
-        println!(
+        outln!(
             "pictures of {}, from the left: {}, truth",
             out.display(),
             names(&fused)
-        );
+        )?;
     }
     Ok(Outcome::Done)
 }

@@ -10,6 +10,11 @@
 //! grideye emulate --scene S -- PROGRAM           any AMG8833 program, without hardware
 //! ```
 
+#![deny(
+    clippy::print_stdout,
+    reason = "`out!` and `outln!` do not fail when nobody reads on"
+)]
+
 mod audit;
 mod calibrate;
 mod characterize;
@@ -27,6 +32,7 @@ mod exit;
 mod export;
 mod files;
 mod fuse;
+mod output;
 mod paced_clock;
 mod pdf;
 mod progress;

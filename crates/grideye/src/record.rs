@@ -3,6 +3,7 @@
 use crate::cli::Record;
 use crate::client::Client;
 use crate::exit::Outcome;
+use crate::output::outln;
 use crate::{files, progress};
 use anyhow::{Context as _, Result};
 use std::time::Duration;
@@ -19,10 +20,11 @@ pub(crate) fn run(options: &Record) -> Result<Outcome> {
             client.download_csv(recording.id, file).map(drop)
         })?;
     }
-    println!(
+    outln!(
         "recorded {} frames as {:?}",
-        recording.frames, recording.name
-    );
+        recording.frames,
+        recording.name
+    )?;
     Ok(if recording.frames > 0 {
         Outcome::Done
     } else {

@@ -3,6 +3,7 @@
 use crate::cli::{self, Simulate};
 use crate::exit::{Outcome, bad_input};
 use crate::export::{self, Film};
+use crate::output::outln;
 use crate::{files, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_scene::drawing::{self, Drawing};
@@ -29,7 +30,7 @@ pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
     let sensor = simulator.sensor();
     match &options.out {
         Some(out) => write(options, &scene, &simulator, sensor, out)?,
-        None => print(&simulator.noisy(Duration::ZERO, options.seed)),
+        None => print(&simulator.noisy(Duration::ZERO, options.seed))?,
     }
     Ok(Outcome::Done)
 }
@@ -41,13 +42,14 @@ const fn model(model: cli::Model) -> Model {
     }
 }
 
-fn print(image: &Image) {
+fn print(image: &Image) -> Result<()> {
     for row in 0..image.rows {
         let cells: Vec<String> = (0..image.columns)
             .map(|column| format!("{:6.2}", image.at(row, column)))
             .collect();
-        println!("{}", cells.join(" "));
+        outln!("{}", cells.join(" "))?;
     }
+    Ok(())
 }
 
 fn write(

@@ -2,6 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use std::fs;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -284,4 +286,29 @@ fn scenario_b_is_told_apart_by_the_pairs_that_the_table_names() {
     let same = scenes[0].to_str().unwrap();
     assert_eq!(grideye(&["distinguish", same, same]).status.code(), Some(1));
     assert_eq!(grideye(&["distinguish", same]).status.code(), Some(2));
+}
+
+/// A socket whose other end is closed answers the first write as a pipe without a reader does.
+#[test]
+fn who_reads_no_further_makes_no_panic_and_no_other_exit_code() {
+    for arguments in [
+        vec!["simulate", "experiment-5"],
+        vec!["distinguish", "scenario-b-before", "scenario-b-fall"],
+    ] {
+        let command = || {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_grideye"));
+            let scenes = arguments[1..].iter().map(|name| scene(name));
+            command.arg(arguments[0]).args(scenes);
+            command
+        };
+        let whole = command().output().unwrap();
+        assert!(!whole.stdout.is_empty(), "{arguments:?}");
+        let (reader, writer) = UnixStream::pair().unwrap();
+        drop(reader);
+        let cut = command().stdout(OwnedFd::from(writer)).output().unwrap();
+        assert_eq!(
+            (cut.status.code(), text(&cut.stderr)),
+            (whole.status.code(), text(&whole.stderr))
+        );
+    }
 }

@@ -284,7 +284,8 @@ fn one_step_too_many_is_seen_with_the_units_profile() {
 }
 
 /// What one sensor of a room recorded, taken for another's. Sensor A sees next to nothing: its recordings show nothing warm,
-/// which proves nothing, so that they may be open.
+/// which proves nothing, and somebody of 0.8 °C may hide in a pattern that is not known where its scene claims nobody. So
+/// what involves it may be open, but is never agreed to.
 #[test]
 fn sensors_swapped_disagree() {
     let scene = parse(&text("scenario-b-standing"));
@@ -303,10 +304,12 @@ fn sensors_swapped_disagree() {
             println!(
                 "sensor {seen} taken for {claimed}: {disagreed} of {number} disagree, {open} cannot tell"
             );
-            match (seen == claimed, seen) {
-                (true, _) => assert_eq!(disagreed, 0),
-                (false, "A") => assert_eq!(disagreed + open, number),
-                (false, _) => assert_eq!(disagreed, number),
+            if seen == claimed {
+                assert_eq!(disagreed, 0);
+            } else if [seen, claimed].contains(&"A") {
+                assert_eq!(disagreed + open, number);
+            } else {
+                assert_eq!(disagreed, number);
             }
         }
     }

@@ -14,9 +14,11 @@ struct Verdicts {
     reason: String,
 }
 
-fn verdicts(scene: &Scene, sensor: &str, is_known: bool) -> Verdicts {
+/// `first` is what is added to the seeds: with one seed all scenes have one noise, whose highest peak would then count as
+/// often as there are scenes.
+fn verdicts(scene: &Scene, sensor: &str, is_known: bool, first: u64) -> Verdicts {
     let mut verdicts = Verdicts::default();
-    for seed in seeds() {
+    for seed in seeds().map(|seed| first + seed) {
         let records = record(scene, sensor, UNIT, seed);
         let options = Options {
             unit: is_known.then(|| known(UNIT, seed)),
@@ -52,9 +54,9 @@ fn right_scenes_agree_over_50_seeds() {
     );
     let mut wrong = Vec::new();
     let (mut recordings, mut disagree) = (0, 0);
-    for (name, scene, sensor) in right() {
+    for (first, (name, scene, sensor)) in (0..).step_by(100).zip(right()) {
         for is_known in [true, false] {
-            let found = verdicts(&scene, sensor, is_known);
+            let found = verdicts(&scene, sensor, is_known, first);
             println!(
                 "{name}, {sensor}, {}: {}, {}, {}  {}",
                 if is_known { "yes" } else { "no" },

@@ -4,10 +4,10 @@ use super::machine::{Counts, Part};
 use super::parts::Prepared;
 use crate::cli::Emulate;
 use crate::exit::Outcome;
+use crate::output::outln;
 use crate::progress;
 use anyhow::Result;
 use serde::Serialize;
-use std::io::Write as _;
 
 /// Says things as the options want it.
 pub(super) struct Voice {
@@ -83,9 +83,8 @@ impl Voice {
         }
         if !self.has_program {
             for place in &reached.at {
-                println!("{place}");
+                outln!("{place}")?;
             }
-            std::io::stdout().flush()?;
         }
         Ok(())
     }
@@ -118,8 +117,7 @@ impl Voice {
         if self.has_program {
             progress::say(&value.to_string());
         } else {
-            println!("{value}");
-            std::io::stdout().flush()?;
+            outln!("{value}")?;
         }
         Ok(())
     }

@@ -1,0 +1,34 @@
+//! Results on standard output.
+//!
+//! Whoever reads them may stop early (`grideye … | head`). That is no error: files are still written, and the exit code
+//! is still the answer's.
+
+use anyhow::{Context as _, Result};
+use std::fmt;
+use std::io::{self, ErrorKind, Write as _};
+
+/// [`print!`] that fails where results cannot be written, but not where nobody reads on.
+macro_rules! out {
+    ($($argument:tt)*) => { $crate::output::write(format_args!($($argument)*)) };
+}
+
+/// [`out!`] and the end of the line.
+macro_rules! outln {
+    ($($argument:tt)*) => { $crate::output::write(format_args!("{}\n", format_args!($($argument)*))) };
+}
+
+pub(crate) use {out, outln};
+
+/// Writes all at once: a program may be waiting for it.
+///
+/// # Errors
+/// If standard output takes nothing for any reason but that its reader is gone.
+pub(crate) fn write(text: fmt::Arguments<'_>) -> Result<()> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_fmt(text).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written.context(
+            "cannot write the result to standard output\nhint: is the disk that it goes to full?",
+        ),
+    }
+}
