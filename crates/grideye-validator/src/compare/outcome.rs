@@ -40,7 +40,7 @@ pub struct Comparison {
     pub scores: Scores,
     /// The evaluation graph.
     pub evaluation: EvaluationGraph,
-    /// Frames to show, at most [`FILM_FRAMES_MAX`], in order of time.
+    /// Frames to show, at most [`crate::FILM_FRAMES_MAX`], in order of time.
     pub film: Vec<FilmFrame>,
     /// Size of the frames.
     pub shape: Shape,
