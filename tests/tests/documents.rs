@@ -407,13 +407,15 @@ fn lacks_what_it_needs(command: &str) -> bool {
 /// A folder in which a command finds what it finds in the repository.
 fn like_the_repository() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["scenes", "recordings"] {
-        std::os::unix::fs::symlink(
-            root().canonicalize().unwrap().join(name),
-            folder.path().join(name),
-        )
+    let root = root().canonicalize().unwrap();
+    // A copy: one command writes a new scene beside the others.
+    let copied = Command::new("cp")
+        .arg("-r")
+        .args([root.join("scenes").as_path(), folder.path()])
+        .status()
         .unwrap();
-    }
+    assert!(copied.success(), "{copied}");
+    std::os::unix::fs::symlink(root.join("recordings"), folder.path().join("recordings")).unwrap();
     folder
 }
 
