@@ -19,6 +19,15 @@ impl Address {
             Self::High => 0x69,
         }
     }
+
+    /// The one that the other level of AD_SELECT chooses.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::Low => Self::High,
+            Self::High => Self::Low,
+        }
+    }
 }
 
 impl From<Address> for u8 {

@@ -40,15 +40,36 @@ const THERMISTOR_MAGNITUDE: u16 = 0x07FF;
 /// The temperature of a pixel: every 16-bit word has one.
 #[must_use]
 pub fn pixel_celsius(word: PixelWord) -> Celsius {
-    Celsius::new(f32::from(sign_extended(word.0)) * PIXEL_STEP.get())
+    Celsius::new(f32::from(pixel_steps(word)) * PIXEL_STEP.get())
+}
+
+/// The temperature of a pixel in whole steps of [`PIXEL_STEP`], −2048 to 2047: for those who pass on many.
+#[must_use]
+pub fn pixel_steps(word: PixelWord) -> i16 {
+    sign_extended(word.0)
 }
 
 /// The chip's own temperature: every 16-bit word has one, 0x800 being −0.0 °C.
 #[must_use]
 pub fn thermistor_celsius(word: ThermistorWord) -> Celsius {
     let magnitude = f32::from(word.0 & THERMISTOR_MAGNITUDE) * THERMISTOR_STEP.get();
-    let negative = word.0 & THERMISTOR_SIGN != 0;
-    Celsius::new(if negative { -magnitude } else { magnitude })
+    Celsius::new(if is_negative(word) {
+        -magnitude
+    } else {
+        magnitude
+    })
+}
+
+/// The chip's own temperature in whole steps of [`THERMISTOR_STEP`], −2047 to 2047; 0x800 and 0x000 are both 0.
+#[must_use]
+pub fn thermistor_steps(word: ThermistorWord) -> i16 {
+    // Eleven bits fit.
+    let magnitude = i16::try_from(word.0 & THERMISTOR_MAGNITUDE).unwrap_or(i16::MAX);
+    if is_negative(word) {
+        -magnitude
+    } else {
+        magnitude
+    }
 }
 
 /// The pixel word nearest to a temperature, halves away from zero. Interrupt levels are made by it too.
@@ -133,6 +154,10 @@ fn in_range(found: Celsius, lowest: Celsius, highest: Celsius) -> Result<(), Out
     }
 }
 
+const fn is_negative(word: ThermistorWord) -> bool {
+    word.0 & THERMISTOR_SIGN != 0
+}
+
 /// The 12-bit two's complement number in the lower bits of a word.
 fn sign_extended(word: u16) -> i16 {
     i16::from_ne_bytes((word << SIGN_SHIFT).to_ne_bytes()) >> SIGN_SHIFT
@@ -194,6 +219,8 @@ mod tests {
         for (celsius, word) in PIXEL_ROWS.into_iter().chain(LEVEL_ROWS) {
             assert_eq!(pixel_celsius(PixelWord(word)), Celsius::new(celsius));
             assert_eq!(pixel_word(Celsius::new(celsius)), Ok(PixelWord(word)));
+            let steps = pixel_steps(PixelWord(word));
+            assert_eq!(Celsius::new(f32::from(steps) * 0.25), Celsius::new(celsius));
         }
     }
 
@@ -207,6 +234,11 @@ mod tests {
             assert_eq!(
                 thermistor_word(Celsius::new(celsius)),
                 Ok(ThermistorWord(word))
+            );
+            let steps = thermistor_steps(ThermistorWord(word));
+            assert_eq!(
+                Celsius::new(f32::from(steps) * 0.0625),
+                Celsius::new(celsius)
             );
         }
     }
