@@ -502,7 +502,8 @@ fn serve(
         let length = match sys::read(fuse.as_fd(), &mut buffer) {
             Ok(length) => length,
             Err(error) => match error.raw_os_error() {
-                Some(libc::ENODEV) => return Ok(()),
+                // ECONNABORTED instead where the program's end came while a request was being handed over.
+                Some(libc::ENODEV | libc::ECONNABORTED) => return Ok(()),
                 // The request was taken back, or another signal came first.
                 Some(libc::ENOENT | libc::EINTR | libc::EAGAIN) => continue,
                 _ => return Err(failed(error)),

@@ -62,6 +62,16 @@ impl EmulatedAdapter for Registers {
     }
 }
 
+/// What a request of the protocol begins with: its version 1.1.1 and one of the two codes (Linux, usbip_protocol.rst).
+const VERSION: [u8; 2] = [0x01, 0x11];
+const OP_REQ_IMPORT: [u8; 2] = 0x8003_u16.to_be_bytes();
+const OP_REQ_DEVLIST: [u8; 2] = 0x8005_u16.to_be_bytes();
+
+/// A request without its body: version, code, status 0.
+fn operation(version: [u8; 2], code: [u8; 2]) -> Vec<u8> {
+    [version, code, [0; 2], [0; 2]].concat()
+}
+
 /// Bit 7 of bmRequestType: the device answers with data (USB 2.0, table 9-2).
 const DEVICE_TO_HOST: u8 = 0x80;
 
@@ -265,13 +275,13 @@ fn it_offers_what_the_kernels_driver_offers() {
 fn a_register_and_its_value_are_one_transaction() {
     let registers = Registers::default();
     let mut client = plugged_in(&registers);
-    assert_eq!(client.write_message(BEGIN, 0x69, &[0x80]), 0);
+    assert_eq!(client.write_message(BEGIN, 0x69, &[0x20]), 0);
     assert_eq!(client.status(), 1, "acknowledged before it is sent");
     assert!(registers.notes().is_empty(), "nothing has been sent yet");
     let read = client.read_message(END, 0x69, 128);
     assert_eq!(client.status(), 1);
-    assert_eq!(read.data, (0x80..=0xFF).collect::<Vec<u8>>());
-    assert_eq!(registers.notes(), ["69 W[80] 69 R128"]);
+    assert_eq!(read.data, (0x20..0xA0).collect::<Vec<u8>>());
+    assert_eq!(registers.notes(), ["69 W[20] 69 R128"]);
 }
 
 #[test]
@@ -312,7 +322,7 @@ fn a_missing_target_is_told_by_the_status() {
     assert_eq!(client.status(), 2);
     assert_eq!(client.write_message(WHOLE, 0x68, &[]), 0);
     assert_eq!(client.status(), 2);
-    client.write_message(BEGIN, 0x68, &[0x80]);
+    client.write_message(BEGIN, 0x68, &[0x20]);
     let read = client.read_message(END, 0x68, 128);
     assert_eq!((read.status, read.actual_length), (0, 128));
     assert_eq!(client.status(), 2);
@@ -351,9 +361,9 @@ fn a_transfer_that_was_broken_off_is_forgotten() {
     let registers = Registers::default();
     let mut client = plugged_in(&registers);
     client.write_message(BEGIN, 0x69, &[0x11]);
-    client.write_message(BEGIN, 0x69, &[0x80]);
-    assert_eq!(client.read_message(END, 0x69, 1).data, [0x80]);
-    assert_eq!(registers.notes(), ["69 W[80] 69 R1"]);
+    client.write_message(BEGIN, 0x69, &[0x20]);
+    assert_eq!(client.read_message(END, 0x69, 1).data, [0x20]);
+    assert_eq!(registers.notes(), ["69 W[20] 69 R1"]);
 }
 
 #[test]
@@ -533,7 +543,7 @@ proptest! {
         prop_assert!(outcome.is_err() || bytes.is_empty() || bytes[3] == 1 || bytes[3] == 2);
         let mut start = [0; 8];
         start.iter_mut().zip(&bytes).for_each(|(to, from)| *to = *from);
-        let is_request = start[..2] == [1, 0x11] && start[2] == 0x80 && [3, 5].contains(&start[3]);
+        let is_request = start[..2] == VERSION && [OP_REQ_IMPORT, OP_REQ_DEVLIST].iter().any(|code| start[2..4] == *code);
         prop_assert_eq!(wire::Request::parse(&start).is_ok(), is_request);
     }
 
@@ -575,7 +585,7 @@ fn connect(server: &Server) -> TcpStream {
 }
 
 fn import_request(bus_id: &str) -> Vec<u8> {
-    let mut bytes = vec![0x01, 0x11, 0x80, 0x03, 0, 0, 0, 0];
+    let mut bytes = operation(VERSION, OP_REQ_IMPORT);
     bytes.extend(bus_id.as_bytes());
     bytes.resize(40, 0);
     bytes
@@ -610,7 +620,7 @@ fn the_list_of_devices_is_laid_out_as_documented() {
     );
     let mut stream = connect(&server);
     stream
-        .write_all(&[0x01, 0x11, 0x80, 0x05, 0, 0, 0, 0])
+        .write_all(&operation(VERSION, OP_REQ_DEVLIST))
         .unwrap();
     let mut reply = Vec::new();
     stream.read_to_end(&mut reply).unwrap();
@@ -693,7 +703,7 @@ fn one_connection_too_many_is_closed_at_once() {
     let mut one_too_many = connect(&server);
     assert_eq!(one_too_many.read(&mut [0; 1]).unwrap_or(0), 0);
     waiting[0]
-        .write_all(&[0x01, 0x11, 0x80, 0x05, 0, 0, 0, 0])
+        .write_all(&operation(VERSION, OP_REQ_DEVLIST))
         .unwrap();
     let mut reply = Vec::new();
     waiting[0].read_to_end(&mut reply).unwrap();
@@ -706,7 +716,7 @@ fn nonsense_on_tcp_ends_its_own_connection_only() {
     for nonsense in [
         b"GET / HTTP/1.1\r\n\r\n".to_vec(),
         vec![0xFF; 64],
-        vec![0x01, 0x06, 0x80, 0x05, 0, 0, 0, 0],
+        operation([0x01, 0x06], OP_REQ_DEVLIST),
         [import_request("1-1"), vec![0xFF; 4096]].concat(),
     ] {
         let mut stream = connect(&server);

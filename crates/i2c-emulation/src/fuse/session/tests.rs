@@ -8,6 +8,9 @@ use embedded_hal::i2c::Operation;
 
 const UNIQUE: u64 = 77;
 
+/// The first number that is no address of seven bits.
+const BEYOND_SEVEN_BITS: u64 = 1 << 7;
+
 /// Reads give 0x42, writes are swallowed.
 struct Answering;
 
@@ -151,7 +154,11 @@ fn an_open_file_is_read_written_and_asked_until_it_is_released() {
         [0; 16]
     );
     assert_eq!(
-        outcome(&mut session, 39, &ioctl_body(handle, 0, 0x0703, 0x80)),
+        outcome(
+            &mut session,
+            39,
+            &ioctl_body(handle, 0, 0x0703, BEYOND_SEVEN_BITS)
+        ),
         Err(22)
     );
     assert_eq!(outcome(&mut session, 25, &[0; 24]), Ok(Vec::new()), "flush");
