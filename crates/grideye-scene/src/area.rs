@@ -397,12 +397,17 @@ fn intersection(one: &[DVec2], other: &[DVec2]) -> Polygon {
     })
 }
 
+/// Shorter sides, in pixels, have no direction: where a cut meets a corner, two points are left that only rounding
+/// tells apart, and the line through them might lie anywhere.
+const SIDE_MIN: f64 = 1e-7;
+
 /// For each side of a counter-clockwise polygon, how far a point is to its left.
 fn sides(outline: &[DVec2]) -> impl Iterator<Item = impl Fn(DVec2) -> f64> {
     let next = outline.iter().cycle().skip(1);
     outline
         .iter()
         .zip(next)
+        .filter(|(from, to)| from.distance_squared(**to) > SIDE_MIN * SIDE_MIN)
         .map(|(from, to)| move |point: DVec2| (*to - *from).perp_dot(point - *from))
 }
 

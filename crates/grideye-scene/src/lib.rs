@@ -82,6 +82,7 @@ mod error;
 mod files;
 pub mod fit;
 pub mod fusion;
+pub mod ground;
 mod heat;
 mod mosaic;
 mod motion;

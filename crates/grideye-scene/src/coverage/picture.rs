@@ -7,8 +7,8 @@ use super::floor::bounds;
 use super::sketch::{Anchor, DARK, GREY, Shape, Sketch, WHITE};
 use super::{Blind, Floor, Kind, Map, Spot, Wish};
 use crate::count;
+use crate::ground;
 use crate::scene::{Scene, Sensor};
-use crate::warmth::clipped;
 use glam::{DVec2, DVec3};
 
 /// What is drawn.
@@ -111,8 +111,7 @@ impl Picture<'_> {
     /// Walls, and the outlines of what stands in the room, with names where there is room.
     fn room(&self, sketch: &mut Sketch, plan: &Plan) {
         for object in self.scene.objects() {
-            let corners = object.solid.vertices_m().iter();
-            let outline = hull(corners.map(|corner| corner.truncate()).collect());
+            let outline = ground::outline_m(object);
             let on_page: Vec<DVec2> = outline.iter().map(|corner| plan.page(*corner)).collect();
             let (low, high) = bounds(&on_page);
             sketch.closed(on_page, 1.2, DARK);
@@ -130,7 +129,7 @@ impl Picture<'_> {
     /// Each sensor, which way it looks, and what of the floor is in its field of view.
     fn markers(&self, sketch: &mut Sketch, plan: &Plan) {
         for (name, sensor) in self.sensors {
-            let footprint = footprint(&self.scene.room().outline_m(), sensor);
+            let footprint = ground::in_view_m(self.scene.room(), sensor);
             let on_page: Vec<DVec2> = footprint.iter().map(|corner| plan.page(*corner)).collect();
             sketch.dashed(&on_page);
             let at = plan.page(sensor.pose.position_m.truncate());
@@ -299,47 +298,6 @@ fn band(part: f64) -> usize {
     ends.iter().filter(|end| part >= **end).count()
 }
 
-/// The part of the floor in the field of view, as far as the walls.
-fn footprint(outline: &[DVec2], sensor: &Sensor) -> Vec<DVec2> {
-    let floor: Vec<DVec3> = outline.iter().map(|corner| corner.extend(0.0)).collect();
-    let slope = |angle: f64| libm::tan(0.5 * angle);
-    let field = sensor.field_of_view_rad;
-    let borders = [
-        DVec3::new(slope(field.x), 1.0, 0.0),
-        DVec3::new(slope(field.x), -1.0, 0.0),
-        DVec3::new(slope(field.y), 0.0, 1.0),
-        DVec3::new(slope(field.y), 0.0, -1.0),
-    ];
-    let seen = borders.iter().fold(floor, |rest, border| {
-        clipped(&rest, |corner| {
-            border.dot(sensor.pose.point_in_sensor(corner))
-        })
-    });
-    seen.iter().map(|corner| corner.truncate()).collect()
-}
-
-/// The convex hull of points, counter-clockwise (Andrew 1979).
-fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|one, other| one.x.total_cmp(&other.x).then(one.y.total_cmp(&other.y)));
-    let half = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for point in points {
-            while let [.., before, last] = chain.as_slice() {
-                if (*last - *before).perp_dot(point - *last) > 0.0 {
-                    break;
-                }
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = half(&mut points.iter().copied());
-    hull.extend(half(&mut points.iter().rev().copied()));
-    hull
-}
-
 /// The next of 0.1, 0.2, 0.5, 1, 2, 5 … of at least `length`.
 fn round_step(length: f64) -> f64 {
     let steps = [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0];
@@ -401,27 +359,6 @@ mod tests {
                 assert!(luminance(pair[0]) > luminance(pair[1]) + 10.0, "{pair:?}");
             }
         }
-    }
-
-    #[test]
-    fn the_hull_of_a_square_with_a_point_in_it_is_the_square() {
-        let corners = [
-            (0.0, 0.0),
-            (2.0, 0.0),
-            (2.0, 2.0),
-            (0.0, 2.0),
-            (1.0, 1.0),
-            (1.0, 0.0),
-        ];
-        let found = hull(corners.map(DVec2::from).to_vec());
-        assert_eq!(
-            found,
-            corners[..4]
-                .iter()
-                .copied()
-                .map(DVec2::from)
-                .collect::<Vec<_>>()
-        );
     }
 
     #[test]

@@ -283,8 +283,8 @@ fn apart(one: &[f64], other: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The grid sees the same rays: rounding. Without it faces are cut elsewhere, so that the quadrature differs.
-const TOLERANCES_C: [f64; 2] = [1e-8, 2e-4];
+/// The grid sees the same rays: rounding. Without it faces are cut elsewhere, and the Gauss rule is not exact.
+const TOLERANCES_C: [f64; 2] = [1e-8, 1e-5];
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
