@@ -74,6 +74,26 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
     format!("{document:#}\n")
 }
 
+/// Of the same object what a page shows of a comparison that is made again and again: verdict, criteria and scores,
+/// with the notes of the comparison itself.
+#[must_use]
+pub fn summary(comparison: &Comparison, context: &Context) -> Value {
+    let judgement = &comparison.judgement;
+    json!({
+        "verdict": judgement.verdict.name(),
+        "headline": judgement.headline,
+        "reasons": judgement.reasons,
+        "would_change": judgement.would_change,
+        "criteria": criteria(comparison),
+        "protocol": comparison.settings.protocol.name(),
+        "real_frames": comparison.real_frames,
+        "noise_sigma_c": comparison.noise_sigma_c,
+        "alignment": super::alignment::json(comparison.alignment.as_ref()),
+        "scores": scores(comparison, context),
+        "notes": comparison.notes,
+    })
+}
+
 fn criteria(comparison: &Comparison) -> Vec<Value> {
     let criterion = |criterion: &crate::Criterion| {
         json!({

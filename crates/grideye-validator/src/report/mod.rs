@@ -16,7 +16,7 @@ mod table;
 mod timeline;
 
 pub use html::html;
-pub use json::json;
+pub use json::{json, summary};
 pub use junit::junit;
 pub use table::table;
 
