@@ -113,6 +113,26 @@ pub enum RecordingError {
         /// The name.
         found: String,
     },
+    /// An array that holds no frames of this sensor, or is cut.
+    #[error(
+        "expected {expected}, found {found}\nhint: numpy.save(file, frames.astype(numpy.float32)) writes what is read here: (N, 8, 8), in °C"
+    )]
+    Array {
+        /// What belongs there.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// A temperature that no word of the sensor means.
+    #[error(
+        "{place}: expected a multiple of 0.25 degrees Celsius from -512 to 511.75, found {found}\nhint: frames that were rounded, averaged or interpolated are no longer what the sensor sent; keep them as they were read"
+    )]
+    BareValue {
+        /// Where in the file.
+        place: String,
+        /// What is there.
+        found: String,
+    },
     /// Something failed while an earlier row was written; what is in the file ends there.
     #[error("line {line}: expected a sound file to write to, found one whose last row failed")]
     WriterBroken {

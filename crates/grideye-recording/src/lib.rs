@@ -8,8 +8,10 @@
 //! | format | carries | keeps of a word | refuses with |
 //! |---|---|---|---|
 //! | [`wire`] (JSON) | one batch per device and half second, and its answer | all 16 bits | [`wire::WireError`]: path, expected, found |
+//! | [`wire`] (bytes) | the same batch, about half as long | all 16 bits | the same, with the place in the body |
 //! | [`mod@csv`] (`recordings/README.md`) | one row a sensor frame, missing ones with a reason | the 12 bits that mean degrees | [`RecordingError`]: line, column, expected, found |
 //! | [`linaige`] (read only) | frames with labels | as above | [`RecordingError`] |
+//! | [`bare`] (read only) | frames and no more: rows of 64 numbers, `.npy` | as above | [`RecordingError`] |
 //!
 //! Everything works on the readers, writers and bytes that it is handed: no files, sockets or clocks. Recordings of any
 //! length are read and written in the same memory. What a word means in degrees is said by `amg8833::word` alone.
@@ -41,10 +43,13 @@ mod cell;
 mod error;
 mod layout;
 mod lines;
+mod rows;
 mod text;
 
+pub mod bare;
 pub mod csv;
 pub mod linaige;
+pub mod prometheus;
 pub mod record;
 pub mod wire;
 

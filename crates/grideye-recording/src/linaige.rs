@@ -21,9 +21,9 @@
 use crate::cell::{Cell, Column};
 use crate::csv::{Row, check_header};
 use crate::lines::{Line, Lines};
+use crate::rows::rows_until_error;
 use crate::text::quoted;
 use crate::{ClockState, Record, RecordingError, Stamp, StreamId, check_name};
-use core::iter::FusedIterator;
 use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
 
@@ -199,20 +199,7 @@ impl<R: Read> Reader<R> {
     }
 }
 
-impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<LinaigeRow, RecordingError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let item = self.row().transpose();
-        self.ended = !matches!(item, Some(Ok(_)));
-        item
-    }
-}
-
-impl<R: Read> FusedIterator for Reader<R> {}
+rows_until_error!(Reader, LinaigeRow);
 
 impl<R> core::fmt::Debug for Reader<R> {
     fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

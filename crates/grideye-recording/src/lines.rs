@@ -6,6 +6,10 @@ use std::io::{BufRead, BufReader, Read};
 /// The longest line of any layout here, in bytes: several times the longest that can be written.
 pub(crate) const LINE_BYTES_MAX: usize = 4096;
 
+/// U+FEFF in UTF-8.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+#[derive(Debug)]
 pub(crate) struct Lines<R> {
     input: BufReader<R>,
     buffer: Vec<u8>,
@@ -45,6 +49,10 @@ impl<R: Read> Lines<R> {
             bytes = bytes.strip_suffix(b"\n").unwrap_or(bytes);
             // A spreadsheet saves with both.
             bytes = bytes.strip_suffix(b"\r").unwrap_or(bytes);
+        }
+        if line == 1 {
+            // What some editors put before UTF-8 means nothing.
+            bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
         }
         match core::str::from_utf8(bytes) {
             Ok(text) => Ok(Some(Line {

@@ -42,6 +42,22 @@ impl ClockState {
             Self::Stepped => "stepped",
         }
     }
+
+    /// The state's number in every binary form: on the wire, in the agent's spool, in the collector's store.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Unsynced => 0,
+            Self::Synced => 1,
+            Self::Stepped => 2,
+        }
+    }
+
+    /// The state of a number from [`ClockState::code`].
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.code() == code)
+    }
 }
 
 impl fmt::Display for ClockState {

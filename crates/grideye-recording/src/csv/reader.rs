@@ -3,9 +3,9 @@ use super::{COLUMNS, Row, Sequences, header};
 use crate::cell::{Cell, Column};
 use crate::lines::{Line, Lines};
 use crate::record::CLOCK_STATES;
+use crate::rows::rows_until_error;
 use crate::text::quoted;
 use crate::{Record, RecordingError, Stamp, StreamId};
-use core::iter::FusedIterator;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
 
@@ -48,20 +48,7 @@ impl<R: Read> Reader<R> {
     }
 }
 
-impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<Row, RecordingError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let item = self.row().transpose();
-        self.ended = !matches!(item, Some(Ok(_)));
-        item
-    }
-}
-
-impl<R: Read> FusedIterator for Reader<R> {}
+rows_until_error!(Reader, Row);
 
 impl<R> core::fmt::Debug for Reader<R> {
     fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

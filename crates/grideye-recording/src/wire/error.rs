@@ -17,6 +17,18 @@ pub enum WireError {
         /// What is wrong with the text there.
         found: String,
     },
+    /// Bytes that are not of the compact form, or cut short.
+    #[error("{path}: expected {expected} at byte {offset}, found {found}")]
+    Malformed {
+        /// The field.
+        path: String,
+        /// The place in the body, from 0.
+        offset: usize,
+        /// What belongs there.
+        expected: String,
+        /// What was there.
+        found: String,
+    },
     /// A field that the format does not have.
     #[error("{path}: expected {expected}, found an unknown field")]
     UnknownField {
@@ -63,6 +75,7 @@ impl WireError {
     pub fn path(&self) -> &str {
         match self {
             Self::NotJson { path, .. }
+            | Self::Malformed { path, .. }
             | Self::UnknownField { path, .. }
             | Self::MissingField { path }
             | Self::Repeated { path }

@@ -1,6 +1,10 @@
 //! The crate from outside: the wire format, the CSV recording format and the LINAIGE layout.
 
 #[cfg(test)]
+mod bare;
+#[cfg(test)]
+mod binary;
+#[cfg(test)]
 mod csv;
 #[cfg(test)]
 mod golden;

@@ -22,7 +22,7 @@ fn specimen() -> String {
     )
 }
 
-fn specimen_value() -> Batch {
+pub(crate) fn specimen_value() -> Batch {
     let mut pixels = [PixelWord(0); 64];
     for (word, value) in pixels.iter_mut().zip(96..) {
         word.0 = value;
@@ -301,7 +301,7 @@ fn what_a_stranger_wrote_reaches_the_message_escaped_and_cut() {
 }
 
 /// A body with so many sensors of so many missing frames each.
-fn body_of(sensors: usize, frames: usize) -> String {
+pub(crate) fn body_of(sensors: usize, frames: usize) -> String {
     let row = |seq: usize| {
         format!(r#"{{"seq":{seq},"t_boot_ns":0,"t_utc_ns":0,"clock":"unsynced","missing":"nack"}}"#)
     };
@@ -558,7 +558,7 @@ fn any_account() -> impl Strategy<Value = Account> {
         })
 }
 
-fn any_batch() -> impl Strategy<Value = Batch> {
+pub(crate) fn any_batch() -> impl Strategy<Value = Batch> {
     let sensor = (prop::option::of(any_account()), any_records());
     let sensors = prop::collection::btree_map(any_name(), sensor, 0..4).prop_map(|sensors| {
         sensors

@@ -1,0 +1,115 @@
+//! Prometheus' text format 0.0.4, in which both programs say what they count: families with help and type, samples with
+//! labels.
+
+use std::fmt::{Display, Write as _};
+
+/// The media type of the format.
+pub const CONTENT_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
+
+/// A page of metrics that is being written.
+#[derive(Debug, Default)]
+pub struct Text {
+    text: String,
+    /// The family that samples belong to.
+    family: &'static str,
+}
+
+impl Text {
+    /// An empty page.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Begins a family of values that go up and down.
+    pub fn gauge(&mut self, family: &'static str, help: &str) {
+        self.begin(family, help, "gauge");
+    }
+
+    /// Begins a family of counts that only grow.
+    pub fn counter(&mut self, family: &'static str, help: &str) {
+        self.begin(family, help, "counter");
+    }
+
+    /// A whole family of counts by class. `counts` has one more than `ends`: what lies above the last.
+    pub fn histogram(
+        &mut self,
+        family: &'static str,
+        help: &str,
+        ends: &[f64],
+        counts: &[u64],
+        sum: f64,
+    ) {
+        self.begin(family, help, "histogram");
+        let mut below = 0;
+        let ends = ends.iter().map(ToString::to_string);
+        for (end, count) in ends.chain(["+Inf".to_owned()]).zip(counts) {
+            below += count;
+            self.line("_bucket", &[("le", &end)], below);
+        }
+        self.line("_sum", &[], sum);
+        self.line("_count", &[], below);
+    }
+
+    /// A sample of the family that was begun last.
+    pub fn sample(&mut self, labels: &[(&str, &str)], value: impl Display) {
+        self.line("", labels, value);
+    }
+
+    /// The page.
+    #[must_use]
+    pub fn into_string(self) -> String {
+        self.text
+    }
+
+    fn begin(&mut self, family: &'static str, help: &str, kind: &str) {
+        self.family = family;
+        self.write(format_args!(
+            "# HELP {family} {help}\n# TYPE {family} {kind}\n"
+        ));
+    }
+
+    fn line(&mut self, suffix: &str, labels: &[(&str, &str)], value: impl Display) {
+        let family = self.family;
+        self.write(format_args!("{family}{suffix}"));
+        for (index, (name, value)) in labels.iter().enumerate() {
+            let before = if index == 0 { '{' } else { ',' };
+            let value = escaped(value);
+            self.write(format_args!("{before}{name}=\"{value}\""));
+        }
+        let after = if labels.is_empty() { "" } else { "}" };
+        self.write(format_args!("{after} {value}\n"));
+    }
+
+    fn write(&mut self, what: std::fmt::Arguments<'_>) {
+        // Writing into a string does not fail.
+        let _ = self.text.write_fmt(what);
+    }
+}
+
+fn escaped(value: &str) -> String {
+    value
+        .replace('\\', "\\\\")
+        .replace('"', "\\\"")
+        .replace('\n', "\\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn families_are_written_as_the_format_says() {
+        let mut text = Text::new();
+        text.gauge("a_hertz", "How often.");
+        text.sample(&[("device", "p\"i\\\n"), ("x", "y")], 9.5);
+        text.histogram("t_seconds", "How long.", &[0.1, 1.0], &[2, 1, 4], 7.25);
+        assert_eq!(
+            text.into_string(),
+            "# HELP a_hertz How often.\n# TYPE a_hertz gauge\na_hertz{device=\"p\\\"i\\\\\\n\",x=\"y\"} 9.5\n\
+             # HELP t_seconds How long.\n# TYPE t_seconds histogram\n\
+             t_seconds_bucket{le=\"0.1\"} 2\nt_seconds_bucket{le=\"1\"} 3\nt_seconds_bucket{le=\"+Inf\"} 7\n\
+             t_seconds_sum 7.25\nt_seconds_count 7\n"
+        );
+    }
+}
