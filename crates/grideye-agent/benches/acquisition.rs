@@ -1,8 +1,10 @@
 //! What becomes of every frame of a sensor in 24 hours: read by the agent, and polled on a clock of the host's.
 //!
 //! ```text
-//! cargo bench -p grideye-agent --bench acquisition [-- --hours N]
+//! cargo bench -p grideye-agent --bench acquisition [-- --hours N] [--only 'PART OF A ROW']
 //! ```
+//!
+//! `--only '400 kHz 1 Hz'`, `--only '400 kHz 10 Hz poll, 128-byte burst'`: the rows alone whose first columns say this.
 //!
 //! Emulated time, no pauses: the sensor's clock at -6 %, -4.3 %, 0 and +6 %, and drifting from -6 % to +6 %; a host that
 //! wakes up 0 to 40 ms late, each time anew. The agent's rows are checked one by one, so a torn or doubled frame or a
@@ -30,10 +32,14 @@ fn main() {
         "{hours} h of each sensor, clocks from -6 to +6 %, host 0 to 40 ms late; shares: least - most over the clocks\n"
     );
     println!("{HEADING}");
+    let only = argument("--only").unwrap_or_default();
     for rate in [FrameRate::Ten, FrameRate::One] {
         for scl_hz in [100_000, 400_000] {
             for way in WAYS {
                 let cases = cases(rate, scl_hz, hours);
+                if !is_wanted(&cases[0], way, &only) {
+                    continue;
+                }
                 let tallies: Vec<Tally> = cases.iter().map(|case| run(case, way)).collect();
                 println!("{}", row(&cases[0], way, &tallies));
                 for tally in tallies.iter().filter(|_| way == Way::Agent) {
@@ -75,12 +81,22 @@ fn cases(rate: FrameRate, scl_hz: u32, hours: u32) -> Vec<Case> {
     .collect()
 }
 
-/// `--hours N`; cargo adds `--bench`.
+/// Whether the beginning of this row holds all that `--only` asks for.
+fn is_wanted(case: &Case, way: Way, only: &str) -> bool {
+    let (khz, hz) = (case.scl_hz / 1000, case.rate.fps());
+    let row = format!("{khz} kHz {hz} Hz {}", way.name());
+    row.contains(only)
+}
+
 fn hours() -> u32 {
+    argument("--hours").map_or(24, |hours| hours.parse().unwrap())
+}
+
+/// What follows this word; cargo adds `--bench`.
+fn argument(name: &str) -> Option<String> {
     let arguments: Vec<String> = std::env::args().collect();
-    let hours = arguments
-        .windows(2)
-        .find(|pair| pair[0] == "--hours")
-        .map(|pair| pair[1].parse().unwrap());
-    hours.unwrap_or(24)
+    let mut pairs = arguments.windows(2);
+    pairs
+        .find(|pair| pair[0] == name)
+        .map(|pair| pair[1].clone())
 }

@@ -4,12 +4,14 @@ use crate::bus::OpenBus;
 use crate::clock::Clock;
 use crate::config::{BusConfig, Config, SpoolMode};
 use crate::courier::Pace;
+use crate::health::{Health, Identity};
 use crate::keeper::Keeper;
 use crate::log::{Level, Log};
 use crate::ring::Ring;
 use crate::shared::Shared;
 use crate::spool::{Folder, FolderError, Limits, Spool};
-use crate::upload::Uploader;
+use crate::transport;
+use crate::upload::{Http, Uploader};
 use crate::watch::{HUNG_AFTER, Watched};
 use crate::worker::{Sink, Worker};
 use grideye_recording::Record;
@@ -108,6 +110,16 @@ pub enum StartError {
         "spool.folder: expected a folder, found none\nhint: name one, for example /var/lib/grideye-agent/spool; systemd gives one with StateDirectory=grideye-agent"
     )]
     NoSpoolFolder,
+    /// Nobody said where to deliver.
+    #[error(
+        "no collector is named\nhint: grideye-agent join 'LINE', with the line that `grideye enroll DEVICE` prints; or, for plain HTTP within a network that you trust, collector = \"http://HOST:8833\" in the configuration"
+    )]
+    NoCollector,
+    /// The credentials that joining left cannot be used.
+    #[error(
+        "{0}\nhint: join again: grideye-agent join 'LINE', with the line that `grideye enroll DEVICE` prints"
+    )]
+    Credentials(String),
     /// Two sensors have the same name.
     #[error("sensor {sensor} is there twice\nhint: name each bus and each address once")]
     SensorTwice {
@@ -139,6 +151,14 @@ impl Agent {
             hung_after,
             ..
         } = start;
+        let (collector, http) = http(&agent, &names, &buses)?;
+        let identity = Identity {
+            device: device.clone(),
+            boot: boot.clone(),
+            collector: collector.clone(),
+            spool_mode: agent.spool.mode.name(),
+            sensors: names.clone(),
+        };
         let ring = Ring::new(agent.ring_frames, &device, &boot, names.clone());
         let shared = Arc::new(Shared::new(ring, None));
         let mut keeper = Keeper::new(Arc::clone(&shared), agent.spool.mode, log.clone());
@@ -150,6 +170,7 @@ impl Agent {
             uploading: Arc::new(Running::new(1)),
             keeping: Arc::new(Running::new(1)),
             bus_names: Vec::new(),
+            identity,
         };
         let mut first_stream = 0;
         for (config, bus) in buses {
@@ -170,7 +191,7 @@ impl Agent {
             spawn(&name, move || bus.0(thread))?;
         }
         let pace = Pace {
-            collector: agent.collector,
+            collector,
             seed: RandomState::new().hash_one(&boot),
             boot,
             post_every: agent.post_every,
@@ -178,10 +199,48 @@ impl Agent {
             backlog_per_s: agent.spool.backlog_per_s,
         };
         spawn_until_ended("spool", &handle.keeping, move || keeper.run())?;
-        let mut uploader = Uploader::new(pace, Arc::clone(&handle.shared), clock, log);
+        let mut uploader = Uploader::new(http, pace, Arc::clone(&handle.shared), clock, log);
         spawn_until_ended("upload", &handle.uploading, move || uploader.run())?;
         Ok(handle)
     }
+}
+
+/// The collector's address, and what posts to it.
+fn http(
+    agent: &Config,
+    names: &[String],
+    buses: &[(BusConfig, AnyBus)],
+) -> Result<(String, Http), StartError> {
+    let collector = agent.collector.clone().ok_or(StartError::NoCollector)?;
+    let client = transport::client(&agent.credentials, agent.request_timeout)
+        .map_err(StartError::Credentials)?;
+    let http = Http::new(&collector, client, agent.credentials.token.clone())
+        .saying(&set_up(agent, names, buses))
+        .with_body(agent.body);
+    Ok((collector, http))
+}
+
+/// What a person who looks at the device wants to know of its configuration.
+fn set_up(agent: &Config, names: &[String], buses: &[(BusConfig, AnyBus)]) -> serde_json::Value {
+    let sensors = buses.iter().flat_map(|(bus, _)| &bus.sensors);
+    let sensors: serde_json::Map<_, _> = names
+        .iter()
+        .zip(sensors)
+        .map(|(name, sensor)| {
+            let set_up = serde_json::json!({
+                "part": "AMG8833",
+                "rate_hz": sensor.rate.fps(),
+                "moving_average": sensor.moving_average,
+            });
+            (name.clone(), set_up)
+        })
+        .collect();
+    serde_json::json!({
+        "post_every_ms": u64::try_from(agent.post_every.as_millis()).unwrap_or(u64::MAX),
+        "ring_frames": agent.ring_frames,
+        "spool": agent.spool.mode.name(),
+        "sensors": sensors,
+    })
 }
 
 /// A running agent. Dropping it stops the reading without waiting and without delivering the rest.
@@ -192,6 +251,7 @@ pub struct AgentHandle {
     uploading: Arc<Running>,
     keeping: Arc<Running>,
     bus_names: Vec<String>,
+    identity: Identity,
 }
 
 /// What an agent did, by sensor.
@@ -215,6 +275,12 @@ pub struct SensorSummary {
 }
 
 impl AgentHandle {
+    /// How the agent does, for those who ask it on this machine.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        Health::new(Arc::clone(&self.shared), self.identity.clone())
+    }
+
     /// Every sensor's account as of now.
     #[must_use]
     pub fn accounts(&self) -> BTreeMap<String, Account> {
@@ -377,9 +443,9 @@ impl Drop for Over<'_> {
 impl Sink for BusThread {
     fn record(&self, sensor: usize, record: Record) {
         let now = self.shared.now();
-        let dropped = self
-            .shared
-            .with_ring(|ring| ring.push(self.first_stream + sensor, record, now));
+        let stream = self.first_stream + sensor;
+        self.shared.observed().saw(stream, &record, now);
+        let dropped = self.shared.with_ring(|ring| ring.push(stream, record, now));
         if dropped > 0 && record.seq % RING_FULL_SAID_EVERY == 0 {
             self.log
                 .error("the ring is full: the oldest records are being dropped");

@@ -5,7 +5,7 @@ use crate::clock::Clock;
 use crate::config::SensorConfig;
 use crate::log::Log;
 use crate::worker::{self, Delay, Sensor, Sink, Worker};
-use amg8833::{Amg8833, word};
+use amg8833::{Address, Amg8833, word};
 use embedded_hal::i2c::ErrorType;
 use grideye_frame::{COLUMNS, NoData, RawFrame, Reading};
 use grideye_recording::Record;
@@ -20,6 +20,8 @@ use std::time::Duration;
 pub const FRAMES: u32 = 20;
 /// How many frames at 1 Hz.
 pub const FRAMES_AT_1_HZ: u32 = 4;
+/// What the chip may be at, °C (datasheet, absolute maximum ratings), and some degrees more.
+const OPERATING_C: std::ops::Range<f32> = -30.0..90.0;
 /// Attempts to set the sensor up: one lost byte is no broken sensor.
 pub const SET_UP_ATTEMPTS: u32 = 3;
 
@@ -69,9 +71,10 @@ pub struct Trouble {
 }
 
 /// Checks one sensor, named `sensor` in the report: opens the bus, sets the sensor up, and reads frames for about two
-/// seconds (four at 1 Hz).
+/// seconds (four at 1 Hz). Where nobody answers, `elsewhere`, the same bus for the chip's other address, is looked at too.
 pub fn check<O: OpenBus>(
     mut opener: O,
+    elsewhere: Option<O>,
     sensor: &str,
     config: &SensorConfig,
     clock: &Arc<dyn Clock>,
@@ -83,8 +86,16 @@ pub fn check<O: OpenBus>(
         trouble: None,
         errors: BTreeMap::new(),
     };
-    if let Err(trouble) = answers(&mut opener, config, clock.as_ref()) {
-        report.trouble = Some(trouble);
+    if let Err((reason, trouble)) = answers(&mut opener, config, clock.as_ref()) {
+        let other = config.address.other();
+        let is_there = elsewhere
+            .filter(|_| is_nobody(reason))
+            .is_some_and(|opener| is_sensor(opener, other));
+        report.trouble = Some(if is_there {
+            at_the_other(&trouble, other)
+        } else {
+            trouble
+        });
         return report;
     }
     let watched = watch(opener, sensor, config, clock);
@@ -138,8 +149,10 @@ fn answers<O: OpenBus>(
     opener: &mut O,
     config: &SensorConfig,
     clock: &dyn Clock,
-) -> Result<(), Trouble> {
-    let mut bus = opener.open().map_err(|error| trouble(&error.to_string()))?;
+) -> Result<(), (NoData, Trouble)> {
+    let mut bus = opener
+        .open()
+        .map_err(|error| (error.reason(), trouble(&error.to_string())))?;
     let mut last = None;
     for _ in 0..SET_UP_ATTEMPTS {
         let mut driver = Amg8833::new(&mut bus, config.address);
@@ -151,18 +164,44 @@ fn answers<O: OpenBus>(
             Ok(_) => return Ok(()),
             Err(error) => {
                 let reason = worker::reason(opener, &error);
-                last = Some(Trouble {
+                let trouble = Trouble {
                     error: format!(
                         "the sensor at {} does not answer: {reason} ({})",
                         config.address,
                         first_line(&said(opener, &error))
                     ),
                     hint: hint(reason).to_owned(),
-                });
+                };
+                last = Some((reason, trouble));
             }
         }
     }
     last.map_or(Ok(()), Err)
+}
+
+/// As nobody at an address shows, virtio's adapter included.
+fn is_nobody(reason: NoData) -> bool {
+    matches!(reason, NoData::Nack | NoData::ShortTransfer)
+}
+
+/// Whether what answers at this address is an AMG8833, as far as reading tells: clocks and gyroscopes live at 0x68 as well.
+fn is_sensor<O: OpenBus>(mut opener: O, address: Address) -> bool {
+    let Ok(mut bus) = opener.open() else {
+        return false;
+    };
+    let mut driver = Amg8833::new(&mut bus, address);
+    let is_set_up = driver.configuration().is_ok();
+    let thermistor = driver.read_thermistor().map(word::thermistor_celsius);
+    is_set_up && thermistor.is_ok_and(|celsius| OPERATING_C.contains(&celsius.get()))
+}
+
+fn at_the_other(trouble: &Trouble, found: Address) -> Trouble {
+    Trouble {
+        error: format!("{}; one does at {found}", trouble.error),
+        hint: format!(
+            "say `address = {found}` in the configuration (`--address {found}` here), or change the board's AD_SELECT"
+        ),
+    }
 }
 
 fn said<O: OpenBus>(opener: &O, error: &amg8833::Error<<O::Bus as ErrorType>::Error>) -> String {

@@ -3,10 +3,11 @@
 //! A key that is unknown, misspelt or out of range stops the program: an agent that runs with a silent default loses
 //! an afternoon of somebody's recording.
 
+use crate::join::{Credentials, Joined};
 use crate::keeper::LOOK_EVERY;
 use amg8833::{Address, FrameRate};
 use serde::Deserialize;
-use std::net::Ipv6Addr;
+use std::net::{Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -28,8 +29,14 @@ pub const BACKLOG_PER_S_DEFAULT: u32 = 1000;
 pub struct Config {
     /// The name under which this agent's frames are kept. `None`: the caller takes the host's name.
     pub device: Option<String>,
-    /// Where to deliver, without a trailing slash: `http://192.168.1.20:8833`.
-    pub collector: String,
+    /// Where to deliver, without a trailing slash: `http://192.168.1.20:8833`. `None`: as joining said.
+    pub collector: Option<String>,
+    /// The file that `grideye-agent join` wrote, if it is named. The caller reads it.
+    pub joined: Option<PathBuf>,
+    /// Token and certificates. The file does not hold them; the caller adds what joining left ([`Self::join`]).
+    pub credentials: Credentials,
+    /// The form of a post's body.
+    pub body: Body,
     /// Pause between two posts while there is no backlog.
     pub post_every: Duration,
     /// Frames held in memory until the collector has them on disk; beyond, the oldest is dropped and counted.
@@ -38,8 +45,20 @@ pub struct Config {
     pub request_timeout: Duration,
     /// What is kept on a disk.
     pub spool: SpoolConfig,
+    /// Where the agent says how it does, on this machine alone. `None`: nowhere.
+    pub health: Option<SocketAddr>,
     /// The buses, each read by a thread of its own.
     pub buses: Vec<BusConfig>,
+}
+
+/// The form of a post's body: the same meaning, the same checks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Body {
+    /// JSON, which a person can read.
+    #[default]
+    Json,
+    /// Bytes, about half as long and cheaper on both sides. A collector that does not know them gets JSON.
+    Binary,
 }
 
 /// What is kept on a disk while the collector is away.
@@ -178,6 +197,16 @@ pub enum ConfigError {
         /// What to do about it.
         hint: String,
     },
+    /// The configuration names a collector, and the agent joined another.
+    #[error(
+        "the configuration names the collector {named}, and this agent joined {joined}\nhint: take the line `collector` out of the configuration, or remove the file collector.toml"
+    )]
+    TwoCollectors {
+        /// The one that the configuration names.
+        named: String,
+        /// The one that it joined.
+        joined: String,
+    },
     /// The file is longer than [`CONFIG_BYTES_MAX`].
     #[error(
         "{origin}: expected at most {CONFIG_BYTES_MAX} bytes, found {found}\nhint: is this really agent.toml?"
@@ -211,6 +240,23 @@ impl Config {
             place.refuse(offset, message, KEYS_HINT)
         })?;
         check(raw, &place)
+    }
+
+    /// Adds what joining left.
+    ///
+    /// # Errors
+    /// [`ConfigError::TwoCollectors`] if the configuration names one itself.
+    pub fn join(&mut self, joined: Joined) -> Result<(), ConfigError> {
+        if let Some(named) = &self.collector {
+            return Err(ConfigError::TwoCollectors {
+                named: named.clone(),
+                joined: joined.collector,
+            });
+        }
+        self.collector = Some(joined.collector);
+        self.credentials = joined.credentials;
+        self.device = self.device.take().or(joined.device);
+        Ok(())
     }
 }
 
@@ -247,18 +293,21 @@ impl SensorConfig {
     }
 }
 
-const KEYS_HINT: &str = "the keys are device, collector, post_every_ms, ring_frames, request_timeout_ms, \
-    [[bus]] path and [[bus.sensor]] address, rate_hz, moving_average; see firmware-config/agent.toml";
+const KEYS_HINT: &str = "the keys are device, collector, joined, body, post_every_ms, ring_frames, request_timeout_ms, \
+    [spool], [health] listen, [[bus]] path and [[bus.sensor]] address, rate_hz, moving_average; see firmware-config/agent.toml";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawConfig {
     device: Option<toml::Spanned<String>>,
-    collector: toml::Spanned<String>,
+    collector: Option<toml::Spanned<String>>,
+    joined: Option<PathBuf>,
+    body: Option<toml::Spanned<String>>,
     post_every_ms: Option<toml::Spanned<u64>>,
     ring_frames: Option<toml::Spanned<u64>>,
     request_timeout_ms: Option<toml::Spanned<u64>>,
     spool: Option<toml::Spanned<RawSpool>>,
+    health: Option<RawHealth>,
     bus: Vec<toml::Spanned<RawBus>>,
 }
 
@@ -272,6 +321,12 @@ struct RawSpool {
     mib_max: Option<toml::Spanned<u64>>,
     free_mib_min: Option<toml::Spanned<u64>>,
     backlog_frames_per_s: Option<toml::Spanned<u64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawHealth {
+    listen: toml::Spanned<String>,
 }
 
 #[derive(Deserialize)]
@@ -379,7 +434,13 @@ fn check(raw: RawConfig, place: &Place<'_>) -> Result<Config, ConfigError> {
             .device
             .map(|device| check_device(&device, place))
             .transpose()?,
-        collector: check_collector(&raw.collector, place)?,
+        collector: raw
+            .collector
+            .map(|collector| check_collector(&collector, place))
+            .transpose()?,
+        joined: raw.joined,
+        credentials: Credentials::default(),
+        body: check_body(raw.body.as_ref(), place)?,
         post_every: place.milliseconds("post_every_ms", raw.post_every_ms, 500, (50, 60_000))?,
         ring_frames: usize::try_from(ring_frames).unwrap_or(RING_FRAMES_MAX),
         request_timeout: place.milliseconds(
@@ -389,6 +450,10 @@ fn check(raw: RawConfig, place: &Place<'_>) -> Result<Config, ConfigError> {
             (100, 120_000),
         )?,
         spool,
+        health: raw
+            .health
+            .map(|health| check_health(&health.listen, place))
+            .transpose()?,
         buses,
     };
     check_ring_for_spool(&config, spool_at, place)?;
@@ -510,7 +575,7 @@ fn check_collector(
         return Ok(url.to_owned());
     }
     let hint = if url.starts_with("https://") {
-        "this version speaks plain http only; keep it within a network that you trust"
+        "https goes with a token and a pin: grideye-agent join 'LINE', with the line that `grideye enroll DEVICE` prints, instead of this key"
     } else {
         "give the collector's address and port alone, for example http://192.168.1.20:8833"
     };
@@ -524,9 +589,27 @@ fn check_collector(
     ))
 }
 
+fn check_body(
+    body: Option<&toml::Spanned<String>>,
+    place: &Place<'_>,
+) -> Result<Body, ConfigError> {
+    let Some(body) = body else {
+        return Ok(Body::default());
+    };
+    match body.get_ref().as_str() {
+        "json" => Ok(Body::Json),
+        "binary" => Ok(Body::Binary),
+        found => Err(place.refuse(
+            body.span().start,
+            format!("body: expected \"json\" or \"binary\", found {found:?}"),
+            "\"binary\" is for fleets and slow lines; a collector that does not know it gets JSON",
+        )),
+    }
+}
+
 /// Whether this is HOST:PORT. An address that cannot be right is refused at the start: as a failed delivery it would be
 /// tried again for ever.
-fn is_host_and_port(authority: &str) -> bool {
+pub(crate) fn is_host_and_port(authority: &str) -> bool {
     let Some((host, port)) = authority.rsplit_once(':') else {
         return false;
     };
@@ -540,6 +623,21 @@ fn is_host_and_port(authority: &str) -> bool {
         None => !host.is_empty() && host.chars().all(is_name),
     };
     is_port && is_host
+}
+
+fn check_health(
+    listen: &toml::Spanned<String>,
+    place: &Place<'_>,
+) -> Result<SocketAddr, ConfigError> {
+    let found = listen.get_ref();
+    match found.parse::<SocketAddr>() {
+        Ok(address) if address.ip().is_loopback() => Ok(address),
+        _ => Err(place.refuse(
+            listen.span().start,
+            format!("listen: expected an address and port of this machine, found {found:?}"),
+            "listen = \"127.0.0.1:8834\"; what other machines want to know, the collector tells them: GET /v1/devices, /metrics",
+        )),
+    }
 }
 
 fn check_bus(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, ConfigError> {
@@ -627,7 +725,8 @@ mod tests {
     fn the_smallest_configuration_has_the_documented_defaults() {
         let config = Config::parse(SMALLEST, "agent.toml").unwrap();
         assert_eq!(config.device, None);
-        assert_eq!(config.collector, "http://collector:8833");
+        assert_eq!(config.collector.as_deref(), Some("http://collector:8833"));
+        assert_eq!(config.body, Body::Json);
         assert_eq!(config.post_every, Duration::from_millis(500));
         assert_eq!(config.ring_frames, RING_FRAMES_DEFAULT);
         assert_eq!(config.request_timeout, Duration::from_secs(10));
@@ -638,7 +737,22 @@ mod tests {
     }
 
     /// Found, replaced with, and how the message begins.
-    const REFUSALS: [(&str, &str, &str); 26] = [
+    const REFUSALS: [(&str, &str, &str); 29] = [
+        (
+            "[[bus]]",
+            "health.listen = \"0.0.0.0:8834\"\n[[bus]]",
+            "agent.toml:2:17: listen: expected an address and port of this machine, found \"0.0.0.0:8834\"\nhint: listen = \"127.0.0.1:8834\"",
+        ),
+        (
+            "[[bus]]",
+            "health.listen = \"localhost\"\n[[bus]]",
+            "agent.toml:2:17: listen: expected an address and port of this machine, found \"localhost\"\nhint: ",
+        ),
+        (
+            "[[bus]]",
+            "body = \"bytes\"\n[[bus]]",
+            "agent.toml:2:8: body: expected \"json\" or \"binary\", found \"bytes\"\nhint: ",
+        ),
         (
             "address = 0x69",
             "address = 0xd2",
@@ -672,7 +786,7 @@ mod tests {
         (
             "http://collector:8833/",
             "https://collector:8833",
-            "agent.toml:1:13: collector: expected http://HOST:PORT, found \"https://collector:8833\"\nhint: this version speaks plain http only",
+            "agent.toml:1:13: collector: expected http://HOST:PORT, found \"https://collector:8833\"\nhint: https goes with a token",
         ),
         (
             "http://collector:8833/",
@@ -808,8 +922,37 @@ mod tests {
             "http://[fe80::1]:8833",
         ] {
             let text = SMALLEST.replace("http://collector:8833/", collector);
-            assert_eq!(Config::parse(&text, "x").unwrap().collector, collector);
+            assert_eq!(
+                Config::parse(&text, "x").unwrap().collector.as_deref(),
+                Some(collector)
+            );
         }
+    }
+
+    #[test]
+    fn what_joining_left_is_added_and_two_collectors_are_refused() {
+        let joined = Joined {
+            collector: "http://pc:8833".to_owned(),
+            device: Some("pi-1".to_owned()),
+            credentials: Credentials::default(),
+        };
+        let without = SMALLEST.replacen("collector = \"http://collector:8833/\"\n", "", 1);
+        let mut config = Config::parse(&without, "x").unwrap();
+        assert_eq!(config.collector, None);
+        config.join(joined.clone()).unwrap();
+        assert_eq!(config.collector.as_deref(), Some("http://pc:8833"));
+        assert_eq!(config.device.as_deref(), Some("pi-1"));
+        let named = format!("device = \"cellar\"\njoined = \"/x/collector.toml\"\n{without}");
+        let mut config = Config::parse(&named, "x").unwrap();
+        assert_eq!(
+            config.joined.as_deref(),
+            Some(Path::new("/x/collector.toml"))
+        );
+        config.join(joined.clone()).unwrap();
+        assert_eq!(config.device.as_deref(), Some("cellar"));
+        let mut config = Config::parse(SMALLEST, "x").unwrap();
+        let error = config.join(joined).unwrap_err().to_string();
+        assert!(error.contains("http://pc:8833") && error.contains("\nhint: take the line"));
     }
 
     #[test]

@@ -265,19 +265,26 @@ fn evict_older(spool: &mut Spool, ring: &mut Ring, now: Duration, older_than: Du
     }
 }
 
+/// The count of writes for which the spool's disk had no room.
+pub const SPOOL_DISK_FULL: &str = "spool-disk-full";
+/// The count of writes that the spool's folder did not take.
+pub const SPOOL_READ_ONLY: &str = "spool-read-only";
+/// The count of writes at which the spool's disk failed in another way.
+pub const SPOOL_FAILED: &str = "spool-failed";
+
 /// Under which name a failure of the disk is counted, and what can be done about it.
 fn kind_and_hint(error: &io::Error) -> (&'static str, &'static str) {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => (
-            "spool-disk-full",
+            SPOOL_DISK_FULL,
             "make room on the disk, or lower spool.free_mib_min",
         ),
         io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => (
-            "spool-read-only",
+            SPOOL_READ_ONLY,
             "make the folder writable; a card that has turned read-only is at its end (`dmesg` says so)",
         ),
         _ => (
-            "spool-failed",
+            SPOOL_FAILED,
             "look at `dmesg`: a card that gives errors is at its end",
         ),
     }

@@ -20,7 +20,9 @@
 //! * [`worker`] is the thread of one bus: it does what the samplers of its sensors want done.
 //! * [`watch`] sees that a transfer does not come back, and lists what is missed meanwhile.
 //! * [`spool`] keeps on a disk what waits too long for the collector, and [`keeper`] brings it there.
+//! * [`join`] is how the agent comes to know its collector: token, and the authority of its certificate.
 //! * [`courier`] decides what goes to the collector when; [`upload`] posts it and is not stopped by a hung bus.
+//! * [`health`] tells supervisors on this machine how all that goes.
 //! * [`agent`] puts them together; [`check`] is the one-shot self-test for a person with a soldering iron.
 //!
 //! Time comes from a [`clock::Clock`] that is handed in: the system's in the program, an emulated one in tests.
@@ -54,6 +56,8 @@ pub mod check;
 pub mod clock;
 pub mod config;
 pub mod courier;
+pub mod health;
+pub mod join;
 pub mod keeper;
 pub mod log;
 pub mod parcel;
@@ -62,6 +66,7 @@ pub mod ring;
 pub mod sampler;
 pub mod shared;
 pub mod spool;
+pub mod transport;
 pub mod upload;
 pub mod watch;
 pub mod worker;

@@ -53,6 +53,18 @@ impl Log {
         })
     }
 
+    /// Writes each line to standard error as one JSON object: `level`, `part`, which is the thread that has something to
+    /// say (a bus, `upload`, `spool`, `main`), `message`, and `hint` where there is one.
+    #[must_use]
+    pub fn to_stderr_as_json() -> Self {
+        use std::io::Write as _;
+        Self::new(|level, line| {
+            let thread = std::thread::current();
+            let json = as_json(level, thread.name().unwrap_or_default(), line);
+            let _ = writeln!(std::io::stderr().lock(), "{json}");
+        })
+    }
+
     /// Hands on a line of this level.
     pub fn line(&self, level: Level, line: impl AsRef<str>) {
         (self.0)(level, line.as_ref());
@@ -71,8 +83,36 @@ impl Log {
     }
 }
 
+fn as_json(level: Level, part: &str, line: &str) -> serde_json::Value {
+    let (message, hint) = match line.split_once("\nhint: ") {
+        Some((message, hint)) => (message, Some(hint)),
+        None => (line, None),
+    };
+    let mut json = serde_json::json!({ "level": level.name(), "part": part, "message": message });
+    if let Some(hint) = hint {
+        json["hint"] = hint.into();
+    }
+    json
+}
+
 impl fmt::Debug for Log {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str("Log")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_as_json_is_one_object_on_one_line_with_its_hint_apart() {
+        let json = as_json(Level::Warning, "upload", "a \"b\"\nc\nhint: d");
+        assert_eq!(json.to_string().lines().count(), 1);
+        assert_eq!(
+            json,
+            serde_json::json!({"level": "warning", "part": "upload", "message": "a \"b\"\nc", "hint": "d"})
+        );
+        assert!(as_json(Level::Info, "main", "a").get("hint").is_none());
     }
 }

@@ -1,26 +1,32 @@
 //! The agent on the Raspberry Pi.
 
+mod checking;
+mod joining;
+
 use amg8833::Address;
 use anyhow::Context as _;
 use clap::{Args, Parser, Subcommand};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError, Summary};
 use grideye_agent::bus::LinuxBus;
-use grideye_agent::check;
-use grideye_agent::clock::{Clock, SystemClock};
+use grideye_agent::clock::SystemClock;
 use grideye_agent::config::{BusConfig, CONFIG_BYTES_MAX, Config, SpoolMode};
+use grideye_agent::health::serve;
 use grideye_agent::log::{Level, Log};
 use std::io::{Read as _, Write as _};
+use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const FAILED: u8 = 1;
 const BAD_USAGE: u8 = 2;
 const DATA_LOST: u8 = 3;
 /// How long the last frames may take to the collector when the agent is told to stop.
 const FLUSH_FOR: Duration = Duration::from_secs(10);
+/// The same of a run that ended by itself and has waited for that long already.
+const FLUSH_FOR_LEAST: Duration = Duration::from_secs(1);
 /// How soon a signal is noticed.
 const SIGNAL_EVERY: Duration = Duration::from_millis(100);
 
@@ -38,13 +44,15 @@ struct Cli {
 enum Command {
     /// Open the bus, set the sensor up, show one frame and the measured rate, and say what to do about a failure.
     Check(CheckArgs),
+    /// Join a collector, by the line that `grideye enroll DEVICE` printed there: its authority, address and token.
+    Join(JoinArgs),
     /// Read and deliver until SIGINT or SIGTERM, or until each sensor has given N frames.
     Run(RunArgs),
 }
 
 #[derive(Debug, Args)]
 struct CheckArgs {
-    /// Check every sensor of this configuration.
+    /// Check every sensor of this configuration, the clock, and the way to the collector.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["bus", "address"])]
     config: Option<PathBuf>,
     /// The bus to look at.
@@ -59,6 +67,25 @@ struct CheckArgs {
 }
 
 #[derive(Debug, Args)]
+struct JoinArgs {
+    /// The line, between quotation marks; `-` reads it from standard input, where no other user sees it.
+    line: String,
+    /// Where to keep what joining leaves; `collector.toml` beside the agent's configuration is found by itself.
+    #[arg(
+        long,
+        value_name = "FILE",
+        default_value = "/etc/grideye/collector.toml"
+    )]
+    out: PathBuf,
+    /// The agent's own certificate with its chain, in PEM, for a collector that asks for one.
+    #[arg(long, value_name = "FILE", requires = "client_key")]
+    client_cert: Option<PathBuf>,
+    /// The key of that certificate, in PEM.
+    #[arg(long, value_name = "FILE", requires = "client_cert")]
+    client_key: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 struct RunArgs {
     /// The agent's configuration.
     #[arg(long, value_name = "FILE")]
@@ -66,11 +93,21 @@ struct RunArgs {
     /// Stop after this many frames of each sensor.
     #[arg(long, value_name = "N")]
     frames: Option<u64>,
+    /// How the log is written, on standard error: lines for people, or one JSON object a line for programs.
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    log: LogFormat,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum LogFormat {
+    Text,
+    Json,
 }
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
-        Command::Check(args) => run_check(&args),
+        Command::Check(args) => checking::run(&args),
+        Command::Join(args) => joining::run(&args),
         Command::Run(args) => run_agent(&args),
     };
     outcome.unwrap_or_else(|error| {
@@ -80,53 +117,8 @@ fn main() -> ExitCode {
     })
 }
 
-fn run_check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
-    let config = args.config.as_deref().map(read_config).transpose()?;
-    let buses = match &config {
-        Some(config) => config.buses.clone(),
-        None => vec![BusConfig::with_one_sensor(&args.bus, args.address)],
-    };
-    let clock: Arc<dyn Clock> = Arc::new(SystemClock::new());
-    let mut all_ok = true;
-    for bus in &buses {
-        for sensor in &bus.sensors {
-            let opener = LinuxBus::new(&bus.path, [sensor.address.get()]);
-            let report = check::check(opener, &bus.sensor_id(sensor), sensor, &clock);
-            all_ok &= report.ok;
-            let text = if args.json {
-                serde_json::to_string(&report)? + "\n"
-            } else {
-                report.to_string()
-            };
-            write_stdout(&text)?;
-        }
-    }
-    if let Some(config) = &config {
-        write_stdout(&guarantee(config, args.json))?;
-    }
-    Ok(if all_ok {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(FAILED)
-    })
-}
-
-/// What a loss of power can cost with this configuration, for a person or a program.
-fn guarantee(config: &Config, is_json: bool) -> String {
-    let (mode, guarantee) = (config.spool.mode.name(), config.guarantee());
-    if !is_json {
-        return format!("spool: mode {mode}: {guarantee}\n");
-    }
-    let json = serde_json::json!({ "spool": {
-        "mode": mode,
-        "frames_at_risk": guarantee.frames,
-        "seconds_at_risk": guarantee.seconds,
-    } });
-    format!("{json}\n")
-}
-
 fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let config = read_config(&args.config)?;
+    let config = joining::read(read_config(&args.config)?, &args.config)?;
     let stopping = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         // In this order: the first signal asks the agent to stop, and a second one ends it at once.
@@ -144,9 +136,29 @@ fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
         .iter()
         .map(|bus| (bus.clone(), linux_bus(bus)))
         .collect();
-    let log = Log::to_stderr();
-    let agent = Agent::start(start, buses, Arc::new(SystemClock::new()), log.clone())?;
+    let log = match args.log {
+        LogFormat::Text => Log::to_stderr(),
+        LogFormat::Json => Log::to_stderr_as_json(),
+    };
+    let health = start.config.health.map(listen).transpose()?;
+    let agent =
+        Agent::start(start, buses, Arc::new(SystemClock::new()), log.clone()).map_err(|error| {
+            match error {
+                StartError::NoCollector | StartError::Credentials(_) => {
+                    anyhow::Error::new(BadUsage(error.to_string()))
+                }
+                other => other.into(),
+            }
+        })?;
+    if let Some(listener) = health {
+        let health = agent.health();
+        std::thread::Builder::new()
+            .name("health".to_owned())
+            .spawn(move || serve(&listener, &health))
+            .context("no thread for [health]")?;
+    }
     wait(&agent, &stopping);
+    let idle = deliver_rest(&agent, &stopping);
     if stopping.load(Ordering::SeqCst) {
         let held = agent.held();
         log.line(
@@ -157,7 +169,7 @@ fn run_agent(args: &RunArgs) -> anyhow::Result<ExitCode> {
             ),
         );
     }
-    let summary = agent.stop(FLUSH_FOR);
+    let summary = agent.stop(FLUSH_FOR.saturating_sub(idle).max(FLUSH_FOR_LEAST));
     write_stdout(&format!("{summary}\n"))?;
     Ok(exit_code(&summary))
 }
@@ -176,8 +188,28 @@ fn with_spool_folder(mut config: Config) -> Result<Config, BadUsage> {
     Ok(config)
 }
 
+fn listen(address: SocketAddr) -> anyhow::Result<TcpListener> {
+    TcpListener::bind(address).map_err(|error| {
+        anyhow::anyhow!("[health] listen = \"{address}\": {error}\nhint: does another agent run? Choose another port")
+    })
+}
+
 fn wait(agent: &AgentHandle, stopping: &AtomicBool) {
     while !stopping.load(Ordering::SeqCst) && !agent.wait_finished(SIGNAL_EVERY) {}
+}
+
+/// A run that ends by itself takes the time that the delivery of its last frames takes, while it goes on. Returns for
+/// how long nothing has arrived.
+fn deliver_rest(agent: &AgentHandle, stopping: &AtomicBool) -> Duration {
+    let (mut held, mut since) = (agent.held(), Instant::now());
+    while held > 0 && since.elapsed() < FLUSH_FOR && !stopping.load(Ordering::SeqCst) {
+        std::thread::sleep(SIGNAL_EVERY);
+        let left = agent.held();
+        if left < held {
+            (held, since) = (left, Instant::now());
+        }
+    }
+    since.elapsed()
 }
 
 fn exit_code(summary: &Summary) -> ExitCode {
@@ -195,15 +227,7 @@ fn linux_bus(bus: &BusConfig) -> AnyBus {
 
 fn read_config(path: &Path) -> anyhow::Result<Config> {
     let origin = path.display().to_string();
-    let read = || -> std::io::Result<String> {
-        let mut text = String::new();
-        let limit = u64::try_from(CONFIG_BYTES_MAX).unwrap_or(u64::MAX) + 1;
-        std::fs::File::open(path)?
-            .take(limit)
-            .read_to_string(&mut text)?;
-        Ok(text)
-    };
-    let text = read().map_err(|error| {
+    let text = read_text(path, CONFIG_BYTES_MAX).map_err(|error| {
         let hint = match error.kind() {
             std::io::ErrorKind::NotFound => "copy firmware-config/agent.toml there and edit it",
             std::io::ErrorKind::PermissionDenied => {
@@ -214,6 +238,16 @@ fn read_config(path: &Path) -> anyhow::Result<Config> {
         BadUsage(format!("{origin}: {error}\nhint: {hint}"))
     })?;
     Ok(Config::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?)
+}
+
+/// A text file, and one byte more than allowed of one that is too long.
+fn read_text(path: &Path, bytes_max: usize) -> std::io::Result<String> {
+    let mut text = String::new();
+    let limit = u64::try_from(bytes_max).unwrap_or(u64::MAX) + 1;
+    std::fs::File::open(path)?
+        .take(limit)
+        .read_to_string(&mut text)?;
+    Ok(text)
 }
 
 /// The host's name where it can name a device; otherwise a name that can.

@@ -1,5 +1,6 @@
 //! What the threads of an agent share: the ring, the spool, and when to end.
 
+use crate::health::Observed;
 use crate::ring::Ring;
 use crate::spool::Spool;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -13,6 +14,7 @@ pub struct Shared {
     state: Mutex<State>,
     changed: Condvar,
     spool: Mutex<Option<Spool>>,
+    observed: Observed,
     started: Instant,
 }
 
@@ -38,6 +40,7 @@ impl Shared {
             }),
             changed: Condvar::new(),
             spool: Mutex::new(spool),
+            observed: Observed::default(),
             started: Instant::now(),
         }
     }
@@ -46,6 +49,12 @@ impl Shared {
     #[must_use]
     pub fn now(&self) -> Duration {
         self.started.elapsed()
+    }
+
+    /// What the threads note of their work, for those who ask how it goes.
+    #[must_use]
+    pub const fn observed(&self) -> &Observed {
+        &self.observed
     }
 
     /// Works on the ring. Short: the bus threads wait for it.

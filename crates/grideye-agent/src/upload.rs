@@ -3,19 +3,27 @@
 //! It waits in real time on a thread of its own, so a bus that hangs does not keep it, and it keeps no bus.
 
 use crate::clock::{Clock, unsigned_ns};
+use crate::config::Body;
 use crate::courier::{Courier, Pace, Post, Posted};
+use crate::join::Secret;
 use crate::log::Log;
 use crate::shared::Shared;
-use grideye_recording::wire::{Acknowledgement, Batch, Limits};
+use crate::transport;
+use grideye_recording::wire::{Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE, Limits, WireError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Length of an answer at most, in bytes.
 pub const ANSWER_BYTES_MAX: u64 = 1 << 20;
+/// How often the agent says how it is set up: a collector that was started anew knows it after so long.
+pub const CONFIGURATION_EVERY: Duration = Duration::from_secs(60);
+/// Bytes of that at most; an agent that has more to say does not say it.
+pub const CONFIGURATION_BYTES_MAX: usize = 4096;
+const CONFIGURATION_HEADER: &str = "grideye-configuration";
 /// The pause between attempts while the agent is stopping.
 const FLUSH_PAUSE: Duration = Duration::from_millis(100);
-/// How long connecting may take, beside the time for the whole request.
-const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+/// The answer to a form of body that is not known.
+const UNSUPPORTED_MEDIA_TYPE: u16 = 415;
 
 /// Posts until it is told to stop.
 pub struct Uploader {
@@ -26,8 +34,13 @@ pub struct Uploader {
 impl Uploader {
     /// An uploader of what is shared.
     #[must_use]
-    pub fn new(pace: Pace, shared: Arc<Shared>, clock: Arc<dyn Clock>, log: Log) -> Self {
-        let http = Http::new(&pace.collector, pace.request_timeout);
+    pub fn new(
+        http: Http,
+        pace: Pace,
+        shared: Arc<Shared>,
+        clock: Arc<dyn Clock>,
+        log: Log,
+    ) -> Self {
         let timed = Arc::clone(&shared);
         let now = Box::new(move || (timed.now(), unsigned_ns(clock.boot())));
         Self {
@@ -63,34 +76,72 @@ impl Uploader {
 pub struct Http {
     agent: ureq::Agent,
     url: String,
+    token: Option<Secret>,
+    body: Body,
+    configuration: Option<Configuration>,
+}
+
+/// What the agent says of its own set-up, for whoever looks at its device: with the first post, and now and then.
+#[derive(Debug)]
+struct Configuration {
+    json: String,
+    said: Option<Instant>,
 }
 
 impl Http {
-    /// For the collector at `http://HOST:PORT`.
+    /// For the collector at `http://HOST:PORT` or `https://HOST:PORT`, by a [`transport::client`]; the token goes with every
+    /// post.
     #[must_use]
-    pub fn new(collector: &str, request_timeout: Duration) -> Self {
-        let config = ureq::Agent::config_builder()
-            .timeout_global(Some(request_timeout))
-            .timeout_connect(Some(CONNECT_TIMEOUT.min(request_timeout)))
-            .http_status_as_error(false)
-            .max_redirects(0)
-            .max_redirects_will_error(false)
-            .max_idle_connections(1)
-            // The environment is the caller's business, and a proxy between agent and collector is not asked for.
-            .proxy(None)
-            .user_agent(concat!("grideye-agent/", env!("CARGO_PKG_VERSION")))
-            .build();
+    pub fn new(collector: &str, client: ureq::Agent, token: Option<Secret>) -> Self {
         Self {
-            agent: config.new_agent(),
+            agent: client,
             url: format!("{collector}/v1/frames"),
+            token,
+            body: Body::Json,
+            configuration: None,
         }
     }
 
-    fn send(&self, body: &[u8], timeout: Duration) -> Result<Posted, ureq::Error> {
-        let request = self
+    /// Says with a post every [`CONFIGURATION_EVERY`] how the agent is set up: one JSON object.
+    #[must_use]
+    pub fn saying(mut self, configuration: &serde_json::Value) -> Self {
+        let json = configuration.to_string();
+        let is_a_header = json.len() <= CONFIGURATION_BYTES_MAX
+            && json
+                .bytes()
+                .all(|byte| byte.is_ascii_graphic() || byte == b' ');
+        self.configuration = is_a_header.then_some(Configuration { json, said: None });
+        self
+    }
+
+    /// Posts in this form, until a collector answers that it does not know it.
+    #[must_use]
+    pub fn with_body(self, body: Body) -> Self {
+        Self { body, ..self }
+    }
+
+    fn send(
+        &mut self,
+        body: &[u8],
+        content_type: &str,
+        timeout: Duration,
+    ) -> Result<(u16, Posted), ureq::Error> {
+        let mut request = self
             .agent
             .post(&self.url)
-            .header("content-type", "application/json");
+            .header("content-type", content_type);
+        if let Some(token) = &self.token {
+            request = request.header("authorization", format!("Bearer {}", token.reveal()));
+        }
+        let now = Instant::now();
+        let due = self.configuration.as_mut().filter(|configuration| {
+            configuration
+                .said
+                .is_none_or(|said| now - said >= CONFIGURATION_EVERY)
+        });
+        if let Some(configuration) = &due {
+            request = request.header(CONFIGURATION_HEADER, &configuration.json);
+        }
         let mut response = request
             .config()
             .timeout_global(Some(timeout))
@@ -109,14 +160,17 @@ impl Http {
             .with_config()
             .limit(ANSWER_BYTES_MAX)
             .read_to_vec()?;
-        Ok(understand(status, &answer, retry_after))
+        if let (Some(configuration), 200) = (due, status) {
+            configuration.said = Some(now);
+        }
+        Ok((status, understand(status, &answer, retry_after)))
     }
 }
 
 impl Post for Http {
     fn post(&mut self, batch: &Batch, timeout: Duration) -> Posted {
-        let body = match batch.to_json() {
-            Ok(body) => body,
+        let (body, content_type) = match encode(batch, self.body) {
+            Ok(encoded) => encoded,
             Err(error) => {
                 return Posted::Refused {
                     status: 400,
@@ -124,15 +178,28 @@ impl Post for Http {
                 };
             }
         };
-        match self.send(&body, timeout) {
-            Ok(posted) => posted,
+        match self.send(&body, content_type, timeout) {
+            // An older collector: nothing of it was read.
+            Ok((UNSUPPORTED_MEDIA_TYPE, _)) if self.body == Body::Binary => {
+                self.body = Body::Json;
+                self.post(batch, timeout)
+            }
+            Ok((_, posted)) => posted,
             Err(error) => Posted::Later {
                 is_unstored: is_before_sending(&error),
-                why: format!("{error}{}", hint(&error)),
+                why: format!("{error}{}", transport::hint(&error)),
                 retry_after: None,
             },
         }
     }
+}
+
+/// The body, and its content type.
+fn encode(batch: &Batch, body: Body) -> Result<(Vec<u8>, &'static str), WireError> {
+    Ok(match body {
+        Body::Json => (batch.to_json()?, JSON_TYPE),
+        Body::Binary => (batch.to_binary()?, BINARY_TYPE),
+    })
 }
 
 /// Whether nothing can have arrived: there was no connection.
@@ -143,26 +210,6 @@ fn is_before_sending(error: &ureq::Error) -> bool {
         _ => false,
     }
 }
-
-/// What a person can do where no answer came.
-fn hint(error: &ureq::Error) -> &'static str {
-    use std::io::ErrorKind;
-    match error {
-        ureq::Error::HostNotFound => NAME_HINT,
-        // The resolver's failures are an `io::Error` without a number or a kind of their own.
-        ureq::Error::Io(error) if error.to_string().contains("lookup") => NAME_HINT,
-        ureq::Error::Io(error) if error.kind() == ErrorKind::ConnectionRefused => {
-            "\nhint: is `grideye collect` running there, on this port? On its own it listens on loopback alone; other machines \
-             reach it with --listen 0.0.0.0:8833 --trust-network"
-        }
-        ureq::Error::Io(_) | ureq::Error::Timeout(_) | ureq::Error::ConnectionFailed => {
-            "\nhint: is the network up, is this the collector's address, and does its firewall let the port through?"
-        }
-        _ => "",
-    }
-}
-
-const NAME_HINT: &str = "\nhint: is the host's name right, and the network up? An address such as 192.168.1.20 needs no name";
 
 fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Posted {
     match status {
@@ -179,11 +226,15 @@ fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Post
             status,
             said: excerpt(answer),
         },
+        401 | 403 => Posted::Forbidden {
+            status,
+            said: excerpt(answer),
+        },
         _ => Posted::Later {
             why: format!("status {status}: {}", excerpt(answer)),
             retry_after,
             // These are given before anything is stored; of the others it is not known.
-            is_unstored: matches!(status, 300..=399 | 401 | 403 | 404 | 408 | 429 | 503 | 507),
+            is_unstored: matches!(status, 300..=399 | 404 | 408 | 429 | 503 | 507),
         },
     }
 }
@@ -213,11 +264,17 @@ mod tests {
                 "{status}"
             );
         }
-        for status in [201, 301, 401, 403, 404, 408, 429, 500, 503] {
+        for status in [201, 301, 404, 408, 429, 500, 503] {
             assert!(
                 matches!(understand(status, b"", None), Posted::Later { .. }),
                 "{status}"
             );
+        }
+        for status in [401, 403] {
+            assert!(matches!(
+                understand(status, b"", None),
+                Posted::Forbidden { .. }
+            ));
         }
         assert!(matches!(
             understand(200, b"<html>", None),

@@ -17,7 +17,14 @@ impl Spool {
         };
         let name = name_of(number);
         match self.disk.read(&name, 0, SEGMENT_READ_MAX) {
-            Ok(bytes) => self.look_at(number, &bytes),
+            Ok(bytes) => {
+                // What a run before wrote and could not sync can be read, and can still be lost; and where it was written
+                // once more, the copy that was synced is let go of for this one.
+                if let Err(error) = self.disk.sync(&name) {
+                    self.say(&format!("{name} cannot be synced: {error}"));
+                }
+                self.look_at(number, &bytes);
+            }
             Err(error) => {
                 self.segments.remove(&number);
                 self.say(&format!(

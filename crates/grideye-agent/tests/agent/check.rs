@@ -18,7 +18,7 @@ fn report(fault: Option<Fault>, config: &SensorConfig, source: Counter) -> Repor
         bus.with(|bus| bus.set_fault(Address::High, fault));
     }
     let clock: Arc<dyn Clock> = host;
-    check(bus, SENSOR, config, &clock)
+    check(bus.clone(), Some(bus), SENSOR, config, &clock)
 }
 
 #[test]
@@ -90,10 +90,29 @@ fn each_fault_says_what_to_do_about_it() {
 }
 
 #[test]
+fn a_sensor_at_the_other_address_is_found_and_another_chip_is_not_taken_for_one() {
+    let config = SensorConfig::at(Target::Low);
+    let found = report(None, &config, Counter::at_10_hz());
+    assert!(!found.ok);
+    let text = found.to_string();
+    assert!(
+        text.contains("; one does at 0x69\nhint: say `address = 0x69`"),
+        "{text}"
+    );
+    // All bits set: a bus without a device, or another chip.
+    let other = report(Some(Fault::StuckHigh), &config, Counter::at_10_hz());
+    assert!(
+        other.to_string().contains("hint: nobody answers"),
+        "{other}"
+    );
+}
+
+#[test]
 fn a_bus_that_is_not_there_says_how_to_enable_it() {
     let clock: Arc<dyn Clock> = Host::late_by(&[]);
     let report = check(
         LinuxBus::new("/nonexistent/i2c-1", [0x69]),
+        None,
         SENSOR,
         &CONFIG,
         &clock,

@@ -4,7 +4,7 @@ use crate::support::*;
 use amg8833::Address as Target;
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, Summary};
 use grideye_agent::bus::{OpenBus, OpenError};
-use grideye_agent::config::{BusConfig, SensorConfig};
+use grideye_agent::config::{Body, BusConfig, SensorConfig};
 use grideye_agent::log::{Level, Log};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
@@ -77,6 +77,43 @@ fn lost_answers_failures_and_babble_cost_nothing_and_double_nothing() {
         .clone()
         .unwrap();
     assert_eq!((last.read, last.spooled), (FRAMES, 0));
+}
+
+/// Reads everything and posts it in the compact form.
+fn deliver_compactly(script: Vec<Conduct>) -> (Collector, Summary) {
+    let collector = Collector::start(script);
+    let config = grideye_agent::config::Config {
+        body: Body::Binary,
+        ..config(&collector.url)
+    };
+    let host = Host::late_by(&[]);
+    let bus = Emulated::with_sensor(&host, 400_000, Counter::at_10_hz(), -43_000);
+    let agent = start_with(config, &host, &bus, &SENSORS, Some(FRAMES), Log::silent());
+    assert!(agent.wait_finished(Duration::from_secs(60)));
+    let summary = agent.stop(Duration::from_secs(30));
+    assert_balanced(&summary, &collector);
+    assert!(summary.is_complete(), "{summary}");
+    let records = collector.records(SENSOR);
+    assert_exact(&records, |n| n);
+    assert_eq!((records.len(), missing(&records)), (450, vec![]));
+    (collector, summary)
+}
+
+#[test]
+fn the_compact_body_carries_the_same_frames() {
+    let (collector, _summary) = deliver_compactly(vec![Conduct::Store]);
+    let store = collector.store.lock().unwrap();
+    assert!(store.compact.iter().all(|is_compact| *is_compact));
+}
+
+#[test]
+fn a_collector_that_does_not_know_the_compact_body_gets_json() {
+    let (collector, _summary) = deliver_compactly(vec![Conduct::Status(415), Conduct::Store]);
+    let store = collector.store.lock().unwrap();
+    assert_eq!(store.compact[..2], [true, false]);
+    assert!(store.compact[1..].iter().all(|is_compact| !is_compact));
+    // The second attempt follows the first at once: it is no failure that would have to be waited out.
+    assert!(store.arrivals[1] - store.arrivals[0] < Duration::from_millis(450));
 }
 
 #[test]

@@ -28,8 +28,8 @@ fn the_annotated_configuration_is_valid_and_its_comments_show_the_defaults() {
         )]
     );
     // The port on which `grideye collect` listens unless told otherwise, and the page says how to open it.
-    assert!(config.collector.ends_with(":8833"), "{}", config.collector);
-    let command = "grideye collect --listen 0.0.0.0:8833 --trust-network";
+    assert_eq!(config.collector, None, "joining says where");
+    let command = "grideye collect --listen 0.0.0.0:8833\n";
     assert!(file("README.md").contains(command));
     // Every setting that is commented out is the default: uncommenting it changes nothing.
     let uncommented: String = text
@@ -43,6 +43,13 @@ fn the_annotated_configuration_is_valid_and_its_comments_show_the_defaults() {
         .collect();
     let spelt_out = Config::parse(&uncommented, "agent.toml").unwrap();
     assert_eq!(spelt_out.device.as_deref(), Some("pi-1"));
+    assert_eq!(
+        config.health, None,
+        "who does not ask for it has no port open"
+    );
+    assert!(spelt_out.health.unwrap().ip().is_loopback());
+    let collector = spelt_out.collector.unwrap();
+    assert!(collector.ends_with(":8833"), "{collector}");
     assert_eq!(spelt_out.buses[0].sensors.len(), 2);
     assert_eq!(spelt_out.buses[0].sensors[0], config.buses[0].sensors[0]);
     assert_eq!(
@@ -61,7 +68,7 @@ fn the_annotated_configuration_is_valid_and_its_comments_show_the_defaults() {
 
 fn is_setting(line: &str) -> bool {
     let is_key = |key: &str| key.chars().all(|c| c.is_ascii_lowercase() || c == '_');
-    line.starts_with("[[") || line.split_once(" = ").is_some_and(|(key, _)| is_key(key))
+    line.starts_with('[') || line.split_once(" = ").is_some_and(|(key, _)| is_key(key))
 }
 
 #[test]

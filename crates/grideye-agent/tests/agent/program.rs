@@ -106,6 +106,11 @@ fn a_failed_check_ends_with_1_and_is_one_line_of_json_for_programs() {
     let config = configuration(NO_BUS);
     let path = config.path().to_str().unwrap();
     assert_ends(&["check", "--config", path], 1, "i2c-1:0x69: failed");
+    // Nobody listens there.
+    let said = "collector: failed\nerror: http://127.0.0.1:9: ";
+    assert_ends(&["check", "--config", path], 1, said);
+    let said = "hint: is `grideye collect` running there, on this port?";
+    assert_ends(&["check", "--config", path], 1, said);
     let spooling = NO_BUS.replacen("[[bus]]", "[spool]\n[[bus]]", 1);
     let config = configuration(&spooling);
     let path = config.path().to_str().unwrap();

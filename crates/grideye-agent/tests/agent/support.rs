@@ -1,5 +1,9 @@
 //! An emulated bus under a host that is late, and a collector that does as it is told.
 
+mod collector;
+
+pub(crate) use collector::{Collector, Conduct};
+
 use amg8833_emulator::{Address, Bus, BusError, Clock as _, FrameSource, ManualClock, Options};
 use embedded_hal::i2c::{Error as _, ErrorType, I2c, Operation};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
@@ -8,19 +12,14 @@ use grideye_agent::clock::Clock;
 use grideye_agent::config::{BusConfig, Config, SensorConfig};
 use grideye_agent::log::Log;
 use grideye_frame::{Celsius, Frame, NoData, PIXELS, RawFrame, Reading};
-use grideye_recording::wire::{Acknowledgement, Batch, Gap, Limits};
 use grideye_recording::{ClockState, Record};
-use std::collections::{BTreeMap, VecDeque};
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::net::{TcpListener, TcpStream};
+use std::collections::VecDeque;
 use std::num::NonZeroU32;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 pub(crate) const MS: Duration = Duration::from_millis(1);
-
-// ---- time --------------------------------------------------------------------------------------------------------
 
 /// A host whose time moves only while it sleeps or its bus is busy, and that wakes up late, by turns.
 #[derive(Debug, Default)]
@@ -61,8 +60,6 @@ impl Clock for Host {
         }
     }
 }
-
-// ---- sensor ------------------------------------------------------------------------------------------------------
 
 /// Shows a number in every frame, spread over all pixels and the thermistor, so that a torn frame shows as well.
 #[derive(Debug, Clone, Copy)]
@@ -161,8 +158,6 @@ pub(crate) fn number_in_pixels(raw: &RawFrame) -> u64 {
     assert_eq!(frame.pixels, picture(n).pixels, "torn frame {n}");
     n
 }
-
-// ---- bus ---------------------------------------------------------------------------------------------------------
 
 pub(crate) type TestBus = Bus<Arc<ManualClock>, Counter>;
 type Meddle = Box<dyn FnOnce(&mut TestBus) + Send>;
@@ -271,207 +266,6 @@ impl OpenBus for Emulated {
         }
     }
 }
-
-// ---- collector ---------------------------------------------------------------------------------------------------
-
-/// What the collector does with one post.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Conduct {
-    /// Stores and acknowledges.
-    Store,
-    /// Stores, and closes the connection without an answer.
-    StoreAndHangUp,
-    /// Closes the connection without storing.
-    HangUp,
-    /// Answers with this status and stores nothing.
-    Status(u16),
-    /// Answers 503 and asks for this pause, in seconds.
-    RetryAfter(u64),
-    /// Says nothing for this many milliseconds, and then hangs up.
-    Silence(u64),
-    /// Refuses any batch with this number in it (422), and stores others.
-    RefuseSeq(u64),
-    /// Answers 200 with something that is no acknowledgement.
-    Babble,
-}
-
-#[derive(Debug, Default)]
-pub(crate) struct Store {
-    pub(crate) frames: BTreeMap<String, BTreeMap<u64, Record>>,
-    pub(crate) batches: Vec<Batch>,
-    pub(crate) bodies: usize,
-    pub(crate) arrivals: Vec<Instant>,
-}
-
-/// A collector on a loopback port: does what the script says, the last entry for ever.
-pub(crate) struct Collector {
-    pub(crate) url: String,
-    pub(crate) store: Arc<Mutex<Store>>,
-    pub(crate) connections: Arc<AtomicUsize>,
-    stopping: Arc<AtomicBool>,
-}
-
-impl Collector {
-    pub(crate) fn start(script: Vec<Conduct>) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let collector = Self {
-            url: format!("http://{}", listener.local_addr().unwrap()),
-            store: Arc::default(),
-            connections: Arc::default(),
-            stopping: Arc::default(),
-        };
-        let (store, connections, stopping) = (
-            Arc::clone(&collector.store),
-            Arc::clone(&collector.connections),
-            Arc::clone(&collector.stopping),
-        );
-        let script = Arc::new(Mutex::new(VecDeque::from(script)));
-        std::thread::spawn(move || {
-            for stream in listener.incoming() {
-                if stopping.load(Ordering::SeqCst) {
-                    return;
-                }
-                connections.fetch_add(1, Ordering::SeqCst);
-                let (store, script) = (Arc::clone(&store), Arc::clone(&script));
-                std::thread::spawn(move || serve(&stream.unwrap(), &store, &script));
-            }
-        });
-        collector
-    }
-
-    pub(crate) fn storing() -> Self {
-        Self::start(vec![Conduct::Store])
-    }
-
-    pub(crate) fn records(&self, sensor: &str) -> Vec<Record> {
-        let store = self.store.lock().unwrap();
-        store
-            .frames
-            .get(sensor)
-            .map(|frames| frames.values().copied().collect())
-            .unwrap_or_default()
-    }
-}
-
-impl Drop for Collector {
-    fn drop(&mut self) {
-        self.stopping.store(true, Ordering::SeqCst);
-        let _ = TcpStream::connect(self.url.trim_start_matches("http://"));
-    }
-}
-
-fn serve(stream: &TcpStream, store: &Mutex<Store>, script: &Mutex<VecDeque<Conduct>>) {
-    let mut reader = BufReader::new(stream);
-    while let Some(body) = read_post(&mut reader) {
-        let conduct = {
-            let mut script = script.lock().unwrap();
-            if script.len() > 1 {
-                script.pop_front().unwrap()
-            } else {
-                script[0]
-            }
-        };
-        let batch = Batch::from_json(&body, &Limits::default()).expect("a valid batch");
-        let Some(answer) = act(conduct, batch, &mut store.lock().unwrap()) else {
-            return;
-        };
-        if (&*stream).write_all(&answer).is_err() {
-            return;
-        }
-    }
-}
-
-/// What to answer; `None` to hang up.
-fn act(conduct: Conduct, batch: Batch, store: &mut Store) -> Option<Vec<u8>> {
-    store.bodies += 1;
-    store.arrivals.push(Instant::now());
-    let holds = |seq| {
-        batch
-            .sensors
-            .iter()
-            .flat_map(|sensor| &sensor.frames)
-            .any(|record| record.seq == seq)
-    };
-    match conduct {
-        Conduct::RefuseSeq(seq) if holds(seq) => {
-            Some(response("422 Unprocessable", "", b"{\"error\":\"no\"}"))
-        }
-        Conduct::Store | Conduct::RefuseSeq(_) => Some(response("200 OK", "", &keep(batch, store))),
-        Conduct::StoreAndHangUp => {
-            keep(batch, store);
-            None
-        }
-        Conduct::HangUp => None,
-        Conduct::Status(status) => Some(response(&format!("{status} No"), "", b"no\n")),
-        Conduct::RetryAfter(seconds) => Some(response(
-            "503 Busy",
-            &format!("retry-after: {seconds}\r\n"),
-            b"",
-        )),
-        Conduct::Silence(milliseconds) => {
-            std::thread::sleep(Duration::from_millis(milliseconds));
-            None
-        }
-        Conduct::Babble => Some(response("200 OK", "", b"<html>welcome</html>")),
-    }
-}
-
-fn response(status: &str, headers: &str, body: &[u8]) -> Vec<u8> {
-    let head = format!(
-        "HTTP/1.1 {status}\r\n{headers}content-length: {}\r\n\r\n",
-        body.len()
-    );
-    [head.as_bytes(), body].concat()
-}
-
-/// Keeps every record once, and refuses to have one of them changed.
-fn keep(batch: Batch, store: &mut Store) -> Vec<u8> {
-    let mut answer = Acknowledgement::default();
-    for sensor in &batch.sensors {
-        let stored = store.frames.entry(sensor.sensor.clone()).or_default();
-        for record in &sensor.frames {
-            let before = stored.insert(record.seq, *record);
-            assert!(
-                before.is_none_or(|before| before == *record),
-                "record {} changed",
-                record.seq
-            );
-        }
-        if let Some((last, _)) = stored.last_key_value() {
-            answer.durable_through.insert(sensor.sensor.clone(), *last);
-            let gaps = (0..*last).filter(|seq| !stored.contains_key(seq));
-            answer.gaps.extend(gaps.map(|seq| Gap {
-                sensor: sensor.sensor.clone(),
-                from: seq,
-                to: seq,
-            }));
-        }
-    }
-    store.batches.push(batch);
-    answer.to_json().unwrap()
-}
-
-fn read_post(reader: &mut BufReader<&TcpStream>) -> Option<Vec<u8>> {
-    let mut length = None;
-    loop {
-        let mut line = String::new();
-        if reader.read_line(&mut line).ok()? == 0 {
-            return None;
-        }
-        let line = line.trim_end().to_ascii_lowercase();
-        if line.is_empty() {
-            break;
-        }
-        if let Some(value) = line.strip_prefix("content-length:") {
-            length = value.trim().parse().ok();
-        }
-    }
-    let mut body = vec![0; length?];
-    reader.read_exact(&mut body).ok()?;
-    Some(body)
-}
-
-// ---- agent -------------------------------------------------------------------------------------------------------
 
 pub(crate) const SENSOR: &str = "i2c-1:0x69";
 

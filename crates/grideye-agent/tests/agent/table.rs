@@ -103,8 +103,6 @@ pub(crate) fn run(case: &Case, way: Way) -> Tally {
     }
 }
 
-// ---- time --------------------------------------------------------------------------------------------------------
-
 /// A host whose time moves only while it sleeps or its bus is busy, and that wakes up late.
 #[derive(Debug, Default)]
 struct Host {
@@ -138,8 +136,6 @@ fn share(number: u64) -> f64 {
     bits ^= bits >> 31;
     f64::from(u32::try_from(bits >> 32).unwrap()) / f64::from(u32::MAX)
 }
-
-// ---- sensor ------------------------------------------------------------------------------------------------------
 
 /// Shows in every pixel, and in the thermistor, which frame it is.
 #[derive(Debug)]
@@ -222,8 +218,6 @@ fn bus(case: &Case, host: &Host) -> TestBus {
     bus
 }
 
-// ---- counting ----------------------------------------------------------------------------------------------------
-
 /// Follows the numbers that the rows show.
 #[derive(Debug, Default)]
 struct Count {
@@ -264,8 +258,6 @@ impl Count {
         self.tally
     }
 }
-
-// ---- the agent ---------------------------------------------------------------------------------------------------
 
 struct Opener(Option<TestBus>);
 
@@ -351,8 +343,6 @@ fn by_agent(case: &Case, host: Arc<Host>, bus: TestBus) -> Tally {
     records.count.into_inner().finish()
 }
 
-// ---- polls -------------------------------------------------------------------------------------------------------
-
 /// Reads at fixed intervals, as scripts do, and takes every row for a frame.
 fn by_polling(case: &Case, way: Way, host: &Host, mut bus: TestBus) -> Tally {
     let period = case.rate.period();
@@ -377,8 +367,6 @@ fn by_polling(case: &Case, way: Way, host: &Host, mut bus: TestBus) -> Tally {
     }
     count.finish()
 }
-
-// ---- the table ---------------------------------------------------------------------------------------------------
 
 /// The least and the most of a share, in per cent, over several cases.
 pub(crate) struct Range(f64, f64);

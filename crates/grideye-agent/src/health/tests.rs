@@ -1,0 +1,219 @@
+use super::*;
+use crate::ring::Ring;
+use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::{ClockState, Record, Stamp};
+use std::io::{Read as _, Write as _};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::time::Instant;
+
+const NAMES: [&str; 2] = ["i2c-1:0x68", "i2c-1:0x69"];
+
+fn health() -> Health {
+    let names: Vec<String> = NAMES.map(str::to_owned).to_vec();
+    let ring = Ring::new(100, "pi-1", "b", names.clone());
+    let identity = Identity {
+        device: "pi-1".to_owned(),
+        boot: "b".to_owned(),
+        collector: "https://pc:8833".to_owned(),
+        spool_mode: "ram",
+        sensors: names,
+    };
+    Health::new(Arc::new(Shared::new(ring, None)), identity)
+}
+
+fn record(seq: u64, missing: Option<NoData>) -> Record {
+    let frame = RawFrame {
+        thermistor: ThermistorWord(402),
+        pixels: [PixelWord(80); PIXELS],
+    };
+    Record {
+        seq,
+        stamp: Stamp {
+            t_boot_ns: seq,
+            t_utc_ns: 0,
+            clock: ClockState::Stepped,
+        },
+        reading: missing.map_or(Reading::Frame(frame), Reading::NoData),
+    }
+}
+
+fn push(health: &Health, stream: usize, record: Record) {
+    let now = health.shared.now();
+    health.shared.observed().saw(stream, &record, now);
+    health
+        .shared
+        .with_ring(|ring| ring.push(stream, record, now));
+}
+
+#[test]
+fn all_is_well_until_a_post_fails_and_again_when_one_is_taken() {
+    let health = health();
+    assert_eq!(health.to_json()["status"], "ok");
+    let observed = health.shared.observed();
+    observed.failed("status 503: busy\nhint: wait");
+    observed.failed("status 503: busy\nhint: wait");
+    let json = health.to_json();
+    assert_eq!(json["status"], "degraded");
+    assert_eq!(
+        json["why"],
+        serde_json::json!(["delivery: status 503: busy"])
+    );
+    assert_eq!(json["delivery"]["failures_in_a_row"], 2);
+    assert!(health.to_prometheus().contains("\ngrideye_agent_up 0\n"));
+    observed.accepted(health.shared.now());
+    let json = health.to_json();
+    assert_eq!(json["status"], "ok");
+    assert_eq!(json["delivery"]["posts_failed"], 2);
+    assert_eq!(json["delivery"]["posts_accepted"], 1);
+    assert_eq!(json["delivery"]["failures_in_a_row"], 0);
+    assert!(health.to_prometheus().contains("\ngrideye_agent_up 1\n"));
+}
+
+#[test]
+fn a_sensor_that_gives_rows_without_frames_is_silent_and_the_other_is_not() {
+    let look = |silent_s: u64, other_s: u64| {
+        let seen = |at_s: u64| {
+            Some(Seen {
+                seq: 1,
+                frame_at: Duration::from_secs(100 - at_s),
+                clock: ClockState::Synced,
+                missing: None,
+            })
+        };
+        let sensor = |name: &str, at_s: u64| SensorLook {
+            name: name.to_owned(),
+            account: Account::default(),
+            acknowledged: 0,
+            seen: seen(at_s),
+        };
+        Look {
+            now: Duration::from_secs(100),
+            delivery: Delivery::default(),
+            held: 0,
+            spool: None,
+            sensors: vec![sensor("a", silent_s), sensor("b", other_s)],
+        }
+    };
+    assert_eq!(look(11, 10).faults(), ["a: no frame for 11 s"]);
+    assert!(look(10, 0).faults().is_empty());
+
+    let observed = Observed::default();
+    observed.saw(0, &record(1, None), Duration::from_secs(3));
+    observed.saw(0, &record(2, Some(NoData::Nack)), Duration::from_secs(9));
+    let seen = observed.seen(0).unwrap();
+    assert_eq!((seen.seq, seen.frame_at), (2, Duration::from_secs(3)));
+    assert_eq!(seen.missing, Some(NoData::Nack));
+    assert!(observed.seen(1).is_none());
+}
+
+#[test]
+fn json_and_metrics_say_the_same_of_each_sensor() {
+    let health = health();
+    push(&health, 0, record(1, None));
+    push(&health, 1, record(1, None));
+    push(&health, 1, record(2, Some(NoData::Nack)));
+    health.shared.with_ring(|ring| ring.count_fault(1, "nack"));
+    let json = health.to_json();
+    assert_eq!(json["records_in_memory"], 3);
+    let [low, high] = [&json["sensors"][0], &json["sensors"][1]];
+    assert_eq!(
+        (&low["sensor"], &low["read"]),
+        (&NAMES[0].into(), &1.into())
+    );
+    assert_eq!(
+        (&high["read"], &high["missing"], &high["spooled"]),
+        (&1.into(), &1.into(), &1.into())
+    );
+    assert_eq!(
+        (&high["missing_now"], &high["clock"]),
+        (&"nack".into(), &"stepped".into())
+    );
+    assert!(low["missing_now"].is_null());
+    let text = health.to_prometheus();
+    for line in [
+        "grideye_agent_sensor_read_total{sensor=\"i2c-1:0x68\"} 1",
+        "grideye_agent_sensor_missing_total{sensor=\"i2c-1:0x69\"} 1",
+        "grideye_agent_sensor_spooled{sensor=\"i2c-1:0x69\"} 1",
+        "grideye_agent_sensor_errors_total{sensor=\"i2c-1:0x69\",reason=\"nack\"} 1",
+        "grideye_agent_sensor_clock{sensor=\"i2c-1:0x69\",state=\"stepped\"} 1",
+        "grideye_agent_sensor_clock{sensor=\"i2c-1:0x69\",state=\"synced\"} 0",
+        "grideye_agent_memory_records 3",
+    ] {
+        assert!(text.lines().any(|found| found == line), "{line}\n{text}");
+    }
+}
+
+fn served(health: Health) -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    // It ends with the tests.
+    std::thread::spawn(move || serve(&listener, &health));
+    address
+}
+
+/// The answer to these bytes; what came before a reset where the server did not read all of them.
+fn ask(address: SocketAddr, request: &[u8]) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    let _ = stream.write_all(request);
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    String::from_utf8(answer).unwrap()
+}
+
+#[test]
+fn two_pages_are_served_and_nothing_else_to_nobody_else() {
+    let address = served(health());
+    let get = |path: &str| {
+        ask(
+            address,
+            format!("GET {path} HTTP/1.1\r\nhost: {address}\r\n\r\n").as_bytes(),
+        )
+    };
+    let health = get("/health");
+    assert!(health.starts_with("HTTP/1.1 200 OK\r\n"), "{health}");
+    let body = health.split_once("\r\n\r\n").unwrap().1;
+    assert_eq!(
+        serde_json::from_str::<Value>(body).unwrap()["device"],
+        "pi-1"
+    );
+    assert!(get("/metrics").contains("# TYPE grideye_agent_posts_total counter\n"));
+    for (request, status) in [
+        (
+            "GET /../etc/passwd HTTP/1.1\r\nhost: localhost\r\n\r\n",
+            "404",
+        ),
+        ("POST /health HTTP/1.1\r\nhost: localhost\r\n\r\n", "405"),
+        ("GET /health HTTP/1.1\r\nhost: evil.example\r\n\r\n", "403"),
+        (
+            "GET /health HTTP/1.1\r\nhost: localhost\r\nhost: localhost\r\n\r\n",
+            "403",
+        ),
+        ("GET /health HTTP/1.0\r\n\r\n", "403"),
+        ("\r\n\r\n", "403"),
+    ] {
+        let answer = ask(address, request.as_bytes());
+        assert!(
+            answer.starts_with(&format!("HTTP/1.1 {status}")),
+            "{request:?}: {answer}"
+        );
+    }
+}
+
+#[test]
+fn whoever_is_slow_or_long_is_cut_off_and_the_next_has_an_answer() {
+    let address = served(health());
+    let long = vec![b'x'; REQUEST_BYTES_MAX + 1];
+    let answer = ask(address, &long);
+    assert!(
+        answer.is_empty() || answer.starts_with("HTTP/1.1 431"),
+        "{answer}"
+    );
+    let begun = Instant::now();
+    let _silent = TcpStream::connect(address).unwrap();
+    let answer = ask(address, b"GET /health HTTP/1.1\r\nhost: localhost\r\n\r\n");
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    assert!(
+        begun.elapsed() >= REQUEST_TIME_MAX,
+        "the first was not waited for"
+    );
+}

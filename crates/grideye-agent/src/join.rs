@@ -1,0 +1,407 @@
+//! How an agent comes to know its collector: the line that `grideye enroll` prints, and the file that joining leaves.
+//!
+//! ```text
+//! grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-…,pin=sha256-…
+//! ```
+//!
+//! The pin is the SHA-256 of the authority's certificate. While joining, the agent takes from the collector the
+//! certificate that has this hash, and from then on believes that authority and no other.
+
+mod base64;
+mod handshake;
+
+use crate::config::is_host_and_port;
+pub use handshake::authority_of;
+use ring::digest;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// Length of a join line and of the file that joining leaves, at most, in bytes.
+pub const JOINED_BYTES_MAX: usize = 64 * 1024;
+const SCHEME: &str = "grideye:";
+/// Length of a token at most, in characters.
+const TOKEN_CHARS_MAX: usize = 256;
+
+/// What `grideye enroll` prints for one agent.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JoinLine {
+    /// `https://HOST:PORT` or `http://HOST:PORT`.
+    pub collector: String,
+    /// The device's name, when the token speaks for one alone.
+    pub device: Option<String>,
+    /// The token for its frames; `None` where the collector asks for none.
+    pub token: Option<Secret>,
+    /// SHA-256 of the certificate of the collector's authority; there with `https` alone.
+    pub pin: Option<Pin>,
+}
+
+/// A text that is shown to the collector and to nobody else: debugging does not show it.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Secret(String);
+
+/// The SHA-256 of a certificate, as `sha256-` and 64 hexadecimal digits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pin(String);
+
+/// By what the agent knows its collector and is known by it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Credentials {
+    /// The token, which goes with every request.
+    pub token: Option<Secret>,
+    /// The one authority whose certificates are believed, in PEM. `https` does not go without.
+    pub authority: Option<String>,
+    /// The agent's own certificate, where the collector asks for one.
+    pub client: Option<ClientCertificate>,
+}
+
+/// A certificate with its chain, and its key, in PEM.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ClientCertificate {
+    /// The certificate, and those that it leads to.
+    pub chain: String,
+    /// Its key.
+    pub key: Secret,
+}
+
+/// What joining leaves in a file: `collector.toml`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Joined {
+    /// `https://HOST:PORT` or `http://HOST:PORT`.
+    pub collector: String,
+    /// The device's name, if the token speaks for one alone.
+    pub device: Option<String>,
+    /// The rest.
+    pub credentials: Credentials,
+}
+
+/// Why a line or a file is not understood. What it held is not repeated: there is a token in it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct NotJoined(String);
+
+impl JoinLine {
+    /// The line, token included.
+    #[must_use]
+    pub fn reveal(&self) -> String {
+        let mut line = format!("{SCHEME}{}", self.collector);
+        let token = self.token.as_ref().map(Secret::reveal);
+        let pin = self.pin.as_ref().map(|pin| pin.0.as_str());
+        let fields = [
+            ("device", self.device.as_deref()),
+            ("token", token),
+            ("pin", pin),
+        ];
+        for (name, value) in fields {
+            if let Some(value) = value {
+                line.push_str(&format!(",{name}={value}"));
+            }
+        }
+        line
+    }
+}
+
+impl FromStr for JoinLine {
+    type Err = NotJoined;
+
+    fn from_str(text: &str) -> Result<Self, NotJoined> {
+        let refuse = |what: &str| {
+            NotJoined(format!(
+                "this is no join line: {what}\nhint: copy the whole line that `grideye enroll DEVICE` printed, from `grideye:` on, and put it between quotation marks"
+            ))
+        };
+        let text = text.trim();
+        let rest = text
+            .strip_prefix(SCHEME)
+            .filter(|_| text.len() <= JOINED_BYTES_MAX)
+            .ok_or_else(|| refuse("it does not begin with `grideye:`"))?;
+        let mut parts = rest.split(',');
+        let collector = parts.next().unwrap_or_default();
+        check_url(collector).map_err(|what| refuse(&what))?;
+        let mut line = Self {
+            collector: collector.to_owned(),
+            device: None,
+            token: None,
+            pin: None,
+        };
+        for part in parts {
+            let (name, value) = part
+                .split_once('=')
+                .ok_or_else(|| refuse("a part of it has no `=`"))?;
+            let is_new = match name {
+                "device" => line.device.replace(value.to_owned()).is_none(),
+                "token" => {
+                    let token = Secret::new(value).map_err(|error| refuse(&error.0))?;
+                    line.token.replace(token).is_none()
+                }
+                "pin" => {
+                    let pin = value.parse().map_err(|error: NotJoined| refuse(&error.0))?;
+                    line.pin.replace(pin).is_none()
+                }
+                _ => {
+                    return Err(refuse(
+                        "a part of it is not known: is the agent older than the collector?",
+                    ));
+                }
+            };
+            if !is_new {
+                return Err(refuse("a part of it is there twice"));
+            }
+        }
+        let is_encrypted = line.collector.starts_with("https://");
+        if is_encrypted != line.pin.is_some() {
+            return Err(refuse("https goes with a pin, and http without"));
+        }
+        Ok(line)
+    }
+}
+
+impl Secret {
+    /// A text that can stand in a header.
+    ///
+    /// # Errors
+    /// [`NotJoined`] for anything else.
+    pub fn new(text: &str) -> Result<Self, NotJoined> {
+        let is_plain = text.bytes().all(|byte| byte.is_ascii_graphic());
+        if is_plain && (1..=TOKEN_CHARS_MAX).contains(&text.len()) {
+            return Ok(Self(text.to_owned()));
+        }
+        Err(NotJoined(
+            "the token is empty, cut, or holds what no token holds".to_owned(),
+        ))
+    }
+
+    /// A key in PEM.
+    #[must_use]
+    pub fn pem(text: String) -> Self {
+        Self(text)
+    }
+
+    /// The text itself.
+    #[must_use]
+    pub fn reveal(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Debug for Secret {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("Secret")
+    }
+}
+
+impl Pin {
+    /// That of a certificate in DER.
+    #[must_use]
+    pub fn of(certificate: &[u8]) -> Self {
+        let hash = digest::digest(&digest::SHA256, certificate);
+        let digits: String = hash
+            .as_ref()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        Self(format!("sha256-{digits}"))
+    }
+}
+
+impl FromStr for Pin {
+    type Err = NotJoined;
+
+    fn from_str(text: &str) -> Result<Self, NotJoined> {
+        let digits = text.strip_prefix("sha256-").unwrap_or_default();
+        let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+        if digits.len() == 64 && digits.bytes().all(is_digit) {
+            return Ok(Self(text.to_owned()));
+        }
+        Err(NotJoined(
+            "its pin is cut: expected sha256- and 64 hexadecimal digits".to_owned(),
+        ))
+    }
+}
+
+impl fmt::Display for Pin {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+impl Joined {
+    /// Reads the file. `origin` is its name, for errors.
+    ///
+    /// # Errors
+    /// [`NotJoined`] for anything that [`Self::to_toml`] did not write.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, NotJoined> {
+        let refuse = |what: String| {
+            NotJoined(format!(
+                "{origin}: {what}\nhint: join again: grideye-agent join 'LINE', with the line that `grideye enroll DEVICE` prints"
+            ))
+        };
+        let file: File = toml::from_str(text).map_err(|error| {
+            let line = error.span().map_or(1, |span| {
+                text[..span.start.min(text.len())].matches('\n').count() + 1
+            });
+            // The parser's message may quote the line; the place is enough.
+            refuse(format!("line {line} is not understood"))
+        })?;
+        check_url(&file.collector).map_err(refuse)?;
+        if file.collector.starts_with("https://") != file.authority.is_some() {
+            return Err(refuse(
+                "https goes with an authority, and http without".to_owned(),
+            ));
+        }
+        let token = file.token.map(|token| Secret::new(&token)).transpose();
+        let client = match (file.client_certificate, file.client_key) {
+            (None, None) => None,
+            (Some(chain), Some(key)) => Some(ClientCertificate { chain, key }),
+            _ => return Err(refuse("a certificate goes with its key".to_owned())),
+        };
+        Ok(Self {
+            collector: file.collector,
+            device: file.device,
+            credentials: Credentials {
+                token: token.map_err(|error| refuse(error.0))?,
+                authority: file.authority,
+                client,
+            },
+        })
+    }
+
+    /// The file, token included: it is for its owner alone.
+    ///
+    /// # Errors
+    /// [`NotJoined`] if it cannot be written as TOML, which no value here brings about.
+    pub fn to_toml(&self) -> Result<String, NotJoined> {
+        let client = self.credentials.client.as_ref();
+        let file = File {
+            collector: self.collector.clone(),
+            device: self.device.clone(),
+            token: self.credentials.token.as_ref().map(|token| token.0.clone()),
+            authority: self.credentials.authority.clone(),
+            client_certificate: client.map(|client| client.chain.clone()),
+            client_key: client.map(|client| client.key.clone()),
+        };
+        toml::to_string_pretty(&file).map_err(|error| NotJoined(error.to_string()))
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    collector: String,
+    device: Option<String>,
+    token: Option<String>,
+    authority: Option<String>,
+    client_certificate: Option<String>,
+    client_key: Option<Secret>,
+}
+
+fn check_url(url: &str) -> Result<(), String> {
+    let authority = url
+        .strip_prefix("https://")
+        .or_else(|| url.strip_prefix("http://"));
+    if authority.is_some_and(is_host_and_port) {
+        return Ok(());
+    }
+    Err("the collector is not named as https://HOST:PORT".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PIN: &str = "sha256-00112233445566778899aabbccddeeff00112233445566778899aabbccddeeff";
+
+    fn line() -> String {
+        format!("grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-12-34,pin={PIN}")
+    }
+
+    #[test]
+    fn a_line_reads_back_and_hides_its_token() {
+        let read: JoinLine = line().parse().unwrap();
+        assert_eq!(read.reveal(), line());
+        assert_eq!(read.collector, "https://192.168.1.20:8833");
+        assert_eq!(read.device.as_deref(), Some("pi-1"));
+        assert!(!format!("{read:?}").contains("grideye-12-34"));
+        let plain = "grideye:http://pc.local:8833,token=t";
+        assert_eq!(plain.parse::<JoinLine>().unwrap().reveal(), plain);
+        assert_eq!(format!(" {}\n", line()).parse::<JoinLine>().unwrap(), read);
+    }
+
+    #[test]
+    fn a_line_that_was_cut_or_changed_is_refused_with_the_fix_and_without_its_token() {
+        let whole = line();
+        let cuts = (0..whole.len()).map(|at| whole[..at].to_owned());
+        let changed = [
+            whole.replace("https", "http"),
+            whole.replace(":8833", ""),
+            whole.replace("token=", "token"),
+            whole.replace("token=", "secret="),
+            whole.replace("device=pi-1", "token=x"),
+            whole.replace(PIN, "sha256-00"),
+            whole.replace("grideye-12-34", ""),
+            whole.replace("grideye-12-34", "a b"),
+        ];
+        for bad in cuts.chain(changed) {
+            // Cut before the pin it is plainly a line without one.
+            let error = bad.parse::<JoinLine>().unwrap_err().to_string();
+            assert!(
+                error.contains("\nhint: copy the whole line"),
+                "{bad}: {error}"
+            );
+            assert!(!error.contains("grideye-12"), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_file_reads_back_and_hides_its_token() {
+        let joined = Joined {
+            collector: "https://pc:8833".to_owned(),
+            device: Some("pi-1".to_owned()),
+            credentials: Credentials {
+                token: Some(Secret::new("grideye-12-34").unwrap()),
+                authority: Some(
+                    "-----BEGIN CERTIFICATE-----\nAA==\n-----END CERTIFICATE-----\n".to_owned(),
+                ),
+                client: Some(ClientCertificate {
+                    chain: "chain".to_owned(),
+                    key: Secret::new("key").unwrap(),
+                }),
+            },
+        };
+        let text = joined.to_toml().unwrap();
+        assert_eq!(Joined::parse(&text, "collector.toml").unwrap(), joined);
+        let shown = format!("{joined:?}");
+        assert!(
+            !shown.contains("12-34") && !shown.contains("\"key\""),
+            "{shown}"
+        );
+    }
+
+    #[test]
+    fn a_file_that_was_changed_is_refused_with_its_place_and_without_its_token() {
+        let good = "collector = \"http://pc:8833\"\ntoken = \"grideye-12-34\"\n";
+        assert!(Joined::parse(good, "collector.toml").is_ok());
+        for (found, with) in [
+            ("token", "tokn"),
+            ("http:", "https:"),
+            (":8833", ""),
+            ("grideye-12-34\"", "grideye-12-34"),
+            ("token", "client_key = \"k\"\ntoken"),
+            ("collector", "authority = \"a\"\ncollector"),
+        ] {
+            let error =
+                Joined::parse(&good.replacen(found, with, 1), "collector.toml").unwrap_err();
+            let error = error.to_string();
+            assert!(error.starts_with("collector.toml: ") && error.contains("\nhint: join again"));
+            assert!(!error.contains("12-34"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_pin_is_the_sha_256() {
+        // FIPS 180-2, appendix B.1.
+        let abc = "sha256-ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(Pin::of(b"abc").to_string(), abc);
+    }
+}

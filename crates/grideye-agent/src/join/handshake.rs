@@ -1,0 +1,188 @@
+//! One handshake with a collector that is known by its pin alone, to learn its authority's certificate.
+
+use super::{ClientCertificate, NotJoined, Pin, base64};
+use rustls::client::WebPkiServerVerifier;
+use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
+use rustls::crypto::CryptoProvider;
+use rustls::crypto::ring::default_provider;
+use rustls::pki_types::pem::PemObject as _;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
+use rustls::{
+    ClientConfig, ClientConnection, DigitallySignedStruct, Error, RootCertStore, SignatureScheme,
+};
+use std::io;
+use std::net::{TcpStream, ToSocketAddrs as _};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Fetches the certificate with this pin from the collector at `https://HOST:PORT`, in PEM. The collector must prove in
+/// the same handshake that it has a certificate of that authority for its name.
+///
+/// # Errors
+/// [`NotJoined`], with what a person can do about it.
+pub fn authority_of(
+    collector: &str,
+    pin: &Pin,
+    client: Option<&ClientCertificate>,
+    timeout: Duration,
+) -> Result<String, NotJoined> {
+    let refuse = |what: String, hint: &str| NotJoined(format!("{collector}: {what}\nhint: {hint}"));
+    let address = collector.trim_start_matches("https://");
+    let (host, _port) = address.rsplit_once(':').unwrap_or((address, ""));
+    let host = host
+        .trim_start_matches('[')
+        .trim_end_matches(']')
+        .to_owned();
+    let name = ServerName::try_from(host)
+        .map_err(|error| refuse(error.to_string(), "is the collector's name spelt right?"))?;
+    let provider = Arc::new(default_provider());
+    let verifier = Arc::new(Pinned {
+        pin: pin.clone(),
+        provider: Arc::clone(&provider),
+        found: Mutex::new(None),
+    });
+    let config = config(Arc::clone(&provider), Arc::clone(&verifier), client).map_err(|what| {
+        refuse(
+            what,
+            "are the certificate and its key those of this agent, in PEM?",
+        )
+    })?;
+    let mut connection = ClientConnection::new(Arc::new(config), name)
+        .map_err(|error| refuse(error.to_string(), "is the collector's name spelt right?"))?;
+    let mut stream = connect(address, timeout).map_err(|error| {
+        refuse(
+            format!("no connection: {error}"),
+            "is `grideye collect` running there, and does its firewall let the port through?",
+        )
+    })?;
+    while connection.is_handshaking() {
+        connection.complete_io(&mut stream).map_err(|error| {
+            refuse(format!("no TLS: {error}"), "the line must be of this collector, and of its present authority: print a new one there with `grideye enroll`")
+        })?;
+    }
+    let found = verifier
+        .found
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take();
+    found
+        .map(|der| base64::certificate_pem(&der))
+        .ok_or_else(|| {
+            refuse(
+                "no certificate was shown".to_owned(),
+                "is this a collector?",
+            )
+        })
+}
+
+fn connect(address: &str, timeout: Duration) -> io::Result<TcpStream> {
+    let mut last = io::Error::from(io::ErrorKind::NotFound);
+    for address in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, timeout) {
+            Ok(stream) => {
+                stream.set_read_timeout(Some(timeout))?;
+                stream.set_write_timeout(Some(timeout))?;
+                return Ok(stream);
+            }
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+fn config(
+    provider: Arc<CryptoProvider>,
+    verifier: Arc<Pinned>,
+    client: Option<&ClientCertificate>,
+) -> Result<ClientConfig, String> {
+    let builder = ClientConfig::builder_with_provider(provider)
+        .with_protocol_versions(&[&rustls::version::TLS13])
+        .map_err(|error| error.to_string())?
+        .dangerous()
+        .with_custom_certificate_verifier(verifier);
+    let Some(client) = client else {
+        return Ok(builder.with_no_client_auth());
+    };
+    let chain: Result<Vec<_>, _> =
+        CertificateDer::pem_slice_iter(client.chain.as_bytes()).collect();
+    let chain = chain.map_err(|error| error.to_string())?;
+    let key = PrivateKeyDer::from_pem_slice(client.key.reveal().as_bytes())
+        .map_err(|error| error.to_string())?;
+    builder
+        .with_client_auth_cert(chain, key)
+        .map_err(|error| error.to_string())
+}
+
+/// Believes the authority that has the pin, if the collector shows it, and nobody else.
+#[derive(Debug)]
+struct Pinned {
+    pin: Pin,
+    provider: Arc<CryptoProvider>,
+    found: Mutex<Option<Vec<u8>>>,
+}
+
+impl ServerCertVerifier for Pinned {
+    fn verify_server_cert(
+        &self,
+        end_entity: &CertificateDer<'_>,
+        intermediates: &[CertificateDer<'_>],
+        server_name: &ServerName<'_>,
+        ocsp_response: &[u8],
+        now: UnixTime,
+    ) -> Result<ServerCertVerified, Error> {
+        let pinned = intermediates
+            .iter()
+            .find(|certificate| Pin::of(certificate) == self.pin)
+            .ok_or_else(|| {
+                Error::General(
+                    "the collector shows another authority than the line's pin says".to_owned(),
+                )
+            })?;
+        let mut roots = RootCertStore::empty();
+        roots.add(pinned.clone().into_owned())?;
+        let verifier = WebPkiServerVerifier::builder_with_provider(
+            Arc::new(roots),
+            Arc::clone(&self.provider),
+        )
+        .build()
+        .map_err(|error| Error::General(error.to_string()))?;
+        let verified = verifier.verify_server_cert(
+            end_entity,
+            intermediates,
+            server_name,
+            ocsp_response,
+            now,
+        )?;
+        *self.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(pinned.to_vec());
+        Ok(verified)
+    }
+
+    fn verify_tls12_signature(
+        &self,
+        _message: &[u8],
+        _certificate: &CertificateDer<'_>,
+        _signed: &DigitallySignedStruct,
+    ) -> Result<HandshakeSignatureValid, Error> {
+        Err(Error::General("TLS 1.3 alone is spoken".to_owned()))
+    }
+
+    fn verify_tls13_signature(
+        &self,
+        message: &[u8],
+        certificate: &CertificateDer<'_>,
+        signed: &DigitallySignedStruct,
+    ) -> Result<HandshakeSignatureValid, Error> {
+        rustls::crypto::verify_tls13_signature(
+            message,
+            certificate,
+            signed,
+            &self.provider.signature_verification_algorithms,
+        )
+    }
+
+    fn supported_verify_schemes(&self) -> Vec<SignatureScheme> {
+        self.provider
+            .signature_verification_algorithms
+            .supported_schemes()
+    }
+}

@@ -1,0 +1,225 @@
+//! The backlog: which records wait on the disk, and how they come out again, oldest first.
+
+use super::segment::{Entries, Entry};
+use super::{
+    Content, Dropped, EXTENTS_MAX, Place, READS_MAX, SEGMENT_READ_MAX, SPOOL_FULL, Spool, name_of,
+};
+use crate::parcel::{Item, Lane, Parcel};
+use grideye_recording::StreamId;
+use std::io;
+use std::sync::Arc;
+
+impl Spool {
+    /// Puts records that have left the memory into the backlog. False, and nothing done, where that would be more than
+    /// [`EXTENTS_MAX`] runs of records.
+    pub fn add_backlog(&mut self, items: &[(Place, bool)]) -> bool {
+        if self.backlog.len() + items.len() > EXTENTS_MAX
+            && self.backlog.len() + runs_in(items) > EXTENTS_MAX
+        {
+            return false;
+        }
+        for (place, is_frame) in items {
+            self.enqueue(*place, *is_frame);
+        }
+        true
+    }
+
+    /// The oldest records of the backlog, of one run, at most so many.
+    ///
+    /// # Errors
+    /// What the disk said. After [`READS_MAX`] of them the segment is set aside and its frames are counted as
+    /// [`SPOOL_DAMAGED`](super::SPOOL_DAMAGED), so that the rest goes on.
+    pub fn next_parcel(&mut self, records_max: usize) -> io::Result<Option<Parcel>> {
+        if !self.unread.is_empty() {
+            return Ok(None);
+        }
+        while let Some((segment, from, to)) = self.first_not_held() {
+            let length = usize::try_from(to - from).unwrap_or(SEGMENT_READ_MAX);
+            let bytes = match self
+                .disk
+                .read(&name_of(segment), from, length.min(SEGMENT_READ_MAX))
+            {
+                Ok(bytes) => bytes,
+                Err(error) => {
+                    self.failed_read(segment, &error);
+                    return Err(error);
+                }
+            };
+            let items = self.items(segment, from, &bytes, records_max);
+            if let Some(first) = items.first() {
+                let (device, boot) = (first.stream.device.clone(), first.stream.boot.clone());
+                return Ok(Some(Parcel {
+                    lane: Lane::Disk,
+                    device,
+                    boot,
+                    items,
+                }));
+            }
+            self.give_up(segment, "what was written is not what is read");
+        }
+        Ok(None)
+    }
+
+    /// Lets go of records that the collector has. Returns those that were here, and those that had been counted as dropped
+    /// meanwhile, which are to be counted as delivered after all.
+    pub fn release(&mut self, items: Vec<Item>) -> (Vec<Item>, Vec<Item>) {
+        let boot = items.first().map(|item| item.stream.boot.clone());
+        let (delivered, returned): (Vec<Item>, Vec<Item>) = items.into_iter().partition(|item| {
+            item.place
+                .is_some_and(|place| self.dequeue(place, item.is_frame()))
+        });
+        for item in returned.iter().filter(|item| item.is_frame()) {
+            if let Some(count) = self.run_of(&item.stream) {
+                if let Some(dropped) = count.dropped.get_mut(SPOOL_FULL) {
+                    *dropped = dropped.saturating_sub(1);
+                }
+            }
+        }
+        // Where some had been counted as dropped, the count that came with them is not the last word.
+        if let Some(boot) = boot.filter(|_| returned.is_empty()) {
+            self.forget_told_run(&boot);
+        }
+        (delivered, returned)
+    }
+
+    /// Where the oldest run of records begins and ends that may be sent.
+    fn first_not_held(&self) -> Option<(u64, u64, u64)> {
+        let mut extents = self.backlog.iter();
+        let found = extents.find(|((segment, _), _)| !self.is_held(*segment));
+        found.map(|((segment, from), extent)| (*segment, *from, extent.to))
+    }
+
+    pub(super) fn enqueue(&mut self, place: Place, is_frame: bool) {
+        let before = self
+            .backlog
+            .range_mut(..(place.segment, place.from))
+            .next_back();
+        let adjoining = before
+            .filter(|((segment, _), extent)| *segment == place.segment && extent.to == place.from);
+        let extent = match adjoining {
+            Some((_, extent)) => extent,
+            None => self.backlog.entry((place.segment, place.from)).or_default(),
+        };
+        extent.to = place.to;
+        extent
+            .content
+            .entry(place.stream)
+            .or_default()
+            .add(is_frame);
+        if let Some(id) = self.stream(place.segment, place.stream) {
+            self.waiting.entry(id).or_default().add(is_frame);
+        }
+    }
+
+    /// Takes one record out of the backlog, from the front of its run of records; false if it is not there.
+    pub(super) fn dequeue(&mut self, place: Place, is_frame: bool) -> bool {
+        let key = (place.segment, place.from);
+        let Some(mut extent) = self.backlog.remove(&key) else {
+            return false;
+        };
+        if let Some(content) = extent.content.get_mut(&place.stream) {
+            content.take(is_frame);
+        }
+        if extent.to > place.to {
+            self.backlog.insert((place.segment, place.to), extent);
+        }
+        if let Some(id) = self.stream(place.segment, place.stream) {
+            if let Some(waiting) = self.waiting.get_mut(&id) {
+                waiting.take(is_frame);
+            }
+        }
+        true
+    }
+
+    /// The records in these bytes, from byte `from` of the segment on, up to the first of another run or the first that
+    /// is damaged.
+    fn items(&self, number: u64, from: u64, bytes: &[u8], records_max: usize) -> Vec<Item> {
+        let mut items: Vec<Item> = Vec::new();
+        let Some(segment) = self.segments.get(&number) else {
+            return items;
+        };
+        let declared = u16::try_from(segment.streams.len()).unwrap_or(u16::MAX);
+        let mut at = from;
+        for entry in Entries::within(number, bytes, 0, declared).map_while(Result::ok) {
+            let (end, Entry::Record { stream, record }) = entry else {
+                continue;
+            };
+            let Some(id) = segment.streams.get(usize::from(stream)) else {
+                break;
+            };
+            if items.len() >= records_max
+                || items
+                    .first()
+                    .is_some_and(|first| first.stream.boot != id.boot)
+            {
+                break;
+            }
+            let to = from + u64::try_from(end).unwrap_or(u64::MAX);
+            let place = Place {
+                segment: number,
+                from: at,
+                to,
+                stream,
+            };
+            at = to;
+            items.push(Item {
+                stream: Arc::clone(id),
+                record,
+                place: Some(place),
+            });
+        }
+        items
+    }
+
+    fn failed_read(&mut self, segment: u64, error: &io::Error) {
+        let failed = self.segments.get_mut(&segment).map(|segment| {
+            segment.failed_reads += 1;
+            segment.failed_reads
+        });
+        if failed.is_some_and(|failed| failed >= READS_MAX) {
+            self.give_up(segment, &error.to_string());
+        }
+    }
+
+    pub(super) fn drop_backlog_of(&mut self, number: u64, reason: &'static str) {
+        let keys: Vec<(u64, u64)> = self
+            .backlog
+            .range((number, 0)..=(number, u64::MAX))
+            .map(|(key, _)| *key)
+            .collect();
+        for key in keys {
+            let Some(extent) = self.backlog.remove(&key) else {
+                continue;
+            };
+            for (stream, content) in extent.content {
+                let Some(id) = self.stream(number, stream) else {
+                    continue;
+                };
+                self.count_dropped(&id, content, reason);
+            }
+        }
+    }
+
+    fn count_dropped(&mut self, id: &Arc<StreamId>, content: Content, reason: &'static str) {
+        if let Some(waiting) = self.waiting.get_mut(id) {
+            waiting.frames = waiting.frames.saturating_sub(content.frames);
+            waiting.rows = waiting.rows.saturating_sub(content.rows);
+        }
+        if let Some(count) = self.run_of(id) {
+            *count.dropped.entry(reason.to_owned()).or_default() += content.frames;
+        }
+        self.dropped.push(Dropped {
+            stream: Arc::clone(id),
+            content,
+            reason,
+        });
+    }
+}
+
+/// How many runs of records without a gap these are.
+fn runs_in(items: &[(Place, bool)]) -> usize {
+    let breaks = items
+        .windows(2)
+        .filter(|pair| pair[0].0.segment != pair[1].0.segment || pair[0].0.to != pair[1].0.from);
+    breaks.count() + 1
+}

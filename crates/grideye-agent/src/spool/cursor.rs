@@ -1,0 +1,108 @@
+//! Where the backlog begins: noted on the disk before anything in front of it is removed.
+
+use super::disk::replace;
+use super::state::{Cursor, STATE, State};
+use super::{Place, Spool};
+use grideye_recording::StreamId;
+use grideye_recording::wire::Account;
+use std::collections::BTreeSet;
+use std::io;
+use std::sync::Arc;
+
+impl Spool {
+    /// Removes the segments that nothing refers to: no backlog, and no record in memory that believes to be in it. The
+    /// one that is being written stays if `keeps_writing`.
+    ///
+    /// # Errors
+    /// What the disk said; nothing is lost by it.
+    pub fn tidy(&mut self, in_memory: &BTreeSet<Place>, keeps_writing: bool) -> io::Result<()> {
+        let mut needed: BTreeSet<u64> = self.backlog.keys().map(|(segment, _)| *segment).collect();
+        needed.extend(in_memory.iter().map(|place| place.segment));
+        needed.extend(&self.unread);
+        let writing = self.writing.as_ref().map(|(number, _)| *number);
+        needed.extend(writing.filter(|_| keeps_writing));
+        let finished: Vec<u64> = self
+            .segments
+            .keys()
+            .copied()
+            .filter(|number| !needed.contains(number))
+            .collect();
+        if finished.is_empty() {
+            return Ok(());
+        }
+        if writing.is_some_and(|writing| finished.contains(&writing)) {
+            self.writing = None;
+        }
+        self.move_cursor(in_memory);
+        self.save()?;
+        for number in finished {
+            self.remove(number)?;
+        }
+        self.disk.sync_folder()
+    }
+
+    /// Writes down where the backlog begins and what the runs' counts are, so that the next start sends nothing twice.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub fn checkpoint(
+        &mut self,
+        in_memory: &BTreeSet<Place>,
+        accounts: &[(Arc<StreamId>, Account)],
+    ) -> io::Result<()> {
+        for (id, account) in accounts {
+            if let Some(count) = self.own_run.sensors.get_mut(&id.sensor) {
+                count.renew(account);
+            }
+        }
+        self.move_cursor(in_memory);
+        self.save()
+    }
+
+    /// Like [`Spool::checkpoint`], for a run that ends with everything delivered: the next start need not speak for it.
+    ///
+    /// # Errors
+    /// What the disk said.
+    pub fn close(
+        &mut self,
+        in_memory: &BTreeSet<Place>,
+        accounts: &[(Arc<StreamId>, Account)],
+    ) -> io::Result<()> {
+        let is_delivered = accounts.iter().all(|(_, account)| account.spooled == 0);
+        if is_delivered {
+            self.own_run.sensors.clear();
+        }
+        self.checkpoint(in_memory, accounts)
+    }
+
+    fn move_cursor(&mut self, in_memory: &BTreeSet<Place>) {
+        let of_place = |place: &Place| (place.segment, place.from);
+        let first_unread = self.unread.front().map(|number| (*number, 0));
+        let here = self
+            .backlog
+            .first_key_value()
+            .map(|(key, _)| *key)
+            .into_iter()
+            .chain(in_memory.first().map(of_place))
+            .chain(first_unread)
+            .min();
+        let end = self
+            .writing
+            .as_ref()
+            .map(|(number, writing)| (*number, writing.end));
+        let (segment, offset) = here.or(end).unwrap_or((self.next_number, 0));
+        self.cursor = self.cursor.max(Cursor { segment, offset });
+    }
+
+    pub(super) fn save(&mut self) -> io::Result<()> {
+        let mut runs = self.runs.clone();
+        if !self.own_run.sensors.is_empty() {
+            runs.push(self.own_run.clone());
+        }
+        let state = State {
+            cursor: self.cursor,
+            runs,
+        };
+        replace(self.disk.as_mut(), STATE, &state.to_bytes())
+    }
+}

@@ -1,0 +1,99 @@
+//! The runs that are over, and what the collector has not yet heard of them.
+
+use super::state::{Count, Run};
+use super::{Content, Spool};
+use crate::parcel::{Lane, Parcel};
+use grideye_recording::StreamId;
+use grideye_recording::wire::Account;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+impl Spool {
+    /// The accounts of a run that is over, by sensor; `None` for the run that goes on.
+    #[must_use]
+    pub fn ended_accounts(&self, boot: &str) -> Option<BTreeMap<String, Account>> {
+        let run = self.runs.iter().find(|run| run.boot == boot)?;
+        let account = |(sensor, count): (&String, &Count)| {
+            let id = stream_of(run, sensor);
+            let waiting = self.waiting.get(&id).copied().unwrap_or_default();
+            (sensor.clone(), count.of_ended(waiting.frames))
+        };
+        Some(run.sensors.iter().map(account).collect())
+    }
+
+    /// An empty parcel of a run that is over, has nothing on disk, and has not been told of yet.
+    #[must_use]
+    pub fn ended_run(&self) -> Option<Parcel> {
+        if !self.unread.is_empty() {
+            return None;
+        }
+        let run = self
+            .runs
+            .iter()
+            .find(|run| !self.holds_any_of(run) && !self.held.contains(&run.boot))?;
+        Some(Parcel {
+            lane: Lane::Disk,
+            device: run.device.clone(),
+            boot: run.boot.clone(),
+            items: Vec::new(),
+        })
+    }
+
+    /// Sends nothing more of a run that is over until [`Spool::try_held`]; the runs behind it go on. Returns how many of
+    /// its frames wait.
+    pub fn hold(&mut self, boot: &str) -> u64 {
+        self.held.insert(boot.to_owned());
+        let of_run = self.waiting.iter().filter(|(id, _)| id.boot == boot);
+        of_run.map(|(_, content)| content.frames).sum()
+    }
+
+    /// Lets what is held be sent again. Returns whether anything was.
+    pub fn try_held(&mut self) -> bool {
+        !std::mem::take(&mut self.held).is_empty()
+    }
+
+    /// Whether a segment is of a run that is held; each segment is written by one run.
+    pub(super) fn is_held(&self, segment: u64) -> bool {
+        let streams = self.segments.get(&segment).map(|segment| &segment.streams);
+        !self.held.is_empty()
+            && streams
+                .into_iter()
+                .flatten()
+                .any(|id| self.held.contains(&id.boot))
+    }
+
+    /// Forgets a run: the collector knows that it is over.
+    pub fn told(&mut self, boot: &str) {
+        self.runs.retain(|run| run.boot != boot);
+    }
+
+    /// The count of a run that is over; that of the run that goes on is the ring's.
+    pub(super) fn run_of(&mut self, id: &StreamId) -> Option<&mut Count> {
+        let run = self.runs.iter_mut().find(|run| run.boot == id.boot)?;
+        run.sensors.get_mut(&id.sensor)
+    }
+
+    fn holds_any_of(&self, run: &Run) -> bool {
+        let of_run = |id: &Arc<StreamId>| id.boot == run.boot && id.device == run.device;
+        self.waiting
+            .iter()
+            .any(|(id, content)| of_run(id) && *content != Content::default())
+    }
+
+    /// A run whose last records were just acknowledged has been told of with them.
+    pub(super) fn forget_told_run(&mut self, boot: &str) {
+        let run = self.runs.iter().find(|run| run.boot == boot);
+        if run.is_some_and(|run| !self.holds_any_of(run)) {
+            self.waiting.retain(|id, _| id.boot != boot);
+            self.told(boot);
+        }
+    }
+}
+
+fn stream_of(run: &Run, sensor: &str) -> Arc<StreamId> {
+    Arc::new(StreamId {
+        device: run.device.clone(),
+        sensor: sensor.to_owned(),
+        boot: run.boot.clone(),
+    })
+}

@@ -1,0 +1,178 @@
+//! Writing: groups of records into the segment that is being written, and room for them.
+
+use super::segment::{self, Encoder};
+use super::state::Cursor;
+use super::{Place, SPOOL_FULL, Spool, Written, name_of};
+use grideye_recording::wire::Account;
+use grideye_recording::{Record, StreamId};
+use std::io;
+use std::sync::Arc;
+
+/// The segment that is being written.
+#[derive(Debug)]
+pub(super) struct Writing {
+    encoder: Encoder,
+    pub(super) end: u64,
+    is_named_on_disk: bool,
+}
+
+impl Spool {
+    /// Writes records, oldest first, behind the accounts of their streams, and syncs them.
+    ///
+    /// Where there is no room the oldest backlog goes; see [`Spool::take_dropped`] and [`Spool::take_removed`].
+    pub fn write(
+        &mut self,
+        records: &[(Arc<StreamId>, Record)],
+        accounts: &[(Arc<StreamId>, Account)],
+    ) -> Written {
+        let mut written = Written::default();
+        for (id, account) in accounts {
+            if let Some(count) = self.own_run.sensors.get_mut(&id.sensor) {
+                count.renew(account);
+            }
+        }
+        while let Some(rest) = records
+            .get(written.places.len()..)
+            .filter(|rest| !rest.is_empty())
+        {
+            match self.write_some(rest, accounts) {
+                Ok(places) => written.places.extend(places),
+                Err(error) => {
+                    self.abandon();
+                    written.error = Some(error);
+                    return written;
+                }
+            }
+        }
+        written
+    }
+
+    /// Writes as many records as go into one segment.
+    fn write_some(
+        &mut self,
+        records: &[(Arc<StreamId>, Record)],
+        accounts: &[(Arc<StreamId>, Account)],
+    ) -> io::Result<Vec<Place>> {
+        let (number, mut writing) = match self.writing.take() {
+            Some((number, writing)) if writing.end < self.limits.segment_bytes => (number, writing),
+            _ => self.begin(),
+        };
+        let begin = writing.end;
+        let (bytes, places) = self.encode(number, &mut writing, records, accounts);
+        let length = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+        self.make_room(number, length)?;
+        let segment = self.segments.entry(number).or_default();
+        segment.bytes = begin + length;
+        let name = name_of(number);
+        self.disk.append(&name, &bytes)?;
+        self.disk.sync(&name)?;
+        if !writing.is_named_on_disk {
+            self.disk.sync_folder()?;
+            writing.is_named_on_disk = true;
+        }
+        segment.streams = writing.encoder.streams().to_vec();
+        writing.end = begin + length;
+        self.writing = Some((number, writing));
+        Ok(places)
+    }
+
+    fn begin(&mut self) -> (u64, Writing) {
+        let number = self.next_number;
+        self.next_number += 1;
+        let writing = Writing {
+            encoder: Encoder::new(number),
+            end: 0,
+            is_named_on_disk: false,
+        };
+        (number, writing)
+    }
+
+    fn encode(
+        &self,
+        number: u64,
+        writing: &mut Writing,
+        records: &[(Arc<StreamId>, Record)],
+        accounts: &[(Arc<StreamId>, Account)],
+    ) -> (Vec<u8>, Vec<Place>) {
+        let begin = writing.end;
+        let at = |bytes: &Vec<u8>| begin + u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+        let mut bytes = if begin == 0 {
+            writing.encoder.header()
+        } else {
+            Vec::new()
+        };
+        // In front of the frames, so that there is no frame on disk that no account knows of.
+        for (id, account) in accounts {
+            writing.encoder.account(&mut bytes, id, account);
+        }
+        let mut places = Vec::new();
+        // The first record's place takes in what stands before it, so that the places of two groups adjoin.
+        let mut from = begin.max(segment::HEADER_BYTES_U64);
+        for (id, record) in records {
+            let (_, stream) = writing.encoder.record(&mut bytes, id, record);
+            let to = at(&bytes);
+            places.push(Place {
+                segment: number,
+                from,
+                to,
+                stream,
+            });
+            from = to;
+            if to >= self.limits.segment_bytes {
+                break;
+            }
+        }
+        (bytes, places)
+    }
+
+    /// Gives up the segment that was being written: what of it was not synced is not known to be there.
+    pub(super) fn abandon(&mut self) {
+        self.writing = None;
+    }
+
+    /// Drops the oldest backlog until there is room, but never the segment of this number.
+    fn make_room(&mut self, writing: u64, length: u64) -> io::Result<()> {
+        loop {
+            let fits = self.bytes().saturating_add(length) <= self.limits.bytes_max;
+            let free = self.disk.free_bytes()?;
+            let wanted = self.limits.free_bytes_min.saturating_add(length);
+            if fits && free >= wanted {
+                return Ok(());
+            }
+            // Where others have filled the disk, giving up the backlog would not make the room.
+            if free.saturating_add(self.bytes()) < wanted {
+                let what = format!("{free} bytes are free on the disk, and {wanted} are wanted");
+                return Err(io::Error::new(io::ErrorKind::StorageFull, what));
+            }
+            let oldest = self
+                .segments
+                .keys()
+                .copied()
+                .find(|number| *number != writing);
+            let Some(oldest) = oldest else {
+                return Err(io::Error::new(io::ErrorKind::StorageFull, "no room"));
+            };
+            while self.unread.front() == Some(&oldest) {
+                self.recover();
+            }
+            self.drop_segment(oldest, SPOOL_FULL)?;
+        }
+    }
+
+    /// The cursor first, so that a crash in between leaves a segment too many and not one too few.
+    fn drop_segment(&mut self, number: u64, reason: &'static str) -> io::Result<()> {
+        self.drop_backlog_of(number, reason);
+        if self.segments.contains_key(&number) {
+            self.cursor = self.cursor.max(Cursor {
+                segment: number + 1,
+                offset: 0,
+            });
+            // On a disk without a free byte the state cannot be written either, and removing is what makes room.
+            let saved = self.save();
+            self.remove(number)?;
+            saved.or_else(|_full| self.save())?;
+            self.disk.sync_folder()?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,184 @@
+//! A disk that fills, fails, and cannot be read.
+
+use super::*;
+
+#[test]
+fn a_full_spool_drops_the_oldest_and_counts_them_by_run() {
+    let disk = ModelDisk::default();
+    let small = Limits {
+        bytes_max: 8000,
+        ..limits()
+    };
+    let sensors = SENSORS.map(String::from);
+    let mut spool = Spool::open(Box::new(disk.clone()), small, "pi", "b1", &sensors).unwrap();
+    spool_group(&mut spool, "b1", 0, 0..20);
+    drop(spool);
+    let mut spool = Spool::open(Box::new(disk.clone()), small, "pi", "b2", &sensors).unwrap();
+    // Not looked at yet, and counted all the same.
+    for group in 0..6 {
+        let seqs = 10 * group..10 * group + 10;
+        assert_eq!(spool_group(&mut spool, "b2", 0, seqs).len(), 10);
+    }
+    assert!(spool.bytes() <= small.bytes_max);
+    while spool.recover() {}
+    let dropped = spool.take_dropped();
+    let count = |boot: &str| -> u64 {
+        let of_boot = dropped.iter().filter(|dropped| dropped.stream.boot == boot);
+        of_boot.map(|dropped| dropped.content.frames).sum()
+    };
+    assert!(dropped.iter().all(|dropped| dropped.reason == SPOOL_FULL));
+    assert_eq!(count("b1"), frames(0..20));
+    assert_eq!(
+        spool.ended_accounts("b1").unwrap()[SENSORS[0]].dropped[SPOOL_FULL],
+        frames(0..20)
+    );
+    let found = of(&drain(&mut spool, 100), "b2", 0);
+    assert_eq!(frames(found.iter().copied()) + count("b2"), frames(0..60));
+    let first = found[0];
+    assert_eq!(found, (first..60).collect::<Vec<_>>(), "the oldest went");
+    assert!(first > 0);
+}
+
+#[test]
+fn the_floor_of_free_space_is_kept_and_a_backlog_is_not_given_up_where_that_would_not_help() {
+    let disk = ModelDisk::default();
+    let careful = Limits {
+        free_bytes_min: 5000,
+        ..limits()
+    };
+    let sensors = SENSORS.map(String::from);
+    let mut spool = Spool::open(Box::new(disk.clone()), careful, "pi", "b1", &sensors).unwrap();
+    disk.leave_free(20_000);
+    assert_eq!(spool_group(&mut spool, "b1", 0, 0..20).len(), 20);
+    // Others have filled the disk: all our backlog would not make the floor.
+    disk.leave_free(100);
+    let records = [(stream("b1", 0), record(20))];
+    let written = spool.write(&records, &[]);
+    let error = written.error.unwrap();
+    assert_eq!(error.kind(), std::io::ErrorKind::StorageFull);
+    assert!(error.to_string().contains("100 bytes are free"), "{error}");
+    assert!(spool.take_dropped().is_empty());
+    // A little more, and the oldest makes the room.
+    disk.leave_free(4900);
+    let written = spool.write(&records, &[]);
+    assert!(
+        written.error.is_some(),
+        "this model's free space does not grow"
+    );
+    assert!(!spool.take_dropped().is_empty());
+}
+
+#[test]
+fn a_disk_that_fails_costs_nothing_that_is_still_in_memory_and_works_again_when_it_works() {
+    for failure in [Failure::Full, Failure::ReadOnly, Failure::Sync, Failure::Io] {
+        let disk = ModelDisk::default();
+        let mut spool = reopen(&disk, "b1");
+        spool_group(&mut spool, "b1", 0, 0..5);
+        disk.fail(Some(failure));
+        assert_eq!(
+            spool_group(&mut spool, "b1", 0, 5..15),
+            Vec::<u64>::new(),
+            "{failure:?}"
+        );
+        assert_eq!(
+            spool_group(&mut spool, "b1", 0, 5..20),
+            Vec::<u64>::new(),
+            "{failure:?}"
+        );
+        disk.fail(None);
+        // Written once more, as they are still in memory: once is enough.
+        spool_group(&mut spool, "b1", 0, 5..20);
+        drop(spool);
+        let mut spool = reopen(&disk, "b2");
+        assert_eq!(
+            spool.ended_accounts("b1").unwrap()[SENSORS[0]].spooled,
+            frames(0..20),
+            "{failure:?}"
+        );
+        assert_eq!(
+            of(&drain(&mut spool, 4), "b1", 0),
+            (0..20).collect::<Vec<_>>(),
+            "{failure:?}"
+        );
+    }
+}
+
+#[test]
+fn a_segment_that_cannot_be_read_is_set_aside_after_some_attempts_and_the_rest_goes_on() {
+    let disk = ModelDisk::default();
+    let mut spool = reopen(&disk, "b1");
+    let group = spool_group(&mut spool, "b1", 0, 0..30);
+    assert_eq!(group.len(), 30);
+    disk.fail(Some(Failure::Io));
+    for _ in 1..READS_MAX {
+        assert!(spool.next_parcel(9).is_err());
+    }
+    disk.fail(None);
+    assert!(
+        spool.next_parcel(9).unwrap().is_some(),
+        "a read that works again is no reason"
+    );
+    disk.fail(Some(Failure::Io));
+    assert!(spool.next_parcel(9).is_err());
+    disk.fail(None);
+    let lost: u64 = spool
+        .take_dropped()
+        .iter()
+        .map(|dropped| {
+            assert_eq!(dropped.reason, SPOOL_DAMAGED);
+            dropped.content.frames
+        })
+        .sum();
+    let found = of(&drain(&mut spool, 9), "b1", 0);
+    assert_eq!(frames(found.iter().copied()) + lost, frames(0..30));
+    assert!(lost > 0 && found.last() == Some(&29));
+}
+
+#[test]
+fn the_dropped_part_of_a_post_in_doubt_comes_back_into_the_count() {
+    let disk = ModelDisk::default();
+    let small = Limits {
+        bytes_max: 4000,
+        ..limits()
+    };
+    let sensors = SENSORS.map(String::from);
+    let mut spool = Spool::open(Box::new(disk), small, "pi", "b1", &sensors).unwrap();
+    spool_group(&mut spool, "b1", 0, 0..5);
+    let posted: Parcel = spool.next_parcel(5).unwrap().unwrap();
+    spool_group(&mut spool, "b1", 0, 5..40);
+    let dropped: u64 = spool
+        .take_dropped()
+        .iter()
+        .map(|dropped| dropped.content.frames)
+        .sum();
+    assert!(dropped >= 5);
+    let (delivered, returned) = spool.release(posted.items);
+    assert_eq!((delivered.len(), returned.len()), (0, 5));
+}
+
+#[test]
+fn so_does_that_of_a_run_that_is_over() {
+    let disk = ModelDisk::default();
+    let small = Limits {
+        bytes_max: 4000,
+        ..limits()
+    };
+    let sensors = SENSORS.map(String::from);
+    let mut spool = Spool::open(Box::new(disk.clone()), small, "pi", "b1", &sensors).unwrap();
+    spool_group(&mut spool, "b1", 0, 0..5);
+    drop(spool);
+    let mut spool = Spool::open(Box::new(disk), small, "pi", "b2", &sensors).unwrap();
+    while spool.recover() {}
+    let posted = spool.next_parcel(5).unwrap().unwrap();
+    spool_group(&mut spool, "b2", 0, 0..40);
+    let dropped = |spool: &Spool| {
+        let accounts = spool.ended_accounts("b1").unwrap();
+        accounts[SENSORS[0]].dropped[SPOOL_FULL]
+    };
+    assert_eq!(dropped(&spool), 5);
+    let one = posted.items.into_iter().take(1).collect();
+    assert_eq!(spool.release(one).1.len(), 1);
+    assert_eq!(dropped(&spool), 4);
+    // The count that went with the post was another one, so it is told once more.
+    assert_eq!(spool.ended_run().unwrap().boot, "b1");
+}
