@@ -1,8 +1,19 @@
 //! Where frames are kept: one trait, so that a site that outgrows one machine can put another engine behind it.
 
+mod chunk;
+mod location;
+pub mod migrate;
+mod plan;
+mod postgres;
+mod queue;
+mod row;
+mod runs;
 mod schema;
+pub mod segment;
 mod sqlite;
 
+pub use location::{PostgresUrl, StoreLocation, UrlError};
+pub use postgres::PostgresStore;
 pub use sqlite::SqliteStore;
 
 use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap};
@@ -10,30 +21,28 @@ use grideye_recording::{Record, StreamId};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::future::Future;
-use std::path::PathBuf;
 use std::pin::Pin;
 use std::str::FromStr;
 use std::sync::Arc;
+use tokio::sync::mpsc;
 
 /// The answer of a store, when it comes.
 pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, StoreError>> + Send + 'a>>;
 
-/// Which store.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum StoreLocation {
-    /// An SQLite file, made when it does not exist. Its folder must exist.
-    File(PathBuf),
-    /// In memory, gone when the collector is: for tests and trials.
-    Memory,
-}
-
-impl fmt::Display for StoreLocation {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File(path) => write!(formatter, "{}", path.display()),
-            Self::Memory => formatter.write_str("memory"),
+/// Opens the store at a place, or makes it where none is. Must be called within a tokio runtime.
+///
+/// # Errors
+/// [`StoreError`] of the engine: the file or the database cannot be had, or holds something else.
+pub async fn open(
+    location: &StoreLocation,
+    limits: &crate::Limits,
+) -> Result<Arc<dyn FrameStore>, StoreError> {
+    Ok(match location {
+        StoreLocation::Postgres(url) => Arc::new(PostgresStore::open(url, limits).await?),
+        StoreLocation::File(_) | StoreLocation::Memory => {
+            Arc::new(SqliteStore::open(location, limits)?)
         }
-    }
+    })
 }
 
 /// A store of frames and recordings.
@@ -56,6 +65,9 @@ pub trait FrameStore: Send + Sync + 'static {
     /// Ends a recording. Frames that arrive from now on do not belong to it.
     fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording>;
 
+    /// Sets a recording's note; an empty one is none.
+    fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording>;
+
     /// Every recording, newest first.
     fn recordings(&self) -> Answer<'_, Vec<Recording>>;
 
@@ -70,11 +82,28 @@ pub trait FrameStore: Send + Sync + 'static {
         rows: usize,
     ) -> Answer<'_, Vec<StoredRecord>>;
 
+    /// What others keep in the same store from now on, for the live page; once, and only where there may be others.
+    fn news(&self) -> Option<mpsc::Receiver<News>> {
+        None
+    }
+
+    /// How much room the frames take, and how much they may take.
+    fn usage(&self) -> Answer<'_, StoreUsage>;
+
     /// Fails when the store cannot be read, or when the last write failed.
     fn ping(&self) -> Answer<'_, ()>;
 
     /// Commits what was asked for and lets go of the files. Later calls answer [`StoreError::Closed`].
     fn close(&self) -> Answer<'_, ()>;
+}
+
+/// The room that a store takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StoreUsage {
+    /// Bytes that it takes now, without a log that is folded in again.
+    pub bytes: u64,
+    /// Bytes that it may take; `None` where the disk alone is the limit.
+    pub bytes_max: Option<u64>,
 }
 
 /// What became of a batch.
@@ -119,6 +148,8 @@ pub struct StreamSummary {
     pub id: StreamId,
     /// Frames kept that carry pixels.
     pub stored: u64,
+    /// Of the frames in `stored`, those that were let go again because they were old, or the room was used up.
+    pub expired: u64,
     /// Rows kept that say why there is no frame.
     pub missing: u64,
     /// The highest sequence number kept.
@@ -182,6 +213,26 @@ pub struct StoredRecord {
     pub t_arrival_ns: i64,
 }
 
+/// What another collector did in the same store.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum News {
+    /// It kept frames of one stream.
+    Frames(Box<Elsewhere>),
+    /// It started or stopped a recording.
+    Recordings,
+}
+
+/// Frames that another collector kept.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Elsewhere {
+    /// The stream as it is now.
+    pub stream: StreamSummary,
+    /// The agent's boot clock when it last sent.
+    pub t_sent_boot_ns: Option<u64>,
+    /// The newest of the frames, in ascending seq.
+    pub records: Vec<StoredRecord>,
+}
+
 /// The number of a recording, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RecordingId(pub i64);
@@ -207,6 +258,8 @@ pub struct Recording {
     pub id: RecordingId,
     /// Its name, unlike every other's.
     pub name: String,
+    /// What somebody wrote about it; empty if nobody did.
+    pub note: String,
     /// Wall clock of the collector at the start, in nanoseconds since 1970-01-01 UTC.
     pub t_start_ns: i64,
     /// The same at the stop; `None` while it runs.
@@ -237,8 +290,8 @@ pub struct Span {
     pub(crate) stream_key: i64,
     /// The range of numbers in which the members are.
     pub(crate) seq: (i64, i64),
-    /// Members arrived after the first of these, and not after the second.
-    pub(crate) arrival: (i64, i64),
+    /// The members' epochs are above the first of these, and not above the second.
+    pub(crate) epochs: (i64, i64),
 }
 
 /// Why a store did not do what it was asked.
@@ -321,11 +374,45 @@ pub enum StoreError {
         "the disk that holds the store is full\nhint: make room; agents keep their frames until then and send them again"
     )]
     Full,
+    /// The store takes as much room as it may.
+    #[error(
+        "the store takes the {bytes_max} bytes that it may take\nhint: raise the quota (`--store-quota`) or move old frames away; agents keep theirs until then and send them again"
+    )]
+    QuotaReached {
+        /// The limit.
+        bytes_max: u64,
+    },
     /// Another program holds the file, and did not let go of it in time.
     #[error(
         "the store's file is locked by another program\nhint: close what holds it, for example a database browser with changes that are not written; nothing of this request was stored"
     )]
     Locked,
+    /// The database cannot be reached, or does not let this program in.
+    #[error(
+        "the database cannot be reached: {message}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames until then and send them again"
+    )]
+    Unreachable {
+        /// What the system or the database said.
+        message: String,
+    },
+    /// The database broke the request off for the sake of others.
+    #[error(
+        "the database broke off what it was asked for: {message}\nhint: send again in a second; nothing of this request was stored"
+    )]
+    Contended {
+        /// What the database said.
+        message: String,
+    },
+    /// A migration into the database was interrupted.
+    #[error(
+        "a migration into this database is not finished\nhint: run the same `grideye migrate` again; it goes on where it was"
+    )]
+    Unfinished,
+    /// The database holds frames or recordings already.
+    #[error(
+        "the database holds frames or recordings already\nhint: migrate into a new database (`createdb`)"
+    )]
+    NotEmpty,
     /// The file is no SQLite database.
     #[error(
         "the file is not a database\nhint: name another file, or move this one away; a new store is made where none is"
@@ -344,6 +431,16 @@ pub enum StoreError {
         /// The layout found.
         found: i64,
         /// The newest known.
+        known: i64,
+    },
+    /// An earlier version of this program made the file.
+    #[error(
+        "the store has layout {found}, which was in use before the first release; this program knows layout {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still give its recordings as CSV"
+    )]
+    Older {
+        /// The layout found.
+        found: i64,
+        /// The one that is known.
         known: i64,
     },
     /// The file cannot be made or opened.

@@ -6,12 +6,21 @@ use rusqlite::{Connection, TransactionBehavior};
 /// Marks the file as ours: "GEYE".
 const APPLICATION_ID: i64 = 0x4745_5945;
 /// The layout below.
-const LAYOUT: i64 = 1;
+const LAYOUT: i64 = 2;
 
-/// `frames` is clustered by its key, so that one stream is read in one sweep and a frame cannot be there twice.
-/// `runs` holds the received numbers as runs, so that gaps are known without walking the frames.
-/// `arrivals` is the durable order in which batches came; recordings are ranges of it.
+/// `pending` holds groups of posts as they came, one row each, until the other tables have them (`sqlite/known.rs`);
+/// `kept_group` of a stream is the last that they have.
+/// `chunks` holds the rows of one stream in ascending order, many in one (`chunk.rs`), and old ones sealed: so one stream is
+/// read in one sweep. `frames` of a chunk are those with pixels.
+/// `runs` holds the received numbers as runs, so that gaps are known without walking the chunks, and for ever.
+/// `counters` has the epoch, which ends when a recording starts or stops or is read while it runs, and the number of groups
+/// that were kept. Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
+/// Rows that were let go are still in `stored`; how many of them carried pixels is `expired`.
 const TABLES: &str = "
+CREATE TABLE pending (
+    id INTEGER PRIMARY KEY,
+    batches BLOB NOT NULL
+) STRICT;
 CREATE TABLE streams (
     id INTEGER PRIMARY KEY,
     device TEXT NOT NULL,
@@ -19,27 +28,27 @@ CREATE TABLE streams (
     boot TEXT NOT NULL,
     stored INTEGER NOT NULL DEFAULT 0,
     missing INTEGER NOT NULL DEFAULT 0,
-    last_arrival INTEGER NOT NULL DEFAULT 0,
+    expired INTEGER NOT NULL DEFAULT 0,
+    sealed_through INTEGER NOT NULL DEFAULT -1,
+    last_group INTEGER NOT NULL DEFAULT 0,
     t_last_arrival_ns INTEGER NOT NULL DEFAULT 0,
     account TEXT,
     account_read INTEGER,
     came_since_account INTEGER NOT NULL DEFAULT 0,
+    kept_group INTEGER NOT NULL DEFAULT 0,
     UNIQUE (device, sensor, boot)
 ) STRICT;
-CREATE TABLE frames (
+CREATE TABLE chunks (
     stream_id INTEGER NOT NULL REFERENCES streams (id),
-    seq INTEGER NOT NULL,
-    t_boot_ns INTEGER NOT NULL,
-    t_utc_ns INTEGER NOT NULL,
-    clock INTEGER NOT NULL CHECK (clock BETWEEN 0 AND 2),
+    first_seq INTEGER NOT NULL,
+    last_seq INTEGER NOT NULL,
+    epoch INTEGER NOT NULL,
     t_arrival_ns INTEGER NOT NULL,
-    arrival INTEGER NOT NULL,
-    missing TEXT,
-    thermistor INTEGER,
-    pixels BLOB CHECK (pixels IS NULL OR length(pixels) = 128),
-    PRIMARY KEY (stream_id, seq),
-    CHECK ((missing IS NULL) = (pixels IS NOT NULL)),
-    CHECK ((missing IS NULL) = (thermistor IS NOT NULL))
+    frames INTEGER NOT NULL,
+    is_sealed INTEGER NOT NULL CHECK (is_sealed IN (0, 1)),
+    rows BLOB NOT NULL,
+    PRIMARY KEY (stream_id, first_seq),
+    CHECK (first_seq <= last_seq)
 ) STRICT, WITHOUT ROWID;
 CREATE TABLE runs (
     stream_id INTEGER NOT NULL REFERENCES streams (id),
@@ -47,22 +56,35 @@ CREATE TABLE runs (
     last INTEGER NOT NULL,
     PRIMARY KEY (stream_id, first)
 ) STRICT, WITHOUT ROWID;
-CREATE TABLE arrivals (
-    arrival INTEGER NOT NULL,
+CREATE TABLE shares (
+    epoch INTEGER NOT NULL,
     stream_id INTEGER NOT NULL REFERENCES streams (id),
     first_seq INTEGER NOT NULL,
     last_seq INTEGER NOT NULL,
     stored INTEGER NOT NULL,
     missing INTEGER NOT NULL,
-    PRIMARY KEY (arrival, stream_id)
+    PRIMARY KEY (epoch, stream_id)
 ) STRICT, WITHOUT ROWID;
 CREATE TABLE recordings (
     id INTEGER PRIMARY KEY,
     name TEXT NOT NULL UNIQUE,
     t_start_ns INTEGER NOT NULL,
     t_stop_ns INTEGER,
-    after_arrival INTEGER NOT NULL,
-    through_arrival INTEGER
+    after_epoch INTEGER NOT NULL,
+    through_epoch INTEGER
+) STRICT;
+CREATE TABLE counters (
+    epoch INTEGER NOT NULL,
+    groups INTEGER NOT NULL
+) STRICT;
+INSERT INTO counters VALUES (1, 0);
+";
+
+/// Beside the layout: what an older version of this program neither needs nor touches.
+const NOTES: &str = "
+CREATE TABLE IF NOT EXISTS notes (
+    recording_id INTEGER PRIMARY KEY REFERENCES recordings (id),
+    note TEXT NOT NULL
 ) STRICT;
 ";
 
@@ -74,8 +96,14 @@ pub(super) fn prepare(connection: &mut Connection) -> Result<(), StoreError> {
         transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
         transaction.pragma_update(None, "user_version", LAYOUT)?;
     }
+    add_notes(&transaction)?;
     transaction.commit()?;
     Ok(())
+}
+
+/// Makes the table of notes in a store of a version that had none.
+pub(super) fn add_notes(connection: &Connection) -> Result<(), StoreError> {
+    Ok(connection.execute_batch(NOTES)?)
 }
 
 /// What a file holds that may become, or is, a store.
@@ -95,6 +123,10 @@ pub(super) fn recognise(connection: &Connection) -> Result<Found, StoreError> {
     match (number("application_id")?, number("user_version")?) {
         (0, 0) if tables == 0 => Ok(Found::Nothing),
         (APPLICATION_ID, LAYOUT) => Ok(Found::Store),
+        (APPLICATION_ID, found) if found < LAYOUT => Err(StoreError::Older {
+            found,
+            known: LAYOUT,
+        }),
         (APPLICATION_ID, found) => Err(StoreError::Newer {
             found,
             known: LAYOUT,

@@ -1,15 +1,20 @@
 //! The store in one SQLite file: a thread that writes and shares each sync among all who wait, and connections
 //! that read beside it.
 
+mod known;
+mod pending;
 mod read;
+mod tend;
 mod write;
 
+use super::queue::{Command, Queue, WriteFault};
 use super::{
     Answer, Appended, FrameStore, Members, Recording, RecordingId, Span, StoreError, StoreLocation,
-    StoredRecord, StreamSummary, schema,
+    StoreUsage, StoredRecord, StreamSummary, schema,
 };
 use crate::Limits;
 use grideye_recording::wire::Batch;
+pub(super) use read::rows_of;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use std::fs::OpenOptions;
 use std::io;
@@ -18,17 +23,22 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use tokio::sync::mpsc::error::TrySendError;
-use tokio::sync::{Semaphore, mpsc, oneshot};
-use write::{Command, Writer};
+use tokio::sync::Semaphore;
+use write::Writer;
+pub(super) use write::settle;
 
 /// Prepared statements that a connection keeps: more than there are in this crate.
 const STATEMENTS_MAX: usize = 64;
 
+/// Pages of the log after which it is folded into the file, 32 MB: a page that many posts write is then folded in once.
+const CHECKPOINT_PAGES: i64 = 8192;
+/// What the writer holds of the file: the last page of each stream, so that a fleet's posts read nothing.
+const CACHE_KIB: i64 = 32 * 1024;
+
 /// A store in an SQLite file, in WAL mode and synced at every commit.
 #[derive(Debug)]
 pub struct SqliteStore {
-    commands: Mutex<Option<mpsc::Sender<Command>>>,
+    queue: Queue,
     writer: Mutex<Option<JoinHandle<()>>>,
     readers: Arc<Mutex<Vec<Connection>>>,
     readers_free: Arc<Semaphore>,
@@ -45,18 +55,20 @@ impl SqliteStore {
         let place = Place::of(location)?;
         let mut connection = place.connect(limits)?;
         schema::prepare(&mut connection)?;
+        connection.pragma_update(None, "wal_autocheckpoint", CHECKPOINT_PAGES)?;
+        connection.pragma_update(None, "cache_size", -CACHE_KIB)?;
         let readers = (0..limits.readers_max.max(1))
             .map(|_| place.connect(limits))
             .collect::<Result<Vec<_>, _>>()?;
-        let (commands, queue) = mpsc::channel(limits.writer_queue_max.max(1));
+        let (queue, commands) = Queue::new(limits.writer_queue_max);
         let fault = WriteFault::default();
         let writer = Writer::new(connection, limits.clone(), fault.clone());
         let thread = std::thread::Builder::new()
             .name("store-writer".to_owned())
-            .spawn(move || writer.run(queue))
+            .spawn(move || writer.run(commands))
             .map_err(|error| StoreError::Failed(error.to_string()))?;
         Ok(Self {
-            commands: Mutex::new(Some(commands)),
+            queue,
             writer: Mutex::new(Some(thread)),
             readers_free: Arc::new(Semaphore::new(readers.len())),
             readers: Arc::new(Mutex::new(readers)),
@@ -65,27 +77,18 @@ impl SqliteStore {
         })
     }
 
-    /// Hands a command to the writer and waits until it is committed.
-    fn ask<T: Send + 'static>(
+    /// A query of all that was acknowledged until now. Where the file cannot be written, of what its tables have.
+    fn query_settled<T: Send + 'static>(
         &self,
-        command: impl FnOnce(oneshot::Sender<Result<T, StoreError>>) -> Command,
+        query: impl FnOnce(&Connection, &Limits) -> Result<T, StoreError> + Send + 'static,
     ) -> Answer<'_, T> {
-        let (reply, answer) = oneshot::channel();
-        let sent = {
-            let commands = self.commands.lock().unwrap_or_else(PoisonError::into_inner);
-            match commands.as_ref() {
-                None => Err(StoreError::Closed),
-                Some(queue) => queue.try_send(command(reply)).map_err(|error| match error {
-                    TrySendError::Full(_) => StoreError::Busy {
-                        waiting: queue.max_capacity(),
-                    },
-                    TrySendError::Closed(_) => StoreError::Closed,
-                }),
-            }
-        };
         Box::pin(async move {
-            sent?;
-            answer.await.map_err(|_gone| StoreError::Closed)?
+            match self.queue.ask(|reply| Command::Settle { reply }).await {
+                Err(error @ (StoreError::Busy { .. } | StoreError::Closed)) => return Err(error),
+                Err(_unwritable) => {}
+                Ok(()) => {}
+            }
+            self.query(query).await
         })
     }
 
@@ -121,7 +124,7 @@ impl SqliteStore {
 
 impl FrameStore for SqliteStore {
     fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
-        self.ask(|reply| Command::Append {
+        self.queue.ask(|reply| Command::Append {
             batch,
             t_arrival_ns,
             reply,
@@ -129,15 +132,15 @@ impl FrameStore for SqliteStore {
     }
 
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>> {
-        self.query(read::streams)
+        self.query_settled(read::streams)
     }
 
     fn newest(&self) -> Answer<'_, Vec<StoredRecord>> {
-        self.query(|connection, _| read::newest(connection))
+        self.query_settled(|connection, _| read::newest(connection))
     }
 
     fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording> {
-        self.ask(|reply| Command::Start {
+        self.queue.ask(|reply| Command::Start {
             name,
             t_start_ns,
             reply,
@@ -145,19 +148,32 @@ impl FrameStore for SqliteStore {
     }
 
     fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording> {
-        self.ask(|reply| Command::Stop {
+        self.queue.ask(|reply| Command::Stop {
             id,
             t_stop_ns,
             reply,
         })
     }
 
+    fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
+        self.queue.ask(|reply| Command::Note { id, note, reply })
+    }
+
     fn recordings(&self) -> Answer<'_, Vec<Recording>> {
-        self.query(|connection, _| read::recordings(connection))
+        self.query_settled(|connection, _| read::recordings(connection))
     }
 
     fn members(&self, id: RecordingId) -> Answer<'_, Members> {
-        self.query(move |connection, _| read::members(connection, id))
+        Box::pin(async move {
+            let stopped = self.query(move |connection, _| read::recording(connection, id));
+            // A running recording is read up to an end that what comes meanwhile lies behind.
+            let through = match stopped.await?.t_stop_ns {
+                Some(_) => i64::MAX,
+                None => self.queue.ask(|reply| Command::EndEpoch { reply }).await?,
+            };
+            self.query(move |connection, _| read::members(connection, id, through))
+                .await
+        })
     }
 
     fn page(
@@ -169,6 +185,15 @@ impl FrameStore for SqliteStore {
         self.query(move |connection, _| read::page(connection, &span, after_seq, rows))
     }
 
+    fn usage(&self) -> Answer<'_, StoreUsage> {
+        self.query(|connection, limits| {
+            Ok(StoreUsage {
+                bytes: read::bytes(connection)?,
+                bytes_max: limits.store_bytes_max,
+            })
+        })
+    }
+
     fn ping(&self) -> Answer<'_, ()> {
         let readable = self.query(|connection, _| read::ping(connection));
         Box::pin(async move {
@@ -178,19 +203,13 @@ impl FrameStore for SqliteStore {
     }
 
     fn close(&self) -> Answer<'_, ()> {
-        let commands = self
-            .commands
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        self.queue.close();
         let writer = self
             .writer
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .take();
         Box::pin(async move {
-            // The writer ends when the last sender is gone and the queue is empty.
-            drop(commands);
             let Some(writer) = writer else { return Ok(()) };
             tokio::task::spawn_blocking(move || writer.join())
                 .await
@@ -203,23 +222,6 @@ impl FrameStore for SqliteStore {
                 .clear();
             Ok(())
         })
-    }
-}
-
-/// Why the last write failed; nothing after one that went well.
-#[derive(Debug, Clone, Default)]
-struct WriteFault(Arc<Mutex<Option<StoreError>>>);
-
-impl WriteFault {
-    fn get(&self) -> Option<StoreError> {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
-    }
-
-    fn set(&self, fault: Option<StoreError>) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = fault;
     }
 }
 
@@ -245,6 +247,9 @@ impl Place {
                     on_disk: true,
                 })
             }
+            StoreLocation::Postgres(url) => Err(StoreError::Unusable {
+                message: format!("{url} is no file"),
+            }),
             StoreLocation::Memory => {
                 static STORES: AtomicU64 = AtomicU64::new(0);
                 let number = STORES.fetch_add(1, Ordering::Relaxed);
@@ -268,8 +273,24 @@ impl Place {
         }
         connection.pragma_update(None, "synchronous", "FULL")?;
         connection.pragma_update(None, "foreign_keys", true)?;
+        if let Some(bytes_max) = limits.store_bytes_max {
+            set_quota(&connection, bytes_max)?;
+        }
         Ok(connection)
     }
+}
+
+/// SQLite counts in pages. It does not shrink a file that is larger already: then nothing more is taken.
+fn set_quota(connection: &Connection, bytes_max: u64) -> Result<(), StoreError> {
+    let page: i64 = connection.pragma_query_value(None, "page_size", |row| row.get(0))?;
+    let pages = i64::try_from(bytes_max).unwrap_or(i64::MAX) / page.max(1);
+    // The answer is the limit in force; the pragma takes no parameter.
+    connection.query_row(
+        &format!("PRAGMA max_page_count = {}", pages.max(1)),
+        [],
+        |_| Ok(()),
+    )?;
+    Ok(())
 }
 
 /// Makes an empty file that only this user may read, or finds that the one there may be written.
@@ -328,6 +349,24 @@ mod tests {
         assert_eq!(text("journal_mode").unwrap(), "wal");
         // 2 is FULL: the log is synced at every commit (https://sqlite.org/pragma.html#pragma_synchronous).
         assert_eq!(number("synchronous").unwrap(), 2);
+    }
+
+    #[tokio::test]
+    async fn no_more_read_at_once_than_there_are_readers_and_the_others_wait() {
+        let limits = Limits {
+            readers_max: 2,
+            ..Limits::default()
+        };
+        let store = SqliteStore::open(&StoreLocation::Memory, &limits).unwrap();
+        let first = Arc::clone(&store.readers_free).try_acquire_owned().unwrap();
+        assert_eq!(store.streams().await.unwrap(), [], "one is left");
+        let second = Arc::clone(&store.readers_free).try_acquire_owned().unwrap();
+        assert!(store.readers_free.try_acquire().is_err());
+        let mut third = store.streams();
+        let wait = std::time::Duration::from_millis(50);
+        assert!(tokio::time::timeout(wait, &mut third).await.is_err());
+        drop((first, second));
+        assert_eq!(third.await.unwrap(), []);
     }
 
     #[test]

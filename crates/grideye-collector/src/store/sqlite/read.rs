@@ -2,15 +2,32 @@
 
 use crate::Limits;
 use crate::account;
+use crate::store::chunk::Kept;
+use crate::store::plan::StreamState;
+use crate::store::row::damaged;
+use crate::store::segment::SealedRow;
 use crate::store::{
     Members, Recording, RecordingId, Span, StoreError, StoredRecord, StreamSummary,
 };
-use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::wire::Gap;
-use grideye_recording::{ClockState, Record, Stamp, StreamId};
+use grideye_recording::{Record, StreamId};
 use rusqlite::{Connection, Row, params};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+
+/// Bytes of the file.
+pub(super) fn bytes(connection: &Connection) -> Result<u64, StoreError> {
+    let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
+    let bytes = number("page_count")?.saturating_mul(number("page_size")?);
+    Ok(u64::try_from(bytes).unwrap_or(0))
+}
+
+/// Bytes of the file that hold something: pages that became free are used again.
+pub(super) fn bytes_used(connection: &Connection) -> Result<u64, StoreError> {
+    let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
+    let pages = number("page_count")? - number("freelist_count")?;
+    Ok(u64::try_from(pages.saturating_mul(number("page_size")?)).unwrap_or(0))
+}
 
 pub(super) fn ping(connection: &Connection) -> Result<(), StoreError> {
     connection
@@ -19,8 +36,7 @@ pub(super) fn ping(connection: &Connection) -> Result<(), StoreError> {
     Ok(())
 }
 
-const STREAM_COLUMNS: &str =
-    "id, device, sensor, boot, stored, missing, account, came_since_account, t_last_arrival_ns";
+const STREAM_COLUMNS: &str = "id, device, sensor, boot, stored, missing, account, came_since_account, t_last_arrival_ns, expired";
 
 pub(super) fn streams(
     connection: &Connection,
@@ -39,19 +55,40 @@ pub(super) fn streams(
     Ok(streams)
 }
 
-pub(super) fn stream(
+/// All that is known of a stream, for the writer.
+pub(super) fn state(
     connection: &Connection,
-    key: i64,
-    limits: &Limits,
-) -> Result<StreamSummary, StoreError> {
-    let mut statement = connection.prepare_cached(&format!(
-        "SELECT {STREAM_COLUMNS} FROM streams WHERE id = ?"
-    ))?;
-    let mut rows = statement.query([key])?;
-    match rows.next()? {
-        Some(row) => summary(connection, row, limits),
-        None => Err(StoreError::Failed(format!("stream {key} is gone"))),
+    id: &StreamId,
+) -> Result<Option<StreamState>, StoreError> {
+    let mut statement = connection.prepare_cached(
+        "SELECT id, stored, missing, account, account_read, came_since_account, t_last_arrival_ns, expired,
+                kept_group FROM streams
+         WHERE device = ? AND sensor = ? AND boot = ?",
+    )?;
+    let mut rows = statement.query(params![id.device, id.sensor, id.boot])?;
+    let Some(row) = rows.next()? else {
+        return Ok(None);
+    };
+    let account: Option<String> = row.get(3)?;
+    let mut state = StreamState {
+        key: row.get(0)?,
+        stored: row.get(1)?,
+        missing: row.get(2)?,
+        account: account.as_deref().map(account::from_json).transpose()?,
+        account_read: row.get(4)?,
+        came_since_account: row.get(5)?,
+        t_last_arrival_ns: row.get(6)?,
+        expired: row.get(7)?,
+        kept_group: row.get(8)?,
+        ..StreamState::default()
+    };
+    let mut statement =
+        connection.prepare_cached("SELECT first, last FROM runs WHERE stream_id = ?")?;
+    let mut rows = statement.query([state.key])?;
+    while let Some(row) = rows.next()? {
+        state.restore_run(row.get(0)?, row.get(1)?)?;
     }
+    Ok(Some(state))
 }
 
 fn summary(
@@ -68,6 +105,7 @@ fn summary(
     Ok(StreamSummary {
         id,
         stored,
+        expired: unsigned(row, 9)?,
         missing,
         durable_through,
         gaps,
@@ -111,25 +149,60 @@ fn gaps(
     Ok((runs.first().map(|(_, last)| *last), gaps))
 }
 
-const RECORD_COLUMNS: &str =
-    "seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels, t_arrival_ns";
+/// What [`rows_of`] reads.
+const CHUNK_COLUMNS: &str = "first_seq, last_seq, epoch, is_sealed, rows";
 
-pub(super) fn record(
+/// The rows of one chunk, from [`CHUNK_COLUMNS`].
+pub(in crate::store) fn rows_of(row: &Row<'_>) -> Result<Vec<SealedRow>, StoreError> {
+    Kept {
+        first_seq: row.get(0)?,
+        last_seq: row.get(1)?,
+        epoch: row.get(2)?,
+        is_sealed: row.get(3)?,
+        rows: row
+            .get_ref(4)?
+            .as_blob()
+            .map_err(|error| damaged(&error.to_string()))?,
+    }
+    .open()
+}
+
+/// What is kept under these numbers; nothing where it was let go.
+pub(super) fn records(
     connection: &Connection,
     key: i64,
-    seq: i64,
-) -> Result<Option<Record>, StoreError> {
+    seqs: &BTreeSet<u64>,
+) -> Result<BTreeMap<u64, Record>, StoreError> {
     let mut statement = connection.prepare_cached(&format!(
-        "SELECT {RECORD_COLUMNS} FROM frames WHERE stream_id = ? AND seq = ?"
+        "SELECT {CHUNK_COLUMNS} FROM chunks WHERE stream_id = ? AND first_seq <= ? ORDER BY first_seq DESC LIMIT 1"
     ))?;
-    let mut rows = statement.query(params![key, seq])?;
-    rows.next()?.map(record_of).transpose()
+    let mut records = BTreeMap::new();
+    let mut last = None;
+    for seq in seqs {
+        // Ascending: what the chunk before holds is known already, and also that it ends below.
+        if last.is_some_and(|last| *seq <= last) {
+            continue;
+        }
+        let number = i64::try_from(*seq).unwrap_or(i64::MAX);
+        let mut rows = statement.query(params![key, number])?;
+        let Some(row) = rows.next()? else { continue };
+        if row.get::<_, i64>(1)? < number {
+            continue;
+        }
+        for row in rows_of(row)? {
+            last = Some(row.record.seq);
+            if seqs.contains(&row.record.seq) {
+                records.insert(row.record.seq, row.record);
+            }
+        }
+    }
+    Ok(records)
 }
 
 pub(super) fn newest(connection: &Connection) -> Result<Vec<StoredRecord>, StoreError> {
     let connection = connection.unchecked_transaction()?;
     let mut statement = connection.prepare_cached(
-        "SELECT id, device, sensor, boot FROM streams WHERE last_arrival > 0 ORDER BY last_arrival",
+        "SELECT id, device, sensor, boot FROM streams WHERE last_group > 0 ORDER BY last_group",
     )?;
     let mut rows = statement.query([])?;
     let mut latest = BTreeMap::new();
@@ -141,19 +214,21 @@ pub(super) fn newest(connection: &Connection) -> Result<Vec<StoredRecord>, Store
         );
     }
     let mut statement = connection.prepare_cached(&format!(
-        "SELECT {RECORD_COLUMNS} FROM frames WHERE stream_id = ? ORDER BY seq DESC LIMIT 1"
+        "SELECT {CHUNK_COLUMNS} FROM chunks WHERE stream_id = ? ORDER BY first_seq DESC LIMIT 1"
     ))?;
     let mut records = Vec::with_capacity(latest.len());
     for (key, id) in latest.into_values() {
         let mut rows = statement.query([key])?;
         if let Some(row) = rows.next()? {
-            records.push(stored_record(&Arc::new(id), row)?);
+            let last = rows_of(row)?.pop();
+            records.extend(last.map(|row| stored_record(&Arc::new(id), &row)));
         }
     }
     Ok(records)
 }
 
-const RECORDING_COLUMNS: &str = "id, name, t_start_ns, t_stop_ns, after_arrival, through_arrival";
+const RECORDING_COLUMNS: &str = "id, name, t_start_ns, t_stop_ns, after_epoch, through_epoch,
+    coalesce((SELECT note FROM notes WHERE recording_id = recordings.id), '')";
 
 pub(super) fn recordings(connection: &Connection) -> Result<Vec<Recording>, StoreError> {
     let connection = connection.unchecked_transaction()?;
@@ -163,33 +238,37 @@ pub(super) fn recordings(connection: &Connection) -> Result<Vec<Recording>, Stor
     let mut rows = statement.query([])?;
     let mut recordings = Vec::new();
     while let Some(row) = rows.next()? {
-        recordings.push(recording_of(&connection, row)?.0);
+        recordings.push(recording_of(&connection, row, i64::MAX)?.0);
     }
     Ok(recordings)
 }
 
 pub(super) fn recording(connection: &Connection, id: RecordingId) -> Result<Recording, StoreError> {
-    Ok(recording_and_range(connection, id)?.0)
+    Ok(recording_and_range(connection, id, i64::MAX)?.0)
 }
 
-/// What belongs to a recording: what arrived after its start and not after its stop, or until now while it runs.
-pub(super) fn members(connection: &Connection, id: RecordingId) -> Result<Members, StoreError> {
+/// What belongs to a recording: what arrived after its start and not after its stop, or not after the epoch `through`.
+pub(super) fn members(
+    connection: &Connection,
+    id: RecordingId,
+    through: i64,
+) -> Result<Members, StoreError> {
     let connection = connection.unchecked_transaction()?;
-    let (recording, arrival) = recording_and_range(&connection, id)?;
+    let (recording, epochs) = recording_and_range(&connection, id, through)?;
     let mut statement = connection.prepare_cached(
         "SELECT s.device, s.sensor, s.boot, s.id, min(a.first_seq), max(a.last_seq)
-         FROM arrivals a JOIN streams s ON s.id = a.stream_id
-         WHERE a.arrival > ? AND a.arrival <= ?
+         FROM shares a JOIN streams s ON s.id = a.stream_id
+         WHERE a.epoch > ? AND a.epoch <= ?
          GROUP BY s.id ORDER BY s.device, s.sensor, s.boot",
     )?;
-    let mut rows = statement.query(params![arrival.0, arrival.1])?;
+    let mut rows = statement.query(params![epochs.0, epochs.1])?;
     let mut spans = Vec::new();
     while let Some(row) = rows.next()? {
         spans.push(Span {
             stream: Arc::new(stream_id(row, 0)?),
             stream_key: row.get(3)?,
             seq: (row.get(4)?, row.get(5)?),
-            arrival,
+            epochs,
         });
     }
     Ok(Members { recording, spans })
@@ -198,45 +277,49 @@ pub(super) fn members(connection: &Connection, id: RecordingId) -> Result<Member
 fn recording_and_range(
     connection: &Connection,
     id: RecordingId,
+    through: i64,
 ) -> Result<(Recording, (i64, i64)), StoreError> {
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {RECORDING_COLUMNS} FROM recordings WHERE id = ?"
     ))?;
     let mut rows = statement.query([id.0])?;
     match rows.next()? {
-        Some(row) => recording_of(connection, row),
+        Some(row) => recording_of(connection, row, through),
         None => Err(StoreError::NoSuchRecording { id }),
     }
 }
 
+/// A recording as it is, and its epochs: of one that runs, up to `through_now`.
 fn recording_of(
     connection: &Connection,
     row: &Row<'_>,
+    through_now: i64,
 ) -> Result<(Recording, (i64, i64)), StoreError> {
     let (after, through): (i64, Option<i64>) = (row.get(4)?, row.get(5)?);
-    let (frames, missing, sensors, last) = connection
+    let epochs = (after, through.unwrap_or(through_now));
+    let (frames, missing, sensors) = connection
         .prepare_cached(
-            "SELECT coalesce(sum(stored), 0), coalesce(sum(missing), 0), count(DISTINCT stream_id), max(arrival)
-             FROM arrivals WHERE arrival > ? AND arrival <= ?",
+            "SELECT coalesce(sum(stored), 0), coalesce(sum(missing), 0), count(DISTINCT stream_id)
+             FROM shares WHERE epoch > ? AND epoch <= ?",
         )?
-        .query_row(params![after, through.unwrap_or(i64::MAX)], |counts| {
+        .query_row(params![epochs.0, epochs.1], |counts| {
             Ok((
                 unsigned(counts, 0)?,
                 unsigned(counts, 1)?,
                 unsigned(counts, 2)?,
-                counts.get::<_, Option<i64>>(3)?,
             ))
         })?;
     let recording = Recording {
         id: RecordingId(row.get(0)?),
         name: row.get(1)?,
+        note: row.get(6)?,
         t_start_ns: row.get(2)?,
         t_stop_ns: row.get(3)?,
         frames,
         missing,
         sensors,
     };
-    Ok((recording, (after, through.or(last).unwrap_or(after))))
+    Ok((recording, epochs))
 }
 
 pub(super) fn page(
@@ -252,80 +335,43 @@ pub(super) fn page(
             None => return Ok(Vec::new()),
         },
     };
-    let rows_max = i64::try_from(rows_max).unwrap_or(i64::MAX);
+    // The chunk that the first number may lie within, and those behind it.
     let mut statement = connection.prepare_cached(&format!(
-        "SELECT {RECORD_COLUMNS} FROM frames
-         WHERE stream_id = ? AND seq BETWEEN ? AND ? AND arrival > ? AND arrival <= ? ORDER BY seq LIMIT ?"
+        "SELECT {CHUNK_COLUMNS} FROM chunks
+         WHERE stream_id = ?1 AND first_seq <= ?3 AND first_seq >= coalesce(
+             (SELECT max(first_seq) FROM chunks WHERE stream_id = ?1 AND first_seq <= ?2), ?2)
+         ORDER BY first_seq"
     ))?;
-    let mut rows = statement.query(params![
-        span.stream_key,
-        first,
-        span.seq.1,
-        span.arrival.0,
-        span.arrival.1,
-        rows_max
-    ])?;
+    let mut chunks = statement.query(params![span.stream_key, first, span.seq.1])?;
     let mut records = Vec::new();
-    while let Some(row) = rows.next()? {
-        records.push(stored_record(&span.stream, row)?);
+    let within = unsigned_seq(first)?..=unsigned_seq(span.seq.1)?;
+    while let Some(chunk) = chunks.next()? {
+        let epoch: i64 = chunk.get(2)?;
+        if epoch <= span.epochs.0 || epoch > span.epochs.1 {
+            continue;
+        }
+        for row in rows_of(chunk)? {
+            if records.len() >= rows_max {
+                return Ok(records);
+            }
+            if within.contains(&row.record.seq) {
+                records.push(stored_record(&span.stream, &row));
+            }
+        }
     }
     Ok(records)
 }
 
-fn stored_record(stream: &Arc<StreamId>, row: &Row<'_>) -> Result<StoredRecord, StoreError> {
-    Ok(StoredRecord {
+fn unsigned_seq(seq: i64) -> Result<u64, StoreError> {
+    crate::store::row::unsigned("seq", seq)
+}
+
+fn stored_record(stream: &Arc<StreamId>, row: &SealedRow) -> StoredRecord {
+    StoredRecord {
         stream: Arc::clone(stream),
-        record: record_of(row)?,
-        t_arrival_ns: row.get(7)?,
-    })
-}
-
-/// From [`RECORD_COLUMNS`].
-fn record_of(row: &Row<'_>) -> Result<Record, StoreError> {
-    let clock: i64 = row.get(3)?;
-    let missing: Option<String> = row.get(4)?;
-    Ok(Record {
-        seq: unsigned(row, 0)?,
-        stamp: Stamp {
-            t_boot_ns: unsigned(row, 1)?,
-            t_utc_ns: row.get(2)?,
-            clock: match clock {
-                0 => ClockState::Unsynced,
-                1 => ClockState::Synced,
-                2 => ClockState::Stepped,
-                other => return Err(damaged(&format!("clock state {other}"))),
-            },
-        },
-        reading: match missing {
-            Some(name) => Reading::NoData(
-                name.parse::<NoData>()
-                    .map_err(|unknown| damaged(&format!("{name:?}: {unknown}")))?,
-            ),
-            None => Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(row.get(5)?),
-                pixels: bytes_to_words(
-                    row.get_ref(6)?
-                        .as_blob()
-                        .map_err(|error| damaged(&error.to_string()))?,
-                )?,
-            }),
-        },
-    })
-}
-
-fn bytes_to_words(bytes: &[u8]) -> Result<[PixelWord; PIXELS], StoreError> {
-    let mut words = [PixelWord::default(); PIXELS];
-    if bytes.len() != 2 * PIXELS {
-        return Err(damaged(&format!("a frame of {} bytes", bytes.len())));
+        record: row.record,
+        t_arrival_ns: row.t_arrival_ns,
     }
-    for (word, pair) in words.iter_mut().zip(bytes.chunks_exact(2)) {
-        *word = PixelWord(u16::from_le_bytes([pair[0], pair[1]]));
-    }
-    Ok(words)
-}
-
-fn damaged(what: &str) -> StoreError {
-    StoreError::Failed(format!("the store holds {what}"))
 }
 
 fn stream_id(row: &Row<'_>, first: usize) -> rusqlite::Result<StreamId> {

@@ -1,0 +1,277 @@
+//! How an engine without columns keeps rows: chunks of consecutive numbers, as bytes.
+//!
+//! ```text
+//! plain   of each row: t_arrival_ns · t_boot_ns · t_utc_ns (8 bytes each) · clock and kind (1) · thermistor and 64 words
+//!         (2 each), or the reason why there is no frame (its length, 1, and its name)
+//! sealed  a segment (`segment.rs`)
+//! ```
+//!
+//! All rows of a chunk have one epoch, and those of a plain one came within a minute, so that age is told by chunk. Chunks of one stream never overlap, because their numbers are consecutive and no
+//! number is kept twice.
+
+use super::StoreError;
+use super::row::{damaged, unsigned};
+use super::segment::{self, SealedRow};
+use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::{ClockState, Record, Stamp};
+use std::collections::BTreeMap;
+
+/// Rows in a plain chunk at most, so that one is read quickly.
+const PLAIN_ROWS_MAX: usize = 256;
+/// How far the arrivals of a plain chunk's rows may lie apart.
+const PLAIN_SPAN_NS: u64 = 60_000_000_000;
+
+const KIND_FRAME: u8 = 0;
+const KIND_MISSING: u8 = 1;
+
+/// Rows that came together, in the plain form.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Plain {
+    pub(super) first_seq: u64,
+    pub(super) last_seq: u64,
+    /// When the last of them came.
+    pub(super) t_arrival_ns: i64,
+    /// How many carry pixels.
+    pub(super) frames: i64,
+    pub(super) rows: Vec<u8>,
+}
+
+/// Cuts what is new of a stream where numbers are left out, and where the time of arrival is quite another.
+pub(super) fn cut(fresh: &BTreeMap<u64, (Record, i64)>) -> Vec<Plain> {
+    let mut chunks: Vec<Plain> = Vec::new();
+    let (mut rows_in_last, mut began_ns) = (0, 0);
+    for (seq, (record, t_arrival_ns)) in fresh {
+        let fits = chunks.last().is_some_and(|last| {
+            last.last_seq.checked_add(1) == Some(*seq)
+                && t_arrival_ns.abs_diff(began_ns) < PLAIN_SPAN_NS
+                && rows_in_last < PLAIN_ROWS_MAX
+        });
+        if !fits {
+            (rows_in_last, began_ns) = (0, *t_arrival_ns);
+            chunks.push(Plain {
+                first_seq: *seq,
+                last_seq: *seq,
+                t_arrival_ns: *t_arrival_ns,
+                frames: 0,
+                rows: Vec::with_capacity(8 * 160),
+            });
+        }
+        if let Some(chunk) = chunks.last_mut() {
+            chunk.last_seq = *seq;
+            chunk.t_arrival_ns = chunk.t_arrival_ns.max(*t_arrival_ns);
+            chunk.frames += i64::from(record.reading.frame().is_some());
+            chunk.rows.extend(t_arrival_ns.to_le_bytes());
+            put(&mut chunk.rows, record);
+            rows_in_last += 1;
+        }
+    }
+    chunks
+}
+
+fn put(rows: &mut Vec<u8>, record: &Record) {
+    rows.extend(record.stamp.t_boot_ns.to_le_bytes());
+    rows.extend(record.stamp.t_utc_ns.to_le_bytes());
+    let clock = record.stamp.clock.code();
+    match &record.reading {
+        Reading::Frame(raw) => {
+            rows.push(clock << 4 | KIND_FRAME);
+            rows.extend(raw.thermistor.0.to_le_bytes());
+            let mut words = [0; 2 * PIXELS];
+            for (pair, PixelWord(word)) in words.chunks_exact_mut(2).zip(&raw.pixels) {
+                pair.copy_from_slice(&word.to_le_bytes());
+            }
+            rows.extend(words);
+        }
+        Reading::NoData(reason) => {
+            rows.push(clock << 4 | KIND_MISSING);
+            // The names of reasons are short.
+            rows.push(u8::try_from(reason.name().len()).unwrap_or(u8::MAX));
+            rows.extend(reason.name().bytes());
+        }
+    }
+}
+
+/// A chunk as an engine keeps it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kept<'r> {
+    pub(super) first_seq: i64,
+    pub(super) last_seq: i64,
+    pub(super) epoch: i64,
+    pub(super) is_sealed: bool,
+    pub(super) rows: &'r [u8],
+}
+
+impl Kept<'_> {
+    /// The rows, in ascending order.
+    pub(super) fn open(&self) -> Result<Vec<SealedRow>, StoreError> {
+        let rows = if self.is_sealed {
+            segment::open(self.rows)?
+        } else {
+            self.open_plain()?
+        };
+        let (first, last) = (
+            unsigned("first_seq", self.first_seq)?,
+            unsigned("last_seq", self.last_seq)?,
+        );
+        let is_whole = (first..=last).eq(rows.iter().map(|row| row.record.seq));
+        if is_whole {
+            Ok(rows)
+        } else {
+            Err(damaged("a chunk of other rows than it says"))
+        }
+    }
+
+    fn open_plain(&self) -> Result<Vec<SealedRow>, StoreError> {
+        let mut bytes = Bytes(self.rows);
+        let mut rows = Vec::with_capacity(8);
+        let mut seq = unsigned("first_seq", self.first_seq)?;
+        while !bytes.0.is_empty() {
+            rows.push(SealedRow {
+                t_arrival_ns: i64::from_le_bytes(bytes.array()?),
+                record: bytes.record(seq)?,
+                arrival: self.epoch,
+            });
+            seq = seq.saturating_add(1);
+        }
+        Ok(rows)
+    }
+}
+
+/// What is left of a plain chunk to be read.
+struct Bytes<'r>(&'r [u8]);
+
+impl<'r> Bytes<'r> {
+    fn take(&mut self, length: usize) -> Result<&'r [u8], StoreError> {
+        let (taken, rest) = self
+            .0
+            .split_at_checked(length)
+            .ok_or_else(|| damaged("a chunk that is cut"))?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], StoreError> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    fn record(&mut self, seq: u64) -> Result<Record, StoreError> {
+        let t_boot_ns = u64::from_le_bytes(self.array()?);
+        let t_utc_ns = i64::from_le_bytes(self.array()?);
+        let [kind] = self.array()?;
+        let clock = ClockState::from_code(kind >> 4)
+            .ok_or_else(|| damaged(&format!("clock state {}", kind >> 4)))?;
+        let reading = match kind & 0x0F {
+            KIND_FRAME => {
+                let thermistor = ThermistorWord(u16::from_le_bytes(self.array()?));
+                let mut pixels = [PixelWord(0); PIXELS];
+                let words = self.take(2 * PIXELS)?.chunks_exact(2);
+                for (word, pair) in pixels.iter_mut().zip(words) {
+                    word.0 = u16::from_le_bytes([pair[0], pair[1]]);
+                }
+                Reading::Frame(RawFrame { thermistor, pixels })
+            }
+            KIND_MISSING => {
+                let [length] = self.array()?;
+                let name = String::from_utf8_lossy(self.take(length.into())?);
+                let reason = name.parse::<NoData>();
+                Reading::NoData(reason.map_err(|unknown| damaged(&format!("{name:?}: {unknown}")))?)
+            }
+            other => return Err(damaged(&format!("a row of kind {other}"))),
+        };
+        Ok(Record {
+            seq,
+            stamp: Stamp {
+                t_boot_ns,
+                t_utc_ns,
+                clock,
+            },
+            reading,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(seq: u64) -> Record {
+        let word = |pixel: usize| u16::try_from(pixel * 997 % 65_536).unwrap() ^ 0xF00F;
+        let reading = match seq % 7 {
+            3 => Reading::NoData(NoData::ALL[usize::try_from(seq).unwrap() % NoData::ALL.len()]),
+            _ => Reading::Frame(RawFrame {
+                thermistor: ThermistorWord(u16::MAX - 3),
+                pixels: std::array::from_fn(|pixel| PixelWord(word(pixel))),
+            }),
+        };
+        Record {
+            seq,
+            stamp: Stamp {
+                t_boot_ns: u64::MAX / 2 - seq,
+                t_utc_ns: -5,
+                clock: ClockState::ALL[usize::try_from(seq % 3).unwrap()],
+            },
+            reading,
+        }
+    }
+
+    fn fresh(seqs: impl Iterator<Item = (u64, i64)>) -> BTreeMap<u64, (Record, i64)> {
+        seqs.map(|(seq, t_arrival_ns)| (seq, (record(seq), t_arrival_ns)))
+            .collect()
+    }
+
+    fn kept(chunk: &Plain) -> Kept<'_> {
+        Kept {
+            first_seq: i64::try_from(chunk.first_seq).unwrap(),
+            last_seq: i64::try_from(chunk.last_seq).unwrap(),
+            epoch: 5,
+            is_sealed: false,
+            rows: &chunk.rows,
+        }
+    }
+
+    #[test]
+    fn rows_are_cut_at_gaps_at_arrivals_and_at_the_limit_and_come_back() {
+        let minute = i64::try_from(PLAIN_SPAN_NS).unwrap();
+        let seqs = (0..10)
+            .chain(12..13)
+            .map(|seq| (seq, minute - i64::try_from(seq).unwrap()));
+        let fresh = fresh(seqs.chain((13..600).map(|seq| (seq, 2 * minute))));
+        let chunks = cut(&fresh);
+        let spans: Vec<(u64, u64)> = chunks.iter().map(|c| (c.first_seq, c.last_seq)).collect();
+        assert_eq!(spans, [(0, 9), (12, 12), (13, 268), (269, 524), (525, 599)]);
+        let mut back = BTreeMap::new();
+        for chunk in &chunks {
+            let rows = kept(chunk).open().unwrap();
+            let frames = rows
+                .iter()
+                .filter(|row| row.record.reading.frame().is_some());
+            assert_eq!(i64::try_from(frames.count()).unwrap(), chunk.frames);
+            let arrivals = rows.iter().map(|row| row.t_arrival_ns);
+            assert_eq!(arrivals.max(), Some(chunk.t_arrival_ns));
+            for row in rows {
+                assert_eq!(row.arrival, 5);
+                back.insert(row.record.seq, (row.record, row.t_arrival_ns));
+            }
+        }
+        assert_eq!(back, fresh);
+    }
+
+    #[test]
+    fn a_chunk_that_is_cut_or_says_other_numbers_is_refused() {
+        let chunk = cut(&fresh((0..6).map(|seq| (seq, 1)))).remove(0);
+        for length in 0..chunk.rows.len() {
+            let mut cut = kept(&chunk);
+            cut.rows = &chunk.rows[..length];
+            cut.open().unwrap_err();
+        }
+        for last_seq in [4, 6] {
+            let other = Kept {
+                last_seq,
+                ..kept(&chunk)
+            };
+            other.open().unwrap_err();
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! Where a store is: a file, memory, or a database by its URL.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+use tokio_postgres::config::{Config, Host, SslMode};
+
+/// Which store.
+///
+/// From text: `postgres://…` or `postgresql://…` is a database, anything else a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StoreLocation {
+    /// An SQLite file, made when it does not exist. Its folder must exist.
+    File(PathBuf),
+    /// In memory, gone when the collector is: for tests and trials.
+    Memory,
+    /// A PostgreSQL database, or one that speaks its protocol. It must exist; the tables are made.
+    Postgres(PostgresUrl),
+}
+
+impl fmt::Display for StoreLocation {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(path) => write!(formatter, "{}", path.display()),
+            Self::Memory => formatter.write_str("memory"),
+            Self::Postgres(url) => url.fmt(formatter),
+        }
+    }
+}
+
+impl FromStr for StoreLocation {
+    type Err = UrlError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let is_url = ["postgres://", "postgresql://"]
+            .iter()
+            .any(|scheme| text.starts_with(scheme));
+        if is_url {
+            return text.parse().map(Self::Postgres);
+        }
+        if let Some((scheme, _)) = text.split_once("://") {
+            return Err(UrlError::Scheme {
+                scheme: scheme.to_owned(),
+            });
+        }
+        Ok(Self::File(text.into()))
+    }
+}
+
+/// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`; a folder with a socket instead of HOST has its `/` as `%2F`.
+///
+/// Neither `Display` nor `Debug` shows the password.
+#[derive(Clone, PartialEq, Eq)]
+pub struct PostgresUrl {
+    pub(super) config: Box<Config>,
+}
+
+/// Why a store's URL is not taken. Never repeats the URL, which may hold a password.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UrlError {
+    /// Another kind of database.
+    #[error(
+        "a store cannot be at {scheme}://\nhint: name a file, or postgres://USER@HOST:PORT/DATABASE"
+    )]
+    Scheme {
+        /// What stands before `://`.
+        scheme: String,
+    },
+    /// Not a URL of the form above.
+    #[error(
+        "the URL of the store is not understood: {reason}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE; a folder with a socket as HOST has its / written as %2F"
+    )]
+    NotUnderstood {
+        /// What the parser said.
+        reason: String,
+    },
+    /// A part that must be there is not.
+    #[error(
+        "the URL of the store names no {part}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE"
+    )]
+    Lacks {
+        /// The part.
+        part: &'static str,
+    },
+    /// TLS was asked for.
+    #[error(
+        "the URL of the store asks for TLS (sslmode=require), which this program does not speak to a database\nhint: reach the database on this machine, in a private network, or through a tunnel such as `ssh -L 5432:localhost:5432 HOST`"
+    )]
+    Tls,
+    /// A line of the password file is no such line.
+    #[error(
+        "line {line} of the password file has no 5 fields\nhint: expected HOST:PORT:DATABASE:USER:PASSWORD, `*` for any"
+    )]
+    PasswordFile {
+        /// The line, from 1.
+        line: usize,
+    },
+}
+
+impl FromStr for PostgresUrl {
+    type Err = UrlError;
+
+    fn from_str(url: &str) -> Result<Self, Self::Err> {
+        let config: Config =
+            url.parse()
+                .map_err(|error: tokio_postgres::Error| UrlError::NotUnderstood {
+                    reason: std::error::Error::source(&error)
+                        .map_or_else(|| error.to_string(), ToString::to_string),
+                })?;
+        let lacks = |part| Err(UrlError::Lacks { part });
+        if config.get_hosts().is_empty() {
+            return lacks("host");
+        }
+        if config.get_user().is_none_or(str::is_empty) {
+            return lacks("user");
+        }
+        if config.get_dbname().is_none_or(str::is_empty) {
+            return lacks("database");
+        }
+        if config.get_ssl_mode() == SslMode::Require {
+            return Err(UrlError::Tls);
+        }
+        Ok(Self {
+            config: Box::new(config),
+        })
+    }
+}
+
+impl PostgresUrl {
+    /// Takes the password from the text of a password file (`PGPASSFILE`), unless the URL has one.
+    ///
+    /// The first line that fits counts. For a socket in a folder, `localhost` fits as well as the folder.
+    ///
+    /// # Errors
+    /// [`UrlError::PasswordFile`] for a line before it that is none.
+    pub fn with_password_file(mut self, text: &str) -> Result<Self, UrlError> {
+        if self.config.get_password().is_some() {
+            return Ok(self);
+        }
+        for (index, line) in text.lines().enumerate() {
+            if line.is_empty() || line.starts_with('#') {
+                continue;
+            }
+            let fields = fields(line);
+            let [host, port, database, user, password] = fields.as_slice() else {
+                return Err(UrlError::PasswordFile { line: index + 1 });
+            };
+            if self.fits(host, port, database, user) {
+                self.config.password(password);
+                break;
+            }
+        }
+        Ok(self)
+    }
+
+    fn fits(&self, host: &str, port: &str, database: &str, user: &str) -> bool {
+        let is = |field: &str, value: &str| field == "*" || field == value;
+        let host_fits = match self.config.get_hosts().first() {
+            Some(Host::Tcp(name)) => is(host, name),
+            Some(Host::Unix(folder)) => {
+                is(host, "localhost") || is(host, &folder.to_string_lossy())
+            }
+            None => false,
+        };
+        host_fits
+            && is(port, &self.port().to_string())
+            && is(database, self.config.get_dbname().unwrap_or_default())
+            && is(user, self.config.get_user().unwrap_or_default())
+    }
+
+    fn port(&self) -> u16 {
+        self.config.get_ports().first().copied().unwrap_or(5432)
+    }
+}
+
+/// The fields of a line of a password file: `:` between them, `\:` and `\\` within.
+fn fields(line: &str) -> Vec<String> {
+    let (mut fields, mut field) = (Vec::new(), String::new());
+    let mut characters = line.chars();
+    while let Some(character) = characters.next() {
+        match character {
+            '\\' => field.extend(characters.next()),
+            ':' => fields.push(std::mem::take(&mut field)),
+            other => field.push(other),
+        }
+    }
+    fields.push(field);
+    fields
+}
+
+impl fmt::Display for PostgresUrl {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let user = self.config.get_user().unwrap_or_default();
+        write!(formatter, "postgres://{user}@")?;
+        match self.config.get_hosts().first() {
+            Some(Host::Tcp(name)) => formatter.write_str(name)?,
+            Some(Host::Unix(folder)) => write!(formatter, "{}", folder.display())?,
+            None => {}
+        }
+        let database = self.config.get_dbname().unwrap_or_default();
+        write!(formatter, ":{}/{database}", self.port())
+    }
+}
+
+impl fmt::Debug for PostgresUrl {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, formatter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn url(text: &str) -> PostgresUrl {
+        text.parse().unwrap()
+    }
+
+    fn password(url: &PostgresUrl) -> Option<&[u8]> {
+        url.config.get_password()
+    }
+
+    #[test]
+    fn a_password_is_never_shown() {
+        let secret = url("postgres://grideye:pa%24s@db.local:5433/frames");
+        assert_eq!(password(&secret), Some(&b"pa$s"[..]));
+        assert_eq!(
+            secret.to_string(),
+            "postgres://grideye@db.local:5433/frames"
+        );
+        let location = StoreLocation::Postgres(secret);
+        assert!(!format!("{location:?} {location}").contains("pa"));
+        let socket = url("postgres://grideye@%2Frun%2Fpostgresql/frames");
+        assert_eq!(
+            socket.to_string(),
+            "postgres://grideye@/run/postgresql:5432/frames"
+        );
+    }
+
+    #[test]
+    fn anything_but_a_whole_url_is_refused_with_what_is_expected() {
+        for (text, wrong) in [
+            ("postgres://db/frames", "no user"),
+            ("postgres://me@/frames", "no host"),
+            ("postgres://me:pw@db", "no database"),
+            ("postgres://me:pw@db:port/frames", "not understood"),
+            ("postgres://me:pw@db/frames?sslmode=require", "TLS"),
+            ("postgres://me:pw@db/frames?colour=red", "not understood"),
+            ("mysql://me:pw@db/frames", "mysql://"),
+        ] {
+            let error = text.parse::<StoreLocation>().unwrap_err().to_string();
+            assert!(error.contains(wrong), "{text}: {error}");
+            assert!(error.contains("\nhint: "), "{error}");
+            assert!(!error.contains("pw"), "{error}");
+        }
+        let file = "frames.sqlite".parse::<StoreLocation>();
+        assert_eq!(file, Ok(StoreLocation::File("frames.sqlite".into())));
+    }
+
+    #[test]
+    fn the_first_line_of_a_password_file_that_fits_counts() {
+        let text = "# one\n\nother:*:*:*:no\ndb:5432:frames:me:y\\:e\\\\s\n*:*:*:*:any\n";
+        let asked = |text: &str, address: &str| {
+            let found = url(address).with_password_file(text).unwrap();
+            password(&found).map(|found| String::from_utf8_lossy(found).into_owned())
+        };
+        let any = Some("any".to_owned());
+        assert_eq!(
+            asked(text, "postgres://me@db/frames"),
+            Some("y:e\\s".to_owned())
+        );
+        assert_eq!(asked(text, "postgres://me@db:1/frames"), any);
+        assert_eq!(asked(text, "postgres://you@db/frames"), any);
+        assert_eq!(
+            asked(text, "postgres://me:own@db/frames"),
+            Some("own".to_owned())
+        );
+        let local = "localhost:*:*:*:by-socket";
+        assert_eq!(
+            asked(local, "postgres://me@%2Ftmp/frames"),
+            Some("by-socket".to_owned())
+        );
+        assert_eq!(asked(local, "postgres://me@db/frames"), None);
+        let wrong = url("postgres://me@db/frames").with_password_file("a:b:c");
+        assert_eq!(wrong, Err(UrlError::PasswordFile { line: 1 }));
+    }
+}

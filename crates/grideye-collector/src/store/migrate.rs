@@ -1,0 +1,178 @@
+//! From an SQLite file to a PostgreSQL database: resumable, and held against the file at the end.
+//!
+//! Frames are copied in the order of stream and number, a page in each transaction together with how far it came, so
+//! that an interrupted copy goes on there. What names the frames (streams, runs, recordings) comes in one last
+//! transaction. Until that is committed the database's layout is `UNFINISHED`, which no collector opens. The file is
+//! locked against writers while it is copied.
+
+mod source;
+mod target;
+
+use super::{FrameStore, PostgresStore, PostgresUrl, SqliteStore, StoreError, StoreLocation};
+use crate::Limits;
+use source::Source;
+use std::path::Path;
+use target::Target;
+
+/// The layout of a database that a migration has not finished.
+pub(in crate::store) const UNFINISHED: i32 = 0;
+/// Frames in one transaction of the copy, and in one comparison.
+const PAGE_ROWS: usize = 5_000;
+
+/// What is being done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Frames are copied.
+    Copying,
+    /// The copy is held against the file.
+    Comparing,
+}
+
+impl Stage {
+    /// For the progress bar.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Copying => "copying",
+            Self::Comparing => "comparing",
+        }
+    }
+}
+
+/// What was migrated.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Migrated {
+    /// Frames with pixels.
+    pub frames: u64,
+    /// Rows that say why there is no frame.
+    pub missing: u64,
+    /// Streams (device, sensor, boot).
+    pub streams: usize,
+    /// Recordings.
+    pub recordings: usize,
+    /// Rows that an interrupted migration had copied before.
+    pub resumed_after: u64,
+    /// Where the database differs from the file, if it does.
+    pub difference: Option<String>,
+}
+
+/// Copies the file's store into the database, or goes on doing so, and compares the two. `progress` hears the stage, the
+/// rows done, and all rows.
+///
+/// # Errors
+/// [`StoreError`] of either side. Nothing is lost by calling again.
+pub async fn migrate(
+    file: &Path,
+    url: &PostgresUrl,
+    mut progress: impl FnMut(Stage, u64, u64),
+) -> Result<Migrated, StoreError> {
+    let limits = Limits {
+        streams_max: usize::MAX,
+        recordings_max: usize::MAX,
+        ..Limits::default()
+    };
+    let source = Source::open(file, &limits)?;
+    let target = Target::open(url, &limits).await?;
+    let total = source.rows;
+    let mut resumed_after = 0;
+    if let Some(mut cursor) = target.begin(&source.fingerprint()).await? {
+        resumed_after = cursor.rows;
+        progress(Stage::Copying, cursor.rows, total);
+        loop {
+            let page = source.page(&cursor, PAGE_ROWS)?;
+            let Some(next) = target.copy(&source, &cursor, &page).await? else {
+                break;
+            };
+            cursor = next;
+            progress(Stage::Copying, cursor.rows, total);
+        }
+        target.finish(&source).await?;
+    }
+    source.unlock()?;
+    let difference = compare(file, url, &limits, &source, &mut progress).await?;
+    Ok(Migrated {
+        frames: source.frames,
+        missing: source.rows - source.frames,
+        streams: source.streams.len(),
+        recordings: source.recordings.len(),
+        resumed_after,
+        difference,
+    })
+}
+
+/// The first difference between the two, seen through the interface that a collector uses: the books, the recordings,
+/// every frame.
+async fn compare(
+    file: &Path,
+    url: &PostgresUrl,
+    limits: &Limits,
+    source: &Source,
+    progress: &mut impl FnMut(Stage, u64, u64),
+) -> Result<Option<String>, StoreError> {
+    let old = SqliteStore::open(&StoreLocation::File(file.to_owned()), limits)?;
+    let new = PostgresStore::open(url, limits).await?;
+    let difference = async {
+        let (kept, copied) = (old.streams().await?, new.streams().await?);
+        if let Some((kept, copied)) = kept
+            .iter()
+            .zip(&copied)
+            .find(|(kept, copied)| kept != copied)
+        {
+            return Ok(Some(format!(
+                "stream {:?}: {kept:?} became {copied:?}",
+                copied.id
+            )));
+        }
+        if kept.len() != copied.len() {
+            let (kept, copied) = (kept.len(), copied.len());
+            return Ok(Some(format!("{kept} streams became {copied}")));
+        }
+        let (kept, copied) = (old.recordings().await?, new.recordings().await?);
+        if kept != copied {
+            return Ok(Some(format!("recordings {kept:?} became {copied:?}")));
+        }
+        compare_frames(&old, &new, source, progress).await
+    }
+    .await;
+    old.close().await?;
+    new.close().await?;
+    difference
+}
+
+async fn compare_frames(
+    old: &SqliteStore,
+    new: &PostgresStore,
+    source: &Source,
+    progress: &mut impl FnMut(Stage, u64, u64),
+) -> Result<Option<String>, StoreError> {
+    let mut compared = 0;
+    for stream in &source.streams {
+        let mut after = None;
+        loop {
+            let kept = old.page(stream.span_in_file(), after, PAGE_ROWS).await?;
+            let copied = new
+                .page(stream.span_in_database(), after, PAGE_ROWS)
+                .await?;
+            if let Some((kept, _)) = kept
+                .iter()
+                .zip(&copied)
+                .find(|(kept, copied)| kept != copied)
+            {
+                let (id, seq) = (&kept.stream, kept.record.seq);
+                return Ok(Some(format!("seq {seq} of {id:?}")));
+            }
+            if kept.len() != copied.len() {
+                let (kept, copied) = (kept.len(), copied.len());
+                return Ok(Some(format!(
+                    "{kept} rows of {:?} became {copied}",
+                    stream.id
+                )));
+            }
+            let Some(last) = kept.last() else { break };
+            after = Some(last.record.seq);
+            compared += super::row::count(kept.len()).unsigned_abs();
+            progress(Stage::Comparing, compared, source.rows);
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,264 @@
+//! The file that is migrated from.
+
+use crate::Limits;
+use crate::store::row::{Columns, unsigned};
+use crate::store::segment::SealedRow;
+use crate::store::sqlite::rows_of;
+use crate::store::{Span, StoreError, schema, sqlite};
+use grideye_recording::StreamId;
+use rusqlite::{Connection, OpenFlags, params};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The file, locked against writers until [`Source::unlock`].
+pub(super) struct Source {
+    connection: Connection,
+    pub(super) streams: Vec<SourceStream>,
+    pub(super) recordings: Vec<SourceRecording>,
+    /// All rows, and those with pixels.
+    pub(super) rows: u64,
+    pub(super) frames: u64,
+    groups: i64,
+    epoch: i64,
+}
+
+/// A stream as the file has it. Its number in the database counts within its device.
+pub(super) struct SourceStream {
+    pub(super) key: i64,
+    pub(super) id: StreamId,
+    pub(super) number: i32,
+    pub(super) stored: i64,
+    pub(super) missing: i64,
+    pub(super) last_group: i64,
+    pub(super) t_last_arrival_ns: i64,
+    pub(super) account: Option<String>,
+    pub(super) account_read: Option<i64>,
+    pub(super) came_since_account: i64,
+    pub(super) expired: i64,
+}
+
+/// A recording as the file has it.
+pub(super) struct SourceRecording {
+    pub(super) id: i64,
+    pub(super) name: String,
+    pub(super) note: String,
+    pub(super) t_start_ns: i64,
+    pub(super) t_stop_ns: Option<i64>,
+    pub(super) after_epoch: i64,
+    pub(super) through_epoch: Option<i64>,
+}
+
+/// A frame's columns as they are in the file.
+pub(super) struct SourceFrame {
+    pub(super) stream_key: i64,
+    pub(super) seq: i64,
+    pub(super) t_boot_ns: i64,
+    pub(super) t_utc_ns: i64,
+    pub(super) clock: i16,
+    pub(super) t_arrival_ns: i64,
+    pub(super) epoch: i64,
+    pub(super) missing: Option<String>,
+    pub(super) thermistor: Option<i32>,
+    pub(super) pixels: Option<Vec<u8>>,
+}
+
+/// How far the copy came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Cursor {
+    pub(super) stream_key: i64,
+    pub(super) seq: i64,
+    pub(super) rows: u64,
+}
+
+impl SourceStream {
+    fn span(&self, stream_key: i64) -> Span {
+        Span {
+            stream: Arc::new(self.id.clone()),
+            stream_key,
+            seq: (0, i64::MAX),
+            epochs: (i64::MIN, i64::MAX),
+        }
+    }
+
+    /// All of the stream, for the store in the file.
+    pub(super) fn span_in_file(&self) -> Span {
+        self.span(self.key)
+    }
+
+    /// All of the stream, for the store in the database.
+    pub(super) fn span_in_database(&self) -> Span {
+        self.span(self.number.into())
+    }
+}
+
+impl Source {
+    pub(super) fn open(file: &Path, limits: &Limits) -> Result<Self, StoreError> {
+        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let mut connection = Connection::open_with_flags(file, flags)?;
+        connection.busy_timeout(limits.store_lock_time_max)?;
+        if schema::recognise(&connection)? == schema::Found::Nothing {
+            return Err(StoreError::Foreign);
+        }
+        sqlite::settle(&mut connection, limits)?;
+        schema::add_notes(&connection)?;
+        // The lock stays with the connection: nobody adds to the file while it is copied.
+        connection.execute_batch("BEGIN IMMEDIATE")?;
+        let streams = streams(&connection)?;
+        let recordings = recordings(&connection)?;
+        let sql = "SELECT epoch, groups FROM counters";
+        let (epoch, groups) =
+            connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;
+        // What was let go cannot be copied, and its numbers stay known.
+        let sql = "SELECT coalesce(sum(last_seq - first_seq + 1), 0), coalesce(sum(frames), 0) FROM chunks";
+        let (rows, frames): (i64, i64) =
+            connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;
+        Ok(Self {
+            connection,
+            streams,
+            recordings,
+            rows: unsigned("rows", rows)?,
+            frames: unsigned("frames", frames)?,
+            groups,
+            epoch,
+        })
+    }
+
+    /// Lets others write again.
+    pub(super) fn unlock(&self) -> Result<(), StoreError> {
+        Ok(self.connection.execute_batch("COMMIT")?)
+    }
+
+    /// Tells whether a copy that was begun was one of this file as it is now.
+    pub(super) fn fingerprint(&self) -> String {
+        let newest = self.streams.iter().map(|s| s.t_last_arrival_ns).max();
+        format!(
+            "{} streams, {} rows, {} frames, {} recordings, epoch {}, group {} at {}",
+            self.streams.len(),
+            self.rows,
+            self.frames,
+            self.recordings.len(),
+            self.epoch,
+            self.groups,
+            newest.unwrap_or(0),
+        )
+    }
+
+    /// The epoch that all collectors begin with after the copy: later than all that were copied.
+    pub(super) fn next_epoch(&self) -> i64 {
+        self.epoch.saturating_add(1)
+    }
+
+    /// The next rows, ordered by stream and number: whole chunks, until there are as many rows.
+    pub(super) fn page(&self, after: &Cursor, rows: usize) -> Result<Vec<SourceFrame>, StoreError> {
+        let mut statement = self.connection.prepare_cached(
+            "SELECT first_seq, last_seq, epoch, is_sealed, rows, stream_id FROM chunks
+             WHERE (stream_id, first_seq) > (?, ?) ORDER BY stream_id, first_seq",
+        )?;
+        let mut chunks = statement.query(params![after.stream_key, after.seq])?;
+        let mut frames = Vec::with_capacity(rows);
+        while frames.len() < rows {
+            let Some(chunk) = chunks.next()? else { break };
+            let stream_key = chunk.get(5)?;
+            for row in rows_of(chunk)? {
+                frames.push(SourceFrame::of(stream_key, &row)?);
+            }
+        }
+        Ok(frames)
+    }
+
+    /// First and last number of each run of a stream.
+    pub(super) fn runs(&self, stream_key: i64) -> Result<Vec<(i64, i64)>, StoreError> {
+        let mut statement = self
+            .connection
+            .prepare_cached("SELECT first, last FROM runs WHERE stream_id = ?")?;
+        let rows = statement.query_map([stream_key], |row| Ok((row.get(0)?, row.get(1)?)))?;
+        Ok(rows.collect::<Result<_, _>>()?)
+    }
+
+    /// What each epoch brought to a stream: epoch, first and last number, frames, missing ones.
+    pub(super) fn shares(&self, stream_key: i64) -> Result<Vec<[i64; 5]>, StoreError> {
+        let mut statement = self.connection.prepare_cached(
+            "SELECT epoch, first_seq, last_seq, stored, missing FROM shares WHERE stream_id = ? ORDER BY epoch",
+        )?;
+        let rows = statement.query_map([stream_key], |row| {
+            Ok([
+                row.get(0)?,
+                row.get(1)?,
+                row.get(2)?,
+                row.get(3)?,
+                row.get(4)?,
+            ])
+        })?;
+        Ok(rows.collect::<Result<_, _>>()?)
+    }
+}
+
+impl SourceFrame {
+    fn of(stream_key: i64, row: &SealedRow) -> Result<Self, StoreError> {
+        let columns = Columns::of(&row.record)?;
+        Ok(Self {
+            stream_key,
+            seq: columns.seq,
+            t_boot_ns: columns.t_boot_ns,
+            t_utc_ns: columns.t_utc_ns,
+            clock: columns.clock,
+            t_arrival_ns: row.t_arrival_ns,
+            epoch: row.arrival,
+            missing: columns.missing.map(str::to_owned),
+            thermistor: columns.thermistor.map(i32::from),
+            pixels: columns.pixels.map(Vec::from),
+        })
+    }
+}
+
+fn streams(connection: &Connection) -> Result<Vec<SourceStream>, StoreError> {
+    let mut statement = connection.prepare(
+        "SELECT id, device, sensor, boot, stored, missing, last_group, t_last_arrival_ns, account, account_read,
+                came_since_account, expired FROM streams ORDER BY id",
+    )?;
+    let mut rows = statement.query([])?;
+    let (mut streams, mut numbers) = (Vec::new(), BTreeMap::<String, i32>::new());
+    while let Some(row) = rows.next()? {
+        let device: String = row.get(1)?;
+        let number = numbers.entry(device.clone()).or_insert(0);
+        *number += 1;
+        streams.push(SourceStream {
+            key: row.get(0)?,
+            number: *number,
+            id: StreamId {
+                device,
+                sensor: row.get(2)?,
+                boot: row.get(3)?,
+            },
+            stored: row.get(4)?,
+            missing: row.get(5)?,
+            last_group: row.get(6)?,
+            t_last_arrival_ns: row.get(7)?,
+            account: row.get(8)?,
+            account_read: row.get(9)?,
+            came_since_account: row.get(10)?,
+            expired: row.get(11)?,
+        });
+    }
+    Ok(streams)
+}
+
+fn recordings(connection: &Connection) -> Result<Vec<SourceRecording>, StoreError> {
+    let mut statement = connection.prepare(
+        "SELECT id, name, t_start_ns, t_stop_ns, after_epoch, through_epoch, coalesce(note, '')
+         FROM recordings LEFT JOIN notes ON recording_id = id ORDER BY id",
+    )?;
+    let rows = statement.query_map([], |row| {
+        Ok(SourceRecording {
+            id: row.get(0)?,
+            name: row.get(1)?,
+            note: row.get(6)?,
+            t_start_ns: row.get(2)?,
+            t_stop_ns: row.get(3)?,
+            after_epoch: row.get(4)?,
+            through_epoch: row.get(5)?,
+        })
+    })?;
+    Ok(rows.collect::<Result<_, _>>()?)
+}

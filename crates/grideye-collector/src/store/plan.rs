@@ -1,0 +1,289 @@
+//! What batches change, decided in memory by every engine alike, while nobody else changes the same streams.
+
+use super::row::{count, fitting, unsigned};
+use super::runs::Runs;
+use super::{Appended, SensorAppended, StoreError, StreamSummary};
+use crate::Limits;
+use crate::account;
+use grideye_recording::wire::{Account, Batch, SensorBatch};
+use grideye_recording::{Record, StreamId};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+
+/// A batch that waits to be kept.
+#[derive(Debug, Clone)]
+pub(super) struct Taken {
+    pub(super) batch: Arc<Batch>,
+    pub(super) t_arrival_ns: i64,
+    ids: Vec<StreamId>,
+}
+
+impl Taken {
+    pub(super) fn new(batch: Arc<Batch>, t_arrival_ns: i64) -> Self {
+        let id = |part: &SensorBatch| StreamId {
+            device: batch.device.clone(),
+            sensor: part.sensor.clone(),
+            boot: batch.boot.clone(),
+        };
+        Self {
+            ids: batch.sensors.iter().map(id).collect(),
+            batch,
+            t_arrival_ns,
+        }
+    }
+
+    /// The streams of the batch, in the order of its sensors.
+    pub(super) fn ids(&self) -> &[StreamId] {
+        &self.ids
+    }
+
+    /// Each sensor's part, with its stream.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (&StreamId, &SensorBatch)> {
+        self.ids.iter().zip(&self.batch.sensors)
+    }
+}
+
+/// One stream: as the store has it, and as it will be.
+#[derive(Debug, Default)]
+pub(super) struct StreamState {
+    /// The engine's own number of the stream.
+    pub(super) key: i64,
+    pub(super) stored: i64,
+    pub(super) expired: i64,
+    pub(super) missing: i64,
+    pub(super) account: Option<Account>,
+    pub(super) account_read: Option<i64>,
+    pub(super) came_since_account: i64,
+    pub(super) t_last_arrival_ns: i64,
+    pub(super) t_sent_boot_ns: Option<i64>,
+    pub(super) runs: Runs,
+    /// The frames that are new, with their time of arrival.
+    pub(super) fresh: BTreeMap<u64, (Record, i64)>,
+    /// Whether anything changed.
+    pub(super) is_touched: bool,
+    /// For an engine that settles later: the last group that the tables have; whether the stream waits to be settled;
+    /// how many of the fresh frames it took note of; the last group that brought any.
+    pub(super) kept_group: i64,
+    pub(super) is_unsettled: bool,
+    pub(super) rows_noted: usize,
+    pub(super) last_group: Option<i64>,
+}
+
+impl StreamState {
+    pub(super) fn restore_run(&mut self, first: i64, last: i64) -> Result<(), StoreError> {
+        let (first, last) = (unsigned("first_seq", first)?, unsigned("last_seq", last)?);
+        self.runs.restore(first, last);
+        Ok(())
+    }
+
+    /// What is planned is in the store now: the next plan begins from here.
+    pub(super) fn settle(&mut self) {
+        if self.is_touched {
+            self.fresh.clear();
+            self.runs.settle();
+            self.is_touched = false;
+            self.is_unsettled = false;
+            self.rows_noted = 0;
+            self.last_group = None;
+        }
+    }
+
+    /// How many runs are held in memory.
+    pub(super) fn runs_len(&self) -> usize {
+        self.runs.len()
+    }
+
+    /// Whether the store has the number, and not only the plan.
+    pub(super) fn is_settled(&self, seq: u64) -> bool {
+        self.runs.contains(seq) && !self.fresh.contains_key(&seq)
+    }
+
+    /// First numbers of runs that are no more, and first and last number of those that are new or longer.
+    pub(super) fn changed_runs(&self) -> (Vec<u64>, Vec<(u64, u64)>) {
+        self.runs.changes()
+    }
+
+    /// Of the new frames: the lowest and highest number, how many carry pixels, how many say why they do not.
+    pub(super) fn share(&self) -> Option<(i64, i64, i64, i64)> {
+        let (first, last) = (self.fresh.keys().next()?, self.fresh.keys().next_back()?);
+        let stored = self.fresh.values().filter(|(record, _)| has_pixels(record));
+        let stored = count(stored.count());
+        // What is in `fresh` was checked to fit.
+        let number = |seq: &u64| i64::try_from(*seq).unwrap_or(i64::MAX);
+        let missing = count(self.fresh.len()) - stored;
+        Some((number(first), number(last), stored, missing))
+    }
+
+    fn summary(&self, id: &StreamId, limits: &Limits) -> Result<StreamSummary, StoreError> {
+        let (stored, missing) = (
+            unsigned("stored", self.stored)?,
+            unsigned("missing", self.missing)?,
+        );
+        let durable_through = self.runs.last();
+        let expected = durable_through.map_or(0, |last| last + 1);
+        Ok(StreamSummary {
+            id: id.clone(),
+            stored,
+            expired: unsigned("expired", self.expired)?,
+            missing,
+            durable_through,
+            gaps: self.runs.gaps(&id.sensor, limits.gaps_listed_max),
+            never_came: expected.saturating_sub(stored + missing),
+            account: self.account.clone(),
+            came_since_account: unsigned("came_since_account", self.came_since_account)?,
+            t_last_arrival_ns: self.t_last_arrival_ns,
+        })
+    }
+}
+
+fn has_pixels(record: &Record) -> bool {
+    record.reading.frame().is_some()
+}
+
+/// What the store holds under numbers that came before, to be held against what comes again.
+pub(super) type Contents = HashMap<StreamId, BTreeMap<u64, Record>>;
+
+/// The streams of a group, and what its batches have changed so far.
+pub(super) struct Plan<'p> {
+    pub(super) streams: &'p mut HashMap<StreamId, StreamState>,
+    pub(super) contents: &'p Contents,
+    pub(super) limits: &'p Limits,
+}
+
+impl Plan<'_> {
+    /// Takes a batch in whole, or refuses it and changes nothing.
+    pub(super) fn take(&mut self, taken: &Taken) -> Result<Appended, StoreError> {
+        let batch = &*taken.batch;
+        for (id, part) in taken.parts() {
+            self.check(id, part)?;
+        }
+        let mut sensors = Vec::with_capacity(batch.sensors.len());
+        for (id, part) in taken.parts() {
+            sensors.push(self.add(taken, id, part)?);
+        }
+        Ok(Appended { sensors })
+    }
+
+    fn check(&self, id: &StreamId, part: &SensorBatch) -> Result<(), StoreError> {
+        let state = self.streams.get(id).ok_or(StoreError::TooManyStreams {
+            limit: self.limits.streams_max,
+        })?;
+        if let Some(account) = &part.account {
+            fitting("account.read", account.read)?;
+        }
+        // As a rule the numbers ascend and are new: then there is nothing to compare with.
+        let ascend = part.frames.is_sorted_by(|one, next| one.seq < next.seq);
+        let mut within: BTreeMap<u64, &Record> = BTreeMap::new();
+        for record in &part.frames {
+            fitting("seq", record.seq)?;
+            fitting("t_boot_ns", record.stamp.t_boot_ns)?;
+            let before = || match ascend {
+                true => None,
+                false => within.get(&record.seq).copied(),
+            };
+            let kept = || {
+                let fresh = state.fresh.get(&record.seq).map(|(fresh, _)| fresh);
+                fresh.or_else(|| self.contents.get(id)?.get(&record.seq))
+            };
+            let known = match state.runs.contains(record.seq) {
+                true => before().or_else(kept),
+                false => before(),
+            };
+            if known.is_some_and(|known| known != record) {
+                return Err(StoreError::Conflict {
+                    device: id.device.clone(),
+                    sensor: id.sensor.clone(),
+                    boot: id.boot.clone(),
+                    seq: record.seq,
+                });
+            }
+            if !ascend {
+                within.insert(record.seq, record);
+            }
+        }
+        Ok(())
+    }
+
+    fn add(
+        &mut self,
+        taken: &Taken,
+        id: &StreamId,
+        part: &SensorBatch,
+    ) -> Result<SensorAppended, StoreError> {
+        let t_arrival_ns = taken.t_arrival_ns;
+        let state = self
+            .streams
+            .get_mut(id)
+            .ok_or_else(|| StoreError::Failed("a stream is gone".to_owned()))?;
+        let mut fresh = BTreeSet::new();
+        for record in &part.frames {
+            if state.runs.contains(record.seq) {
+                continue;
+            }
+            state.runs.add(record.seq);
+            state.fresh.insert(record.seq, (*record, t_arrival_ns));
+            fresh.insert(record.seq);
+            if has_pixels(record) {
+                state.stored += 1;
+            } else {
+                state.missing += 1;
+            }
+        }
+        if !fresh.is_empty() {
+            state.t_last_arrival_ns = t_arrival_ns;
+        }
+        state.is_touched = true;
+        state.t_sent_boot_ns = taken
+            .batch
+            .t_sent_boot_ns
+            .and_then(|sent| i64::try_from(sent).ok());
+        take_account(state, part)?;
+        Ok(SensorAppended {
+            stream: state.summary(id, self.limits)?,
+            fresh,
+        })
+    }
+}
+
+/// Batches can overtake each other: the count with the most frames read is the latest. Of a run that has ended, what is
+/// lost is worked out from all that is known.
+fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<(), StoreError> {
+    let came: BTreeSet<u64> = part
+        .frames
+        .iter()
+        .filter(|record| has_pixels(record))
+        .map(|record| record.seq)
+        .collect();
+    let has_ended = [state.account.as_ref(), part.account.as_ref()]
+        .into_iter()
+        .flatten()
+        .any(|account| account.ended);
+    if has_ended {
+        return end_account(state, part, came.len());
+    }
+    let came = count(came.len());
+    if let Some(account) = &part.account {
+        let read = fitting("account.read", account.read)?;
+        if state.account_read.is_none_or(|known| known <= read) {
+            state.account = Some(account.clone());
+            state.account_read = Some(read);
+            state.came_since_account = came;
+            return Ok(());
+        }
+    }
+    if state.account.is_some() {
+        state.came_since_account += came;
+    }
+    Ok(())
+}
+
+/// Keeps the count of a run that is over.
+fn end_account(state: &mut StreamState, part: &SensorBatch, came: usize) -> Result<(), StoreError> {
+    let stored = unsigned("stored", state.stored)?;
+    let came = u64::try_from(came).unwrap_or(u64::MAX);
+    let merged = account::of_ended_run(state.account.as_ref(), part.account.as_ref(), stored, came);
+    state.account_read = Some(fitting("account.read", merged.read)?);
+    state.account = Some(merged);
+    state.came_since_account = 0;
+    Ok(())
+}

@@ -1,0 +1,143 @@
+//! The ends of epochs: what starts and stops recordings; and what is written about one.
+
+use super::read;
+use super::session::Session;
+use crate::Limits;
+use crate::store::row::count;
+use crate::store::{Recording, RecordingId, StoreError};
+
+/// Adds a lane in the present epoch, under a number that no other has.
+pub(super) async fn new_lane(session: &Session) -> Result<i64, StoreError> {
+    session.batch("BEGIN").await?;
+    let made = async {
+        // Held until the commit: no epoch ends between reading it and entering it.
+        let epoch = lock_epoch(session).await?;
+        let sql = "INSERT INTO grideye.lanes (lane, epoch, n)
+                   SELECT coalesce(max(lane), 0) + 1, $1, 0 FROM grideye.lanes RETURNING lane";
+        let rows = session.query(sql, &[&epoch]).await?;
+        Ok(rows[0].try_get(0)?)
+    }
+    .await;
+    session.end(made).await
+}
+
+/// Ends the present epoch for all lanes; its number.
+pub(super) async fn end_epoch(session: &Session) -> Result<i64, StoreError> {
+    session.batch("BEGIN").await?;
+    let ended = next_epoch(session).await;
+    session.end(ended).await
+}
+
+/// Starts a recording with the next epoch.
+pub(super) async fn start(
+    session: &Session,
+    name: &str,
+    t_start_ns: i64,
+    limits: &Limits,
+) -> Result<Recording, StoreError> {
+    session.batch("BEGIN").await?;
+    let started = async {
+        let ended = next_epoch(session).await?;
+        let taken = session
+            .query(
+                "SELECT t_stop_ns IS NULL FROM grideye.recordings WHERE name = $1",
+                &[&name],
+            )
+            .await?;
+        if let Some(row) = taken.first() {
+            return Err(StoreError::NameTaken {
+                name: name.to_owned(),
+                running: row.try_get(0)?,
+            });
+        }
+        let sql = "SELECT count(*), coalesce(max(id), 0) + 1 FROM grideye.recordings";
+        let rows = session.query(sql, &[]).await?;
+        let (recordings, id): (i64, i64) = (rows[0].try_get(0)?, rows[0].try_get(1)?);
+        if recordings >= count(limits.recordings_max) {
+            return Err(StoreError::TooManyRecordings {
+                limit: limits.recordings_max,
+            });
+        }
+        session
+            .execute(
+                "INSERT INTO grideye.recordings (id, name, t_start_ns, after_epoch) VALUES ($1, $2, $3, $4)",
+                &[&id, &name, &t_start_ns, &ended],
+            )
+            .await?;
+        Ok(read::recording(session, RecordingId(id)).await?.0)
+    }
+    .await;
+    session.end(started).await
+}
+
+/// Stops a recording with the present epoch.
+pub(super) async fn stop(
+    session: &Session,
+    id: RecordingId,
+    t_stop_ns: i64,
+) -> Result<Recording, StoreError> {
+    session.batch("BEGIN").await?;
+    let stopped = async {
+        let ended = next_epoch(session).await?;
+        let (recording, _) = read::recording(session, id).await?;
+        if recording.t_stop_ns.is_some() {
+            return Err(StoreError::NotRunning {
+                id,
+                name: recording.name,
+            });
+        }
+        session
+            .execute(
+                "UPDATE grideye.recordings SET t_stop_ns = $2, through_epoch = $3 WHERE id = $1",
+                &[&id.0, &t_stop_ns, &ended],
+            )
+            .await?;
+        Ok(read::recording(session, id).await?.0)
+    }
+    .await;
+    session.end(stopped).await
+}
+
+/// Sets a recording's note; no epoch ends with it.
+pub(super) async fn note(
+    session: &Session,
+    id: RecordingId,
+    note: &str,
+) -> Result<Recording, StoreError> {
+    read::recording(session, id).await?;
+    session
+        .execute(
+            "INSERT INTO grideye.notes (recording, note) VALUES ($1, $2)
+             ON CONFLICT (recording) DO UPDATE SET note = excluded.note",
+            &[&id.0, &note],
+        )
+        .await?;
+    Ok(read::recording(session, id).await?.0)
+}
+
+/// Waits for all transactions in flight, holds off the next ones until the commit, and moves all lanes on.
+async fn next_epoch(session: &Session) -> Result<i64, StoreError> {
+    let ended = lock_epoch(session).await?;
+    // In the order of their numbers, so that two who do this never wait for each other in a circle.
+    session
+        .query(
+            "SELECT lane FROM grideye.lanes ORDER BY lane FOR UPDATE",
+            &[],
+        )
+        .await?;
+    session
+        .execute("UPDATE grideye.lanes SET epoch = $1", &[&(ended + 1)])
+        .await?;
+    session
+        .execute("UPDATE grideye.layout SET epoch = $1", &[&(ended + 1)])
+        .await?;
+    Ok(ended)
+}
+
+async fn lock_epoch(session: &Session) -> Result<i64, StoreError> {
+    let rows = session
+        .query("SELECT epoch FROM grideye.layout FOR UPDATE", &[])
+        .await?;
+    let row = rows.first().ok_or(StoreError::Foreign)?;
+    Ok(row.try_get(0)?)
+}

@@ -1,0 +1,233 @@
+//! The queries. Each is one statement, so that its rows belong to one moment, on a connection that many share.
+
+use super::append::record_of;
+use super::session::Session;
+use crate::Limits;
+use crate::account;
+use crate::store::row::{count, unsigned};
+use crate::store::runs::Runs;
+use crate::store::{
+    Members, Recording, RecordingId, Span, StoreError, StoredRecord, StreamSummary,
+};
+use grideye_recording::StreamId;
+use std::sync::Arc;
+use tokio_postgres::Row;
+
+/// Bytes of the database, indexes included.
+pub(super) async fn bytes(session: &Session) -> Result<u64, StoreError> {
+    let sql = "SELECT pg_database_size(current_database())";
+    let rows = session.query(sql, &[]).await?;
+    unsigned("pg_database_size", rows[0].try_get(0)?)
+}
+
+pub(super) async fn ping(session: &Session) -> Result<(), StoreError> {
+    session
+        .query("SELECT epoch FROM grideye.layout", &[])
+        .await?;
+    Ok(())
+}
+
+pub(super) async fn streams(
+    session: &Session,
+    limits: &Limits,
+) -> Result<Vec<StreamSummary>, StoreError> {
+    let sql = "SELECT s.device, s.sensor, s.boot, s.stored, s.missing, s.account, s.came_since_account,
+                      s.t_last_arrival_ns, r.firsts, r.lasts, s.expired
+               FROM grideye.streams s, LATERAL (
+                   SELECT array_agg(first_seq) AS firsts, array_agg(last_seq) AS lasts FROM (
+                       SELECT first_seq, last_seq FROM grideye.runs
+                       WHERE device = s.device AND stream = s.stream ORDER BY first_seq DESC LIMIT $1) newest
+               ) r";
+    let newest = count(limits.gaps_listed_max.saturating_add(1));
+    let rows = session.query(sql, &[&newest]).await?;
+    let summaries: Result<Vec<_>, _> = rows.iter().map(|row| summary(row, limits)).collect();
+    let mut summaries = summaries?;
+    summaries.sort_by(|one, other| one.id.cmp(&other.id));
+    Ok(summaries)
+}
+
+/// From device, sensor, boot, stored, missing, account, came_since_account, t_last_arrival_ns, and the newest runs.
+pub(super) fn summary(row: &Row, limits: &Limits) -> Result<StreamSummary, StoreError> {
+    let id = stream_id(row)?;
+    let stored = unsigned("stored", row.try_get(3)?)?;
+    let missing = unsigned("missing", row.try_get(4)?)?;
+    let account: Option<&str> = row.try_get(5)?;
+    let firsts: Option<Vec<i64>> = row.try_get(8)?;
+    let lasts: Option<Vec<i64>> = row.try_get(9)?;
+    let mut runs = Runs::default();
+    for (first, last) in firsts
+        .unwrap_or_default()
+        .into_iter()
+        .zip(lasts.unwrap_or_default())
+    {
+        runs.restore(unsigned("first_seq", first)?, unsigned("last_seq", last)?);
+    }
+    let durable_through = runs.last();
+    let expected = durable_through.map_or(0, |last| last + 1);
+    Ok(StreamSummary {
+        gaps: runs.gaps(&id.sensor, limits.gaps_listed_max),
+        id,
+        stored,
+        expired: unsigned("expired", row.try_get("expired")?)?,
+        missing,
+        durable_through,
+        never_came: expected.saturating_sub(stored + missing),
+        account: account.map(account::from_json).transpose()?,
+        came_since_account: unsigned("came_since_account", row.try_get(6)?)?,
+        t_last_arrival_ns: row.try_get(7)?,
+    })
+}
+
+pub(super) async fn newest(session: &Session) -> Result<Vec<StoredRecord>, StoreError> {
+    let sql = "SELECT s.device, s.sensor, s.boot, s.added,
+                      f.seq, f.t_boot_ns, f.t_utc_ns, f.clock, f.missing, f.thermistor, f.pixels, f.t_arrival_ns
+               FROM grideye.streams s, LATERAL (
+                   SELECT * FROM grideye.frames WHERE device = s.device AND stream = s.stream
+                   ORDER BY seq DESC LIMIT 1
+               ) f WHERE s.added > 0
+               AND s.added = (SELECT max(added) FROM grideye.streams o WHERE o.device = s.device AND o.sensor = s.sensor)";
+    let mut records: Vec<StoredRecord> = Vec::new();
+    for row in session.query(sql, &[]).await? {
+        records.push(StoredRecord {
+            stream: Arc::new(stream_id(&row)?),
+            record: record_of(&row, 4)?,
+            t_arrival_ns: row.try_get(11)?,
+        });
+    }
+    records.sort_by(|one, other| one.stream.cmp(&other.stream));
+    // Two runs of one sensor that were added to at the same moment: the later name stands for both.
+    records.reverse();
+    records.dedup_by(|one, other| {
+        (&one.stream.device, &one.stream.sensor) == (&other.stream.device, &other.stream.sensor)
+    });
+    records.reverse();
+    Ok(records)
+}
+
+/// A recording with what its epochs brought, until now while it runs.
+const RECORDING: &str = "SELECT r.id, r.name, r.t_start_ns, r.t_stop_ns, r.after_epoch, r.through_epoch,
+           c.stored, c.missing, c.sensors,
+           coalesce((SELECT n.note FROM grideye.notes n WHERE n.recording = r.id), '')
+    FROM grideye.recordings r, LATERAL (
+        SELECT coalesce(sum(stored), 0)::BIGINT AS stored, coalesce(sum(missing), 0)::BIGINT AS missing,
+               count(DISTINCT (device, stream)) AS sensors
+        FROM grideye.shares
+        WHERE epoch > r.after_epoch AND epoch <= coalesce(r.through_epoch, 9223372036854775807)
+    ) c WHERE $1::BIGINT IS NULL OR r.id = $1 ORDER BY r.id DESC";
+
+pub(super) async fn recordings(session: &Session) -> Result<Vec<Recording>, StoreError> {
+    let all: Option<i64> = None;
+    let rows = session.query(RECORDING, &[&all]).await?;
+    rows.iter().map(|row| Ok(recording_of(row)?.0)).collect()
+}
+
+/// A recording, and the range of its epochs: after the first, and not after the second.
+pub(super) async fn recording(
+    session: &Session,
+    id: RecordingId,
+) -> Result<(Recording, (i64, i64)), StoreError> {
+    let rows = session.query(RECORDING, &[&Some(id.0)]).await?;
+    let row = rows.first().ok_or(StoreError::NoSuchRecording { id })?;
+    recording_of(row)
+}
+
+fn recording_of(row: &Row) -> Result<(Recording, (i64, i64)), StoreError> {
+    let after: i64 = row.try_get(4)?;
+    let through: Option<i64> = row.try_get(5)?;
+    let recording = Recording {
+        id: RecordingId(row.try_get(0)?),
+        name: row.try_get(1)?,
+        note: row.try_get(9)?,
+        t_start_ns: row.try_get(2)?,
+        t_stop_ns: row.try_get(3)?,
+        frames: unsigned("stored", row.try_get(6)?)?,
+        missing: unsigned("missing", row.try_get(7)?)?,
+        sensors: unsigned("sensors", row.try_get(8)?)?,
+    };
+    Ok((recording, (after, through.unwrap_or(i64::MAX))))
+}
+
+/// What belongs to a recording: what its epochs brought, of a running one those through the given epoch.
+pub(super) async fn members(
+    session: &Session,
+    id: RecordingId,
+    through: i64,
+) -> Result<Members, StoreError> {
+    let (mut recording, (after, _)) = self::recording(session, id).await?;
+    let sql = "SELECT s.device, s.sensor, s.boot, s.stream, min(a.first_seq), max(a.last_seq),
+                      sum(a.stored)::BIGINT, sum(a.missing)::BIGINT
+               FROM grideye.shares a JOIN grideye.streams s ON s.device = a.device AND s.stream = a.stream
+               WHERE a.epoch > $1 AND a.epoch <= $2
+               GROUP BY s.device, s.sensor, s.boot, s.stream";
+    let mut spans = Vec::new();
+    (recording.frames, recording.missing) = (0, 0);
+    for row in session.query(sql, &[&after, &through]).await? {
+        spans.push(Span {
+            stream: Arc::new(stream_id(&row)?),
+            stream_key: row.try_get::<_, i32>(3)?.into(),
+            seq: (row.try_get(4)?, row.try_get(5)?),
+            epochs: (after, through),
+        });
+        recording.frames += unsigned("stored", row.try_get(6)?)?;
+        recording.missing += unsigned("missing", row.try_get(7)?)?;
+    }
+    spans.sort_by(|one, other| one.stream.cmp(&other.stream));
+    recording.sensors = u64::try_from(spans.len()).unwrap_or(u64::MAX);
+    Ok(Members { recording, spans })
+}
+
+pub(super) async fn page(
+    session: &Session,
+    span: &Span,
+    after_seq: Option<u64>,
+    rows_max: usize,
+) -> Result<Vec<StoredRecord>, StoreError> {
+    let first = match after_seq {
+        None => span.seq.0,
+        Some(seq) => match i64::try_from(seq).ok().and_then(|seq| seq.checked_add(1)) {
+            Some(next) => next,
+            None => return Ok(Vec::new()),
+        },
+    };
+    let stream = i32::try_from(span.stream_key).map_err(|error| {
+        StoreError::Failed(format!(
+            "stream {} of another store: {error}",
+            span.stream_key
+        ))
+    })?;
+    let sql = "SELECT seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels, t_arrival_ns FROM grideye.frames
+               WHERE device = $1 AND stream = $2 AND seq BETWEEN $3 AND $4 AND epoch > $5 AND epoch <= $6
+               ORDER BY seq LIMIT $7";
+    let rows = session
+        .query(
+            sql,
+            &[
+                &span.stream.device,
+                &stream,
+                &first,
+                &span.seq.1,
+                &span.epochs.0,
+                &span.epochs.1,
+                &count(rows_max),
+            ],
+        )
+        .await?;
+    rows.iter()
+        .map(|row| {
+            Ok(StoredRecord {
+                stream: Arc::clone(&span.stream),
+                record: record_of(row, 0)?,
+                t_arrival_ns: row.try_get(7)?,
+            })
+        })
+        .collect()
+}
+
+/// From device, sensor, boot.
+fn stream_id(row: &Row) -> Result<StreamId, StoreError> {
+    Ok(StreamId {
+        device: row.try_get(0)?,
+        sensor: row.try_get(1)?,
+        boot: row.try_get(2)?,
+    })
+}

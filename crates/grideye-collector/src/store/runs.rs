@@ -1,0 +1,185 @@
+//! The numbers that came of one stream, as runs without a gap.
+
+use grideye_recording::wire::Gap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Runs of received numbers: first to last, neither overlapping nor touching.
+#[derive(Debug, Default)]
+pub(super) struct Runs {
+    runs: BTreeMap<u64, u64>,
+    /// First numbers of runs that are longer or new since [`Runs::settle`].
+    changed: BTreeSet<u64>,
+    /// First numbers of runs that were joined to the one before.
+    gone: BTreeSet<u64>,
+}
+
+impl Runs {
+    /// Takes in a run that the store keeps; it is whole already.
+    pub(super) fn restore(&mut self, first: u64, last: u64) {
+        self.runs.insert(first, last);
+    }
+
+    /// First numbers of runs that are no more, and first and last number of those that are new or longer.
+    pub(super) fn changes(&self) -> (Vec<u64>, Vec<(u64, u64)>) {
+        let changed = self.changed.iter();
+        (
+            self.gone.iter().copied().collect(),
+            changed
+                .filter_map(|first| Some((*first, *self.runs.get(first)?)))
+                .collect(),
+        )
+    }
+
+    /// The store keeps all of it now.
+    pub(super) fn settle(&mut self) {
+        self.changed.clear();
+        self.gone.clear();
+    }
+
+    pub(super) fn contains(&self, seq: u64) -> bool {
+        self.runs
+            .range(..=seq)
+            .next_back()
+            .is_some_and(|(_, last)| *last >= seq)
+    }
+
+    /// Adds a number that is not contained: it grows a run, joins two, or begins one.
+    pub(super) fn add(&mut self, seq: u64) {
+        let after = seq.checked_add(1);
+        let joined = after.and_then(|next| Some((next, self.runs.remove(&next)?)));
+        let last = match joined {
+            Some((next, last)) => {
+                self.changed.remove(&next);
+                self.gone.insert(next);
+                last
+            }
+            None => seq,
+        };
+        let first = match self.runs.range_mut(..seq).next_back() {
+            Some((first, end)) if end.checked_add(1) == Some(seq) => {
+                *end = last;
+                *first
+            }
+            _ => {
+                self.runs.insert(seq, last);
+                self.gone.remove(&seq);
+                seq
+            }
+        };
+        self.changed.insert(first);
+    }
+
+    /// First to last of each run, in ascending order.
+    #[cfg(test)]
+    pub(super) fn iter(&self) -> impl Iterator<Item = (u64, u64)> + '_ {
+        self.runs.iter().map(|(first, last)| (*first, *last))
+    }
+
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.runs.len()
+    }
+
+    /// The highest number that came.
+    pub(super) fn last(&self) -> Option<u64> {
+        self.runs.last_key_value().map(|(_, last)| *last)
+    }
+
+    /// The newest gaps below the highest number, at most `listed_max`, in ascending order.
+    ///
+    /// Of a stream with more than `listed_max` runs, the newest `listed_max + 1` must be here.
+    pub(super) fn gaps(&self, sensor: &str, listed_max: usize) -> Vec<Gap> {
+        let mut gaps = Vec::new();
+        let mut newest = self.runs.iter().rev().take(listed_max.saturating_add(1));
+        let mut upper = newest.next();
+        for _ in 0..listed_max {
+            let Some((first, _)) = upper else { break };
+            let lower = newest.next();
+            // Below the oldest run of all there is a gap as well, down to 0.
+            let from = lower.map_or(0, |(_, last)| last.saturating_add(1));
+            if from < *first {
+                gaps.push(Gap {
+                    sensor: sensor.to_owned(),
+                    from,
+                    to: first - 1,
+                });
+            }
+            upper = lower;
+        }
+        gaps.reverse();
+        gaps
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Every order of a few numbers, against a plain set.
+    #[test]
+    fn runs_are_those_of_a_plain_set_in_every_order_of_arrival() {
+        let mut order = [0_u64, 1, 2, 4, 5, 7];
+        permute(&mut order, 0);
+    }
+
+    fn permute(order: &mut [u64; 6], fixed: usize) {
+        if fixed == order.len() {
+            check(order);
+            return;
+        }
+        for index in fixed..order.len() {
+            order.swap(fixed, index);
+            permute(order, fixed + 1);
+            order.swap(fixed, index);
+        }
+    }
+
+    fn check(order: &[u64]) {
+        let (mut runs, mut set) = (Runs::default(), BTreeSet::new());
+        let mut stored = BTreeMap::new();
+        for seq in order {
+            assert!(!runs.contains(*seq), "{order:?}");
+            runs.add(*seq);
+            set.insert(*seq);
+            for asked in 0..9 {
+                assert_eq!(runs.contains(asked), set.contains(&asked), "{order:?}");
+            }
+            let firsts: Vec<u64> = set
+                .iter()
+                .copied()
+                .filter(|seq| *seq == 0 || !set.contains(&(seq - 1)))
+                .collect();
+            let kept: Vec<u64> = runs.iter().map(|(first, _)| first).collect();
+            assert_eq!(kept, firsts, "{order:?}");
+            assert_eq!(runs.last(), set.last().copied());
+            let never_came: u64 = runs
+                .gaps("s", 9)
+                .iter()
+                .map(|gap| gap.to - gap.from + 1)
+                .sum();
+            let expected = set.last().unwrap() + 1 - u64::try_from(set.len()).unwrap();
+            assert_eq!(never_came, expected, "{order:?}");
+            // What changed, applied to what a store holds, is what is held here.
+            let (gone, changed) = runs.changes();
+            for first in gone {
+                stored.remove(&first);
+            }
+            stored.extend(changed);
+            runs.settle();
+            assert_eq!(
+                Vec::from_iter(runs.iter()),
+                Vec::from_iter(stored.clone()),
+                "{order:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_highest_number_has_no_next() {
+        let mut runs = Runs::default();
+        runs.add(u64::MAX);
+        runs.add(u64::MAX - 1);
+        assert_eq!(Vec::from_iter(runs.iter()), [(u64::MAX - 1, u64::MAX)]);
+    }
+}

@@ -1,0 +1,478 @@
+//! Sealed segments: many rows of one stream as one blob, read back bit for bit.
+//!
+//! ```text
+//! "GES" 1 · rows (u32) · bytes of the columns (u32) · the columns, compressed by zstd with its checksum
+//! ```
+//!
+//! The columns, one after the other, each as planes of bytes (all lowest bytes first), since what hardly changes is then
+//! a run of zeros: number, boot time, wall time, time of arrival, order of arrival, each as the change of its change;
+//! clock and kind; thermistor as its change; the 64 words as what is left of them after the mean of the four frames
+//! before. Differences wrap around, so that every word of 16 bits comes back, whatever it is.
+
+use super::StoreError;
+use super::row::{damaged, unsigned};
+use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::{ClockState, Record, Stamp};
+
+/// Rows in a segment at most: an hour of a sensor at 10 Hz.
+pub const ROWS_MAX: usize = 36_000;
+
+const MAGIC: [u8; 4] = *b"GES\x01";
+const HEAD_BYTES: usize = 12;
+/// Twice the time of zstd's default for a twentieth less; levels above save little more.
+const LEVEL: i32 = 6;
+/// Bytes of a row before compression: five columns of 8, one of 1, one of 2, 64 of 2.
+const ROW_BYTES: usize = 5 * 8 + 1 + 2 + 2 * PIXELS;
+/// Frames that a frame's words are predicted from.
+const MEAN_OF: usize = 4;
+/// The kind of a row that carries pixels; a missing one has 1 and more, by the names in the head of the columns.
+const KIND_FRAME: u8 = 0;
+
+/// One row of a segment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SealedRow {
+    /// The record.
+    pub record: Record,
+    /// Wall clock of the collector when it arrived, in nanoseconds since 1970-01-01 UTC.
+    pub t_arrival_ns: i64,
+    /// Where it stands in the order of arrivals.
+    pub arrival: i64,
+}
+
+/// Seals 1 to [`ROWS_MAX`] rows.
+///
+/// # Errors
+/// [`StoreError::Failed`] for no rows or too many, and when memory is short.
+pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
+    if rows.is_empty() || rows.len() > ROWS_MAX {
+        return Err(StoreError::Failed(format!(
+            "a segment of {} rows",
+            rows.len()
+        )));
+    }
+    let columns = columns_of(rows)?;
+    let length = |length: usize| u32::try_from(length).map_err(|error| failed(&error));
+    let mut segment = Vec::with_capacity(HEAD_BYTES + 40 * rows.len());
+    segment.extend(MAGIC);
+    segment.extend(length(rows.len())?.to_le_bytes());
+    segment.extend(length(columns.len())?.to_le_bytes());
+    let mut compressor = zstd::bulk::Compressor::new(LEVEL).map_err(|error| failed(&error))?;
+    compressor
+        .include_checksum(true)
+        .map_err(|error| failed(&error))?;
+    segment.extend(
+        compressor
+            .compress(&columns)
+            .map_err(|error| failed(&error))?,
+    );
+    Ok(segment)
+}
+
+/// The rows of a segment.
+///
+/// # Errors
+/// [`StoreError::Failed`] for bytes that are no whole segment.
+pub fn open(segment: &[u8]) -> Result<Vec<SealedRow>, StoreError> {
+    let (head, compressed) = segment
+        .split_at_checked(HEAD_BYTES)
+        .ok_or_else(|| damaged("a segment that is cut"))?;
+    let number = |at: usize| {
+        let bytes = [head[at], head[at + 1], head[at + 2], head[at + 3]];
+        usize::try_from(u32::from_le_bytes(bytes)).unwrap_or(usize::MAX)
+    };
+    let (rows, length) = (number(4), number(8));
+    if head[..4] != MAGIC || rows == 0 || rows > ROWS_MAX {
+        return Err(damaged("a segment of another kind"));
+    }
+    if length > rows * ROW_BYTES + names_bytes_max() {
+        return Err(damaged("a segment that is longer than its rows"));
+    }
+    let columns = zstd::bulk::decompress(compressed, length)
+        .map_err(|error| damaged(&format!("a segment that cannot be read: {error}")))?;
+    if columns.len() != length {
+        return Err(damaged("a segment of another length"));
+    }
+    rows_of(&columns, rows)
+}
+
+fn failed(error: &dyn std::fmt::Display) -> StoreError {
+    StoreError::Failed(format!("a segment cannot be sealed: {error}"))
+}
+
+/// The names of the reasons: a count, and each with its length before it.
+fn names_bytes_max() -> usize {
+    1 + NoData::ALL
+        .iter()
+        .map(|reason| 1 + reason.name().len())
+        .sum::<usize>()
+}
+
+fn columns_of(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
+    let mut columns = Vec::with_capacity(names_bytes_max() + rows.len() * ROW_BYTES);
+    let reasons = reasons_of(rows);
+    let short = |length: usize| u8::try_from(length).map_err(|error| failed(&error));
+    columns.push(short(reasons.len())?);
+    for reason in &reasons {
+        columns.push(short(reason.name().len())?);
+        columns.extend(reason.name().bytes());
+    }
+    let signed = |value: u64| i64::from_le_bytes(value.to_le_bytes());
+    put_i64(&mut columns, rows.iter().map(|row| signed(row.record.seq)));
+    put_i64(
+        &mut columns,
+        rows.iter().map(|row| signed(row.record.stamp.t_boot_ns)),
+    );
+    put_i64(
+        &mut columns,
+        rows.iter().map(|row| row.record.stamp.t_utc_ns),
+    );
+    put_i64(&mut columns, rows.iter().map(|row| row.t_arrival_ns));
+    put_i64(&mut columns, rows.iter().map(|row| row.arrival));
+    for row in rows {
+        columns.push(kind_of(&row.record, &reasons));
+    }
+    let frames: Vec<&RawFrame> = rows
+        .iter()
+        .filter_map(|row| row.record.reading.frame())
+        .collect();
+    put_u16(&mut columns, &changes(&frames));
+    put_u16(&mut columns, &residuals(&frames));
+    Ok(columns)
+}
+
+fn reasons_of(rows: &[SealedRow]) -> Vec<NoData> {
+    let mut reasons = Vec::new();
+    for row in rows {
+        if let Reading::NoData(reason) = row.record.reading {
+            if !reasons.contains(&reason) {
+                reasons.push(reason);
+            }
+        }
+    }
+    reasons
+}
+
+/// The clock in the two upper bits; below them 0 for a frame, else the number of the reason from 1.
+fn kind_of(record: &Record, reasons: &[NoData]) -> u8 {
+    let kind = match record.reading {
+        Reading::Frame(_) => KIND_FRAME,
+        Reading::NoData(reason) => {
+            let place = reasons.iter().position(|known| *known == reason);
+            u8::try_from(place.unwrap_or(0) + 1).unwrap_or(u8::MAX)
+        }
+    };
+    record.stamp.clock.code() << 6 | kind
+}
+
+fn changes(frames: &[&RawFrame]) -> Vec<u16> {
+    let mut before = 0;
+    let changes = frames.iter().map(|frame| {
+        let change = frame.thermistor.0.wrapping_sub(before);
+        before = frame.thermistor.0;
+        fold_u16(change)
+    });
+    changes.collect()
+}
+
+fn residuals(frames: &[&RawFrame]) -> Vec<u16> {
+    let mut residuals = Vec::with_capacity(frames.len() * PIXELS);
+    for (index, frame) in frames.iter().enumerate() {
+        let before = &frames[index.saturating_sub(MEAN_OF)..index];
+        for (pixel, word) in frame.pixels.iter().enumerate() {
+            let predicted = mean(before.iter().map(|frame| frame.pixels[pixel]));
+            residuals.push(fold_u16(word.0.wrapping_sub(predicted)));
+        }
+    }
+    residuals
+}
+
+/// The rounded mean of a few words; 0 of none.
+fn mean(words: impl ExactSizeIterator<Item = PixelWord>) -> u16 {
+    let count = u32::try_from(words.len()).unwrap_or(u32::MAX);
+    let sum: u32 = words.map(|word| u32::from(word.0)).sum();
+    let rounded = (sum + count / 2).checked_div(count).unwrap_or(0);
+    u16::try_from(rounded).unwrap_or(u16::MAX)
+}
+
+/// Small differences of either sign become small numbers.
+fn fold_u16(difference: u16) -> u16 {
+    let sign = if difference & 0x8000 == 0 { 0 } else { 0xFFFF };
+    (difference << 1) ^ sign
+}
+
+fn unfold_u16(folded: u16) -> u16 {
+    let sign = if folded & 1 == 0 { 0 } else { 0xFFFF };
+    (folded >> 1) ^ sign
+}
+
+fn fold_u64(difference: u64) -> u64 {
+    let sign = if difference >> 63 == 0 { 0 } else { u64::MAX };
+    (difference << 1) ^ sign
+}
+
+fn unfold_u64(folded: u64) -> u64 {
+    let sign = if folded & 1 == 0 { 0 } else { u64::MAX };
+    (folded >> 1) ^ sign
+}
+
+/// The change of the change of a column, in 8 planes.
+fn put_i64(columns: &mut Vec<u8>, values: impl Iterator<Item = i64>) {
+    let (mut before, mut change_before) = (0_u64, 0_u64);
+    let folded: Vec<[u8; 8]> = values
+        .map(|value| {
+            let value = u64::from_le_bytes(value.to_le_bytes());
+            let change = value.wrapping_sub(before);
+            let folded = fold_u64(change.wrapping_sub(change_before));
+            (before, change_before) = (value, change);
+            folded.to_le_bytes()
+        })
+        .collect();
+    for plane in 0..8 {
+        columns.extend(folded.iter().map(|bytes| bytes[plane]));
+    }
+}
+
+fn put_u16(columns: &mut Vec<u8>, folded: &[u16]) {
+    for plane in 0..2 {
+        columns.extend(folded.iter().map(|word| word.to_le_bytes()[plane]));
+    }
+}
+
+/// What is left of the columns to be read.
+struct Columns<'c>(&'c [u8]);
+
+impl<'c> Columns<'c> {
+    fn take(&mut self, length: usize) -> Result<&'c [u8], StoreError> {
+        let (taken, rest) = self
+            .0
+            .split_at_checked(length)
+            .ok_or_else(|| damaged("a segment with too few bytes"))?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn byte(&mut self) -> Result<usize, StoreError> {
+        Ok(self.take(1)?[0].into())
+    }
+
+    fn i64s(&mut self, rows: usize) -> Result<Vec<i64>, StoreError> {
+        let planes = self.take(8 * rows)?;
+        let (mut before, mut change_before) = (0_u64, 0_u64);
+        let values = (0..rows).map(|row| {
+            let bytes = std::array::from_fn(|plane| planes[plane * rows + row]);
+            let change = unfold_u64(u64::from_le_bytes(bytes)).wrapping_add(change_before);
+            let value = before.wrapping_add(change);
+            (before, change_before) = (value, change);
+            i64::from_le_bytes(value.to_le_bytes())
+        });
+        Ok(values.collect())
+    }
+
+    fn u16s(&mut self, count: usize) -> Result<Vec<u16>, StoreError> {
+        let planes = self.take(2 * count)?;
+        let words = (0..count).map(|at| u16::from_le_bytes([planes[at], planes[count + at]]));
+        Ok(words.map(unfold_u16).collect())
+    }
+}
+
+fn rows_of(columns: &[u8], rows: usize) -> Result<Vec<SealedRow>, StoreError> {
+    let mut columns = Columns(columns);
+    let mut reasons = Vec::new();
+    for _ in 0..columns.byte()? {
+        let length = columns.byte()?;
+        let name = String::from_utf8_lossy(columns.take(length)?);
+        let reason = name.parse::<NoData>();
+        reasons.push(reason.map_err(|unknown| damaged(&format!("{name:?}: {unknown}")))?);
+    }
+    let (seqs, t_boots) = (columns.i64s(rows)?, columns.i64s(rows)?);
+    let (t_utcs, t_arrivals) = (columns.i64s(rows)?, columns.i64s(rows)?);
+    let arrivals = columns.i64s(rows)?;
+    let kinds = columns.take(rows)?;
+    let count = kinds
+        .iter()
+        .filter(|kind| *kind & 0x3F == KIND_FRAME)
+        .count();
+    let thermistors = columns.u16s(count)?;
+    let residuals = columns.u16s(count * PIXELS)?;
+    if !columns.0.is_empty() {
+        return Err(damaged("a segment with too many bytes"));
+    }
+    let mut frames = frames_of(&thermistors, &residuals).into_iter();
+    let mut sealed = Vec::with_capacity(rows);
+    for row in 0..rows {
+        let reading = match kinds[row] & 0x3F {
+            KIND_FRAME => Reading::Frame(frames.next().ok_or_else(|| damaged("too few frames"))?),
+            number => Reading::NoData(
+                *reasons
+                    .get(usize::from(number) - 1)
+                    .ok_or_else(|| damaged("an unknown reason"))?,
+            ),
+        };
+        sealed.push(SealedRow {
+            record: Record {
+                seq: unsigned("seq", seqs[row])?,
+                stamp: Stamp {
+                    t_boot_ns: unsigned("t_boot_ns", t_boots[row])?,
+                    t_utc_ns: t_utcs[row],
+                    clock: ClockState::from_code(kinds[row] >> 6)
+                        .ok_or_else(|| damaged("an unknown clock state"))?,
+                },
+                reading,
+            },
+            t_arrival_ns: t_arrivals[row],
+            arrival: arrivals[row],
+        });
+    }
+    Ok(sealed)
+}
+
+fn frames_of(thermistors: &[u16], residuals: &[u16]) -> Vec<RawFrame> {
+    let mut frames: Vec<RawFrame> = Vec::with_capacity(thermistors.len());
+    let mut thermistor = 0_u16;
+    for (change, residuals) in thermistors.iter().zip(residuals.chunks_exact(PIXELS)) {
+        thermistor = thermistor.wrapping_add(*change);
+        let before = &frames[frames.len().saturating_sub(MEAN_OF)..];
+        let mut pixels = [PixelWord(0); PIXELS];
+        for (pixel, (word, residual)) in pixels.iter_mut().zip(residuals).enumerate() {
+            let predicted = mean(before.iter().map(|frame| frame.pixels[pixel]));
+            word.0 = predicted.wrapping_add(*residual);
+        }
+        frames.push(RawFrame {
+            thermistor: ThermistorWord(thermistor),
+            pixels,
+        });
+    }
+    frames
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_recording::linaige::{self, Date, stream_from_file_name};
+
+    /// A session of a real sensor, as if five frames had come in each post.
+    fn session(name: &str) -> Vec<SealedRow> {
+        let path = format!(
+            "{}/../../recordings/linaige/{name}",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        let text = std::fs::read(path).unwrap();
+        let rows = linaige::Reader::new(
+            text.as_slice(),
+            Date::from_file_name(name).unwrap(),
+            stream_from_file_name(name),
+        );
+        let rows = rows.unwrap().map(|row| row.unwrap().row.record);
+        rows.enumerate()
+            .map(|(index, record)| SealedRow {
+                record,
+                // A post every half second, on its way for some milliseconds that nobody can foretell.
+                t_arrival_ns: 1_625_163_247_000_000_000
+                    + i64::try_from(index / 5).unwrap() * 500_000_000
+                    + i64::try_from((index / 5).wrapping_mul(0x9E37_79B9) % 8_000_000).unwrap(),
+                arrival: 7 + i64::try_from(index / 5).unwrap() * 3,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_real_session_takes_at_most_32_bytes_a_frame_in_segments_of_a_minute_and_comes_back_bit_for_bit()
+     {
+        for name in [
+            "Session2_2021-07-01_RoomB_v2.csv",
+            "Session3_2021-07-06_RoomA_v2.csv",
+        ] {
+            let rows = session(name);
+            let mut bytes = 0;
+            for minute in rows.chunks(600) {
+                let segment = seal(minute).unwrap();
+                bytes += segment.len();
+                assert!(open(&segment).unwrap() == minute, "{name}");
+            }
+            let frames = u32::try_from(rows.len()).unwrap();
+            let each = f64::from(u32::try_from(bytes).unwrap()) / f64::from(frames);
+            println!("{name}: {each:.2} bytes a frame");
+            assert!(each <= 32.0, "{name}: {each:.2} bytes a frame");
+        }
+    }
+
+    /// Rows of which nothing can be foretold.
+    fn wild(rows: usize) -> Vec<SealedRow> {
+        let mut noise = 0x1234_5678_9ABC_DEF1_u64;
+        let mut next = move || {
+            noise ^= noise << 13;
+            noise ^= noise >> 7;
+            noise ^= noise << 17;
+            noise
+        };
+        let words =
+            |value: u64| u16::from_le_bytes([value.to_le_bytes()[3], value.to_le_bytes()[5]]);
+        let signed = |value: u64| i64::from_le_bytes(value.to_le_bytes());
+        (0..rows)
+            .map(|row| SealedRow {
+                record: Record {
+                    seq: next() >> 1,
+                    stamp: Stamp {
+                        t_boot_ns: next() >> 1,
+                        t_utc_ns: signed(next()),
+                        clock: ClockState::ALL[row % 3],
+                    },
+                    reading: match row % 5 {
+                        0 => Reading::NoData(NoData::ALL[row % NoData::ALL.len()]),
+                        _ => Reading::Frame(RawFrame {
+                            thermistor: ThermistorWord(words(next())),
+                            pixels: std::array::from_fn(|_| PixelWord(words(next()))),
+                        }),
+                    },
+                },
+                t_arrival_ns: signed(next()),
+                arrival: signed(next()),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn whatever_the_words_and_times_are_they_come_back() {
+        for rows in [1, 2, 3, 4, 5, 6, 61, 1000] {
+            let rows = wild(rows);
+            assert!(open(&seal(&rows).unwrap()).unwrap() == rows);
+        }
+        let missing: Vec<SealedRow> = wild(51).into_iter().step_by(5).collect();
+        assert!(
+            missing
+                .iter()
+                .all(|row| row.record.reading.frame().is_none())
+        );
+        assert_eq!(open(&seal(&missing).unwrap()).unwrap(), missing);
+    }
+
+    #[test]
+    fn a_segment_has_at_least_one_row_and_at_most_the_limit() {
+        seal(&[]).unwrap_err();
+        let one = wild(1)[0];
+        assert_eq!(
+            open(&seal(&vec![one; ROWS_MAX]).unwrap()).unwrap().len(),
+            ROWS_MAX
+        );
+        seal(&vec![one; ROWS_MAX + 1]).unwrap_err();
+    }
+
+    #[test]
+    fn a_segment_that_is_cut_or_changed_anywhere_is_refused() {
+        let rows = wild(9);
+        let segment = seal(&rows).unwrap();
+        for cut in 0..segment.len() {
+            open(&segment[..cut]).unwrap_err();
+        }
+        for place in 0..segment.len() {
+            for bit in 0..8 {
+                let mut changed = segment.clone();
+                changed[place] ^= 1 << bit;
+                // zstd's own head has bits without a meaning; whatever is read must be what was sealed.
+                if let Ok(read) = open(&changed) {
+                    assert!(read == rows, "byte {place}, bit {bit}");
+                }
+            }
+        }
+    }
+}

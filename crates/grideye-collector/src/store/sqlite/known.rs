@@ -1,0 +1,425 @@
+//! What the writer knows of the file, and what of it the tables do not hold yet.
+//!
+//! ```text
+//!  a group of posts ──▶ one row of `pending`, synced, acknowledged     (append)
+//!                  └──▶ the state of its streams in memory
+//!  seconds later, stream by stream ──▶ `chunks`, `runs`, `shares`, `streams`; rows of `pending` that are in all of
+//!                                      them are deleted               (settle)
+//! ```
+//!
+//! So a commit writes the posts one behind the other, and not a page of the file for each stream of the group; and a
+//! stream's pages are written once for many posts. Whoever reads the tables asks for all to be settled first. A writer that
+//! finds rows in `pending`, after a crash or when another program has written, takes them in as if they came now.
+
+use super::{pending, read};
+use crate::Limits;
+use crate::account;
+use crate::store::plan::{Contents, Plan, StreamState, Taken};
+use crate::store::row::{count, fitting};
+use crate::store::{Appended, StoreError, chunk};
+use grideye_recording::StreamId;
+use rusqlite::{Connection, params};
+use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
+use std::sync::Arc;
+
+/// Runs of numbers that are held in memory; a store whose streams have more begins anew with those that are asked for.
+const RUNS_HELD_MAX: usize = 1_000_000;
+/// A stream is settled when its oldest post came so long before the newest post of all.
+const SETTLE_AFTER_NS: u64 = 5_000_000_000;
+/// Rows that are held in memory; beyond, the oldest are settled sooner.
+const ROWS_HELD_MAX: usize = 65_536;
+/// Streams that are settled beside one group at most, because its posts wait meanwhile.
+const SETTLED_MAX: usize = 64;
+
+/// Of the bytes of a group, so many may be needed to settle it before it is deleted.
+const ROOM_TO_SETTLE: u64 = 2;
+
+/// What the file is known to hold.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    streams: HashMap<StreamId, StreamState>,
+    /// As SQLite counts the changes that others make; 0 while nothing is known.
+    version: i64,
+    epoch: i64,
+    /// The number of the last group.
+    group: i64,
+    /// Streams that the tables lag behind, longest first.
+    unsettled: VecDeque<Unsettled>,
+    /// Rows of all of them.
+    rows: usize,
+    /// Groups in `pending`, and the bytes of each.
+    pending: VecDeque<(i64, u64)>,
+    pending_bytes: u64,
+}
+
+/// A stream that the tables lag behind.
+#[derive(Debug)]
+struct Unsettled {
+    id: StreamId,
+    since_group: i64,
+    since_ns: i64,
+}
+
+impl Known {
+    /// The epoch that the file says now.
+    pub(super) fn begin_epoch(&mut self, connection: &Connection) -> Result<(), StoreError> {
+        let mut statement = connection.prepare_cached("SELECT epoch FROM counters")?;
+        self.epoch = statement.query_row([], |row| row.get(0))?;
+        Ok(())
+    }
+
+    /// Takes note of frames that were let go, by the number of their stream.
+    pub(super) fn expire(&mut self, frames: &HashMap<i64, i64>) {
+        for state in self.streams.values_mut() {
+            state.expired += frames.get(&state.key).copied().unwrap_or(0);
+        }
+    }
+
+    /// Makes sure that what is held here is what the file says.
+    fn refresh(&mut self, connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
+        let mut statement = connection.prepare_cached("PRAGMA data_version")?;
+        let version = statement.query_row([], |row| row.get(0))?;
+        if version != self.version {
+            *self = Self::default();
+            let sql = "SELECT epoch, groups FROM counters";
+            (self.epoch, self.group) =
+                connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;
+            for kept in pending::all(connection)? {
+                self.take_again(connection, kept, limits)?;
+            }
+            self.version = version;
+        } else if self
+            .streams
+            .values()
+            .map(StreamState::runs_len)
+            .sum::<usize>()
+            > RUNS_HELD_MAX
+        {
+            self.settle_known(connection)?;
+            self.streams.clear();
+        }
+        Ok(())
+    }
+
+    /// Takes in a group that is kept already, but for the streams whose tables have it.
+    fn take_again(
+        &mut self,
+        connection: &Connection,
+        kept: pending::Group,
+        limits: &Limits,
+    ) -> Result<(), StoreError> {
+        self.group = kept.group;
+        self.pending.push_back((kept.group, kept.bytes));
+        self.pending_bytes += kept.bytes;
+        let mut group = kept.taken;
+        // Settled meanwhile or not, a stream that was let in is in the tables.
+        self.learn(
+            connection,
+            &group,
+            &Limits {
+                streams_max: usize::MAX,
+                ..limits.clone()
+            },
+        )?;
+        for taken in &mut group {
+            let mut batch = (*taken.batch).clone();
+            let mut ids = taken.ids().iter();
+            batch.sensors.retain(|_| {
+                let state = ids.next().and_then(|id| self.streams.get(id));
+                state.is_none_or(|state| state.kept_group < kept.group)
+            });
+            *taken = Taken::new(Arc::new(batch), taken.t_arrival_ns);
+        }
+        for appended in self.plan(connection, &group, limits)? {
+            appended?;
+        }
+        self.note(&group);
+        Ok(())
+    }
+
+    /// Keeps a group of batches: each in whole, or refused with the reason.
+    pub(super) fn append(
+        &mut self,
+        connection: &Connection,
+        group: &[Taken],
+        limits: &Limits,
+    ) -> Result<Vec<Result<Appended, StoreError>>, StoreError> {
+        self.refresh(connection, limits)?;
+        self.make_room(connection, limits)?;
+        let made = self.learn(connection, group, limits)?;
+        let appended = self.plan(connection, group, limits)?;
+        self.group += 1;
+        let pairs = group.iter().zip(&appended);
+        let accepted: Vec<Taken> = pairs
+            .filter(|(_, appended)| appended.is_ok())
+            .map(|(taken, _)| taken.clone())
+            .collect();
+        if !accepted.is_empty() {
+            let bytes = pending::keep(connection, self.group, &accepted)?;
+            self.pending.push_back((self.group, bytes));
+            self.pending_bytes += bytes;
+        }
+        self.note(&accepted);
+        for id in made {
+            let state = self.streams.get(&id).filter(|state| !state.is_touched);
+            let Some(key) = state.map(|state| state.key) else {
+                continue;
+            };
+            // It was made for a batch that was then refused.
+            connection
+                .prepare_cached("DELETE FROM streams WHERE id = ?")?
+                .execute([key])?;
+            self.streams.remove(&id);
+        }
+        if let Some(newest_ns) = group.iter().map(|taken| taken.t_arrival_ns).max() {
+            self.settle_old(connection, newest_ns)?;
+        }
+        Ok(appended)
+    }
+
+    /// Settles all before what is pending might not find room in the tables.
+    fn make_room(&mut self, connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
+        let Some(bytes_max) = limits.store_bytes_max else {
+            return Ok(());
+        };
+        let to_settle = self.pending_bytes.saturating_mul(ROOM_TO_SETTLE);
+        if read::bytes_used(connection)?.saturating_add(to_settle) > bytes_max {
+            self.settle_known(connection)?;
+        }
+        Ok(())
+    }
+
+    /// What the batches change, in memory.
+    fn plan(
+        &mut self,
+        connection: &Connection,
+        group: &[Taken],
+        limits: &Limits,
+    ) -> Result<Vec<Result<Appended, StoreError>>, StoreError> {
+        let contents = self.contents(connection, group)?;
+        let mut plan = Plan {
+            streams: &mut self.streams,
+            contents: &contents,
+            limits,
+        };
+        Ok(group.iter().map(|taken| plan.take(taken)).collect())
+    }
+
+    /// Reads what is not known yet of the streams of a group, and makes those that are new, as long as there is room.
+    fn learn(
+        &mut self,
+        connection: &Connection,
+        group: &[Taken],
+        limits: &Limits,
+    ) -> Result<HashSet<StreamId>, StoreError> {
+        let mut made = HashSet::new();
+        for id in group.iter().flat_map(Taken::ids) {
+            if self.streams.contains_key(id) {
+                continue;
+            }
+            if let Some(state) = read::state(connection, id)? {
+                self.streams.insert(id.clone(), state);
+                continue;
+            }
+            let streams: i64 =
+                connection.query_row("SELECT count(*) FROM streams", [], |row| row.get(0))?;
+            if streams >= count(limits.streams_max) {
+                continue;
+            }
+            connection
+                .prepare_cached("INSERT INTO streams (device, sensor, boot) VALUES (?, ?, ?)")?
+                .execute(params![id.device, id.sensor, id.boot])?;
+            let state = StreamState {
+                key: connection.last_insert_rowid(),
+                ..StreamState::default()
+            };
+            self.streams.insert(id.clone(), state);
+            made.insert(id.clone());
+        }
+        Ok(made)
+    }
+
+    /// What the tables hold under the numbers that came before, to be held against what comes again.
+    fn contents(&self, connection: &Connection, group: &[Taken]) -> Result<Contents, StoreError> {
+        let mut contents = Contents::new();
+        for taken in group {
+            for (id, part) in taken.parts() {
+                let Some(state) = self.streams.get(id) else {
+                    continue;
+                };
+                let again = part.frames.iter().map(|record| record.seq);
+                let again: BTreeSet<u64> = again.filter(|seq| state.is_settled(*seq)).collect();
+                if !again.is_empty() {
+                    let kept = read::records(connection, state.key, &again)?;
+                    contents.entry(id.clone()).or_default().extend(kept);
+                }
+            }
+        }
+        Ok(contents)
+    }
+
+    /// Takes note of what a group left for the tables to follow.
+    fn note(&mut self, group: &[Taken]) {
+        for taken in group {
+            for id in taken.ids() {
+                let Some(state) = self.streams.get_mut(id).filter(|state| state.is_touched) else {
+                    continue;
+                };
+                let rows = state.fresh.len();
+                if rows > state.rows_noted {
+                    self.rows += rows - state.rows_noted;
+                    state.rows_noted = rows;
+                    state.last_group = Some(self.group);
+                }
+                if !state.is_unsettled {
+                    state.is_unsettled = true;
+                    self.unsettled.push_back(Unsettled {
+                        id: id.clone(),
+                        since_group: self.group,
+                        since_ns: taken.t_arrival_ns,
+                    });
+                }
+            }
+        }
+    }
+
+    /// Settles the streams whose turn it is.
+    fn settle_old(&mut self, connection: &Connection, newest_ns: i64) -> Result<(), StoreError> {
+        let mut settled = 0;
+        while settled < SETTLED_MAX {
+            let Some(oldest) = self.unsettled.front() else {
+                break;
+            };
+            // A wall clock that was set is no reason to wait.
+            let is_due = newest_ns.abs_diff(oldest.since_ns) >= SETTLE_AFTER_NS;
+            if !is_due && self.rows <= ROWS_HELD_MAX {
+                break;
+            }
+            self.settle_next(connection)?;
+            settled += 1;
+        }
+        if settled > 0 {
+            self.forget_settled(connection)?;
+        }
+        Ok(())
+    }
+
+    /// Brings the tables up to the last group, also with what another program or an earlier run left in `pending`.
+    pub(super) fn settle_all(
+        &mut self,
+        connection: &Connection,
+        limits: &Limits,
+    ) -> Result<(), StoreError> {
+        self.refresh(connection, limits)?;
+        self.settle_known(connection)
+    }
+
+    fn settle_known(&mut self, connection: &Connection) -> Result<(), StoreError> {
+        while self.settle_next(connection)? {}
+        self.forget_settled(connection)
+    }
+
+    /// Brings the tables of the stream that waits the longest up to the last group; whether there was one.
+    fn settle_next(&mut self, connection: &Connection) -> Result<bool, StoreError> {
+        let Some(oldest) = self.unsettled.pop_front() else {
+            return Ok(false);
+        };
+        if let Some(state) = self.streams.get_mut(&oldest.id) {
+            save(connection, state, self.epoch, self.group)?;
+            self.rows -= state.rows_noted;
+            state.settle();
+        }
+        Ok(true)
+    }
+
+    /// Deletes the groups that the tables of all their streams have.
+    fn forget_settled(&mut self, connection: &Connection) -> Result<(), StoreError> {
+        let oldest = self.unsettled.front();
+        let through = oldest.map_or(self.group, |oldest| oldest.since_group - 1);
+        while let Some((group, bytes)) = self.pending.front() {
+            if *group > through {
+                break;
+            }
+            self.pending_bytes -= bytes;
+            self.pending.pop_front();
+        }
+        pending::forget(connection, through, self.group)
+    }
+}
+
+/// Writes what changed of a stream.
+fn save(
+    connection: &Connection,
+    state: &StreamState,
+    epoch: i64,
+    group: i64,
+) -> Result<(), StoreError> {
+    save_frames(connection, state, epoch)?;
+    save_runs(connection, state)?;
+    if let Some((first, last, stored, missing)) = state.share() {
+        connection
+            .prepare_cached(
+                "INSERT INTO shares (epoch, stream_id, first_seq, last_seq, stored, missing) VALUES (?, ?, ?, ?, ?, ?)
+                 ON CONFLICT (epoch, stream_id) DO UPDATE SET
+                     first_seq = min(first_seq, excluded.first_seq), last_seq = max(last_seq, excluded.last_seq),
+                     stored = stored + excluded.stored, missing = missing + excluded.missing",
+            )?
+            .execute(params![epoch, state.key, first, last, stored, missing])?;
+    }
+    let account = state.account.as_ref().map(account::to_text);
+    connection
+        .prepare_cached(
+            "UPDATE streams SET stored = ?, missing = ?, last_group = coalesce(?, last_group), t_last_arrival_ns = ?,
+                 account = ?, account_read = ?, came_since_account = ?, kept_group = ? WHERE id = ?",
+        )?
+        .execute(params![
+            state.stored,
+            state.missing,
+            state.last_group,
+            state.t_last_arrival_ns,
+            account,
+            state.account_read,
+            state.came_since_account,
+            group,
+            state.key
+        ])?;
+    Ok(())
+}
+
+fn save_frames(connection: &Connection, state: &StreamState, epoch: i64) -> Result<(), StoreError> {
+    let mut insert = connection.prepare_cached(
+        "INSERT INTO chunks (stream_id, first_seq, last_seq, epoch, t_arrival_ns, frames, is_sealed, rows)
+         VALUES (?, ?, ?, ?, ?, ?, 0, ?)",
+    )?;
+    for chunk in chunk::cut(&state.fresh) {
+        insert.execute(params![
+            state.key,
+            fitting("seq", chunk.first_seq)?,
+            fitting("seq", chunk.last_seq)?,
+            epoch,
+            chunk.t_arrival_ns,
+            chunk.frames,
+            chunk.rows
+        ])?;
+    }
+    Ok(())
+}
+
+fn save_runs(connection: &Connection, state: &StreamState) -> Result<(), StoreError> {
+    let number = |seq| i64::try_from(seq).unwrap_or(i64::MAX);
+    let (gone, changed) = state.changed_runs();
+    for first in gone {
+        connection
+            .prepare_cached("DELETE FROM runs WHERE stream_id = ? AND first = ?")?
+            .execute(params![state.key, number(first)])?;
+    }
+    for (first, last) in changed {
+        connection
+            .prepare_cached(
+                "INSERT INTO runs (stream_id, first, last) VALUES (?, ?, ?)
+                 ON CONFLICT (stream_id, first) DO UPDATE SET last = excluded.last",
+            )?
+            .execute(params![state.key, number(first), number(last)])?;
+    }
+    Ok(())
+}

@@ -1,0 +1,116 @@
+//! Groups of posts that are kept, and not yet in the tables that are read.
+//!
+//! A row is a group: of each batch its time of arrival (8 bytes), its length (4 bytes), both little-endian, and the batch
+//! as on the wire (`grideye_recording`'s compact form).
+
+use crate::store::StoreError;
+use crate::store::plan::Taken;
+use crate::store::row::damaged;
+use grideye_recording::wire::{self, Batch, SensorBatch};
+use rusqlite::{Connection, params};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// What was let in is not refused when limits are lower later.
+const NO_LIMITS: wire::Limits = wire::Limits {
+    sensors: usize::MAX,
+    frames: usize::MAX,
+    reasons: usize::MAX,
+    gaps: usize::MAX,
+};
+
+/// Some more than a post takes as a rule: five frames and what names them.
+const ROOM_OF_A_POST: usize = 1024;
+
+/// A group that was kept before.
+pub(super) struct Group {
+    pub(super) group: i64,
+    pub(super) bytes: u64,
+    pub(super) taken: Vec<Taken>,
+}
+
+/// Keeps a group; how many bytes it takes.
+pub(super) fn keep(
+    connection: &Connection,
+    group: i64,
+    taken: &[Taken],
+) -> Result<u64, StoreError> {
+    let mut bytes = Vec::with_capacity(ROOM_OF_A_POST * taken.len());
+    for taken in taken {
+        let batch = in_order(&taken.batch).to_binary();
+        let batch = batch.map_err(|error| StoreError::Failed(error.to_string()))?;
+        let length = u32::try_from(batch.len())
+            .map_err(|_too_long| StoreError::Failed("a batch of 4 GiB".to_owned()))?;
+        bytes.extend(taken.t_arrival_ns.to_le_bytes());
+        bytes.extend(length.to_le_bytes());
+        bytes.extend(batch);
+    }
+    connection
+        .prepare_cached("INSERT INTO pending (id, batches) VALUES (?, ?)")?
+        .execute(params![group, bytes])?;
+    Ok(u64::try_from(bytes.len()).unwrap_or(u64::MAX))
+}
+
+/// The batch as the wire asks for it, each number once and ascending. What is kept of it is the same.
+fn in_order(batch: &Batch) -> Cow<'_, Batch> {
+    let is_in_order = |part: &SensorBatch| part.frames.is_sorted_by(|one, next| one.seq < next.seq);
+    if batch.sensors.iter().all(is_in_order) {
+        return Cow::Borrowed(batch);
+    }
+    let mut batch = batch.clone();
+    for part in &mut batch.sensors {
+        part.frames.sort_by_key(|record| record.seq);
+        part.frames.dedup_by_key(|record| record.seq);
+    }
+    Cow::Owned(batch)
+}
+
+/// All groups, in their order.
+pub(super) fn all(connection: &Connection) -> Result<Vec<Group>, StoreError> {
+    let mut statement = connection.prepare("SELECT id, batches FROM pending ORDER BY id")?;
+    let mut rows = statement.query([])?;
+    let mut groups = Vec::new();
+    while let Some(row) = rows.next()? {
+        let bytes = row
+            .get_ref(1)?
+            .as_blob()
+            .map_err(|error| damaged(&error.to_string()))?;
+        groups.push(Group {
+            group: row.get(0)?,
+            bytes: u64::try_from(bytes.len()).unwrap_or(u64::MAX),
+            taken: open(bytes).ok_or_else(|| damaged("a group of posts that is cut"))??,
+        });
+    }
+    Ok(groups)
+}
+
+/// `None` if the bytes end within a batch.
+fn open(mut bytes: &[u8]) -> Option<Result<Vec<Taken>, StoreError>> {
+    let mut group = Vec::new();
+    while !bytes.is_empty() {
+        let (t_arrival_ns, rest) = bytes.split_first_chunk()?;
+        let (length, rest) = rest.split_first_chunk()?;
+        let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
+        let (batch, rest) = rest.split_at_checked(length)?;
+        match Batch::from_binary(batch, &NO_LIMITS) {
+            Ok(batch) => {
+                let t_arrival_ns = i64::from_le_bytes(*t_arrival_ns);
+                group.push(Taken::new(Arc::new(batch), t_arrival_ns));
+            }
+            Err(error) => return Some(Err(damaged(&format!("a post: {error}")))),
+        }
+        bytes = rest;
+    }
+    Some(Ok(group))
+}
+
+/// Deletes the groups up to `through`, and takes note of the number of the last.
+pub(super) fn forget(connection: &Connection, through: i64, last: i64) -> Result<(), StoreError> {
+    connection
+        .prepare_cached("DELETE FROM pending WHERE id <= ?")?
+        .execute([through])?;
+    connection
+        .prepare_cached("UPDATE counters SET groups = ?1 WHERE groups <> ?1")?
+        .execute([last])?;
+    Ok(())
+}
