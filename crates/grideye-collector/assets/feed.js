@@ -28,12 +28,29 @@ export function follow(on) {
     source.close();
     on.link("lost");
     retry ??= setTimeout(connect, RETRY_MS);
+    signInAgain();
   };
 
   // A network that went away without a word leaves a connection that looks open.
   setInterval(() => {
     if (retry === null && performance.now() - heardAt > SILENCE_MAX_MS) again();
   }, 1_000);
+  // A page that was left may be kept for the way back, and its connection with it. A browser has six to one host, so the
+  // seventh page would wait for a minute.
+  addEventListener("pagehide", () => source.close());
+  addEventListener("pageshow", (event) => {
+    if (event.persisted) again();
+  });
   on.link("connecting");
   connect();
+}
+
+/** A browser does not say why a stream of events broke; whoever was signed out is asked to sign in. */
+async function signInAgain() {
+  try {
+    const answer = await fetch("/v1/whoami");
+    if (answer.status === 401) location.assign("/login");
+  } catch {
+    // The collector is away: the next try to follow says so.
+  }
 }

@@ -1,9 +1,19 @@
+import { Beside } from "./beside.js";
+import { Devices } from "./devices.js";
 import { follow } from "./feed.js";
+import { commands } from "./keys.js";
+import { Library } from "./library.js";
+import { Look } from "./look.js";
+import { Playback } from "./playback.js";
 import { Recordings } from "./recordings.js";
 import { Sensor } from "./sensor.js";
+import { fetched } from "./simulation.js";
+import { offerSignOut } from "./sign-out.js";
 import { say } from "./words.js";
 
 const TICK_MS = 50;
+// More sensors than this are shown with their picture and least, mean and greatest temperature alone.
+const DETAILED_MAX = 6;
 
 const LINK = {
   connecting: "connecting to the collector",
@@ -15,14 +25,30 @@ const wall = document.querySelector("#sensors");
 const empty = document.querySelector("#empty");
 const template = document.querySelector("#sensor-card");
 const link = document.querySelector("#link");
+const back = document.querySelector("#back");
 const sensors = new Map();
 const recordings = new Recordings();
+const devices = new Devices();
+const library = new Library(recordings);
+const look = new Look();
+const beside = new Beside(document.querySelector("#beside"), {
+  look,
+  among: "live",
+  toggled: (open) => { document.querySelector("#wall").dataset.beside = open; },
+});
+const playback = new Playback(recordings, look);
+let view = "sensors";
+let large = null;
+let watched = null;
+let hasScenes = false;
 
 function take({ sensors: states }) {
   for (const state of states) {
-    const key = JSON.stringify([state.device, state.sensor]);
+    const key = `${state.device}/${state.sensor}`;
     if (!sensors.has(key)) {
-      sensors.set(key, new Sensor(template));
+      const sensor = new Sensor(template, { key, look, enlarge: (which) => show(which === large ? null : which) });
+      sensor.offerBeside(() => beside.toggle());
+      sensors.set(key, sensor);
       arrange();
     }
     sensors.get(key).take(state);
@@ -33,9 +59,128 @@ function take({ sensors: states }) {
 /** By device and sensor, whatever the order in which they were first seen. */
 function arrange() {
   const sorted = [...sensors].sort(([a], [b]) => (a < b ? -1 : 1));
-  wall.replaceChildren(...sorted.map(([, sensor]) => sensor.element));
-  wall.dataset.count = sensors.size;
+  const shown = sorted.filter(([key]) => !sensors.has(large) || key === large);
+  const elements = shown.map(([, sensor]) => sensor.element);
+  const same = elements.length === wall.children.length && elements.every((element, index) => element === wall.children[index]);
+  if (!same) wall.replaceChildren(...elements);
+  wall.dataset.count = shown.length;
+  wall.dataset.dense = shown.length > DETAILED_MAX;
+  back.hidden = !sensors.has(large) || sensors.size === 1;
+  for (const [key, { element }] of sensors) {
+    const button = element.querySelector("[data-field=large]");
+    button.hidden = sensors.size === 1;
+    say(button, key === large ? "Smaller" : "Larger");
+  }
+  putBeside(hasScenes && shown.length === 1 ? shown[0] : null);
 }
+
+/** Lets the one sensor in sight be seen beside a scene, where the program has scenes. */
+function putBeside(only) {
+  const [key, sensor] = only ?? [null, null];
+  for (const [other, { element }] of sensors) element.querySelector("[data-field=beside]").hidden = other !== key;
+  if (watched === key) return;
+  sensors.get(watched)?.watch(null);
+  watched = key;
+  const [device] = key?.split("/", 1) ?? [];
+  beside.follow(key === null ? null : { key, device, sensor: key.slice(device.length + 1) });
+  sensor?.watch(beside);
+}
+
+/** Shows one sensor large, or with `null` all; the address says which, so that it can be kept and sent. */
+function show(key) {
+  location.hash = key === null ? "" : `sensor=${encodeURIComponent(key)}`;
+}
+
+/** What is to be seen, as the address says. */
+function viewOf(address) {
+  if (address.has("recording")) return "playback";
+  return ["devices", "recordings"].find((name) => address.has(name)) ?? "sensors";
+}
+
+function followAddress() {
+  const address = new URLSearchParams(location.hash.slice(1));
+  view = viewOf(address);
+  const part = view === "playback" ? "recordings" : view;
+  for (const link of document.querySelectorAll("nav a")) link.setAttribute("aria-current", link.dataset.view === part ? "page" : "false");
+  document.querySelector("main").dataset.view = view;
+  document.querySelector("#wall").hidden = view !== "sensors";
+  document.querySelector("#look").hidden = !["sensors", "playback"].includes(view);
+  devices.show(view === "devices");
+  library.show(view === "recordings");
+  playback.show(address.get("recording"));
+  large = address.get("sensor");
+  arrange();
+  sensors.get(large)?.picture.focus();
+}
+
+/** Those in sight, by key. */
+function inSight() {
+  return view === "playback" ? playback.sensors : sensors;
+}
+
+/** The sensor that keys are meant for: the one in focus, else the only one in sight. */
+function meant() {
+  const cards = document.querySelectorAll(view === "playback" ? "#played > *" : "#sensors > *");
+  const key = document.activeElement?.closest(".sensor")?.dataset.key ?? (cards.length === 1 ? cards[0].dataset.key : null);
+  return key === null ? null : inSight().get(key);
+}
+
+/** The one before or after, in the order of the wall. */
+function step(by) {
+  const keys = [...inSight().keys()].sort();
+  if (keys.length === 0) return;
+  const from = keys.indexOf(meant()?.element.dataset.key ?? large);
+  const key = keys[(from + by + keys.length) % keys.length];
+  if (view === "sensors" && sensors.has(large)) show(key);
+  else inSight().get(key).picture.focus();
+}
+
+/** Opens a view, or from there the pictures again. */
+function toggleView(name) {
+  location.hash = view === name ? "" : name;
+}
+
+/** A key that does something while a recording is played. */
+function playing(what, says) {
+  return { says: `recording: ${says}`, does: () => playback.does(what), when: () => view === "playback" };
+}
+
+look.listen(() => {
+  for (const { picture } of sensors.values()) picture.redraw();
+  playback.redraw();
+});
+back.addEventListener("click", () => show(null));
+addEventListener("hashchange", followAddress);
+followAddress();
+
+commands({
+  p: { says: "next palette", does: () => look.next("palette") },
+  i: { says: "next way to draw: cells, bilinear, bicubic", does: () => look.next("method") },
+  h: { says: "hold the scale, or let it go", does: () => look.toggleHold() },
+  n: { says: "numbers in the cells", does: () => look.toggleNumbers() },
+  t: { says: "turn the sensor by a quarter", does: () => meant()?.picture.turn() },
+  m: { says: "mirror the sensor", does: () => meant()?.picture.mirror() },
+  c: { says: "clear the region", does: () => meant()?.picture.clearRegion() },
+  l: { says: "one sensor large, or all", when: () => view === "sensors", does: () => show(sensors.has(large) ? null : (meant()?.element.dataset.key ?? null)) },
+  "[": { says: "the sensor before", does: () => step(-1) },
+  "]": { says: "the sensor after", does: () => step(1) },
+  b: { says: "one sensor beside a scene, or alone", does: () => (view === "playback" ? playback.toggleBeside(meant()?.track.key) : beside.toggle()) },
+  d: { says: "devices, or sensors", does: () => toggleView("devices") },
+  r: { says: "recordings, or sensors", does: () => toggleView("recordings") },
+  Escape: { says: "all sensors, or all recordings", does: () => (view === "playback" ? toggleView("recordings") : show(null)) },
+  " ": playing("play", "play or pause"),
+  ",": playing("back", "one frame back"),
+  ".": playing("on", "one frame on"),
+  ArrowLeft: playing("back", "one frame back"),
+  ArrowRight: playing("on", "one frame on"),
+  PageDown: playing("rewind", "10 s back"),
+  PageUp: playing("forward", "10 s on"),
+  Home: playing("first", "its beginning"),
+  End: playing("last", "its end"),
+  "-": playing("slower", "slower, down to 0.25×"),
+  "+": playing("faster", "faster, up to 16×"),
+  g: playing("gap", "the next gap"),
+});
 
 follow({
   link(state) {
@@ -54,6 +199,13 @@ follow({
   },
   recordings: () => recordings.refresh(),
 });
+
+fetched("/v1/annexes").then(({ annexes }) => {
+  hasScenes = annexes?.includes("scenes") ?? false;
+  playback.offerBeside(hasScenes);
+  arrange();
+});
+offerSignOut(document.querySelector("#sign-out"));
 
 setInterval(() => {
   for (const sensor of sensors.values()) sensor.tick();

@@ -1,17 +1,23 @@
-// Start, stop and list of recordings.
+// Recordings: the form that starts one, and the newest of them beside the live pictures.
 
+import { ask, complain } from "./ask.js";
 import { count, duration, fieldsOf, say } from "./words.js";
 
 const REFRESH_MS = 2_000;
+// Beside the pictures there is room for so many; the view of recordings has all.
+const LISTED_MAX = 8;
 
 export class Recordings {
   #list = document.querySelector("#list");
   #none = document.querySelector("#none");
+  #more = document.querySelector("#more");
   #name = document.querySelector("#name");
   #trouble = document.querySelector("#trouble");
   #template = document.querySelector("#recording-row");
   #rows = new Map();
+  #all = [];
   #running = false;
+  #listeners = [];
 
   constructor() {
     document.querySelector("#start").addEventListener("submit", (event) => {
@@ -23,11 +29,36 @@ export class Recordings {
     }, REFRESH_MS);
   }
 
+  /** Calls back with all recordings, newest first, whenever they were asked for. */
+  listen(listener) {
+    this.#listeners.push(listener);
+  }
+
+  get all() {
+    return this.#all;
+  }
+
   async refresh() {
     const answer = await ask("/v1/recordings");
     // Without an answer the state of the connection at the top says enough.
     if (answer.error) return;
+    this.#all = answer.recordings;
     this.#show(answer.recordings);
+    for (const listener of this.#listeners) listener(answer.recordings);
+  }
+
+  /** Stops one; what went wrong, if anything did. */
+  async stop(id) {
+    const answer = await ask(`/v1/recordings/${id}/stop`, {});
+    await this.refresh();
+    return answer.error;
+  }
+
+  /** Writes a note; what went wrong, if anything did. */
+  async note(id, note) {
+    const answer = await ask(`/v1/recordings/${id}/note`, { note });
+    await this.refresh();
+    return answer.error;
   }
 
   async #start() {
@@ -37,23 +68,18 @@ export class Recordings {
     await this.refresh();
   }
 
-  async #stop(id) {
-    const answer = await ask(`/v1/recordings/${id}/stop`, {});
-    this.#complain(answer.error);
-    await this.refresh();
-  }
-
   #complain(error) {
-    this.#trouble.hidden = !error;
     this.#name.setAttribute("aria-invalid", String(Boolean(error)));
-    const hint = error?.hint ? `. Hint: ${error.hint}` : "";
-    say(this.#trouble, error ? `${error.message}${hint}` : "");
+    complain(this.#trouble, error);
   }
 
   #show(recordings) {
     this.#running = recordings.some((recording) => recording.running);
     this.#none.hidden = recordings.length > 0;
-    const rows = recordings.map((recording) => this.#row(recording));
+    this.#more.hidden = recordings.length <= LISTED_MAX;
+    // Those that run are among them however many came after.
+    const listed = recordings.filter((recording, index) => index < LISTED_MAX || recording.running);
+    const rows = listed.map((recording) => this.#row(recording));
     const same = rows.length === this.#list.children.length && rows.every((row, index) => row === this.#list.children[index]);
     if (!same) this.#list.replaceChildren(...rows);
   }
@@ -62,42 +88,41 @@ export class Recordings {
   #row(recording) {
     if (!this.#rows.has(recording.id)) {
       const row = this.#template.content.firstElementChild.cloneNode(true);
-      fieldsOf(row).stop.addEventListener("click", () => this.#stop(recording.id));
+      fieldsOf(row).stop.addEventListener("click", async () => this.#complain(await this.stop(recording.id)));
       this.#rows.set(recording.id, row);
     }
     const row = this.#rows.get(recording.id);
     const fields = fieldsOf(row);
     row.dataset.running = recording.running;
     say(fields.name, recording.name);
-    say(fields.facts, facts(recording));
-    fields.stop.hidden = !recording.running;
-    fields.stop.setAttribute("aria-label", `Stop recording ${recording.name}`);
-    fields.csv.hidden = recording.running;
-    fields.csv.href = recording.csv;
-    fields.csv.setAttribute("aria-label", `Download ${recording.name} as CSV`);
+    say(fields.facts, factsOf(recording));
+    offer(fields, recording);
     return row;
   }
 }
 
-function facts(recording) {
+/** What can be done with a recording: its buttons and links. */
+export function offer(fields, recording) {
+  fields.stop.hidden = !recording.running;
+  fields.stop.setAttribute("aria-label", `Stop recording ${recording.name}`);
+  fields.csv.hidden = recording.running;
+  fields.csv.href = recording.csv;
+  fields.csv.setAttribute("aria-label", `Download ${recording.name} as CSV`);
+  fields.play.href = `#recording=${recording.id}`;
+  fields.play.setAttribute("aria-label", `Play ${recording.name}`);
+}
+
+/** How long a recording is, or has been running. */
+export function lengthOf(recording) {
   const until = recording.t_stop_ns ?? Date.now() * 1e6;
   const length = duration(Math.max(0, (until - recording.t_start_ns) / 1e9));
-  const parts = [
-    recording.running ? `recording for ${length}` : length,
-    recording.frames > 0 ? count(recording.frames, "frame", "frames") : "no frames",
-  ];
+  return recording.running ? `recording for ${length}` : length;
+}
+
+/** In one line: length, frames, sensors and what is missing. */
+export function factsOf(recording) {
+  const parts = [lengthOf(recording), recording.frames > 0 ? count(recording.frames, "frame", "frames") : "no frames"];
   if (recording.sensors > 0) parts.push(count(recording.sensors, "sensor", "sensors"));
   if (recording.missing > 0) parts.push(`${recording.missing.toLocaleString("en")} missing`);
   return parts.join(" · ");
-}
-
-/** GET, or POST with a body; what went wrong is in `error`. */
-async function ask(path, body) {
-  const post = { method: "POST", headers: { "content-type": "application/json" } };
-  try {
-    const response = await fetch(path, body === undefined ? {} : { ...post, body: JSON.stringify(body) });
-    return await response.json();
-  } catch {
-    return { error: { message: "the collector cannot be reached", hint: "see that it is running, and try again" } };
-  }
 }

@@ -1,33 +1,59 @@
-// One sensor: its picture, its numbers, and how it does.
+// One live sensor: its picture, its last minutes, and how it does.
 
-import { HeatMap } from "./heatmap.js";
-import { paintBar, rangeOf, ticksOf } from "./palette.js";
-import { byKind, count, degrees, duration, fieldsOf, say } from "./words.js";
+import { History } from "./history.js";
+import { Picture } from "./picture.js";
+import { troublesOf } from "./troubles.js";
+import { duration, fieldsOf, say } from "./words.js";
 
 // Frames of one post are shown as far apart as they were measured, unless that takes longer than this.
 const PLAYED_MS_MAX = 1_500;
 // A frame older than this, or than three periods of a slow sensor, is not called live.
 const STALE_S_MIN = 3;
+const DESCRIBED_MS = 200;
+const HISTORY_DRAWN_MS = 500;
 
 export class Sensor {
   #fields;
   #article;
-  #heat;
+  #picture;
+  #history;
   #status = null;
   #waiting = [];
   #shown = null;
   #missing = null;
+  #describedAt = -Infinity;
+  #drawnAt = -Infinity;
+  #watcher = null;
 
-  constructor(template) {
+  /** `key` tells sensors apart, `look` draws them alike, `enlarge` is called when this one is to be seen large. */
+  constructor(template, { key, look, enlarge }) {
     this.#article = template.content.firstElementChild.cloneNode(true);
+    for (const element of this.#article.querySelectorAll("[data-played]")) element.remove();
     this.#fields = fieldsOf(this.#article);
-    this.#heat = new HeatMap(this.#article.querySelector(".heat"), () => this.#cursor());
-    paintBar(this.#article.querySelector(".bar"));
-    this.#cursor();
+    this.#history = new History(this.#article.querySelector(".history"));
+    this.#picture = new Picture(this.#article, { key, look, among: "live", lies: (orientation) => this.#watcher?.lies(orientation) });
+    this.#fields.large.addEventListener("click", () => enlarge(key));
   }
 
   get element() {
     return this.#article;
+  }
+
+  get picture() {
+    return this.#picture;
+  }
+
+  /** Tells `watcher` of each frame, of how the picture lies, and of the state, from now on; `null` tells nobody. */
+  watch(watcher) {
+    this.#watcher = watcher;
+    watcher?.lies(this.#picture.orientation);
+    if (this.#shown !== null) watcher?.frame(this.#shown.frame, this.#status);
+    this.#describedAt = -Infinity;
+  }
+
+  /** What the button beside "Larger" does. */
+  offerBeside(toggle) {
+    this.#fields.beside.addEventListener("click", toggle);
   }
 
   /** Takes a sensor's part of an event: its state, and the frames that came. */
@@ -37,6 +63,7 @@ export class Sensor {
     if (again) this.#missing = null;
     this.#hurry();
     this.#plan(status.frames);
+    this.#describedAt = -Infinity;
     this.tick();
   }
 
@@ -44,7 +71,12 @@ export class Sensor {
   tick() {
     const now = performance.now();
     while (this.#waiting.length > 0 && this.#waiting[0].due <= now) this.#show(this.#waiting.shift());
-    if (this.#status !== null) this.#describe();
+    if (this.#status === null || now - this.#describedAt < DESCRIBED_MS) return;
+    this.#describedAt = now;
+    this.#describe();
+    if (now - this.#drawnAt < HISTORY_DRAWN_MS) return;
+    this.#drawnAt = now;
+    this.#history.draw(now / 1000);
   }
 
   #plan(frames) {
@@ -63,54 +95,17 @@ export class Sensor {
   }
 
   #show(next) {
+    const measuredAt = next.came.now / 1000 - next.frame.age_s;
+    this.#describedAt = -Infinity;
     if (next.frame.missing !== undefined) {
       this.#missing = next;
+      this.#history.miss(measuredAt);
       return;
     }
     this.#missing = null;
     this.#shown = next;
-    this.#picture(next.frame);
-  }
-
-  #picture(frame) {
-    const celsius = frame.pixels_celsius;
-    const range = rangeOf(celsius);
-    this.#heat.show(celsius, range);
-    const mean = celsius.reduce((sum, value) => sum + value, 0) / celsius.length;
-    say(this.#fields.min, degrees(Math.min(...celsius)));
-    say(this.#fields.mean, degrees(mean));
-    say(this.#fields.max, degrees(Math.max(...celsius)));
-    say(this.#fields.thermistor, degrees(frame.thermistor_celsius));
-    say(this.#fields.seq, `#${frame.seq.toLocaleString("en")}`);
-    this.#scale(range);
-    this.#cursor();
-  }
-
-  #scale(range) {
-    const ticks = ticksOf(range);
-    const labels = ticks.map((tick) => `${tick} °C`);
-    if (this.#fields.ticks.dataset.labels === labels.join()) return;
-    this.#fields.ticks.dataset.labels = labels.join();
-    this.#fields.ticks.replaceChildren(
-      ...labels.map((label, index) => {
-        const item = document.createElement("li");
-        item.textContent = label;
-        item.style.top = `${((range.high - ticks[index]) / (range.high - range.low)) * 100}%`;
-        return item;
-      }),
-    );
-  }
-
-  #cursor() {
-    const cell = this.#heat?.cell ?? null;
-    const celsius = this.#shown?.frame.pixels_celsius;
-    this.#fields.cursor.dataset.reading = cell !== null && Boolean(celsius);
-    if (cell === null || !celsius) {
-      say(this.#fields.cursor, "Point at a cell, or use the arrow keys, to read it.");
-      return;
-    }
-    const place = `row ${Math.floor(cell / 8) + 1}, column ${(cell % 8) + 1}`;
-    say(this.#fields.cursor, `Pixel ${cell + 1} (${place}): ${degrees(celsius[cell])}`);
+    this.#history.add(measuredAt, this.#picture.show(next.frame));
+    this.#watcher?.frame(next.frame, this.#status);
   }
 
   #describe() {
@@ -121,7 +116,7 @@ export class Sensor {
     // A reason that is old itself says nothing of now.
     const missing = this.#missing !== null && ageOf(this.#missing) <= staleAfter ? this.#missing.frame.missing : null;
     say(this.#fields.name, `${device} · ${sensor}`);
-    this.#article.querySelector(".heat").setAttribute("aria-label", `Heat map of ${device}, ${sensor}; arrow keys read its cells`);
+    this.#picture.label = `${device}, ${sensor}`;
     const atLeast = this.#shown?.frame.age_basis === "arrival" ? "at least " : "";
     say(this.#fields.age, age === Infinity ? "none yet" : `${atLeast}${duration(age)} ago`);
     say(this.#fields.rate, stale || !rate ? "–" : `${rate.toFixed(2)} Hz`);
@@ -138,6 +133,7 @@ export class Sensor {
     this.#fields.veil.hidden = state === "live";
     const veil = { live: "", stale: `Stale: ${old}`, missing: `No frame: ${missing}. ${old[0].toUpperCase()}${old.slice(1)}` };
     say(this.#fields.veil, veil[state]);
+    this.#watcher?.state(state, veil[state]);
   }
 
   #troubles() {
@@ -157,24 +153,4 @@ export class Sensor {
 function ageOf({ frame, came }) {
   const passed = Math.max(performance.now() - came.now, Date.now() - came.today, 0);
   return frame.age_s + passed / 1000;
-}
-
-/** What a person should know of the stream, in sentences. */
-function troublesOf(status) {
-  const texts = [];
-  if (status.never_came > 0) {
-    const last = status.gaps.at(-1);
-    const where = last ? ` Latest gap: ${last.from === last.to ? `#${last.from}` : `#${last.from} to #${last.to}`}.` : "";
-    texts.push(`${count(status.never_came, "frame has", "frames have")} not come.${where}`);
-  }
-  if (status.missing > 0) {
-    texts.push(`${count(status.missing, "frame", "frames")} could not be read and ${status.missing === 1 ? "is" : "are"} recorded as missing.`);
-  }
-  const errors = byKind(status.errors ?? {});
-  if (errors) texts.push(`Bus errors: ${errors}.`);
-  const dropped = byKind(status.dropped ?? {});
-  if (dropped) texts.push(`Dropped by the agent: ${dropped}.`);
-  if (status.spooled > 0) texts.push(`${count(status.spooled, "frame waits", "frames wait")} in the agent's spool.`);
-  if (status.unaccounted > 0) texts.push(`${count(status.unaccounted, "frame was", "frames were")} read and cannot be accounted for.`);
-  return texts;
 }

@@ -38,3 +38,33 @@ export function fieldsOf(root) {
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
+
+const DAY_AND_TIME = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "medium" });
+const DAY_AND_MINUTE = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "short" });
+const TIME_OF_DAY = new Intl.DateTimeFormat(undefined, {
+  hour: "numeric", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 1,
+});
+
+/** A moment of wall clock, in milliseconds since 1970, to the second, as the watcher's part of the world writes it. */
+export function moment(milliseconds) {
+  return DAY_AND_TIME.format(milliseconds);
+}
+
+/** The time of day of such a moment, to a tenth of a second. */
+export function timeOfDay(milliseconds) {
+  return TIME_OF_DAY.format(milliseconds);
+}
+
+/** A moment of wall clock to the minute. */
+export function minute(milliseconds) {
+  return DAY_AND_MINUTE.format(milliseconds);
+}
+
+/** A place in a recording, to a tenth of a second: 1:02:03.4. */
+export function place(seconds) {
+  const tenths = Math.max(0, Math.floor(seconds * 10 + 1e-6));
+  const [whole, tenth] = [Math.floor(tenths / 10), tenths % 10];
+  const [hours, minutes, rest] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
+  const two = (number) => String(number).padStart(2, "0");
+  return `${hours > 0 ? `${hours}:${two(minutes)}` : minutes}:${two(rest)}.${tenth}`;
+}

@@ -1,0 +1,344 @@
+// Real beside simulated: one sensor's frames, what a scene would show it at the same moments, and how alike they are.
+// What gives the frames, live or in playback, calls `follow` and then `lies`, `frame` and `state`.
+
+import { DIFFERENCES, rangeAround, signed, summed } from "./difference.js";
+import { HeatMap } from "./heatmap.js";
+import { keep, kept } from "./keep.js";
+import { Plan } from "./plan.js";
+import { labelTicks, paintBar } from "./scale.js";
+import { Scores } from "./scores.js";
+import { Simulation, fetched, momentOf } from "./simulation.js";
+import { degrees, duration, fieldsOf, say } from "./words.js";
+
+const ASK_MS = 2_000;
+const NOTHING = { open: false, scene: null, sensor: null, originNs: null, boot: null, again: false, seconds: 10 };
+const SIDES = ["real", "simulated", "difference"];
+
+export class Beside {
+  #place;
+  #root;
+  #look;
+  #fields;
+  #sides = {};
+  #plan;
+  #scores;
+  #scenes = null;
+  #source = null;
+  #chosen = NOTHING;
+  #scene = null;
+  #simulation = null;
+  #newest = null;
+  #values = null;
+  #answeredFor = null;
+  #asking = false;
+  #toggled;
+  #among;
+
+  /**
+   * The panel opens in `place`; `look` says how pictures are drawn, `among` names those that a common scale is made of, and
+   * `toggled` is told whether it is open.
+   */
+  constructor(place, { look, among, toggled }) {
+    const root = document.querySelector("#beside-panel").content.firstElementChild.cloneNode(true);
+    this.#place = place;
+    this.#root = root;
+    this.#look = look;
+    this.#toggled = toggled;
+    this.#among = among;
+    this.#fields = fieldsOf(root);
+    this.#plan = new Plan(this.#fields.plan);
+    this.#scores = new Scores(root);
+    for (const side of SIDES) this.#sides[side] = this.#side(side);
+    paintBar(root.querySelector("[data-scale=difference] .bar"), DIFFERENCES.colours);
+    this.#fields.choice.addEventListener("change", (event) => this.#choose(event.target.value));
+    this.#fields.begin.addEventListener("click", () => this.#begin(this.#newest?.frame.t_boot_ns ?? null));
+    this.#fields.first.addEventListener("click", () => this.#begin(this.#newest?.began ?? null));
+    this.#fields.again.addEventListener("change", (event) => this.#change({ again: event.target.checked }));
+    this.#fields.seconds.addEventListener("change", (event) => this.#compare(Number(event.target.value)));
+    this.#fields.close.addEventListener("click", () => this.toggle());
+    look.listen(() => this.#draw());
+    setInterval(() => this.#ask(), ASK_MS / 2);
+  }
+
+  /**
+   * Whose frames come from now on: `{ key, device, sensor }`, of a recording `recording` as well; `null` hides all.
+   * What was chosen for that key before is chosen again.
+   */
+  async follow(source) {
+    if (source?.key === this.#source?.key && source?.recording === this.#source?.recording) return;
+    this.#source = source;
+    this.#newest = null;
+    // What was simulated for another sensor is nothing to hold this one against.
+    this.#scene = null;
+    this.#simulation = null;
+    this.#values = null;
+    this.#chosen = source === null ? NOTHING : kept(`beside.${source.key}`, NOTHING);
+    this.#open();
+    if (!this.#chosen.open) return;
+    await this.#offer();
+  }
+
+  /** Opens or closes the panel for whom it follows. */
+  async toggle() {
+    if (this.#source === null) return;
+    this.#change({ open: !this.#chosen.open });
+    this.#open();
+    if (!this.#chosen.open) return;
+    await this.#offer();
+    this.#fields.choice.focus();
+  }
+
+  /** How pictures are turned. */
+  lies(orientation) {
+    for (const side of SIDES) this.#sides[side].heat.orient(orientation);
+  }
+
+  /** A frame as the live page has them: `{ seq, t_boot_ns, pixels_celsius }`, of a run `{ boot, began_boot_ns }`. */
+  frame(frame, run) {
+    this.#newest = { frame, boot: run.boot, began: run.began_boot_ns ?? null };
+    // A boot clock counts from its own start: what was laid over another run lies nowhere in this one.
+    if (this.#chosen.boot !== null && this.#chosen.boot !== run.boot) this.#change({ originNs: null, boot: null });
+    this.#draw();
+  }
+
+  /** Whether what is shown is `live`, and if not, why. */
+  state(state, why) {
+    const { figure, veil } = this.#sides.real;
+    figure.dataset.state = state;
+    veil.hidden = state === "live";
+    say(veil, why);
+    this.#root.dataset.state = state;
+  }
+
+  #side(name) {
+    const figure = this.#root.querySelector(`[data-side=${name}]`);
+    const canvas = figure.querySelector(".heat");
+    canvas.setAttribute("aria-label", `${figure.querySelector("figcaption").textContent}; arrow keys read its cells`);
+    const heat = new HeatMap(canvas, { cell: (cell) => this.#point(cell) });
+    return { figure, heat, veil: figure.querySelector(".veil") };
+  }
+
+  #open() {
+    const open = this.#source !== null && this.#chosen.open;
+    if (open !== this.#root.isConnected) this.#place.replaceChildren(...(open ? [this.#root] : []));
+    this.#toggled(open);
+  }
+
+  #change(change) {
+    this.#chosen = { ...this.#chosen, ...change };
+    if (this.#source !== null) keep(`beside.${this.#source.key}`, this.#chosen);
+  }
+
+  #compare(seconds) {
+    this.#change({ seconds });
+    this.#answeredFor = null;
+    this.#ask();
+  }
+
+  /** Asks for the scenes, and lists them. */
+  async #offer() {
+    const answer = await fetched("/v1/scenes");
+    this.#complain(answer.error);
+    if (answer.error) return;
+    this.#scenes = answer.scenes;
+    const options = this.#scenes.flatMap(optionsOf);
+    this.#fields.choice.replaceChildren(new Option("Choose a scene", ""), ...options);
+    this.#take();
+  }
+
+  #choose(value) {
+    const [scene, sensor] = value === "" ? [null, null] : JSON.parse(value);
+    this.#change({ scene, sensor, originNs: null, boot: null });
+    this.#take();
+  }
+
+  /** Takes up the scene that is chosen. */
+  async #take() {
+    const { scene: name, sensor } = this.#chosen;
+    this.#scene = this.#scenes.find((scene) => scene.name === name && scene.sensors.some((one) => one.name === sensor && one.fits)) ?? null;
+    this.#answeredFor = null;
+    this.#simulation = null;
+    this.#fields.choice.value = this.#scene === null ? "" : JSON.stringify([name, sensor]);
+    this.#fields.running.hidden = this.#scene?.moves !== true;
+    this.#fields.again.checked = this.#chosen.again;
+    this.#fields.seconds.value = this.#chosen.seconds;
+    say(this.#fields.about, this.#scene === null ? "" : `${this.#scene.title} It is simulated without the sensor's noise.`);
+    this.#scores.none(this.#scene === null ? "Choose the scene that the sensor stands in." : "The first frames are being compared.");
+    this.#root.dataset.chosen = this.#scene !== null;
+    if (this.#scene === null) {
+      const lost = name !== null ? `There is no scene ${name} any more that has a sensor ${sensor} of 8 x 8 pixels.` : "";
+      this.#complain(lost ? { message: lost } : null);
+      return;
+    }
+    this.#simulation = new Simulation(name, sensor, (error) => {
+      this.#complain(error);
+      this.#draw();
+    });
+    this.#draw();
+    const plan = await fetched(`/v1/scenes/${encodeURIComponent(name)}/plan`);
+    if (plan.error) this.#complain(plan.error);
+    else if (this.#chosen.scene === name) this.#plan.draw(plan, sensor);
+    this.#draw();
+    // Beyond the first sensors, the collector keeps frames for comparisons from the first question on.
+    this.#ask();
+  }
+
+  #begin(originNs) {
+    if (originNs === null) return;
+    this.#change({ originNs, boot: this.#newest.boot });
+    this.#answeredFor = null;
+    this.#scores.none("The scene has just begun.");
+    this.#draw();
+  }
+
+  #draw() {
+    if (!this.#root.isConnected || this.#newest === null) return;
+    const { frame, began } = this.#newest;
+    this.#fields.first.hidden = began === null;
+    // What an emulated sensor shows begins with its first frame; a person begins when somebody says so.
+    if (this.#scene?.moves && this.#chosen.originNs === null && began !== null) {
+      this.#change({ originNs: began, boot: this.#newest.boot });
+    }
+    const moment = this.#scene === null ? null : momentOf(this.#laid(), frame.t_boot_ns);
+    const simulated = moment === null ? null : (this.#simulation?.at(moment.second) ?? null);
+    this.#pictures(frame.pixels_celsius, simulated, moment);
+    say(this.#fields.clock, moment === null ? "" : clockWords(moment, this.#scene));
+    if (simulated !== null) this.#places(simulated.agents, moment);
+  }
+
+  #laid() {
+    const { moves, seconds } = this.#scene;
+    const { originNs, again } = this.#chosen;
+    return { moves, seconds, originNs, again };
+  }
+
+  #pictures(real, simulated, moment) {
+    const drawing = this.#look.drawing;
+    const range = this.#look.rangeFor(`${this.#source.key} beside`, simulated === null ? real : [...real, ...simulated.celsius], this.#among);
+    const now = simulated !== null && moment.state === "within";
+    const differences = now ? real.map((celsius, pixel) => celsius - simulated.celsius[pixel]) : null;
+    this.#values = { real, simulated: simulated?.celsius ?? null, differences };
+    for (const side of ["real", "simulated"]) this.#sides[side].heat.look(drawing);
+    this.#sides.difference.heat.look({ ...DIFFERENCES, method: "cells" });
+    this.#sides.real.heat.show(real, range);
+    if (simulated !== null) this.#sides.simulated.heat.show(simulated.celsius, range);
+    if (differences !== null) this.#sides.difference.heat.show(differences, rangeAround(differences));
+    paintBar(this.#root.querySelector("[data-scale=temperature] .bar"), drawing.colours);
+    labelTicks(this.#root.querySelector("[data-scale=temperature] ol"), range);
+    labelTicks(this.#root.querySelector("[data-scale=difference] ol"), rangeAround(differences ?? [0]), (tick) => signed(tick, Number.isInteger(tick) ? 0 : 1));
+    this.#veil("simulated", simulated !== null, now ? "" : veilWords(moment));
+    this.#veil("difference", differences !== null, differences === null ? "No difference: nothing is simulated for now." : "");
+    this.#read(this.#sides.real.heat.cell);
+  }
+
+  /** Says over a picture why it is not of now; one that shows nothing yet is blank. */
+  #veil(side, drawn, words) {
+    const { figure, veil } = this.#sides[side];
+    figure.dataset.blank = !drawn;
+    figure.dataset.state = words === "" ? "live" : "missing";
+    veil.hidden = words === "";
+    say(veil, words);
+  }
+
+  #point(cell) {
+    for (const side of SIDES) this.#sides[side].heat?.mark(cell);
+    this.#read(cell);
+  }
+
+  #read(cell) {
+    const { real, simulated, differences } = this.#values ?? {};
+    this.#fields.cursor.dataset.reading = cell !== null;
+    if (!real) return;
+    if (cell === null) {
+      say(this.#fields.cursor, differences === null ? "Point at a cell, or use the arrow keys, to read it." : summed(differences));
+      return;
+    }
+    const parts = [`Pixel ${cell + 1}: real ${degrees(real[cell])}`];
+    if (simulated !== null) parts.push(`simulated ${degrees(simulated[cell])}`);
+    if (differences !== null) parts.push(`difference ${signed(differences[cell], 2)} °C`);
+    say(this.#fields.cursor, parts.join(", "));
+  }
+
+  #places(agents, moment) {
+    const known = moment.state === "within";
+    this.#plan.place(agents, known);
+    const words = agents.map(({ name, place: [x, y] }) => `${name} at ${x.toFixed(2)} m from the left, ${y.toFixed(2)} m from the front`);
+    const when = known ? "" : ` (${moment.state === "ended" ? "where the scene ended" : "where the scene begins"})`;
+    say(this.#fields.places, words.length === 0 ? "Nobody is in this scene." : `${words.join("; ")}${when}`);
+  }
+
+  /** Asks how alike both are, while somebody looks and frames come. */
+  async #ask() {
+    if (this.#asking || !this.#root.isConnected || document.hidden || this.#scene === null || this.#newest === null) return;
+    const { frame, boot } = this.#newest;
+    const moment = momentOf(this.#laid(), frame.t_boot_ns);
+    if (moment.state === "unset" || moment.state === "before") return;
+    // After its end one answer is all that there is to say.
+    const asks = moment.state === "ended" ? `ended ${moment.originNs}` : frame.seq;
+    if (this.#answeredFor === asks) return;
+    this.#asking = true;
+    const [simulation, { scene, sensor }] = [this.#simulation, this.#chosen];
+    const path = `/v1/scenes/${encodeURIComponent(scene)}/sensors/${encodeURIComponent(sensor)}/comparison`;
+    const answer = await fetched(`${path}?${this.#question(frame, boot, moment)}`);
+    setTimeout(() => { this.#asking = false; }, ASK_MS);
+    if (simulation !== this.#simulation) return;
+    this.#answeredFor = asks;
+    if (answer.error) this.#scores.none(`${answer.error.message}.`);
+    else if (moment.state === "ended" && !answer.frames) this.#scores.none("The scene ended before the collector kept frames that it speaks of: begin it again.");
+    else this.#scores.show(answer);
+  }
+
+  #question(frame, boot, { originNs }) {
+    const { device, sensor, recording } = this.#source;
+    const asked = new URLSearchParams({ device, of: sensor, seconds: this.#chosen.seconds });
+    if (originNs !== null) asked.set("origin_ns", String(Math.max(0, Math.round(originNs))));
+    if (recording !== undefined) {
+      asked.set("recording", recording);
+      asked.set("boot", boot);
+      asked.set("through_seq", frame.seq);
+    }
+    return asked;
+  }
+
+  #complain(error) {
+    const hint = error?.hint ? `. Hint: ${error.hint}` : "";
+    this.#fields.trouble.hidden = !error;
+    say(this.#fields.trouble, error ? `${error.message}${hint}` : "");
+  }
+}
+
+/** One entry for each sensor that has as many pixels as a frame, or one that says why there is none. */
+function optionsOf(scene) {
+  const fitting = scene.sensors.filter(({ fits }) => fits);
+  if (fitting.length === 0) {
+    const option = new Option(`${scene.name} (${scene.error ? "cannot be read" : "no sensor of 8 x 8 pixels"})`, "");
+    option.disabled = true;
+    option.title = scene.error ?? "";
+    return [option];
+  }
+  return fitting.map(({ name }) => {
+    const option = new Option(fitting.length > 1 ? `${scene.name} · ${name}` : scene.name, JSON.stringify([scene.name, name]));
+    option.title = scene.title;
+    return option;
+  });
+}
+
+function clockWords(moment, scene) {
+  if (!scene.moves) return "Nothing moves in this scene: it holds at any time.";
+  switch (moment.state) {
+    case "unset": return `Something moves in this scene, for ${duration(scene.seconds)}: say when it begins.`;
+    case "before": return `The scene begins in ${duration(moment.until)}.`;
+    case "ended": return `The scene has ended, ${duration(moment.since)} ago.`;
+    default: return `Second ${moment.second.toFixed(1)} of ${scene.seconds.toFixed(1)}${moment.turn ? `, for the ${moment.turn}. time` : ""}.`;
+  }
+}
+
+function veilWords(moment) {
+  if (moment === null) return "No scene is chosen.";
+  switch (moment.state) {
+    case "unset": return "The scene has not begun: this is its first moment.";
+    case "before": return "The scene has not begun: this is its first moment.";
+    case "ended": return "The scene has ended: this is its last moment.";
+    default: return "Being simulated.";
+  }
+}

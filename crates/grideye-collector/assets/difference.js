@@ -1,0 +1,38 @@
+// Real less simulated: colours that need no colour vision, and a scale with 0 in its middle.
+
+import { ofStops } from "./palettes.js";
+
+// The darker, the warmer the simulation; the lighter, the warmer the sensor; grey where both are alike. The lightness
+// runs one way and blue against yellow stays apart for every kind of colour vision: both are what cividis is made for
+// (Nuñez, Anderton, Renslow 2018).
+const STOPS = [
+  [0.0, [0, 28, 92]], [0.25, [62, 82, 128]], [0.5, [139, 138, 134]], [0.75, [204, 184, 92]], [1.0, [255, 238, 96]],
+];
+const COLOURS = ofStops(STOPS);
+// Less would show the noise of the sensor as if it were a difference.
+const END_MIN_CELSIUS = 2;
+
+/** How differences are drawn: always with their numbers, which say the sign. */
+export const DIFFERENCES = { colours: COLOURS, numbers: true, text: signed };
+
+/** A whole number of degrees to either side of 0 that holds all of these. */
+export function rangeAround(differences) {
+  const greatest = Math.max(...differences.map(Math.abs));
+  const end = Math.max(END_MIN_CELSIUS, Math.ceil(greatest));
+  return { low: -end, high: end };
+}
+
+/** With its sign, unless it is 0 by rounding. */
+export function signed(celsius, decimals) {
+  const text = Math.abs(celsius).toFixed(decimals);
+  if (Number(text) === 0) return text;
+  return `${celsius < 0 ? "−" : "+"}${text}`;
+}
+
+/** What 64 differences come to, in a sentence. */
+export function summed(differences) {
+  const mean = differences.reduce((sum, value) => sum + value, 0) / differences.length;
+  const rms = Math.sqrt(differences.reduce((sum, value) => sum + value * value, 0) / differences.length);
+  const largest = differences.reduce((most, value, pixel) => (Math.abs(value) > Math.abs(differences[most]) ? pixel : most), 0);
+  return `Real less simulated: mean ${signed(mean, 2)} °C, root mean square ${rms.toFixed(2)} °C, largest ${signed(differences[largest], 2)} °C at pixel ${largest + 1}.`;
+}

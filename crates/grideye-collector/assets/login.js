@@ -1,0 +1,36 @@
+// Signing in: the token goes to the collector once, and comes back as a cookie that no script can read.
+
+import { say } from "./words.js";
+
+const form = document.querySelector("#login");
+const token = document.querySelector("#token");
+const trouble = document.querySelector("#trouble");
+
+form.addEventListener("submit", async (event) => {
+  event.preventDefault();
+  complain(await signIn(token.value.trim()));
+});
+
+function complain(error) {
+  if (!error) {
+    location.assign("/");
+    return;
+  }
+  trouble.hidden = false;
+  token.setAttribute("aria-invalid", "true");
+  say(trouble, error.hint ? `${error.message}. Hint: ${error.hint}` : error.message);
+}
+
+/** What went wrong, or nothing. */
+async function signIn(text) {
+  try {
+    const response = await fetch("/v1/login", {
+      method: "POST",
+      headers: { "content-type": "application/json" },
+      body: JSON.stringify({ token: text }),
+    });
+    return response.ok ? null : (await response.json()).error;
+  } catch {
+    return { message: "the collector cannot be reached", hint: "see that it is running, and try again" };
+  }
+}

@@ -1,0 +1,153 @@
+// How pictures are drawn: palette, method, scale and numbers, for every sensor alike.
+
+import { keep, kept } from "./keep.js";
+import { PALETTES } from "./palettes.js";
+import { around, rangeOf } from "./scale.js";
+import { METHODS } from "./smooth.js";
+import { say } from "./words.js";
+
+const SCALES = new Map([
+  ["auto", "Automatic, each sensor"],
+  ["shared", "Automatic, one for all"],
+  ["hold", "Hold as it is"],
+  ["fixed", "Fixed"],
+]);
+const FIRST = { palette: "inferno", method: "cells", scale: "auto", low: 18, high: 34, numbers: false };
+// What a word of 12 bits in steps of 0.25 °C can say.
+const [LOWEST, HIGHEST] = [-512, 511.75];
+
+export class Look {
+  #form = document.querySelector("#look");
+  #chosen = valid(kept("look", FIRST));
+  #held = new Map();
+  #newest = new Map();
+  #listeners = [];
+
+  constructor() {
+    offer(this.#control("palette"), [...PALETTES].map(([key, { title }]) => [key, title]));
+    offer(this.#control("method"), [...METHODS].map(([key, { title }]) => [key, title]));
+    offer(this.#control("scale"), [...SCALES]);
+    for (const name of ["palette", "method", "scale"]) {
+      this.#control(name).addEventListener("change", (event) => this.choose({ [name]: event.target.value }));
+    }
+    for (const name of ["low", "high"]) this.#control(name).addEventListener("change", () => this.#limits());
+    this.#control("numbers").addEventListener("click", () => this.choose({ numbers: !this.#chosen.numbers }));
+    this.#form.addEventListener("submit", (event) => event.preventDefault());
+    this.#describe();
+  }
+
+  /** Calls back at every change. */
+  listen(listener) {
+    this.#listeners.push(listener);
+  }
+
+  /** What a picture needs to know. */
+  get drawing() {
+    const { palette, method, numbers } = this.#chosen;
+    return { colours: PALETTES.get(palette).colours, method, numbers };
+  }
+
+  get interpolated() {
+    return this.#chosen.method !== "cells";
+  }
+
+  choose(change) {
+    const before = this.#chosen.scale;
+    this.#chosen = { ...this.#chosen, ...change };
+    if (this.#chosen.scale === "hold" && before !== "hold") this.#hold(before);
+    keep("look", this.#chosen);
+    this.#describe();
+    for (const listener of this.#listeners) listener();
+  }
+
+  /** The next palette or method, after the last the first again. */
+  next(name) {
+    const keys = [...(name === "palette" ? PALETTES : METHODS).keys()];
+    this.choose({ [name]: keys[(keys.indexOf(this.#chosen[name]) + 1) % keys.length] });
+  }
+
+  toggleHold() {
+    this.choose({ scale: this.#chosen.scale === "hold" ? "auto" : "hold" });
+  }
+
+  toggleNumbers() {
+    this.choose({ numbers: !this.#chosen.numbers });
+  }
+
+  /** The scale for a sensor's frame; `among` names those that it shares a scale with. */
+  rangeFor(sensor, celsius, among) {
+    const own = rangeOf(celsius);
+    const key = `${among} ${sensor}`;
+    this.#newest.set(key, { own, among });
+    const { scale, low, high } = this.#chosen;
+    if (scale === "fixed") return { low, high };
+    if (scale === "shared") return this.#shared(among);
+    // A sensor that comes while scales are held is held at its first frame.
+    if (scale === "hold" && !this.#held.has(key)) this.#held.set(key, own);
+    return scale === "hold" ? this.#held.get(key) : own;
+  }
+
+  /** Lets go of those that are seen no more. */
+  forget(among) {
+    for (const [key, newest] of this.#newest) if (newest.among === among) this.#newest.delete(key);
+  }
+
+  #shared(among) {
+    const ranges = [...this.#newest.values()].filter((newest) => newest.among === among);
+    return around(ranges.map(({ own }) => own));
+  }
+
+  #hold(before) {
+    const all = [...this.#newest];
+    this.#held = new Map(all.map(([key, { own, among }]) => [key, this.#shown(before, among, own)]));
+  }
+
+  #shown(before, among, own) {
+    if (before === "fixed") return { low: this.#chosen.low, high: this.#chosen.high };
+    return before === "shared" ? this.#shared(among) : own;
+  }
+
+  #limits() {
+    const [low, high] = ["low", "high"].map((name) => this.#control(name).valueAsNumber);
+    const fault = faultOf(low, high);
+    for (const name of ["low", "high"]) this.#control(name).setAttribute("aria-invalid", String(fault !== ""));
+    this.#complain(fault);
+    if (fault === "") this.choose({ low, high });
+  }
+
+  #complain(fault) {
+    const trouble = this.#form.querySelector("#look-trouble");
+    trouble.hidden = fault === "";
+    say(trouble, fault);
+  }
+
+  #describe() {
+    const chosen = this.#chosen;
+    for (const name of ["palette", "method", "scale", "low", "high"]) this.#control(name).value = chosen[name];
+    this.#control("numbers").setAttribute("aria-pressed", String(chosen.numbers));
+    this.#form.querySelector("#limits").hidden = chosen.scale !== "fixed";
+    if (chosen.scale !== "fixed") this.#complain("");
+  }
+
+  #control(name) {
+    return this.#form.elements[name];
+  }
+}
+
+function offer(select, options) {
+  select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+}
+
+function faultOf(low, high) {
+  if (!Number.isFinite(low) || !Number.isFinite(high)) return "Both ends of the scale must be numbers, in °C.";
+  if (low < LOWEST || high > HIGHEST) return `The sensor can say ${LOWEST} to ${HIGHEST} °C.`;
+  return low < high ? "" : "The cold end must be below the hot end.";
+}
+
+/** What an older or a foreign page kept may no longer exist. */
+function valid(chosen) {
+  const known = PALETTES.has(chosen.palette) && METHODS.has(chosen.method) && SCALES.has(chosen.scale);
+  const usable = known && faultOf(chosen.low, chosen.high) === "";
+  // Held scales are not kept: the frames that they came from are gone.
+  return usable ? { ...chosen, scale: chosen.scale === "hold" ? "auto" : chosen.scale } : FIRST;
+}

@@ -1,0 +1,164 @@
+// The picture of one sensor and what is read from it: least, mean and greatest temperature, the cell under the cursor,
+// and a region. The same for what is live and for what is played back.
+
+import { HeatMap } from "./heatmap.js";
+import { keep, kept } from "./keep.js";
+import { UPRIGHT, inWords, mirrored, turned } from "./orientation.js";
+import { labelTicks, paintBar } from "./scale.js";
+import { degrees, fieldsOf, say } from "./words.js";
+
+// The four pixels around the middle of the field of view: 28, 29, 36 and 37.
+const CENTRE = [27, 28, 35, 36];
+
+export class Picture {
+  #key;
+  #among;
+  #look;
+  #fields;
+  #article;
+  #heat;
+  #orientation;
+  #region = null;
+  #frame = null;
+  #lies;
+
+  /**
+   * `key` tells sensors apart, `look` draws them alike; `among` names those that a common scale is made of; `lies` is
+   * told of how the picture is turned and mirrored.
+   */
+  constructor(article, { key, look, among, lies = () => {} }) {
+    this.#lies = lies;
+    this.#key = key;
+    this.#among = among;
+    this.#look = look;
+    this.#article = article;
+    this.#article.dataset.key = key;
+    this.#fields = fieldsOf(article);
+    this.#heat = new HeatMap(article.querySelector(".heat"), {
+      cell: () => this.#cursor(),
+      region: (pixels) => this.#choose(pixels),
+    });
+    const view = kept(`view.${key}`, { orientation: UPRIGHT, region: null });
+    this.#orientation = view.orientation;
+    if (view.region !== null) this.#heat.region = view.region;
+    this.#fields.turn.addEventListener("click", () => this.turn());
+    this.#fields.mirror.addEventListener("click", () => this.mirror());
+    this.redraw();
+    this.#orient();
+    this.#cursor();
+  }
+
+  /** How the picture is called by those who do not see it. */
+  set label(label) {
+    this.#article.querySelector(".heat").setAttribute("aria-label", `Heat map of ${label}; arrow keys read its cells`);
+  }
+
+  get orientation() {
+    return this.#orientation;
+  }
+
+  turn() {
+    this.#orientation = turned(this.#orientation);
+    this.#orient();
+  }
+
+  mirror() {
+    this.#orientation = mirrored(this.#orientation);
+    this.#orient();
+  }
+
+  clearRegion() {
+    this.#heat.region = null;
+  }
+
+  /** Takes the focus, so that keys mean this one. */
+  focus() {
+    this.#article.querySelector(".heat").focus();
+  }
+
+  /** Draws what is shown as it is to be drawn by now. */
+  redraw() {
+    this.#heat.look(this.#look.drawing);
+    paintBar(this.#article.querySelector(".bar"), this.#look.drawing.colours);
+    this.#fields.invented.hidden = !this.#look.interpolated;
+    if (this.#frame !== null) this.show(this.#frame);
+  }
+
+  /** Shows a frame (`pixels_celsius`, `thermistor_celsius`, `seq`), and answers what it comes to. */
+  show(frame) {
+    this.#frame = frame;
+    const celsius = frame.pixels_celsius;
+    const range = this.#look.rangeFor(this.#key, celsius, this.#among);
+    this.#heat.show(celsius, range);
+    const [all, centre] = [summaryOf(celsius), summaryOf(CENTRE.map((pixel) => celsius[pixel]))];
+    say(this.#fields.min, degrees(all.min));
+    say(this.#fields.mean, degrees(all.mean));
+    say(this.#fields.max, degrees(all.max));
+    say(this.#fields.centre, degrees(centre.mean));
+    say(this.#fields.thermistor, degrees(frame.thermistor_celsius));
+    say(this.#fields.seq, `#${frame.seq.toLocaleString("en")}`);
+    labelTicks(this.#fields.ticks, range);
+    this.#cursor();
+    return { ...all, region: this.#readRegion() };
+  }
+
+  /** Shows that there is nothing to show: no colour and no number of an earlier frame stays. */
+  clear() {
+    if (this.#frame === null) return;
+    this.#frame = null;
+    this.#heat.clear();
+    for (const name of ["min", "mean", "max", "centre", "thermistor", "seq"]) say(this.#fields[name], "–");
+    this.#cursor();
+    this.#readRegion();
+  }
+
+  #cursor() {
+    const cell = this.#heat?.cell ?? null;
+    const celsius = this.#frame?.pixels_celsius;
+    this.#fields.cursor.dataset.reading = cell !== null && Boolean(celsius);
+    if (cell === null || !celsius) {
+      say(this.#fields.cursor, "Point at a cell, or use the arrow keys, to read it; drag to mark a region.");
+      return;
+    }
+    const place = `row ${Math.floor(cell / 8) + 1}, column ${(cell % 8) + 1}`;
+    say(this.#fields.cursor, `Pixel ${cell + 1} (${place}): ${degrees(celsius[cell])}`);
+  }
+
+  #choose(pixels) {
+    this.#region = pixels;
+    this.#keepView();
+    this.#readRegion();
+  }
+
+  /** Says what the region measures, and answers its mean. */
+  #readRegion() {
+    const celsius = this.#frame?.pixels_celsius;
+    this.#fields.region.hidden = this.#region === null || !celsius;
+    if (this.#fields.region.hidden) return null;
+    const { min, mean, max } = summaryOf(this.#region.map((pixel) => celsius[pixel]));
+    const [first, last] = [this.#region[0] + 1, this.#region.at(-1) + 1];
+    const what = `Region of ${this.#region.length} pixels (${first} to ${last})`;
+    say(this.#fields.region, `${what}: minimum ${degrees(min)}, mean ${degrees(mean)}, maximum ${degrees(max)}`);
+    return mean;
+  }
+
+  #orient() {
+    this.#heat.orient(this.#orientation);
+    this.#lies(this.#orientation);
+    const words = inWords(this.#orientation);
+    this.#fields.orientation.hidden = words === "";
+    say(this.#fields.orientation, words === "" ? "" : `Drawn ${words}.`);
+    this.#fields.mirror.setAttribute("aria-pressed", String(this.#orientation.mirrored));
+    this.#keepView();
+  }
+
+  #keepView() {
+    if (this.#orientation === undefined) return;
+    keep(`view.${this.#key}`, { orientation: this.#orientation, region: this.#heat?.region ?? null });
+  }
+}
+
+function summaryOf(celsius) {
+  const mean = celsius.reduce((sum, value) => sum + value, 0) / celsius.length;
+  return { min: Math.min(...celsius), mean, max: Math.max(...celsius) };
+}

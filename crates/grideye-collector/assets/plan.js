@@ -1,0 +1,93 @@
+// A scene from above, small: walls, what stands in the room, sensors with their view, ways, and who is where now.
+
+const SVG = "http://www.w3.org/2000/svg";
+// Lengths of the drawing, of the room's longer side.
+const MARGIN = 0.04;
+const RING = 0.042;
+const PERSON = 0.026;
+const LETTERS = 0.04;
+const NAME = 0.052;
+
+export class Plan {
+  #svg;
+  #agents = new Map();
+  #unit = 1;
+
+  constructor(svg) {
+    this.#svg = svg;
+  }
+
+  /** Draws the room; `chosen` names the sensor that is looked through. */
+  draw(plan, chosen) {
+    const [xs, ys] = [0, 1].map((axis) => plan.room_m.map((corner) => corner[axis]));
+    const [left, right] = [Math.min(...xs), Math.max(...xs)];
+    const [front, back] = [Math.min(...ys), Math.max(...ys)];
+    this.#unit = Math.max(right - left, back - front);
+    const margin = MARGIN * this.#unit;
+    const box = [left - margin, -back - margin, right - left + 2 * margin, back - front + 2 * margin];
+    this.#svg.setAttribute("viewBox", box.join(" "));
+    this.#agents.clear();
+    this.#svg.replaceChildren(
+      polygon("room", plan.room_m),
+      ...plan.objects.map((object) => titled(polygon("object", object.outline_m), object.name)),
+      ...plan.sensors.map((sensor) => polygon(sensor.name === chosen ? "view chosen" : "view", sensor.in_view_m)),
+      ...plan.agents.map((agent) => line("way", agent.way_m)),
+      ...plan.sensors.flatMap((sensor) => this.#sensor(sensor, sensor.name === chosen)),
+      ...plan.agents.flatMap((agent) => this.#agent(agent)),
+    );
+  }
+
+  /** Moves the agents to where they are; `known` is false where nobody knows. */
+  place(agents, known) {
+    this.#svg.dataset.known = known;
+    for (const { name, place } of agents) {
+      const marks = this.#agents.get(name);
+      if (!marks) continue;
+      const [x, y] = place;
+      marks.dot.setAttribute("cx", x);
+      marks.dot.setAttribute("cy", -y);
+      marks.text.setAttribute("x", x);
+      marks.text.setAttribute("y", -y - NAME * this.#unit);
+    }
+  }
+
+  #sensor(sensor, chosen) {
+    const [x, y] = sensor.at_m;
+    const dot = element("circle", { class: chosen ? "sensor-dot chosen" : "sensor-dot", cx: x, cy: -y, r: (chosen ? RING : PERSON / 2) * this.#unit });
+    const marks = [titled(dot, `sensor ${sensor.name}`)];
+    if (chosen) marks.push(this.#text("sensor-name", sensor.name, [x, -y + (RING + LETTERS) * this.#unit]));
+    return marks;
+  }
+
+  #agent(agent) {
+    const [x, y] = agent.starts_m;
+    const dot = element("circle", { class: "agent", cx: x, cy: -y, r: PERSON * this.#unit });
+    const text = this.#text("agent-name", agent.name, [x, -y - NAME * this.#unit]);
+    this.#agents.set(agent.name, { dot, text });
+    return [dot, text];
+  }
+
+  #text(kind, words, [x, y]) {
+    const text = element("text", { class: kind, x, y, "font-size": LETTERS * this.#unit, "text-anchor": "middle" });
+    text.textContent = words;
+    return text;
+  }
+}
+
+function element(name, attributes) {
+  const made = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
+/** Right is right, back is up. */
+const onPage = (points) => points.map(([x, y]) => `${x},${-y}`).join(" ");
+const polygon = (kind, points) => element("polygon", { class: kind, points: onPage(points) });
+const line = (kind, points) => element("polyline", { class: kind, points: onPage(points) });
+
+function titled(shape, words) {
+  const title = element("title", {});
+  title.textContent = words;
+  shape.append(title);
+  return shape;
+}

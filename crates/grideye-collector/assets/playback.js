@@ -1,0 +1,230 @@
+// One recording played back: pictures as they are drawn live, a strip to move in, and keys for all of it.
+
+import { complain } from "./ask.js";
+import { Beside } from "./beside.js";
+import { offerFiles } from "./exports.js";
+import { NoteField } from "./note.js";
+import { PlayedSensor } from "./played-sensor.js";
+import { Player, SPEEDS } from "./player.js";
+import { recordedAt } from "./recorded.js";
+import { factsOf } from "./recordings.js";
+import { Timeline } from "./timeline.js";
+import { count, minute, moment, place, say } from "./words.js";
+
+const element = (id) => document.querySelector(`#${id}`);
+const SKIPPED_S = 10;
+const TOGETHER_S = 1;
+
+export class Playback {
+  #section = element("playback");
+  #wall = element("played");
+  #transport = element("transport");
+  #loading = element("loading");
+  #template = element("sensor-card");
+  #recordings;
+  #look;
+  #player = new Player(() => this.#show());
+  #timeline = new Timeline((seconds) => this.#player.seek(seconds));
+  #note;
+  #id = null;
+  #sensors = [];
+  #began_ms = null;
+  #length = 0;
+  #beside;
+  #watched = null;
+  #hasScenes = false;
+
+  /** `recordings` is the list that this one is found in, `look` how pictures are drawn. */
+  constructor(recordings, look) {
+    this.#recordings = recordings;
+    this.#look = look;
+    this.#beside = new Beside(element("played-beside"), { look, among: "played", toggled: () => {} });
+    this.#note = new NoteField(element("played-note"), recordings, element("played-trouble"));
+    recordings.listen(() => this.#describe());
+    element("speed").replaceChildren(...SPEEDS.map((speed) => new Option(`${speed}×`, speed)));
+    element("speed").addEventListener("change", (event) => { this.#player.speed = Number(event.target.value); });
+    for (const button of this.#transport.querySelectorAll("[data-does]")) button.addEventListener("click", () => this.does(button.dataset.does));
+    element("jump").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.#jump(event.target.elements.place.value.trim());
+    });
+    element("scrub").addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  /** The sensors of the recording, by their key. */
+  get sensors() {
+    return new Map(this.#sensors.map((sensor) => [sensor.track.key, sensor]));
+  }
+
+  /** Opens the recording of that number, or with `null` leaves it. */
+  async show(id) {
+    this.#section.hidden = id === null;
+    if (id === this.#id) return;
+    this.#clear();
+    this.#id = id;
+    if (id === null) return;
+    this.#recordings.refresh();
+    this.#load("Loading the frames …");
+    try {
+      const recorded = await recordedAt(`/v1/recordings/${encodeURIComponent(id)}.frames`);
+      // Another one may have been asked for meanwhile.
+      if (this.#id === id) this.#take(recorded);
+    } catch (error) {
+      if (this.#id === id) this.#load(error.message);
+    }
+  }
+
+  /** Whether the program has scenes to see a sensor beside. */
+  offerBeside(offered) {
+    this.#hasScenes = offered;
+    for (const sensor of this.#sensors) sensor.offerBeside(offered);
+    // What was chosen for the only sensor before is seen again.
+    if (offered && this.#sensors.length === 1 && this.#watched === null) this.#watch(this.#sensors[0]);
+  }
+
+  /** Opens or closes the panel that shows this sensor beside a scene. */
+  toggleBeside(key) {
+    const sensor = this.sensors.get(key);
+    if (!this.#hasScenes || !sensor) return;
+    if (this.#watched !== sensor) this.#watch(sensor);
+    this.#beside.toggle();
+  }
+
+  #watch(sensor) {
+    this.#watched?.watch(null);
+    this.#watched = sensor;
+    const track = sensor?.track;
+    const key = `${track?.key} of recording ${this.#id}`;
+    this.#beside.follow(sensor === null ? null : { key, device: track.device, sensor: track.sensor, recording: this.#id });
+    sensor?.watch(this.#beside);
+  }
+
+  redraw() {
+    for (const sensor of this.#sensors) sensor.picture.redraw();
+  }
+
+  /** What a button or a key is for. */
+  does(what) {
+    const acts = {
+      play: () => this.#player.toggle(),
+      first: () => this.#player.seek(0),
+      last: () => this.#player.seek(this.#length),
+      back: () => this.#step(-1),
+      on: () => this.#step(1),
+      rewind: () => this.#player.seek(this.#player.at - SKIPPED_S),
+      forward: () => this.#player.seek(this.#player.at + SKIPPED_S),
+      slower: () => this.#player.hurry(-1),
+      faster: () => this.#player.hurry(1),
+      gap: () => this.#nextGap(),
+    };
+    if (this.#sensors.length > 0) acts[what]();
+  }
+
+  #clear() {
+    this.#player.load(0);
+    this.#watch(null);
+    this.#sensors = [];
+    this.#wall.replaceChildren();
+    this.#transport.hidden = true;
+    this.#look.forget("played");
+    for (const id of ["played-name", "played-facts"]) say(element(id), "");
+    for (const id of ["jump-trouble", "played-trouble"]) complain(element(id), null);
+  }
+
+  #load(text) {
+    this.#loading.hidden = text === "";
+    say(this.#loading, text);
+  }
+
+  #take({ tracks, began_ms, length }) {
+    this.#load(tracks.length === 0 ? "There are no frames in this recording." : "");
+    if (tracks.length === 0) return;
+    this.#began_ms = began_ms;
+    this.#length = length;
+    this.#sensors = tracks.map((track) => {
+      const beside = () => this.toggleBeside(track.key);
+      return new PlayedSensor(this.#template, track, { look: this.#look, began_ms, beside });
+    });
+    this.offerBeside(this.#hasScenes);
+    this.#wall.dataset.count = tracks.length;
+    this.#wall.replaceChildren(...this.#sensors.map((sensor) => sensor.element));
+    this.#transport.hidden = false;
+    this.#timeline.take(tracks, length);
+    this.#player.load(length);
+    // Sensors do not measure at one moment: it opens where all are to be seen that began together.
+    const begun = tracks.map(({ times }) => times[0]).filter((seconds) => seconds < TOGETHER_S);
+    this.#player.seek(Math.max(...begun));
+  }
+
+  #describe() {
+    const recording = this.#recordings.all.find(({ id }) => String(id) === this.#id);
+    if (!recording) return;
+    say(element("played-name"), recording.name);
+    const running = recording.running ? " · shown is what had arrived when it was opened" : "";
+    say(element("played-facts"), `${minute(recording.t_start_ns / 1e6)} · ${factsOf(recording)}${running}`);
+    this.#note.take(recording);
+    offerFiles(element("downloads"), recording);
+  }
+
+  #show() {
+    const { at, playing, speed } = this.#player;
+    if (this.#sensors.length === 0) return;
+    const said = this.#sensors.map((sensor) => sensor.show(at));
+    this.#timeline.point(at, said[0]);
+    say(element("time"), `${place(at)} / ${place(this.#length)}`);
+    say(element("wall-time"), moment(this.#began_ms + at * 1000));
+    const button = this.#transport.querySelector("[data-does=play]");
+    say(button, playing ? "Pause" : "Play");
+    button.setAttribute("aria-pressed", String(playing));
+    element("speed").value = speed;
+  }
+
+  /** The sensor whose frames are stepped through: the one in focus, else the first. */
+  #lead() {
+    const key = document.activeElement?.closest(".sensor")?.dataset.key;
+    return (this.sensors.get(key) ?? this.#sensors[0]).track;
+  }
+
+  #step(by) {
+    this.#player.pause();
+    const seconds = this.#lead().step(this.#player.at, by);
+    if (seconds !== null) this.#player.seek(seconds);
+  }
+
+  #nextGap() {
+    this.#player.pause();
+    const gaps = this.#sensors.map(({ track }) => track.gapAfter(this.#player.at)).filter((seconds) => seconds !== null);
+    complain(element("jump-trouble"), gaps.length === 0 ? { message: "There is no gap behind this place." } : null);
+    if (gaps.length > 0) this.#player.seek(Math.min(...gaps));
+  }
+
+  #jump(text) {
+    const { seconds, fault } = this.#placeOf(text);
+    complain(element("jump-trouble"), fault ? { message: fault } : null);
+    if (fault) return;
+    this.#player.pause();
+    this.#player.seek(seconds);
+  }
+
+  /** Seconds of "#900", "90", "1:30" or "1:00:30.5". */
+  #placeOf(text) {
+    if (/^#\d+$/.test(text)) {
+      const seconds = this.#lead().secondsOf(Number(text.slice(1)));
+      return seconds === null ? { fault: `Frame ${text} is not in this recording.` } : { seconds };
+    }
+    if (!/^(\d+:){0,2}\d+(\.\d+)?$/.test(text)) return { fault: "Write a time as 1:30 or 90, or a frame as #900." };
+    const seconds = text.split(":").reduce((sum, part) => sum * 60 + Number(part), 0);
+    if (seconds > this.#length) return { fault: `The recording is ${place(this.#length)} long (${count(Math.ceil(this.#length), "second", "seconds")}).` };
+    return { seconds };
+  }
+
+  #key(event) {
+    const does = {
+      ArrowLeft: "back", ArrowDown: "back", ArrowRight: "on", ArrowUp: "on", PageUp: "forward", PageDown: "rewind", Home: "first", End: "last",
+    }[event.key];
+    if (!does) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.does(does);
+  }
+}

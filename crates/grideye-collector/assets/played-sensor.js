@@ -1,0 +1,88 @@
+// One sensor of a recording: its picture at the place that is looked at, or why there is none.
+
+import { Picture } from "./picture.js";
+import { fieldsOf, say, timeOfDay } from "./words.js";
+
+export class PlayedSensor {
+  #article;
+  #fields;
+  #picture;
+  #track;
+  #began_ms;
+  #index = null;
+  #said = "";
+  #moment = null;
+  #watcher = null;
+
+  /** `beside` is called when this one is to be seen beside a scene. */
+  constructor(template, track, { look, began_ms, beside }) {
+    this.#track = track;
+    this.#began_ms = began_ms;
+    this.#article = template.content.firstElementChild.cloneNode(true);
+    for (const element of this.#article.querySelectorAll("[data-live]")) element.remove();
+    this.#fields = fieldsOf(this.#article);
+    this.#picture = new Picture(this.#article, { key: track.key, look, among: "played", lies: (orientation) => this.#watcher?.lies(orientation) });
+    this.#picture.label = `${track.device}, ${track.sensor}, as recorded`;
+    say(this.#fields.name, `${track.device} · ${track.sensor}`);
+    this.#fields.beside.addEventListener("click", beside);
+  }
+
+  /** Whether the button for that is there. */
+  offerBeside(offered) {
+    this.#fields.beside.hidden = !offered;
+  }
+
+  /** Tells `watcher` of each frame, of how the picture lies, and of gaps, from now on; `null` tells nobody. */
+  watch(watcher) {
+    this.#watcher = watcher;
+    watcher?.lies(this.#picture.orientation);
+    this.#tell();
+  }
+
+  get element() {
+    return this.#article;
+  }
+
+  get picture() {
+    return this.#picture;
+  }
+
+  get track() {
+    return this.#track;
+  }
+
+  /** Shows what was there at that many seconds, and answers it in words. */
+  show(seconds) {
+    const index = this.#track.indexAt(seconds);
+    if (index !== this.#index) {
+      this.#index = index;
+      this.#moment = this.#track.at(index);
+      this.#said = this.#draw(this.#moment);
+      this.#tell();
+    }
+    return this.#said;
+  }
+
+  #tell() {
+    if (this.#watcher === null || this.#moment === null) return;
+    const { frame, boot, why } = this.#moment;
+    this.#watcher.state(frame ? "live" : "missing", why ?? "");
+    if (frame) this.#watcher.frame(frame, { boot });
+  }
+
+  #draw({ frame, clock, boot, seconds, why }) {
+    this.#article.dataset.state = frame ? "recorded" : "missing";
+    say(this.#fields.state, frame ? "recorded" : "no frame");
+    this.#fields.veil.hidden = Boolean(frame);
+    say(this.#fields.veil, why ?? "");
+    say(this.#fields.clock, clock ?? "–");
+    say(this.#fields.boot, boot ?? "–");
+    say(this.#fields.measured, frame ? timeOfDay(this.#began_ms + seconds * 1000) : "–");
+    if (!frame) {
+      this.#picture.clear();
+      return why;
+    }
+    this.#picture.show(frame);
+    return `Frame #${frame.seq.toLocaleString("en")}`;
+  }
+}

@@ -1,0 +1,67 @@
+// The scale of a picture: which temperatures its colours stand for.
+
+// A room without a person spans about as much; less would show the sensor's noise as if it were heat.
+const SPAN_MIN_CELSIUS = 4;
+
+/** Whole degrees around some temperatures, so that the scale holds still while the noise does not. */
+export function rangeOf(celsius) {
+  let low = Math.floor(Math.min(...celsius));
+  let high = Math.ceil(Math.max(...celsius));
+  while (high - low < SPAN_MIN_CELSIUS) {
+    high += 1;
+    if (high - low < SPAN_MIN_CELSIUS) low -= 1;
+  }
+  return { low, high };
+}
+
+/** A range that holds all of these. */
+export function around(ranges) {
+  return { low: Math.min(...ranges.map(({ low }) => low)), high: Math.max(...ranges.map(({ high }) => high)) };
+}
+
+/** Which of 256 colours a temperature has; those beyond the range have the colour of its end. */
+export function shadeOf(celsius, { low, high }) {
+  return Math.round(Math.min(1, Math.max(0, (celsius - low) / (high - low))) * 255);
+}
+
+/** Paints a whole palette into a canvas one pixel wide, the hot end at the top. */
+export function paintBar(canvas, colours) {
+  const context = canvas.getContext("2d");
+  const image = context.createImageData(1, 256);
+  for (let row = 0; row < 256; row += 1) paintPixel(image.data, row, colours, 255 - row);
+  context.putImageData(image, 0, 0);
+}
+
+/** Gives one pixel of an image the palette's colour of that shade. */
+export function paintPixel(data, pixel, colours, shade) {
+  data.set(colours.subarray(shade * 3, shade * 3 + 3), pixel * 4);
+  data[pixel * 4 + 3] = 255;
+}
+
+/** Writes the scale's ticks beside its bar, when they differ from those that stand there. */
+export function labelTicks(list, range, number = String) {
+  const ticks = ticksOf(range);
+  const labels = ticks.map((tick) => `${number(tick)} °C`);
+  if (list.dataset.labels === labels.join()) return;
+  list.dataset.labels = labels.join();
+  list.replaceChildren(
+    ...labels.map((label, index) => {
+      const item = document.createElement("li");
+      item.textContent = label;
+      item.style.top = `${((range.high - ticks[index]) / (range.high - range.low)) * 100}%`;
+      return item;
+    }),
+  );
+}
+
+/** Ticks for the scale, hot end first: at most seven, both ends among them. */
+function ticksOf({ low, high }) {
+  const span = high - low;
+  const step = [0.25, 0.5, 1, 2, 5, 10, 20, 50].find((width) => span / width <= 6) ?? span;
+  const ticks = [high];
+  for (let tick = Math.floor(high / step) * step; tick > low; tick -= step) {
+    if (high - tick >= step / 2 && tick - low >= step / 2) ticks.push(tick);
+  }
+  ticks.push(low);
+  return ticks;
+}

@@ -1,0 +1,134 @@
+// The whole of a recording in one strip: a lane for each sensor with its least, mean and greatest temperature, gaps
+// hatched, and a head over it that can be moved.
+
+import { place } from "./words.js";
+
+const SPAN_MIN_CELSIUS = 4;
+// Of CSS pixels: narrower gaps are drawn as wide as this, so that none is too short to be seen.
+const GAP_WIDTH_MIN = 2;
+
+export class Timeline {
+  #canvas = document.querySelector("#timeline");
+  #scrub = document.querySelector("#scrub");
+  #head = document.querySelector("#playhead");
+  #tracks = [];
+  #length = 0;
+
+  /** `seek` is called with the seconds of a place that was pointed at. */
+  constructor(seek) {
+    const follow = (event) => {
+      const box = this.#scrub.getBoundingClientRect();
+      seek(Math.min(1, Math.max(0, (event.clientX - box.left) / box.width)) * this.#length);
+    };
+    this.#scrub.addEventListener("pointerdown", (event) => {
+      this.#scrub.setPointerCapture(event.pointerId);
+      follow(event);
+    });
+    this.#scrub.addEventListener("pointermove", (event) => {
+      if (event.buttons > 0) follow(event);
+    });
+    new ResizeObserver(() => this.#draw()).observe(this.#canvas);
+    // Colours are those of the scheme at the time of drawing.
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#draw());
+  }
+
+  /** Takes another recording. */
+  take(tracks, length) {
+    this.#tracks = tracks;
+    this.#length = length;
+    this.#scrub.setAttribute("aria-valuemax", length.toFixed(1));
+    this.#draw();
+  }
+
+  /** Puts the head to a place, and says it. */
+  point(seconds, said) {
+    this.#head.style.left = `${this.#length > 0 ? (seconds / this.#length) * 100 : 0}%`;
+    this.#scrub.setAttribute("aria-valuenow", seconds.toFixed(1));
+    this.#scrub.setAttribute("aria-valuetext", `${place(seconds)} of ${place(this.#length)}. ${said}`);
+  }
+
+  #draw() {
+    const canvas = this.#canvas;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((size) => Math.round(size * devicePixelRatio));
+    if (width === 0 || height === 0) return;
+    Object.assign(canvas, { width, height });
+    const context = canvas.getContext("2d");
+    const lane = height / Math.max(1, this.#tracks.length);
+    this.#tracks.forEach((track, index) => {
+      const columns = columnsOf(track, this.#length, width);
+      drawLane(context, columns, index * lane + 1, lane - 2, getComputedStyle(canvas));
+    });
+  }
+}
+
+/** For each column of the picture: least, mean and greatest temperature of what was measured in it, and whether frames lack. */
+function columnsOf(track, length, width) {
+  const lows = new Float32Array(width).fill(Infinity);
+  const highs = new Float32Array(width).fill(-Infinity);
+  const sums = new Float32Array(width);
+  const counts = new Uint32Array(width);
+  const lacks = new Uint8Array(width);
+  const { times } = track;
+  const column = (seconds) => Math.min(width - 1, Math.max(0, Math.floor((seconds / (length || 1)) * width)));
+  lacks.fill(1, 0, Math.max(0, column(times[0]) - 1));
+  for (let index = 0; index < times.length; index += 1) {
+    const [from, until] = [column(times[index]), column(times[index + 1] ?? length)];
+    if (!track.isFrame(index)) {
+      // The end of a track that ends with the recording is none of its gaps.
+      if (!track.isEnd(index) || until > from) lacks.fill(1, from, Math.max(until, from + Math.round(GAP_WIDTH_MIN * devicePixelRatio)));
+      continue;
+    }
+    // A slow sensor's frame is as wide as it lasts.
+    for (let at = from; at <= Math.max(from, until - 1); at += 1) {
+      lows[at] = Math.min(lows[at], track.lows[index]);
+      highs[at] = Math.max(highs[at], track.highs[index]);
+      sums[at] += track.means[index];
+      counts[at] += 1;
+    }
+  }
+  return { lows, highs, sums, counts, lacks };
+}
+
+function drawLane(context, { lows, highs, sums, counts, lacks }, top, height, style) {
+  let [low, high] = [Math.min(...lows), Math.max(...highs)];
+  const short = Math.max(0, SPAN_MIN_CELSIUS - (high - low)) / 2;
+  [low, high] = [low - short, high + short];
+  const y = (celsius) => top + ((high - celsius) / (high - low)) * height;
+  const line = Math.max(1, devicePixelRatio);
+  for (let x = 0; x < lows.length; x += 1) {
+    if (counts[x] === 0) continue;
+    context.fillStyle = style.textDecorationColor;
+    context.fillRect(x, y(highs[x]), 1, Math.max(line, y(lows[x]) - y(highs[x])));
+    context.fillStyle = style.color;
+    context.fillRect(x, y(sums[x] / counts[x]) - line / 2, 1, line);
+  }
+  for (let x = 0; x < lacks.length; x += 1) {
+    if (lacks[x] === 0) continue;
+    let end = x;
+    while (lacks[end] === 1) end += 1;
+    hatch(context, x, top, end - x, height, style.columnRuleColor);
+    x = end;
+  }
+}
+
+/** Stripes and an edge, so that a gap is told from what was measured by form as well as by colour. */
+function hatch(context, x, y, width, height, colour) {
+  const step = 6 * devicePixelRatio;
+  context.save();
+  context.beginPath();
+  context.rect(x, y, width, height);
+  context.clip();
+  context.clearRect(x, y, width, height);
+  context.strokeStyle = colour;
+  context.lineWidth = Math.max(1, devicePixelRatio);
+  context.beginPath();
+  for (let from = x - height; from < x + width; from += step) {
+    context.moveTo(from, y + height);
+    context.lineTo(from + height, y);
+  }
+  context.stroke();
+  context.fillStyle = colour;
+  context.fillRect(x, y, width, 3 * devicePixelRatio);
+  context.fillRect(x, y + height - 3 * devicePixelRatio, width, 3 * devicePixelRatio);
+  context.restore();
+}

@@ -1,0 +1,143 @@
+// What one sensor did during a recording: its frames in the order of time, and between them the gaps.
+
+const FRAME = 0;
+const MISSING = 1;
+const GAP = 2;
+const END = 3;
+// Without a gap in the numbers a frame is the newest one for so long, or three periods of a slow sensor: as on the live page.
+const STALE_S_MIN = 3;
+// Of longer tracks the period is that of so many frames at the beginning.
+const PERIODS_MAX = 2_000;
+// A place so shortly before a frame is the frame's: sums of seconds are not exact.
+const SAME_S = 1e-4;
+
+export class Track {
+  #rows;
+  #moments = [];
+  #times;
+
+  /** `parts` are the sensor's runs, `began` the recording's first moment on the clock that all share. */
+  constructor(key, rows, parts, began) {
+    this.key = key;
+    this.device = parts[0].device;
+    this.sensor = parts[0].sensor;
+    this.#rows = rows;
+    for (const part of parts.toSorted((one, other) => one.timeOf(one.first) - other.timeOf(other.first))) this.#add(part, began);
+    this.#moments.sort((one, other) => one.at - other.at);
+    this.#moments = joined(this.#moments);
+    this.#times = Float64Array.from(this.#moments, ({ at }) => at);
+    this.lows = new Float32Array(this.#moments.length);
+    this.means = new Float32Array(this.#moments.length);
+    this.highs = new Float32Array(this.#moments.length);
+    this.#moments.forEach(({ kind, row }, index) => {
+      if (kind === FRAME) [this.lows[index], this.means[index], this.highs[index]] = rows.summary(row);
+    });
+  }
+
+  /** Seconds of the last frame, or of the last one that is missing. */
+  get end() {
+    return this.#times.at(-2);
+  }
+
+  get times() {
+    return this.#times;
+  }
+
+  isFrame(index) {
+    return this.#moments[index].kind === FRAME;
+  }
+
+  isEnd(index) {
+    return this.#moments[index].kind === END;
+  }
+
+  /** Which moment holds at that many seconds; -1 before the first. */
+  indexAt(seconds) {
+    let [low, high] = [0, this.#times.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.#times[middle] <= seconds + SAME_S) low = middle + 1;
+      else high = middle;
+    }
+    return low - 1;
+  }
+
+  /** The frame of a moment, when and by which clock it was measured, or in words why there is none. */
+  at(index) {
+    if (index < 0) return { why: "Not begun: the first frame comes later." };
+    const { kind, row, why, boot } = this.#moments[index];
+    if (kind === GAP || kind === END) return { why };
+    if (kind === MISSING) return { why: `Gap: #${this.#rows.seq(row)} could not be read (${this.#rows.missing(row)}).` };
+    return { frame: this.#rows.frame(row), clock: this.#rows.clock(row), boot, seconds: this.#times[index] };
+  }
+
+  /** Seconds of the moment before or after, by so many; null beyond the ends. */
+  step(seconds, by) {
+    const index = this.indexAt(seconds) + by;
+    return index < 0 || index >= this.#times.length || this.isEnd(index) ? null : this.#times[index];
+  }
+
+  /** Seconds of the first gap behind; null if there is none. */
+  gapAfter(seconds) {
+    const from = this.indexAt(seconds) + 1;
+    const index = this.#moments.findIndex(({ kind }, index) => index >= from && (kind === GAP || kind === MISSING));
+    return index < 0 ? null : this.#times[index];
+  }
+
+  /** Seconds of the frame of that number; null if it is not there. */
+  secondsOf(seq) {
+    const found = this.#moments.findIndex(({ kind, row }) => kind !== GAP && kind !== END && this.#rows.seq(row) === seq);
+    return found < 0 ? null : this.#times[found];
+  }
+
+  #add(part, began) {
+    const rows = this.#rows;
+    const time = (row) => part.timeOf(row) - began;
+    const period = periodOf(rows, part);
+    for (let row = part.first; row < part.end; row += 1) {
+      const at = time(row);
+      const kind = rows.missing(row) === null ? FRAME : MISSING;
+      this.#moments.push({ at, kind, row, boot: part.boot });
+      const [until, next] = row + 1 < part.end ? [time(row + 1), rows.seq(row + 1)] : [Infinity, null];
+      const gap = next === null ? endOf(at, period, part.boot) : gapBetween(at, until, rows.seq(row) + 1, next, period);
+      if (gap !== null) this.#moments.push(gap);
+    }
+  }
+}
+
+function endOf(at, period, boot) {
+  return { at: at + period, kind: END, boot, why: "No more frames of this sensor." };
+}
+
+/** Runs one after the other: only the last one's end is an end. */
+function joined(moments) {
+  const last = moments.length - 1;
+  const kept = moments.filter(({ kind, boot }, index) => kind !== END || index === last || moments[index - 1].boot === boot);
+  return kept.map((moment, index) =>
+    moment.kind === END && index < kept.length - 1 ? { ...moment, kind: GAP, why: "Gap: between two runs of the agent." } : moment,
+  );
+}
+
+/** What lies between two frames that do not follow each other at once; null if they do. */
+function gapBetween(at, until, expected, next, period) {
+  const pause = until - at;
+  // A frame holds as long as frames of this sensor do, and no longer.
+  const after = at + Math.min(period, pause / 2);
+  if (next > expected) {
+    const numbers = next - expected === 1 ? `#${expected} is` : `#${expected} to #${next - 1} are`;
+    return { at: after, kind: GAP, why: `Gap: ${numbers} not in this recording (${(until - after).toFixed(1)} s).` };
+  }
+  const stale = Math.max(STALE_S_MIN, 3 * period);
+  return pause > stale ? { at: at + stale, kind: GAP, why: `Gap: no frame for ${pause.toFixed(1)} s.` } : null;
+}
+
+/** The usual seconds from one frame to the next. */
+function periodOf(rows, { first, end }) {
+  const periods = [];
+  for (let row = first + 1; row < end && periods.length < PERIODS_MAX; row += 1) {
+    if (rows.seq(row) === rows.seq(row - 1) + 1) periods.push(rows.bootTime(row) - rows.bootTime(row - 1));
+  }
+  periods.sort((one, other) => one - other);
+  // Of a single frame nothing is known: 0.1 s, the sensor's own period.
+  return periods[Math.floor(periods.length / 2)] ?? 0.1;
+}
