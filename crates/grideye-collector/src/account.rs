@@ -16,6 +16,11 @@ pub(crate) fn to_json(account: &Account) -> Value {
     })
 }
 
+/// The text of [`to_json`].
+pub(crate) fn to_text(account: &Account) -> String {
+    to_json(account).to_string()
+}
+
 /// What is known of a run that has ended, once `came` frames have come of it and `stored` of its frames are kept.
 ///
 /// `known` is the count before, with what is left to come in `spooled`; `sent` is the count that came with the batch, if
@@ -46,7 +51,10 @@ pub(crate) fn of_ended_run(
         .chain(left_before)
         .min()
         .unwrap_or(0);
-    let dropped = merged.dropped.values().sum::<u64>();
+    let dropped = merged
+        .dropped
+        .values()
+        .fold(0, |sum: u64, count| sum.saturating_add(*count));
     let lost = merged
         .read
         .saturating_sub(stored)

@@ -3,27 +3,39 @@
 mod answer;
 mod assets;
 mod audit;
+mod devices;
 mod events;
+mod gate;
 mod guard;
+mod health;
 mod ingest;
+mod login;
 mod recordings;
+mod small;
 
+pub use answer::Refusal;
+pub(crate) use gate::{Encrypted, Peer};
 pub(crate) use guard::Hosts;
+pub use recordings::attachment;
 
-use crate::live::Live;
-use crate::store::{FrameStore, StoreError};
-use crate::{Clock, Limits};
-use answer::Refusal;
+use crate::access::{AccessFolder, Gatekeeper, TOKENS_MAX, TokenId};
+use crate::counters::Counters;
+use crate::live::{Event, Live};
+use crate::log::{Log, Seldom};
+use crate::rates::Rates;
+use crate::store::{FrameStore, News, StoreError};
+use crate::{Annex, Clock, Inside, Limits};
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, State};
+use axum::extract::DefaultBodyLimit;
 use axum::http::StatusCode;
 use axum::middleware::from_fn_with_state;
-use axum::response::{IntoResponse, Json, Response};
+use axum::response::Json;
 use axum::routing::{get, post};
 use serde_json::json;
 use std::net::{IpAddr, Ipv4Addr};
-use std::sync::Arc;
-use tokio::sync::{Semaphore, watch};
+use std::sync::{Arc, Weak};
+use std::time::Duration;
+use tokio::sync::{Semaphore, mpsc, watch};
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -32,9 +44,19 @@ pub struct AppState(Arc<Shared>);
 struct Shared {
     store: Arc<dyn FrameStore>,
     live: Live,
+    agents: devices::Agents,
     limits: Limits,
     clock: Arc<dyn Clock>,
     hosts: Hosts,
+    gatekeeper: Gatekeeper,
+    /// Of each good token.
+    rates: Rates<TokenId>,
+    /// Of each address from which somebody came without one.
+    unknown_rates: Rates<IpAddr>,
+    counters: Arc<Counters>,
+    seldom: Seldom,
+    /// On the monotonic clock.
+    started_at: Duration,
     /// Room for bodies of frames, in units of [`ingest::BODY_UNIT`] bytes.
     bodies: Arc<Semaphore>,
     live_clients: Arc<Semaphore>,
@@ -51,28 +73,65 @@ impl AppState {
         limits: Limits,
         clock: Arc<dyn Clock>,
     ) -> Result<Self, StoreError> {
-        let hosts = Hosts::new(IpAddr::V4(Ipv4Addr::LOCALHOST), &[]);
-        Self::with_hosts(store, limits, clock, hosts).await
+        Self::with(store, limits, clock, Door::default()).await
     }
 
-    pub(crate) async fn with_hosts(
+    /// The same, for those alone that the folder of tokens names, once it names somebody.
+    ///
+    /// # Errors
+    /// [`StoreError`] if the store cannot be read, or with its message the folder.
+    pub async fn guarded(
         store: Arc<dyn FrameStore>,
         limits: Limits,
         clock: Arc<dyn Clock>,
-        hosts: Hosts,
+        access: AccessFolder,
+        log: Log,
+    ) -> Result<Self, StoreError> {
+        let gatekeeper = Gatekeeper::of(access, limits.tokens_reread_every)
+            .map_err(|error| StoreError::Failed(error.to_string()))?;
+        let door = Door {
+            gatekeeper,
+            log,
+            ..Door::default()
+        };
+        Self::with(store, limits, clock, door).await
+    }
+
+    pub(crate) async fn with(
+        store: Arc<dyn FrameStore>,
+        limits: Limits,
+        clock: Arc<dyn Clock>,
+        door: Door,
     ) -> Result<Self, StoreError> {
         let (streams, newest) = (store.streams().await?, store.newest().await?);
         let live = Live::new(Arc::clone(&clock), &limits, streams, newest);
-        Ok(Self(Arc::new(Shared {
+        let (rate, burst) = (limits.requests_per_second_max, limits.requests_burst_max);
+        let (unknown_rate, unknown_burst) = (
+            limits.unknown_requests_per_second_max,
+            limits.unknown_requests_burst_max,
+        );
+        let news = store.news();
+        let state = Self(Arc::new(Shared {
             store,
             live,
+            agents: devices::Agents::new(limits.sensors_max),
+            hosts: door.hosts,
+            gatekeeper: door.gatekeeper,
+            rates: Rates::new(rate, burst, TOKENS_MAX),
+            unknown_rates: Rates::new(unknown_rate, unknown_burst, limits.unknown_peers_max),
+            counters: door.counters,
+            seldom: Seldom::new(door.log, limits.log_every),
+            started_at: clock.monotonic(),
             clock,
-            hosts,
             bodies: Arc::new(Semaphore::new(limits.bodies_bytes_max / ingest::BODY_UNIT)),
             live_clients: Arc::new(Semaphore::new(limits.live_clients_max)),
             stopping: watch::Sender::new(false),
             limits,
-        })))
+        }));
+        if let Some(news) = news {
+            tokio::spawn(show_news(Arc::downgrade(&state.0), news));
+        }
+        Ok(state)
     }
 
     /// Ends the streams that would not end by themselves.
@@ -84,24 +143,91 @@ impl AppState {
         &self.0.limits
     }
 
+    pub(crate) fn clock(&self) -> Arc<dyn Clock> {
+        Arc::clone(&self.0.clock)
+    }
+
     pub(crate) fn store(&self) -> &dyn FrameStore {
         &*self.0.store
     }
+
+    fn inside(&self) -> Inside {
+        Inside {
+            store: Arc::clone(&self.0.store),
+            recent: self.0.live.recent().clone(),
+            clock: self.clock(),
+        }
+    }
 }
 
-/// Every route.
+/// Who is let in, and who hears of it.
+pub(crate) struct Door {
+    pub(crate) hosts: Hosts,
+    pub(crate) gatekeeper: Gatekeeper,
+    pub(crate) log: Log,
+    pub(crate) counters: Arc<Counters>,
+}
+
+impl Default for Door {
+    /// Anyone on this machine, in silence.
+    fn default() -> Self {
+        Self {
+            hosts: Hosts::new(IpAddr::V4(Ipv4Addr::LOCALHOST), &[]),
+            gatekeeper: Gatekeeper::open(),
+            log: Log::silent(),
+            counters: Arc::default(),
+        }
+    }
+}
+
+/// Shows what other collectors keep in the same store, for as long as both are there.
+async fn show_news(shared: Weak<Shared>, mut news: mpsc::Receiver<News>) {
+    while let Some(news) = news.recv().await {
+        let Some(shared) = shared.upgrade() else {
+            return;
+        };
+        match news {
+            News::Frames(elsewhere) => shared.live.take_elsewhere(*elsewhere),
+            News::Recordings => shared.live.tell(Event::new("recordings", &json!({}))),
+        }
+    }
+}
+
+/// Every route of the collector.
 pub fn app(state: AppState) -> Router {
+    app_with(state, &[])
+}
+
+/// Every route of the collector, and those that the program brings along.
+///
+/// # Panics
+/// When an annex has a path of the collector or of another annex.
+pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
+    let inside = state.inside();
+    let brought = annexes.iter().map(|annex| annex.routes(&inside));
+    let brought = brought.fold(Router::new(), Router::merge);
+    let names: Vec<&str> = annexes.iter().map(Annex::name).collect();
+    let names = Json(json!({ "annexes": names }));
     let body_bytes_max = state.limits().body_bytes_max;
     let small_body_bytes_max = state.limits().small_body_bytes_max;
     Router::new()
         .route("/", get(assets::page))
         .route("/assets/{name}", get(assets::asset))
-        .route("/healthz", get(health))
+        .route("/login", get(login::page))
+        .route("/healthz", get(health::alive))
+        .route("/metrics", get(health::metrics))
+        .route("/v1/health", get(health::health))
+        .route("/v1/openapi.json", get(assets::openapi))
+        .route("/v1/login", post(login::login))
+        .route("/v1/logout", post(login::logout))
+        .route("/v1/whoami", get(login::whoami))
+        .route("/v1/annexes", get(|| async move { names }))
         .route(
             "/v1/frames",
             post(ingest::frames).layer(DefaultBodyLimit::max(body_bytes_max)),
         )
         .route("/v1/sensors", get(audit::sensors))
+        .route("/v1/devices", get(devices::devices))
         .route("/v1/audit", get(audit::audit))
         .route("/v1/live", get(events::live))
         .route(
@@ -110,6 +236,8 @@ pub fn app(state: AppState) -> Router {
         )
         .route("/v1/recordings/{id}", get(recordings::one))
         .route("/v1/recordings/{id}/stop", post(recordings::stop))
+        .route("/v1/recordings/{id}/note", post(recordings::note))
+        .merge(brought.with_state(()))
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)
         .layer(DefaultBodyLimit::max(small_body_bytes_max))
@@ -117,22 +245,9 @@ pub fn app(state: AppState) -> Router {
         .with_state(state)
 }
 
-/// Whether the store answers: what a supervisor asks.
-async fn health(State(state): State<AppState>) -> Response {
-    let version = env!("CARGO_PKG_VERSION");
-    match state.store().ping().await {
-        Ok(()) => Json(json!({ "status": "ok", "version": version })).into_response(),
-        Err(error) => {
-            let body =
-                json!({ "status": "failing", "version": version, "store": error.to_string() });
-            (StatusCode::SERVICE_UNAVAILABLE, Json(body)).into_response()
-        }
-    }
-}
-
 async fn unknown_path() -> Refusal {
     Refusal::new(StatusCode::NOT_FOUND, "unknown_path", "there is nothing at this path")
-        .hint("POST /v1/frames, GET /v1/sensors, /v1/live, /v1/audit, /v1/recordings, /healthz, and / for people")
+        .hint("POST /v1/frames, GET /v1/sensors, /v1/devices, /v1/live, /v1/audit, /v1/recordings, /v1/health, /metrics, /healthz, and / for people")
 }
 
 async fn wrong_method() -> Refusal {

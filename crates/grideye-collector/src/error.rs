@@ -1,3 +1,4 @@
+use crate::access::AccessError;
 use crate::store::StoreError;
 use std::io;
 use std::net::SocketAddr;
@@ -25,14 +26,44 @@ pub enum CollectorError {
         /// What the system said.
         reason: io::Error,
     },
-    /// The address can be reached from other machines, and nobody said that this is meant.
+    /// The address can be reached from other machines, and there is no token.
     #[error(
-        "refusing to listen on {address}: every machine that reaches it could post and read frames, since there is no login yet\nhint: listen on 127.0.0.1 and forward the port with ssh, or say that the network is trusted (`--trust-network`)"
+        "refusing to listen on {address}: every machine that reaches it could read frames and post some\nhint: make a token for each device (`grideye enroll DEVICE`) and start again: tokens are then asked for and TLS is on; or say that everybody on this network may do everything (`--trust-network`)"
     )]
-    NetworkNotTrusted {
+    NoTokens {
         /// The address asked for.
         address: SocketAddr,
     },
+    /// The address can be reached from other machines, and nothing would be encrypted.
+    #[error(
+        "refusing to listen on {address} without TLS: tokens would travel in the clear\nhint: leave `--plain-http` out, or say that nobody listens on this network (`--trust-network`)"
+    )]
+    NoTls {
+        /// The address asked for.
+        address: SocketAddr,
+    },
+    /// TLS with an authority of our own needs a folder to keep it in.
+    #[error(
+        "TLS needs a folder for the authority's key\nhint: name one with `--access`, or bring certificates (`--tls-cert`, `--tls-key`)"
+    )]
+    NoAuthority,
+    /// A file of certificates or keys cannot be used.
+    #[error("{}: {what}\nhint: a PEM file is wanted: the certificate followed by its chain, and its key without a password", .path.display())]
+    TlsFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// TLS cannot be set up.
+    #[error("TLS cannot be set up: {what}")]
+    Tls {
+        /// What is wrong.
+        what: String,
+    },
+    /// The folder of tokens cannot be used.
+    #[error("{0}")]
+    Access(AccessError),
     /// The store cannot be opened.
     #[error("cannot open the store {}: {reason}", .path.display())]
     Store {
@@ -53,4 +84,10 @@ pub enum CollectorError {
         /// What the system said.
         reason: io::Error,
     },
+}
+
+impl From<AccessError> for CollectorError {
+    fn from(error: AccessError) -> Self {
+        Self::Access(error)
+    }
 }

@@ -23,18 +23,30 @@
 //! What is acknowledged is on disk. The same frame again, whenever it comes, changes nothing. A frame's age is told by
 //! clocks that do not jump, so that an old frame is never shown as a new one. Every bound is a field of [`Limits`].
 
+pub mod access;
 mod account;
+mod annex;
 mod app;
 mod clock;
+mod counters;
 mod error;
 mod limits;
 mod live;
+mod log;
+mod rates;
 mod server;
 pub mod store;
+mod tls;
 
-pub use app::{AppState, app};
+pub use annex::{Annex, Inside};
+pub use app::{AppState, Refusal, app, app_with, attachment};
 pub use clock::{Clock, SystemClock};
 pub use error::CollectorError;
 pub use limits::Limits;
+pub use live::RecentFrames;
+pub use log::{Level, Log, LogEvent};
 pub use server::{Collector, Config};
-pub use store::{FrameStore, SqliteStore, StoreError, StoreLocation};
+pub use store::{
+    FrameStore, PostgresStore, PostgresUrl, SqliteStore, StoreError, StoreLocation, UrlError,
+};
+pub use tls::{Certificates, Tls, pin_of_file};

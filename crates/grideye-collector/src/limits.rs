@@ -36,6 +36,8 @@ pub struct Limits {
     pub commit_group_max: usize,
     /// How long the store waits for another program that holds its file.
     pub store_lock_time_max: Duration,
+    /// The longest between a commit of another collector on the same store and its showing on the live page.
+    pub follow_every: Duration,
     /// Connections of the store that read beside the writer.
     pub readers_max: usize,
     /// Streams (device, sensor, boot) that the store takes. One more is answered 507.
@@ -46,10 +48,41 @@ pub struct Limits {
     pub recordings_max: usize,
     /// Characters of a recording's name.
     pub recording_name_chars_max: usize,
+    /// Characters of a recording's note.
+    pub recording_note_chars_max: usize,
+    /// Rows of a recording that the page can play: it holds all of them, 168 bytes each. Of one more the page is told to
+    /// take the file instead.
+    pub playback_rows_max: u64,
     /// Rows that a download takes from the store at once.
     pub page_rows: usize,
     /// Sensors of which the present state is held. Frames of one more are answered 507.
     pub sensors_max: usize,
+    /// Bytes that the store's file may take; a write beyond is answered 507. `None`: as many as the disk has.
+    pub store_bytes_max: Option<u64>,
+    /// Requests a second of one token, in the long run. One more is answered 429.
+    pub requests_per_second_max: u32,
+    /// Requests at once of one token.
+    pub requests_burst_max: u32,
+    /// The same of one address without a good token, where tokens are asked for.
+    pub unknown_requests_per_second_max: u32,
+    /// Requests at once of one address without a good token.
+    pub unknown_requests_burst_max: u32,
+    /// Addresses without a good token that are counted each on its own; the others share one count.
+    pub unknown_peers_max: usize,
+    /// How long somebody stays signed in to the page.
+    pub session_time_max: Duration,
+    /// How soon a token that was made or revoked is noticed.
+    pub tokens_reread_every: Duration,
+    /// How deep the JSON of a small body may nest. More is answered 400. That of frames nests as deep as its shape.
+    pub json_depth_max: usize,
+    /// Events of one kind are logged no oftener; those between are counted.
+    pub log_every: Duration,
+    /// Rows in a file are sealed into segments when they arrived so long ago.
+    pub seal_after: Duration,
+    /// Frames in a file that arrived longer ago, and belong to no recording, are let go. `None`: never.
+    pub keep_for: Option<Duration>,
+    /// When a file holds more bytes, the oldest frames that belong to no recording are let go. `None`: never.
+    pub keep_bytes: Option<u64>,
     /// Clients that follow the live page's events. One more is answered 503.
     pub live_clients_max: usize,
     /// Events that a live client may lag behind. Then it is told how many it missed.
@@ -58,6 +91,10 @@ pub struct Limits {
     pub live_frames_max: usize,
     /// A live client hears at least one event in so long.
     pub live_keep_alive: Duration,
+    /// Sensors of which the newest frames are held in memory for the program's own routes.
+    pub recent_sensors_max: usize,
+    /// Frames held of each of these.
+    pub recent_frames_max: usize,
     /// How far back the rate of frames is measured.
     pub rate_window: Duration,
 }
@@ -80,17 +117,35 @@ impl Default for Limits {
             writer_queue_max: 1024,
             commit_group_max: 256,
             store_lock_time_max: Duration::from_secs(5),
+            follow_every: Duration::from_secs(1),
             readers_max: 2,
             streams_max: 20_000,
             gaps_listed_max: 64,
             recordings_max: 10_000,
             recording_name_chars_max: 64,
+            recording_note_chars_max: 500,
+            playback_rows_max: 500_000,
             page_rows: 512,
             sensors_max: 4096,
+            store_bytes_max: None,
+            requests_per_second_max: 100,
+            requests_burst_max: 200,
+            unknown_requests_per_second_max: 10,
+            unknown_requests_burst_max: 60,
+            unknown_peers_max: 4096,
+            session_time_max: Duration::from_secs(12 * 3600),
+            tokens_reread_every: Duration::from_secs(1),
+            json_depth_max: 8,
+            log_every: Duration::from_secs(1),
+            seal_after: Duration::from_secs(600),
+            keep_for: None,
+            keep_bytes: None,
             live_clients_max: 64,
             live_lag_max: 256,
             live_frames_max: 64,
             live_keep_alive: Duration::from_secs(5),
+            recent_sensors_max: 32,
+            recent_frames_max: 1200,
             rate_window: Duration::from_secs(5),
         }
     }

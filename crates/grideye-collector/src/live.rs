@@ -1,13 +1,17 @@
 //! The present state of every sensor, and the events that tell the live page of it.
 
+mod recent;
+mod senders;
 mod view;
 
+pub use recent::RecentFrames;
 pub(crate) use view::stream_json;
 
-use crate::store::{Appended, StoredRecord, StreamSummary};
+use crate::store::{Appended, Elsewhere, StoredRecord, StreamSummary};
 use crate::{Clock, Limits};
 use grideye_recording::wire::{Batch, SensorBatch};
 use grideye_recording::{ClockState, Record};
+use senders::Senders;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -33,6 +37,8 @@ impl Event {
 /// What is known of the sensors now, and who wants to hear of it.
 pub(crate) struct Live {
     sensors: Mutex<BTreeMap<Key, Sensor>>,
+    senders: Mutex<Senders>,
+    recent: RecentFrames,
     events: broadcast::Sender<Event>,
     clock: Arc<dyn Clock>,
     limits: Limits,
@@ -48,6 +54,8 @@ struct Sensor {
     newest: Option<Measured>,
     /// The newest record that has pixels.
     newest_frame: Option<Measured>,
+    /// The device's boot clock at record 0 of the run, if that came while this collector ran.
+    began_boot_ns: Option<u64>,
     /// Boot times of the frames within the rate's window, in nanoseconds.
     recent_boot_ns: VecDeque<u64>,
 }
@@ -86,6 +94,8 @@ impl Live {
         let (events, _) = broadcast::channel(limits.live_lag_max.max(1));
         let live = Self {
             sensors: Mutex::default(),
+            senders: Mutex::default(),
+            recent: RecentFrames::new(limits),
             events,
             clock,
             limits: limits.clone(),
@@ -125,6 +135,10 @@ impl Live {
     /// Takes in what the store has just kept, and tells those who listen.
     pub(crate) fn take(&self, batch: &Batch, appended: Appended, t_arrival_ns: i64) {
         let now_ns = self.now_ns();
+        // A batch without a count is somebody's who posts by hand, and one of a run that has ended is the next one's.
+        let account = batch.sensors.iter().find_map(|part| part.account.as_ref());
+        let is_going_on = account.is_some_and(|account| !account.ended);
+        let rivals = self.hear(&batch.device, &batch.boot, is_going_on);
         let mut changed = Vec::new();
         let mut sensors = self.sensors();
         for (part, kept) in batch.sensors.iter().zip(appended.sensors) {
@@ -141,15 +155,72 @@ impl Live {
                 .filter(|_| !is_backlog)
                 .map(|record| Measured::new(record, batch.t_sent_boot_ns, now_ns, t_arrival_ns));
             let shown = sensor.take(kept.stream.clone(), arrived, &self.limits);
+            self.recent.take(&kept.stream.id, records_of(&shown));
             if self.events.receiver_count() > 0 {
                 let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
-                changed.push(sensor.event(&shown[skipped..], now_ns, self.limits.rate_window));
+                let event = sensor.event(&shown[skipped..], now_ns, self.limits.rate_window);
+                changed.push(with_rivals(event, &rivals));
             }
         }
         drop(sensors);
         if !changed.is_empty() {
             self.tell(Event::new("frames", &json!({ "sensors": changed })));
         }
+    }
+
+    /// Takes in what another collector has kept in the same store, and tells those who listen.
+    pub(crate) fn take_elsewhere(&self, news: Elsewhere) {
+        let now_ns = self.now_ns();
+        let key = (news.stream.id.device.clone(), news.stream.id.sensor.clone());
+        let account = news.stream.account.as_ref();
+        let is_going_on = account.is_some_and(|account| !account.ended);
+        let rivals = self.hear(&news.stream.id.device, &news.stream.id.boot, is_going_on);
+        let mut sensors = self.sensors();
+        if !sensors.contains_key(&key) && sensors.len() >= self.limits.sensors_max {
+            return;
+        }
+        let sensor = sensors
+            .entry(key)
+            .or_insert_with(|| Sensor::new(news.stream.clone()));
+        let sent = news.t_sent_boot_ns;
+        let arrived = news
+            .records
+            .iter()
+            .map(|stored| Measured::new(stored.record, sent, now_ns, stored.t_arrival_ns));
+        let shown = sensor.take(news.stream, arrived, &self.limits);
+        self.recent.take(&sensor.stream.id, records_of(&shown));
+        if self.events.receiver_count() == 0 {
+            return;
+        }
+        let event = sensor.event(&shown, now_ns, self.limits.rate_window);
+        drop(sensors);
+        let event = with_rivals(event, &rivals);
+        self.tell(Event::new("frames", &json!({ "sensors": [event] })));
+    }
+
+    /// Notes that a run has sent, if it is one that goes on. The runs that take turns as this device.
+    fn hear(&self, device: &str, boot: &str, is_going_on: bool) -> Vec<String> {
+        let mut senders = self.senders();
+        let now = self.clock.monotonic();
+        if is_going_on {
+            senders.heard(device, boot, now, self.limits.sensors_max);
+        }
+        owned(&senders.rivals(device, now))
+    }
+
+    /// The devices that several agents send as, and the runs of these: `[{"device": …, "boots": […]}]`.
+    pub(crate) fn rivals_json(&self) -> Value {
+        let senders = self.senders();
+        let rivals = senders.all_rivals(self.clock.monotonic());
+        let rivals = rivals.iter();
+        rivals
+            .map(|(device, boots)| json!({ "device": device, "boots": boots }))
+            .collect()
+    }
+
+    /// The newest frames of the sensors that are asked for.
+    pub(crate) fn recent(&self) -> &RecentFrames {
+        &self.recent
     }
 
     /// Sends an event to all who listen.
@@ -168,7 +239,10 @@ impl Live {
         let sensors = self.sensors();
         let shown: Vec<Value> = sensors
             .values()
-            .map(|sensor| sensor.event(&sensor.last_shown(), now_ns, self.limits.rate_window))
+            .map(|sensor| {
+                let event = sensor.event(&sensor.last_shown(), now_ns, self.limits.rate_window);
+                self.told_of_rivals(sensor, event)
+            })
             .collect();
         json!({ "sensors": shown })
     }
@@ -179,9 +253,26 @@ impl Live {
         let sensors = self.sensors();
         let states: Vec<Value> = sensors
             .values()
-            .map(|sensor| sensor.state(now_ns, self.limits.rate_window))
+            .map(|sensor| {
+                self.told_of_rivals(sensor, sensor.state(now_ns, self.limits.rate_window))
+            })
             .collect();
         json!({ "sensors": states })
+    }
+
+    /// Sensors of which the present state is held.
+    pub(crate) fn sensors_count(&self) -> usize {
+        self.sensors().len()
+    }
+
+    fn told_of_rivals(&self, sensor: &Sensor, shown: Value) -> Value {
+        let senders = self.senders();
+        let rivals = senders.rivals(&sensor.stream.id.device, self.clock.monotonic());
+        with_rivals(shown, &owned(&rivals))
+    }
+
+    fn senders(&self) -> MutexGuard<'_, Senders> {
+        self.senders.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn sensors(&self) -> MutexGuard<'_, BTreeMap<Key, Sensor>> {
@@ -191,6 +282,24 @@ impl Live {
     fn now_ns(&self) -> i128 {
         nanoseconds(self.clock.monotonic())
     }
+}
+
+/// A sensor as it is shown, with the runs that take turns as its device, `null` where there is one alone.
+fn with_rivals(mut shown: Value, rivals: &[String]) -> Value {
+    shown["rivals"] = if rivals.is_empty() {
+        Value::Null
+    } else {
+        rivals.into()
+    };
+    shown
+}
+
+fn owned(boots: &[&str]) -> Vec<String> {
+    boots.iter().copied().map(str::to_owned).collect()
+}
+
+fn records_of(shown: &[Measured]) -> impl Iterator<Item = Record> + '_ {
+    shown.iter().map(|measured| measured.record)
 }
 
 fn fresh_records<'a>(
@@ -209,6 +318,7 @@ impl Sensor {
             stream,
             newest: None,
             newest_frame: None,
+            began_boot_ns: None,
             recent_boot_ns: VecDeque::new(),
         }
     }
@@ -253,6 +363,9 @@ impl Sensor {
     fn show(&mut self, measured: Measured, limits: &Limits) {
         self.newest = Some(measured);
         let t_boot_ns = measured.record.stamp.t_boot_ns;
+        if measured.record.seq == 0 {
+            self.began_boot_ns = Some(t_boot_ns);
+        }
         if measured.record.reading.frame().is_some() {
             self.newest_frame = Some(measured);
             self.recent_boot_ns.push_back(t_boot_ns);

@@ -3,25 +3,34 @@
 mod admission;
 mod stall;
 
-use crate::app::{AppState, Hosts, app};
-use crate::store::{SqliteStore, StoreLocation};
-use crate::{Clock, CollectorError, Limits};
+use crate::access::{AccessFolder, Gatekeeper};
+use crate::app::{AppState, Door, Encrypted, Hosts, Peer, app_with};
+use crate::counters::Counters;
+use crate::log::{Level, Log, LogEvent, Seldom};
+use crate::store::{self, StoreLocation};
+use crate::tls::{Acceptors, Tls};
+use crate::{Annex, Clock, CollectorError, Limits};
 use admission::{Admission, Doorkeeper};
 use axum::Router;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
 use stall::StallGuard;
 use std::future::Future;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
+use tokio_rustls::server::TlsStream;
+use tower::Service as _;
 
 /// What a collector is started with.
 #[derive(Clone)]
@@ -36,8 +45,17 @@ pub struct Config {
     pub clock: Arc<dyn Clock>,
     /// Host names to answer for beside loopback and the address listened on, for example `pi.local`.
     pub host_names: Vec<String>,
-    /// Whether an address may be listened on that other machines reach. There is no login yet.
+    /// Tokens and keys. `None`: anyone who reaches the address may do everything.
+    pub access: Option<AccessFolder>,
+    /// How connections are encrypted. `None`: not at all.
+    pub tls: Option<Tls>,
+    /// Whether an address may be listened on that other machines reach though there is no token, or no TLS. Tokens are
+    /// asked for all the same where there are any.
     pub network_trusted: bool,
+    /// Who hears what happens.
+    pub log: Log,
+    /// Routes that the program brings along, behind the same guard.
+    pub annexes: Vec<Annex>,
 }
 
 impl Config {
@@ -50,7 +68,11 @@ impl Config {
             limits: Limits::default(),
             clock,
             host_names: Vec::new(),
+            access: None,
+            tls: None,
             network_trusted: false,
+            log: Log::silent(),
+            annexes: Vec::new(),
         }
     }
 }
@@ -60,6 +82,10 @@ pub struct Collector {
     listener: TcpListener,
     local_addr: SocketAddr,
     state: AppState,
+    acceptors: Option<Arc<Acceptors>>,
+    counters: Arc<Counters>,
+    log: Log,
+    annexes: Vec<Annex>,
 }
 
 impl Collector {
@@ -69,9 +95,18 @@ impl Collector {
     /// [`CollectorError`] when the address or the store cannot be had; neither is held then.
     pub async fn bind(config: Config) -> Result<Self, CollectorError> {
         let address = config.listen;
-        if !address.ip().is_loopback() && !config.network_trusted {
-            return Err(CollectorError::NetworkNotTrusted { address });
-        }
+        let limits = &config.limits;
+        let gatekeeper = match &config.access {
+            Some(access) => Gatekeeper::of(access.clone(), limits.tokens_reread_every)?,
+            None => Gatekeeper::open(),
+        };
+        let asks_for_tokens = gatekeeper.is_closed(config.clock.monotonic());
+        check_exposure(&config, asks_for_tokens)?;
+        let acceptors = config
+            .tls
+            .as_ref()
+            .map(|tls| Acceptors::new(tls, config.access.as_ref(), &config.host_names))
+            .transpose()?;
         let listener = TcpListener::bind(address)
             .await
             .map_err(|reason| match reason.kind() {
@@ -81,14 +116,33 @@ impl Collector {
         let local_addr = listener
             .local_addr()
             .map_err(|reason| CollectorError::Socket { reason })?;
-        let state = open(&config, local_addr).await.map_err(|reason| {
+        let counters = Arc::<Counters>::default();
+        let door = Door {
+            hosts: Hosts::new(local_addr.ip(), &config.host_names),
+            gatekeeper,
+            log: config.log.clone(),
+            counters: Arc::clone(&counters),
+        };
+        let state = open(&config, door).await.map_err(|reason| {
             let path = PathBuf::from(config.store.to_string());
             CollectorError::Store { path, reason }
         })?;
+        let pin = acceptors.as_ref().and_then(Acceptors::pin);
+        config.log.say(
+            &LogEvent::new(Level::Info, "listening")
+                .with("address", local_addr)
+                .with("tls", acceptors.is_some())
+                .with("authority", pin.unwrap_or_else(|| "-".to_owned()))
+                .with("asks_for_tokens", asks_for_tokens),
+        );
         Ok(Self {
             listener,
             local_addr,
             state,
+            acceptors: acceptors.map(Arc::new),
+            counters,
+            log: config.log,
+            annexes: config.annexes,
         })
     }
 
@@ -96,6 +150,16 @@ impl Collector {
     #[must_use]
     pub fn local_addr(&self) -> SocketAddr {
         self.local_addr
+    }
+
+    /// `http` or `https`.
+    #[must_use]
+    pub fn scheme(&self) -> &'static str {
+        if self.acceptors.is_some() {
+            "https"
+        } else {
+            "http"
+        }
     }
 
     /// Serves until `shutdown` is ready; then lets open requests finish, commits, and closes the store.
@@ -108,8 +172,11 @@ impl Collector {
     ) -> Result<(), CollectorError> {
         let limits = self.state.limits().clone();
         let server = Server {
-            router: app(self.state.clone()),
-            doorkeeper: Doorkeeper::new(&limits),
+            router: app_with(self.state.clone(), &self.annexes),
+            doorkeeper: Doorkeeper::new(&limits, self.counters),
+            acceptors: self.acceptors,
+            seldom: Seldom::new(self.log.clone(), limits.log_every),
+            clock: self.state.clock(),
             stopping: watch::Sender::new(false),
             limits,
         };
@@ -130,15 +197,30 @@ impl Collector {
         let _ = tokio::time::timeout(server.limits.shutdown_time_max, finished).await;
         connections.shutdown().await;
         let closed = self.state.store().close().await;
+        self.log.say(&LogEvent::new(Level::Info, "stopped"));
         closed.map_err(|reason| CollectorError::Close { reason })
     }
 }
 
-async fn open(config: &Config, local_addr: SocketAddr) -> Result<AppState, crate::StoreError> {
-    let store = SqliteStore::open(&config.store, &config.limits)?;
-    let hosts = Hosts::new(local_addr.ip(), &config.host_names);
+/// Beyond loopback nobody is let in without a token and nothing is sent in the clear, unless that was asked for.
+fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), CollectorError> {
+    let address = config.listen;
+    if address.ip().to_canonical().is_loopback() || config.network_trusted {
+        return Ok(());
+    }
+    if !asks_for_tokens {
+        return Err(CollectorError::NoTokens { address });
+    }
+    match config.tls {
+        Some(_) => Ok(()),
+        None => Err(CollectorError::NoTls { address }),
+    }
+}
+
+async fn open(config: &Config, door: Door) -> Result<AppState, crate::StoreError> {
+    let store = store::open(&config.store, &config.limits).await?;
     let clock = Arc::clone(&config.clock);
-    AppState::with_hosts(Arc::new(store), config.limits.clone(), clock, hosts).await
+    AppState::with(store, config.limits.clone(), clock, door).await
 }
 
 /// A pause after the system could not hand over a connection, for example for want of file descriptors.
@@ -147,6 +229,9 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 struct Server {
     router: Router,
     doorkeeper: Doorkeeper,
+    acceptors: Option<Arc<Acceptors>>,
+    seldom: Seldom,
+    clock: Arc<dyn Clock>,
     stopping: watch::Sender<bool>,
     limits: Limits,
 }
@@ -161,39 +246,98 @@ impl Server {
             tokio::time::sleep(ACCEPT_PAUSE).await;
             return;
         };
-        match self.doorkeeper.admit(peer.ip()) {
-            Some(admission) => {
-                connections.spawn(self.connection(stream, admission));
+        let Some(admission) = self.doorkeeper.admit(peer.ip()) else {
+            let event = LogEvent::new(Level::Warning, "turned_away").with("peer", peer.ip());
+            self.seldom.say("", self.clock.monotonic(), event);
+            // Who waits for TLS does not understand this, and is told enough by the end of the connection.
+            if self.acceptors.is_none() {
+                admission::turn_away(&stream);
             }
-            None => admission::turn_away(&stream),
-        }
-    }
-
-    fn connection(
-        &self,
-        stream: TcpStream,
-        admission: Admission,
-    ) -> impl Future<Output = ()> + use<> {
+            return;
+        };
         // Small answers go out at once; that it may fail on a dead socket is found at the next read.
         let _ = stream.set_nodelay(true);
+        let serving = Serving {
+            peer: peer.ip().to_canonical(),
+            router: self.router.clone(),
+            limits: self.limits.clone(),
+            stopping: self.stopping.subscribe(),
+            admission,
+        };
+        let Some(acceptors) = self.acceptors.clone() else {
+            let guarded = StallGuard::new(stream, self.limits.write_stall_max);
+            connections.spawn(serving.run(guarded, Encrypted(false)));
+            return;
+        };
+        connections.spawn(async move {
+            if let Some(stream) = serving.encrypt(&acceptors, stream).await {
+                serving.run(stream, Encrypted(true)).await;
+            }
+        });
+    }
+}
+
+/// What it takes to serve one connection.
+struct Serving {
+    peer: IpAddr,
+    router: Router,
+    limits: Limits,
+    stopping: watch::Receiver<bool>,
+    admission: Admission,
+}
+
+impl Serving {
+    /// Agrees on TLS, within the time that headers may take.
+    async fn encrypt(
+        &self,
+        acceptors: &Acceptors,
+        stream: TcpStream,
+    ) -> Option<TlsStream<StallGuard<TcpStream>>> {
+        let agreed = async {
+            let address = stream.local_addr().ok()?.ip();
+            let acceptor = acceptors.for_address(address).ok()?;
+            let guarded = StallGuard::new(stream, self.limits.write_stall_max);
+            acceptor.accept(guarded).await.ok()
+        };
+        let mut stopping = self.stopping.clone();
+        let agreed = tokio::select! {
+            agreed = tokio::time::timeout(self.limits.header_time_max, agreed) => agreed.ok().flatten(),
+            _stop = stopping.wait_for(|stopping| *stopping) => return None,
+        };
+        if agreed.is_none() {
+            self.admission.tls_failed();
+        }
+        agreed
+    }
+
+    async fn run<S>(self, stream: S, encrypted: Encrypted)
+    where
+        S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    {
+        let Self {
+            peer,
+            router,
+            limits,
+            mut stopping,
+            admission: _admission,
+        } = self;
         let mut builder = http1::Builder::new();
         builder
             .timer(TokioTimer::new())
-            .header_read_timeout(self.limits.header_time_max)
-            .max_header_size(self.limits.header_bytes_max);
-        let io = TokioIo::new(StallGuard::new(stream, self.limits.write_stall_max));
-        let service = TowerToHyperService::new(self.router.clone());
-        let mut stopping = self.stopping.subscribe();
-        async move {
-            let _admission = admission;
-            let mut connection = pin!(builder.serve_connection(io, service));
-            // How a connection ended is the peer's business: it sees the same end.
-            tokio::select! {
-                _ended = connection.as_mut() => return,
-                _stop = stopping.wait_for(|stopping| *stopping) => {}
-            }
-            connection.as_mut().graceful_shutdown();
-            let _ended = connection.await;
+            .header_read_timeout(limits.header_time_max)
+            .max_header_size(limits.header_bytes_max);
+        let service = service_fn(move |mut request: Request<Incoming>| {
+            request.extensions_mut().insert(Peer(peer));
+            request.extensions_mut().insert(encrypted);
+            router.clone().call(request)
+        });
+        let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
+        // How a connection ended is the peer's business: it sees the same end.
+        tokio::select! {
+            _ended = connection.as_mut() => return,
+            _stop = stopping.wait_for(|stopping| *stopping) => {}
         }
+        connection.as_mut().graceful_shutdown();
+        let _ended = connection.await;
     }
 }

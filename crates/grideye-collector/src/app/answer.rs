@@ -5,20 +5,30 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
 use grideye_recording::wire::WireError;
 use serde_json::json;
+use std::time::Duration;
 
-/// A request that is not done, and what to do about it.
+/// Why an answer is a refusal, for the counters; carried by the response.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RefusedCode(pub(super) &'static str);
+
+/// How long who was told that the store is full should wait: somebody has to make room first.
+const FULL_RETRY: Duration = Duration::from_secs(30);
+
+/// A request that is not done, and what to do about it: `{"error":{"code","message","field","hint"}}`.
 #[derive(Debug)]
-pub(super) struct Refusal {
+pub struct Refusal {
     status: StatusCode,
     code: &'static str,
     message: String,
     field: Option<String>,
     hint: Option<String>,
+    retry_after: Option<Duration>,
 }
 
 impl Refusal {
     /// `message` may bring its hint along, on a line of its own.
-    pub(super) fn new(status: StatusCode, code: &'static str, message: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn new(status: StatusCode, code: &'static str, message: impl Into<String>) -> Self {
         let whole = message.into();
         let (message, hint) = match whole.split_once("\nhint: ") {
             Some((message, hint)) => (message.to_owned(), Some(hint.to_owned())),
@@ -30,15 +40,28 @@ impl Refusal {
             message,
             field: None,
             hint,
+            retry_after: (status == StatusCode::SERVICE_UNAVAILABLE)
+                .then_some(Duration::from_secs(1)),
         }
     }
 
-    pub(super) fn field(mut self, field: impl Into<String>) -> Self {
+    /// What in the request is at fault.
+    #[must_use]
+    pub fn field(mut self, field: impl Into<String>) -> Self {
         self.field = Some(field.into());
         self
     }
 
-    pub(super) fn hint(mut self, hint: impl Into<String>) -> Self {
+    /// When to come again, in whole seconds and at least one.
+    #[must_use]
+    pub fn retry_after(mut self, wait: Duration) -> Self {
+        self.retry_after = Some(wait);
+        self
+    }
+
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
@@ -53,10 +76,12 @@ impl IntoResponse for Refusal {
             "hint": self.hint,
         } });
         let mut response = (self.status, Json(body)).into_response();
-        if self.status == StatusCode::SERVICE_UNAVAILABLE {
-            let second = HeaderValue::from_static("1");
-            response.headers_mut().insert(header::RETRY_AFTER, second);
+        if let Some(wait) = self.retry_after {
+            let seconds = wait.as_secs() + u64::from(wait.subsec_nanos() > 0);
+            let seconds = HeaderValue::from(seconds.max(1));
+            response.headers_mut().insert(header::RETRY_AFTER, seconds);
         }
+        response.extensions_mut().insert(RefusedCode(self.code));
         response
     }
 }
@@ -84,16 +109,29 @@ impl From<StoreError> for Refusal {
                 None,
             ),
             StoreError::Full => (StatusCode::INSUFFICIENT_STORAGE, "disk_full", None),
+            StoreError::QuotaReached { .. } => {
+                (StatusCode::INSUFFICIENT_STORAGE, "quota_reached", None)
+            }
             StoreError::Locked => (StatusCode::SERVICE_UNAVAILABLE, "store_locked", None),
+            StoreError::Unreachable { .. } => {
+                (StatusCode::SERVICE_UNAVAILABLE, "store_unreachable", None)
+            }
+            StoreError::Contended { .. } => (StatusCode::SERVICE_UNAVAILABLE, "contended", None),
             StoreError::Busy { .. } => (StatusCode::SERVICE_UNAVAILABLE, "busy", None),
             StoreError::Closed => (StatusCode::SERVICE_UNAVAILABLE, "stopping", None),
             StoreError::NotADatabase
             | StoreError::Foreign
+            | StoreError::Unfinished
+            | StoreError::NotEmpty
             | StoreError::Newer { .. }
+            | StoreError::Older { .. }
             | StoreError::Unusable { .. }
             | StoreError::Failed(_) => (StatusCode::INTERNAL_SERVER_ERROR, "store_failed", None),
         };
-        let refusal = Self::new(status, code, error.to_string());
+        let mut refusal = Self::new(status, code, error.to_string());
+        if matches!(error, StoreError::Full | StoreError::QuotaReached { .. }) {
+            refusal = refusal.retry_after(FULL_RETRY);
+        }
         match field {
             Some(field) => refusal.field(field),
             None => refusal,
@@ -105,6 +143,7 @@ impl From<WireError> for Refusal {
     fn from(error: WireError) -> Self {
         let (status, code) = match &error {
             WireError::NotJson { .. } => (StatusCode::BAD_REQUEST, "not_json"),
+            WireError::Malformed { .. } => (StatusCode::BAD_REQUEST, "malformed"),
             WireError::TooMany { .. } => (StatusCode::PAYLOAD_TOO_LARGE, "too_many"),
             WireError::UnknownField { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "unknown_field"),
             WireError::MissingField { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "missing_field"),

@@ -7,51 +7,71 @@ use axum::response::{IntoResponse, Response};
 
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
+/// A file of `assets/` with its type.
+macro_rules! file {
+    ($name:literal, $kind:expr) => {
+        ($name, $kind, include_str!(concat!("../../assets/", $name)))
+    };
+}
+
 /// Name, type and text.
-const ASSETS: [(&str, &str, &str); 9] = [
-    (
-        "style.css",
-        "text/css; charset=utf-8",
-        include_str!("../../assets/style.css"),
-    ),
-    (
-        "favicon.svg",
-        "image/svg+xml",
-        include_str!("../../assets/favicon.svg"),
-    ),
-    ("main.js", JAVASCRIPT, include_str!("../../assets/main.js")),
-    ("feed.js", JAVASCRIPT, include_str!("../../assets/feed.js")),
-    (
-        "heatmap.js",
-        JAVASCRIPT,
-        include_str!("../../assets/heatmap.js"),
-    ),
-    (
-        "palette.js",
-        JAVASCRIPT,
-        include_str!("../../assets/palette.js"),
-    ),
-    (
-        "recordings.js",
-        JAVASCRIPT,
-        include_str!("../../assets/recordings.js"),
-    ),
-    (
-        "sensor.js",
-        JAVASCRIPT,
-        include_str!("../../assets/sensor.js"),
-    ),
-    (
-        "words.js",
-        JAVASCRIPT,
-        include_str!("../../assets/words.js"),
-    ),
+const ASSETS: [(&str, &str, &str); 37] = [
+    file!("style.css", "text/css; charset=utf-8"),
+    file!("favicon.svg", "image/svg+xml"),
+    file!("advice.js", JAVASCRIPT),
+    file!("ask.js", JAVASCRIPT),
+    file!("beside.js", JAVASCRIPT),
+    file!("devices.js", JAVASCRIPT),
+    file!("difference.js", JAVASCRIPT),
+    file!("exports.js", JAVASCRIPT),
+    file!("feed.js", JAVASCRIPT),
+    file!("heatmap.js", JAVASCRIPT),
+    file!("history.js", JAVASCRIPT),
+    file!("keep.js", JAVASCRIPT),
+    file!("keys.js", JAVASCRIPT),
+    file!("library.js", JAVASCRIPT),
+    file!("login.js", JAVASCRIPT),
+    file!("look.js", JAVASCRIPT),
+    file!("main.js", JAVASCRIPT),
+    file!("note.js", JAVASCRIPT),
+    file!("orientation.js", JAVASCRIPT),
+    file!("palettes.js", JAVASCRIPT),
+    file!("picture.js", JAVASCRIPT),
+    file!("plan.js", JAVASCRIPT),
+    file!("playback.js", JAVASCRIPT),
+    file!("played-sensor.js", JAVASCRIPT),
+    file!("player.js", JAVASCRIPT),
+    file!("recorded.js", JAVASCRIPT),
+    file!("recordings.js", JAVASCRIPT),
+    file!("scale.js", JAVASCRIPT),
+    file!("scores.js", JAVASCRIPT),
+    file!("sensor.js", JAVASCRIPT),
+    file!("sign-out.js", JAVASCRIPT),
+    file!("simulation.js", JAVASCRIPT),
+    file!("smooth.js", JAVASCRIPT),
+    file!("timeline.js", JAVASCRIPT),
+    file!("track.js", JAVASCRIPT),
+    file!("troubles.js", JAVASCRIPT),
+    file!("words.js", JAVASCRIPT),
 ];
 
 pub(super) async fn page() -> Response {
     file(
         "text/html; charset=utf-8",
         include_str!("../../assets/index.html"),
+    )
+}
+
+/// What programs may ask for, as OpenAPI 3.1.
+pub(super) async fn openapi() -> Response {
+    file("application/json", include_str!("../../openapi.json"))
+}
+
+/// The page for signing in.
+pub(super) fn login() -> Response {
+    file(
+        "text/html; charset=utf-8",
+        include_str!("../../assets/login.html"),
     )
 }
 

@@ -12,7 +12,7 @@ pub(super) async fn sensors(State(state): State<AppState>) -> Json<Value> {
     Json(state.0.live.sensors_json())
 }
 
-/// Every stream's books: read = stored + dropped + spooled.
+/// Every stream's books: read = stored + dropped + spooled; and the devices that several agents send as.
 pub(super) async fn audit(State(state): State<AppState>) -> Result<Json<Value>, Refusal> {
     let streams = state.store().streams().await?;
     let unbalanced = streams
@@ -24,6 +24,6 @@ pub(super) async fn audit(State(state): State<AppState>) -> Result<Json<Value>, 
         .map(|stream| Value::Object(stream_json(stream)))
         .collect();
     Ok(Json(
-        json!({ "balanced": unbalanced == 0, "streams": streams }),
+        json!({ "balanced": unbalanced == 0, "rivals": state.0.live.rivals_json(), "streams": streams }),
     ))
 }

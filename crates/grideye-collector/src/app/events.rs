@@ -2,7 +2,9 @@
 
 use super::AppState;
 use super::answer::Refusal;
+use crate::access::Caller;
 use crate::live::Event;
+use axum::Extension;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::sse::{Event as SseEvent, Sse};
@@ -25,6 +27,7 @@ type Feed = mpsc::Sender<Result<SseEvent, Infallible>>;
 /// said, `lagged` and a new `snapshot` when the client was too slow.
 pub(super) async fn live(
     State(state): State<AppState>,
+    Extension(caller): Extension<Caller>,
 ) -> Result<Sse<impl Stream<Item = Result<SseEvent, Infallible>>>, Refusal> {
     let seat = state.0.live_clients.clone().try_acquire_owned();
     let seat = seat.map_err(|_none_left| {
@@ -38,19 +41,31 @@ pub(super) async fn live(
         .hint("close one, or raise `live_clients_max`")
     })?;
     let (feed, events) = mpsc::channel(IN_FLIGHT_MAX);
-    tokio::spawn(follow(state, feed, seat));
+    tokio::spawn(follow(state, caller, feed, seat));
     Ok(Sse::new(ReceiverStream::new(events)))
 }
 
-/// Feeds one client until it leaves or the collector stops.
-async fn follow(state: AppState, feed: Feed, _seat: OwnedSemaphorePermit) {
+/// Feeds one client until it leaves, its token is revoked, or the collector stops.
+async fn follow(state: AppState, caller: Caller, feed: Feed, _seat: OwnedSemaphorePermit) {
     let mut stopping = state.0.stopping.subscribe();
     // Listening begins before the snapshot is taken, so that nothing falls between the two.
     let events = state.0.live.listen();
     tokio::select! {
         _ = stopping.wait_for(|stopping| *stopping) => {}
         () = feed.closed() => {}
+        () = revoked(&state, &caller) => {}
         () = relay(&state, &feed, events) => {}
+    }
+}
+
+/// Ready when the caller would not be let in any more.
+async fn revoked(state: &AppState, caller: &Caller) {
+    loop {
+        tokio::time::sleep(state.limits().live_keep_alive).await;
+        let now = state.0.clock.monotonic();
+        if !state.0.gatekeeper.still_knows(caller, now) {
+            return;
+        }
     }
 }
 

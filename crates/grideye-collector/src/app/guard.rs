@@ -1,12 +1,15 @@
 //! What every request passes: who may ask, how long it may take, and the headers of every answer.
 
 use super::AppState;
-use super::answer::Refusal;
+use super::answer::{Refusal, RefusedCode};
+use super::gate;
+use crate::log::{Level, LogEvent};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
+use std::time::Duration;
 
 /// Nothing but what this server itself serves, and no script or style inside the page.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -26,9 +29,18 @@ const HEADERS: [(HeaderName, &str); 6] = [
     ),
 ];
 
-pub(super) async fn guard(State(state): State<AppState>, request: Request, next: Next) -> Response {
-    let mut response = match check_origin(&state.0.hosts, &request) {
-        Err(refusal) => refusal.into_response(),
+pub(super) async fn guard(
+    State(state): State<AppState>,
+    mut request: Request,
+    next: Next,
+) -> Response {
+    let began = state.0.clock.monotonic();
+    let peer = gate::peer_of(&request);
+    let admitted = check_origin(&state.0.hosts, &request)
+        .map_err(|refusal| Box::new(refusal.into_response()))
+        .and_then(|()| gate::pass(&state, &mut request));
+    let mut response = match admitted {
+        Err(refusal) => *refusal,
         Ok(()) => in_time(&state, request, next).await,
     };
     let headers = response.headers_mut();
@@ -38,7 +50,39 @@ pub(super) async fn guard(State(state): State<AppState>, request: Request, next:
     headers
         .entry(header::CACHE_CONTROL)
         .or_insert(HeaderValue::from_static("no-store"));
+    count(&state, &response, began, peer);
     response
+}
+
+/// Counts the answer, and says a refusal that may be an attack or a device that was set up wrongly.
+fn count(state: &AppState, response: &Response, began: Duration, peer: IpAddr) {
+    let (shared, status) = (&state.0, response.status());
+    let now = shared.clock.monotonic();
+    let took = now.saturating_sub(began);
+    shared.counters.answered(status.as_u16(), took);
+    let Some(RefusedCode(code)) = response.extensions().get().copied() else {
+        return;
+    };
+    shared.counters.refused(code);
+    let is_worth_saying = matches!(
+        status,
+        StatusCode::UNAUTHORIZED
+            | StatusCode::FORBIDDEN
+            | StatusCode::CONFLICT
+            | StatusCode::PAYLOAD_TOO_LARGE
+            | StatusCode::TOO_MANY_REQUESTS
+    ) || status.is_server_error();
+    if is_worth_saying {
+        let level = match status {
+            StatusCode::INSUFFICIENT_STORAGE | StatusCode::INTERNAL_SERVER_ERROR => Level::Error,
+            _ => Level::Warning,
+        };
+        let event = LogEvent::new(level, "refused")
+            .with("code", code)
+            .with("status", status.as_u16())
+            .with("peer", peer);
+        shared.seldom.say(code, now, event);
+    }
 }
 
 async fn in_time(state: &AppState, request: Request, next: Next) -> Response {
@@ -71,7 +115,12 @@ fn check_origin(hosts: &Hosts, request: &Request) -> Result<(), Refusal> {
         return Ok(());
     }
     let origin = request.headers().get(header::ORIGIN);
-    let own = format!("http://{host}");
+    let scheme = if gate::encrypted(request).0 {
+        "https"
+    } else {
+        "http"
+    };
+    let own = format!("{scheme}://{host}");
     let foreign =
         origin.is_some_and(|origin| !origin.as_bytes().eq_ignore_ascii_case(own.as_bytes()));
     if !foreign {

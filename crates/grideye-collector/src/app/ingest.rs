@@ -2,12 +2,16 @@
 
 use super::AppState;
 use super::answer::Refusal;
+use super::gate::check_device;
 use crate::Limits;
+use crate::access::Caller;
+use crate::counters::{Counters, add};
+use crate::store::Appended;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use grideye_recording::wire::Batch;
+use grideye_recording::wire::{BINARY_TYPE, Batch, JSON_TYPE};
 use std::sync::Arc;
 
 /// Memory for bodies is handed out in pieces of so many bytes.
@@ -17,10 +21,18 @@ pub(super) async fn frames(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
+    let caller = request.extensions().get::<Caller>().cloned();
+    let headers = request.headers().clone();
+    let form = Form::of(request.headers())?;
     let body = read_frames_body(&state, request).await?;
     let shared = &state.0;
-    let batch = Arc::new(Batch::from_json(&body.bytes, &shared.limits.batch)?);
+    let limits = &shared.limits.batch;
+    let batch = Arc::new(match form {
+        Form::Json => Batch::from_json(&body.bytes, limits)?,
+        Form::Binary => Batch::from_binary(&body.bytes, limits)?,
+    });
     drop(body);
+    check_device(caller.as_ref(), &batch.device)?;
     if !shared.live.has_room_for(&batch) {
         return Err(too_many_sensors(shared.limits.sensors_max));
     }
@@ -33,8 +45,33 @@ pub(super) async fn frames(
         let what = format!("the answer cannot be written: {error}");
         Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "answer_failed", what)
     })?;
+    count(&shared.counters, &batch, &appended);
+    shared.agents.heard(&batch.device, &headers);
     shared.live.take(&batch, appended, t_arrival_ns);
     Ok(([(header::CONTENT_TYPE, "application/json")], answer).into_response())
+}
+
+fn count(counters: &Counters, batch: &Batch, appended: &Appended) {
+    let all: usize = batch.sensors.iter().map(|part| part.frames.len()).sum();
+    let fresh: usize = appended.sensors.iter().map(|part| part.fresh.len()).sum();
+    add(&counters.frames_stored, fresh);
+    add(&counters.frames_again, all.saturating_sub(fresh));
+}
+
+/// The form of a body of frames, which its content type says; without one it is JSON.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Json,
+    Binary,
+}
+
+impl Form {
+    fn of(headers: &HeaderMap) -> Result<Self, Refusal> {
+        if essence(headers).is_some_and(|essence| essence.eq_ignore_ascii_case(BINARY_TYPE)) {
+            return Ok(Self::Binary);
+        }
+        check_is_json(headers).map(|()| Self::Json)
+    }
 }
 
 /// A body, and the room it takes.
@@ -54,7 +91,7 @@ async fn read_frames_body(state: &AppState, request: Request) -> Result<HeldBody
             Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
                 .hint("send again in a second; nothing of this request was stored")
         })?;
-    let bytes = read_json_body(state, request, limits.body_bytes_max).await?;
+    let bytes = read_body(state, request, limits.body_bytes_max).await?;
     Ok(HeldBody { bytes, _room: room })
 }
 
@@ -76,8 +113,12 @@ pub(super) async fn read_json_body(
     request: Request,
     bytes_max: usize,
 ) -> Result<Bytes, Refusal> {
-    let limits = state.limits();
     check_is_json(request.headers())?;
+    read_body(state, request, bytes_max).await
+}
+
+async fn read_body(state: &AppState, request: Request, bytes_max: usize) -> Result<Bytes, Refusal> {
+    let limits = state.limits();
     let read = Bytes::from_request(request, state);
     match tokio::time::timeout(limits.body_time_max, read).await {
         Ok(Ok(bytes)) => Ok(bytes),
@@ -97,14 +138,12 @@ pub(super) async fn read_json_body(
     }
 }
 
-/// Another type may mean another format one day; none at all is taken as JSON.
+/// Another type may mean another format; none at all is taken as JSON.
 fn check_is_json(headers: &HeaderMap) -> Result<(), Refusal> {
-    let Some(content_type) = headers.get(header::CONTENT_TYPE) else {
-        return Ok(());
-    };
-    let essence = content_type.to_str().unwrap_or_default().split(';').next();
-    if essence.is_some_and(|essence| essence.trim().eq_ignore_ascii_case("application/json")) {
-        return Ok(());
+    match essence(headers) {
+        None => return Ok(()),
+        Some(essence) if essence.eq_ignore_ascii_case(JSON_TYPE) => return Ok(()),
+        Some(_other) => {}
     }
     let what = "the body must be JSON";
     Err(
@@ -112,6 +151,13 @@ fn check_is_json(headers: &HeaderMap) -> Result<(), Refusal> {
             .field("content-type")
             .hint("send the header `content-type: application/json` (curl: --json)"),
     )
+}
+
+/// The content type without its parameters.
+fn essence(headers: &HeaderMap) -> Option<&str> {
+    let whole = headers.get(header::CONTENT_TYPE)?;
+    let whole = whole.to_str().unwrap_or_default();
+    Some(whole.split(';').next().unwrap_or_default().trim())
 }
 
 fn too_large(bytes_max: usize) -> Refusal {

@@ -1,24 +1,26 @@
-//! Recordings: start, stop, list, download.
+//! Recordings: start, stop, note, list, and their frames.
+
+mod attachment;
+mod csv;
+mod download;
+mod frames;
+
+pub use attachment::attachment;
 
 use super::AppState;
 use super::answer::Refusal;
 use super::ingest::read_json_body;
+use super::small::object;
 use crate::live::Event;
-use crate::store::{FrameStore, Members, Recording, RecordingId, Span, StoreError};
-use axum::body::{Body, Bytes};
+use crate::store::{Recording, RecordingId};
+use axum::body::Bytes;
 use axum::extract::{Path, Request, State};
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
-use grideye_recording::csv::{Row, STREAMS_MAX, Writer};
 use serde_json::{Value, json};
-use std::fmt::Write as _;
-use std::io;
-use std::sync::{Arc, Mutex, PoisonError};
-use tokio::sync::mpsc;
-use tokio_stream::wrappers::ReceiverStream;
 
-/// Pages of a download that are ready before the peer takes them.
-const PAGES_READY_MAX: usize = 2;
+const HINT: &str = r#"send {"name": "kitchen, evening"}"#;
+const NOTE_HINT: &str = r#"send {"note": "two people, window open"}, or {"note": ""} for none"#;
 
 /// `POST /v1/recordings`.
 pub(super) async fn start(
@@ -27,7 +29,11 @@ pub(super) async fn start(
 ) -> Result<Response, Refusal> {
     let limits = state.limits();
     let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
-    let name = name_in(&body, limits.recording_name_chars_max)?;
+    let name = name_in(
+        &body,
+        limits.recording_name_chars_max,
+        limits.json_depth_max,
+    )?;
     let recording = state
         .store()
         .start_recording(name, state.0.clock.utc_ns())
@@ -63,45 +69,54 @@ pub(super) async fn list(State(state): State<AppState>) -> Result<Json<Value>, R
     Ok(Json(json!({ "recordings": recordings })))
 }
 
-/// `GET /v1/recordings/{id}` and `GET /v1/recordings/{id}.csv`.
+/// `POST /v1/recordings/{id}/note`.
+pub(super) async fn note(
+    State(state): State<AppState>,
+    Path(id): Path<String>,
+    request: Request,
+) -> Result<Json<Value>, Refusal> {
+    let id = parse_id(&id)?;
+    let limits = state.limits();
+    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
+    let note = note_in(
+        &body,
+        limits.recording_note_chars_max,
+        limits.json_depth_max,
+    )?;
+    let recording = state.store().note_recording(id, note).await?;
+    state.0.live.tell(Event::new("recordings", &json!({})));
+    Ok(Json(recording_json(&recording)))
+}
+
+/// `GET /v1/recordings/{id}`, `/v1/recordings/{id}.csv` and `/v1/recordings/{id}.frames`.
 pub(super) async fn one(
     State(state): State<AppState>,
     Path(file): Path<String>,
 ) -> Result<Response, Refusal> {
-    let (id, as_csv) = match file.strip_suffix(".csv") {
-        Some(id) => (parse_id(id)?, true),
-        None => (parse_id(&file)?, false),
+    let (id, form) = match file.rsplit_once('.') {
+        Some((id, "csv")) => (id, Some(Wanted::Csv)),
+        Some((id, "frames")) => (id, Some(Wanted::Frames)),
+        _ => (file.as_str(), None),
     };
-    let members = state.store().members(id).await?;
-    if !as_csv {
-        return Ok(Json(recording_json(&members.recording)).into_response());
+    let members = state.store().members(parse_id(id)?).await?;
+    match form {
+        None => Ok(Json(recording_json(&members.recording)).into_response()),
+        Some(Wanted::Csv) => csv::answer(state, members),
+        Some(Wanted::Frames) => frames::answer(state, members),
     }
-    if members.spans.len() > STREAMS_MAX {
-        let what =
-            format!("recording {id} holds more than {STREAMS_MAX} streams, too many for one file");
-        return Err(Refusal::new(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "too_many_streams",
-            what,
-        ));
-    }
-    let disposition = attachment(&members.recording.name);
-    let (pages, ready) = mpsc::channel(PAGES_READY_MAX);
-    tokio::spawn(download(state, members, pages));
-    let headers = [
-        (
-            header::CONTENT_TYPE,
-            HeaderValue::from_static("text/csv; charset=utf-8; header=present"),
-        ),
-        (header::CONTENT_DISPOSITION, disposition),
-    ];
-    Ok((headers, Body::from_stream(ReceiverStream::new(ready))).into_response())
+}
+
+/// A form of a recording with its frames.
+enum Wanted {
+    Csv,
+    Frames,
 }
 
 fn recording_json(recording: &Recording) -> Value {
     json!({
         "id": recording.id.0,
         "name": recording.name,
+        "note": recording.note,
         "running": recording.t_stop_ns.is_none(),
         "t_start_ns": recording.t_start_ns,
         "t_stop_ns": recording.t_stop_ns,
@@ -124,33 +139,51 @@ fn parse_id(text: &str) -> Result<RecordingId, Refusal> {
 }
 
 /// The name in `{"name": "..."}`, and nothing beside it.
-fn name_in(body: &Bytes, chars_max: usize) -> Result<String, Refusal> {
-    let wrong = |what: String| {
-        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
-            .field("name")
-            .hint(r#"send {"name": "kitchen, evening"}"#)
-    };
-    let json: Value = serde_json::from_slice(body).map_err(|error| {
-        Refusal::new(
-            StatusCode::BAD_REQUEST,
-            "not_json",
-            format!("the body is not JSON: {error}"),
-        )
-        .field("body")
-        .hint(r#"send {"name": "kitchen, evening"}"#)
-    })?;
-    let fields = json
-        .as_object()
-        .ok_or_else(|| wrong("expected an object with a name".to_owned()))?;
-    if let Some(unknown) = fields.keys().find(|field| *field != "name") {
-        return Err(wrong(format!("unknown field {unknown:?}; expected only name")).field(unknown));
+fn name_in(body: &Bytes, chars_max: usize, depth_max: usize) -> Result<String, Refusal> {
+    let name = text_in(body, "name", depth_max, HINT)?;
+    check_name(&name, chars_max).map_err(|what| wrong_value("name", what, HINT))?;
+    Ok(name)
+}
+
+/// The note in `{"note": "..."}`, and nothing beside it.
+fn note_in(body: &Bytes, chars_max: usize, depth_max: usize) -> Result<String, Refusal> {
+    let note = text_in(body, "note", depth_max, NOTE_HINT)?;
+    check_note(&note, chars_max).map_err(|what| wrong_value("note", what, NOTE_HINT))?;
+    Ok(note)
+}
+
+/// The text of the one field that the body may have, without white space around it.
+fn text_in(
+    body: &Bytes,
+    field: &'static str,
+    depth_max: usize,
+    hint: &str,
+) -> Result<String, Refusal> {
+    let fields = object(body, depth_max, &[field], hint)?;
+    let text = fields.get(field).and_then(Value::as_str);
+    let text =
+        text.ok_or_else(|| wrong_value(field, format!("expected {field} to be a string"), hint))?;
+    Ok(text.trim().to_owned())
+}
+
+fn wrong_value(field: &'static str, what: String, hint: &str) -> Refusal {
+    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
+        .field(field)
+        .hint(hint)
+}
+
+/// A note is one line of text, or nothing.
+fn check_note(note: &str, chars_max: usize) -> Result<(), String> {
+    let chars = note.chars().count();
+    if chars > chars_max {
+        return Err(format!(
+            "the note has {chars} characters, and {chars_max} are allowed"
+        ));
     }
-    let name = fields.get("name").and_then(Value::as_str);
-    let name = name
-        .ok_or_else(|| wrong("expected name to be a string".to_owned()))?
-        .trim();
-    check_name(name, chars_max).map_err(wrong)?;
-    Ok(name.to_owned())
+    match note.chars().find(|character| character.is_control()) {
+        Some(character) => Err(format!("the note may not contain {character:?}")),
+        None => Ok(()),
+    }
 }
 
 /// A recording's name becomes a file's name.
@@ -175,119 +208,5 @@ fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
             "the name may not contain {character:?}, which no file name should"
         )),
         None => Ok(()),
-    }
-}
-
-/// RFC 6266: a plain name for old programs, the exact one for the others.
-fn attachment(name: &str) -> HeaderValue {
-    let plain: String = name
-        .chars()
-        .map(|character| {
-            if matches!(character, ' '..='~') && character != '%' {
-                character
-            } else {
-                '_'
-            }
-        })
-        .collect();
-    let mut exact = String::new();
-    for byte in name.bytes() {
-        if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {
-            exact.push(char::from(byte));
-        } else {
-            let _ = write!(exact, "%{byte:02X}");
-        }
-    }
-    let disposition =
-        format!(r#"attachment; filename="{plain}.csv"; filename*=UTF-8''{exact}.csv"#);
-    HeaderValue::from_str(&disposition).unwrap_or(HeaderValue::from_static("attachment"))
-}
-
-type Pages = mpsc::Sender<io::Result<Bytes>>;
-
-/// Sends a recording page by page; an error cuts the transfer, so that nobody takes a part for the whole.
-async fn download(state: AppState, members: Members, pages: Pages) {
-    let mut stopping = state.0.stopping.subscribe();
-    let written = tokio::select! {
-        written = write_pages(&state, members, &pages) => written,
-        _ = stopping.wait_for(|stopping| *stopping) => Err(io::Error::other("the collector is stopping")),
-    };
-    if let Err(error) = written {
-        // The one who asked may have gone.
-        let _ = pages.send(Err(error)).await;
-    }
-}
-
-async fn write_pages(state: &AppState, members: Members, pages: &Pages) -> io::Result<()> {
-    let text = PageBuffer::default();
-    let mut writer = Writer::new(text.clone()).map_err(io::Error::other)?;
-    for span in members.spans {
-        let mut after_seq = None;
-        while let Some(last) = write_page(state, &span, after_seq, &mut writer).await? {
-            after_seq = Some(last);
-            send(pages, text.take()).await?;
-        }
-    }
-    writer.finish().map_err(io::Error::other)?;
-    send(pages, text.take()).await
-}
-
-/// Writes the next page of a span, and answers its last sequence number; `None` after the end.
-async fn write_page(
-    state: &AppState,
-    span: &Span,
-    after_seq: Option<u64>,
-    writer: &mut Writer<PageBuffer>,
-) -> io::Result<Option<u64>> {
-    let page = next_page(state.store(), span, after_seq, state.limits().page_rows).await;
-    let page = page.map_err(io::Error::other)?;
-    for row in &page {
-        writer.write(row).map_err(io::Error::other)?;
-    }
-    Ok(page.last().map(|row| row.record.seq))
-}
-
-async fn next_page(
-    store: &dyn FrameStore,
-    span: &Span,
-    after_seq: Option<u64>,
-    rows: usize,
-) -> Result<Vec<Row>, StoreError> {
-    let stored = store.page(span.clone(), after_seq, rows.max(1)).await?;
-    let rows = stored.into_iter().map(|stored| Row {
-        stream: (*stored.stream).clone(),
-        record: stored.record,
-        t_arrival_ns: Some(stored.t_arrival_ns),
-    });
-    Ok(rows.collect())
-}
-
-async fn send(pages: &Pages, page: Vec<u8>) -> io::Result<()> {
-    if page.is_empty() {
-        return Ok(());
-    }
-    let sent = pages.send(Ok(page.into())).await;
-    sent.map_err(|_gone| io::Error::from(io::ErrorKind::BrokenPipe))
-}
-
-/// What the writer writes into, and the download takes from.
-#[derive(Debug, Clone, Default)]
-struct PageBuffer(Arc<Mutex<Vec<u8>>>);
-
-impl PageBuffer {
-    fn take(&self) -> Vec<u8> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
-
-impl io::Write for PageBuffer {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut page = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        page.extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
     }
 }

@@ -49,6 +49,7 @@ impl Sensor {
             self.newest.map(|newest| newest.age_s(now_ns)).into(),
         );
         status.insert("no_frame_now".to_owned(), missing.into());
+        status.insert("began_boot_ns".to_owned(), self.began_boot_ns.into());
         status
     }
 }
@@ -70,6 +71,7 @@ pub(crate) fn stream_json(stream: &StreamSummary) -> Map<String, Value> {
         "boot": stream.id.boot,
         "read": account.map(|account| account.read),
         "stored": stream.stored,
+        "expired": stream.expired,
         "dropped": account.map(|account| &account.dropped),
         "spooled": stream.spooled(),
         "unaccounted": unaccounted,

@@ -1,14 +1,17 @@
 //! How many connections there may be.
 
 use crate::Limits;
+use crate::counters::{Counters, add};
 use std::collections::HashMap;
 use std::net::IpAddr;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::net::TcpStream;
 
 /// Counts the open connections.
 pub(super) struct Doorkeeper {
     open: Arc<Mutex<Open>>,
+    counters: Arc<Counters>,
     connections_max: usize,
     per_peer_max: usize,
 }
@@ -20,9 +23,10 @@ struct Open {
 }
 
 impl Doorkeeper {
-    pub(super) fn new(limits: &Limits) -> Self {
+    pub(super) fn new(limits: &Limits, counters: Arc<Counters>) -> Self {
         Self {
             open: Arc::default(),
+            counters,
             connections_max: limits.connections_max,
             per_peer_max: limits.connections_per_peer_max,
         }
@@ -34,12 +38,16 @@ impl Doorkeeper {
         let mut open = lock(&self.open);
         let from_peer = open.by_peer.get(&peer).copied().unwrap_or(0);
         if open.all >= self.connections_max || from_peer >= self.per_peer_max {
+            add(&self.counters.turned_away, 1);
             return None;
         }
+        add(&self.counters.connections, 1);
+        add(&self.counters.connections_open, 1);
         open.all += 1;
         open.by_peer.insert(peer, from_peer + 1);
         Some(Admission {
             open: Arc::clone(&self.open),
+            counters: Arc::clone(&self.counters),
             peer,
         })
     }
@@ -48,11 +56,22 @@ impl Doorkeeper {
 /// A place among the open connections.
 pub(super) struct Admission {
     open: Arc<Mutex<Open>>,
+    counters: Arc<Counters>,
     peer: IpAddr,
+}
+
+impl Admission {
+    /// Counts that this connection ended before TLS was agreed on.
+    pub(super) fn tls_failed(&self) {
+        add(&self.counters.tls_failed, 1);
+    }
 }
 
 impl Drop for Admission {
     fn drop(&mut self) {
+        self.counters
+            .connections_open
+            .fetch_sub(1, Ordering::Relaxed);
         let mut open = lock(&self.open);
         open.all = open.all.saturating_sub(1);
         let left = open

@@ -8,7 +8,7 @@ use grideye_collector::store::StoreLocation;
 use grideye_collector::{AppState, Clock, FrameStore, Limits, SqliteStore, app};
 use grideye_frame::NoData;
 use grideye_recording::csv::Reader;
-use grideye_recording::wire::Batch;
+use grideye_recording::wire::{BINARY_TYPE, Batch};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,10 +21,10 @@ const START_UTC_NS: i64 = 1_625_163_247_000_000_000;
 
 /// A clock that stands still until it is told.
 #[derive(Default)]
-struct HandClock(AtomicU64);
+pub(crate) struct HandClock(AtomicU64);
 
 impl HandClock {
-    fn pass(&self, time: Duration) {
+    pub(crate) fn pass(&self, time: Duration) {
         let ms = u64::try_from(time.as_millis()).unwrap();
         self.0.fetch_add(ms, Ordering::SeqCst);
     }
@@ -40,26 +40,26 @@ impl Clock for HandClock {
     }
 }
 
-struct Server {
+pub(crate) struct Server {
     router: Router,
     clock: Arc<HandClock>,
     store: Arc<SqliteStore>,
 }
 
-struct Reply {
-    status: StatusCode,
-    headers: HeaderMap,
-    body: Bytes,
+pub(crate) struct Reply {
+    pub(crate) status: StatusCode,
+    pub(crate) headers: HeaderMap,
+    pub(crate) body: Bytes,
 }
 
 impl Reply {
-    fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap()
     }
 
     /// Status, code and field of an error, after making sure that it is whole.
     #[track_caller]
-    fn error(&self) -> (u16, String, Option<String>) {
+    pub(crate) fn error(&self) -> (u16, String, Option<String>) {
         let json = self.json();
         let error = json["error"].as_object().unwrap();
         let keys: Vec<_> = error.keys().map(String::as_str).collect();
@@ -75,11 +75,11 @@ impl Reply {
 }
 
 impl Server {
-    async fn new() -> Self {
+    pub(crate) async fn new() -> Self {
         Self::with(Limits::default()).await
     }
 
-    async fn with(limits: Limits) -> Self {
+    pub(crate) async fn with(limits: Limits) -> Self {
         let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
         Self::on(store, limits).await
     }
@@ -107,15 +107,15 @@ impl Server {
         }
     }
 
-    async fn get(&self, path: &str) -> Reply {
+    pub(crate) async fn get(&self, path: &str) -> Reply {
         self.send(request(Method::GET, path, Body::empty())).await
     }
 
-    async fn post(&self, path: &str, body: impl Into<Body>) -> Reply {
+    pub(crate) async fn post(&self, path: &str, body: impl Into<Body>) -> Reply {
         self.send(request(Method::POST, path, body.into())).await
     }
 
-    async fn frames(&self, batch: &Batch) -> Reply {
+    pub(crate) async fn frames(&self, batch: &Batch) -> Reply {
         self.post("/v1/frames", batch.to_json().unwrap()).await
     }
 
@@ -460,6 +460,56 @@ async fn a_sensors_state_tells_age_rate_and_books() {
 }
 
 #[tokio::test]
+async fn a_device_is_told_with_what_its_agent_says_of_itself() {
+    let server = Server::new().await;
+    let sent = counted(0..21, account(24, 3, 21));
+    server.frames(&sent).await;
+    let nobody = server.get("/v1/devices").await.json()["devices"][0].clone();
+    assert_eq!(
+        (&nobody["agent_version"], &nobody["configuration"]),
+        (&Value::Null, &Value::Null),
+        "curl says nothing of itself"
+    );
+    let set_up = json!({ "post_every_ms": 500, "ring_frames": 100, "spool": "ram", "sensors": {} });
+    let mut again = request(Method::POST, "/v1/frames", sent.to_json().unwrap().into());
+    for (name, value) in [
+        ("user-agent", "grideye-agent/9.8.7".to_owned()),
+        ("grideye-configuration", set_up.to_string()),
+    ] {
+        again.headers_mut().insert(name, value.parse().unwrap());
+    }
+    assert_eq!(server.send(again).await.status, 200);
+    let devices = server.get("/v1/devices").await.json();
+    assert_eq!(devices["devices"].as_array().unwrap().len(), 1);
+    let (device, sensor) = (&devices["devices"][0], server.sensor().await);
+    assert_eq!(
+        (&device["agent_version"], &device["configuration"]),
+        (&json!("9.8.7"), &set_up)
+    );
+    for (key, of) in [
+        ("device", "device"),
+        ("boot", "boot"),
+        ("age_s", "age_s"),
+        ("rate_hz", "rate_hz"),
+        ("read", "read"),
+        ("stored", "stored"),
+        ("backlog", "spooled"),
+        ("dropped", "dropped"),
+        ("errors", "errors"),
+    ] {
+        assert_eq!(device[key], sensor[of], "{key}");
+    }
+    assert_eq!(device["clock"], sensor["frame"]["clock"]);
+    // A post that was refused says nothing either.
+    let mut refused = request(Method::POST, "/v1/frames", "{}".into());
+    let other = "grideye-agent/1".parse().unwrap();
+    refused.headers_mut().insert("user-agent", other);
+    assert_eq!(server.send(refused).await.status, 422);
+    let devices = server.get("/v1/devices").await.json();
+    assert_eq!(devices["devices"][0]["agent_version"], "9.8.7");
+}
+
+#[tokio::test]
 async fn the_age_is_told_by_the_best_clock_that_there_is() {
     let server = Server::new().await;
     // A wall clock that was set: the frame's time is START + seq x 0.1 s.
@@ -533,6 +583,23 @@ async fn a_frame_that_could_not_be_read_is_said_and_the_last_one_keeps_its_age()
 }
 
 #[tokio::test]
+async fn a_run_says_when_it_began_where_its_first_record_was_seen() {
+    let server = Server::new().await;
+    server.frames(&numbered(0..2)).await;
+    let sensor = server.sensor().await;
+    assert_eq!(sensor["began_boot_ns"], json!(1_000_000_000_u64));
+    // Of this run the first records went elsewhere.
+    server.clock.pass(Duration::from_secs(1));
+    let late = batch("pi-1", "b2", vec![part("s1", vec![frame(3), frame(4)])]);
+    server.frames(&late).await;
+    let sensor = server.sensor().await;
+    assert_eq!(
+        (&sensor["boot"], &sensor["began_boot_ns"]),
+        (&json!("b2"), &Value::Null)
+    );
+}
+
+#[tokio::test]
 async fn a_restart_shows_what_was_last_stored_with_its_age() {
     let server = Server::new().await;
     server.frames(&counted(0..5, account(5, 0, 5))).await;
@@ -559,6 +626,58 @@ async fn the_audit_says_whether_the_books_balance() {
         (&json!(false), &json!(1))
     );
     assert_eq!(audit["streams"][0]["gaps"], json!([{ "from": 5, "to": 5 }]));
+}
+
+#[tokio::test]
+async fn two_agents_of_one_name_are_told_with_their_runs_and_lose_nothing() {
+    let server = Server::new().await;
+    let mut client = Client::of(&server).await;
+    client.next().await;
+    let post = async |turn: u64, boot: &str, ended: bool| {
+        let mut batch = counted(turn..turn + 1, account(1, 0, 1));
+        batch.boot = boot.to_owned();
+        batch.sensors[0].account.as_mut().unwrap().ended = ended;
+        assert_eq!(server.frames(&batch).await.status, StatusCode::OK);
+        server.clock.pass(Duration::from_secs(1));
+    };
+    // An agent that is started again, and delivers what the run before has left.
+    for turn in 0..8 {
+        post(
+            turn,
+            ["b1", "b2"][usize::from(turn % 2 == 1)],
+            turn % 2 == 0,
+        )
+        .await;
+        let (_, told) = client.next().await;
+        assert_eq!(told["sensors"][0]["rivals"], Value::Null);
+    }
+    assert_eq!(server.get("/v1/audit").await.json()["rivals"], json!([]));
+    for turn in 8..14 {
+        post(turn, ["b1", "b2"][usize::from(turn % 2 == 1)], false).await;
+    }
+    let rivals = json!(["b1", "b2"]);
+    let mut told = Value::Null;
+    for _ in 8..14 {
+        told = client.next().await.1;
+    }
+    assert_eq!(told["sensors"][0]["rivals"], rivals);
+    assert_eq!(server.sensor().await["rivals"], rivals);
+    let audit = server.get("/v1/audit").await.json();
+    assert_eq!(
+        audit["rivals"],
+        json!([{ "device": "pi-1", "boots": rivals }])
+    );
+    let stored = audit["streams"].as_array().unwrap().iter();
+    assert_eq!(
+        stored
+            .map(|stream| stream["stored"].as_u64().unwrap())
+            .sum::<u64>(),
+        14
+    );
+    // One of them falls silent.
+    server.clock.pass(Duration::from_secs(60));
+    assert_eq!(server.sensor().await["rivals"], Value::Null);
+    assert_eq!(server.get("/v1/audit").await.json()["rivals"], json!([]));
 }
 
 // Live events.
@@ -1137,4 +1256,133 @@ async fn the_page_is_made_of_its_own_files_alone() {
         }
     }
     assert!(parts.len() >= 9, "{parts:?}");
+}
+
+// The quota.
+
+#[tokio::test]
+async fn a_store_that_may_not_grow_says_so_keeps_what_it_has_and_goes_on_when_it_may() {
+    let folder = tempfile::tempdir().unwrap();
+    let location = StoreLocation::File(folder.path().join("frames.sqlite"));
+    let quota = |bytes| Limits {
+        store_bytes_max: Some(bytes),
+        ..Limits::default()
+    };
+    let open = |limits: &Limits| Arc::new(SqliteStore::open(&location, limits).unwrap());
+    let small = quota(1 << 20);
+    let server = Server::on(open(&small), small).await;
+    let mut stored = 0;
+    let refused = loop {
+        let reply = server.frames(&numbered(stored..stored + 200)).await;
+        if reply.status != StatusCode::OK {
+            break reply;
+        }
+        stored += 200;
+        assert!(stored < 20_000, "the quota is never reached");
+    };
+    assert!(stored >= 2000, "{stored} frames of 128 bytes in a MiB");
+    assert_eq!(refused.error(), (507, "quota_reached".to_owned(), None));
+    assert_eq!(refused.headers[header::RETRY_AFTER], "30");
+    let health = server.get("/v1/health").await;
+    assert_eq!(
+        (health.status.as_u16(), &health.json()["status"]),
+        (503, &json!("full"))
+    );
+    let store = &health.json()["store"];
+    assert_eq!(store["bytes_max"], 1 << 20);
+    assert!(store["bytes"].as_u64().unwrap() <= 1 << 20);
+    assert_eq!(server.get("/healthz").await.json()["status"], "full");
+    let metrics = server.get("/metrics").await.body;
+    let metrics = String::from_utf8(metrics.to_vec()).unwrap();
+    assert!(metrics.contains("\ngrideye_store_up 0\n"), "{metrics}");
+    let rows = server.sensor().await["stored"].as_u64();
+    assert_eq!(
+        rows,
+        Some(stored),
+        "what was acknowledged is there, and nothing else"
+    );
+    server.store.close().await.unwrap();
+
+    let larger = quota(8 << 20);
+    let server = Server::on(open(&larger), larger).await;
+    let reply = server.frames(&numbered(stored..stored + 200)).await;
+    assert_eq!(reply.status, StatusCode::OK);
+    assert_eq!(server.get("/v1/health").await.json()["status"], "ok");
+}
+
+#[tokio::test]
+async fn a_body_that_nests_too_deep_is_refused_wherever_it_does() {
+    let server = Server::new().await;
+    let deep = "[".repeat(100_000);
+    let objects = r#"{"a":"#.repeat(100_000);
+    for inner in [&deep, &objects] {
+        for body in [
+            inner.clone(),
+            format!(r#"{{"device":{inner}"#),
+            format!(r#"{{"device":"pi-1","boot":"b","sensors":{inner}"#),
+            format!(
+                r#"{{"device":"pi-1","boot":"b","sensors":[{{"sensor":"s","frames":[{{"pixels_raw":{inner}"#
+            ),
+            format!(
+                r#"{{"device":"pi-1","boot":"b","sensors":[{{"sensor":"s","account":{{"dropped":{inner}"#
+            ),
+            format!(r#"{{"x":{inner}"#),
+        ] {
+            let reply = server.post("/v1/frames", body).await;
+            assert!(
+                [400, 413, 422].contains(&reply.error().0),
+                "{:?}",
+                reply.error()
+            );
+        }
+    }
+    let (fits, too_deep) = (
+        format!(r#"{{"name":{}1{}}}"#, "[".repeat(7), "]".repeat(7)),
+        format!(r#"{{"name":{}1{}}}"#, "[".repeat(8), "]".repeat(8)),
+    );
+    let code = |reply: Reply| (reply.error().0, reply.error().1);
+    let fits = code(server.post("/v1/recordings", fits).await);
+    assert_eq!(fits, (422, "wrong_value".to_owned()));
+    let too_deep = code(server.post("/v1/recordings", too_deep).await);
+    assert_eq!(too_deep, (400, "too_deep".to_owned()));
+}
+
+/// A post of bytes.
+async fn post_bytes(server: &Server, body: Vec<u8>) -> Reply {
+    let mut request = request(Method::POST, "/v1/frames", Body::from(body));
+    let kind = header::HeaderValue::from_static(BINARY_TYPE);
+    request.headers_mut().insert(header::CONTENT_TYPE, kind);
+    server.send(request).await
+}
+
+#[tokio::test]
+async fn a_batch_in_bytes_is_kept_and_refused_as_the_same_batch_in_json() {
+    let server = Server::new().await;
+    let sent = counted(0..5, account(5, 0, 5));
+    let kept = post_bytes(&server, sent.to_binary().unwrap()).await;
+    assert_eq!(
+        (kept.status, kept.json()["durable_through"]["s1"].as_u64()),
+        (StatusCode::OK, Some(4))
+    );
+    // The same frames in the other form are the same frames.
+    let again = server.frames(&sent).await;
+    assert_eq!(again.body, kept.body);
+    assert_eq!(server.store.streams().await.unwrap()[0].stored, 5);
+
+    let mut forged = sent.clone();
+    forged.sensors[0].frames[2].stamp.t_boot_ns += 1;
+    let conflict = post_bytes(&server, forged.to_binary().unwrap()).await;
+    assert_eq!(conflict.error().0, 409);
+    let mut cut = sent.to_binary().unwrap();
+    cut.truncate(100);
+    let (status, code, field) = post_bytes(&server, cut).await.error();
+    assert_eq!((status, code.as_str()), (400, "malformed"));
+    assert_eq!(field.as_deref(), Some("sensors[0].frames[0].pixels_raw"));
+    let as_json = server.post("/v1/frames", sent.to_binary().unwrap()).await;
+    assert_eq!(as_json.error().1, "not_json");
+    // Nothing but frames may come in bytes.
+    let mut recording = request(Method::POST, "/v1/recordings", Body::from(&b"GEB"[..]));
+    let kind = header::HeaderValue::from_static(BINARY_TYPE);
+    recording.headers_mut().insert(header::CONTENT_TYPE, kind);
+    assert_eq!(server.send(recording).await.error().0, 415);
 }

@@ -1,10 +1,26 @@
 //! What the collector promises, seen from outside.
 
 #[cfg(test)]
+mod access;
+#[cfg(test)]
+mod annexes;
+#[cfg(test)]
 mod batches;
 #[cfg(test)]
 mod http;
 #[cfg(test)]
+#[expect(unreachable_pub, reason = "the tests of the whole share this file")]
+#[path = "../../../../tests/src/postgres.rs"]
+mod postgres;
+#[cfg(test)]
+mod recordings;
+#[cfg(test)]
+mod settle;
+#[cfg(test)]
 mod socket;
 #[cfg(test)]
 mod store;
+#[cfg(test)]
+mod tend;
+#[cfg(test)]
+mod tls;

@@ -11,14 +11,14 @@ use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
 /// Longer than anything here takes, so that a hang is a failure and not a wait.
-const PATIENCE: Duration = Duration::from_secs(20);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 
-fn anywhere() -> SocketAddr {
+pub(crate) fn anywhere() -> SocketAddr {
     SocketAddr::from(([127, 0, 0, 1], 0))
 }
 
 /// For this machine alone, with its clocks.
-fn at(address: SocketAddr, store: StoreLocation) -> Config {
+pub(crate) fn at(address: SocketAddr, store: StoreLocation) -> Config {
     Config::new(address, store, Arc::new(SystemClock::new()))
 }
 
@@ -30,14 +30,14 @@ fn config(limits: Limits) -> Config {
 }
 
 /// A collector that runs until it is told to stop.
-struct Running {
-    address: SocketAddr,
+pub(crate) struct Running {
+    pub(crate) address: SocketAddr,
     stop: Option<oneshot::Sender<()>>,
     served: JoinHandle<Result<(), CollectorError>>,
 }
 
 impl Running {
-    async fn new(config: Config) -> Self {
+    pub(crate) async fn new(config: Config) -> Self {
         let collector = Collector::bind(config).await.unwrap();
         let address = collector.local_addr();
         let (stop, stopped) = oneshot::channel::<()>();
@@ -59,7 +59,7 @@ impl Running {
         self.stop.take().unwrap().send(()).unwrap();
     }
 
-    async fn stop(mut self) {
+    pub(crate) async fn stop(mut self) {
         self.ask_to_stop();
         tokio::time::timeout(PATIENCE, self.served)
             .await
@@ -294,21 +294,6 @@ async fn an_unusable_store_is_said_with_its_path_and_once() {
         text.contains("/no/such/folder/frames.sqlite") && text.contains("\nhint: "),
         "{text}"
     );
-}
-
-#[tokio::test]
-async fn the_network_is_not_listened_on_unless_it_is_trusted() {
-    let everywhere = SocketAddr::from(([0, 0, 0, 0], 0));
-    let config = at(everywhere, StoreLocation::Memory);
-    let error = Collector::bind(config.clone()).await.err().unwrap();
-    assert!(matches!(error, CollectorError::NetworkNotTrusted { .. }));
-    assert!(error.to_string().contains("\nhint: "), "{error}");
-    Collector::bind(Config {
-        network_trusted: true,
-        ..config
-    })
-    .await
-    .unwrap();
 }
 
 #[tokio::test]

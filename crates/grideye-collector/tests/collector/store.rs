@@ -1,8 +1,11 @@
 //! What every store must do, held against each one that there is.
 
 use crate::batches::{account, batch, counted, flat, frame, missing, numbered, part};
+use crate::postgres;
 use grideye_collector::store::{Appended, Members, RecordingId, StoredRecord};
-use grideye_collector::{FrameStore, Limits, SqliteStore, StoreError, StoreLocation};
+use grideye_collector::{
+    FrameStore, Limits, PostgresStore, SqliteStore, StoreError, StoreLocation,
+};
 use grideye_frame::NoData;
 use grideye_recording::wire::{Account, Batch, Gap, LOST_IN_MEMORY};
 use std::path::Path;
@@ -24,6 +27,15 @@ macro_rules! conformance {
             async fn $check() {
                 let folder = tempfile::tempdir().unwrap();
                 super::$check(&super::open_in(folder.path())).await;
+            })+
+        }
+
+        mod in_postgres {
+            $(#[tokio::test]
+            async fn $check() {
+                if let Some(store) = super::open_database().await {
+                    super::$check(&store).await;
+                }
             })+
         }
     };
@@ -52,10 +64,12 @@ conformance! {
     a_running_recording_can_be_read
     names_are_taken_once
     a_recording_is_stopped_once
+    a_note_is_kept_until_another_replaces_it
     streams_are_limited
     recordings_are_limited
     the_newest_record_is_that_of_the_stream_added_to_last
     many_at_once_are_all_kept
+    the_room_taken_grows_with_what_is_kept
     a_closed_store_says_so
 }
 
@@ -74,6 +88,13 @@ fn open(location: &StoreLocation) -> SqliteStore {
 
 fn open_in(folder: &Path) -> SqliteStore {
     open(&StoreLocation::File(folder.join("frames.sqlite")))
+}
+
+/// A store in a new database of a real PostgreSQL.
+async fn open_database() -> Option<PostgresStore> {
+    let cluster = postgres::shared("the store in PostgreSQL")?;
+    let url = cluster.database().parse().unwrap();
+    Some(PostgresStore::open(&url, &limits()).await.unwrap())
 }
 
 async fn append(store: &dyn FrameStore, batch: Batch) -> Appended {
@@ -383,6 +404,15 @@ async fn a_run_that_has_ended_balances_and_stays_so(store: &dyn FrameStore) {
     assert_eq!(kept.dropped[LOST_IN_MEMORY], 7);
 }
 
+async fn the_room_taken_grows_with_what_is_kept(store: &dyn FrameStore) {
+    let before = store.usage().await.unwrap();
+    assert_eq!(before.bytes_max, None);
+    append(store, numbered(0..2000)).await;
+    let grown = store.usage().await.unwrap().bytes - before.bytes;
+    // 2000 frames of 128 bytes of pixels each.
+    assert!((256_000..4_000_000).contains(&grown), "{grown}");
+}
+
 async fn an_overtaken_count_does_not_replace_a_later_one(store: &dyn FrameStore) {
     append(store, counted(5..10, account(10, 0, 10))).await;
     assert_eq!(books(store).await, (10, 5, 0, 5, 0));
@@ -573,6 +603,32 @@ async fn streams_are_limited(store: &dyn FrameStore) {
     assert_eq!(store.streams().await.unwrap().len(), 6);
 }
 
+async fn a_note_is_kept_until_another_replaces_it(store: &dyn FrameStore) {
+    let first = store.start_recording("first".to_owned(), 1).await.unwrap();
+    let second = store.start_recording("second".to_owned(), 2).await.unwrap();
+    assert_eq!((&*first.note, &*second.note), ("", ""));
+    append(store, numbered(0..3)).await;
+    for note in ["two people, é", "one person", ""] {
+        let noted = store
+            .note_recording(first.id, note.to_owned())
+            .await
+            .unwrap();
+        assert_eq!((&*noted.note, noted.frames), (note, 3));
+        assert_eq!(store.members(first.id).await.unwrap().recording.note, note);
+    }
+    store
+        .note_recording(second.id, "of the second".to_owned())
+        .await
+        .unwrap();
+    let stopped = store.stop_recording(second.id, 3).await.unwrap();
+    assert_eq!(stopped.note, "of the second");
+    let notes = store.recordings().await.unwrap();
+    let notes: Vec<_> = notes.iter().map(|recording| &*recording.note).collect();
+    assert_eq!(notes, ["of the second", ""]);
+    let unknown = store.note_recording(RecordingId(99), "x".to_owned()).await;
+    assert!(matches!(unknown, Err(StoreError::NoSuchRecording { .. })));
+}
+
 async fn recordings_are_limited(store: &dyn FrameStore) {
     for number in 0..4 {
         store
@@ -661,6 +717,21 @@ async fn what_was_acknowledged_is_there_after_a_restart() {
 }
 
 #[tokio::test]
+async fn a_file_of_a_version_without_notes_takes_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = open_in(folder.path());
+    let recording = store.start_recording("before".to_owned(), 1).await.unwrap();
+    store.close().await.unwrap();
+    rusqlite::Connection::open(folder.path().join("frames.sqlite"))
+        .unwrap()
+        .execute_batch("DROP TABLE notes")
+        .unwrap();
+    let store = open_in(folder.path());
+    let noted = store.note_recording(recording.id, "now".to_owned()).await;
+    assert_eq!(noted.unwrap().note, "now");
+}
+
+#[tokio::test]
 async fn a_file_that_only_this_user_can_read() {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
@@ -718,9 +789,9 @@ fn what_is_no_store_is_refused_and_left_as_it_is() {
     drop(open(&StoreLocation::File(newer.clone())));
     rusqlite::Connection::open(&newer)
         .unwrap()
-        .pragma_update(None, "user_version", 2)
+        .pragma_update(None, "user_version", 3)
         .unwrap();
-    assert!(refusal(&newer).contains("layout 2"), "{}", refusal(&newer));
+    assert!(refusal(&newer).contains("layout 3"), "{}", refusal(&newer));
 
     assert!(
         refusal(folder.path()).contains("hint: "),
@@ -812,7 +883,8 @@ async fn a_write_that_fails_undoes_its_whole_commit_and_says_so_to_all_in_it() {
     append(&store, numbered(0..5)).await;
     // Undoes the whole transaction, as SQLite itself does when a disk is full.
     let other = rusqlite::Connection::open(folder.path().join("frames.sqlite")).unwrap();
-    let fault = "CREATE TRIGGER fault BEFORE INSERT ON arrivals WHEN new.first_seq = 8
+    let fault =
+        "CREATE TRIGGER fault BEFORE INSERT ON pending WHEN instr(new.batches, x'0800000000000000')
                  BEGIN SELECT RAISE(ROLLBACK, 'full'); END; BEGIN IMMEDIATE";
     other.execute_batch(fault).unwrap();
     // While the file is held, the first goes alone, and the others wait and share the next commit.

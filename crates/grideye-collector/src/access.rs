@@ -1,0 +1,116 @@
+//! Who may do what: tokens, sign-ins of the page, and the authority behind the certificates, kept in one folder.
+//!
+//! ```text
+//! grideye-access/          0700
+//!   tokens.json            each token's SHA-256, name, scope, devices, when made, when revoked
+//!   session.key            signs the page's cookies
+//!   authority.pem, .key    signs the collector's certificates; agents know it by its SHA-256
+//!   address                where the collector was last told to listen: what `grideye enroll` prints
+//! ```
+//!
+//! Commands change the folder and a running collector notices within [`Limits::tokens_reread_every`]; several
+//! collectors may share one folder.
+//!
+//! [`Limits::tokens_reread_every`]: crate::Limits::tokens_reread_every
+
+mod authority;
+mod book;
+mod folder;
+mod gatekeeper;
+mod session;
+mod token;
+
+pub use authority::Authority;
+pub(crate) use authority::pin;
+pub use book::{TokenBook, TokenRecord};
+pub use folder::{AccessFolder, Address};
+pub(crate) use gatekeeper::{Caller, Gatekeeper, Presented, Unknown};
+pub use token::{Scope, Token, TokenId};
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Tokens that a folder holds at most, revoked ones included.
+pub const TOKENS_MAX: usize = 20_000;
+/// Devices that one token may speak for at most.
+pub const DEVICES_PER_TOKEN_MAX: usize = 64;
+/// Characters of a token's name.
+pub const TOKEN_NAME_CHARS_MAX: usize = 64;
+/// Length of a file of the folder at most, in bytes: [`TOKENS_MAX`] tokens of one device each have 5 MB.
+pub const FILE_BYTES_MAX: u64 = 32 * 1024 * 1024;
+
+/// Why the folder of tokens cannot be used, or a change of it was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum AccessError {
+    /// The system refused.
+    #[error(
+        "{}: {reason}\nhint: the folder of tokens must belong to the user that runs the collector", .path.display()
+    )]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// A file holds something else than this program wrote.
+    #[error(
+        "{}: {what}\nhint: put back a copy of the file, or move the folder away and enrol anew", .path.display()
+    )]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The system gave no random numbers, or the key could not be made.
+    #[error("no key can be made: {what}\nhint: does the system have a source of random numbers?")]
+    NoKey {
+        /// What failed.
+        what: String,
+    },
+    /// One token more than the folder takes.
+    #[error(
+        "the folder holds {TOKENS_MAX} tokens and takes no more\nhint: `grideye token list` shows them; start a folder of its own for another site"
+    )]
+    TooManyTokens,
+    /// One device more than a token takes.
+    #[error(
+        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {found}\nhint: enrol the others with a token of their own"
+    )]
+    DevicesPerToken {
+        /// Devices asked for.
+        found: usize,
+    },
+    /// A name that cannot be a device or a token.
+    #[error(
+        "{name:?} cannot be the name of a {of}: expected 1 to {TOKEN_NAME_CHARS_MAX} letters, digits, and - _ . :, not beginning with - or .\nhint: for example pi-1"
+    )]
+    BadName {
+        /// What was to be named.
+        of: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// Nothing has that number or name.
+    #[error("no token {named:?} is in use\nhint: `grideye token list` shows them")]
+    NoSuchToken {
+        /// What was asked for.
+        named: String,
+    },
+}
+
+impl AccessError {
+    fn file(path: &Path) -> impl FnOnce(io::Error) -> Self + '_ {
+        move |reason| Self::File {
+            path: path.to_owned(),
+            reason,
+        }
+    }
+
+    fn malformed(path: &Path, what: impl Into<String>) -> Self {
+        Self::Malformed {
+            path: path.to_owned(),
+            what: what.into(),
+        }
+    }
+}

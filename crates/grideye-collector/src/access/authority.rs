@@ -1,0 +1,152 @@
+//! The authority of our own making, and the certificates that it signs.
+
+use super::AccessError;
+use super::token::{hex, random_bytes, sha256};
+use rcgen::{
+    BasicConstraints, Certificate, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa,
+    Issuer, KeyPair, KeyUsagePurpose, date_time_ymd,
+};
+use rustls::pki_types::pem::PemObject as _;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
+
+/// Signs the collector's certificates. Agents know it by the SHA-256 of its own certificate, and by nothing else.
+#[derive(Debug)]
+pub struct Authority {
+    certificate: CertificateDer<'static>,
+    certificate_pem: String,
+    key: KeyPair,
+}
+
+/// A certificate of the collector with its chain, and its key.
+pub(crate) struct Signed {
+    pub(crate) chain: Vec<CertificateDer<'static>>,
+    pub(crate) key: PrivateKeyDer<'static>,
+}
+
+impl Authority {
+    pub(super) fn new() -> Result<Self, AccessError> {
+        let key = KeyPair::generate().map_err(no_key)?;
+        let certificate = params(&[])
+            .and_then(|params| params.self_signed(&key))
+            .map_err(no_key)?;
+        Ok(Self {
+            certificate_pem: certificate.pem(),
+            certificate: der(&certificate),
+            key,
+        })
+    }
+
+    pub(super) fn from_pem(certificate_pem: &[u8], key_pem: &[u8]) -> Result<Self, String> {
+        let text = |pem: &[u8]| String::from_utf8(pem.to_vec()).map_err(|error| error.to_string());
+        let certificate = CertificateDer::from_pem_slice(certificate_pem)
+            .map_err(|error| format!("this is no certificate: {error}"))?;
+        let key = KeyPair::from_pem(&text(key_pem)?)
+            .map_err(|error| format!("the key beside it is none: {error}"))?;
+        Ok(Self {
+            certificate_pem: text(certificate_pem)?,
+            certificate,
+            key,
+        })
+    }
+
+    /// `sha256-` and the SHA-256 of the certificate in hexadecimal.
+    #[must_use]
+    pub fn pin(&self) -> String {
+        pin(&self.certificate)
+    }
+
+    /// The certificate, for those who want to trust it: a browser, curl.
+    #[must_use]
+    pub fn certificate_pem(&self) -> &str {
+        &self.certificate_pem
+    }
+
+    pub(super) fn key_pem(&self) -> String {
+        self.key.serialize_pem()
+    }
+
+    /// A new certificate for these names and addresses.
+    pub(crate) fn sign(&self, names: &[String]) -> Result<Signed, AccessError> {
+        let key = KeyPair::generate().map_err(no_key)?;
+        let issuer = Issuer::new(params(&[]).map_err(no_key)?, &self.key);
+        let mut leaf = params(names).map_err(no_key)?;
+        leaf.is_ca = IsCa::ExplicitNoCa;
+        leaf.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+        leaf.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
+        leaf.distinguished_name
+            .push(DnType::CommonName, "grideye collector");
+        leaf.serial_number = Some(random_bytes::<16>()?.to_vec().into());
+        let certificate = leaf.signed_by(&key, &issuer).map_err(no_key)?;
+        Ok(Signed {
+            chain: vec![der(&certificate), self.certificate.clone()],
+            key: PrivatePkcs8KeyDer::from(key.serialize_der()).into(),
+        })
+    }
+}
+
+/// The pin of a certificate.
+pub(crate) fn pin(certificate: &CertificateDer<'_>) -> String {
+    format!("sha256-{}", hex(&sha256(certificate)))
+}
+
+/// Those of the authority, and what a certificate that it signs has in common with it.
+///
+/// They hold from 1970 on and do not run out: a Raspberry Pi has no battery clock and may believe that it is 1970. What
+/// ends their use is a new authority, which is a new pin.
+fn params(names: &[String]) -> Result<CertificateParams, rcgen::Error> {
+    let mut params = CertificateParams::new(names.to_vec())?;
+    params.not_before = date_time_ymd(1970, 1, 1);
+    params.not_after = date_time_ymd(9999, 12, 31);
+    params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+    params.key_usages = vec![
+        KeyUsagePurpose::KeyCertSign,
+        KeyUsagePurpose::DigitalSignature,
+    ];
+    params.use_authority_key_identifier_extension = true;
+    params
+        .distinguished_name
+        .push(DnType::CommonName, "grideye authority");
+    Ok(params)
+}
+
+fn der(certificate: &Certificate) -> CertificateDer<'static> {
+    certificate.der().clone()
+}
+
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "it stands where map_err wants a function of the error"
+)]
+fn no_key(error: rcgen::Error) -> AccessError {
+    AccessError::NoKey {
+        what: error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_authority_reads_back_and_signs_as_the_same() {
+        let made = Authority::new().unwrap();
+        let again =
+            Authority::from_pem(made.certificate_pem().as_bytes(), made.key_pem().as_bytes())
+                .unwrap();
+        assert_eq!(again.pin(), made.pin());
+        assert!(made.pin().starts_with("sha256-") && made.pin().len() == 7 + 64);
+        let signed = again.sign(&["127.0.0.1".to_owned()]).unwrap();
+        assert_eq!(pin(&signed.chain[1]), made.pin());
+        assert_ne!(Authority::new().unwrap().pin(), made.pin());
+    }
+
+    #[test]
+    fn what_is_no_certificate_or_no_key_is_said() {
+        let made = Authority::new().unwrap();
+        let certificate = made.certificate_pem().as_bytes();
+        let error = Authority::from_pem(b"nothing", made.key_pem().as_bytes()).unwrap_err();
+        assert!(error.contains("no certificate"), "{error}");
+        let error = Authority::from_pem(certificate, certificate).unwrap_err();
+        assert!(error.contains("the key beside it"), "{error}");
+    }
+}

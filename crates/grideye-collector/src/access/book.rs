@@ -1,0 +1,355 @@
+//! The list of tokens, as it stands in `tokens.json`.
+
+use super::token::SecretHash;
+use super::{
+    AccessError, DEVICES_PER_TOKEN_MAX, Scope, TOKEN_NAME_CHARS_MAX, TOKENS_MAX, Token, TokenId,
+};
+use grideye_recording::check_name;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeSet, HashMap};
+use std::path::Path;
+use std::sync::Arc;
+
+const LAYOUT: u32 = 1;
+
+/// Every token that was ever made, revoked ones included, in the order in which they were made.
+#[derive(Debug, Clone, Default)]
+pub struct TokenBook {
+    records: Vec<Arc<TokenRecord>>,
+    by_id: HashMap<TokenId, usize>,
+}
+
+/// What is kept of a token: not its secret.
+#[derive(Debug, Clone)]
+pub struct TokenRecord {
+    /// Its public number.
+    pub id: TokenId,
+    /// What a person calls it: the device, unless it was named.
+    pub name: String,
+    /// What it allows.
+    pub scope: Scope,
+    /// When it was made, in seconds since 1970-01-01 UTC.
+    pub t_made_s: i64,
+    /// When it was revoked; `None` while it is good.
+    pub t_revoked_s: Option<i64>,
+    pub(crate) hash: SecretHash,
+}
+
+impl TokenBook {
+    /// Every token, oldest first.
+    #[must_use]
+    pub fn records(&self) -> &[Arc<TokenRecord>] {
+        &self.records
+    }
+
+    /// Whether no token was ever made. One that was revoked counts: revoking the last one must not open the door.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.records.is_empty()
+    }
+
+    /// The good token of that number.
+    pub(crate) fn get(&self, id: &TokenId) -> Option<&Arc<TokenRecord>> {
+        let record = self.records.get(*self.by_id.get(id)?)?;
+        record.t_revoked_s.is_none().then_some(record)
+    }
+
+    /// Adds a token, and gives it to whom it is for: nobody can be told it again.
+    ///
+    /// # Errors
+    /// [`AccessError::TooManyTokens`], [`AccessError::DevicesPerToken`], [`AccessError::BadName`],
+    /// [`AccessError::NoKey`].
+    pub fn add(&mut self, name: &str, scope: Scope, t_made_s: i64) -> Result<Token, AccessError> {
+        if self.records.len() >= TOKENS_MAX {
+            return Err(AccessError::TooManyTokens);
+        }
+        check(name, &scope)?;
+        let token = Token::random()?;
+        self.push(TokenRecord {
+            id: token.id().clone(),
+            name: name.to_owned(),
+            scope,
+            t_made_s,
+            t_revoked_s: None,
+            hash: token.hash(),
+        });
+        Ok(token)
+    }
+
+    /// Ends the good tokens of that number or name, and answers them.
+    ///
+    /// # Errors
+    /// [`AccessError::NoSuchToken`] if there is none.
+    pub fn revoke(
+        &mut self,
+        named: &str,
+        t_revoked_s: i64,
+    ) -> Result<Vec<Arc<TokenRecord>>, AccessError> {
+        let mut revoked = Vec::new();
+        for record in &mut self.records {
+            let is_meant = record.id.to_string() == named || record.name == named;
+            if is_meant && record.t_revoked_s.is_none() {
+                Arc::make_mut(record).t_revoked_s = Some(t_revoked_s);
+                revoked.push(Arc::clone(record));
+            }
+        }
+        if revoked.is_empty() {
+            return Err(AccessError::NoSuchToken {
+                named: named.to_owned(),
+            });
+        }
+        Ok(revoked)
+    }
+
+    fn push(&mut self, record: TokenRecord) {
+        self.by_id.insert(record.id.clone(), self.records.len());
+        self.records.push(Arc::new(record));
+    }
+
+    pub(super) fn from_json(json: &[u8], path: &Path) -> Result<Self, AccessError> {
+        let file: File = serde_json::from_slice(json)
+            .map_err(|error| AccessError::malformed(path, error.to_string()))?;
+        if file.layout != LAYOUT {
+            let what = format!("layout {} is not known, only {LAYOUT}", file.layout);
+            return Err(AccessError::malformed(path, what));
+        }
+        if file.tokens.len() > TOKENS_MAX {
+            return Err(AccessError::malformed(path, "too many tokens"));
+        }
+        let mut book = Self::default();
+        for entry in file.tokens {
+            let record = entry
+                .into_record()
+                .map_err(|what| AccessError::malformed(path, what))?;
+            if book.by_id.contains_key(&record.id) {
+                let what = format!("token {} is there twice", record.id);
+                return Err(AccessError::malformed(path, what));
+            }
+            book.push(record);
+        }
+        Ok(book)
+    }
+
+    pub(super) fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        let tokens = self.records.iter().map(|record| Entry::of(record));
+        let file = File {
+            layout: LAYOUT,
+            tokens: tokens.collect(),
+        };
+        let mut json = serde_json::to_vec_pretty(&file)?;
+        json.push(b'\n');
+        Ok(json)
+    }
+}
+
+fn check(name: &str, scope: &Scope) -> Result<(), AccessError> {
+    let bad = |of, name: &str| AccessError::BadName {
+        of,
+        name: name.chars().take(TOKEN_NAME_CHARS_MAX).collect(),
+    };
+    if check_name(name).is_err() || name.chars().count() > TOKEN_NAME_CHARS_MAX {
+        return Err(bad("token", name));
+    }
+    let Scope::Ingest { devices } = scope else {
+        return Ok(());
+    };
+    if !(1..=DEVICES_PER_TOKEN_MAX).contains(&devices.len()) {
+        return Err(AccessError::DevicesPerToken {
+            found: devices.len(),
+        });
+    }
+    match devices.iter().find(|device| check_name(device).is_err()) {
+        Some(device) => Err(bad("device", device)),
+        None => Ok(()),
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    layout: u32,
+    tokens: Vec<Entry>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    id: String,
+    name: String,
+    scope: String,
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    devices: BTreeSet<String>,
+    sha256: String,
+    t_made_s: i64,
+    t_revoked_s: Option<i64>,
+}
+
+impl Entry {
+    fn of(record: &TokenRecord) -> Self {
+        Self {
+            id: record.id.to_string(),
+            name: record.name.clone(),
+            scope: record.scope.name().to_owned(),
+            devices: match &record.scope {
+                Scope::Ingest { devices } => devices.clone(),
+                Scope::Read | Scope::Admin => BTreeSet::new(),
+            },
+            sha256: record.hash.to_hex(),
+            t_made_s: record.t_made_s,
+            t_revoked_s: record.t_revoked_s,
+        }
+    }
+
+    fn into_record(self) -> Result<TokenRecord, String> {
+        let scope = match self.scope.as_str() {
+            "ingest" => Scope::Ingest {
+                devices: self.devices,
+            },
+            "read" if self.devices.is_empty() => Scope::Read,
+            "admin" if self.devices.is_empty() => Scope::Admin,
+            _ => return Err(format!("token {:?} has no scope that is known", self.id)),
+        };
+        check(&self.name, &scope).map_err(|error| error.to_string())?;
+        let id = self.id.parse();
+        let hash = SecretHash::from_hex(&self.sha256);
+        let (Ok(id), Some(hash)) = (id, hash) else {
+            return Err(format!("token {:?} has no number or no hash", self.id));
+        };
+        Ok(TokenRecord {
+            id,
+            name: self.name,
+            scope,
+            t_made_s: self.t_made_s,
+            t_revoked_s: self.t_revoked_s,
+            hash,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ingest(devices: &[&str]) -> Scope {
+        let devices = devices.iter().map(|device| (*device).to_owned());
+        Scope::Ingest {
+            devices: devices.collect(),
+        }
+    }
+
+    fn read(json: &[u8]) -> Result<TokenBook, AccessError> {
+        TokenBook::from_json(json, Path::new("tokens.json"))
+    }
+
+    #[test]
+    fn the_book_reads_back_and_holds_no_secret() {
+        let mut book = TokenBook::default();
+        let pi = book.add("pi-1", ingest(&["pi-1", "pi-2"]), 100).unwrap();
+        let page = book.add("page", Scope::Read, 101).unwrap();
+        book.revoke("page", 102).unwrap();
+        let json = book.to_json().unwrap();
+        let text = String::from_utf8(json.clone()).unwrap();
+        for token in [&pi, &page] {
+            let secret = token.reveal().rsplit('-').next().unwrap().to_owned();
+            assert!(!text.contains(&secret), "{text}");
+        }
+        let again = read(&json).unwrap();
+        assert_eq!(again.to_json().unwrap(), json);
+        let record = again.get(pi.id()).unwrap();
+        assert!(record.hash.is_of(&pi) && !record.hash.is_of(&page));
+        assert_eq!(record.scope, ingest(&["pi-1", "pi-2"]));
+        assert!(again.get(page.id()).is_none(), "it was revoked");
+        assert_eq!(again.records()[1].t_revoked_s, Some(102));
+    }
+
+    #[test]
+    fn a_token_is_revoked_by_number_or_name_and_the_book_does_not_become_empty() {
+        let mut book = TokenBook::default();
+        let first = book.add("pi-1", ingest(&["pi-1"]), 1).unwrap();
+        let second = book.add("pi-1", ingest(&["pi-1"]), 2).unwrap();
+        assert_eq!(book.revoke(&first.id().to_string(), 3).unwrap().len(), 1);
+        assert!(book.get(first.id()).is_none() && book.get(second.id()).is_some());
+        assert_eq!(book.revoke("pi-1", 4).unwrap()[0].id, *second.id());
+        let error = book.revoke("pi-1", 5).unwrap_err().to_string();
+        assert!(
+            error.contains("pi-1") && error.contains("\nhint: "),
+            "{error}"
+        );
+        assert!(!book.is_empty());
+        assert_eq!(book.records()[0].t_revoked_s, Some(3), "not moved");
+    }
+
+    #[test]
+    fn names_and_the_number_of_devices_are_bounded() {
+        let mut book = TokenBook::default();
+        let devices: Vec<String> = (0..=DEVICES_PER_TOKEN_MAX)
+            .map(|number| format!("pi-{number}"))
+            .collect();
+        let names: Vec<&str> = devices.iter().map(String::as_str).collect();
+        assert!(book.add("fleet", ingest(&names[1..]), 1).is_ok());
+        let refused = |scope| {
+            TokenBook::default()
+                .add("fleet", scope, 1)
+                .unwrap_err()
+                .to_string()
+        };
+        assert!(refused(ingest(&names)).contains("found 65"));
+        assert!(refused(ingest(&[])).contains("found 0"));
+        assert!(refused(ingest(&["../etc"])).contains("\"../etc\" cannot be the name of a device"));
+        for name in ["", "a b", "=1+1", "-x", &"x".repeat(65)] {
+            let error = book.add(name, Scope::Read, 1).unwrap_err().to_string();
+            assert!(error.contains("cannot be the name of a token"), "{error}");
+        }
+    }
+
+    #[test]
+    fn one_token_too_many_is_refused() {
+        let mut book = TokenBook::default();
+        let token = book.add("first", Scope::Read, 1).unwrap();
+        let record = (**book.get(token.id()).unwrap()).clone();
+        for _ in 1..TOKENS_MAX {
+            book.push(record.clone());
+        }
+        let error = book.add("last", Scope::Read, 1).unwrap_err();
+        assert!(matches!(error, AccessError::TooManyTokens));
+        let json = book.to_json().unwrap();
+        assert!(u64::try_from(json.len()).unwrap() < super::super::FILE_BYTES_MAX);
+    }
+
+    #[test]
+    fn a_file_that_was_tampered_with_is_refused_whole() {
+        let mut book = TokenBook::default();
+        book.add("pi-1", ingest(&["pi-1"]), 1).unwrap();
+        let good = String::from_utf8(book.to_json().unwrap()).unwrap();
+        assert!(read(good.as_bytes()).is_ok());
+        for (found, with) in [
+            ("\"layout\": 1", "\"layout\": 2"),
+            ("\"ingest\"", "\"root\""),
+            ("\"ingest\"", "\"admin\""),
+            ("\"t_made_s\"", "\"made\""),
+            ("\"sha256\": \"", "\"sha256\": \"0"),
+            ("\"id\": \"", "\"id\": \"x"),
+            ("\"pi-1\"", "\"p i\""),
+            ("]\n}", "]\n"),
+        ] {
+            assert!(good.contains(found), "{found}");
+            let error = read(good.replace(found, with).as_bytes()).unwrap_err();
+            assert!(error.to_string().starts_with("tokens.json: "), "{error}");
+        }
+        let (start, entry) = good
+            .split_once('{')
+            .and_then(|(_, rest)| {
+                let open = rest.find('{')?;
+                let close = rest.rfind("\n  ]")?;
+                Some((rest[..open].to_owned(), rest[open..close].to_owned()))
+            })
+            .unwrap();
+        let twice = format!("{{{start}{entry},{entry}\n]}}");
+        assert!(
+            read(twice.as_bytes())
+                .unwrap_err()
+                .to_string()
+                .contains("twice")
+        );
+    }
+}

@@ -1,0 +1,357 @@
+//! The files of the folder: read whole, written whole, for their owner alone.
+
+use super::token::{hex, random_bytes, unhex};
+use super::{AccessError, Authority, FILE_BYTES_MAX, TokenBook};
+use rustix::fs::{FlockOperation, flock};
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io::{self, Read as _, Write as _};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
+use std::path::{Path, PathBuf};
+
+const TOKENS: &str = "tokens.json";
+const SESSION_KEY: &str = "session.key";
+const AUTHORITY_CERTIFICATE: &str = "authority.pem";
+const AUTHORITY_KEY: &str = "authority.key";
+const ADDRESS: &str = "address";
+const LOCK: &str = "lock";
+/// Length of the key of sessions, in bytes: that of the hash that signs with it.
+pub(super) const SESSION_KEY_BYTES: usize = 32;
+
+/// The folder of tokens and keys. Nothing is made until something is written.
+#[derive(Debug, Clone)]
+pub struct AccessFolder {
+    path: PathBuf,
+}
+
+/// Where agents find the collector.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Address {
+    /// `https://HOST:PORT` or `http://HOST:PORT`.
+    pub url: String,
+    /// `sha256-…` of the authority behind its certificate; `None` without TLS.
+    pub pin: Option<String>,
+}
+
+/// What tells one state of a file from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct FileState {
+    inode: u64,
+    length: u64,
+    modified: (i64, i64),
+}
+
+impl AccessFolder {
+    /// The folder at this path, whether it is there or not.
+    #[must_use]
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into() }
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The tokens as they are now; none where there is no folder.
+    ///
+    /// # Errors
+    /// [`AccessError::File`], [`AccessError::Malformed`].
+    pub fn book(&self) -> Result<TokenBook, AccessError> {
+        let path = self.file(TOKENS);
+        match read(&path)? {
+            Some(json) => TokenBook::from_json(&json, &path),
+            None => Ok(TokenBook::default()),
+        }
+    }
+
+    /// Changes the tokens: nobody else does at the same time, and a reader sees the old list or the new.
+    ///
+    /// # Errors
+    /// Those of the change, and [`AccessError::File`], [`AccessError::Malformed`].
+    pub fn change<T>(
+        &self,
+        change: impl FnOnce(&mut TokenBook) -> Result<T, AccessError>,
+    ) -> Result<T, AccessError> {
+        let _lock = self.lock()?;
+        let mut book = self.book()?;
+        let answer = change(&mut book)?;
+        let path = self.file(TOKENS);
+        let json = book
+            .to_json()
+            .map_err(|error| AccessError::malformed(&path, error.to_string()))?;
+        self.write(TOKENS, &json)?;
+        Ok(answer)
+    }
+
+    /// The authority that signs the collector's certificates, made now if there is none.
+    ///
+    /// # Errors
+    /// [`AccessError::File`], [`AccessError::Malformed`], [`AccessError::NoKey`].
+    pub fn authority(&self) -> Result<Authority, AccessError> {
+        let _lock = self.lock()?;
+        let (certificate, key) = (self.file(AUTHORITY_CERTIFICATE), self.file(AUTHORITY_KEY));
+        match (read(&certificate)?, read(&key)?) {
+            (Some(certificate_pem), Some(key_pem)) => {
+                Authority::from_pem(&certificate_pem, &key_pem)
+                    .map_err(|what| AccessError::malformed(&certificate, what))
+            }
+            (None, None) => {
+                let made = Authority::new()?;
+                self.write(AUTHORITY_KEY, made.key_pem().as_bytes())?;
+                self.write(AUTHORITY_CERTIFICATE, made.certificate_pem().as_bytes())?;
+                Ok(made)
+            }
+            (Some(_), None) => Err(AccessError::malformed(&key, "the authority's key is gone")),
+            // The key is written first: a power cut may leave it alone, and nothing was signed with it yet.
+            (None, Some(_)) => {
+                fs::remove_file(&key).map_err(AccessError::file(&key))?;
+                drop(_lock);
+                self.authority()
+            }
+        }
+    }
+
+    /// Where the collector was last told to listen, as an agent would call it.
+    ///
+    /// # Errors
+    /// [`AccessError::File`], [`AccessError::Malformed`].
+    pub fn address(&self) -> Result<Option<Address>, AccessError> {
+        let path = self.file(ADDRESS);
+        let Some(bytes) = read(&path)? else {
+            return Ok(None);
+        };
+        let text = String::from_utf8(bytes)
+            .map_err(|error| AccessError::malformed(&path, error.to_string()))?;
+        let mut lines = text.lines().map(str::to_owned);
+        let url = lines
+            .next()
+            .ok_or_else(|| AccessError::malformed(&path, "nothing in it"))?;
+        Ok(Some(Address {
+            url,
+            pin: lines.next(),
+        }))
+    }
+
+    /// Remembers where the collector listens.
+    ///
+    /// # Errors
+    /// [`AccessError::File`].
+    pub fn set_address(&self, address: &Address) -> Result<(), AccessError> {
+        let mut text = format!("{}\n", address.url);
+        if let Some(pin) = &address.pin {
+            text.push_str(pin);
+            text.push('\n');
+        }
+        self.write(ADDRESS, text.as_bytes())
+    }
+
+    /// The key that signs the page's cookies, made now if there is none.
+    pub(super) fn session_key(&self) -> Result<[u8; SESSION_KEY_BYTES], AccessError> {
+        let _lock = self.lock()?;
+        let path = self.file(SESSION_KEY);
+        if let Some(text) = read(&path)? {
+            let key = std::str::from_utf8(&text)
+                .ok()
+                .map(str::trim)
+                .and_then(unhex);
+            return key.ok_or_else(|| AccessError::malformed(&path, "this is no key"));
+        }
+        let key = random_bytes()?;
+        self.write(SESSION_KEY, hex(&key).as_bytes())?;
+        Ok(key)
+    }
+
+    /// The state of the list of tokens; `None` where there is none.
+    pub(super) fn tokens_state(&self) -> Result<Option<FileState>, AccessError> {
+        let path = self.file(TOKENS);
+        match fs::metadata(&path) {
+            Ok(found) => Ok(Some(FileState {
+                inode: found.ino(),
+                length: found.len(),
+                modified: (found.mtime(), found.mtime_nsec()),
+            })),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(AccessError::file(&path)(error)),
+        }
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Held until it is dropped; makes the folder.
+    fn lock(&self) -> Result<File, AccessError> {
+        self.make()?;
+        let path = self.file(LOCK);
+        let opened = OpenOptions::new()
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .open(&path);
+        let file = opened.map_err(AccessError::file(&path))?;
+        flock(&file, FlockOperation::LockExclusive)
+            .map_err(|error| AccessError::file(&path)(error.into()))?;
+        Ok(file)
+    }
+
+    fn make(&self) -> Result<(), AccessError> {
+        match DirBuilder::new().mode(0o700).create(&self.path) {
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
+                Err(AccessError::file(&self.path)(error))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Written beside its place, synced, and then moved there.
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), AccessError> {
+        self.make()?;
+        let (path, beside) = (self.file(name), self.file(&format!("{name}.new")));
+        let written = || -> io::Result<()> {
+            let mut file = OpenOptions::new()
+                .write(true)
+                .create(true)
+                .truncate(true)
+                .mode(0o600)
+                .open(&beside)?;
+            file.write_all(bytes)?;
+            file.sync_all()?;
+            fs::rename(&beside, &path)?;
+            File::open(&self.path)?.sync_all()
+        };
+        written().map_err(AccessError::file(&path))
+    }
+}
+
+fn read(path: &Path) -> Result<Option<Vec<u8>>, AccessError> {
+    let file = match File::open(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(AccessError::file(path)(error)),
+    };
+    let mut bytes = Vec::new();
+    file.take(FILE_BYTES_MAX + 1)
+        .read_to_end(&mut bytes)
+        .map_err(AccessError::file(path))?;
+    let length = u64::try_from(bytes.len()).unwrap_or(u64::MAX);
+    if length > FILE_BYTES_MAX {
+        let what = format!("longer than {FILE_BYTES_MAX} bytes");
+        return Err(AccessError::malformed(path, what));
+    }
+    Ok(Some(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::access::Scope;
+    use std::os::unix::fs::PermissionsExt as _;
+
+    fn folder() -> (tempfile::TempDir, AccessFolder) {
+        let around = tempfile::tempdir().unwrap();
+        let folder = AccessFolder::new(around.path().join("access"));
+        (around, folder)
+    }
+
+    #[test]
+    fn looking_makes_nothing_and_what_is_made_is_for_its_owner_alone() {
+        let (_around, folder) = folder();
+        assert!(folder.book().unwrap().is_empty());
+        assert_eq!(folder.address().unwrap(), None);
+        assert_eq!(folder.tokens_state().unwrap(), None);
+        assert!(!folder.path().exists());
+        folder
+            .change(|book| book.add("page", Scope::Read, 1))
+            .unwrap();
+        folder.authority().unwrap();
+        folder.session_key().unwrap();
+        let address = Address {
+            url: "https://192.168.1.20:8833".to_owned(),
+            pin: Some("sha256-00".to_owned()),
+        };
+        folder.set_address(&address).unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        assert_eq!(mode(folder.path()), 0o700);
+        let mut files = 0;
+        for entry in fs::read_dir(folder.path()).unwrap() {
+            let path = entry.unwrap().path();
+            assert_eq!(mode(&path), 0o600, "{}", path.display());
+            assert!(!path.display().to_string().ends_with(".new"));
+            files += 1;
+        }
+        assert_eq!(
+            files, 6,
+            "tokens, two of the authority, session key, address, lock"
+        );
+        assert_eq!(folder.book().unwrap().records()[0].name, "page");
+        assert_eq!(folder.address().unwrap(), Some(address));
+    }
+
+    #[test]
+    fn keys_are_made_once() {
+        let (_around, folder) = folder();
+        assert_eq!(folder.session_key().unwrap(), folder.session_key().unwrap());
+        let first = folder.authority().unwrap();
+        assert_eq!(folder.authority().unwrap().pin(), first.pin());
+        fs::remove_file(folder.file(AUTHORITY_KEY)).unwrap();
+        let error = folder.authority().err().unwrap().to_string();
+        assert!(
+            error.contains("authority.key: the authority's key is gone"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_key_that_a_power_cut_left_alone_is_made_anew() {
+        let (_around, folder) = folder();
+        folder.authority().unwrap();
+        fs::remove_file(folder.file(AUTHORITY_CERTIFICATE)).unwrap();
+        assert!(folder.authority().is_ok());
+    }
+
+    #[test]
+    fn changes_at_the_same_time_are_all_kept() {
+        let (_around, folder) = folder();
+        std::thread::scope(|scope| {
+            for thread in 0..8 {
+                let folder = &folder;
+                scope.spawn(move || {
+                    for number in 0..8 {
+                        let name = format!("t{thread}-{number}");
+                        folder
+                            .change(|book| book.add(&name, Scope::Read, 1))
+                            .unwrap();
+                    }
+                });
+            }
+        });
+        assert_eq!(folder.book().unwrap().records().len(), 64);
+    }
+
+    #[test]
+    fn a_change_that_is_refused_leaves_the_list_as_it_was() {
+        let (_around, folder) = folder();
+        folder
+            .change(|book| book.add("page", Scope::Read, 1))
+            .unwrap();
+        let before = folder.tokens_state().unwrap();
+        let refused = folder.change(|book| {
+            book.revoke("page", 2)?;
+            book.add("a b", Scope::Read, 2)
+        });
+        assert!(refused.is_err());
+        assert_eq!(folder.tokens_state().unwrap(), before);
+    }
+
+    #[test]
+    fn a_file_that_is_far_too_long_is_not_read_to_its_end() {
+        let (_around, folder) = folder();
+        folder.make().unwrap();
+        let file = File::create(folder.file(TOKENS)).unwrap();
+        file.set_len(FILE_BYTES_MAX + 1).unwrap();
+        let error = folder.book().unwrap_err().to_string();
+        assert!(error.contains("longer than"), "{error}");
+    }
+}

@@ -1,0 +1,360 @@
+//! Decides for each request who is asking, by a list of tokens that is kept up to date.
+
+use super::folder::FileState;
+use super::session::Sessions;
+use super::{AccessError, AccessFolder, Token, TokenBook, TokenRecord};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// Who asks.
+#[derive(Debug, Clone)]
+pub(crate) enum Caller {
+    /// Anyone: no token was ever made here.
+    Anyone,
+    /// The holder of a good token, shown with the request or by way of the page's cookie.
+    Holder {
+        record: Arc<TokenRecord>,
+        by_cookie: bool,
+    },
+}
+
+/// What a request shows of itself.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Presented<'a> {
+    Nothing,
+    Token(&'a str),
+    Cookie(&'a str),
+}
+
+/// Why nobody is let in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unknown {
+    /// Nothing was shown, and tokens are required.
+    NoToken,
+    /// What was shown is no token, or no good one.
+    BadToken,
+    /// The cookie is not ours, too old, or its token was revoked.
+    BadCookie,
+}
+
+/// Knows the tokens.
+pub(crate) struct Gatekeeper {
+    folder: Option<AccessFolder>,
+    reread_every: Duration,
+    known: Mutex<Known>,
+}
+
+struct Known {
+    book: Arc<TokenBook>,
+    sessions: Option<Arc<Sessions>>,
+    state: Option<FileState>,
+    looked_at: Duration,
+    /// Why the list could not be read when it was last looked at. The one before it stays in force.
+    fault: Option<String>,
+}
+
+struct Looked {
+    book: Arc<TokenBook>,
+    is_open: bool,
+}
+
+impl Gatekeeper {
+    /// Lets anyone in.
+    pub(crate) fn open() -> Self {
+        Self {
+            folder: None,
+            reread_every: Duration::MAX,
+            known: Mutex::new(Known {
+                book: Arc::default(),
+                sessions: None,
+                state: None,
+                looked_at: Duration::ZERO,
+                fault: None,
+            }),
+        }
+    }
+
+    /// Lets those in that the folder names, and anyone while it names nobody.
+    ///
+    /// # Errors
+    /// [`AccessError`] if the folder cannot be read.
+    pub(crate) fn of(folder: AccessFolder, reread_every: Duration) -> Result<Self, AccessError> {
+        let gatekeeper = Self {
+            folder: Some(folder),
+            reread_every,
+            ..Self::open()
+        };
+        gatekeeper.reread(&mut gatekeeper.known())?;
+        Ok(gatekeeper)
+    }
+
+    /// Whether tokens are asked for.
+    pub(crate) fn is_closed(&self, now: Duration) -> bool {
+        !self.look(now).is_open
+    }
+
+    /// Why the list of tokens could not be read last time.
+    pub(crate) fn fault(&self) -> Option<String> {
+        self.known().fault.clone()
+    }
+
+    /// Who shows this. `now` is on the monotonic clock, `t_now_s` in seconds since 1970-01-01 UTC.
+    pub(crate) fn recognise(
+        &self,
+        presented: Presented<'_>,
+        now: Duration,
+        t_now_s: i64,
+    ) -> Result<Caller, Unknown> {
+        let Looked { book, is_open } = self.look(now);
+        if is_open {
+            return Ok(Caller::Anyone);
+        }
+        match presented {
+            Presented::Nothing => Err(Unknown::NoToken),
+            Presented::Token(text) => by_token(&book, text)
+                .or_else(|| by_token(&self.look_again(now), text))
+                .ok_or(Unknown::BadToken),
+            Presented::Cookie(cookie) => self
+                .by_cookie(&book, cookie, t_now_s)
+                .ok_or(Unknown::BadCookie),
+        }
+    }
+
+    /// Whether somebody who was let in would still be.
+    pub(crate) fn still_knows(&self, caller: &Caller, now: Duration) -> bool {
+        let Looked { book, is_open } = self.look(now);
+        match caller {
+            Caller::Anyone => is_open,
+            Caller::Holder { record, .. } => book.get(&record.id).is_some(),
+        }
+    }
+
+    /// A cookie for the holder of this token, good until `t_end_s`.
+    pub(crate) fn cookie(&self, record: &TokenRecord, t_end_s: i64) -> Result<String, AccessError> {
+        Ok(self
+            .sessions()?
+            .map_or_else(String::new, |sessions| sessions.cookie(record, t_end_s)))
+    }
+
+    fn by_cookie(&self, book: &TokenBook, cookie: &str, t_now_s: i64) -> Option<Caller> {
+        let record = book.get(&Sessions::claimed(cookie)?)?;
+        let sessions = self.sessions().ok()??;
+        sessions
+            .is_good(cookie, record, t_now_s)
+            .then(|| Caller::Holder {
+                record: Arc::clone(record),
+                by_cookie: true,
+            })
+    }
+
+    /// The key is made when somebody signs in for the first time.
+    fn sessions(&self) -> Result<Option<Arc<Sessions>>, AccessError> {
+        let Some(folder) = &self.folder else {
+            return Ok(None);
+        };
+        let mut known = self.known();
+        if let Some(sessions) = &known.sessions {
+            return Ok(Some(Arc::clone(sessions)));
+        }
+        let sessions = Arc::new(Sessions::new(&folder.session_key()?));
+        known.sessions = Some(Arc::clone(&sessions));
+        Ok(Some(sessions))
+    }
+
+    /// The list, looked at anew if it is time. A list that cannot be read may name somebody: it opens nothing.
+    fn look(&self, now: Duration) -> Looked {
+        let mut known = self.known();
+        if self.folder.is_some() && now.saturating_sub(known.looked_at) >= self.reread_every {
+            self.refresh(&mut known, now);
+        }
+        Looked {
+            is_open: known.book.is_empty() && known.fault.is_none(),
+            book: Arc::clone(&known.book),
+        }
+    }
+
+    /// The list as it is at this moment: a token may have been made just now, and its holder is not to be turned away.
+    fn look_again(&self, now: Duration) -> Arc<TokenBook> {
+        let mut known = self.known();
+        self.refresh(&mut known, now);
+        Arc::clone(&known.book)
+    }
+
+    fn refresh(&self, known: &mut Known, now: Duration) {
+        known.looked_at = now;
+        known.fault = self.reread(known).err().map(|error| error.to_string());
+    }
+
+    fn reread(&self, known: &mut Known) -> Result<(), AccessError> {
+        let Some(folder) = &self.folder else {
+            return Ok(());
+        };
+        let state = folder.tokens_state()?;
+        if state == known.state {
+            return Ok(());
+        }
+        // A list that is gone must not open what it closed.
+        if state.is_none() && !known.book.is_empty() {
+            let path = folder.path().join("tokens.json");
+            return Err(AccessError::malformed(&path, "the list of tokens is gone"));
+        }
+        known.book = Arc::new(folder.book()?);
+        known.state = state;
+        Ok(())
+    }
+
+    fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn by_token(book: &TokenBook, text: &str) -> Option<Caller> {
+    let token: Token = text.parse().ok()?;
+    let record = book.get(token.id())?;
+    record.hash.is_of(&token).then(|| Caller::Holder {
+        record: Arc::clone(record),
+        by_cookie: false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::access::Scope;
+
+    const EVERY: Duration = Duration::from_secs(1);
+
+    fn at(seconds: u64) -> Duration {
+        Duration::from_secs(seconds)
+    }
+
+    fn held(folder: &AccessFolder) -> Gatekeeper {
+        Gatekeeper::of(folder.clone(), EVERY).unwrap()
+    }
+
+    #[test]
+    fn without_tokens_anyone_is_let_in_and_the_first_token_closes_the_door() {
+        let around = tempfile::tempdir().unwrap();
+        let folder = AccessFolder::new(around.path().join("access"));
+        let gate = held(&folder);
+        let nothing = |seconds| gate.recognise(Presented::Nothing, at(seconds), 0);
+        assert!(matches!(nothing(0), Ok(Caller::Anyone)));
+        let token = folder
+            .change(|book| book.add("page", Scope::Read, 1))
+            .unwrap();
+        assert!(
+            matches!(nothing(0), Ok(Caller::Anyone)),
+            "not looked at yet"
+        );
+        assert_eq!(nothing(1).unwrap_err(), Unknown::NoToken);
+        let text = token.reveal();
+        let shown = |seconds| gate.recognise(Presented::Token(&text), at(seconds), 0);
+        assert!(matches!(
+            shown(1),
+            Ok(Caller::Holder {
+                by_cookie: false,
+                ..
+            })
+        ));
+        folder.change(|book| book.revoke("page", 2)).unwrap();
+        assert_eq!(shown(2).unwrap_err(), Unknown::BadToken);
+        assert_eq!(nothing(3).unwrap_err(), Unknown::NoToken, "still closed");
+    }
+
+    #[test]
+    fn a_token_that_was_made_just_now_is_known_at_once() {
+        let around = tempfile::tempdir().unwrap();
+        let folder = AccessFolder::new(around.path());
+        let make = |name: &str| {
+            folder
+                .change(|book| book.add(name, Scope::Read, 1))
+                .unwrap()
+                .reveal()
+        };
+        make("first");
+        let gate = held(&folder);
+        // Both within the second in which the list is not looked at by itself.
+        for (name, now) in [("second", 10), ("third", 10)] {
+            let text = make(name);
+            let found = gate.recognise(Presented::Token(&text), at(now), 0);
+            assert!(found.is_ok(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_list_that_is_gone_or_broken_stays_in_force_and_is_said() {
+        let around = tempfile::tempdir().unwrap();
+        let folder = AccessFolder::new(around.path());
+        let token = folder
+            .change(|book| book.add("page", Scope::Read, 1))
+            .unwrap();
+        let text = token.reveal();
+        let gate = held(&folder);
+        let file = around.path().join("tokens.json");
+        let whole = std::fs::read(&file).unwrap();
+        let still = |seconds, said: &str| {
+            assert!(
+                gate.recognise(Presented::Token(&text), at(seconds), 0)
+                    .is_ok()
+            );
+            assert!(gate.recognise(Presented::Nothing, at(seconds), 0).is_err());
+            let fault = gate.fault().unwrap_or_default();
+            assert!(
+                fault.contains(said) && fault.is_empty() == said.is_empty(),
+                "{fault}"
+            );
+        };
+        std::fs::remove_file(&file).unwrap();
+        still(1, "gone");
+        std::fs::write(&file, b"{").unwrap();
+        still(2, "tokens.json: ");
+        std::fs::write(&file, whole).unwrap();
+        still(3, "");
+    }
+
+    #[test]
+    fn the_number_alone_or_the_secret_of_another_is_not_enough() {
+        let around = tempfile::tempdir().unwrap();
+        let folder = AccessFolder::new(around.path());
+        let add = |name: &str| {
+            folder
+                .change(|book| book.add(name, Scope::Read, 1))
+                .unwrap()
+        };
+        let (one, two) = (add("one").reveal(), add("two").reveal());
+        let gate = held(&folder);
+        let (head, secret) = (&one[..one.len() - 64], &two[two.len() - 64..]);
+        let mixed = format!("{head}{secret}");
+        for bad in [head, &mixed, ""] {
+            let found = gate.recognise(Presented::Token(bad), at(0), 0);
+            assert_eq!(found.unwrap_err(), Unknown::BadToken);
+        }
+    }
+
+    #[test]
+    fn a_cookie_is_taken_by_every_collector_of_the_folder_and_ends_with_its_token() {
+        let around = tempfile::tempdir().unwrap();
+        let folder = AccessFolder::new(around.path());
+        folder
+            .change(|book| book.add("page", Scope::Read, 1))
+            .unwrap();
+        let (gate, other) = (held(&folder), held(&folder));
+        let record = Arc::clone(&folder.book().unwrap().records()[0]);
+        let cookie = gate.cookie(&record, 1000).unwrap();
+        let shown = |gate: &Gatekeeper, seconds, t_now_s| {
+            gate.recognise(Presented::Cookie(&cookie), at(seconds), t_now_s)
+        };
+        assert!(matches!(
+            shown(&other, 0, 999),
+            Ok(Caller::Holder {
+                by_cookie: true,
+                ..
+            })
+        ));
+        assert_eq!(shown(&gate, 0, 1000).unwrap_err(), Unknown::BadCookie);
+        // A cookie is no token, and the other way round.
+        assert!(gate.recognise(Presented::Token(&cookie), at(0), 0).is_err());
+        folder.change(|book| book.revoke("page", 2)).unwrap();
+        assert_eq!(shown(&gate, 1, 0).unwrap_err(), Unknown::BadCookie);
+    }
+}

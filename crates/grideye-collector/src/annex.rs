@@ -1,0 +1,70 @@
+//! Routes that the program brings along, behind the collector's own guard.
+
+use crate::store::FrameStore;
+use crate::{Clock, RecentFrames};
+use axum::Router;
+use std::fmt;
+use std::sync::Arc;
+
+/// Routes of the program's own beside the collector's, under a name by which the page knows that they are there.
+///
+/// They pass the same guard: tokens and sign-in, `Host` and `Origin`, the limits of time and size, the headers of every
+/// answer. GET asks for a token that may read, anything else for one of scope admin. No path may be one of the
+/// collector's own, and a request that takes long must do so off the async threads.
+///
+/// ```
+/// use axum::{Router, routing::get};
+/// use grideye_collector::Annex;
+///
+/// let annex = Annex::new("greetings", |inside| {
+///     let store = inside.store.clone();
+///     let greet = move || async move { format!("{} streams", store.streams().await.map_or(0, |all| all.len())) };
+///     Router::new().route("/v1/greetings", get(greet))
+/// });
+/// assert_eq!(annex.name(), "greetings");
+/// ```
+#[derive(Clone)]
+pub struct Annex {
+    name: &'static str,
+    routes: Arc<dyn Fn(&Inside) -> Router + Send + Sync>,
+}
+
+impl Annex {
+    /// With routes that are made once the store is open.
+    pub fn new(
+        name: &'static str,
+        routes: impl Fn(&Inside) -> Router + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name,
+            routes: Arc::new(routes),
+        }
+    }
+
+    /// As `GET /v1/annexes` lists it.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    pub(crate) fn routes(&self, inside: &Inside) -> Router {
+        (self.routes)(inside)
+    }
+}
+
+impl fmt::Debug for Annex {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_tuple("Annex").field(&self.name).finish()
+    }
+}
+
+/// What an [`Annex`] may reach.
+#[derive(Clone)]
+pub struct Inside {
+    /// The collector's store.
+    pub store: Arc<dyn FrameStore>,
+    /// What has just come from the sensors.
+    pub recent: RecentFrames,
+    /// What time it is.
+    pub clock: Arc<dyn Clock>,
+}

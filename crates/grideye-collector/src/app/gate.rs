@@ -1,0 +1,311 @@
+//! Who may do what over HTTP: the token or the cookie of each request, its scope, and how often.
+
+use super::AppState;
+use super::answer::Refusal;
+use crate::access::{Caller, Presented, Scope, Unknown};
+use axum::extract::{MatchedPath, Request};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Redirect, Response};
+use std::net::{IpAddr, Ipv4Addr};
+
+/// From where a request came.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Peer(pub(crate) IpAddr);
+
+/// Whether the request came by TLS.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Encrypted(pub(crate) bool);
+
+/// What a request needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Need {
+    /// Nothing: whether the collector lives, and the page for signing in.
+    Nothing,
+    /// Some good token.
+    Token,
+    /// A token for frames. Which devices it speaks for is looked at when the batch is read.
+    Ingest,
+    /// A token that may look.
+    Read,
+    /// A token that may change something.
+    Admin,
+}
+
+impl Need {
+    /// By the route that was found, not by the path as it was written, which has many spellings.
+    fn of(method: &Method, route: Option<&str>) -> Self {
+        match (route, method) {
+            (Some("/healthz" | "/login" | "/v1/login" | "/assets/{name}"), _) => Self::Nothing,
+            (Some("/v1/whoami" | "/v1/logout"), _) => Self::Token,
+            (Some("/v1/frames"), _) => Self::Ingest,
+            (_, &Method::GET | &Method::HEAD | &Method::OPTIONS) => Self::Read,
+            _ => Self::Admin,
+        }
+    }
+
+    fn is_met_by(self, scope: &Scope) -> bool {
+        match (self, scope) {
+            (Self::Nothing | Self::Token, _)
+            | (Self::Ingest, Scope::Ingest { .. })
+            | (Self::Read, Scope::Read | Scope::Admin)
+            | (Self::Admin, Scope::Admin) => true,
+            (Self::Ingest | Self::Read | Self::Admin, _) => false,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Nothing | Self::Token => "any",
+            Self::Ingest => "ingest",
+            Self::Read => "read",
+            Self::Admin => "admin",
+        }
+    }
+}
+
+/// Lets the request through, with its [`Caller`] attached, or answers why not.
+pub(super) fn pass(state: &AppState, request: &mut Request) -> Result<(), Box<Response>> {
+    let route = request.extensions().get::<MatchedPath>();
+    let need = Need::of(request.method(), route.map(MatchedPath::as_str));
+    let peer = peer_of(request);
+    let recognised = recognise(state, request);
+    if need == Need::Nothing && recognised.is_err() {
+        return unknown_peer_may(state, peer).map_err(boxed);
+    }
+    let caller = recognised.or_else(|unknown| {
+        // Only who is not known is held back by address: one bad client must not stop the good ones beside it.
+        unknown_peer_may(state, peer).map_err(boxed)?;
+        Err(Box::new(turned_back(request, unknown)))
+    })?;
+    check(state, &caller, need, request).map_err(boxed)?;
+    request.extensions_mut().insert(caller);
+    Ok(())
+}
+
+fn boxed(refusal: Refusal) -> Box<Response> {
+    Box::new(refusal.into_response())
+}
+
+/// Whether frames of this device may be posted.
+pub(super) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), Refusal> {
+    let record = match caller {
+        Some(Caller::Anyone) => return Ok(()),
+        Some(Caller::Holder { record, .. }) => record,
+        // Who came past the gate has been recognised; nobody else may post.
+        None => return Err(not_recognised()),
+    };
+    let speaks_for_it = match &record.scope {
+        Scope::Ingest { devices } => devices.contains(device),
+        Scope::Read | Scope::Admin => false,
+    };
+    if speaks_for_it {
+        return Ok(());
+    }
+    let what = "this token does not speak for that device";
+    Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_device", what)
+        .field("device")
+        .hint("give the agent the device's name that it was enrolled with, or enrol it: `grideye enroll DEVICE`"))
+}
+
+fn not_recognised() -> Refusal {
+    let what = "nobody was recognised for this request";
+    Refusal::new(StatusCode::UNAUTHORIZED, "no_token", what)
+}
+
+/// The page's cookie. With TLS its name has a prefix that browsers hold to: set by this host alone, and never sent in the
+/// clear.
+pub(super) const fn cookie_name(encrypted: Encrypted) -> &'static str {
+    if encrypted.0 {
+        "__Host-grideye-session"
+    } else {
+        "grideye-session"
+    }
+}
+
+pub(super) fn peer_of(request: &Request) -> IpAddr {
+    request
+        .extensions()
+        .get::<Peer>()
+        .map_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED), |peer| peer.0)
+}
+
+pub(super) fn encrypted(request: &Request) -> Encrypted {
+    request
+        .extensions()
+        .get::<Encrypted>()
+        .copied()
+        .unwrap_or(Encrypted(false))
+}
+
+/// Seconds since 1970-01-01 UTC.
+pub(super) fn now_s(state: &AppState) -> i64 {
+    state.0.clock.utc_ns().div_euclid(1_000_000_000)
+}
+
+fn recognise(state: &AppState, request: &Request) -> Result<Caller, Unknown> {
+    let headers = request.headers();
+    let presented = match bearer(headers) {
+        Shown::Twice => return Err(Unknown::BadToken),
+        Shown::Once(token) => Presented::Token(token),
+        Shown::Not => cookie(headers, cookie_name(encrypted(request)))
+            .map_or(Presented::Nothing, Presented::Cookie),
+    };
+    let now = state.0.clock.monotonic();
+    state.0.gatekeeper.recognise(presented, now, now_s(state))
+}
+
+enum Shown<'a> {
+    Not,
+    Once(&'a str),
+    Twice,
+}
+
+/// The token of `authorization: Bearer TOKEN`. Another scheme is a token that nobody knows.
+fn bearer(headers: &HeaderMap) -> Shown<'_> {
+    let mut all = headers.get_all(header::AUTHORIZATION).iter();
+    let (first, second) = (all.next(), all.next());
+    match (first, second) {
+        (None, _) => Shown::Not,
+        (Some(_), Some(_)) => Shown::Twice,
+        (Some(value), None) => {
+            let text = value.to_str().unwrap_or_default();
+            let (scheme, token) = text.split_once(' ').unwrap_or((text, ""));
+            if scheme.eq_ignore_ascii_case("bearer") {
+                Shown::Once(token.trim())
+            } else {
+                Shown::Once("")
+            }
+        }
+    }
+}
+
+/// The value of the cookie of that name.
+fn cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
+    let all = headers.get_all(header::COOKIE).iter();
+    all.filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(';'))
+        .filter_map(|pair| pair.trim().split_once('='))
+        .find_map(|(found, value)| (found == name).then_some(value))
+}
+
+/// A person who opens the page is led to where one signs in; a program is told.
+fn turned_back(request: &Request, unknown: Unknown) -> Response {
+    let accepts = request.headers().get(header::ACCEPT);
+    let is_person = accepts
+        .and_then(|accept| accept.to_str().ok())
+        .is_some_and(|accept| accept.contains("text/html"));
+    if is_person && request.method() == Method::GET {
+        return Redirect::to("/login").into_response();
+    }
+    let (code, what) = match unknown {
+        Unknown::NoToken => ("no_token", "this collector asks for a token"),
+        Unknown::BadToken => ("bad_token", "this token is not, or no longer, known here"),
+        Unknown::BadCookie => ("signed_out", "you are signed out"),
+    };
+    let refusal = Refusal::new(StatusCode::UNAUTHORIZED, code, what)
+        .field("authorization")
+        .hint("send the header `authorization: Bearer TOKEN`; people sign in at /login; `grideye enroll` and `grideye token` make tokens");
+    let mut response = refusal.into_response();
+    response
+        .headers_mut()
+        .insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+    response
+}
+
+fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Result<(), Refusal> {
+    let Caller::Holder { record, by_cookie } = caller else {
+        return Ok(());
+    };
+    let now = state.0.clock.monotonic();
+    if let Err(wait) = state.0.rates.take(record.id.clone(), now) {
+        let limit = state.limits().requests_per_second_max;
+        let what = format!("more than {limit} requests a second with this token");
+        return Err(too_many(what, wait).hint(
+            "send larger batches less often, or start the collector with a larger `--requests-per-second`",
+        ));
+    }
+    if !need.is_met_by(&record.scope) {
+        let (has, needs) = (record.scope.name(), need.name());
+        let what = format!("this needs a token of scope {needs}, and this one has {has}");
+        return Err(Refusal::new(StatusCode::FORBIDDEN, "wrong_scope", what)
+            .field("authorization")
+            .hint("`grideye token make NAME --scope read` or `--scope admin` makes one; `grideye enroll DEVICE` one for frames"));
+    }
+    let is_write = !matches!(*request.method(), Method::GET | Method::HEAD);
+    // A browser names the page of every write; that it is ours was checked before.
+    if *by_cookie && is_write && !request.headers().contains_key(header::ORIGIN) {
+        let what = "a write with the page's cookie must say from which page it comes";
+        return Err(Refusal::new(StatusCode::FORBIDDEN, "no_origin", what).field("origin"));
+    }
+    Ok(())
+}
+
+/// Holds back by address who has shown no good token.
+pub(super) fn unknown_peer_may(state: &AppState, peer: IpAddr) -> Result<(), Refusal> {
+    let now = state.0.clock.monotonic();
+    if !state.0.gatekeeper.is_closed(now) {
+        return Ok(());
+    }
+    state.0.unknown_rates.take(peer, now).map_err(|wait| {
+        too_many("too many requests without a good token", wait)
+            .hint("see that the token is right: `grideye token list` shows those that are known")
+    })
+}
+
+fn too_many(what: impl Into<String>, wait: std::time::Duration) -> Refusal {
+    Refusal::new(StatusCode::TOO_MANY_REQUESTS, "too_many_requests", what).retry_after(wait)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_request_needs_goes_by_its_route_and_anything_unknown_needs_most() {
+        for (method, route, need) in [
+            (Method::GET, Some("/healthz"), Need::Nothing),
+            (Method::GET, Some("/assets/{name}"), Need::Nothing),
+            (Method::POST, Some("/v1/login"), Need::Nothing),
+            (Method::POST, Some("/v1/frames"), Need::Ingest),
+            (Method::GET, Some("/v1/frames"), Need::Ingest),
+            (Method::GET, Some("/"), Need::Read),
+            (Method::GET, Some("/metrics"), Need::Read),
+            (Method::GET, None, Need::Read),
+            (Method::POST, Some("/v1/recordings"), Need::Admin),
+            (Method::POST, Some("/v1/recordings/{id}/stop"), Need::Admin),
+            (Method::DELETE, Some("/v1/recordings/{id}"), Need::Admin),
+            (Method::POST, None, Need::Admin),
+            (Method::POST, Some("/v1/logout"), Need::Token),
+        ] {
+            assert_eq!(Need::of(&method, route), need, "{method} {route:?}");
+        }
+    }
+
+    #[test]
+    fn each_scope_does_its_own_and_no_more() {
+        let ingest = Scope::Ingest {
+            devices: ["pi-1".to_owned()].into(),
+        };
+        let met =
+            |need: Need| [&ingest, &Scope::Read, &Scope::Admin].map(|scope| need.is_met_by(scope));
+        assert_eq!(met(Need::Token), [true, true, true]);
+        assert_eq!(met(Need::Ingest), [true, false, false]);
+        assert_eq!(met(Need::Read), [false, true, true]);
+        assert_eq!(met(Need::Admin), [false, false, true]);
+    }
+
+    #[test]
+    fn cookies_are_found_among_others_by_their_whole_name() {
+        let mut headers = HeaderMap::new();
+        headers.append(
+            header::COOKIE,
+            HeaderValue::from_static("a=b; xgrideye-session=no"),
+        );
+        headers.append(
+            header::COOKIE,
+            HeaderValue::from_static("grideye-session=yes.1.2 ; c=d"),
+        );
+        assert_eq!(cookie(&headers, "grideye-session"), Some("yes.1.2"));
+        assert_eq!(cookie(&headers, "session"), None);
+    }
+}

@@ -1,0 +1,172 @@
+//! The frames of the last moments of a few sensors: the first that came, and those that somebody asks for.
+
+use crate::Limits;
+use grideye_recording::{Record, StreamId};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The newest frames of some sensors, without a look into the store.
+///
+/// They are kept of the first [`Limits::recent_sensors_max`](crate::Limits::recent_sensors_max) sensors that send; of
+/// another one from the first question on, for which that makes room that was asked for the longest ago, or never.
+/// Frames that come late, from an agent's spool, are not among them.
+#[derive(Clone)]
+pub struct RecentFrames(Arc<Shared>);
+
+struct Shared {
+    sensors: Mutex<BTreeMap<super::Key, Kept>>,
+    sensors_max: usize,
+    frames_max: usize,
+}
+
+/// One sensor.
+#[derive(Default)]
+struct Kept {
+    run: Option<Run>,
+    /// When it was last asked for, as the number of the question; 0 for never.
+    asked: u64,
+}
+
+struct Run {
+    stream: StreamId,
+    records: VecDeque<Record>,
+}
+
+impl RecentFrames {
+    pub(super) fn new(limits: &Limits) -> Self {
+        Self(Arc::new(Shared {
+            sensors: Mutex::default(),
+            sensors_max: limits.recent_sensors_max.max(1),
+            frames_max: limits.recent_frames_max.max(1),
+        }))
+    }
+
+    /// Whose frames these are and the frames, oldest first, missing ones included; `None` where none were kept. From the
+    /// question on they are, until enough other sensors were asked for.
+    #[must_use]
+    pub fn of(&self, device: &str, sensor: &str) -> Option<(StreamId, Vec<Record>)> {
+        let mut sensors = self.sensors();
+        let asked = 1 + sensors.values().map(|kept| kept.asked).max().unwrap_or(0);
+        let key = (device.to_owned(), sensor.to_owned());
+        if !sensors.contains_key(&key) && sensors.len() >= self.0.sensors_max {
+            let oldest = sensors.iter().min_by_key(|(_, kept)| kept.asked);
+            let oldest = oldest.map(|(key, _)| key.clone());
+            oldest.and_then(|key| sensors.remove(&key));
+        }
+        let kept = sensors.entry(key).or_default();
+        kept.asked = asked;
+        let run = kept.run.as_ref()?;
+        Some((run.stream.clone(), run.records.iter().copied().collect()))
+    }
+
+    /// Takes what was shown of a stream. Another run of the sensor begins anew.
+    pub(super) fn take(&self, stream: &StreamId, records: impl Iterator<Item = Record>) {
+        let mut sensors = self.sensors();
+        let key = (stream.device.clone(), stream.sensor.clone());
+        if !sensors.contains_key(&key) && sensors.len() >= self.0.sensors_max {
+            return;
+        }
+        let kept = sensors.entry(key).or_default();
+        if kept.run.as_ref().is_none_or(|run| run.stream != *stream) {
+            kept.run = Some(Run {
+                stream: stream.clone(),
+                records: VecDeque::new(),
+            });
+        }
+        let Some(run) = &mut kept.run else { return };
+        run.records.extend(records);
+        let more = run.records.len().saturating_sub(self.0.frames_max);
+        run.records.drain(..more);
+    }
+
+    fn sensors(&self) -> MutexGuard<'_, BTreeMap<super::Key, Kept>> {
+        self.0
+            .sensors
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{NoData, Reading};
+    use grideye_recording::{ClockState, Stamp};
+
+    fn stream(sensor: &str, boot: &str) -> StreamId {
+        StreamId {
+            device: "pi".into(),
+            sensor: sensor.into(),
+            boot: boot.into(),
+        }
+    }
+
+    fn records(seqs: std::ops::Range<u64>) -> impl Iterator<Item = Record> {
+        let stamp = Stamp {
+            t_boot_ns: 0,
+            t_utc_ns: 0,
+            clock: ClockState::Synced,
+        };
+        seqs.map(move |seq| Record {
+            seq,
+            stamp,
+            reading: Reading::NoData(NoData::Nack),
+        })
+    }
+
+    fn seqs(recent: &RecentFrames, sensor: &str) -> Option<Vec<u64>> {
+        let (_, records) = recent.of("pi", sensor)?;
+        Some(records.iter().map(|record| record.seq).collect())
+    }
+
+    fn recent(sensors_max: usize, frames_max: usize) -> RecentFrames {
+        RecentFrames::new(&Limits {
+            recent_sensors_max: sensors_max,
+            recent_frames_max: frames_max,
+            ..Limits::default()
+        })
+    }
+
+    #[test]
+    fn the_newest_frames_of_the_first_sensors_are_kept_and_no_more_than_the_limits() {
+        let recent = recent(1, 3);
+        recent.take(&stream("a", "b1"), records(0..2));
+        assert_eq!(seqs(&recent, "a"), Some(vec![0, 1]));
+        recent.take(&stream("a", "b1"), records(2..7));
+        recent.take(&stream("other", "b1"), records(0..7));
+        assert_eq!(seqs(&recent, "a"), Some(vec![4, 5, 6]));
+    }
+
+    #[test]
+    fn another_sensor_is_kept_from_the_first_question_on() {
+        let recent = recent(1, 8);
+        recent.take(&stream("a", "b1"), records(0..2));
+        recent.take(&stream("late", "b1"), records(0..2));
+        assert_eq!(seqs(&recent, "late"), None);
+        recent.take(&stream("late", "b1"), records(2..4));
+        assert_eq!(seqs(&recent, "late"), Some(vec![2, 3]));
+    }
+
+    #[test]
+    fn another_run_of_the_sensor_begins_anew() {
+        let recent = recent(4, 8);
+        recent.take(&stream("a", "b1"), records(7..9));
+        recent.take(&stream("a", "b2"), records(0..1));
+        let (stream, records) = recent.of("pi", "a").unwrap();
+        assert_eq!((&*stream.boot, records.len()), ("b2", 1));
+    }
+
+    #[test]
+    fn the_sensor_asked_for_longest_ago_makes_room() {
+        let recent = recent(2, 8);
+        for sensor in ["a", "b", "a", "c"] {
+            let _ = recent.of("pi", sensor);
+        }
+        for sensor in ["a", "b", "c"] {
+            recent.take(&stream(sensor, "b1"), records(0..1));
+        }
+        assert_eq!(seqs(&recent, "a"), Some(vec![0]));
+        assert_eq!(seqs(&recent, "c"), Some(vec![0]));
+        assert_eq!(seqs(&recent, "b"), None);
+    }
+}

@@ -1,0 +1,135 @@
+//! Who sends as which device. An agent that is started again begins a run and never goes back to the one before; two
+//! agents of one name take turns. Nothing is lost by it, since their runs are kept apart, but what is shown is of both.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
+
+/// Runs of a device that are remembered.
+pub(crate) const BOOTS_MAX: usize = 8;
+/// Returns to a run that was left, within [`RETURNS_WITHIN`], from which on there are two agents: one post that was late
+/// on its way makes two.
+pub(crate) const RETURNS_MIN: usize = 4;
+/// How long a return counts.
+pub(crate) const RETURNS_WITHIN: Duration = Duration::from_secs(60);
+
+/// Which runs send, by device.
+#[derive(Debug, Default)]
+pub(super) struct Senders(BTreeMap<String, Sender>);
+
+/// The runs of one device.
+#[derive(Debug, Default)]
+struct Sender {
+    /// Those that have sent, the last one last.
+    boots: VecDeque<String>,
+    /// When a run sent again after another, and which one.
+    returns: VecDeque<(Duration, String)>,
+}
+
+impl Senders {
+    /// Notes that `boot` of `device`, a run that goes on, has sent at `now`. Beyond `devices_max` devices nothing is noted.
+    pub(super) fn heard(&mut self, device: &str, boot: &str, now: Duration, devices_max: usize) {
+        if !self.0.contains_key(device) && self.0.len() >= devices_max {
+            return;
+        }
+        let sender = self.0.entry(device.to_owned()).or_default();
+        if sender.boots.back().is_some_and(|last| last == boot) {
+            return;
+        }
+        if let Some(place) = sender.boots.iter().position(|known| known == boot) {
+            sender.boots.remove(place);
+            sender.returns.push_back((now, boot.to_owned()));
+            if sender.returns.len() > RETURNS_MIN {
+                sender.returns.pop_front();
+            }
+        }
+        sender.boots.push_back(boot.to_owned());
+        if sender.boots.len() > BOOTS_MAX {
+            sender.boots.pop_front();
+        }
+    }
+
+    /// The runs that take turns as `device` at `now`, in alphabetical order; none where one agent alone sends.
+    pub(super) fn rivals(&self, device: &str, now: Duration) -> Vec<&str> {
+        let Some(sender) = self.0.get(device) else {
+            return Vec::new();
+        };
+        let is_recent = |(at, _): &&(Duration, String)| now.saturating_sub(*at) <= RETURNS_WITHIN;
+        let recent: Vec<_> = sender.returns.iter().filter(is_recent).collect();
+        if recent.len() < RETURNS_MIN {
+            return Vec::new();
+        }
+        let boots: BTreeSet<&str> = recent.iter().map(|(_, boot)| boot.as_str()).collect();
+        boots.into_iter().collect()
+    }
+
+    /// The devices that several agents send as, and the runs of these.
+    pub(super) fn all_rivals(&self, now: Duration) -> BTreeMap<&str, Vec<&str>> {
+        let devices = self
+            .0
+            .keys()
+            .map(|device| (device.as_str(), self.rivals(device, now)));
+        devices.filter(|(_, boots)| !boots.is_empty()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(seconds: u64) -> Duration {
+        Duration::from_secs(seconds)
+    }
+
+    fn heard(boots: &[&str]) -> Senders {
+        let mut senders = Senders::default();
+        for (second, boot) in (0..).zip(boots) {
+            senders.heard("pi", boot, after(second), 10);
+        }
+        senders
+    }
+
+    #[test]
+    fn an_agent_that_is_started_again_and_again_is_one() {
+        let boots: Vec<String> = (0..100).map(|run| format!("b{}", run / 2)).collect();
+        let boots: Vec<&str> = boots.iter().map(String::as_str).collect();
+        assert!(heard(&boots).rivals("pi", after(100)).is_empty());
+        // And so is one whose last post came late, behind the next run's first.
+        let late = heard(&["b1", "b2", "b1", "b2", "b2", "b3"]);
+        assert!(late.rivals("pi", after(6)).is_empty());
+    }
+
+    #[test]
+    fn two_agents_of_one_name_are_told_until_one_is_silent() {
+        let senders = heard(&["a", "b", "a", "b", "a", "b", "c"]);
+        assert_eq!(senders.rivals("pi", after(6)), ["a", "b"]);
+        assert_eq!(
+            senders.all_rivals(after(6)),
+            [("pi", vec!["a", "b"])].into()
+        );
+        // The first of the last four came in second 2.
+        assert_eq!(senders.rivals("pi", after(62)), ["a", "b"]);
+        assert!(senders.rivals("pi", after(63)).is_empty());
+        assert!(senders.all_rivals(after(63)).is_empty());
+        assert!(senders.rivals("other", after(6)).is_empty());
+    }
+
+    #[test]
+    fn what_is_remembered_is_bounded() {
+        let mut senders = Senders::default();
+        for device in 0..20 {
+            for boot in 0..100 {
+                let now = after(boot);
+                senders.heard(&format!("pi-{device}"), &boot.to_string(), now, 10);
+            }
+            for turn in 0..100_u64 {
+                let boot = (98 + turn % 2).to_string();
+                senders.heard(&format!("pi-{device}"), &boot, after(100 + turn), 10);
+            }
+        }
+        assert_eq!(senders.0.len(), 10);
+        for sender in senders.0.values() {
+            assert_eq!(sender.boots.len(), BOOTS_MAX);
+            assert_eq!(sender.returns.len(), RETURNS_MIN);
+        }
+    }
+}

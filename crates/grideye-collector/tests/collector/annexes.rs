@@ -1,0 +1,128 @@
+//! Routes that the program brings along, through the router: guarded as the collector's own are.
+
+use crate::batches::numbered;
+use crate::http::HandClock;
+use axum::Router;
+use axum::body::Body;
+use axum::http::{Method, Request, StatusCode, header};
+use axum::response::Json;
+use axum::routing::{get, post};
+use grideye_collector::access::{AccessFolder, Scope};
+use grideye_collector::store::StoreLocation;
+use grideye_collector::{
+    Annex, AppState, Inside, Limits, Log, Refusal, SqliteStore, app, app_with,
+};
+use serde_json::{Value, json};
+use std::sync::Arc;
+use std::time::Duration;
+use tower::ServiceExt;
+
+/// What has just come of one sensor, what the store holds, something that is refused, and something that writes.
+fn annex() -> Annex {
+    Annex::new("test", |inside: &Inside| {
+        let inside = inside.clone();
+        let recent = inside.recent.clone();
+        let seqs = move || async move {
+            let found = recent.of("pi-1", "s1");
+            let seqs = found.map(|(stream, records)| {
+                let seqs: Vec<u64> = records.iter().map(|record| record.seq).collect();
+                json!({ "boot": stream.boot, "seqs": seqs })
+            });
+            Json(seqs)
+        };
+        let streams = move || async move {
+            let streams = inside.store.streams().await.map_or(0, |all| all.len());
+            Json(json!(streams))
+        };
+        let refused = || async { Refusal::new(StatusCode::CONFLICT, "test_refused", "not now") };
+        Router::new()
+            .route("/v1/test/recent", get(seqs))
+            .route("/v1/test/streams", get(streams))
+            .route("/v1/test/refused", get(refused))
+            .route("/v1/test/write", post(|| async { "written" }))
+    })
+}
+
+async fn send(
+    router: &Router,
+    method: Method,
+    path: &str,
+    token: Option<&str>,
+    body: Option<Vec<u8>>,
+) -> (u16, axum::http::HeaderMap, Value) {
+    let mut request = Request::builder()
+        .method(method)
+        .uri(path)
+        .header(header::HOST, "127.0.0.1:8080");
+    if let Some(token) = token {
+        request = request.header(header::AUTHORIZATION, format!("Bearer {token}"));
+    }
+    let body = body.map_or_else(Body::empty, Body::from);
+    let request = request.body(body).unwrap();
+    let response = router.clone().oneshot(request).await.unwrap();
+    let (head, body) = response.into_parts();
+    let bytes = axum::body::to_bytes(body, 1 << 20).await.unwrap();
+    let json = serde_json::from_slice(&bytes).unwrap_or_default();
+    (head.status.as_u16(), head.headers, json)
+}
+
+async fn open() -> (AppState, Router) {
+    let limits = Limits::default();
+    let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
+    let clock = Arc::new(HandClock::default());
+    let state = AppState::new(store, limits, clock).await.unwrap();
+    (state.clone(), app_with(state, &[annex()]))
+}
+
+#[tokio::test]
+async fn routes_that_are_brought_along_see_the_store_and_what_has_just_come() {
+    let (_state, router) = open().await;
+    let get = |path: &'static str| send(&router, Method::GET, path, None, None);
+    assert_eq!(get("/v1/annexes").await.2, json!({ "annexes": ["test"] }));
+    assert_eq!(get("/v1/test/recent").await.2, Value::Null);
+    let frames = Some(numbered(0..3).to_json().unwrap());
+    let (status, ..) = send(&router, Method::POST, "/v1/frames", None, frames).await;
+    assert_eq!(status, 200);
+    let (_, _, recent) = get("/v1/test/recent").await;
+    assert_eq!(recent, json!({ "boot": "b1", "seqs": [0, 1, 2] }));
+    assert_eq!(get("/v1/test/streams").await.2, json!(1));
+    // Without an annex the page is told that there is none.
+    let (state, _) = open().await;
+    let (_, _, none) = send(&app(state), Method::GET, "/v1/annexes", None, None).await;
+    assert_eq!(none, json!({ "annexes": [] }));
+}
+
+#[tokio::test]
+async fn they_are_behind_the_same_guard() {
+    let around = tempfile::tempdir().unwrap();
+    let folder = AccessFolder::new(around.path().join("access"));
+    let limits = Limits::default();
+    let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
+    let clock = Arc::new(HandClock::default());
+    let state = AppState::guarded(store, limits, clock.clone(), folder.clone(), Log::silent());
+    let router = app_with(state.await.unwrap(), &[annex()]);
+    let token = |name: &str, scope: Scope| {
+        let token = folder.change(|book| book.add(name, scope, 1)).unwrap();
+        clock.pass(Duration::from_secs(60));
+        token.reveal()
+    };
+    let (reader, admin) = (token("ana", Scope::Read), token("bo", Scope::Admin));
+    let ask = |method: Method, path: &'static str, token: Option<String>| {
+        let router = router.clone();
+        async move { send(&router, method, path, token.as_deref(), None).await }
+    };
+    let streams = "/v1/test/streams";
+    assert_eq!(ask(Method::GET, streams, None).await.0, 401);
+    let (status, headers, _) = ask(Method::GET, streams, Some(reader.clone())).await;
+    assert_eq!(status, 200);
+    assert!(headers.contains_key(header::CONTENT_SECURITY_POLICY));
+    assert_eq!(headers[header::CACHE_CONTROL], "no-store");
+    let write = "/v1/test/write";
+    assert_eq!(ask(Method::POST, write, Some(reader.clone())).await.0, 403);
+    assert_eq!(ask(Method::POST, write, Some(admin)).await.0, 200);
+    let (status, _, refused) = ask(Method::GET, "/v1/test/refused", Some(reader)).await;
+    assert_eq!(
+        (status, &refused["error"]["code"]),
+        (409, &json!("test_refused"))
+    );
+}
