@@ -1,14 +1,18 @@
 //! `grideye audit`: every frame that was read, accounted for.
 
 use crate::cli::Audit;
-use crate::client::{AuditRow, Client};
+use crate::client::{AuditRow, Client, Rivals};
 use crate::exit::Outcome;
 use crate::output::outln;
 use anyhow::Result;
 
 /// Prints the count of every stream, and fails with 3 if a frame was lost or is unaccounted for.
 pub(crate) fn run(options: &Audit) -> Result<Outcome> {
-    let rows = Client::new(&options.collector.url).audit()?;
+    let audit = Client::of(&options.collector)?.audit()?;
+    for rivals in &audit.rivals {
+        eprintln!("{}", warning(rivals));
+    }
+    let rows = audit.streams;
     if options.json {
         outln!("{}", serde_json::to_string_pretty(&rows)?)?;
     } else if rows.is_empty() {
@@ -40,7 +44,8 @@ pub(crate) fn equation(row: &AuditRow) -> String {
     let (Some(read), Some(spooled)) = (row.read, row.spooled) else {
         return format!(
             "stored {}, missing {}; the agent sent no count",
-            row.stored, row.missing
+            stored(row),
+            row.missing
         );
     };
     format!(
@@ -50,10 +55,28 @@ pub(crate) fn equation(row: &AuditRow) -> String {
         } else {
             "="
         },
-        row.stored,
+        stored(row),
         row.dropped_total(),
         reasons(row),
         row.missing
+    )
+}
+
+/// `97`, or `97 (40 of them let go since)` where a limit of age or room was reached.
+fn stored(row: &AuditRow) -> String {
+    match row.expired {
+        0 => row.stored.to_string(),
+        expired => format!("{} ({expired} of them let go since)", row.stored),
+    }
+}
+
+/// Two machines, or one card copied to another: nothing is lost, but nobody can tell whose frames are whose.
+fn warning(rivals: &Rivals) -> String {
+    format!(
+        "warning: {} agents send as {}: runs {}\nhint: give each its own `device` in its configuration",
+        rivals.boots.len(),
+        rivals.device,
+        rivals.boots.join(", ")
     )
 }
 
@@ -82,6 +105,7 @@ mod tests {
             boot: "b".into(),
             read: Some(12),
             stored: 9,
+            expired: 0,
             missing: 1,
             dropped: Some(BTreeMap::from([
                 ("ring-full".into(), 1),
@@ -94,6 +118,9 @@ mod tests {
             equation(&row),
             "read 12 = stored 9 + dropped 2 (ring-full 1, spool-full 1) + spooled 1, missing 1"
         );
+        row.expired = 4;
+        assert!(equation(&row).contains("= stored 9 (4 of them let go since) + dropped 2"));
+        row.expired = 0;
         row.balanced = Some(false);
         assert!(equation(&row).contains("read 12 ≠ stored 9"));
         row.read = None;

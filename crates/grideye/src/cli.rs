@@ -1,5 +1,6 @@
 //! The command line: names, defaults and help of every command.
 
+mod access;
 mod align;
 mod coverage;
 mod dataset;
@@ -15,6 +16,10 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
+pub(crate) use access::{
+    Collect, CollectorAddress, Enroll, LogFormat, PageScope, Scenes, TokenCommand, TokenList,
+    TokenMake, TokenRevoke, TokenWhat,
+};
 pub(crate) use align::Align;
 pub(crate) use coverage::{Coverage, Posture, Where};
 pub(crate) use dataset::{Dataset, Shard, Table};
@@ -38,12 +43,15 @@ pub(crate) enum Command {
     Coverage(Coverage),
     Emulate(Emulate),
     Collect(Collect),
+    Enroll(Enroll),
+    Token(TokenCommand),
     Record(Record),
     Compare(Compare),
     Convert(Convert),
     Calibrate(Calibrate),
     Characterize(Characterize),
     Audit(Audit),
+    Migrate(Migrate),
 }
 
 /// The whole loop on this computer: emulated sensor, agent, collector, live page, recording, comparison, report.
@@ -75,6 +83,8 @@ pub(crate) struct Demo {
     /// Seed of the emulated sensor's noise; the comparison's simulation draws from another.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) scenes: Scenes,
 }
 
 /// Simulate what a sensor of a scene measures, and draw the room.
@@ -176,37 +186,6 @@ pub(crate) struct Distinguish {
     pub(crate) json: bool,
 }
 
-/// Serve agents and the live page, and store what arrives.
-///
-/// Example: grideye collect --store frames.sqlite
-#[derive(Debug, Args)]
-pub(crate) struct Collect {
-    /// Address to listen on.
-    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:8833")]
-    pub(crate) listen: SocketAddr,
-    /// SQLite file; made if it is not there.
-    #[arg(long, value_name = "FILE", default_value = "grideye.sqlite")]
-    pub(crate) store: PathBuf,
-    /// Listen on an address that other machines reach. There is no login yet: whoever reaches it can read and write.
-    #[arg(long)]
-    pub(crate) trust_network: bool,
-    /// Host name to answer for, beside loopback and the address listened on (for example pi.local); may be repeated.
-    #[arg(long = "host-name", value_name = "NAME")]
-    pub(crate) host_names: Vec<String>,
-}
-
-/// Where a running collector answers.
-#[derive(Debug, Args)]
-pub(crate) struct CollectorAddress {
-    /// Address of the collector.
-    #[arg(
-        long = "collector",
-        value_name = "URL",
-        default_value = "http://127.0.0.1:8833"
-    )]
-    pub(crate) url: String,
-}
-
 /// Record what arrives at a running collector under a name.
 ///
 /// Example: grideye record empty-room --seconds 60 --out empty-room.csv
@@ -271,7 +250,7 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
     /// Seed of the simulation.
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value_t = crate::compare::SEED)]
     pub(crate) seed: u64,
     /// Second of the scene at which the recording begins.
     #[arg(long, allow_hyphen_values = true, value_name = "SECONDS", value_parser = seconds, default_value = "0")]
@@ -284,15 +263,27 @@ pub(crate) struct Compare {
     pub(crate) align: Align,
 }
 
-/// Convert a recording; the LINAIGE layout is recognised.
+/// Convert a recording into this project's CSV, or into what numpy, pandas, Foxglove and people read.
 ///
-/// Example: grideye convert recordings/linaige/Session2_2021-07-01_RoomB_v2.csv session2.csv
+/// Read are this project's CSV, the LINAIGE layout, rows of 64 degrees as common Adafruit scripts write them, and numpy's
+/// .npy of shape (N, 8, 8).
+///
+/// Example: grideye convert recordings/linaige/Session2_2021-07-01_RoomB_v2.csv session2.parquet
 #[derive(Debug, Args)]
 pub(crate) struct Convert {
     /// Recording to read.
     pub(crate) input: PathBuf,
-    /// Recording to write (.csv).
+    /// File to write: .csv, .npz, .parquet, .mcap, .png (a sheet of frames) or .gif (a film).
     pub(crate) output: PathBuf,
+    /// Keep the rows of this sensor alone.
+    #[arg(long, value_name = "[DEVICE/]SENSOR")]
+    pub(crate) sensor: Option<String>,
+    /// What the thermistor read, for rows of 64 degrees and .npy, which do not say it.
+    #[arg(long, value_name = "CELSIUS")]
+    pub(crate) thermistor: Option<f32>,
+    /// Frames a second, for those that do not say when they were read.
+    #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
+    pub(crate) rate: f64,
 }
 
 /// Find the unknowns of a scene from a recording: poses, temperatures, emissivities, the time at which it begins.
@@ -384,6 +375,25 @@ pub(crate) struct Audit {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) collector: CollectorAddress,
+}
+
+/// Move a store from an SQLite file into a PostgreSQL database, and hold each frame against the file afterwards.
+///
+/// The database must exist and hold no frames. When it is interrupted, the same command goes on where it was; until it
+/// is done, no collector takes the database. The file stays as it is.
+///
+/// Exit code 1: the database does not hold what the file holds.
+///
+/// Example: grideye migrate frames.sqlite postgres://grideye@db.local/frames
+#[derive(Debug, Args)]
+pub(crate) struct Migrate {
+    /// SQLite file that no collector is using.
+    pub(crate) file: PathBuf,
+    /// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`; the password may stand in the file that PGPASSFILE names.
+    pub(crate) url: String,
+    /// Print the counts as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {

@@ -1,29 +1,34 @@
 //! `grideye collect`: the collector as a program.
 
-use crate::cli::Collect;
-use crate::exit::Outcome;
+use crate::access::{outward_address, url_of};
+use crate::beside;
+use crate::cli::{Collect, LogFormat};
+use crate::exit::{Outcome, bad_input};
+use crate::exports;
 use crate::output::outln;
 use crate::progress;
-use anyhow::{Context as _, Result};
-use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
-use std::io;
+use crate::store;
+use anyhow::{Context as _, Result, anyhow};
+use grideye_collector::access::{AccessFolder, Address};
+use grideye_collector::{
+    Certificates, Collector, CollectorError, Config, Log, StoreLocation, SystemClock, Tls,
+    pin_of_file,
+};
+use std::io::{self, Write as _};
+use std::net::SocketAddr;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 
 /// Serves until Ctrl-C or SIGTERM.
-pub(crate) fn run(options: Collect) -> Result<Outcome> {
+pub(crate) fn run(options: &Collect) -> Result<Outcome> {
     let runtime = tokio::runtime::Runtime::new().context("cannot start the collector's threads")?;
     runtime.block_on(async {
-        let mut config = Config::new(
-            options.listen,
-            StoreLocation::File(options.store),
-            Arc::new(SystemClock::new()),
-        );
-        config.network_trusted = options.trust_network;
-        config.host_names = options.host_names;
-        let collector = Collector::bind(config).await?;
+        let config = config(options)?;
+        let collector = Collector::bind(config).await.map_err(told)?;
         let stop = stop_signal().context("cannot catch Ctrl-C")?;
-        outln!("http://{}/", collector.local_addr())?;
+        remember(options, &collector)?;
+        outln!("{}://{}/", collector.scheme(), collector.local_addr())?;
         collector.serve(stop).await?;
         progress::say("stopped: every acknowledged frame is on disk");
         Ok(Outcome::Done)
@@ -43,4 +48,151 @@ pub(crate) fn stop_signal() -> io::Result<impl Future<Output = ()> + Send + 'sta
             _signal = terminated.recv() => {}
         }
     })
+}
+
+fn config(options: &Collect) -> Result<Config> {
+    let store = store::location(&options.store)?;
+    if options.store_quota.is_some() && !matches!(store, StoreLocation::File(_)) {
+        return Err(bad_input(anyhow!(
+            "--store-quota is for a store in a file\nhint: give the database a tablespace of its own on a disk of that size"
+        )));
+    }
+    let is_retention_asked = options.keep_days.is_some() || options.keep_bytes.is_some();
+    if is_retention_asked && !matches!(store, StoreLocation::File(_)) {
+        return Err(bad_input(anyhow!(
+            "--keep-days and --keep-bytes are for a store in a file\nhint: in PostgreSQL, drop the partitions of the days that are to go"
+        )));
+    }
+    let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
+    config.network_trusted = options.trust_network;
+    config.host_names = options.host_names.clone();
+    config.access = Some(AccessFolder::new(&options.folder.path));
+    config.tls = tls(options);
+    config.log = log(options.log);
+    config.annexes = beside::annexes(&options.scenes)?;
+    config.annexes.push(exports::annex());
+    let limits = &mut config.limits;
+    limits.store_bytes_max = options.store_quota;
+    limits.keep_for = options
+        .keep_days
+        .map(|days| Duration::from_secs(86_400 * days));
+    limits.keep_bytes = options.keep_bytes;
+    limits.requests_per_second_max = options.requests_per_second;
+    limits.requests_burst_max = options.requests_per_second.saturating_mul(2);
+    limits.unknown_requests_per_second_max = options.requests_per_second.div_ceil(10);
+    Ok(config)
+}
+
+/// On wherever others could listen, unless somebody said that they do not.
+fn tls(options: &Collect) -> Option<Tls> {
+    let certificates = match (&options.tls_cert, &options.tls_key) {
+        (Some(chain), Some(key)) => Certificates::Files {
+            chain: chain.clone(),
+            key: key.clone(),
+        },
+        _ => Certificates::OwnAuthority,
+    };
+    let is_asked_for = options.tls || options.tls_cert.is_some() || options.tls_client_ca.is_some();
+    let is_exposed = !options.listen.ip().to_canonical().is_loopback() && !options.trust_network;
+    (is_asked_for || is_exposed && !options.plain_http).then(|| Tls {
+        certificates,
+        client_authorities: options.tls_client_ca.clone(),
+    })
+}
+
+/// The collector's own refusals are the caller's to mend; a port in use or a full disk is a failure.
+fn told(error: CollectorError) -> anyhow::Error {
+    match error {
+        CollectorError::NoTokens { .. }
+        | CollectorError::NoTls { .. }
+        | CollectorError::NoAuthority
+        | CollectorError::TlsFile { .. } => bad_input(error),
+        other => other.into(),
+    }
+}
+
+fn log(format: LogFormat) -> Log {
+    Log::new(move |event| {
+        let line = match format {
+            LogFormat::Text => event.to_string(),
+            LogFormat::Json => event.to_json(),
+        };
+        // A closed standard error is no reason to stop.
+        let _ = writeln!(io::stderr().lock(), "{line}");
+    })
+}
+
+/// Writes down where agents find the collector, for `grideye enroll`; only where there are tokens.
+fn remember(options: &Collect, collector: &Collector) -> Result<()> {
+    let folder = AccessFolder::new(&options.folder.path);
+    if !folder.path().exists() {
+        return Ok(());
+    }
+    let pin = match (&options.tls_cert, collector.scheme()) {
+        (_, "http") => None,
+        (Some(chain), _) => Some(pin_of_file(chain)?),
+        (None, _) => Some(folder.authority()?.pin()),
+    };
+    let url = url(
+        collector.scheme(),
+        collector.local_addr(),
+        &options.host_names,
+    );
+    folder.set_address(&Address { url, pin })?;
+    Ok(())
+}
+
+/// As others call it: by the first name that it answers for, or else by its address.
+fn url(scheme: &str, listen: SocketAddr, names: &[String]) -> String {
+    let port = listen.port();
+    if let Some(name) = names.first() {
+        return format!("{scheme}://{name}:{port}");
+    }
+    let address = match listen.ip() {
+        any if any.is_unspecified() => outward_address().unwrap_or(any),
+        one => one,
+    };
+    url_of(scheme, address, port)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser as _;
+
+    fn parsed(arguments: &[&str]) -> Collect {
+        let all = ["grideye", "collect"].iter().chain(arguments);
+        match crate::cli::Cli::parse_from(all).command {
+            crate::cli::Command::Collect(options) => options,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn what_others_could_read_is_encrypted_unless_it_was_said_otherwise() {
+        for (arguments, is_on) in [
+            (&[][..], false),
+            (&["--tls"], true),
+            (&["--listen", "[::1]:1"], false),
+            (&["--listen", "192.168.1.20:1"], true),
+            (&["--listen", "0.0.0.0:1"], true),
+            (&["--listen", "0.0.0.0:1", "--trust-network"], false),
+            (&["--listen", "0.0.0.0:1", "--trust-network", "--tls"], true),
+            (&["--listen", "0.0.0.0:1", "--plain-http"], false),
+            (&["--tls-cert", "c", "--tls-key", "k"], true),
+            (&["--tls-client-ca", "c"], true),
+        ] {
+            assert_eq!(tls(&parsed(arguments)).is_some(), is_on, "{arguments:?}");
+        }
+    }
+
+    #[test]
+    fn a_collector_is_called_by_its_name_or_its_address() {
+        let listen = SocketAddr::from(([192, 168, 1, 20], 8833));
+        assert_eq!(url("https", listen, &[]), "https://192.168.1.20:8833");
+        let names = ["pc.local".to_owned(), "pc".to_owned()];
+        assert_eq!(url("https", listen, &names), "https://pc.local:8833");
+        let six = "[fd00::1]:8833".parse().unwrap();
+        assert_eq!(url("http", six, &[]), "http://[fd00::1]:8833");
+    }
 }

@@ -2,36 +2,57 @@
 
 use crate::cli::Convert;
 use crate::exit::{Outcome, bad_input};
-use crate::{files, progress, recordings};
+use crate::export::recording;
+use crate::recordings;
+use amg8833::word;
 use anyhow::{Result, anyhow};
-use grideye_recording::csv::Writer;
+use grideye_frame::Celsius;
+use grideye_recording::bare::Assumed;
+use grideye_recording::{Row, StreamId, linaige};
+use std::path::Path;
+use std::time::Duration;
 
-/// Reads any recording and writes this project's CSV.
+/// Reads any recording and writes what the output's name asks for.
 pub(crate) fn run(options: &Convert) -> Result<Outcome> {
-    if options
-        .output
-        .extension()
-        .is_none_or(|extension| extension != "csv")
-    {
-        return Err(bad_input(anyhow!(
-            "cannot tell what to write from the name {}\nhint: end it with .csv",
-            options.output.display()
-        )));
-    }
-    let rows = recordings::open(&options.input)?;
-    let mut written = 0;
-    files::write_whole(&options.output, |out| {
-        let mut writer = Writer::new(out)?;
-        for row in rows {
-            writer.write(&row?)?;
+    let asked = |row: &Result<Row>| match (&options.sensor, row) {
+        (Some(sensor), Ok(row)) => {
+            sensor == &row.stream.sensor
+                || sensor == &format!("{}/{}", row.stream.device, row.stream.sensor)
         }
-        written = writer.rows();
-        writer.finish()?;
-        Ok(())
-    })?;
-    progress::say(&format!(
-        "wrote {written} rows to {}",
-        options.output.display()
-    ));
+        _ => true,
+    };
+    let assumed = assumed(options)?;
+    let mut rows = recordings::open_assuming(&options.input, assumed.as_ref())?.filter(asked);
+    recording::write(&mut rows, &options.output)?;
     Ok(Outcome::Done)
+}
+
+/// What is stated for a file that holds temperatures alone.
+fn assumed(options: &Convert) -> Result<Option<Assumed>> {
+    let Some(celsius) = options.thermistor else {
+        return Ok(None);
+    };
+    let thermistor = word::thermistor_word(Celsius::new(celsius)).map_err(|range| {
+        bad_input(anyhow!(
+            "--thermistor {celsius}: expected {} to {} °C",
+            range.lowest,
+            range.highest
+        ))
+    })?;
+    Ok(Some(Assumed {
+        stream: StreamId {
+            device: "imported".to_owned(),
+            sensor: "grid-eye".to_owned(),
+            boot: boot_name(&options.input),
+        },
+        thermistor,
+        period: Duration::try_from_secs_f64(1.0 / options.rate)
+            .map_err(|error| bad_input(anyhow!("--rate {}: {error}", options.rate)))?,
+    }))
+}
+
+/// The file's name, as far as a name of a run may have its characters.
+fn boot_name(input: &Path) -> String {
+    let stem = input.file_stem().unwrap_or_default().to_string_lossy();
+    linaige::stream_from_file_name(&stem).boot
 }

@@ -64,11 +64,7 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
 
 /// The same by the given model, whatever the file says.
 pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
-    let SceneText {
-        text,
-        origin,
-        files: beside,
-    } = match path {
+    let text = match path {
         Some(path) => read_scene(path)?,
         None => SceneText {
             text: DEFAULT_SCENE.to_owned(),
@@ -76,14 +72,24 @@ pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result
             files: Beside::default(),
         },
     };
-    let loaded = Scene::parse_as(model, &text, &origin, &beside).map_err(bad_input)?;
-    let warnings: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
-    for warning in &warnings {
+    let loaded = parse_scene(model, text)?;
+    for warning in &loaded.warnings {
         eprintln!("warning: {warning}");
     }
+    Ok(loaded)
+}
+
+/// The scene that a text stands for; nothing is said of its warnings.
+pub(crate) fn parse_scene(model: Option<Model>, text: SceneText) -> Result<LoadedScene> {
+    let SceneText {
+        text,
+        origin,
+        files: beside,
+    } = text;
+    let loaded = Scene::parse_as(model, &text, &origin, &beside).map_err(bad_input)?;
     Ok(LoadedScene {
+        warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
         scene: loaded.scene,
-        warnings,
         trajectories: beside.read.into_inner(),
     })
 }

@@ -4,6 +4,7 @@
 //! ```text
 //! grideye demo                                   the whole loop, without hardware
 //! grideye collect            (PC)  ◀── HTTP ──   grideye-agent run            (Raspberry Pi)
+//! grideye enroll DEVICE                          the line by which an agent joins the collector
 //! grideye record NAME                            name what arrives
 //! grideye compare --scene S --recording R        agrees (0), disagrees (1), cannot tell (3)
 //! grideye calibrate --scene S --recording R      the scene's unknowns, with their uncertainties
@@ -15,7 +16,9 @@
     reason = "`out!` and `outln!` do not fail when nobody reads on"
 )]
 
+mod access;
 mod audit;
+mod beside;
 mod calibrate;
 mod characterize;
 mod cli;
@@ -30,20 +33,28 @@ mod distinguish;
 mod emulate;
 mod exit;
 mod export;
+mod exports;
 mod files;
 mod fuse;
+mod migrate;
 mod output;
 mod paced_clock;
 mod pdf;
 mod progress;
+mod recently;
 mod record;
 mod recordings;
 mod sensor;
 mod simulate;
+mod store;
 
 use clap::Parser as _;
 use cli::{Cli, Command};
 use std::process::ExitCode;
+
+/// For the collector, which takes a post in many small pieces.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
@@ -54,13 +65,16 @@ fn main() -> ExitCode {
         Command::Distinguish(options) => distinguish::run(&options),
         Command::Coverage(options) => coverage::run(&options),
         Command::Emulate(options) => emulate::run(&options),
-        Command::Collect(options) => collect::run(options),
+        Command::Collect(options) => collect::run(&options),
+        Command::Enroll(options) => access::enroll(&options),
+        Command::Token(options) => access::token(&options.command),
         Command::Record(options) => record::run(&options),
         Command::Compare(options) => compare::run(&options),
         Command::Convert(options) => convert::run(&options),
         Command::Calibrate(options) => calibrate::run(&options),
         Command::Characterize(options) => characterize::run(&options),
         Command::Audit(options) => audit::run(&options),
+        Command::Migrate(options) => migrate::run(&options),
     };
     match result {
         Ok(outcome) => outcome.into(),

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 /// Records for the given time, or until Ctrl-C.
 pub(crate) fn run(options: &Record) -> Result<Outcome> {
-    let client = Client::new(&options.collector.url);
+    let client = Client::of(&options.collector)?;
     let recording = client.start_recording(&options.name)?;
     progress::say(&format!("recording {:?}", recording.name));
     wait(options.seconds)?;

@@ -4,6 +4,7 @@ use crate::exit::bad_input;
 use crate::files;
 use anyhow::{Result, anyhow};
 use grideye_frame::{PIXELS, RawFrame};
+use grideye_recording::bare::{Assumed, NpyReader, RowReader};
 use grideye_recording::{Layout, Record, RecordingError, Row, StreamId, csv, linaige, sniff};
 use grideye_validator::{Thinned, Thinning};
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,8 +17,16 @@ type Rows = Box<dyn Iterator<Item = Result<Row, RecordingError>>>;
 
 /// Opens a recording of any layout that is known; rows come as they are read.
 pub(crate) fn open(path: &Path) -> Result<impl Iterator<Item = Result<Row>>> {
+    open_assuming(path, None)
+}
+
+/// The same, also of a file that leaves open what is stated here.
+pub(crate) fn open_assuming(
+    path: &Path,
+    assumed: Option<&Assumed>,
+) -> Result<impl Iterator<Item = Result<Row>> + use<>> {
     let shown = path.display().to_string();
-    let rows = rows(path)?;
+    let rows = rows(path, assumed)?;
     Ok(rows.map(move |row| row.map_err(|error| bad_input(anyhow!("{shown}: {error}")))))
 }
 
@@ -102,7 +111,7 @@ fn no_frame(path: &Path) -> anyhow::Error {
     ))
 }
 
-fn rows(path: &Path) -> Result<Rows> {
+fn rows(path: &Path, assumed: Option<&Assumed>) -> Result<Rows> {
     let mut input = files::open(path)?;
     let place = |error: RecordingError| bad_input(anyhow!("{}: {error}", path.display()));
     match layout(path, &mut input)? {
@@ -114,7 +123,22 @@ fn rows(path: &Path) -> Result<Rows> {
             let reader = linaige::Reader::new(input, date, stream).map_err(place)?;
             Ok(Box::new(reader.map(|row| row.map(|labelled| labelled.row))))
         }
+        Layout::Rows => Ok(Box::new(RowReader::new(input, stated(path, assumed)?))),
+        Layout::Npy => {
+            let reader = NpyReader::new(input, stated(path, assumed)?).map_err(place)?;
+            Ok(Box::new(reader))
+        }
     }
+}
+
+/// What was stated for a file that says nothing but temperatures.
+fn stated(path: &Path, assumed: Option<&Assumed>) -> Result<Assumed> {
+    assumed.cloned().ok_or_else(|| {
+        bad_input(anyhow!(
+            "{0} holds temperatures and no thermistor\nhint: say what it read, and convert the file first: grideye convert {0} recording.csv --thermistor 25",
+            path.display()
+        ))
+    })
 }
 
 fn layout(path: &Path, input: &mut BufReader<File>) -> Result<Layout> {

@@ -5,7 +5,7 @@ use crate::cli::Demo;
 use crate::client::{AuditRow, Client};
 use crate::paced_clock::PacedClock;
 use crate::sensor::{self, AgentClock, SharedBus};
-use crate::{collect, progress};
+use crate::{beside, collect, exports, progress};
 use amg8833_emulator::Address;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
@@ -52,7 +52,9 @@ impl Stage {
     pub(super) fn open(options: &Demo) -> Result<Self> {
         let runtime = Runtime::new().context("cannot start the collector's threads")?;
         let store = StoreLocation::File(options.out.join("store.sqlite"));
-        let config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
+        let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
+        config.annexes = beside::annexes(&options.scenes)?;
+        config.annexes.push(exports::annex());
         let collector = runtime.block_on(Collector::bind(config))?;
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);
@@ -129,7 +131,7 @@ impl Stage {
 
     /// The books of the show's stream.
     pub(super) fn audit(&self, delivered: &Delivered) -> Result<AuditRow> {
-        let rows = self.client.audit()?;
+        let rows = self.client.audit()?.streams;
         let row = rows.into_iter().find(|row| row.boot == delivered.boot);
         row.ok_or_else(|| anyhow!("the collector knows nothing of this run"))
     }

@@ -14,6 +14,7 @@ pub(crate) mod npz;
 pub(crate) mod parquet;
 mod picture;
 pub(crate) mod raster;
+pub(crate) mod recording;
 mod sheet;
 mod tiles;
 

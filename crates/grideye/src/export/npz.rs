@@ -120,7 +120,14 @@ struct Entry {
     name: &'static str,
     offset: u64,
     length: u64,
-    crc: u32,
+    /// CRC-32 of ISO 3309, which zip and PNG share.
+    crc: crc32fast::Hasher,
+}
+
+impl Entry {
+    fn checksum(&self) -> [u8; 4] {
+        self.crc.clone().finalize().to_le_bytes()
+    }
 }
 
 impl<W: Write> Archive<W> {
@@ -149,7 +156,7 @@ impl<W: Write> Archive<W> {
             name,
             offset,
             length: 0,
-            crc: !0,
+            crc: crc32fast::Hasher::new(),
         });
         self.add(head)
     }
@@ -157,9 +164,7 @@ impl<W: Write> Archive<W> {
     /// More of the file that was begun last.
     pub(crate) fn add(&mut self, bytes: &[u8]) -> Result<()> {
         if let Some(entry) = self.entries.last_mut() {
-            entry.crc = bytes
-                .iter()
-                .fold(entry.crc, |crc, byte| crc_step(crc, *byte));
+            entry.crc.update(bytes);
             entry.length += u64::try_from(bytes.len())?;
         }
         self.put(bytes)
@@ -170,11 +175,10 @@ impl<W: Write> Archive<W> {
         let Some(entry) = self.entries.last_mut() else {
             return Ok(());
         };
-        entry.crc = !entry.crc;
         let length = u32::try_from(entry.length)?.to_le_bytes();
         let descriptor = [
             b"PK\x07\x08".as_slice(),
-            &entry.crc.to_le_bytes(),
+            &entry.checksum(),
             &length,
             &length,
         ];
@@ -191,7 +195,7 @@ impl<W: Write> Archive<W> {
                 b"PK\x01\x02".as_slice(),
                 &VERSION_AND_FLAGS[..2],
                 &VERSION_AND_FLAGS,
-                &entry.crc.to_le_bytes(),
+                &entry.checksum(),
                 &length,
                 &length,
                 &name_length(entry.name),
@@ -226,36 +230,6 @@ fn name_length(name: &str) -> [u8; 2] {
     u16::try_from(name.len()).unwrap_or(u16::MAX).to_le_bytes()
 }
 
-/// CRC-32 of ISO 3309, which zip and PNG share.
-fn crc_step(crc: u32, byte: u8) -> u32 {
-    let [low, ..] = crc.to_le_bytes();
-    (crc >> 8) ^ CRC_OF_BYTE[usize::from(low ^ byte)]
-}
-
-const CRC_OF_BYTE: [u32; 256] = crc_of_byte();
-
-const fn crc_of_byte() -> [u32; 256] {
-    let mut table = [0; 256];
-    let mut index = 0;
-    let mut byte = 0;
-    while index < table.len() {
-        let mut crc: u32 = byte;
-        let mut bit = 0;
-        while bit < 8 {
-            crc = if crc & 1 == 1 {
-                (crc >> 1) ^ 0xedb8_8320
-            } else {
-                crc >> 1
-            };
-            bit += 1;
-        }
-        table[index] = crc;
-        index += 1;
-        byte += 1;
-    }
-    table
-}
-
 /// Version 2.0; bit 3: lengths and checksum follow the file; method 0: stored; 00:00 on 1980-01-01.
 const VERSION_AND_FLAGS: [u8; 10] = [20, 0, 8, 0, 0, 0, 0, 0, 0x21, 0];
 /// Headers, names and metadata, generously.
@@ -268,10 +242,20 @@ mod tests {
     #[test]
     fn the_checksum_is_the_one_of_zip() {
         // The check value of CRC-32/ISO-HDLC in the catalogue of parametrised CRC algorithms.
-        let crc = b"123456789"
-            .iter()
-            .fold(!0, |crc, byte| crc_step(crc, *byte));
-        assert_eq!(!crc, 0xcbf4_3926);
+        let mut written = Vec::new();
+        let mut archive = Archive::new(&mut written);
+        archive.begin("a", b"1234").unwrap();
+        archive.add(b"56789").unwrap();
+        archive.end().unwrap();
+        archive.finish().unwrap();
+        let checksums = written
+            .windows(4)
+            .filter(|bytes| *bytes == 0xcbf4_3926_u32.to_le_bytes());
+        assert_eq!(
+            checksums.count(),
+            2,
+            "behind the file, and in the directory"
+        );
     }
 
     #[test]

@@ -4,9 +4,11 @@
 //! | values | type in the file |
 //! |---|---|
 //! | [`Values::Unsigned`] | `INT64`, unsigned |
+//! | [`Values::Signed`] | `INT64`, or nothing where there is no value |
 //! | [`Values::Double`] | `DOUBLE`, or nothing where there is no value |
 //! | [`Values::Flag`] | `BOOLEAN` |
 //! | [`Values::Text`] | `BYTE_ARRAY (STRING)` |
+//! | [`Values::MaybeText`] | `BYTE_ARRAY (STRING)`, or nothing where there is no value |
 //! | [`Values::Singles`] | `LIST` of `FLOAT`, of one length in all rows |
 
 use anyhow::{Result, anyhow};
@@ -32,9 +34,11 @@ pub(crate) struct Column {
 #[derive(Debug)]
 pub(crate) enum Values {
     Unsigned(Vec<u64>),
+    Signed(Vec<Option<i64>>),
     Double(Vec<Option<f64>>),
     Flag(Vec<bool>),
     Text(Vec<String>),
+    MaybeText(Vec<Option<String>>),
     /// So many for each row, row by row.
     Singles {
         per_row: usize,
@@ -48,33 +52,57 @@ pub(crate) fn write(
     about: &[(&str, String)],
     out: impl Write + Send,
 ) -> Result<()> {
-    let fields = columns.iter().map(field).collect::<Result<Vec<_>>>()?;
-    let schema = Type::group_type_builder("rows")
-        .with_fields(fields)
-        .build()?;
-    let about = about
-        .iter()
-        .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()))
-        .collect();
-    let mut properties = WriterProperties::builder()
-        .set_writer_version(WriterVersion::PARQUET_1_0)
-        .set_key_value_metadata(Some(about));
-    for column in columns.iter().filter(|column| column.is_ever_new()) {
-        properties = properties.set_column_dictionary_enabled(column.path(), false);
+    let mut table = Table::new(columns, about, out)?;
+    table.add(columns)?;
+    table.finish()
+}
+
+/// A file to which groups of rows are added.
+pub(crate) struct Table<W: Write + Send> {
+    writer: SerializedFileWriter<W>,
+}
+
+impl<W: Write + Send> Table<W> {
+    /// A table with columns of these names and types, whatever they hold, and with these words about the file.
+    pub(crate) fn new(columns: &[Column], about: &[(&str, String)], out: W) -> Result<Self> {
+        let fields = columns.iter().map(field).collect::<Result<Vec<_>>>()?;
+        let schema = Type::group_type_builder("rows")
+            .with_fields(fields)
+            .build()?;
+        let about = about
+            .iter()
+            .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()))
+            .collect();
+        let mut properties = WriterProperties::builder()
+            .set_writer_version(WriterVersion::PARQUET_1_0)
+            .set_key_value_metadata(Some(about));
+        for column in columns.iter().filter(|column| column.is_ever_new()) {
+            properties = properties.set_column_dictionary_enabled(column.path(), false);
+        }
+        let properties = Arc::new(properties.build());
+        let writer = SerializedFileWriter::new(out, Arc::new(schema), properties)?;
+        Ok(Self { writer })
     }
-    let mut writer =
-        SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties.build()))?;
-    let mut group = writer.next_row_group()?;
-    for column in columns {
-        let mut open = group
-            .next_column()?
-            .ok_or_else(|| anyhow!("no place for the column {}", column.name))?;
-        column.values.put(&mut open)?;
-        open.close()?;
+
+    /// Adds a group of rows.
+    pub(crate) fn add(&mut self, columns: &[Column]) -> Result<()> {
+        let mut group = self.writer.next_row_group()?;
+        for column in columns {
+            let mut open = group
+                .next_column()?
+                .ok_or_else(|| anyhow!("no place for the column {}", column.name))?;
+            column.values.put(&mut open)?;
+            open.close()?;
+        }
+        group.close()?;
+        Ok(())
     }
-    group.close()?;
-    writer.close()?;
-    Ok(())
+
+    /// Ends the file.
+    pub(crate) fn finish(self) -> Result<()> {
+        self.writer.close()?;
+        Ok(())
+    }
 }
 
 impl Column {
@@ -117,10 +145,16 @@ fn field(column: &Column) -> Result<Arc<Type>> {
         Values::Unsigned(_) => plain(Physical::INT64)
             .with_repetition(required)
             .with_logical_type(Some(LogicalType::integer(64, false))),
+        Values::Signed(_) => plain(Physical::INT64)
+            .with_repetition(Repetition::OPTIONAL)
+            .with_logical_type(Some(LogicalType::integer(64, true))),
         Values::Double(_) => plain(Physical::DOUBLE).with_repetition(Repetition::OPTIONAL),
         Values::Flag(_) => plain(Physical::BOOLEAN).with_repetition(required),
         Values::Text(_) => plain(Physical::BYTE_ARRAY)
             .with_repetition(required)
+            .with_logical_type(Some(LogicalType::String)),
+        Values::MaybeText(_) => plain(Physical::BYTE_ARRAY)
+            .with_repetition(Repetition::OPTIONAL)
             .with_logical_type(Some(LogicalType::String)),
         Values::Singles { .. } => return list(name),
     };
@@ -155,13 +189,18 @@ impl Values {
                 batch::<Int64Type>(column, &bits, None, None)
             }
             Self::Flag(values) => batch::<BoolType>(column, values, None, None),
+            Self::Signed(values) => {
+                let there: Vec<i64> = values.iter().copied().flatten().collect();
+                batch::<Int64Type>(column, &there, Some(&levels(values)), None)
+            }
             Self::Double(values) => {
                 let there: Vec<f64> = values.iter().copied().flatten().collect();
-                let levels: Vec<i16> = values
-                    .iter()
-                    .map(|value| i16::from(value.is_some()))
-                    .collect();
-                batch::<DoubleType>(column, &there, Some(&levels), None)
+                batch::<DoubleType>(column, &there, Some(&levels(values)), None)
+            }
+            Self::MaybeText(values) => {
+                let there = values.iter().flatten();
+                let bytes: Vec<ByteArray> = there.map(|text| text.as_str().into()).collect();
+                batch::<ByteArrayType>(column, &bytes, Some(&levels(values)), None)
             }
             Self::Text(values) => {
                 let bytes: Vec<ByteArray> =
@@ -177,6 +216,14 @@ impl Values {
             }
         }
     }
+}
+
+/// 1 where there is a value, 0 where there is none.
+fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
+    values
+        .iter()
+        .map(|value| i16::from(value.is_some()))
+        .collect()
 }
 
 fn batch<T: DataType>(

@@ -1,0 +1,239 @@
+//! `grideye enroll` and `grideye token`: who may do what at a collector. They change the folder, not the collector.
+
+use crate::cli::{Enroll, PageScope, TokenList, TokenMake, TokenRevoke, TokenWhat};
+use crate::exit::{Outcome, bad_input};
+use crate::output::outln;
+use crate::progress;
+use anyhow::{Context as _, Result, anyhow};
+use grideye_agent::join::{JoinLine, Pin, Secret};
+use grideye_collector::access::{AccessError, AccessFolder, Address, Scope, Token, TokenRecord};
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::fs::OpenOptions;
+use std::io::{self, Write as _};
+use std::net::{IpAddr, UdpSocket};
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The port of `grideye collect` unless it is told another.
+const PORT: u16 = 8833;
+
+/// Prints the line by which an agent joins.
+pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
+    let folder = AccessFolder::new(&options.folder.path);
+    let devices: BTreeSet<String> = options.devices.iter().cloned().collect();
+    let first = options.devices.first().map_or("", String::as_str);
+    let address = address(options, &folder)?;
+    // What the line is checked for is checked before a token is made.
+    let mut line = JoinLine {
+        collector: address.url,
+        device: (devices.len() == 1).then(|| first.to_owned()),
+        token: None,
+        pin: address.pin.map(|pin| pin.parse::<Pin>()).transpose()?,
+    };
+    line.reveal().parse::<JoinLine>().map_err(|_not_one| {
+        bad_input(anyhow!(
+            "{} is no address that an agent can join\nhint: --url https://HOST:PORT, as the agent calls the collector",
+            line.collector
+        ))
+    })?;
+    let token = make(&folder, first, Scope::Ingest { devices })?;
+    line.token = Some(Secret::new(&token.reveal())?);
+    progress::say(&format!(
+        "token {} made; on the Raspberry Pi: sudo grideye-agent join 'LINE'",
+        token.id()
+    ));
+    if is_loopback(&line.collector) {
+        progress::say(
+            "this address reaches the collector from this machine alone; start it with --listen ADDR first, or give --url",
+        );
+    }
+    outln!("{}", line.reveal())?;
+    Ok(Outcome::Done)
+}
+
+/// Makes, lists or revokes tokens.
+pub(crate) fn token(what: &TokenWhat) -> Result<Outcome> {
+    match what {
+        TokenWhat::Make(options) => make_token(options),
+        TokenWhat::List(options) => list(options),
+        TokenWhat::Revoke(options) => revoke(options),
+    }
+}
+
+/// The address of this machine on its network, as others call it; no packet is sent to find it.
+pub(crate) fn outward_address() -> Option<IpAddr> {
+    // TEST-NET-1 (RFC 5737): a connected UDP socket learns its own address from the route, and stays silent.
+    let socket = UdpSocket::bind("0.0.0.0:0").ok()?;
+    socket.connect("192.0.2.1:9").ok()?;
+    let address = socket.local_addr().ok()?.ip();
+    (!address.is_unspecified()).then_some(address)
+}
+
+fn make_token(options: &TokenMake) -> Result<Outcome> {
+    let folder = AccessFolder::new(&options.folder.path);
+    let scope = match options.scope {
+        PageScope::Read => Scope::Read,
+        PageScope::Admin => Scope::Admin,
+    };
+    let out = options
+        .out
+        .as_deref()
+        .map(|path| create(path).map(|file| (path, file)));
+    let out = out.transpose()?;
+    let token = make(&folder, &options.name, scope)?;
+    match out {
+        Some((path, mut file)) => {
+            writeln!(file, "{}", token.reveal())
+                .with_context(|| format!("cannot write {}", path.display()))?;
+            outln!("token {} written to {}", token.id(), path.display())?;
+        }
+        None => {
+            progress::say(&format!("token {} made; it is shown this once", token.id()));
+            outln!("{}", token.reveal())?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+fn list(options: &TokenList) -> Result<Outcome> {
+    let book = AccessFolder::new(&options.folder.path).book()?;
+    if options.json {
+        let tokens: Vec<_> = book
+            .records()
+            .iter()
+            .map(|record| as_json(record))
+            .collect();
+        outln!("{}", serde_json::to_string_pretty(&tokens)?)?;
+        return Ok(Outcome::Done);
+    }
+    if book.is_empty() {
+        outln!("no token yet")?;
+    }
+    for record in book.records() {
+        let state = if record.t_revoked_s.is_some() {
+            "revoked"
+        } else {
+            "good"
+        };
+        let devices = devices(record).join(" ");
+        let scope = record.scope.name();
+        outln!(
+            "{}  {state:7}  {scope:6}  {}  {devices}",
+            record.id,
+            record.name
+        )?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn revoke(options: &TokenRevoke) -> Result<Outcome> {
+    let folder = AccessFolder::new(&options.folder.path);
+    let revoked = folder
+        .change(|book| book.revoke(&options.named, now_s()))
+        .map_err(told)?;
+    for record in revoked {
+        outln!("revoked {} ({})", record.id, record.name)?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn make(folder: &AccessFolder, name: &str, scope: Scope) -> Result<Token> {
+    folder
+        .change(|book| book.add(name, scope, now_s()))
+        .map_err(told)
+}
+
+/// A name that cannot be one is the caller's to mend; a folder that cannot be written is a failure.
+fn told(error: AccessError) -> anyhow::Error {
+    match error {
+        AccessError::BadName { .. }
+        | AccessError::DevicesPerToken { .. }
+        | AccessError::NoSuchToken { .. } => bad_input(error),
+        other => other.into(),
+    }
+}
+
+/// Where the agent finds the collector: as it was said, as the collector was last started, or as it would be.
+fn address(options: &Enroll, folder: &AccessFolder) -> Result<Address> {
+    let recorded = folder.address()?;
+    let recorded_pin = recorded.as_ref().and_then(|address| address.pin.clone());
+    let url = match (&options.url, recorded) {
+        (Some(url), _) => url.trim_end_matches('/').to_owned(),
+        (None, Some(recorded)) => recorded.url,
+        (None, None) => url_of(
+            "https",
+            outward_address().unwrap_or(IpAddr::from([127, 0, 0, 1])),
+            PORT,
+        ),
+    };
+    if !url.starts_with("https://") {
+        return Ok(Address { url, pin: None });
+    }
+    let pin = match (&options.authority, recorded_pin) {
+        (Some(path), _) => grideye_collector::pin_of_file(path).map_err(bad_input)?,
+        (None, Some(pin)) => pin,
+        (None, None) => folder.authority()?.pin(),
+    };
+    Ok(Address {
+        url,
+        pin: Some(pin),
+    })
+}
+
+/// `https://HOST:PORT`, with brackets around an address of version 6.
+pub(crate) fn url_of(scheme: &str, address: IpAddr, port: u16) -> String {
+    format!("{scheme}://{}", std::net::SocketAddr::new(address, port))
+}
+
+fn is_loopback(url: &str) -> bool {
+    let host = url.split("://").nth(1).unwrap_or_default();
+    ["127.", "localhost:", "[::1]:"]
+        .iter()
+        .any(|loopback| host.starts_with(loopback))
+}
+
+fn devices(record: &TokenRecord) -> Vec<String> {
+    match &record.scope {
+        Scope::Ingest { devices } => devices.iter().cloned().collect(),
+        Scope::Read | Scope::Admin => Vec::new(),
+    }
+}
+
+fn as_json(record: &TokenRecord) -> serde_json::Value {
+    json!({
+        "id": record.id.to_string(),
+        "name": record.name,
+        "scope": record.scope.name(),
+        "devices": devices(record),
+        "t_made_s": record.t_made_s,
+        "t_revoked_s": record.t_revoked_s,
+    })
+}
+
+/// A new file for its owner alone. One that is there is left as it is: somebody may be using its token.
+fn create(path: &Path) -> Result<std::fs::File> {
+    let created = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .mode(0o600)
+        .open(path);
+    created.map_err(|error| {
+        let hint = match error.kind() {
+            io::ErrorKind::AlreadyExists => "name a file that is not there yet",
+            _ => "name a file in a folder of your own",
+        };
+        bad_input(anyhow!(
+            "cannot make {}: {error}\nhint: {hint}",
+            path.display()
+        ))
+    })
+}
+
+fn now_s() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.map_or(0, |since| {
+        i64::try_from(since.as_secs()).unwrap_or(i64::MAX)
+    })
+}

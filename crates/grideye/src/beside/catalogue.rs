@@ -1,0 +1,191 @@
+//! The scenes of a folder, read when they are asked for and again when a file of them changes.
+
+use crate::files::{self, LoadedScene, SceneText};
+use crate::recently::Recently;
+use anyhow::{Context as _, Result, anyhow};
+use grideye_scene::Simulator;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
+
+/// Scenes of the folder that are listed; the others, by name, are not.
+const SCENES_MAX: usize = 500;
+/// Bytes of a scene file; a larger one is listed as one that cannot be used.
+const SCENE_BYTES_MAX: u64 = 4 << 20;
+/// A remark goes on no further once it has so many bytes.
+const TITLE_BYTES_MIN: usize = 200;
+/// Simulators that are kept ready.
+const SIMULATORS_MAX: usize = 16;
+
+/// The scenes of one folder.
+pub(super) struct Catalogue {
+    folder: PathBuf,
+    scenes: Mutex<Vec<Arc<Shelved>>>,
+    simulators: Mutex<Recently<(String, String, u64), Arc<Simulator>>>,
+}
+
+/// One scene file, as it was when it was read.
+pub(super) struct Shelved {
+    /// The file's name without its end.
+    pub(super) name: String,
+    /// The first remark of the file, or nothing.
+    pub(super) title: String,
+    /// What it holds, or why it cannot be used.
+    pub(super) loaded: Result<LoadedScene, String>,
+    /// Counts the times that it was read, so that what was made of it before is known to be old.
+    pub(super) edition: u64,
+    /// It and the files that it names, with what tells a change.
+    seen: Vec<(PathBuf, Option<Mark>)>,
+}
+
+/// Changes when a file is written.
+type Mark = (SystemTime, u64);
+
+impl Catalogue {
+    pub(super) fn new(folder: PathBuf) -> Self {
+        Self {
+            folder,
+            scenes: Mutex::default(),
+            simulators: Mutex::new(Recently::new(SIMULATORS_MAX)),
+        }
+    }
+
+    /// Every scene of the folder, by name; blocks on files.
+    ///
+    /// # Errors
+    /// When the folder cannot be read.
+    pub(super) fn list(&self) -> Result<Vec<Arc<Shelved>>> {
+        let mut paths = scene_files(&self.folder)?;
+        paths.truncate(SCENES_MAX);
+        let mut scenes = self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
+        *scenes = paths
+            .iter()
+            .map(|path| {
+                let name = name_of(path);
+                let known = scenes.iter().find(|known| known.name == name);
+                match known {
+                    Some(known) if known.is_fresh() => Arc::clone(known),
+                    _ => {
+                        let edition = known.map_or(0, |known| known.edition + 1);
+                        Arc::new(Shelved::read(path, name, edition))
+                    }
+                }
+            })
+            .collect();
+        Ok(scenes.clone())
+    }
+
+    /// The scene of that name, if the folder holds it; blocks on files.
+    ///
+    /// # Errors
+    /// As [`list`](Self::list).
+    pub(super) fn find(&self, name: &str) -> Result<Option<Arc<Shelved>>> {
+        let scenes = self.list()?;
+        Ok(scenes.into_iter().find(|scene| scene.name == name))
+    }
+
+    /// What makes the frames of one of the scene's sensors; takes a while the first time.
+    ///
+    /// # Errors
+    /// When the scene has no such sensor.
+    pub(super) fn simulator(
+        &self,
+        scene: &Shelved,
+        loaded: &LoadedScene,
+        sensor: &str,
+    ) -> Result<Arc<Simulator>> {
+        let key = (scene.name.clone(), sensor.to_owned(), scene.edition);
+        let kept = || {
+            self.simulators
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+        };
+        if let Some(simulator) = kept().get(&key) {
+            return Ok(simulator);
+        }
+        let simulator = Arc::new(Simulator::new(&loaded.scene, sensor)?);
+        kept().put(key, Arc::clone(&simulator));
+        Ok(simulator)
+    }
+}
+
+impl Shelved {
+    fn read(path: &Path, name: String, edition: u64) -> Self {
+        let text = text_of(path);
+        let title = text.as_ref().map(|text| title_of(&text.text));
+        let title = title.unwrap_or_default();
+        let loaded = text.and_then(|text| files::parse_scene(None, text));
+        let others = loaded.as_ref().map(|loaded| loaded.trajectories.clone());
+        let seen = std::iter::once(path.to_owned()).chain(others.unwrap_or_default());
+        let seen = seen.map(|path| (mark_of(&path), path));
+        Self {
+            name,
+            title,
+            edition,
+            seen: seen.map(|(mark, path)| (path, mark)).collect(),
+            loaded: loaded.map_err(|error| format!("{error:#}")),
+        }
+    }
+
+    fn is_fresh(&self) -> bool {
+        let mut seen = self.seen.iter();
+        seen.all(|(path, mark)| mark.is_some() && mark_of(path) == *mark)
+    }
+}
+
+fn text_of(path: &Path) -> Result<SceneText> {
+    let bytes = fs::metadata(path).map_or(0, |about| about.len());
+    if bytes > SCENE_BYTES_MAX {
+        return Err(anyhow!(
+            "the scene {} has {bytes} bytes, and {SCENE_BYTES_MAX} are read\nhint: put meshes into files of their own",
+            path.display()
+        ));
+    }
+    files::read_scene(path)
+}
+
+fn mark_of(path: &Path) -> Option<Mark> {
+    let about = fs::metadata(path).ok()?;
+    Some((about.modified().ok()?, about.len()))
+}
+
+fn name_of(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+/// The first sentence of the remark with which a file begins, if it begins with one.
+fn title_of(text: &str) -> String {
+    let remark = text.lines().map_while(|line| line.strip_prefix('#'));
+    let mut title = String::new();
+    for line in remark.map(str::trim) {
+        if !title.is_empty() {
+            title.push(' ');
+        }
+        title.push_str(line);
+        if line.is_empty() || line.ends_with('.') || title.len() > TITLE_BYTES_MIN {
+            break;
+        }
+    }
+    title
+}
+
+/// The scene files of a folder, by name.
+///
+/// # Errors
+/// When it cannot be read.
+pub(super) fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let listed = fs::read_dir(folder).with_context(|| {
+        format!(
+            "cannot read the folder of scenes {}\nhint: name one with --scenes",
+            folder.display()
+        )
+    })?;
+    let paths = listed.filter_map(|entry| Some(entry.ok()?.path()));
+    let mut paths: Vec<PathBuf> = paths
+        .filter(|path| path.extension().is_some_and(|end| end == "toml") && path.is_file())
+        .collect();
+    paths.sort();
+    Ok(paths)
+}

@@ -1,0 +1,95 @@
+//! Where what takes long is worked out: off the threads that serve, one after the other, and no more than a few waiting.
+
+use axum::http::StatusCode;
+use grideye_collector::Refusal;
+use std::sync::Arc;
+use tokio::sync::Semaphore;
+
+/// Requests that may be at a desk or wait for it; one more is told to come again.
+const WAITING_MAX: usize = 32;
+
+/// One place at which one piece of work is done at a time, so that pages never take more than one processor of it.
+pub(super) struct Desk {
+    place: Arc<Semaphore>,
+    queue: Semaphore,
+}
+
+impl Desk {
+    pub(super) fn new() -> Self {
+        Self {
+            place: Arc::new(Semaphore::new(1)),
+            queue: Semaphore::new(WAITING_MAX),
+        }
+    }
+
+    /// Does the work on a thread of its own, after what came before. Work that was begun is done even if nobody waits
+    /// for it any more.
+    ///
+    /// # Errors
+    /// 503 when too many wait, 500 when the work broke off.
+    pub(super) async fn run<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Refusal> {
+        let Ok(_queued) = self.queue.try_acquire() else {
+            let what = format!("{WAITING_MAX} pages are being computed for already");
+            return Err(Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
+                .hint("ask again in a second, or close other pages"));
+        };
+        let place = Arc::clone(&self.place).acquire_owned().await;
+        let done = tokio::task::spawn_blocking(move || {
+            let _place = place;
+            work()
+        });
+        done.await.map_err(|error| {
+            let what = format!("the computation broke off: {error}");
+            Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "broke_off", what)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::response::IntoResponse as _;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::mpsc;
+
+    #[tokio::test]
+    async fn one_works_at_a_time_and_one_too_many_is_told_to_come_again() {
+        let desk = Arc::new(Desk::new());
+        let (open, opened) = mpsc::channel::<()>();
+        let is_first_done = Arc::new(AtomicBool::new(false));
+        let first = {
+            let (desk, is_done) = (Arc::clone(&desk), Arc::clone(&is_first_done));
+            tokio::spawn(async move {
+                let work = move || {
+                    let was_opened = opened.recv().is_ok();
+                    is_done.store(true, Ordering::SeqCst);
+                    was_opened
+                };
+                desk.run(work).await.ok()
+            })
+        };
+        let others: Vec<_> = (1..WAITING_MAX)
+            .map(|_| {
+                let (desk, is_done) = (Arc::clone(&desk), Arc::clone(&is_first_done));
+                tokio::spawn(
+                    async move { desk.run(move || is_done.load(Ordering::SeqCst)).await.ok() },
+                )
+            })
+            .collect();
+        while desk.queue.available_permits() > 0 {
+            tokio::task::yield_now().await;
+        }
+        let refused = desk.run(|| ()).await;
+        let status = refused.map_err(|refusal| refusal.into_response().status());
+        assert_eq!(status, Err(StatusCode::SERVICE_UNAVAILABLE));
+        // Time for another one to begin, if it could.
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        open.send(()).unwrap();
+        for other in std::iter::once(first).chain(others) {
+            assert_eq!(other.await.unwrap(), Some(true));
+        }
+    }
+}

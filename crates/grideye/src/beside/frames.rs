@@ -1,0 +1,82 @@
+//! What a sensor of a scene sees, in pieces of five seconds, with where the agents are meanwhile.
+
+use super::catalogue::{Catalogue, Shelved};
+use crate::files::LoadedScene;
+use anyhow::Result;
+use grideye_scene::Agent;
+use serde_json::{Value, json};
+use std::time::Duration;
+
+/// Between one simulated frame and the next.
+const STEP: Duration = Duration::from_millis(100);
+/// Frames of one piece.
+pub(super) const PIECE_FRAMES: u64 = 50;
+
+/// Which piece holds a second of the scene; of one beyond its ends, the first or the last.
+pub(super) fn piece_at(seconds: f64, loaded: &LoadedScene) -> u64 {
+    let asked = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO);
+    let within = asked.min(loaded.scene.duration());
+    steps(within.saturating_add(STEP / 2)) / PIECE_FRAMES
+}
+
+/// One piece of the scene: frames without noise in °C, rounded to a hundredth; the last one is the scene's last moment.
+///
+/// # Errors
+/// When the scene has no such sensor.
+pub(super) fn piece(
+    catalogue: &Catalogue,
+    scene: &Shelved,
+    loaded: &LoadedScene,
+    sensor: &str,
+    piece: u64,
+) -> Result<Value> {
+    let simulator = catalogue.simulator(scene, loaded, sensor)?;
+    let duration = loaded.scene.duration();
+    let last = steps(duration.saturating_add(STEP - Duration::from_nanos(1)));
+    let first = piece * PIECE_FRAMES;
+    let times: Vec<Duration> = (first..first + PIECE_FRAMES)
+        .take_while(|index| *index <= last)
+        .filter_map(|index| STEP.checked_mul(u32::try_from(index).ok()?))
+        .map(|time| time.min(duration))
+        .collect();
+    let frames: Vec<Vec<f64>> = times
+        .iter()
+        .map(|time| simulator.image(*time).celsius)
+        .map(|celsius| celsius.into_iter().map(hundredths).collect())
+        .collect();
+    let agents = loaded.scene.agents().iter();
+    let agents: Vec<Value> = agents.map(|agent| places(agent, &times)).collect();
+    Ok(json!({
+        "scene": scene.name,
+        "sensor": sensor,
+        "edition": scene.edition,
+        "seconds": duration.as_secs_f64(),
+        "step_s": STEP.as_secs_f64(),
+        "first": first,
+        "frames": frames,
+        "agents": agents,
+    }))
+}
+
+fn places(agent: &Agent, times: &[Duration]) -> Value {
+    let at_m: Vec<[f64; 2]> = times
+        .iter()
+        .map(|time| agent.position_m(*time))
+        .map(|at| [millimetres(at.x), millimetres(at.y)])
+        .collect();
+    json!({ "name": agent.name, "at_m": at_m })
+}
+
+/// Whole steps in a time.
+fn steps(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos() / STEP.as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn hundredths(celsius: f64) -> f64 {
+    (celsius * 100.0).round() / 100.0
+}
+
+/// Metres, to the millimetre.
+pub(super) fn millimetres(metres: f64) -> f64 {
+    (metres * 1000.0).round() / 1000.0
+}

@@ -1,0 +1,224 @@
+//! Real beside simulated on the live page: scenes, what their sensors would see, and how alike that is to what comes.
+//!
+//! | GET | is |
+//! |---|---|
+//! | `/v1/scenes` | the scenes of the folder, with their sensors |
+//! | `/v1/scenes/{scene}/plan` | the room from above |
+//! | `/v1/scenes/{scene}/sensors/{sensor}/frames?at_s=12` | five seconds of simulated frames, with the agents' places |
+//! | `/v1/scenes/{scene}/sensors/{sensor}/comparison?device=…&of=…` | scores, floors, ceilings and verdict of the last seconds |
+//!
+//! The collector knows nothing of scenes: it is handed these routes, and asks the same tokens for them as for its own.
+
+mod catalogue;
+mod desk;
+mod frames;
+mod plan;
+mod verdict;
+mod window;
+
+use crate::cli::Scenes;
+use crate::exit::bad_input;
+use crate::files::LoadedScene;
+use crate::recently::Recently;
+use anyhow::Result;
+use axum::Router;
+use axum::extract::{Path as PathOf, Query, State};
+use axum::http::StatusCode;
+use axum::response::Json;
+use axum::routing::get;
+use catalogue::{Catalogue, Shelved};
+use desk::Desk;
+use grideye_collector::{Annex, Inside, Refusal};
+use grideye_frame::{COLUMNS, ROWS};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use verdict::{Question, Verdicts};
+
+/// Where scenes are looked for unless a folder is named.
+const FOLDER: &str = "scenes";
+/// Pieces of simulated frames that are kept: 200 of 30 kB each.
+const PIECES_MAX: usize = 200;
+
+/// The routes for the folder that was named, or for `scenes` if there is one; none where there is neither.
+///
+/// # Errors
+/// When a folder was named that cannot be read.
+pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
+    let folder = match &options.folder {
+        Some(folder) => folder.as_path(),
+        None if Path::new(FOLDER).is_dir() => Path::new(FOLDER),
+        None => return Ok(Vec::new()),
+    };
+    catalogue::scene_files(folder).map_err(bad_input)?;
+    Ok(vec![annex(folder.to_owned())])
+}
+
+fn annex(folder: PathBuf) -> Annex {
+    Annex::new("scenes", move |inside| {
+        let beside = Arc::new(Beside {
+            inside: inside.clone(),
+            catalogue: Arc::new(Catalogue::new(folder.clone())),
+            desk: Desk::new(),
+            pieces: Mutex::new(Recently::new(PIECES_MAX)),
+            verdicts: Verdicts::new(),
+        });
+        Router::new()
+            .route("/v1/scenes", get(scenes))
+            .route("/v1/scenes/{scene}/plan", get(floor_plan))
+            .route("/v1/scenes/{scene}/sensors/{sensor}/frames", get(simulated))
+            .route(
+                "/v1/scenes/{scene}/sensors/{sensor}/comparison",
+                get(comparison),
+            )
+            .with_state(beside)
+    })
+}
+
+struct Beside {
+    inside: Inside,
+    catalogue: Arc<Catalogue>,
+    desk: Desk,
+    pieces: Mutex<Recently<PieceKey, Arc<Value>>>,
+    verdicts: Verdicts,
+}
+
+/// Scene, its edition, its sensor, and the piece's number.
+type PieceKey = (String, u64, String, u64);
+type Shared = State<Arc<Beside>>;
+
+async fn scenes(State(beside): Shared) -> Result<Json<Value>, Refusal> {
+    let catalogue = Arc::clone(&beside.catalogue);
+    let listed = beside.desk.run(move || catalogue.list()).await?;
+    let listed = listed.map_err(|error| folder_failed(&error))?;
+    let scenes: Vec<Value> = listed.iter().map(|scene| entry(scene)).collect();
+    Ok(Json(json!({ "scenes": scenes })))
+}
+
+fn entry(scene: &Shelved) -> Value {
+    let loaded = scene.loaded.as_ref();
+    let sensors = loaded.map(|loaded| loaded.scene.sensors());
+    let sensors: Vec<Value> = sensors
+        .unwrap_or_default()
+        .iter()
+        .map(|sensor| {
+            let is_fit = (sensor.columns, sensor.rows) == (COLUMNS, ROWS);
+            json!({ "name": sensor.name, "columns": sensor.columns, "rows": sensor.rows, "fits": is_fit })
+        })
+        .collect();
+    json!({
+        "name": scene.name,
+        "title": scene.title,
+        "moves": loaded.is_ok_and(|loaded| !loaded.scene.is_static()),
+        "seconds": loaded.map_or(0.0, |loaded| loaded.scene.duration().as_secs_f64()),
+        "sensors": sensors,
+        "error": loaded.err(),
+    })
+}
+
+async fn floor_plan(
+    State(beside): Shared,
+    PathOf(scene): PathOf<String>,
+) -> Result<Json<Value>, Refusal> {
+    let scene = beside.find(scene).await?;
+    Ok(Json(plan::plan(&usable(&scene)?.scene)))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct At {
+    /// A second of the scene.
+    at_s: f64,
+}
+
+async fn simulated(
+    State(beside): Shared,
+    PathOf((scene, sensor)): PathOf<(String, String)>,
+    Query(At { at_s }): Query<At>,
+) -> Result<Json<Value>, Refusal> {
+    let scene = beside.find(scene).await?;
+    let loaded = usable(&scene)?;
+    check_sensor(loaded, &sensor)?;
+    let number = frames::piece_at(at_s, loaded);
+    let key = (scene.name.clone(), scene.edition, sensor.clone(), number);
+    if let Some(piece) = beside.pieces().get(&key) {
+        return Ok(Json(Value::clone(&piece)));
+    }
+    let catalogue = Arc::clone(&beside.catalogue);
+    let made = beside.desk.run(move || {
+        let loaded = scene
+            .loaded
+            .as_ref()
+            .map_err(|error| anyhow::anyhow!("{error}"))?;
+        frames::piece(&catalogue, &scene, loaded, &sensor, number)
+    });
+    let piece = made
+        .await?
+        .map_err(|error| unusable(&format!("{error:#}")))?;
+    beside.pieces().put(key, Arc::new(piece.clone()));
+    Ok(Json(piece))
+}
+
+async fn comparison(
+    State(beside): Shared,
+    PathOf((scene, sensor)): PathOf<(String, String)>,
+    Query(question): Query<Question>,
+) -> Result<Json<Value>, Refusal> {
+    let scene = beside.find(scene).await?;
+    check_sensor(usable(&scene)?, &sensor)?;
+    let answer = beside
+        .verdicts
+        .answer(&beside.inside, scene, sensor, question);
+    Ok(Json(answer.await?))
+}
+
+impl Beside {
+    async fn find(&self, name: String) -> Result<Arc<Shelved>, Refusal> {
+        let catalogue = Arc::clone(&self.catalogue);
+        let asked = name.clone();
+        let found = self.desk.run(move || catalogue.find(&asked)).await?;
+        let found = found.map_err(|error| folder_failed(&error))?;
+        found.ok_or_else(|| {
+            let what = format!("there is no scene {name:?} in the folder");
+            Refusal::new(StatusCode::NOT_FOUND, "no_such_scene", what)
+                .hint("GET /v1/scenes lists them; a scene is called as its file, without .toml")
+        })
+    }
+
+    fn pieces(&self) -> std::sync::MutexGuard<'_, Recently<PieceKey, Arc<Value>>> {
+        self.pieces.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn usable(scene: &Shelved) -> Result<&LoadedScene, Refusal> {
+    scene.loaded.as_ref().map_err(|error| unusable(error))
+}
+
+/// `error` may bring its hint along, on a line of its own.
+fn unusable(error: &str) -> Refusal {
+    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "unusable_scene", error)
+}
+
+fn check_sensor(loaded: &LoadedScene, name: &str) -> Result<(), Refusal> {
+    let sensor = loaded.scene.sensor(name);
+    let sensor = sensor.map_err(|error| {
+        Refusal::new(StatusCode::NOT_FOUND, "no_such_sensor", error.to_string()).field("sensor")
+    })?;
+    if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
+        return Ok(());
+    }
+    let what = format!(
+        "the sensor {name} has {} x {} pixels, and a frame has {COLUMNS} x {ROWS}",
+        sensor.columns, sensor.rows
+    );
+    Err(unusable(&what).field("sensor"))
+}
+
+fn folder_failed(error: &anyhow::Error) -> Refusal {
+    let what = format!("{error:#}");
+    Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "no_scenes", what)
+}
+
+#[cfg(test)]
+mod tests;

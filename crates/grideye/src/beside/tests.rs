@@ -1,0 +1,378 @@
+//! The routes through the collector's own router, without a socket.
+
+use super::annex;
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::http::{Method, Request, header};
+use grideye_collector::{AppState, Clock, Limits, SqliteStore, StoreLocation, app_with};
+use grideye_scene::{Scene, Simulator};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+use tower::ServiceExt as _;
+
+const STILL: &str = "# A warm cube below the sensor.
+[room]
+size_mm = [4000, 4000, 2700]
+ambient_c = 20
+[[object]]
+name = \"cube\"
+position_mm = [2000, 2000, 0]
+size_mm = [700, 700, 1200]
+temperature_c = 30
+[[sensor]]
+name = \"ceiling\"
+preset = \"grid-eye\"
+position_mm = [2000, 2000, 2700]
+elevation_deg = 90
+azimuth_deg = 0
+[[sensor]]
+name = \"fine\"
+preset = \"grid-eye\"
+resolution = [16, 16]
+position_mm = [2000, 2000, 2700]
+elevation_deg = 90
+azimuth_deg = 0
+";
+
+/// Somebody walks from left to right, 6 s long.
+const WALK: &str = "[room]
+size_mm = [4000, 4000, 2700]
+ambient_c = 20
+[[agent]]
+name = \"ana\"
+size_mm = [300, 500, 1700]
+temperature_c = 30
+trajectory = \"way.csv\"
+speed_mm_per_s = 500
+[[sensor]]
+name = \"ceiling\"
+preset = \"grid-eye\"
+position_mm = [2000, 2000, 2700]
+elevation_deg = 90
+azimuth_deg = 0
+";
+
+const WAY: &str = "x_mm,y_mm,z_mm\n500,2000,0\n3500,2000,0\n";
+
+/// The scene of a text, with the way that stands beside it.
+fn scene(text: &str) -> Scene {
+    let beside = |name: &str| match name {
+        "way.csv" => Ok(WAY.to_owned()),
+        _ => Err(std::io::ErrorKind::NotFound.into()),
+    };
+    Scene::parse(text, "scene", &beside).unwrap().scene
+}
+
+/// A clock that stands still until it is told.
+#[derive(Default)]
+struct HandClock(AtomicU64);
+
+impl Clock for HandClock {
+    fn utc_ns(&self) -> i64 {
+        0
+    }
+
+    fn monotonic(&self) -> Duration {
+        Duration::from_millis(self.0.load(Ordering::SeqCst))
+    }
+}
+
+struct Page {
+    router: Router,
+    clock: Arc<HandClock>,
+    folder: tempfile::TempDir,
+}
+
+impl Page {
+    async fn new(scenes: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let clock = Arc::new(HandClock::default());
+        let page = Self {
+            router: router(folder.path(), Arc::clone(&clock)).await,
+            clock,
+            folder,
+        };
+        page.write("way.csv", WAY);
+        for (name, text) in scenes {
+            page.write(name, text);
+        }
+        page
+    }
+
+    /// Lets the time pass after which a comparison is made anew.
+    fn rest(&self) {
+        let rest_ms = u64::try_from(super::verdict::AGAIN_AFTER_MIN.as_millis()).unwrap();
+        self.clock.0.fetch_add(rest_ms, Ordering::SeqCst);
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.folder.path().join(name), text).unwrap();
+    }
+
+    async fn get(&self, path: &str) -> (u16, Value) {
+        self.send(Method::GET, path, Body::empty()).await
+    }
+
+    async fn send(&self, method: Method, path: &str, body: Body) -> (u16, Value) {
+        let request = Request::builder()
+            .method(method)
+            .uri(path)
+            .header(header::HOST, "127.0.0.1:8833")
+            .body(body)
+            .unwrap();
+        let response = self.router.clone().oneshot(request).await.unwrap();
+        let status = response.status().as_u16();
+        let body = to_bytes(response.into_body(), 1 << 20).await.unwrap();
+        (status, serde_json::from_slice(&body).unwrap_or_default())
+    }
+
+    /// What a sensor would send that sees the scene exactly as it is simulated, from a second of it on.
+    async fn post(&self, scene: &str, from_seq: u64, frames: u64) {
+        let text = std::fs::read_to_string(self.folder.path().join(scene)).unwrap();
+        let simulator = Simulator::new(&self::scene(&text), "ceiling").unwrap();
+        let frames: Vec<Value> = (from_seq..from_seq + frames)
+            .map(|seq| {
+                let time = Duration::from_millis(100 * seq);
+                let image = simulator.noisy(time, 5).celsius;
+                // The datasheet's quarter of a degree, rounded.
+                let words: Vec<i64> = image.iter().map(|celsius| quarters(*celsius)).collect();
+                json!({
+                    "seq": seq, "t_boot_ns": ORIGIN_NS + seq * 100_000_000, "t_utc_ns": seq,
+                    "clock": "synced", "pixels_raw": words, "thermistor_raw": 400,
+                })
+            })
+            .collect();
+        let batch = json!({
+            "device": "pi-1", "boot": "b1",
+            "sensors": [{ "sensor": "s1", "frames": frames }],
+        });
+        let body = Body::from(batch.to_string());
+        let (status, answer) = self.send(Method::POST, "/v1/frames", body).await;
+        assert_eq!(status, 200, "{answer}");
+    }
+}
+
+/// The boot clock at frame 0.
+const ORIGIN_NS: u64 = 50_000_000_000;
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "room temperatures"
+)]
+fn quarters(celsius: f64) -> i64 {
+    (celsius * 4.0).round() as i64
+}
+
+async fn router(folder: &Path, clock: Arc<HandClock>) -> Router {
+    let limits = Limits::default();
+    let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
+    let state = AppState::new(store, limits, clock).await.unwrap();
+    app_with(state, &[annex(folder.to_owned())])
+}
+
+const COMPARISON: &str = "sensors/ceiling/comparison?device=pi-1&of=s1";
+
+#[tokio::test]
+async fn scenes_are_listed_with_their_sensors_and_bad_ones_with_what_is_wrong() {
+    let page = Page::new(&[
+        ("still.toml", STILL),
+        ("walk.toml", WALK),
+        ("broken.toml", "[room]\nsize_mm = 3\n"),
+        ("notes.txt", "no scene"),
+    ])
+    .await;
+    let (status, list) = page.get("/v1/scenes").await;
+    assert_eq!(status, 200);
+    let scenes = list["scenes"].as_array().unwrap();
+    let names: Vec<&str> = scenes
+        .iter()
+        .map(|scene| scene["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["broken", "still", "walk"]);
+    let error = scenes[0]["error"].as_str().unwrap();
+    assert!(error.contains("broken.toml:2"), "{error}");
+    assert_eq!(scenes[1]["title"], "A warm cube below the sensor.");
+    assert_eq!(scenes[1]["moves"], false);
+    let fits = |sensor: usize| scenes[1]["sensors"][sensor]["fits"].clone();
+    assert_eq!((fits(0), fits(1)), (json!(true), json!(false)));
+    assert_eq!(scenes[2]["moves"], true);
+    assert_eq!(scenes[2]["seconds"], 6.0);
+}
+
+#[tokio::test]
+async fn a_scene_that_changes_is_read_again() {
+    let page = Page::new(&[("still.toml", STILL)]).await;
+    let hottest = |(status, piece): (u16, Value)| {
+        assert_eq!(status, 200, "{piece}");
+        let frame = piece["frames"][0].as_array().unwrap().clone();
+        let celsius = frame.iter().filter_map(Value::as_f64);
+        celsius.fold(0.0, f64::max)
+    };
+    let path = "/v1/scenes/still/sensors/ceiling/frames?at_s=0";
+    let before = hottest(page.get(path).await);
+    page.write(
+        "still.toml",
+        &STILL.replace("temperature_c = 30", "temperature_c = 40.0"),
+    );
+    let after = hottest(page.get(path).await);
+    assert!(after > before + 2.0, "{before} then {after}");
+}
+
+#[tokio::test]
+async fn simulated_frames_come_in_pieces_up_to_the_end_with_the_place_of_who_walks() {
+    let page = Page::new(&[("walk.toml", WALK)]).await;
+    let path = "/v1/scenes/walk/sensors/ceiling/frames?at_s=";
+    let (_, first) = page.get(&format!("{path}0")).await;
+    assert_eq!(first["first"], 0);
+    assert_eq!(first["frames"].as_array().unwrap().len(), 50);
+    assert_eq!(first["agents"][0]["at_m"][0], json!([0.5, 2.0]));
+    // 500 mm a second.
+    assert_eq!(first["agents"][0]["at_m"][20], json!([1.5, 2.0]));
+    // 6 s are 61 frames: 50 and 11; whatever is asked beyond is the last piece.
+    for second in ["5", "6", "600"] {
+        let (_, last) = page.get(&format!("{path}{second}")).await;
+        assert_eq!(last["first"], 50, "{second}");
+        assert_eq!(last["frames"].as_array().unwrap().len(), 11, "{second}");
+        assert_eq!(last["agents"][0]["at_m"][10], json!([3.5, 2.0]));
+    }
+    // Against the simulator itself, to the hundredth that is sent.
+    let image = Simulator::new(&scene(WALK), "ceiling").unwrap();
+    let image = image.image(Duration::from_millis(3100)).celsius;
+    let sent = first["frames"][31].as_array().unwrap();
+    for (sent, simulated) in sent.iter().zip(image) {
+        assert!((sent.as_f64().unwrap() - simulated).abs() < 0.0051);
+    }
+}
+
+#[tokio::test]
+async fn what_is_not_there_is_said_with_a_hint() {
+    let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
+    for (path, status, code) in [
+        ("/v1/scenes/none/plan".to_owned(), 404, "no_such_scene"),
+        (
+            "/v1/scenes/..%2Fstill/plan".to_owned(),
+            404,
+            "no_such_scene",
+        ),
+        (
+            "/v1/scenes/still/sensors/wall/frames?at_s=0".to_owned(),
+            404,
+            "no_such_sensor",
+        ),
+        (
+            "/v1/scenes/still/sensors/fine/frames?at_s=0".to_owned(),
+            422,
+            "unusable_scene",
+        ),
+        (format!("/v1/scenes/walk/{COMPARISON}"), 422, "no_origin_ns"),
+        (
+            format!("/v1/scenes/still/{COMPARISON}&seconds=1e9"),
+            422,
+            "wrong_value",
+        ),
+        (
+            format!("/v1/scenes/still/{COMPARISON}&recording=7"),
+            404,
+            "no_such_recording",
+        ),
+    ] {
+        let (found, answer) = page.get(&path).await;
+        assert_eq!(
+            (found, &answer["error"]["code"]),
+            (status, &json!(code)),
+            "{path}: {answer}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn a_plan_has_room_objects_sensors_and_ways() {
+    let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
+    let (_, plan) = page.get("/v1/scenes/still/plan").await;
+    assert_eq!(plan["room_m"].as_array().unwrap().len(), 4);
+    assert_eq!(plan["objects"][0]["name"], "cube");
+    let outline = plan["objects"][0]["outline_m"].as_array().unwrap();
+    assert!(outline.contains(&json!([1.65, 1.65])), "{outline:?}");
+    assert_eq!(plan["sensors"][0]["at_m"], json!([2.0, 2.0, 2.7]));
+    // 60 degrees from 2.7 m: half of it reaches tan 30° times 2.7 m, 1.559 m, to each side.
+    let view = plan["sensors"][0]["in_view_m"].as_array().unwrap();
+    assert!(view.contains(&json!([0.441, 0.441])), "{view:?}");
+    let (_, plan) = page.get("/v1/scenes/walk/plan").await;
+    assert_eq!(plan["agents"][0]["way_m"], json!([[0.5, 2.0], [3.5, 2.0]]));
+}
+
+#[tokio::test]
+async fn frames_of_the_scene_itself_agree_and_the_floors_stand_beside() {
+    let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
+    let path = format!("/v1/scenes/walk/{COMPARISON}&origin_ns={ORIGIN_NS}&seconds=20");
+    let (_, none) = page.get(&path).await;
+    assert_eq!(none["comparison"], Value::Null);
+    assert!(none["why"].as_str().unwrap().contains("no frame"), "{none}");
+    // The walk takes 6 s; what comes after its end is not compared.
+    page.post("walk.toml", 0, 90).await;
+    page.rest();
+    let (_, answer) = page.get(&path).await;
+    assert_eq!(answer["frames"], 61, "{answer}");
+    assert_eq!(
+        (&answer["from_s"], &answer["to_s"]),
+        (&json!(0.0), &json!(6.0))
+    );
+    let comparison = &answer["comparison"];
+    assert_eq!(comparison["verdict"], "agrees", "{comparison:#}");
+    let score = &comparison["scores"]["correlation"];
+    let number = |score: &Value| score.as_f64().unwrap();
+    assert!(number(&score["value"]) > 0.7, "{score}");
+    assert!(number(&score["shuffled"]["mean"]).abs() < 0.3, "{score}");
+    assert!(number(&score["ceiling"]) > 0.8, "{score}");
+    assert!(number(&comparison["scores"]["image_similarity"]["blank"]) > 0.5);
+}
+
+#[tokio::test]
+async fn another_scene_than_the_one_that_was_there_does_not_agree() {
+    let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
+    let path = format!("/v1/scenes/still/{COMPARISON}");
+    page.post("walk.toml", 0, 60).await;
+    let (_, answer) = page.get(&path).await;
+    assert_eq!(answer["frames"], 60, "{answer}");
+    assert_ne!(answer["comparison"]["verdict"], "agrees", "{answer:#}");
+}
+
+#[tokio::test]
+async fn frames_of_a_recording_are_compared_up_to_the_asked_one() {
+    let page = Page::new(&[("walk.toml", WALK)]).await;
+    let name = Body::from(json!({ "name": "walk" }).to_string());
+    let (_, recording) = page.send(Method::POST, "/v1/recordings", name).await;
+    page.post("walk.toml", 0, 90).await;
+    let id = &recording["id"];
+    let path = format!("/v1/scenes/walk/{COMPARISON}&origin_ns={ORIGIN_NS}&recording={id}&boot=b1");
+    let (_, answer) = page.get(&format!("{path}&through_seq=40&seconds=2")).await;
+    assert_eq!(
+        (&answer["frames"], &answer["to_s"]),
+        (&json!(21), &json!(4.0))
+    );
+    let (status, answer) = page.get(&path.replace("b1", "b2")).await;
+    assert_eq!(
+        (status, &answer["error"]["code"]),
+        (404, &json!("no_such_stream"))
+    );
+}
+
+#[tokio::test]
+async fn who_asks_the_same_is_given_the_same_until_it_is_time_for_another() {
+    let page = Page::new(&[("still.toml", STILL)]).await;
+    let path = format!("/v1/scenes/still/{COMPARISON}");
+    page.post("still.toml", 0, 20).await;
+    let (_, first) = page.get(&path).await;
+    assert_eq!(first["frames"], 20);
+    page.post("still.toml", 20, 20).await;
+    assert_eq!(page.get(&path).await.1, first);
+    // Another question is not answered with it.
+    let (_, other) = page.get(&format!("{path}&seconds=3")).await;
+    assert_eq!(other["frames"], 31);
+    page.rest();
+    assert_eq!(page.get(&path).await.1["frames"], 40);
+}

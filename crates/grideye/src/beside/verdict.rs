@@ -1,0 +1,229 @@
+//! How alike the last seconds of a sensor and a scene are, worked out for all pages that ask at once.
+
+use super::catalogue::Shelved;
+use super::desk::Desk;
+use super::window::{Laid, Window, window};
+use crate::compare::compare_from;
+use crate::files::LoadedScene;
+use crate::recently::Recently;
+use axum::http::StatusCode;
+use grideye_collector::store::{RecordingId, Span};
+use grideye_collector::{Inside, Refusal};
+use grideye_recording::Record;
+use grideye_validator::report::{self, Context};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Seconds that are compared, at least, at most, and unless asked otherwise.
+const SECONDS: (f64, f64, f64) = (2.0, 60.0, 10.0);
+/// Of a recording: frames before the asked one that are looked at, at most.
+const FRAMES_MAX: u64 = 1200;
+/// A comparison of a running sensor is not made again before this, …
+pub(super) const AGAIN_AFTER_MIN: Duration = Duration::from_secs(2);
+/// … nor before so many times as long as it took.
+const REST: u32 = 3;
+/// Comparisons that are kept.
+const KEPT_MAX: usize = 64;
+
+/// What a page asks: which frames, and where the scene lies over them.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Question {
+    /// The device and its sensor.
+    device: String,
+    of: String,
+    /// Time of the device's boot clock at which the scene begins; a scene in which nothing moves needs none.
+    origin_ns: Option<u64>,
+    /// How much is compared.
+    seconds: Option<f64>,
+    /// Frames of this recording instead of those that have just come, …
+    recording: Option<i64>,
+    /// … of this run, …
+    boot: Option<String>,
+    /// … up to this one.
+    through_seq: Option<u64>,
+}
+
+/// Scene, its edition, its sensor, and what was asked of it.
+type Key = (String, u64, String, Question);
+type Slot = Arc<tokio::sync::Mutex<Option<Made>>>;
+
+/// The comparisons that were made last.
+pub(super) struct Verdicts {
+    desk: Arc<Desk>,
+    slots: Mutex<Recently<Key, Slot>>,
+}
+
+#[derive(Clone)]
+struct Made {
+    at: Duration,
+    took: Duration,
+    newest_seq: Option<u64>,
+    answer: Value,
+}
+
+impl Verdicts {
+    pub(super) fn new() -> Self {
+        Self {
+            desk: Arc::new(Desk::new()),
+            slots: Mutex::new(Recently::new(KEPT_MAX)),
+        }
+    }
+
+    /// The comparison of what was asked for; one that was just made serves all.
+    pub(super) async fn answer(
+        &self,
+        inside: &Inside,
+        scene: Arc<Shelved>,
+        sensor: String,
+        question: Question,
+    ) -> Result<Value, Refusal> {
+        let loaded = super::usable(&scene)?;
+        let laid = laid(loaded, &question)?;
+        let length = length(question.seconds)?;
+        let key = (
+            scene.name.clone(),
+            scene.edition,
+            sensor.clone(),
+            question.clone(),
+        );
+        let slot = self.slot(key);
+        // Who asks the same meanwhile waits here, and finds it made.
+        let mut made = slot.lock().await;
+        if let Some(made) = made.as_ref().filter(|made| made.is_new(inside)) {
+            return Ok(made.answer.clone());
+        }
+        let records = records(inside, &question).await?;
+        let newest_seq = records.last().map(|record| record.seq);
+        if let Some(made) = made.as_mut().filter(|made| made.newest_seq == newest_seq) {
+            made.at = inside.clock.monotonic();
+            return Ok(made.answer.clone());
+        }
+        let clock = Arc::clone(&inside.clock);
+        let fresh = self.desk.run(move || {
+            let began = clock.monotonic();
+            let found = window(&records, laid, length);
+            let answer = compared(&scene, &sensor, found);
+            let at = clock.monotonic();
+            Made {
+                at,
+                took: at.saturating_sub(began),
+                newest_seq,
+                answer,
+            }
+        });
+        let fresh = fresh.await?;
+        *made = Some(fresh.clone());
+        Ok(fresh.answer)
+    }
+
+    fn slot(&self, key: Key) -> Slot {
+        let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
+        slots.get(&key).unwrap_or_else(|| {
+            let slot = Slot::default();
+            slots.put(key, Arc::clone(&slot));
+            slot
+        })
+    }
+}
+
+impl Made {
+    fn is_new(&self, inside: &Inside) -> bool {
+        let rest = AGAIN_AFTER_MIN.max(REST * self.took);
+        inside.clock.monotonic().saturating_sub(self.at) < rest
+    }
+}
+
+fn laid(loaded: &LoadedScene, question: &Question) -> Result<Laid, Refusal> {
+    if loaded.scene.is_static() {
+        return Ok(Laid::Anywhere);
+    }
+    let origin_ns = question.origin_ns.ok_or_else(|| {
+        let what = "something moves in this scene, and nothing says when it began";
+        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "no_origin_ns", what)
+            .field("origin_ns")
+            .hint("add origin_ns, the device's boot clock at the scene's beginning in nanoseconds")
+    })?;
+    let takes = loaded.scene.duration();
+    Ok(Laid::At { origin_ns, takes })
+}
+
+fn length(seconds: Option<f64>) -> Result<Duration, Refusal> {
+    let (least, most, usual) = SECONDS;
+    let seconds = seconds.unwrap_or(usual);
+    if !(least..=most).contains(&seconds) {
+        let what = format!("expected seconds from {least} to {most}, found {seconds}");
+        return Err(wrong_value("seconds", what));
+    }
+    Ok(Duration::from_secs_f64(seconds))
+}
+
+fn wrong_value(field: &str, what: impl Into<String>) -> Refusal {
+    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what).field(field)
+}
+
+/// The frames that are asked for, oldest first; none where none is known.
+async fn records(inside: &Inside, question: &Question) -> Result<Vec<Record>, Refusal> {
+    let Some(id) = question.recording else {
+        let recent = inside.recent.of(&question.device, &question.of);
+        return Ok(recent.map(|(_, records)| records).unwrap_or_default());
+    };
+    let members = inside.store.members(RecordingId(id)).await?;
+    let is_meant = |span: &Span| {
+        let stream = &span.stream;
+        let boot = question.boot.as_ref();
+        stream.device == question.device
+            && stream.sensor == question.of
+            && boot.is_none_or(|boot| stream.boot == *boot)
+    };
+    let span = members.spans.into_iter().find(is_meant).ok_or_else(|| {
+        let what = format!("recording {id} holds nothing of this sensor and run");
+        Refusal::new(StatusCode::NOT_FOUND, "no_such_stream", what).field("of")
+    })?;
+    let through = question.through_seq.unwrap_or(u64::MAX);
+    let after = through
+        .checked_sub(FRAMES_MAX)
+        .filter(|_| question.through_seq.is_some());
+    let rows = usize::try_from(FRAMES_MAX).unwrap_or(usize::MAX);
+    let stored = inside.store.page(span, after, rows).await?;
+    let records = stored.into_iter().map(|stored| stored.record);
+    Ok(records.filter(|record| record.seq <= through).collect())
+}
+
+/// The comparison of a stretch of frames, or why there is none.
+fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
+    let Ok(loaded) = &scene.loaded else {
+        return json!({ "why": "the scene cannot be used", "comparison": null });
+    };
+    let Some(Window {
+        records,
+        start,
+        length,
+    }) = found
+    else {
+        return json!({
+            "why": "no frame has come yet that the scene speaks of",
+            "comparison": null,
+        });
+    };
+    let from_s = start.as_secs_f64();
+    let context = Context {
+        experiment: loaded.scene.paper_experiment(),
+        ..Context::default()
+    };
+    let result = compare_from(start, &records, &loaded.scene, sensor);
+    let why = result.as_ref().err().map(ToString::to_string);
+    let comparison = result
+        .ok()
+        .map(|comparison| report::summary(&comparison, &context));
+    json!({
+        "from_s": from_s,
+        "to_s": from_s + length.as_secs_f64(),
+        "seconds": length.as_secs_f64(),
+        "frames": records.len(),
+        "why": why,
+        "comparison": comparison,
+    })
+}

@@ -1,0 +1,124 @@
+//! Which frames of a sensor are compared with a scene: the last seconds that the scene speaks of.
+
+use grideye_recording::Record;
+use std::time::Duration;
+
+/// The frames of a stretch of time.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Window {
+    /// In the order in which they were measured; the first one was read.
+    pub(super) records: Vec<Record>,
+    /// The scene's time at the first of them.
+    pub(super) start: Duration,
+    /// From the first to the last.
+    pub(super) length: Duration,
+}
+
+/// Where a scene is laid over the sensor's clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Laid {
+    /// Nothing moves: one time is as good as another.
+    Anywhere,
+    /// It begins at this time of the device's boot clock, in nanoseconds, and takes so long.
+    At { origin_ns: u64, takes: Duration },
+}
+
+/// The frames within `length` of the last one that the scene speaks of; `None` if it speaks of none.
+pub(super) fn window(records: &[Record], laid: Laid, length: Duration) -> Option<Window> {
+    let spoken_of = |record: &&Record| match laid {
+        Laid::Anywhere => true,
+        Laid::At { origin_ns, takes } => {
+            let since = record.stamp.t_boot_ns.checked_sub(origin_ns);
+            since.is_some_and(|since| Duration::from_nanos(since) <= takes)
+        }
+    };
+    let within: Vec<&Record> = records.iter().filter(spoken_of).collect();
+    let last_ns = within.last()?.stamp.t_boot_ns;
+    let first_ns = last_ns.saturating_sub(u64::try_from(length.as_nanos()).unwrap_or(u64::MAX));
+    let records: Vec<Record> = within
+        .into_iter()
+        .skip_while(|record| record.stamp.t_boot_ns < first_ns || record.reading.frame().is_none())
+        .copied()
+        .collect();
+    let first_ns = records.first()?.stamp.t_boot_ns;
+    let start = match laid {
+        Laid::Anywhere => Duration::ZERO,
+        Laid::At { origin_ns, .. } => Duration::from_nanos(first_ns.saturating_sub(origin_ns)),
+    };
+    Some(Window {
+        records,
+        start,
+        length: Duration::from_nanos(last_ns.saturating_sub(first_ns)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+    use grideye_recording::{ClockState, Stamp};
+
+    const SECOND_NS: u64 = 1_000_000_000;
+
+    /// A frame a second from the boot clock's 100 s on; those of `missing` were not read.
+    fn records(count: u64, missing: &[u64]) -> Vec<Record> {
+        let record = |seq| Record {
+            seq,
+            stamp: Stamp {
+                t_boot_ns: (100 + seq) * SECOND_NS,
+                t_utc_ns: 0,
+                clock: ClockState::Synced,
+            },
+            reading: if missing.contains(&seq) {
+                Reading::NoData(NoData::Nack)
+            } else {
+                Reading::Frame(RawFrame {
+                    thermistor: ThermistorWord(400),
+                    pixels: [PixelWord(80); PIXELS],
+                })
+            },
+        };
+        (0..count).map(record).collect()
+    }
+
+    fn seqs(window: &Option<Window>) -> Option<(Vec<u64>, u64, u64)> {
+        let window = window.as_ref()?;
+        let seqs = window.records.iter().map(|record| record.seq).collect();
+        Some((seqs, window.start.as_secs(), window.length.as_secs()))
+    }
+
+    fn at(origin_s: u64, takes_s: u64) -> Laid {
+        Laid::At {
+            origin_ns: origin_s * SECOND_NS,
+            takes: Duration::from_secs(takes_s),
+        }
+    }
+
+    #[test]
+    fn of_a_still_scene_the_last_seconds_count_from_its_beginning() {
+        let found = window(&records(9, &[]), Laid::Anywhere, Duration::from_secs(3));
+        assert_eq!(seqs(&found), Some((vec![5, 6, 7, 8], 0, 3)));
+        assert_eq!(window(&[], Laid::Anywhere, Duration::from_secs(3)), None);
+    }
+
+    #[test]
+    fn a_moving_scene_speaks_of_its_own_seconds_alone() {
+        // It begins with frame 2 and ends with frame 6.
+        let found = window(&records(9, &[]), at(102, 4), Duration::from_secs(2));
+        assert_eq!(seqs(&found), Some((vec![4, 5, 6], 2, 2)));
+        let found = window(&records(9, &[]), at(102, 4), Duration::from_secs(60));
+        assert_eq!(seqs(&found), Some((vec![2, 3, 4, 5, 6], 0, 4)));
+        let before = window(&records(9, &[]), at(10, 20), Duration::from_secs(3));
+        assert_eq!(before, None);
+        let to_come = window(&records(9, &[]), at(500, 20), Duration::from_secs(3));
+        assert_eq!(to_come, None);
+    }
+
+    #[test]
+    fn it_begins_with_a_frame_that_was_read() {
+        let found = window(&records(9, &[5, 7]), at(100, 60), Duration::from_secs(3));
+        assert_eq!(seqs(&found), Some((vec![6, 7, 8], 6, 2)));
+        let all = window(&records(3, &[0, 1, 2]), at(100, 60), Duration::from_secs(3));
+        assert_eq!(all, None);
+    }
+}

@@ -1,0 +1,235 @@
+//! Options of the collector, and of the commands that say who may do what there.
+
+use clap::{Args, Subcommand};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// Serve agents and the live page, and store what arrives.
+///
+/// On loopback everybody on this machine is let in until the first token is made (`grideye enroll`, `grideye token`).
+/// Beyond loopback tokens are asked for, and TLS is on with a certificate of the collector's own authority.
+///
+/// Example: grideye collect --store frames.sqlite
+#[derive(Debug, Args)]
+pub(crate) struct Collect {
+    /// Address to listen on.
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:8833")]
+    pub(crate) listen: SocketAddr,
+    /// SQLite file, made if it is not there, or `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`, which several collectors
+    /// may share; the password may stand in the file that PGPASSFILE names.
+    #[arg(long, value_name = "FILE|URL", default_value = "grideye.sqlite")]
+    pub(crate) store: String,
+    /// Bytes that the store may take, with k, M, G or T (powers of 1024) [default: what the disk has].
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub(crate) store_quota: Option<u64>,
+    /// Let go of frames that arrived more days ago and belong to no recording; of a store in a file.
+    #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u64).range(1..=36_500))]
+    pub(crate) keep_days: Option<u64>,
+    /// Let go of the oldest frames that belong to no recording when the file holds more, with k, M, G or T.
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub(crate) keep_bytes: Option<u64>,
+    #[command(flatten)]
+    pub(crate) folder: Folder,
+    /// Host name to answer for and to put into the certificate, beside the address listened on (for example pi.local);
+    /// may be repeated.
+    #[arg(long = "host-name", value_name = "NAME")]
+    pub(crate) host_names: Vec<String>,
+    /// Encrypt on loopback too.
+    #[arg(long, conflicts_with = "plain_http")]
+    pub(crate) tls: bool,
+    /// Do not encrypt: for loopback, or behind something that does.
+    #[arg(long, conflicts_with_all = ["tls_cert", "tls_client_ca"])]
+    pub(crate) plain_http: bool,
+    /// Certificate of the site's own, in PEM, followed by its chain up to the authority.
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    pub(crate) tls_cert: Option<PathBuf>,
+    /// Its key, in PEM.
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    pub(crate) tls_key: Option<PathBuf>,
+    /// Authorities in PEM: every client must show a certificate of one of them, beside its token.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) tls_client_ca: Option<PathBuf>,
+    /// Listen beyond loopback without TLS, and, while there is no token, let everybody in who reaches the address.
+    #[arg(long)]
+    pub(crate) trust_network: bool,
+    /// Requests a second of each token; a tenth as many of an address without one.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) requests_per_second: u32,
+    /// How to write what happens to standard error.
+    #[arg(long, value_enum, default_value_t = LogFormat::Text)]
+    pub(crate) log: LogFormat,
+    #[command(flatten)]
+    pub(crate) scenes: Scenes,
+}
+
+/// What the live page can show beside a sensor.
+#[derive(Debug, Args)]
+pub(crate) struct Scenes {
+    /// Folder of scenes that the page can show beside a sensor [default: scenes, where there is one].
+    #[arg(long = "scenes", value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+}
+
+/// The form of log lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum LogFormat {
+    /// `warning: refused code=bad_token peer=192.168.1.7`
+    Text,
+    /// One JSON object a line.
+    Json,
+}
+
+/// Where tokens and keys are kept.
+#[derive(Debug, Args)]
+pub(crate) struct Folder {
+    /// Folder of tokens and keys; made with the first of them.
+    #[arg(long = "access", value_name = "DIR", default_value = "grideye-access")]
+    pub(crate) path: PathBuf,
+}
+
+/// Make a token for the frames of a device, and print the line by which its agent joins.
+///
+/// The line holds the collector's address, the token, and the SHA-256 of the authority behind the collector's
+/// certificate. Whoever has it can post frames of that device: it is printed once, and kept here only as a hash.
+///
+/// Example: grideye enroll pi-1
+#[derive(Debug, Args)]
+pub(crate) struct Enroll {
+    /// The device's name; several share one token.
+    #[arg(value_name = "DEVICE", required = true)]
+    pub(crate) devices: Vec<String>,
+    #[command(flatten)]
+    pub(crate) folder: Folder,
+    /// The collector's address as the agent calls it [default: where it was last started to listen].
+    #[arg(long, value_name = "URL")]
+    pub(crate) url: Option<String>,
+    /// Authority of the collector's certificate, in PEM, where it is not the collector's own.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) authority: Option<PathBuf>,
+}
+
+/// Make, list and revoke tokens. A running collector notices within a second.
+#[derive(Debug, Args)]
+pub(crate) struct TokenCommand {
+    #[command(subcommand)]
+    pub(crate) command: TokenWhat,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum TokenWhat {
+    Make(TokenMake),
+    List(TokenList),
+    Revoke(TokenRevoke),
+}
+
+/// Make a token for the page, for programs that read, or for starting and stopping recordings; print it once.
+///
+/// Example: grideye token make ana --scope read
+#[derive(Debug, Args)]
+pub(crate) struct TokenMake {
+    /// Whose it is.
+    pub(crate) name: String,
+    /// What it allows.
+    #[arg(long, value_enum)]
+    pub(crate) scope: PageScope,
+    /// Write it to this file, for its owner alone, instead of printing it.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) folder: Folder,
+}
+
+/// What a token that is not a device's allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum PageScope {
+    /// To look: page, recordings, audit, metrics.
+    Read,
+    /// To look, and to start and stop recordings.
+    Admin,
+}
+
+/// List the tokens: number, scope, name, devices, when made, when revoked. Never the tokens themselves.
+///
+/// Example: grideye token list
+#[derive(Debug, Args)]
+pub(crate) struct TokenList {
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) folder: Folder,
+}
+
+/// End a token for ever.
+///
+/// Example: grideye token revoke pi-1
+#[derive(Debug, Args)]
+pub(crate) struct TokenRevoke {
+    /// Its number, or a name: then all of that name.
+    #[arg(value_name = "ID|NAME")]
+    pub(crate) named: String,
+    #[command(flatten)]
+    pub(crate) folder: Folder,
+}
+
+/// Where a running collector answers.
+#[derive(Debug, Args)]
+pub(crate) struct CollectorAddress {
+    /// Address of the collector.
+    #[arg(
+        long = "collector",
+        value_name = "URL",
+        default_value = "http://127.0.0.1:8833"
+    )]
+    pub(crate) url: String,
+    /// File with a token, where the collector asks for one (`grideye token make NAME --scope admin --out FILE`).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) token_file: Option<PathBuf>,
+    /// Authority of the collector's certificate, in PEM, for https: grideye-access/authority.pem on its machine.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) authority: Option<PathBuf>,
+}
+
+/// A number with k, M, G or T behind it, in powers of 1024; at least a MiB.
+fn bytes(text: &str) -> Result<u64, String> {
+    const LEAST: u64 = 1 << 20;
+    let (digits, shift) = match text.char_indices().last() {
+        Some((at, 'k')) => (&text[..at], 10),
+        Some((at, 'M')) => (&text[..at], 20),
+        Some((at, 'G')) => (&text[..at], 30),
+        Some((at, 'T')) => (&text[..at], 40),
+        _ => (text, 0),
+    };
+    let number: Option<u64> = digits.parse().ok();
+    number
+        .and_then(|number| number.checked_mul(1 << shift))
+        .filter(|bytes| *bytes >= LEAST)
+        .ok_or_else(|| "expected a number of bytes, 1M or more, such as 500M or 20G".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_taken_in_powers_of_1024() {
+        assert_eq!(bytes("1M"), Ok(1 << 20));
+        assert_eq!(bytes("20G"), Ok(20 << 30));
+        assert_eq!(bytes("2048k"), Ok(2 << 20));
+        assert_eq!(bytes("1048576"), Ok(1 << 20));
+        assert_eq!(bytes("3T"), Ok(3 << 40));
+        for bad in [
+            "",
+            "M",
+            "1",
+            "1023k",
+            "-1G",
+            "1.5G",
+            "1m",
+            "99999999999T",
+            "1é",
+        ] {
+            assert!(bytes(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! `grideye migrate`: from one machine's file to a database that several collectors share.
+
+use crate::cli::Migrate;
+use crate::exit::{Outcome, bad_input};
+use crate::output::outln;
+use crate::{progress, store};
+use anyhow::{Context as _, Result, anyhow};
+use grideye_collector::StoreLocation;
+use grideye_collector::store::migrate::{Migrated, Stage, migrate};
+use serde_json::json;
+
+/// Copies, then holds the copy against the file.
+pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
+    let StoreLocation::Postgres(url) = store::location(&options.url)? else {
+        return Err(bad_input(anyhow!(
+            "{} is no database\nhint: grideye migrate FILE postgres://USER@HOST/DATABASE",
+            options.url
+        )));
+    };
+    if !options.file.is_file() {
+        return Err(bad_input(anyhow!(
+            "there is no file {}\nhint: the first argument is the SQLite file to move",
+            options.file.display()
+        )));
+    }
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("cannot start")?;
+    let mut bar: Option<(Stage, indicatif::ProgressBar)> = None;
+    let migrated = runtime.block_on(migrate(&options.file, &url, |stage, done, total| {
+        if bar.as_ref().is_none_or(|(shown, _)| *shown != stage) {
+            bar = Some((stage, progress::bar(total, stage.name())));
+        }
+        if let Some((_, bar)) = &bar {
+            bar.set_position(done);
+        }
+    }))?;
+    if options.json {
+        outln!("{}", serde_json::to_string_pretty(&counts(&migrated))?)?;
+    } else {
+        outln!(
+            "{} frames and {} missing ones of {} streams, {} recordings: copied and held against {}",
+            migrated.frames,
+            migrated.missing,
+            migrated.streams,
+            migrated.recordings,
+            options.file.display()
+        )?;
+    }
+    let Some(difference) = &migrated.difference else {
+        return Ok(Outcome::Done);
+    };
+    progress::say(&format!("the database differs from the file: {difference}"));
+    Ok(Outcome::Disagrees)
+}
+
+fn counts(migrated: &Migrated) -> serde_json::Value {
+    json!({
+        "frames": migrated.frames,
+        "missing": migrated.missing,
+        "streams": migrated.streams,
+        "recordings": migrated.recordings,
+        "resumed_after": migrated.resumed_after,
+        "difference": migrated.difference,
+    })
+}

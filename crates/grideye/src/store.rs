@@ -1,0 +1,38 @@
+//! Where a store is, as the command line names it.
+
+use crate::exit::bad_input;
+use anyhow::{Context as _, Result, anyhow};
+use grideye_collector::StoreLocation;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+
+/// A file, or a database whose password may stand in the file that `PGPASSFILE` names.
+pub(crate) fn location(text: &str) -> Result<StoreLocation> {
+    let location = text.parse::<StoreLocation>().map_err(bad_input)?;
+    let StoreLocation::Postgres(url) = location else {
+        return Ok(location);
+    };
+    let Some(path) = std::env::var_os("PGPASSFILE") else {
+        return Ok(StoreLocation::Postgres(url));
+    };
+    let text = password_file(Path::new(&path)).map_err(bad_input)?;
+    let url = url.with_password_file(&text).map_err(bad_input)?;
+    Ok(StoreLocation::Postgres(url))
+}
+
+/// The text of a password file that nobody else can read.
+fn password_file(path: &Path) -> Result<String> {
+    let named = || format!("cannot read the password file {}", path.display());
+    let mode = std::fs::metadata(path)
+        .with_context(named)?
+        .permissions()
+        .mode();
+    if mode & 0o077 != 0 {
+        return Err(anyhow!(
+            "others can read the password file {}\nhint: chmod 600 {}",
+            path.display(),
+            path.display()
+        ));
+    }
+    std::fs::read_to_string(path).with_context(named)
+}
