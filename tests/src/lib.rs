@@ -1,5 +1,9 @@
 //! What the tests of the whole share: starting the real programs, what they are shown, and a small WebDriver client.
 
+pub mod comparing;
+
+pub mod live_page;
+
 #[expect(
     clippy::unwrap_used,
     reason = "what fails here fails the test that asked for it"
@@ -11,6 +15,12 @@ pub mod emulated;
     reason = "what fails here fails the test that asked for it"
 )]
 pub mod programs;
+
+#[expect(
+    clippy::unwrap_used,
+    reason = "what fails here fails the test that asked for it"
+)]
+pub mod postgres;
 
 pub mod python;
 

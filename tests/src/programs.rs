@@ -116,9 +116,28 @@ impl RunningCollector {
     /// When it does not say where it listens.
     #[must_use]
     pub fn start(folder: &Path) -> Self {
+        Self::start_on(folder.join("store.sqlite"))
+    }
+
+    /// Starts a collector on a free loopback port, with its store in this file or at this URL.
+    ///
+    /// # Panics
+    /// When it does not say where it listens.
+    #[must_use]
+    pub fn start_on(store: impl AsRef<std::ffi::OsStr>) -> Self {
+        Self::start_with(store, &[])
+    }
+
+    /// The same with more arguments.
+    ///
+    /// # Panics
+    /// When it does not say where it listens.
+    #[must_use]
+    pub fn start_with(store: impl AsRef<std::ffi::OsStr>, arguments: &[&std::ffi::OsStr]) -> Self {
         let mut child = grideye()
             .args(["collect", "--listen", "127.0.0.1:0", "--store"])
-            .arg(folder.join("store.sqlite"))
+            .arg(store)
+            .args(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -195,6 +214,21 @@ impl RunningCollector {
             .limit(RECORDING_BYTES_MAX)
             .read_to_string()
             .unwrap()
+    }
+
+    /// Ends it at once, in the middle of whatever it does (SIGKILL).
+    ///
+    /// # Panics
+    /// When it is gone already.
+    pub fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    /// Its process, for `/proc`.
+    #[must_use]
+    pub fn pid(&self) -> u32 {
+        self.child.id()
     }
 
     /// Asks it to stop, as systemd does, and waits for its end.

@@ -11,7 +11,7 @@ pub const WITHOUT_PYTHON_DRIVERS: &str = "GRIDEYE_WITHOUT_PYTHON_DRIVERS";
 /// Leaves out what is measured and checked beside us where neither it nor PyPI is to be had.
 pub const WITHOUT_PEERS: &str = "GRIDEYE_WITHOUT_PEERS";
 
-/// A command that runs a script of `tests/peers` with the packages of its `requirements.txt`, or `None` if they are left out.
+/// A command that runs a script of `tests/peers`, or any by its whole path, with the packages of its `requirements.txt`, or `None` if they are left out.
 ///
 /// # Panics
 /// When they cannot be installed.
@@ -52,6 +52,18 @@ pub fn script(name: &str, arguments: &[&str], what: &str) -> Option<Command> {
         .arg(root().join("tests/python").join(name))
         .args(arguments);
     Some(command)
+}
+
+/// The folder of the programs of an environment with these requirements, or `None` if they are left out.
+///
+/// # Panics
+/// When they cannot be installed.
+#[must_use]
+pub fn programs(name: &str, requirements: &str, what: &str) -> Option<PathBuf> {
+    if is_left_out(WITHOUT_PYTHON_DRIVERS, what) {
+        return None;
+    }
+    Some(environment(name, requirements, WITHOUT_PYTHON_DRIVERS).join("bin"))
 }
 
 fn environment(folder: &str, requirements: &str, switch: &str) -> PathBuf {

@@ -127,14 +127,45 @@ impl Browser {
     /// # Errors
     /// If it is not there, or the place is outside of the window.
     pub fn point_at(&self, selector: &str, from_middle: (i32, i32)) -> Result<(), Failure> {
+        let moved = self.move_to(selector, from_middle)?;
+        self.mouse(&json!([moved]))
+    }
+
+    /// Presses the mouse at one place, given in CSS pixels from the middle of an element, and lets go at another.
+    ///
+    /// # Errors
+    /// If it is not there, or a place is outside of the window.
+    pub fn drag(&self, selector: &str, from: (i32, i32), to: (i32, i32)) -> Result<(), Failure> {
+        let [start, end] = [self.move_to(selector, from)?, self.move_to(selector, to)?];
+        let press = json!({ "type": "pointerDown", "button": 0 });
+        let release = json!({ "type": "pointerUp", "button": 0 });
+        self.mouse(&json!([start, press, end, release]))
+    }
+
+    fn move_to(&self, selector: &str, (x, y): (i32, i32)) -> Result<Value, Failure> {
         let Element(id) = self.find(selector)?;
-        let moved = json!({
-            "type": "pointerMove", "duration": 0, "origin": { ELEMENT_KEY: id }, "x": from_middle.0, "y": from_middle.1
-        });
+        Ok(
+            json!({ "type": "pointerMove", "duration": 0, "origin": { ELEMENT_KEY: id }, "x": x, "y": y }),
+        )
+    }
+
+    fn mouse(&self, actions: &Value) -> Result<(), Failure> {
         let mouse = json!({
-            "type": "pointer", "id": "mouse", "parameters": { "pointerType": "mouse" }, "actions": [moved]
+            "type": "pointer", "id": "mouse", "parameters": { "pointerType": "mouse" }, "actions": actions
         });
         self.command("/actions", &json!({ "actions": [mouse] }))
+            .map(drop)
+    }
+
+    /// Presses a key wherever the focus is.
+    ///
+    /// # Errors
+    /// If the browser refuses.
+    pub fn press(&self, key: &str) -> Result<(), Failure> {
+        let strokes =
+            json!([{ "type": "keyDown", "value": key }, { "type": "keyUp", "value": key }]);
+        let keyboard = json!({ "type": "key", "id": "keyboard", "actions": strokes });
+        self.command("/actions", &json!({ "actions": [keyboard] }))
             .map(drop)
     }
 
@@ -223,6 +254,15 @@ impl Browser {
     pub fn prefer_scheme(&self, scheme: &str) -> Result<(), Failure> {
         let features = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
         self.devtools("Emulation.setEmulatedMedia", &features)
+    }
+
+    /// Keeps what is downloaded in a folder, without asking.
+    ///
+    /// # Errors
+    /// If the browser refuses.
+    pub fn download_into(&self, folder: &Path) -> Result<(), Failure> {
+        let behavior = json!({ "behavior": "allow", "downloadPath": folder });
+        self.devtools("Browser.setDownloadBehavior", &behavior)
     }
 
     /// What the window shows, as the bytes of a PNG file.

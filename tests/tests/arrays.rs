@@ -32,3 +32,11 @@ fn a_dataset_is_the_same_in_numpy_pandas_pyarrow_polars_and_duckdb() {
         "datasets in numpy, pandas, pyarrow, Polars and DuckDB",
     );
 }
+
+#[test]
+fn what_convert_writes_is_the_recording_to_every_reader() {
+    script(
+        "exports.py",
+        "exports in numpy, pandas, pyarrow, Polars, DuckDB, Pillow and mcap",
+    );
+}

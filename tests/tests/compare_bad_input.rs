@@ -3,8 +3,9 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::programs::{Ended, grideye, root, run};
-use std::path::{Path, PathBuf};
+use grideye_tests::comparing::{compare, simulate};
+use grideye_tests::programs::{Ended, root};
+use std::path::PathBuf;
 use tempfile::TempDir;
 
 const STILL: &str = "scenes/experiment-1.toml";
@@ -29,13 +30,7 @@ impl Bench {
     /// A recording that the scene's own sensor would make.
     fn simulated(&self, scene: &str, frames: u32) -> Vec<String> {
         let path = self.path("simulated.csv");
-        let frames = frames.to_string();
-        let ended = run(grideye()
-            .args([
-                "simulate", scene, "--frames", &frames, "--seed", "7", "--out",
-            ])
-            .arg(&path));
-        assert_eq!(ended.code, 0, "{ended:?}");
+        simulate(scene, 7, frames, &path);
         let text = std::fs::read_to_string(path).unwrap();
         text.lines().map(str::to_owned).collect()
     }
@@ -46,13 +41,6 @@ impl Bench {
         std::fs::write(&path, text).unwrap();
         path
     }
-}
-
-fn compare(scene: &str, recording: &Path, more: &[&str]) -> Ended {
-    run(grideye()
-        .args(["compare", "--scene", scene, "--recording"])
-        .arg(recording)
-        .args(more))
 }
 
 /// Nothing on standard output, so that no score can be taken for one.

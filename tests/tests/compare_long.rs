@@ -5,7 +5,8 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::programs::{grideye, root, run};
+use grideye_tests::comparing::simulate;
+use grideye_tests::programs::{grideye, root};
 use grideye_validator::{Options, RECORDS_MAX, Thinning, compare_scene};
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
@@ -17,12 +18,7 @@ const SCENE: &str = "scenes/experiment-1.toml";
 /// A recording of so many rows: frames that the scene's sensor made, again and again, with numbers and times that go on.
 fn long(folder: &Path, rows: usize) -> std::path::PathBuf {
     let short = folder.join("short.csv");
-    let ended = run(grideye()
-        .args([
-            "simulate", SCENE, "--frames", "1000", "--seed", "9", "--out",
-        ])
-        .arg(&short));
-    assert_eq!(ended.code, 0, "{ended:?}");
+    simulate(SCENE, 9, 1000, &short);
     let text = std::fs::read_to_string(short).unwrap();
     let (header, frames) = text.split_once('\n').unwrap();
     let frames: Vec<&str> = frames.lines().collect();

@@ -3,7 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::programs::{Ended, grideye, run};
+use grideye_tests::comparing::{compare, simulate};
+use grideye_tests::programs::{grideye, run};
 use grideye_tests::python::peer;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -14,26 +15,8 @@ const SCENE: &str = "scenes/experiment-1.toml";
 /// What the scene's own sensor would record.
 fn recording(folder: &TempDir, scene: &str, frames: u32) -> PathBuf {
     let path = folder.path().join("recording & <1>.csv");
-    let ended = run(grideye()
-        .args([
-            "simulate",
-            scene,
-            "--seed",
-            "1007",
-            "--frames",
-            &frames.to_string(),
-            "--out",
-        ])
-        .arg(&path));
-    assert_eq!(ended.code, 0, "{ended:?}");
+    simulate(scene, 1007, frames, &path);
     path
-}
-
-fn compare(scene: &str, recording: &Path, more: &[&str]) -> Ended {
-    run(grideye()
-        .args(["compare", "--scene", scene, "--recording"])
-        .arg(recording)
-        .args(more))
 }
 
 /// The cases of a report by Python's parser; `None` if Python is left out.

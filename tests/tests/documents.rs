@@ -34,6 +34,10 @@ const GUESTS: &str = "tests/tests/guests.rs";
 const X86: &str = "a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus";
 const ARM: &str =
     "an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry_pi";
+const JOINING: &str = "tests/tests/joining.rs";
+const PASTED: &str = "a_line_is_pasted_and_the_agent_delivers_over_tls_with_its_token";
+const DRIVER_CI: &str = "tests/tests/driver_ci.rs";
+const DRIVER_CI_PYTHON: &str = "the_python_suite_passes_on_the_emulated_sensor";
 const WALK: &str = "grideye simulate scenes/experiment-3.toml --out walk.csv";
 
 /// Every command of the documents.
@@ -77,8 +81,29 @@ const COMMANDS: &[(&str, Kept)] = &[
         Emulated(&["i2c-1:0x69: ok"]),
     ),
     (
-        "grideye collect --listen 192.168.1.20:8833 --trust-network",
-        Serves("", &["http://127.0.0.1:"]),
+        "grideye enroll pi-1 --url https://192.168.1.20:8833",
+        Run(
+            "",
+            &[
+                "grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-",
+                ",pin=sha256-",
+            ],
+        ),
+    ),
+    (
+        "grideye collect --listen 192.168.1.20:8833",
+        Serves("grideye enroll pi-1", &["http://127.0.0.1:"]),
+    ),
+    (
+        "grideye collect --scenes scenes",
+        By(
+            "tests/tests/page_beside.rs",
+            "a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict",
+        ),
+    ),
+    (
+        "sudo grideye-agent join 'grideye:https://192.168.1.20:8833,device=pi-1,token=…,pin=…'",
+        By(JOINING, PASTED),
     ),
     (
         "grideye record evening --seconds 60 --out evening.csv",
@@ -128,10 +153,18 @@ const COMMANDS: &[(&str, Kept)] = &[
         Not("a Raspberry Pi"),
     ),
     (
-        "grideye collect --listen 0.0.0.0:8833 --trust-network",
-        Serves("", &["http://0.0.0.0:"]),
+        "grideye collect --listen 0.0.0.0:8833",
+        Serves("grideye enroll pi-1", &["https://0.0.0.0:"]),
     ),
+    ("sudo grideye-agent join 'LINE'", By(JOINING, PASTED)),
     // crates/grideye-agent/README.md
+    (
+        "grideye-agent check --config agent.toml",
+        By(
+            JOINING,
+            "check_says_whether_the_collector_takes_the_frames_and_what_to_do_if_not",
+        ),
+    ),
     (
         "grideye-agent run --config agent.toml",
         By(
@@ -191,6 +224,15 @@ const COMMANDS: &[(&str, Kept)] = &[
         "grideye dataset scenes/experiment-1.toml --frames 5000 --out frames --shard 2/4",
         Run("", &["shard 2 of 4: 1000 of 5000 frames in frames"]),
     ),
+    // tests/examples/driver-ci/README.md
+    (
+        "cp -r tests/examples/driver-ci /tmp/driver && ln -s \"$PWD\" /tmp/driver/grideye-hil",
+        By(DRIVER_CI, DRIVER_CI_PYTHON),
+    ),
+    (
+        "cd /tmp/driver && python3 -m venv venv && . venv/bin/activate && pip install -r python/requirements.txt",
+        By(DRIVER_CI, DRIVER_CI_PYTHON),
+    ),
     // the helps
     (
         "grideye coverage scenes/bedroom.toml --candidates all --best 2 --out coverage.svg --write best.toml",
@@ -234,8 +276,35 @@ const COMMANDS: &[(&str, Kept)] = &[
         Serves(WALK, &["/tmp/amg.sock"]),
     ),
     (
+        "grideye enroll pi-1",
+        Run("", &[",device=pi-1,token=grideye-"]),
+    ),
+    (
+        "grideye token make ana --scope read",
+        Run("", &["grideye-"]),
+    ),
+    ("grideye token list", Run("", &["no token yet"])),
+    (
+        "grideye token revoke pi-1",
+        Run("grideye enroll pi-1", &["revoked "]),
+    ),
+    (
         "grideye collect --store frames.sqlite",
         Serves("", &["http://127.0.0.1:"]),
+    ),
+    (
+        "grideye collect --store postgres://grideye@db.local/frames",
+        By(
+            "tests/tests/several_collectors.rs",
+            "agents_that_move_between_three_collectors_lose_nothing_when_one_is_killed",
+        ),
+    ),
+    (
+        "grideye migrate frames.sqlite postgres://grideye@db.local/frames",
+        By(
+            "tests/tests/several_collectors.rs",
+            "a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_and_frames",
+        ),
     ),
     (
         "grideye record empty-room --seconds 60 --out empty-room.csv",
@@ -252,8 +321,12 @@ const COMMANDS: &[(&str, Kept)] = &[
         ),
     ),
     (
-        "grideye convert recordings/linaige/Session2_2021-07-01_RoomB_v2.csv session2.csv",
+        "grideye convert recordings/linaige/Session2_2021-07-01_RoomB_v2.csv session2.parquet",
         Run("", &[]),
+    ),
+    (
+        "grideye convert frames.txt frames.csv --thermistor 25",
+        Run("seq -s , 0 63 > frames.txt", &[]),
     ),
     (
         "grideye audit --json",
@@ -272,6 +345,7 @@ fn documents() -> Vec<PathBuf> {
         "scenes",
         "scenes/profiles",
         "recordings",
+        "tests/examples/driver-ci",
     ];
     let mut documents: Vec<PathBuf> = folders
         .iter()
@@ -280,7 +354,9 @@ fn documents() -> Vec<PathBuf> {
     for crate_folder in std::fs::read_dir(root().join("crates")).unwrap() {
         documents.push(crate_folder.unwrap().path().join("README.md"));
     }
-    documents.push(root().join("crates/grideye/DATASET.md"));
+    for page in ["DATASET.md", "EXPORT.md"] {
+        documents.push(root().join("crates/grideye").join(page));
+    }
     documents.retain(|document| document.exists());
     documents
 }
@@ -512,14 +588,17 @@ fn every_option_that_a_document_names_exists() {
     for document in documents() {
         let text = std::fs::read_to_string(&document).unwrap();
         for piece in text.split('`').filter(|piece| !piece.contains('\n')) {
-            let mut parts = piece.split_whitespace();
+            let mut parts = piece.split_whitespace().peekable();
             let (Some("grideye"), Some(subcommand)) = (parts.next(), parts.next()) else {
                 continue;
             };
             if !subcommand.chars().all(|letter| letter.is_ascii_lowercase()) {
                 continue;
             }
-            let help = run(Command::new(folder().join("grideye")).args([subcommand, "--help"]));
+            // A command of a command, as in `grideye token make`; what is an argument instead changes nothing.
+            let deeper = parts.next_if(|part| part.bytes().all(|byte| byte.is_ascii_lowercase()));
+            let mut command = Command::new(folder().join("grideye"));
+            let help = run(command.arg(subcommand).args(deeper).arg("--help"));
             assert_eq!(help.code, 0, "{}: {piece}: {help:?}", document.display());
             for option in parts
                 .take_while(|part| *part != "--")

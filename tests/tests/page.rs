@@ -1,178 +1,13 @@
 //! The live page in a real browser, in front of a real collector.
 
-use grideye_collector::{Collector, CollectorError, Config, StoreLocation, SystemClock};
-use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
+use grideye_tests::live_page::{
+    COLDEST, HOTTEST, Outcome, assert_quiet, batch, colour, field, frame, keep_picture, person,
+    pixels, set_up, wait_for_colour,
+};
+use grideye_tests::webdriver::{Screen, left_out};
 use serde_json::{Value, json};
 use std::io::Read as _;
-use std::net::SocketAddr;
-use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use tokio::runtime::Runtime;
-use tokio::sync::oneshot;
-use tokio::task::JoinHandle;
-
-type Outcome = Result<(), Failure>;
-
-/// The ends of the palette "inferno", from matplotlib's table.
-const COLDEST: [u64; 3] = [0, 0, 4];
-const HOTTEST: [u64; 3] = [252, 255, 164];
-
-/// A collector in this process, which can be stopped and started again at the same address.
-struct Server {
-    runtime: Runtime,
-    address: SocketAddr,
-    stop: Option<oneshot::Sender<()>>,
-    served: Option<JoinHandle<Result<(), CollectorError>>>,
-}
-
-impl Server {
-    fn start(store: &Path) -> Result<Self, Failure> {
-        let mut server = Self {
-            runtime: Runtime::new()?,
-            address: ([127, 0, 0, 1], 0).into(),
-            stop: None,
-            served: None,
-        };
-        server.begin(store)?;
-        Ok(server)
-    }
-
-    fn begin(&mut self, store: &Path) -> Outcome {
-        let store = StoreLocation::File(store.to_owned());
-        let mut config = Config::new(self.address, store, Arc::new(SystemClock::new()));
-        config.limits.store_lock_time_max = Duration::from_millis(200);
-        let collector = self.runtime.block_on(Collector::bind(config))?;
-        self.address = collector.local_addr();
-        let (stop, stopped) = oneshot::channel::<()>();
-        self.stop = Some(stop);
-        self.served = Some(self.runtime.spawn(collector.serve(async {
-            let _ = stopped.await;
-        })));
-        Ok(())
-    }
-
-    fn end(&mut self) -> Outcome {
-        self.stop = None;
-        let served = self.served.take().ok_or("the collector is not running")?;
-        self.runtime.block_on(served)??;
-        Ok(())
-    }
-
-    fn url(&self, path: &str) -> String {
-        format!("http://{}{path}", self.address)
-    }
-
-    fn get(&self, path: &str) -> Result<Value, Failure> {
-        Ok(ureq::get(self.url(path)).call()?.body_mut().read_json()?)
-    }
-
-    fn post(&self, body: &Value) -> Outcome {
-        ureq::post(self.url("/v1/frames")).send_json(body)?;
-        Ok(())
-    }
-}
-
-/// A frame of one temperature, in quarters of a degree, with one other pixel.
-fn pixels(all: u16, index: usize, other: u16) -> Vec<u16> {
-    let mut pixels = vec![all; 64];
-    pixels[index] = other;
-    pixels
-}
-
-/// Frames of one sensor, each as it stands on the wire but for its times.
-fn batch(sensor: &str, first_seq: u64, frames: &[Value]) -> Value {
-    let utc_ns = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |since| since.as_nanos());
-    let records: Vec<Value> = (first_seq..)
-        .zip(frames)
-        .map(|(seq, frame)| {
-            let mut record = frame.clone();
-            record["seq"] = seq.into();
-            record["t_boot_ns"] = boot_ns(seq).into();
-            record["t_utc_ns"] = u64::try_from(utc_ns).unwrap_or(0).into();
-            record["clock"] = "synced".into();
-            record
-        })
-        .collect();
-    let sent = boot_ns(first_seq + u64::try_from(frames.len()).unwrap_or(0) - 1);
-    json!({
-        "device": "pi-1", "boot": "b1", "t_sent_boot_ns": sent,
-        "sensors": [{ "sensor": sensor, "frames": records }]
-    })
-}
-
-fn boot_ns(seq: u64) -> u64 {
-    1_000_000_000 + seq * 100_000_000
-}
-
-fn frame(pixels: &[u16], thermistor: u16) -> Value {
-    json!({ "pixels_raw": pixels, "thermistor_raw": thermistor })
-}
-
-/// Red, green and blue in the middle of a cell of the first sensor's canvas.
-fn colour(browser: &Browser, index: usize) -> Result<Vec<u64>, Failure> {
-    // A copy is read, because reading a canvas makes the browser remark on how that could be faster.
-    let script = format!(
-        "const canvas = document.querySelector('.heat');
-         const cell = canvas.width / 8;
-         const [x, y] = [({index} % 8 + 0.5) * cell, (Math.floor({index} / 8) + 0.5) * cell];
-         const copy = Object.assign(document.createElement('canvas'), {{ width: 1, height: 1 }});
-         const context = copy.getContext('2d', {{ willReadFrequently: true }});
-         context.drawImage(canvas, x, y, 1, 1, 0, 0, 1, 1);
-         return Array.from(context.getImageData(0, 0, 1, 1).data.slice(0, 3));"
-    );
-    let colour = browser.execute(&script)?;
-    Ok(serde_json::from_value(colour)?)
-}
-
-fn wait_for_colour(browser: &Browser, index: usize, wanted: [u64; 3]) -> Outcome {
-    let what = format!("colour of cell {index}, wanted {wanted:?}");
-    browser
-        .wait_for(&what, || colour(browser, index), |seen| *seen == wanted)
-        .map(drop)
-}
-
-fn field(browser: &Browser, name: &str, wanted: &str) -> Outcome {
-    let selector = format!(".sensor [data-field={name}]");
-    browser
-        .wait_for_text(&selector, |text| text.contains(wanted))
-        .map(drop)
-}
-
-/// Nothing was written to the console; what is lost while the collector is away is no fault of the page.
-fn assert_quiet(browser: &Browser, allowed: &str) -> Outcome {
-    let faults: Vec<String> = browser
-        .console()?
-        .into_iter()
-        .filter(|line| allowed.is_empty() || !line.contains(allowed))
-        .collect();
-    assert_eq!(faults, Vec::<String>::new());
-    Ok(())
-}
-
-/// Keeps what the window shows, for a person to look at, in the folder that `GRIDEYE_SCREENSHOTS` names.
-fn keep_picture(browser: &Browser, name: &str) -> Outcome {
-    if let Some(folder) = std::env::var_os("GRIDEYE_SCREENSHOTS") {
-        std::fs::write(
-            Path::new(&folder).join(format!("{name}.png")),
-            browser.screenshot()?,
-        )?;
-    }
-    Ok(())
-}
-
-/// A server, a browser on its page, and the folder of the store.
-fn set_up() -> Result<(Server, Browser, tempfile::TempDir), Failure> {
-    let folder = tempfile::tempdir()?;
-    let server = Server::start(&folder.path().join("frames.sqlite"))?;
-    let browser = Browser::start()?;
-    browser.open(&server.url("/"))?;
-    browser.wait_for_text("#link", |text| text == "connected")?;
-    Ok((server, browser, folder))
-}
 
 #[test]
 fn frames_appear_as_colours_and_numbers() -> Outcome {
@@ -376,6 +211,27 @@ fn the_page_comes_back_by_itself_when_the_collector_does() -> Outcome {
     assert_quiet(&browser, "ERR_CONNECTION_REFUSED")
 }
 
+#[test]
+fn a_page_that_was_left_holds_no_connection() -> Outcome {
+    if left_out("a_page_that_was_left_holds_no_connection") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    // A browser keeps six connections to one host, and pages that were left for the way back.
+    let followers = || Ok(server.get("/v1/health")?["live_clients"].clone());
+    browser.open("about:blank")?;
+    browser.wait_for("nobody to follow", followers, |followers| *followers == 0)?;
+    browser.open(&server.url("/"))?;
+    browser.wait_for_text("#link", |text| text == "connected")?;
+    assert_eq!(followers()?, 1);
+    // Back, to a page that may have been kept: it follows again.
+    browser.execute("history.go(-2)")?;
+    browser.wait_for_text("#link", |text| text == "connected")?;
+    server.post(&batch("s1", 0, &[frame(&pixels(80, 9, 120), 402)]))?;
+    field(&browser, "state", "live")?;
+    assert_quiet(&browser, "")
+}
+
 /// Holds the store's file until its standard input ends.
 const HOLDER: &str = "import sqlite3, sys
 store = sqlite3.connect(sys.argv[1], isolation_level=None)
@@ -492,19 +348,4 @@ fn it_fits_a_telephone_and_a_wall() -> Outcome {
         keep_picture(&browser, name)?;
     }
     assert_quiet(&browser, "")
-}
-
-/// A warm shape before a wall, in raw words.
-fn person() -> Vec<u16> {
-    let shape = [
-        "00000000", "00022000", "00277200", "00279300", "00389400", "00288300", "00267200",
-        "00156100",
-    ];
-    let cells = shape.iter().flat_map(|row| row.bytes());
-    cells
-        .enumerate()
-        .map(|(index, digit)| {
-            84 + u16::from(digit - b'0') * 4 + u16::try_from(index % 3).unwrap_or(0)
-        })
-        .collect()
 }

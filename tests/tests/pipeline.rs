@@ -483,8 +483,8 @@ fn mistakes_with_addresses_and_folders_name_the_fix() {
     );
     refused(
         &["collect", "--listen", "0.0.0.0:0", "--store", fresh],
-        1,
-        &["0.0.0.0", "hint:"],
+        2,
+        &["0.0.0.0", "grideye enroll DEVICE", "hint:"],
     );
     refused(
         &["audit", "--collector", "http://127.0.0.1:9"],

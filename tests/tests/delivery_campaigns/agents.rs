@@ -1,0 +1,167 @@
+//! An agent on an emulated sensor that is started again whenever it ends, as systemd does.
+
+use crate::CATCH_UP_MAX;
+use crate::seeded::kills;
+use crate::spooled;
+use grideye_tests::emulated::{Words, recording};
+use grideye_tests::programs::{grideye, grideye_agent, wait};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Frames that the sensor shows before it stands still: more than any campaign takes.
+pub(crate) fn source_frames() -> usize {
+    2000 + 100 * usize::try_from(kills()).unwrap()
+}
+
+const LOOP: &str = r#"while [ ! -e "$1/stop" ]; do "$2" run --config "$1/agent.toml" >>"$1/out" 2>>"$1/log" &
+echo $! >"$1/pid.new"; mv "$1/pid.new" "$1/pid"; wait $!; done"#;
+
+pub(crate) struct Agents {
+    emulator: Child,
+    folder: PathBuf,
+    spool: PathBuf,
+    /// What was on the spool's disk, by run and number, at the moments of all kills together.
+    pub(crate) on_disk: BTreeSet<(String, u64)>,
+    pub(crate) killed: u32,
+}
+
+impl Agents {
+    /// Starts it in `folder`, where [`Agents::trace`] comes to lie too.
+    pub(crate) fn start(folder: &Path, collector: &str, spool: &Path, mode: &str) -> Self {
+        let source = recording(folder, "source.csv", (0..source_frames()).map(identifiable));
+        std::fs::write(folder.join("agent.toml"), config(collector, spool, mode)).unwrap();
+        let emulator = grideye()
+            .args(["emulate", "--quiet", "--via", "preload"])
+            .args(["--replay", "frames", "--recording"])
+            .arg(source)
+            .arg("--trace")
+            .arg(Self::trace(folder))
+            .args(["--", "bash", "-c", LOOP, "agents"])
+            .arg(folder)
+            .arg(grideye_agent().get_program())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let agents = Self {
+            emulator,
+            folder: folder.to_owned(),
+            spool: spool.to_owned(),
+            on_disk: BTreeSet::new(),
+            killed: 0,
+        };
+        agents.pid_other_than("");
+        agents
+    }
+
+    /// What passed on the bus, as the emulated sensor wrote it down.
+    pub(crate) fn trace(folder: &Path) -> PathBuf {
+        folder.join("bus.csv")
+    }
+
+    fn pid_other_than(&self, old: &str) -> String {
+        let since = Instant::now();
+        loop {
+            let pid = std::fs::read_to_string(self.folder.join("pid")).unwrap_or_default();
+            if !pid.trim().is_empty() && pid.trim() != old {
+                return pid.trim().to_owned();
+            }
+            assert!(since.elapsed() < CATCH_UP_MAX, "no agent: {}", self.log());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// `kill -9`, after a look at what its spool held at that moment.
+    pub(crate) fn kill(&mut self) {
+        let pid = self.pid_other_than("");
+        signal("STOP", &pid);
+        self.on_disk.extend(spooled::records(&self.spool));
+        signal("KILL", &pid);
+        self.killed += 1;
+        self.pid_other_than(&pid);
+    }
+
+    /// Lets the agent that runs end well.
+    pub(crate) fn stop(&mut self) {
+        std::fs::write(self.folder.join("stop"), "").unwrap();
+        signal("TERM", &self.pid_other_than(""));
+        assert_eq!(wait(&mut self.emulator), 0, "{}", self.log());
+    }
+
+    pub(crate) fn log(&self) -> String {
+        std::fs::read_to_string(self.folder.join("log")).unwrap_or_default()
+    }
+
+    pub(crate) fn wait_for_log(&self, said: &str) {
+        let since = Instant::now();
+        while !self.log().contains(said) {
+            assert!(
+                since.elapsed() < CATCH_UP_MAX,
+                "no {said:?} in {}",
+                self.log()
+            );
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Frames and seconds that a kill may cost, as the agent says when it starts.
+    pub(crate) fn guarantee(&self) -> (u64, f64) {
+        self.wait_for_log("costs at most the ");
+        let log = self.log();
+        let number = |before: &str| {
+            let text = log.split(before).nth(1).unwrap();
+            text.split(' ').next().unwrap().to_owned()
+        };
+        let frames = number("costs at most the ").parse().unwrap();
+        (frames, number("were read in the last ").parse().unwrap())
+    }
+}
+
+impl Drop for Agents {
+    fn drop(&mut self) {
+        let _ = std::fs::write(self.folder.join("stop"), "");
+        if let Ok(pid) = std::fs::read_to_string(self.folder.join("pid")) {
+            let _ = Command::new("kill")
+                .args(["-KILL", pid.trim()])
+                .stderr(Stdio::null())
+                .status();
+        }
+        let _ = self.emulator.kill();
+        let _ = self.emulator.wait();
+    }
+}
+
+fn signal(name: &str, pid: &str) {
+    let sent = Command::new("kill")
+        .args([&format!("-{name}"), pid])
+        .status()
+        .unwrap();
+    assert!(sent.success(), "no process {pid}");
+}
+
+pub(crate) fn config(collector: &str, spool: &Path, mode: &str) -> String {
+    format!(
+        "device = \"pi-1\"\ncollector = \"{collector}\"\npost_every_ms = 100\nrequest_timeout_ms = 1500\n\
+         [spool]\nfolder = \"{}\"\nfree_mib_min = 0\n{mode}\n\
+         [[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n",
+        spool.display()
+    )
+}
+
+/// A frame that shows its number: in quarters of a degree on the first two pixels, and spread over the others.
+pub(crate) fn identifiable(index: usize) -> Words {
+    let quarters = |pixel: usize| match pixel {
+        0 => index % 512,
+        1 => index / 512,
+        _ => (index * 2_654_435_761 + pixel * 40_503) / 512 % 480,
+    };
+    Words {
+        pixels: std::array::from_fn(|pixel| {
+            let quarters = i16::try_from(quarters(pixel)).unwrap() - 160;
+            u16::from_ne_bytes(quarters.to_ne_bytes()) & 0xFFF
+        }),
+        thermistor: u16::try_from(160 + index % 1000).unwrap(),
+    }
+}

@@ -1,0 +1,306 @@
+//! The worked example `tests/examples/driver-ci`, as a public CI would run it: the `run:` lines of its workflow file, in
+//! a copy of its folder with this repository beside it. What those lines would download or build is here already.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "what fails in a helper fails the test"
+)]
+
+use grideye_tests::programs::{Ended, folder, root, run, target};
+use grideye_tests::python;
+use serde_json::Value;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+const EXAMPLE: &str = "tests/examples/driver-ci";
+const WORKFLOW: &str = "tests/examples/driver-ci/.github/workflows/driver.yml";
+
+/// What begins so is not run: the programs are the ones built here, the packages the same pins in an environment here.
+const FETCHES: [&str; 3] = [
+    "rustup toolchain install ",
+    "cargo install --locked --path grideye-hil/crates/grideye",
+    "pip install -r python/requirements.txt",
+];
+
+/// The `run:` lines of the workflow, in order.
+fn run_lines() -> Vec<String> {
+    let text = std::fs::read_to_string(root().join(WORKFLOW)).unwrap();
+    let lines = text.lines().map(|line| line.trim_start_matches([' ', '-']));
+    lines
+        .filter_map(|line| line.strip_prefix("run: "))
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The lines that run a suite: Python's, Rust's in its own process, and Rust's program.
+fn suites() -> [String; 3] {
+    let mut lines = run_lines();
+    lines.retain(|line| !FETCHES.iter().any(|fetch| line.starts_with(fetch)));
+    lines.try_into().unwrap()
+}
+
+/// The example's folder as a project of its own, checked out with this repository beside it.
+struct Checkout {
+    folder: PathBuf,
+    path: OsString,
+}
+
+impl Checkout {
+    /// One for each test, at a place that stays: cargo knows the packages by it.
+    fn new(name: &str) -> Self {
+        let folder = target().join("driver-ci").join(name);
+        // It may be the first time.
+        let _ = std::fs::remove_dir_all(&folder);
+        copy(&root().join(EXAMPLE), &folder);
+        std::os::unix::fs::symlink(root().canonicalize().unwrap(), folder.join("grideye-hil"))
+            .unwrap();
+        Self {
+            folder,
+            path: with_path(self::folder()),
+        }
+    }
+
+    /// The same with the Python packages that the workflow installs, if they are not left out here.
+    fn with_python(name: &str) -> Option<Self> {
+        let programs = python_programs()?;
+        let mut checkout = Self::new(name);
+        let mut path = with_path(programs);
+        path.push(":");
+        path.push(&checkout.path);
+        checkout.path = path;
+        Some(checkout)
+    }
+
+    /// Runs a line as GitHub's machines do where a step names no shell.
+    fn run(&self, line: &str) -> Ended {
+        let ended = run(Command::new("bash")
+            .args(["-e", "-c", line])
+            .current_dir(&self.folder)
+            .env("PATH", &self.path)
+            .env("CARGO_TARGET_DIR", target().join("driver-ci/build")));
+        println!("$ {line}\n{}\n{}", ended.stdout, ended.stderr);
+        ended
+    }
+
+    fn replace(&self, file: &str, from: &str, to: &str) {
+        let path = self.folder.join(file);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains(from), "{file} has no {from}");
+        std::fs::write(path, text.replace(from, to)).unwrap();
+    }
+
+    /// The person stands on the other side of the sensor, and the room is as warm as before.
+    fn move_the_person(&self) {
+        self.replace("room.toml", "[2500, 1850, 0]", "[1500, 1850, 0]");
+    }
+
+    /// The Python driver with pixel 2 taken for pixel 1, where Python finds it before the one installed.
+    fn break_the_python_driver(&self) {
+        let look = "import grideye, os; print(os.path.dirname(grideye.__file__))";
+        let found = run(Command::new(python_programs().unwrap().join("python"))
+            .args(["-c", look])
+            .current_dir("/"));
+        copy(
+            Path::new(found.stdout.trim()),
+            &self.folder.join("python/grideye"),
+        );
+        let file = "python/grideye/grideye.py";
+        self.replace(file, "0x80 + line * 16", "0x82 + line * 16");
+    }
+
+    /// The same of the Rust driver, by cargo's own way to replace a crate.
+    fn break_the_rust_driver(&self) {
+        let metadata = run(Command::new(env!("CARGO"))
+            .args(["metadata", "--format-version", "1"])
+            .args(["--manifest-path", "rust/Cargo.toml"])
+            .current_dir(&self.folder));
+        let metadata: Value = serde_json::from_str(&metadata.stdout).unwrap();
+        let mut packages = metadata["packages"].as_array().unwrap().iter();
+        let driver = packages
+            .find(|package| package["name"] == "grideye")
+            .unwrap();
+        let manifest = Path::new(driver["manifest_path"].as_str().unwrap());
+        let broken = self.folder.join("broken-driver");
+        copy(manifest.parent().unwrap(), &broken);
+        let register = "TemperatureStart = 0x80";
+        self.replace(
+            "broken-driver/src/lib.rs",
+            register,
+            "TemperatureStart = 0x82",
+        );
+        std::fs::create_dir(self.folder.join(".cargo")).unwrap();
+        let patch = format!("[patch.crates-io]\ngrideye = {{ path = {broken:?} }}\n");
+        std::fs::write(self.folder.join(".cargo/config.toml"), patch).unwrap();
+    }
+}
+
+/// The programs of the packages that the workflow installs.
+fn python_programs() -> Option<&'static Path> {
+    static PROGRAMS: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let requirements = format!("{EXAMPLE}/python/requirements.txt");
+    let what = "the Python suite of the example for CI";
+    let programs =
+        PROGRAMS.get_or_init(|| python::programs("driver-ci-python", &requirements, what));
+    programs.as_deref()
+}
+
+/// `PATH` with this folder first.
+fn with_path(first: &Path) -> OsString {
+    let mut path = first.as_os_str().to_owned();
+    path.push(":");
+    path.push(std::env::var_os("PATH").unwrap());
+    path
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let place = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &place);
+        } else {
+            std::fs::copy(entry.path(), place).unwrap();
+        }
+    }
+}
+
+/// How often the suite asked the emulated sensor, from the last line that the emulator says.
+fn transactions(ended: &Ended) -> u32 {
+    assert!(
+        ended
+            .stderr
+            .contains(": ceiling at 1:0x69, showing room.toml"),
+        "{ended:?}"
+    );
+    let counted = ended
+        .stderr
+        .lines()
+        .find_map(|line| line.split_once(" transactions, "));
+    counted.unwrap().0.parse().unwrap()
+}
+
+/// Each test that Rust's or Python's report names, and whether it passed.
+fn passed(ended: &Ended, test: &str) -> bool {
+    let line = ended
+        .stdout
+        .lines()
+        .find(|line| line.contains(&format!("{test} ")) && !line.starts_with("FAILED"));
+    let line = line.unwrap_or_else(|| panic!("{test} did not run: {ended:?}"));
+    line.contains("PASSED") || line.ends_with("... ok")
+}
+
+/// GitHub's own schema of a workflow, as SchemaStore keeps it and check-jsonschema brings it; and its lines by a reader
+/// of YAML.
+#[test]
+fn a_public_ci_takes_the_workflow() {
+    let requirements = "tests/examples/requirements.txt";
+    let what = "the example's workflow against GitHub's schema";
+    let Some(programs) = python::programs("examples", requirements, what) else {
+        return;
+    };
+    let checked = run(Command::new(programs.join("check-jsonschema"))
+        .args(["--builtin-schema", "vendor.github-workflows"])
+        .arg(root().join(WORKFLOW)));
+    assert_eq!(checked.code, 0, "{checked:?}");
+
+    let read = "import json, sys; from ruamel.yaml import YAML; \
+                workflow = YAML(typ='safe').load(open(sys.argv[1])); \
+                print(json.dumps([step['run'] for job in workflow['jobs'].values() for step in job['steps'] if 'run' in step]))";
+    let read = run(Command::new(programs.join("python"))
+        .args(["-c", read])
+        .arg(root().join(WORKFLOW)));
+    let lines: Vec<String> = serde_json::from_str(&read.stdout).unwrap();
+    assert_eq!(lines, run_lines());
+    assert_eq!(lines.len(), FETCHES.len() + suites().len());
+}
+
+#[test]
+fn the_python_suite_passes_on_the_emulated_sensor() {
+    let Some(checkout) = Checkout::with_python("python") else {
+        return;
+    };
+    let [line, ..] = suites();
+    let ended = checkout.run(&line);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(ended.stdout.contains("6 passed"), "{ended:?}");
+    // Six tests wake the sensor and read eight rows of the picture, some more than once.
+    assert!(transactions(&ended) >= 60, "{ended:?}");
+}
+
+#[test]
+fn the_python_suite_sees_the_room_that_it_is_shown() {
+    let Some(checkout) = Checkout::with_python("python-moved") else {
+        return;
+    };
+    checkout.move_the_person();
+    let [line, ..] = suites();
+    let ended = checkout.run(&line);
+    assert_eq!(ended.code, 1, "{ended:?}");
+    assert!(passed(&ended, "test_the_room_has_its_temperature"));
+    assert!(!passed(
+        &ended,
+        "test_the_person_is_where_the_scene_has_them"
+    ));
+}
+
+#[test]
+fn a_wrong_register_fails_the_python_suite() {
+    let Some(checkout) = Checkout::with_python("python-broken") else {
+        return;
+    };
+    checkout.break_the_python_driver();
+    let [line, ..] = suites();
+    let ended = checkout.run(&line);
+    assert_eq!(ended.code, 1, "{ended:?}");
+    assert!(passed(
+        &ended,
+        "test_the_chip_is_a_little_warmer_than_the_room"
+    ));
+    assert!(passed(&ended, "test_the_interrupt_marks_the_person"));
+    assert!(!passed(
+        &ended,
+        "test_the_person_is_where_the_scene_has_them"
+    ));
+}
+
+const IN_PROCESS: &str = "the_person_is_where_the_scene_has_them";
+const PROGRAM: &str = "the_program_says_where_the_person_is";
+
+/// One test after the other, since cargo builds for one checkout only once.
+#[test]
+fn the_rust_suites_pass_and_see_the_room_that_they_are_shown() {
+    let checkout = Checkout::new("rust");
+    let [_, in_process, program] = suites();
+    let ended = checkout.run(&in_process);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(passed(&ended, IN_PROCESS));
+    let ended = checkout.run(&program);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(passed(&ended, PROGRAM));
+    // The picture, pixel by pixel.
+    assert!(transactions(&ended) >= 64, "{ended:?}");
+
+    checkout.move_the_person();
+    let ended = checkout.run(&in_process);
+    assert!(ended.code != 0 && !passed(&ended, IN_PROCESS));
+    assert!(passed(&ended, "nobody_is_in_an_empty_room"));
+    let ended = checkout.run(&program);
+    assert!(ended.code != 0 && !passed(&ended, PROGRAM));
+}
+
+#[test]
+fn a_wrong_register_fails_the_rust_suites() {
+    let checkout = Checkout::new("rust-broken");
+    checkout.break_the_rust_driver();
+    let [_, in_process, program] = suites();
+    let ended = checkout.run(&in_process);
+    assert!(ended.code != 0 && !passed(&ended, IN_PROCESS));
+    assert!(passed(&ended, "a_sensor_at_the_other_address_is_an_error"));
+    let ended = checkout.run(&program);
+    assert!(ended.code != 0 && !passed(&ended, PROGRAM));
+    assert!(transactions(&ended) >= 64, "{ended:?}");
+}

@@ -1,0 +1,334 @@
+//! From `grideye enroll` to the first post: the real programs, tokens and TLS on.
+
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
+use grideye_tests::programs::{Ended, grideye, grideye_agent, run, terminate, wait, wait_for};
+use std::io::{BufRead as _, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+/// A collector with TLS and tokens, and the folder of everything.
+struct Site {
+    at: tempfile::TempDir,
+    collector: Child,
+    url: String,
+}
+
+impl Site {
+    fn new() -> Self {
+        let at = tempfile::tempdir().unwrap();
+        let made = run(grideye()
+            .args(["token", "make", "boss", "--scope", "admin", "--access"])
+            .arg(at.path().join("access"))
+            .arg("--out")
+            .arg(at.path().join("boss.token")));
+        assert_eq!(made.code, 0, "{made:?}");
+        let mut collector = grideye()
+            .args([
+                "collect",
+                "--listen",
+                "127.0.0.1:0",
+                "--tls",
+                "--log",
+                "json",
+            ])
+            .arg("--store")
+            .arg(at.path().join("frames.sqlite"))
+            .arg("--access")
+            .arg(at.path().join("access"))
+            .stdout(Stdio::piped())
+            .stderr(std::fs::File::create(at.path().join("collector.log")).unwrap())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        let stdout = collector.stdout.take().unwrap();
+        BufReader::new(stdout).read_line(&mut line).unwrap();
+        assert!(line.starts_with("https://127.0.0.1:"), "{line}");
+        let url = line.trim().trim_end_matches('/').to_owned();
+        Self { at, collector, url }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.at.path().join(name)
+    }
+
+    fn grideye(&self, arguments: &[&str]) -> Ended {
+        run(grideye()
+            .args(arguments)
+            .arg("--access")
+            .arg(self.path("access")))
+    }
+
+    fn enroll(&self, device: &str) -> String {
+        let enrolled = self.grideye(&["enroll", device]);
+        assert_eq!(enrolled.code, 0, "{enrolled:?}");
+        assert_eq!(enrolled.stdout.lines().count(), 1, "one line: {enrolled:?}");
+        enrolled.stdout.trim().to_owned()
+    }
+
+    fn join(&self, line: &str) -> Ended {
+        run(grideye_agent()
+            .args(["join", line, "--out"])
+            .arg(self.path("collector.toml")))
+    }
+
+    /// As the owner of the admin's token.
+    fn client(&self, command: &str, more: &[&str]) -> Ended {
+        run(grideye()
+            .arg(command)
+            .args(more)
+            .args(["--collector", &self.url, "--token-file"])
+            .arg(self.path("boss.token"))
+            .arg("--authority")
+            .arg(self.path("access/authority.pem")))
+    }
+
+    fn log(&self) -> String {
+        std::fs::read_to_string(self.path("collector.log")).unwrap()
+    }
+}
+
+impl Drop for Site {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.collector.kill();
+        let _ = self.collector.wait();
+    }
+}
+
+fn mode(path: &Path) -> u32 {
+    use std::os::unix::fs::PermissionsExt as _;
+    std::fs::metadata(path).unwrap().permissions().mode() & 0o777
+}
+
+#[test]
+fn a_line_is_pasted_and_the_agent_delivers_over_tls_with_its_token() {
+    let site = Site::new();
+    let line = site.enroll("pi-1");
+    assert!(
+        line.starts_with(&format!("grideye:{},device=pi-1,token=grideye-", site.url)),
+        "{line}"
+    );
+    let joined = site.join(&line);
+    assert_eq!(joined.code, 0, "{joined:?}");
+    assert!(
+        joined.stdout.contains("as pi-1: its frames are taken"),
+        "{joined:?}"
+    );
+    assert_eq!(mode(&site.path("collector.toml")), 0o600);
+
+    let config = site.path("agent.toml");
+    let bus = "[[bus]]\npath = \"/nonexistent/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
+    std::fs::write(&config, bus).unwrap();
+    let mut agent = grideye_agent()
+        .args(["run", "--config"])
+        .arg(&config)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let audit = wait_for("the agent's account", || {
+        let audit = site.client("audit", &["--json"]);
+        (audit.code == 0 && audit.stdout.contains("\"pi-1\"")).then_some(audit)
+    });
+    assert!(audit.stdout.contains("\"i2c-1:0x69\""), "{audit:?}");
+    terminate(&agent);
+    assert_eq!(wait(&mut agent), 0);
+
+    let secrets = ["boss.token", "collector.toml"].map(|name| {
+        let text = std::fs::read_to_string(site.path(name)).unwrap();
+        let start = text.find("grideye-").unwrap();
+        text[start + 21..start + 85].to_owned()
+    });
+    let log = site.log();
+    assert!(
+        log.lines()
+            .next()
+            .unwrap()
+            .contains("\"event\":\"listening\""),
+        "{log}"
+    );
+    for secret in secrets {
+        assert_eq!(secret.len(), 64);
+        assert!(!log.contains(&secret), "{log}");
+    }
+}
+
+#[test]
+fn a_line_that_is_wrong_in_any_part_joins_nothing_and_says_which() {
+    let site = Site::new();
+    let line = site.enroll("pi-1");
+    let pin = line.find("sha256-").unwrap() + 7;
+    let digit = if &line[pin..=pin] == "0" { "1" } else { "0" };
+    let other_pin = format!("{}{digit}{}", &line[..pin], &line[pin + 1..]);
+    let secret = pin - 20;
+    let digit = if &line[secret..=secret] == "0" {
+        "1"
+    } else {
+        "0"
+    };
+    let other_token = format!("{}{digit}{}", &line[..secret], &line[secret + 1..]);
+    let nobody = line.replace(&site.url, "https://127.0.0.1:9");
+    for (line, code, said) in [
+        (&line[..line.len() - 1], 2, "its pin is cut"),
+        (
+            &other_pin,
+            1,
+            "shows another authority than the line's pin says",
+        ),
+        (
+            &other_token,
+            1,
+            "the token is not, or no longer, known there",
+        ),
+        (&nobody, 1, "no connection"),
+    ] {
+        let refused = site.join(line);
+        assert_eq!(refused.code, code, "{refused:?}");
+        assert!(
+            refused.stderr.contains(said) && refused.stderr.contains("\nhint: "),
+            "{refused:?}"
+        );
+        assert!(!site.path("collector.toml").exists());
+    }
+    let boss = std::fs::read_to_string(site.path("boss.token")).unwrap();
+    let start = line.find("token=").unwrap() + 6;
+    let end = line.find(",pin=").unwrap();
+    let as_boss = format!("{}{}{}", &line[..start], boss.trim(), &line[end..]);
+    let refused = site.join(&as_boss);
+    assert!(
+        refused
+            .stderr
+            .contains("this token is for admin, not for frames"),
+        "{refused:?}"
+    );
+}
+
+#[test]
+fn check_says_whether_the_collector_takes_the_frames_and_what_to_do_if_not() {
+    let site = Site::new();
+    let joined = site.join(&site.enroll("pi-1"));
+    assert_eq!(joined.code, 0, "{joined:?}");
+    let config = site.path("agent.toml");
+    let bus = "[[bus]]\npath = \"/nonexistent/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
+    std::fs::write(&config, bus).unwrap();
+    let check = |more: &[&str]| {
+        run(grideye_agent()
+            .args(["check", "--config"])
+            .arg(&config)
+            .args(more))
+    };
+    let well = check(&[]);
+    let said = format!("collector: {}: its frames are taken\n", site.url);
+    assert!(well.stdout.contains(&said), "{well:?}");
+    assert!(well.stdout.contains("\nclock: "), "{well:?}");
+    let json = check(&["--json"]);
+    let said = format!("{{\"collector\":{{\"ok\":true,\"url\":\"{}\"}}}}", site.url);
+    assert!(json.stdout.lines().any(|line| line == said), "{json:?}");
+
+    // A collector whose authority was made anew, at the same address.
+    let other = Site::new();
+    let text = std::fs::read_to_string(site.path("collector.toml")).unwrap();
+    let moved = text.replace(&site.url, &other.url);
+    std::fs::write(site.path("collector.toml"), moved).unwrap();
+    let unknown = check(&[]);
+    assert!(
+        unknown.stdout.contains("collector: failed\nerror: ")
+            && unknown.stdout.contains("hint: the collector must show a certificate of the authority that this agent joined"),
+        "{unknown:?}"
+    );
+    std::fs::write(site.path("collector.toml"), text).unwrap();
+    assert_eq!(site.grideye(&["token", "revoke", "pi-1"]).code, 0);
+    let revoked = wait_for("the revocation", || {
+        let checked = check(&[]);
+        (!checked.stdout.contains("its frames are taken")).then_some(checked)
+    });
+    assert!(
+        revoked
+            .stdout
+            .contains("the token is not, or no longer, known there\nhint: print a new line"),
+        "{revoked:?}"
+    );
+}
+
+#[test]
+fn a_revoked_token_is_out_within_seconds_and_is_listed_as_such() {
+    let site = Site::new();
+    let line = site.enroll("pi-1");
+    let listed = site.grideye(&["token", "list"]);
+    assert!(
+        listed.stdout.contains("good     ingest  pi-1  pi-1"),
+        "{listed:?}"
+    );
+    assert_eq!(site.grideye(&["token", "revoke", "pi-1"]).code, 0);
+    wait_for("the revocation", || {
+        (site.join(&line).code == 1).then_some(())
+    });
+    let listed = site.grideye(&["token", "list", "--json"]);
+    let tokens: serde_json::Value = serde_json::from_str(&listed.stdout).unwrap();
+    assert!(
+        tokens[0]["t_revoked_s"].is_null() && tokens[1]["t_revoked_s"].is_i64(),
+        "{tokens}"
+    );
+    let again = site.grideye(&["token", "revoke", "pi-1"]);
+    assert_eq!(again.code, 2, "{again:?}");
+}
+
+#[test]
+fn the_other_commands_need_the_token_and_the_authority_and_say_so() {
+    let site = Site::new();
+    let audit = site.client("audit", &[]);
+    assert_eq!(
+        (audit.code, audit.stdout.trim()),
+        (0, "no stream yet"),
+        "{audit:?}"
+    );
+    let bare = run(grideye().args(["audit", "--collector", &site.url]));
+    assert_eq!(bare.code, 2);
+    assert!(bare.stderr.contains("hint: --authority FILE"), "{bare:?}");
+    let authority = site.path("access/authority.pem");
+    let no_token = run(grideye()
+        .args(["audit", "--collector", &site.url, "--authority"])
+        .arg(authority));
+    assert_eq!(no_token.code, 1);
+    assert!(
+        no_token.stderr.contains("this collector asks for a token"),
+        "{no_token:?}"
+    );
+    let recorded = site.client("record", &["evening", "--seconds", "0"]);
+    assert!(
+        recorded.stdout.contains("recorded 0 frames"),
+        "{recorded:?}"
+    );
+}
+
+#[test]
+fn a_lan_address_without_tokens_is_refused_with_the_fix_and_the_fix_works() {
+    let at = tempfile::tempdir().unwrap();
+    let collect = |command: &mut Command| {
+        command
+            .current_dir(at.path())
+            .args(["collect", "--listen", "0.0.0.0:0"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let refused = collect(&mut grideye()).wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("`grideye enroll DEVICE`") && said.contains("--trust-network"),
+        "{said}"
+    );
+    assert!(!at.path().join("grideye.sqlite").exists());
+    let enrolled = run(grideye().current_dir(at.path()).args(["enroll", "pi-1"]));
+    assert_eq!(enrolled.code, 0, "{enrolled:?}");
+    let mut collector = collect(&mut grideye());
+    let mut line = String::new();
+    let stdout = collector.stdout.take().unwrap();
+    BufReader::new(stdout).read_line(&mut line).unwrap();
+    terminate(&collector);
+    assert_eq!(wait(&mut collector), 0);
+    assert!(line.starts_with("https://0.0.0.0:"), "{line}");
+}

@@ -1,0 +1,348 @@
+//! Real beside simulated on the page of the real program, live and played back: pictures, difference, clock, plan, scores
+//! and verdict.
+
+use grideye_recording::csv::Reader;
+use grideye_tests::live_page::{
+    Outcome, assert_quiet, batch, field, frame, keep_picture, pixels, set_up,
+};
+use grideye_tests::programs::{RunningCollector, grideye, run};
+use grideye_tests::webdriver::{Browser, Failure, left_out};
+use serde_json::Value;
+use std::path::Path;
+
+/// A keyboard's End (W3C WebDriver §17.4.2).
+const END: &str = "\u{E010}";
+
+/// Ana stands at a place.
+fn still(x_mm: u32, y_mm: u32) -> String {
+    format!("# Somebody stands still.\n{ROOM}{ANA}position_mm = [{x_mm}, {y_mm}, 0]\n{SENSOR}")
+}
+
+const ROOM: &str = "[room]\nsize_mm = [4000, 4000, 2700]\nambient_c = 20\n";
+const ANA: &str = "[[agent]]\nname = \"ana\"\nsize_mm = [300, 500, 1700]\ntemperature_c = 30\n";
+const SENSOR: &str = "[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\nposition_mm = [2000, 2000, 2700]\nelevation_deg = 90\nazimuth_deg = 0\n";
+
+/// Ana walks 3 m to the right at half a metre a second, for 6 s.
+const WALK: &str = "trajectory = \"way.csv\"\nspeed_mm_per_s = 500\n";
+const WAY: &str = "x_mm,y_mm,z_mm\n500,2000,0\n3500,2000,0\n";
+
+/// A collector with scenes, a browser on its page, and what a sensor in one of the scenes would send.
+struct Room {
+    collector: RunningCollector,
+    browser: Browser,
+    frames: Vec<Value>,
+    sent: u64,
+    _folder: tempfile::TempDir,
+}
+
+impl Room {
+    /// With frames of `scene`, which `grideye simulate` makes with the sensor's noise.
+    fn new(scene: &str, frames: u32) -> Result<Self, Failure> {
+        let folder = tempfile::tempdir()?;
+        let scenes = folder.path().join("scenes");
+        std::fs::create_dir(&scenes)?;
+        for (name, text) in [
+            ("left", still(1200, 2800)),
+            ("right", still(2800, 1200)),
+            (
+                "walk",
+                format!("# Somebody walks.\n{ROOM}{ANA}{WALK}{SENSOR}"),
+            ),
+        ] {
+            std::fs::write(scenes.join(format!("{name}.toml")), text)?;
+        }
+        std::fs::write(scenes.join("way.csv"), WAY)?;
+        std::fs::write(scenes.join("broken.toml"), "[room]\n")?;
+        let frames = simulated(&scenes.join(format!("{scene}.toml")), frames)?;
+        let store = folder.path().join("store.sqlite");
+        let arguments = ["--scenes".as_ref(), scenes.as_os_str()];
+        let collector = RunningCollector::start_with(store, &arguments);
+        let browser = Browser::start()?;
+        let room = Self {
+            collector,
+            browser,
+            frames,
+            sent: 0,
+            _folder: folder,
+        };
+        room.open()?;
+        Ok(room)
+    }
+
+    fn open(&self) -> Outcome {
+        self.browser.open(&format!("{}/", self.collector.url()))?;
+        let connected = |text: &str| text == "connected";
+        self.browser.wait_for_text("#link", connected).map(drop)
+    }
+
+    /// Sends the next frames, as if they had just been measured.
+    fn send(&mut self, count: usize) -> Outcome {
+        let from = usize::try_from(self.sent)?;
+        let next: Vec<Value> = self
+            .frames
+            .iter()
+            .cycle()
+            .skip(from)
+            .take(count)
+            .cloned()
+            .collect();
+        let url = format!("{}/v1/frames", self.collector.url());
+        ureq::post(url).send_json(batch("s1", self.sent, &next))?;
+        self.sent += u64::try_from(count)?;
+        let shown = format!("#{}", self.sent - 1);
+        field(&self.browser, "seq", &shown)
+    }
+
+    fn choose(&self, scene: &str) -> Outcome {
+        let option = format!("#beside [data-field=choice] option[value*={scene}]");
+        self.browser.click(&option)
+    }
+
+    fn wait(&self, name: &str, is_right: impl Fn(&str) -> bool) -> Result<String, Failure> {
+        let selector = format!("#beside [data-field={name}]");
+        self.browser.wait_for_text(&selector, is_right)
+    }
+
+    /// Sends frames until the verdict satisfies: a comparison is made every two seconds.
+    fn wait_for_verdict(&mut self, is_right: impl Fn(&str) -> bool) -> Result<String, Failure> {
+        for _ in 0..40 {
+            self.send(5)?;
+            let verdict = self.browser.text("#beside [data-field=verdict]")?;
+            if is_right(&verdict) {
+                return Ok(verdict);
+            }
+            std::thread::sleep(std::time::Duration::from_millis(250));
+        }
+        let said = self.browser.text("#beside .verdict")?;
+        Err(format!("no such verdict: {said}").into())
+    }
+
+    /// The numbers in °C of what is read of the cell under the cursor: real, simulated and their difference.
+    fn reading(&self) -> Result<[f64; 3], Failure> {
+        let text = self.wait("cursor", |text| text.contains("difference"))?;
+        let text = text.replace('−', "-").replace('+', "");
+        let numbers: Vec<f64> = text
+            .split_whitespace()
+            .filter(|word| word.contains('.'))
+            .filter_map(|word| word.parse().ok())
+            .collect();
+        <[f64; 3]>::try_from(numbers).map_err(|found| format!("{text}: {found:?}").into())
+    }
+}
+
+/// Raw frames of a scene's sensor, by the program that simulates.
+fn simulated(scene: &Path, frames: u32) -> Result<Vec<Value>, Failure> {
+    let out = scene.with_extension("csv");
+    let ended = run(grideye()
+        .arg("simulate")
+        .arg(scene)
+        .args(["--seed", "7", "--frames", &frames.to_string(), "--out"])
+        .arg(&out));
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let mut all = Vec::new();
+    for row in Reader::new(std::fs::File::open(out)?)? {
+        let row = row?;
+        let raw = row.record.reading.frame().ok_or("a frame is missing")?;
+        let words: Vec<u16> = raw.pixels.iter().map(|word| word.0).collect();
+        all.push(frame(&words, raw.thermistor.0));
+    }
+    Ok(all)
+}
+
+#[test]
+fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outcome {
+    if left_out("a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict") {
+        return Ok(());
+    }
+    let mut room = Room::new("left", 50)?;
+    room.send(5)?;
+    room.browser.click(".sensor [data-field=beside]")?;
+    room.wait("choice", |text| text.contains("broken (cannot be read)"))?;
+    room.choose("left")?;
+    room.wait("clock", |text| text.starts_with("Nothing moves"))?;
+    room.send(5)?;
+
+    // The cursor reads all three pictures at once, and the third is the first less the second.
+    room.wait("cursor", |text| {
+        text.starts_with("Real less simulated: mean")
+    })?;
+    room.browser
+        .point_at("[data-side=difference] .heat", (5, 5))?;
+    let [real, simulated, difference] = room.reading()?;
+    assert!((real - simulated - difference).abs() < 0.011);
+    assert!(difference.abs() < 1.5, "the same scene: {difference}");
+
+    let verdict = room.wait_for_verdict(|verdict| verdict == "Agrees")?;
+    assert_eq!(verdict, "Agrees");
+    let scores = room.browser.text("#beside [data-field=scores]")?;
+    for row in [
+        "C, correlation",
+        "EMI, mutual information",
+        "IS, image similarity",
+    ] {
+        assert!(scores.contains(row), "{scores}");
+    }
+    // C has a floor near 0 and a ceiling near 1.
+    let cells = "return [...document.querySelector('#beside tbody tr').cells].slice(1).map((cell) => cell.textContent)";
+    let cells: Vec<String> = serde_json::from_value(room.browser.execute(cells)?)?;
+    let number = |index: usize| cells[index].replace('−', "-").parse::<f64>();
+    assert!(
+        number(0)? > 0.5 && number(2)?.abs() < 0.3 && number(3)? > 0.5,
+        "{cells:?}"
+    );
+    keep_picture(&room.browser, "beside-agrees")?;
+
+    // Another scene has her elsewhere.
+    room.choose("right")?;
+    room.wait_for_verdict(|verdict| verdict == "Disagrees")?;
+    room.wait("meaning", |text| {
+        text.contains("not where the scene has it")
+    })?;
+
+    // What was chosen for the sensor is chosen when the page comes again, and the key closes it.
+    room.open()?;
+    room.wait("about", |text| text.starts_with("Somebody stands"))?;
+    let chosen = "return document.querySelector('#beside [data-field=choice]').value";
+    assert_eq!(room.browser.execute(chosen)?, r#"["right","ceiling"]"#);
+    room.browser.click("h1")?;
+    room.browser.press("b")?;
+    assert_eq!(room.browser.text("#beside")?, "");
+    assert_quiet(&room.browser, "")
+}
+
+#[test]
+fn a_scene_that_moves_begins_runs_ends_and_says_who_is_where() -> Outcome {
+    if left_out("a_scene_that_moves_begins_runs_ends_and_says_who_is_where") {
+        return Ok(());
+    }
+    let mut room = Room::new("walk", 61)?;
+    room.send(1)?;
+    room.browser.click(".sensor [data-field=beside]")?;
+    room.wait("choice", |text| text.contains("walk"))?;
+    room.choose("walk")?;
+    // Frame 0 of the run was seen, so the scene begins with it unless somebody says otherwise.
+    room.wait("clock", |text| text == "Second 0.0 of 6.0.")?;
+    room.send(20)?;
+    room.wait("clock", |text| text == "Second 2.0 of 6.0.")?;
+    room.wait("places", |text| {
+        text.starts_with("ana at 1.50 m from the left, 2.00 m")
+    })?;
+    let place = "return Number(document.querySelector('#beside .agent').getAttribute('cx'))";
+    assert_eq!(room.browser.execute(place)?.as_f64(), Some(1.5));
+    room.send(39)?;
+    room.wait("clock", |text| text == "Second 5.9 of 6.0.")?;
+    room.wait_for_verdict(|verdict| verdict == "Agrees")?;
+
+    // Its end is said, and its last moment is no picture of now.
+    room.wait("clock", |text| text.starts_with("The scene has ended"))?;
+    let veil = "#beside [data-side=simulated] .veil";
+    let ended = |text: &str| text == "The scene has ended: this is its last moment.";
+    room.browser.wait_for_text(veil, ended)?;
+    let blank = "return document.querySelector('#beside [data-side=difference]').dataset.blank";
+    assert_eq!(room.browser.execute(blank)?, "true");
+    room.wait("places", |text| text.ends_with("(where the scene ended)"))?;
+    keep_picture(&room.browser, "beside-ended")?;
+
+    // Again, by the box; or anew, by the button.
+    room.browser.click("#beside [data-field=again]")?;
+    room.send(1)?;
+    room.wait("clock", |text| text.contains("for the 2. time"))?;
+    room.browser.click("#beside [data-field=again]")?;
+    room.browser.click("#beside [data-field=begin]")?;
+    room.wait("clock", |text| text == "Second 0.0 of 6.0.")?;
+    room.send(10)?;
+    room.wait("clock", |text| text == "Second 1.0 of 6.0.")?;
+    assert_quiet(&room.browser, "")
+}
+
+#[test]
+fn every_picture_is_turned_alike_and_a_silent_sensor_is_not_shown_as_live() -> Outcome {
+    if left_out("every_picture_is_turned_alike_and_a_silent_sensor_is_not_shown_as_live") {
+        return Ok(());
+    }
+    let mut room = Room::new("left", 50)?;
+    room.send(5)?;
+    room.browser.click(".sensor [data-field=beside]")?;
+    room.wait("choice", |text| text.contains("left"))?;
+    room.choose("left")?;
+    room.send(5)?;
+    room.wait("cursor", |text| {
+        text.starts_with("Real less simulated: mean")
+    })?;
+    // The last cell of each picture is pixel 64, and after a mirror image pixel 57.
+    let last = |side: &str, pixel: &str| {
+        let canvas = format!("#beside [data-side={side}] .heat");
+        room.browser.type_into(&canvas, END)?;
+        room.wait("cursor", |text| text.starts_with(pixel))
+            .map(drop)
+    };
+    for side in ["real", "simulated", "difference"] {
+        last(side, "Pixel 64:")?;
+    }
+    room.browser.click(".sensor [data-field=mirror]")?;
+    for side in ["real", "simulated", "difference"] {
+        last(side, "Pixel 57:")?;
+    }
+    // Nothing more comes.
+    let veil = "#beside [data-side=real] .veil";
+    room.browser
+        .wait_for_text(veil, |text| text.starts_with("Stale: last frame"))?;
+    assert_quiet(&room.browser, "")
+}
+
+#[test]
+fn a_recording_is_held_against_a_scene_at_the_frame_that_is_looked_at() -> Outcome {
+    if left_out("a_recording_is_held_against_a_scene_at_the_frame_that_is_looked_at") {
+        return Ok(());
+    }
+    let mut room = Room::new("walk", 61)?;
+    let id = room.collector.start_recording("walk");
+    room.send(61)?;
+    let place = format!("{}/#recording={id}", room.collector.url());
+    room.browser.open(&place)?;
+    let seen = |name: &str, is_right: &dyn Fn(&str) -> bool| {
+        let selector = format!("#played-beside [data-field={name}]");
+        room.browser.wait_for_text(&selector, is_right)
+    };
+    let heat = "#played .sensor [data-field=seq]";
+    room.browser.wait_for_text(heat, |text| text == "#0")?;
+    room.browser.click("#played .sensor [data-field=beside]")?;
+    seen("choice", &|text| text.contains("walk"))?;
+    let option = |scene: &str| format!("#played-beside [data-field=choice] option[value*={scene}]");
+    room.browser.click(&option("walk"))?;
+    seen("clock", &|text| text.contains("say when it begins"))?;
+    room.browser.click("#played-beside [data-field=begin]")?;
+    seen("clock", &|text| text == "Second 0.0 of 6.0.")?;
+    room.browser.type_into("#jump [name=place]", "#20")?;
+    room.browser.click("#jump [type=submit]")?;
+    seen("clock", &|text| text == "Second 2.0 of 6.0.")?;
+    seen("places", &|text| {
+        text.starts_with("ana at 1.50 m from the left")
+    })?;
+    room.browser.click("[data-does=last]")?;
+    seen("clock", &|text| text == "Second 6.0 of 6.0.")?;
+    seen("verdict", &|text| text == "Agrees")?;
+    keep_picture(&room.browser, "beside-played")?;
+    // In a room where she stands still she is not where the frames have her.
+    room.browser.click(&option("right"))?;
+    seen("verdict", &|text| text == "Disagrees")?;
+    // It is remembered, and the key closes it.
+    room.browser.click("h1")?;
+    room.browser.press("b")?;
+    assert_eq!(room.browser.text("#played-beside")?, "");
+    assert_quiet(&room.browser, "")
+}
+
+#[test]
+fn without_scenes_nothing_is_offered() -> Outcome {
+    if left_out("without_scenes_nothing_is_offered") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    server.post(&batch("s1", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
+    field(&browser, "max", "30.00 °C")?;
+    assert_eq!(browser.text(".sensor [data-field=beside]")?, "");
+    browser.press("b")?;
+    assert_eq!(browser.text("#beside")?, "");
+    assert_quiet(&browser, "")
+}

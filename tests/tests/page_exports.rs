@@ -1,0 +1,55 @@
+//! A recording downloaded from the page, as CSV and as what other programs read, held against `grideye convert`.
+
+use grideye_tests::live_page::{Outcome, assert_quiet, batch, frame, keep_picture, person};
+use grideye_tests::programs::{RunningCollector, grideye, run};
+use grideye_tests::webdriver::{Browser, left_out};
+use serde_json::json;
+use std::path::Path;
+
+/// Waits for a whole file: a browser gives it its name when it has all of it.
+fn downloaded(
+    browser: &Browser,
+    file: &Path,
+) -> Result<Vec<u8>, grideye_tests::webdriver::Failure> {
+    let what = file.display().to_string();
+    browser.wait_for(&what, || Ok(file.exists()), |is_there| *is_there)?;
+    Ok(std::fs::read(file)?)
+}
+
+#[test]
+fn a_recording_is_downloaded_from_the_page_in_every_form_as_convert_writes_it() -> Outcome {
+    if left_out("a_recording_is_downloaded_from_the_page_in_every_form_as_convert_writes_it") {
+        return Ok(());
+    }
+    let folder = tempfile::tempdir()?;
+    let collector = RunningCollector::start(folder.path());
+    let frames_at = format!("{}/v1/frames", collector.url());
+    let id = collector.start_recording("kitchen, evening");
+    // More than one page of the store, and in it what is missing.
+    for (first, sensor) in (0..6000).step_by(1000).map(|first| (first, "s1")) {
+        let some = vec![frame(&person(), 402); 990];
+        ureq::post(&frames_at).send_json(batch(sensor, first, &some))?;
+    }
+    let missing = vec![json!({ "missing": "nack" }); 3];
+    ureq::post(&frames_at).send_json(batch("s2", 0, &missing))?;
+    let csv = folder.path().join("recording.csv");
+    std::fs::write(&csv, collector.recording_csv(id))?;
+
+    let browser = Browser::start()?;
+    let downloads = folder.path().join("downloads");
+    std::fs::create_dir(&downloads)?;
+    browser.download_into(&downloads)?;
+    browser.open(&format!("{}/#recording={id}", collector.url()))?;
+    browser.wait_for_text("#downloads", |text| text == "Download CSV NPZ Parquet MCAP")?;
+    keep_picture(&browser, "exports")?;
+    for (place, end) in [(1, "csv"), (2, "npz"), (3, "parquet"), (4, "mcap")] {
+        browser.click(&format!("#downloads a:nth-child({place})"))?;
+        let file = downloads.join(format!("kitchen, evening.{end}"));
+        let taken = downloaded(&browser, &file)?;
+        let written = folder.path().join(format!("written.{end}"));
+        let converted = run(grideye().arg("convert").arg(&csv).arg(&written));
+        assert_eq!(converted.code, 0, "{converted:?}");
+        assert!(taken == std::fs::read(&written)?, "{end} differs");
+    }
+    assert_quiet(&browser, "")
+}

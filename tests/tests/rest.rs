@@ -1,0 +1,219 @@
+//! The collector's HTTP as its OpenAPI document and its page of examples describe it: schemathesis makes requests out of the
+//! document and holds every answer against it; every example is run.
+
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
+use grideye_tests::live_page::{Outcome, Server, batch, frame, person};
+use grideye_tests::programs::{Ended, is_left_out, root, run, target};
+use grideye_tests::python;
+use grideye_tests::webdriver::Failure;
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+const WITHOUT_REST: &str = "GRIDEYE_WITHOUT_REST";
+const DOCUMENT: &str = include_str!("../../crates/grideye-collector/openapi.json");
+const EXAMPLES: &str = include_str!("../../crates/grideye-collector/REST.md");
+/// What the examples call; here it is another port.
+const URL: &str = "http://127.0.0.1:8833";
+
+fn document() -> serde_json::Value {
+    serde_json::from_str(DOCUMENT).unwrap()
+}
+
+#[test]
+fn the_document_names_every_path_that_programs_may_call() {
+    let routes = include_str!("../../crates/grideye-collector/src/app.rs");
+    let routes: BTreeSet<&str> = routes
+        .split(".route(")
+        .skip(1)
+        .filter_map(|rest| rest.split('"').nth(1))
+        .collect();
+    let for_people = ["/", "/assets/{name}", "/login", "/v1/login", "/v1/logout"];
+    let document = document();
+    let described: BTreeSet<&str> = document["paths"]
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        // One route takes all three.
+        .filter(|path| !["/v1/recordings/{id}.csv", "/v1/recordings/{id}.frames"].contains(path))
+        .collect();
+    let called = |path: &&str| !for_people.contains(path);
+    let routes: BTreeSet<&str> = routes.into_iter().filter(called).collect();
+    assert_eq!(described, routes);
+}
+
+#[test]
+fn the_document_names_every_reason_and_the_program_s_version() {
+    let document = document();
+    let named: Vec<&str> = document["components"]["schemas"]["Reason"]["enum"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(serde_json::Value::as_str)
+        .collect();
+    let all = grideye_frame::NoData::ALL
+        .iter()
+        .map(|reason| reason.name());
+    assert!(all.eq(named));
+    assert_eq!(document["info"]["version"], env!("CARGO_PKG_VERSION"));
+}
+
+#[test]
+fn every_answer_is_as_the_document_says() -> Outcome {
+    if is_left_out(WITHOUT_REST, "every_answer_is_as_the_document_says") {
+        return Ok(());
+    }
+    let folder = tempfile::tempdir()?;
+    let server = Server::start(&folder.path().join("frames.sqlite"))?;
+    server.post(&batch("i2c-1:0x69", 0, &vec![frame(&person(), 402); 5]))?;
+    assert_eq!(server.get("/v1/openapi.json")?, document());
+    let environment = target().join("rest");
+    let set_up = run(Command::new(root().join("tests/python/set-up"))
+        .arg(&environment)
+        .arg(root().join("tests/rest/requirements.txt")));
+    assert_eq!(
+        set_up.code, 0,
+        "schemathesis could not be installed: {set_up:?}\nhint: set {WITHOUT_REST}=1 to leave it out"
+    );
+    let asked = run(Command::new(environment.join("bin/python"))
+        .current_dir(folder.path())
+        .args([
+            "-m",
+            "schemathesis.cli",
+            "run",
+            &server.url("/v1/openapi.json"),
+            "--url",
+            &server.url(""),
+        ])
+        // It never ends.
+        .args(["--exclude-path", "/v1/live"])
+        // That numbers ascend cannot be said in a schema.
+        .args(["--exclude-checks", "positive_data_acceptance"])
+        .args([
+            "--max-examples",
+            "60",
+            "--seed",
+            "7",
+            "--generation-deterministic",
+        ]));
+    assert_eq!(asked.code, 0, "{}\n{}", asked.stdout, asked.stderr);
+    assert!(asked.stdout.contains(" passed"), "{}", asked.stdout);
+    Ok(())
+}
+
+/// The examples of one language, each as it stands but for the address.
+fn examples<'a>(language: &'a str, url: &'a str) -> impl Iterator<Item = String> + 'a {
+    let opening = format!("```{language}\n");
+    EXAMPLES
+        .match_indices(&opening.clone())
+        .map(move |(at, _)| {
+            let begin = at + opening.len();
+            let end = begin + EXAMPLES[begin..].find("```").unwrap();
+            EXAMPLES[begin..end].replace(URL, url)
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+}
+
+fn server_with_a_person(folder: &Path) -> Result<Server, Failure> {
+    let server = Server::start(&folder.join("frames.sqlite"))?;
+    server.post(&batch("i2c-1:0x69", 0, &vec![frame(&person(), 402); 5]))?;
+    Ok(server)
+}
+
+fn outcome(example: &str, ended: &Ended) -> String {
+    assert_eq!(
+        ended.code, 0,
+        "{example}\n{}\n{}",
+        ended.stdout, ended.stderr
+    );
+    ended.stdout.clone()
+}
+
+#[test]
+fn every_example_for_curl_does_what_it_says() -> Outcome {
+    if is_left_out(WITHOUT_REST, "every_example_for_curl_does_what_it_says") {
+        return Ok(());
+    }
+    let folder = tempfile::tempdir()?;
+    let server = server_with_a_person(folder.path())?;
+    let url = server.url("");
+    let said: Vec<String> = examples("sh", &url)
+        .map(|example| {
+            let mut shell = Command::new("bash");
+            shell.args(["-euo", "pipefail", "-c", &example]);
+            outcome(&example, &run(shell.current_dir(folder.path())))
+        })
+        .collect();
+    let [now, recorded, live, posted] = said.as_slice() else {
+        return Err(format!("{} examples", said.len()).into());
+    };
+    let hottest = person()
+        .iter()
+        .max()
+        .copied()
+        .map(|word| f64::from(word) / 4.0);
+    assert_eq!(
+        now.trim(),
+        format!("pi-1 i2c-1:0x69 {:?}", hottest.unwrap())
+    );
+    assert!(recorded.contains("\"running\":false"), "{recorded}");
+    let csv = std::fs::read_to_string(folder.path().join("kitchen.csv"))?;
+    assert!(csv.contains("pixel64"), "{csv}");
+    assert!(live.starts_with("event: snapshot\n"), "{live}");
+    assert!(posted.contains("{\"i2c-1:0x69\":0}"), "{posted}");
+    let sensors = server.get("/v1/sensors")?;
+    assert_eq!(sensors["sensors"][0]["frame"]["pixels_celsius"][63], 31.0);
+    Ok(())
+}
+
+#[test]
+fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let server = server_with_a_person(folder.path())?;
+    let url = server.url("");
+    ureq::post(server.url("/v1/recordings")).send_json(serde_json::json!({"name": "r"}))?;
+    let post = |seq| server.post(&batch("i2c-1:0x69", seq, &[frame(&person(), 402)]));
+    for seq in 5..8 {
+        post(seq)?;
+    }
+    let mut said = Vec::new();
+    for example in examples("python", &url) {
+        let what = "every_example_for_a_notebook_does_what_it_says";
+        let script = folder.path().join(format!("example{}.py", said.len()));
+        std::fs::write(&script, &example)?;
+        let Some(mut python) = python::peer(script.to_str().unwrap(), &[], what) else {
+            return Ok(());
+        };
+        let running = std::thread::spawn(move || run(&mut python));
+        // One of them waits for frames that come.
+        let mut seq = 8 + 1000 * u64::try_from(said.len())?;
+        while !running.is_finished() {
+            post(seq)?;
+            seq += 1;
+            std::thread::sleep(std::time::Duration::from_millis(100));
+        }
+        said.push(outcome(&example, &running.join().unwrap()));
+    }
+    let [now, live, table] = said.as_slice() else {
+        return Err(format!("{} examples", said.len()).into());
+    };
+    let hottest = person()
+        .iter()
+        .max()
+        .copied()
+        .map(|word| f64::from(word) / 4.0);
+    let hottest = format!("{:.2} °C", hottest.unwrap());
+    assert!(
+        now.starts_with("i2c-1:0x69 (8, 8) ") && now.contains(&hottest),
+        "{now}"
+    );
+    assert_eq!(live.matches(&hottest).count(), 5, "{live}");
+    assert!(
+        table.contains("hottest") && table.contains("i2c-1:0x69"),
+        "{table}"
+    );
+    Ok(())
+}
