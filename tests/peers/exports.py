@@ -1,0 +1,145 @@
+"""What `grideye convert` writes, as numpy, pandas, pyarrow, Polars, DuckDB, Pillow and the mcap package read it, beside the
+recording's own text; and what it reads of files of temperatures alone.
+
+Arguments: the program, a folder to write into.
+"""
+
+import base64
+import csv
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import duckdb
+import numpy
+import pandas
+import polars
+import pyarrow.parquet
+from mcap.reader import make_reader
+from PIL import Image
+
+program, folder = sys.argv[1], Path(sys.argv[2])
+GOLDEN = "recordings/golden/two-sensors.csv"
+SESSION = "recordings/linaige/Session2_2021-07-01_RoomB_v2.csv"
+
+
+def convert(source, name, *more):
+    out = folder / name
+    subprocess.run([program, "convert", source, out, *more], check=True)
+    return out
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def number(text):
+    return float(text) if text else math.nan
+
+
+PIXELS = [f"pixel{pixel}" for pixel in range(1, 65)]
+for source in [GOLDEN, SESSION]:
+    text = rows(convert(source, "again.csv"))
+    degrees = numpy.array([[number(row[pixel]) for pixel in PIXELS] for row in text])
+
+    # numpy
+    arrays = numpy.load(convert(source, "a.npz"))
+    assert arrays["frames"].shape == (len(text), 8, 8) and arrays["frames"].dtype == numpy.float32
+    assert numpy.array_equal(arrays["frames"].reshape(-1, 64), degrees, equal_nan=True)
+    for name in ["seq", "t_boot_ns", "t_utc_ns"]:
+        assert [int(value) for value in arrays[name]] == [int(row[name]) for row in text], name
+    assert numpy.array_equal(arrays["thermistor_c"], [number(row["thermistor"]) for row in text], equal_nan=True)
+    for name in ["clock", "missing"]:
+        assert [str(value) for value in arrays[name]] == [row[name] for row in text], name
+    streams = [str(arrays["streams"][index]) for index in arrays["stream"]]
+    assert streams == [f"{row['device']}/{row['sensor']}/{row['boot']}" for row in text]
+
+    # Columns: each reader's own idea of a value that is not there is made None.
+    parquet = convert(source, "a.parquet")
+    want = {
+        name: [None if row[name] == "" else float(row[name]) if name in PIXELS + ["thermistor"] else row[name] for row in text]
+        for name in text[0]
+    }
+    for name in ["seq", "t_boot_ns", "t_utc_ns", "t_arrival_ns"]:
+        want[name] = [None if value is None else int(value) for value in want[name]]
+    arrow = pyarrow.parquet.read_table(parquet)
+    got = {
+        "pyarrow": arrow.to_pydict(),
+        "polars": polars.read_parquet(parquet).to_dict(as_series=False),
+        "duckdb": dict(zip(arrow.column_names, map(list, zip(*duckdb.sql(f"select * from '{parquet}'").fetchall())))),
+        "pandas": {
+            name: [None if pandas.isna(value) else value for value in column]
+            for name, column in pandas.read_parquet(parquet, dtype_backend="pyarrow").items()
+        },
+    }
+    for reader, table in got.items():
+        assert list(table) == list(want), (reader, list(table))
+        for name in want:
+            assert table[name] == want[name], (reader, name, table[name][:5], want[name][:5])
+
+    # Messages
+    with open(convert(source, "a.mcap"), "rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        schemas = {schema.name: schema for schema in summary.schemas.values()}
+        assert set(schemas) == {"foxglove.RawImage", "grideye.State"}, schemas
+        assert summary.statistics.message_count == len(text) + sum(row["missing"] == "" for row in text)
+        states, images = [], {}
+        for schema, channel, message in reader.iter_messages(log_time_order=False):
+            place, what = channel.topic.rsplit("/", 1)
+            body = json.loads(message.data)
+            if what == "state":
+                states.append((place, body, message.log_time))
+            else:
+                assert (schema.name, channel.message_encoding) == ("foxglove.RawImage", "json")
+                images[message.log_time, place] = body
+    assert len(states) == len(text)
+    for row, (place, state, at_ns) in zip(text, states):
+        assert place == f"/{row['device']}/{row['sensor']}"
+        assert (state["boot"], state["seq"], state["clock"]) == (row["boot"], int(row["seq"]), row["clock"])
+        assert (state["missing"] or "") == row["missing"]
+        image = images.get((at_ns, place))
+        if row["missing"]:
+            assert state["thermistor_celsius"] is None
+            continue
+        assert state["thermistor_celsius"] == float(row["thermistor"])
+        assert (image["width"], image["height"], image["encoding"], image["step"]) == (8, 8, "32FC1", 32)
+        assert image["timestamp"]["sec"] * 10**9 + image["timestamp"]["nsec"] == at_ns
+        pixels = numpy.frombuffer(base64.b64decode(image["data"]), "<f4")
+        assert numpy.array_equal(pixels, [float(row[pixel]) for pixel in PIXELS])
+    print(f"{source}: {len(text)} rows equal in numpy, pandas, pyarrow, Polars, DuckDB and mcap")
+
+# Pictures
+sheet = Image.open(convert(SESSION, "a.png"))
+sheet.load()
+film = Image.open(convert(SESSION, "a.gif"))
+frames, length_ms = 0, 0
+while True:
+    try:
+        film.seek(frames)
+    except EOFError:
+        break
+    frames, length_ms = frames + 1, length_ms + film.info["duration"]
+session = rows(folder / "again.csv")
+assert frames == len(session), (frames, len(session))
+median_ns = numpy.median(numpy.diff([int(row["t_boot_ns"]) for row in session]))
+assert abs(length_ms / 1000 - frames * median_ns * 1e-9) < 0.02 * frames * median_ns * 1e-9
+print(f"a sheet of {sheet.width} x {sheet.height} dots, and a film of {frames} frames and {length_ms / 1000:.1f} s")
+
+# What others wrote: numpy's own arrays, and its text.
+frames = numpy.load(folder / "a.npz")["frames"][:50]
+numpy.save(folder / "bare.npy", frames)
+numpy.savetxt(folder / "bare.txt", frames.reshape(-1, 64))
+numpy.savetxt(folder / "bare.csv", frames.reshape(-1, 64), delimiter=",", fmt="%.2f")
+imported = [rows(convert(folder / name, f"from-{name}.csv", "--thermistor", "24.5")) for name in ["bare.npy", "bare.txt", "bare.csv"]]
+for table in imported:
+    degrees = numpy.array([[float(row[pixel]) for pixel in PIXELS] for row in table])
+    assert numpy.array_equal(degrees, frames.reshape(-1, 64))
+    assert {row["thermistor"] for row in table} == {"24.5"}
+    assert [int(row["t_boot_ns"]) for row in table] == [index * 100_000_000 for index in range(50)]
+refused = subprocess.run([program, "convert", folder / "bare.npy", folder / "x.csv"], capture_output=True, text=True)
+assert refused.returncode == 2 and "--thermistor" in refused.stderr, refused
+print("50 frames that numpy saved in three ways are imported as they were")
