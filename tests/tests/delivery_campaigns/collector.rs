@@ -4,6 +4,7 @@ use crate::CATCH_UP_MAX;
 use grideye_tests::programs::{grideye, run, terminate, wait};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::{BufRead as _, BufReader};
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
@@ -12,6 +13,8 @@ use std::time::{Duration, Instant};
 
 /// The longest recording that is read.
 const RECORDING_BYTES_MAX: u64 = 1 << 30;
+
+const LOG: &str = "collector.log";
 
 pub(crate) struct Collector {
     child: Option<Child>,
@@ -50,7 +53,7 @@ impl Collector {
             .arg(&self.store)
             .envs(self.environment.iter().cloned())
             .stdout(Stdio::piped())
-            .stderr(Stdio::null())
+            .stderr(self.log())
             .spawn()
             .unwrap();
         let mut line = String::new();
@@ -58,6 +61,21 @@ impl Collector {
         said.read_line(&mut line).unwrap();
         assert!(line.starts_with("http://"), "the collector said {line:?}");
         self.child = Some(child);
+    }
+
+    /// Where all collectors of a campaign say what happens, one after the other.
+    fn log(&self) -> File {
+        let log = self.store.with_file_name(LOG);
+        File::options().create(true).append(true).open(log).unwrap()
+    }
+
+    /// What collectors and agents have said, for a person who looks for what went wrong.
+    fn said(&self) -> String {
+        let said = ["log", LOG].map(|name| {
+            let said = std::fs::read_to_string(self.store.with_file_name(name));
+            format!("{name}:\n{}", said.unwrap_or_default())
+        });
+        said.join("\n")
     }
 
     /// `kill -9`.
@@ -124,7 +142,8 @@ impl Collector {
             }
             assert!(
                 since.elapsed() < CATCH_UP_MAX,
-                "still on its way: {rows:#?}"
+                "still on its way: {rows:#?}\n{}",
+                self.said()
             );
             std::thread::sleep(Duration::from_millis(200));
         }
