@@ -44,7 +44,7 @@ fn f_a_collector_whose_clock_is_unset_and_stepped_by_hours_both_ways_loses_and_d
             collector.run();
         }
     }
-    collector.wait_until_all_is_here();
+    collector.wait_until_caught_up();
     let store = collector.store.clone();
     let books = end(
         &format!("the collector's clock at {OFFSETS:?}"),

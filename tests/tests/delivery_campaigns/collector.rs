@@ -131,13 +131,28 @@ impl Collector {
             .collect()
     }
 
-    /// Waits until `grideye audit` says that the books balance and that nothing is in a spool any more.
+    /// Waits until an agent that runs has delivered all: what the books said before it was cut off balances as well, so
+    /// they must have grown, and twice, since an agent that was cut off sends its backlog after the first post.
+    pub(crate) fn wait_until_caught_up(&self) -> Vec<Value> {
+        let read = |rows: &[Value]| rows.iter().filter_map(|row| row["read"].as_u64()).sum();
+        let mut rows = self.audit();
+        for _ in 0..2 {
+            let before: u64 = read(&rows);
+            rows = self.wait_until(|rows| are_settled(rows) && read(rows) > before);
+        }
+        rows
+    }
+
+    /// Waits until what agents have said before they ended is all here.
     pub(crate) fn wait_until_all_is_here(&self) -> Vec<Value> {
+        self.wait_until(are_settled)
+    }
+
+    fn wait_until(&self, is_met: impl Fn(&[Value]) -> bool) -> Vec<Value> {
         let since = Instant::now();
         loop {
             let rows = self.audit();
-            let is_settled = |row: &Value| row["balanced"] == true && row["spooled"] == 0;
-            if !rows.is_empty() && rows.iter().all(is_settled) {
+            if is_met(&rows) {
                 return rows;
             }
             assert!(
@@ -170,4 +185,10 @@ impl Drop for Collector {
     fn drop(&mut self) {
         self.kill();
     }
+}
+
+/// Whether `grideye audit` says that the books balance and that nothing is in a spool any more.
+fn are_settled(rows: &[Value]) -> bool {
+    let is_settled = |row: &Value| row["balanced"] == true && row["spooled"] == 0;
+    !rows.is_empty() && rows.iter().all(is_settled)
 }

@@ -28,7 +28,7 @@ fn d_a_full_disk_costs_nothing_while_there_is_memory() {
             agents.wait_for_log("the spool takes frames again");
         }
         collector.run();
-        collector.wait_until_all_is_here();
+        collector.wait_until_caught_up();
         if !comes_back {
             disk.empty();
         }
@@ -74,7 +74,7 @@ fn write_to(disk: &Mounted, folder: &Path) -> (Collector, Agents) {
 
 /// Everything arrives, and the fault can be seen at the collector.
 fn end_whole(what: &str, kind: &str, folder: &Path, agents: Agents, collector: Collector) {
-    let errors = collector.wait_until_all_is_here()[0]["errors"].clone();
+    let errors = collector.wait_until_caught_up()[0]["errors"].clone();
     assert!(
         errors[kind].as_u64().is_some_and(|count| count > 0),
         "{errors}"

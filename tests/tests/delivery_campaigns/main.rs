@@ -68,7 +68,7 @@ fn kill_agents(mode: &str) {
 
 /// Lets all arrive, ends the programs, and holds the books to the guarantee.
 fn end(what: &str, folder: &Path, mut agents: Agents, collector: Collector) -> Books {
-    collector.wait_until_all_is_here();
+    collector.wait_until_caught_up();
     agents.stop();
     let audit = collector.wait_until_all_is_here();
     let csv = collector.csv();
