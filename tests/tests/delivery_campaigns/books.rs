@@ -194,7 +194,7 @@ struct Kept {
     /// How often the distance between the two numbers changed, and what it is.
     moved: u64,
     distance: Option<i128>,
-    /// The boot time of the last row.
+    /// The boot time of the last frame.
     last_ns: u64,
 }
 
@@ -229,13 +229,15 @@ fn recorded(csv: &str) -> BTreeMap<String, Kept> {
             seq, rows_before,
             "{context}: neither a gap nor a repetition"
         );
-        assert!(t_boot_ns > run.last_ns, "{context}: out of order");
-        run.last_ns = t_boot_ns;
         run.seqs.insert(seq);
         if !missing.is_empty() {
+            // Its time is that at which it was found missing: the next read, which may be that of the next frame.
+            assert!(t_boot_ns >= run.last_ns, "{context}: out of order");
             run.refused += u64::from(missing != "host-stalled");
             continue;
         }
+        assert!(t_boot_ns > run.last_ns, "{context}: out of order");
+        run.last_ns = t_boot_ns;
         let pixels: Vec<f64> = cells[columns[5]..]
             .iter()
             .map(|cell| cell.parse().unwrap())
