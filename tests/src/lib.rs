@@ -1,5 +1,12 @@
 //! What the tests of the whole share: starting the real programs, what they are shown, and a small WebDriver client.
 
+#[expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "what fails here fails the test that asked for it"
+)]
+pub mod broker;
+
 pub mod comparing;
 
 pub mod live_page;

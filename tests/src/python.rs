@@ -11,6 +11,30 @@ pub const WITHOUT_PYTHON_DRIVERS: &str = "GRIDEYE_WITHOUT_PYTHON_DRIVERS";
 /// Leaves out what is measured and checked beside us where neither it nor PyPI is to be had.
 pub const WITHOUT_PEERS: &str = "GRIDEYE_WITHOUT_PEERS";
 
+/// Leaves out the real Home Assistant where neither it nor PyPI is to be had.
+pub const WITHOUT_HOME_ASSISTANT: &str = "GRIDEYE_WITHOUT_HOME_ASSISTANT";
+
+/// A command that runs the real Home Assistant, `tests/home_assistant/home.py`, or `None` if it is left out.
+///
+/// # Panics
+/// When it cannot be installed.
+#[must_use]
+pub fn home_assistant(arguments: &[&str], what: &str) -> Option<Command> {
+    if is_left_out(WITHOUT_HOME_ASSISTANT, what) {
+        return None;
+    }
+    let folder = environment(
+        "home-assistant",
+        "tests/home_assistant/requirements.txt",
+        WITHOUT_HOME_ASSISTANT,
+    );
+    let mut command = Command::new(folder.join("bin/python"));
+    command
+        .arg(root().join("tests/home_assistant/home.py"))
+        .args(arguments);
+    Some(command)
+}
+
 /// A command that runs a script of `tests/peers`, or any by its whole path, with the packages of its `requirements.txt`, or `None` if they are left out.
 ///
 /// # Panics

@@ -224,6 +224,28 @@ const COMMANDS: &[(&str, Kept)] = &[
         "grideye dataset scenes/experiment-1.toml --frames 5000 --out frames --shard 2/4",
         Run("", &["shard 2 of 4: 1000 of 5000 frames in frames"]),
     ),
+    // crates/grideye/HOME_ASSISTANT.md
+    (
+        "grideye collect --mqtt mqtt://homeassistant.local",
+        By(
+            "tests/tests/home_assistant/values.rs",
+            "a_sensor_is_discovered_with_its_values_and_its_picture",
+        ),
+    ),
+    (
+        "grideye collect --mqtt mqtt://grideye@homeassistant.local --mqtt-password-file mqtt-password",
+        By(
+            "tests/tests/home_assistant/trust.rs",
+            "a_refused_password_is_told_with_what_to_do_and_stands_nowhere",
+        ),
+    ),
+    (
+        "grideye mqtt forget pi-1 i2c-1:0x69 --mqtt mqtt://homeassistant.local",
+        By(
+            "tests/tests/home_assistant/removed.rs",
+            "a_sensor_that_is_removed_leaves_nothing_behind",
+        ),
+    ),
     // tests/examples/driver-ci/README.md
     (
         "cp -r tests/examples/driver-ci /tmp/driver && ln -s \"$PWD\" /tmp/driver/grideye-hil",
@@ -354,7 +376,7 @@ fn documents() -> Vec<PathBuf> {
     for crate_folder in std::fs::read_dir(root().join("crates")).unwrap() {
         documents.push(crate_folder.unwrap().path().join("README.md"));
     }
-    for page in ["DATASET.md", "EXPORT.md"] {
+    for page in ["DATASET.md", "EXPORT.md", "HOME_ASSISTANT.md"] {
         documents.push(root().join("crates/grideye").join(page));
     }
     documents.retain(|document| document.exists());

@@ -1,7 +1,7 @@
 //! Routes that the program brings along, behind the collector's own guard.
 
 use crate::store::FrameStore;
-use crate::{Clock, RecentFrames};
+use crate::{Clock, NewestFrames, RecentFrames};
 use axum::Router;
 use std::fmt;
 use std::sync::Arc;
@@ -65,6 +65,8 @@ pub struct Inside {
     pub store: Arc<dyn FrameStore>,
     /// What has just come from the sensors.
     pub recent: RecentFrames,
+    /// The newest frame of every sensor.
+    pub newest: NewestFrames,
     /// What time it is.
     pub clock: Arc<dyn Clock>,
 }

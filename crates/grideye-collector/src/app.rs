@@ -24,7 +24,7 @@ use crate::live::{Event, Live};
 use crate::log::{Log, Seldom};
 use crate::rates::Rates;
 use crate::store::{FrameStore, News, StoreError};
-use crate::{Annex, Clock, Inside, Limits};
+use crate::{Annex, Clock, Inside, Limits, NewestFrames};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::StatusCode;
@@ -43,7 +43,7 @@ pub struct AppState(Arc<Shared>);
 
 struct Shared {
     store: Arc<dyn FrameStore>,
-    live: Live,
+    live: Arc<Live>,
     agents: devices::Agents,
     limits: Limits,
     clock: Arc<dyn Clock>,
@@ -104,7 +104,7 @@ impl AppState {
         door: Door,
     ) -> Result<Self, StoreError> {
         let (streams, newest) = (store.streams().await?, store.newest().await?);
-        let live = Live::new(Arc::clone(&clock), &limits, streams, newest);
+        let live = Arc::new(Live::new(Arc::clone(&clock), &limits, streams, newest));
         let (rate, burst) = (limits.requests_per_second_max, limits.requests_burst_max);
         let (unknown_rate, unknown_burst) = (
             limits.unknown_requests_per_second_max,
@@ -155,6 +155,7 @@ impl AppState {
         Inside {
             store: Arc::clone(&self.0.store),
             recent: self.0.live.recent().clone(),
+            newest: NewestFrames::new(Arc::clone(&self.0.live)),
             clock: self.clock(),
         }
     }

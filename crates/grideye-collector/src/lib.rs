@@ -43,7 +43,7 @@ pub use app::{AppState, Refusal, app, app_with, attachment};
 pub use clock::{Clock, SystemClock};
 pub use error::CollectorError;
 pub use limits::Limits;
-pub use live::RecentFrames;
+pub use live::{NewestFrame, NewestFrames, RecentFrames};
 pub use log::{Level, Log, LogEvent};
 pub use server::{Collector, Config};
 pub use store::{

@@ -1,9 +1,11 @@
 //! The present state of every sensor, and the events that tell the live page of it.
 
+mod newest;
 mod recent;
 mod senders;
 mod view;
 
+pub use newest::{NewestFrame, NewestFrames};
 pub use recent::RecentFrames;
 pub(crate) use view::stream_json;
 

@@ -43,7 +43,9 @@ pub struct LogEvent {
 }
 
 impl LogEvent {
-    pub(crate) fn new(level: Level, event: &'static str) -> Self {
+    /// Without fields yet.
+    #[must_use]
+    pub fn new(level: Level, event: &'static str) -> Self {
         Self {
             level,
             event,
@@ -52,7 +54,9 @@ impl LogEvent {
         }
     }
 
-    pub(crate) fn with(mut self, name: &'static str, value: impl fmt::Display) -> Self {
+    /// With one more field.
+    #[must_use]
+    pub fn with(mut self, name: &'static str, value: impl fmt::Display) -> Self {
         self.fields.push((name, value.to_string()));
         self
     }
@@ -108,7 +112,8 @@ impl Log {
         Self::new(|_| ())
     }
 
-    pub(crate) fn say(&self, event: &LogEvent) {
+    /// Hands the event on.
+    pub fn say(&self, event: &LogEvent) {
         (self.0)(event);
     }
 }

@@ -5,6 +5,7 @@ mod align;
 mod coverage;
 mod dataset;
 mod emulate;
+mod mqtt;
 pub(crate) mod place;
 
 use clap::builder::TypedValueParser as _;
@@ -24,6 +25,7 @@ pub(crate) use align::Align;
 pub(crate) use coverage::{Coverage, Posture, Where};
 pub(crate) use dataset::{Dataset, Shard, Table};
 pub(crate) use emulate::Emulate;
+pub(crate) use mqtt::{BridgeOptions, BrokerOptions, Forget, MqttCommand, MqttWhat};
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
 #[derive(Debug, Parser)]
@@ -52,6 +54,7 @@ pub(crate) enum Command {
     Characterize(Characterize),
     Audit(Audit),
     Migrate(Migrate),
+    Mqtt(MqttCommand),
 }
 
 /// The whole loop on this computer: emulated sensor, agent, collector, live page, recording, comparison, report.

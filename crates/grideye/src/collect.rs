@@ -5,6 +5,7 @@ use crate::beside;
 use crate::cli::{Collect, LogFormat};
 use crate::exit::{Outcome, bad_input};
 use crate::exports;
+use crate::mqtt;
 use crate::output::outln;
 use crate::progress;
 use crate::store;
@@ -71,6 +72,8 @@ fn config(options: &Collect) -> Result<Config> {
     config.log = log(options.log);
     config.annexes = beside::annexes(&options.scenes)?;
     config.annexes.push(exports::annex());
+    let bridge = mqtt::annex(&options.mqtt, config.log.clone())?;
+    config.annexes.extend(bridge);
     let limits = &mut config.limits;
     limits.store_bytes_max = options.store_quota;
     limits.keep_for = options

@@ -37,6 +37,7 @@ mod exports;
 mod files;
 mod fuse;
 mod migrate;
+mod mqtt;
 mod output;
 mod paced_clock;
 mod pdf;
@@ -49,7 +50,7 @@ mod simulate;
 mod store;
 
 use clap::Parser as _;
-use cli::{Cli, Command};
+use cli::{Cli, Command, MqttWhat};
 use std::process::ExitCode;
 
 /// For the collector, which takes a post in many small pieces.
@@ -75,6 +76,9 @@ fn main() -> ExitCode {
         Command::Characterize(options) => characterize::run(&options),
         Command::Audit(options) => audit::run(&options),
         Command::Migrate(options) => migrate::run(&options),
+        Command::Mqtt(options) => match &options.command {
+            MqttWhat::Forget(options) => mqtt::forget(options),
+        },
     };
     match result {
         Ok(outcome) => outcome.into(),

@@ -34,9 +34,19 @@ fn annex() -> Annex {
             let streams = inside.store.streams().await.map_or(0, |all| all.len());
             Json(json!(streams))
         };
+        let newest = inside.newest.clone();
+        let newest = move || async move {
+            let newest = newest.look();
+            let told = newest.iter().map(|newest| {
+                let age_ms = u64::try_from(newest.age.as_millis()).unwrap();
+                json!({ "sensor": newest.stream.sensor, "seq": newest.record.seq, "age_ms": age_ms })
+            });
+            Json(told.collect::<Value>())
+        };
         let refused = || async { Refusal::new(StatusCode::CONFLICT, "test_refused", "not now") };
         Router::new()
             .route("/v1/test/recent", get(seqs))
+            .route("/v1/test/newest", get(newest))
             .route("/v1/test/streams", get(streams))
             .route("/v1/test/refused", get(refused))
             .route("/v1/test/write", post(|| async { "written" }))
@@ -66,17 +76,17 @@ async fn send(
     (head.status.as_u16(), head.headers, json)
 }
 
-async fn open() -> (AppState, Router) {
+async fn open() -> (AppState, Router, Arc<HandClock>) {
     let limits = Limits::default();
     let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
     let clock = Arc::new(HandClock::default());
-    let state = AppState::new(store, limits, clock).await.unwrap();
-    (state.clone(), app_with(state, &[annex()]))
+    let state = AppState::new(store, limits, clock.clone()).await.unwrap();
+    (state.clone(), app_with(state, &[annex()]), clock)
 }
 
 #[tokio::test]
 async fn routes_that_are_brought_along_see_the_store_and_what_has_just_come() {
-    let (_state, router) = open().await;
+    let (_state, router, clock) = open().await;
     let get = |path: &'static str| send(&router, Method::GET, path, None, None);
     assert_eq!(get("/v1/annexes").await.2, json!({ "annexes": ["test"] }));
     assert_eq!(get("/v1/test/recent").await.2, Value::Null);
@@ -85,9 +95,16 @@ async fn routes_that_are_brought_along_see_the_store_and_what_has_just_come() {
     assert_eq!(status, 200);
     let (_, _, recent) = get("/v1/test/recent").await;
     assert_eq!(recent, json!({ "boot": "b1", "seqs": [0, 1, 2] }));
+    let newest = async || get("/v1/test/newest").await.2[0].clone();
+    let first = newest().await;
+    assert_eq!((&first["sensor"], &first["seq"]), (&json!("s1"), &json!(2)));
+    clock.pass(Duration::from_secs(7));
+    let later = newest().await;
+    let age_ms = |newest: &Value| newest["age_ms"].as_u64().unwrap();
+    assert_eq!(age_ms(&later), age_ms(&first) + 7_000);
     assert_eq!(get("/v1/test/streams").await.2, json!(1));
     // Without an annex the page is told that there is none.
-    let (state, _) = open().await;
+    let (state, ..) = open().await;
     let (_, _, none) = send(&app(state), Method::GET, "/v1/annexes", None, None).await;
     assert_eq!(none, json!({ "annexes": [] }));
 }

@@ -1,5 +1,6 @@
 //! Options of the collector, and of the commands that say who may do what there.
 
+use super::BridgeOptions;
 use clap::{Args, Subcommand};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -60,6 +61,8 @@ pub(crate) struct Collect {
     pub(crate) log: LogFormat,
     #[command(flatten)]
     pub(crate) scenes: Scenes,
+    #[command(flatten)]
+    pub(crate) mqtt: BridgeOptions,
 }
 
 /// What the live page can show beside a sensor.

@@ -16,6 +16,7 @@ mod picture;
 pub(crate) mod raster;
 pub(crate) mod recording;
 mod sheet;
+pub(crate) mod still;
 mod tiles;
 
 use crate::exit::bad_input;

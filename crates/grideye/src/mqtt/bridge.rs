@@ -1,0 +1,324 @@
+//! From the collector's newest frames to the broker: looks twice a second, says what is due, and holds no queue.
+//!
+//! A broker that is slow, away or gone costs the collector nothing: while nothing can be said nothing is looked at, and
+//! what is said next is what is newest then.
+
+use super::broker::Broker;
+use super::connection::{CONNECT_TIME_MAX, Connection};
+use super::discovery::{self, OFFLINE, ONLINE};
+use super::fault::Fault;
+use super::packet::{Heard, Message};
+use super::sensor::{Sensor, Telling};
+use super::status::Status;
+use super::topics::BRIDGE;
+use grideye_collector::{Clock, Level, Log, LogEvent, NewestFrame, NewestFrames};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
+
+/// How often the newest frames are looked at: agents post twice a second.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// Sensors that are told of; of one more it is said that it is not.
+pub(super) const SENSORS_MAX: usize = 512;
+/// Sensors that an earlier collector left at the broker and that are remembered.
+const LEFT_MAX: usize = 2 * SENSORS_MAX;
+/// How often the broker is asked whether it is there, and how long it may take to answer.
+const PING_EVERY: Duration = Duration::from_secs(10);
+const PONG_TIME_MAX: Duration = Duration::from_secs(20);
+/// Pauses between attempts to connect: doubled from the first to the last.
+const PAUSE_FIRST: Duration = Duration::from_secs(1);
+const PAUSE_LAST: Duration = Duration::from_secs(30);
+/// After a connection that held for so long the first attempt to connect again comes soon.
+const STEADY: Duration = Duration::from_secs(10);
+/// The same fault is said again after so long.
+const FAULT_SAID_EVERY: Duration = Duration::from_secs(600);
+
+/// The bridge's work, from one connection to the next.
+pub(super) struct Bridge {
+    broker: Broker,
+    telling: Telling,
+    newest: NewestFrames,
+    clock: Arc<dyn Clock>,
+    log: Log,
+    status: Status,
+    sensors: BTreeMap<(String, String), Sensor>,
+    left: BTreeMap<String, Left>,
+    said: Option<(Fault, Instant)>,
+    is_overflow_said: bool,
+}
+
+/// What an earlier collector left at the broker.
+struct Left {
+    since: Duration,
+    /// The broker says that it is.
+    is_online: bool,
+}
+
+/// The state of one connection.
+struct Link {
+    connection: Connection,
+    pinged_at: Instant,
+    unanswered_since: Option<Instant>,
+    /// All that the broker kept has come.
+    is_caught_up: bool,
+}
+
+impl Bridge {
+    pub(super) fn new(
+        broker: Broker,
+        telling: Telling,
+        (newest, clock): (NewestFrames, Arc<dyn Clock>),
+        log: Log,
+        status: Status,
+    ) -> Self {
+        Self {
+            broker,
+            telling,
+            newest,
+            clock,
+            log,
+            status,
+            sensors: BTreeMap::new(),
+            left: BTreeMap::new(),
+            said: None,
+            is_overflow_said: false,
+        }
+    }
+
+    /// Connects and tells, again and again. The end of the program is told by the last will.
+    pub(super) async fn run(mut self) {
+        let mut pause = PAUSE_FIRST;
+        loop {
+            let began = Instant::now();
+            let Err(fault) = self.connect_and_tell().await;
+            self.status.lost(&fault);
+            self.say(fault);
+            if began.elapsed() >= STEADY + CONNECT_TIME_MAX {
+                pause = PAUSE_FIRST;
+            }
+            sleep(pause).await;
+            pause = (2 * pause).min(PAUSE_LAST);
+        }
+    }
+
+    async fn connect_and_tell(&mut self) -> Result<std::convert::Infallible, Fault> {
+        let topics = &self.telling.topics;
+        let will = Message::retained(topics.bridge(), OFFLINE);
+        let client_id = topics.client_id();
+        let connection = Connection::open(&self.broker, &client_id, Some(&will)).await?;
+        let mut link = Link {
+            connection,
+            pinged_at: Instant::now(),
+            unanswered_since: None,
+            is_caught_up: false,
+        };
+        self.begin(&mut link).await?;
+        let mut looks = interval(LOOK_EVERY);
+        looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            tokio::select! {
+                heard = link.connection.hear() => self.hear(heard?, &mut link).await?,
+                _tick = looks.tick() => {
+                    self.look(&mut link).await?;
+                    link.keep_alive().await?;
+                }
+            }
+        }
+    }
+
+    /// Listens for what the broker kept and for who removes a sensor, and says that the bridge is there.
+    async fn begin(&mut self, link: &mut Link) -> Result<(), Fault> {
+        self.status.connected();
+        self.said = None;
+        let connected = LogEvent::new(Level::Info, "mqtt_connected");
+        self.log.say(&connected.with("broker", &self.broker));
+        for sensor in self.sensors.values_mut() {
+            sensor.say_again();
+        }
+        let topics = &self.telling.topics;
+        let filters = [
+            topics.availability("+"),
+            topics.all_cameras(),
+            topics.birth(),
+        ];
+        link.connection.subscribe(&filters).await?;
+        link.ping().await?;
+        let online = Message::retained(topics.bridge(), ONLINE);
+        self.publish(link, [online]).await
+    }
+
+    async fn look(&mut self, link: &mut Link) -> Result<(), Fault> {
+        let now = self.clock.monotonic();
+        let newest = self.newest.look();
+        for newest in &newest {
+            let key = (newest.stream.device.clone(), newest.stream.sensor.clone());
+            if !self.sensors.contains_key(&key) && self.sensors.len() >= SENSORS_MAX {
+                self.say_overflow();
+                continue;
+            }
+            let sensor = self
+                .sensors
+                .entry(key)
+                .or_insert_with(|| Sensor::new(&newest.stream));
+            let told = sensor.look(newest, &self.telling, now);
+            if sensor.is_announced() {
+                self.left.remove(&sensor.named.id);
+            }
+            self.publish(link, told).await?;
+        }
+        if link.is_caught_up {
+            let told = self.look_after_left(&newest, now);
+            self.publish(link, told).await?;
+        }
+        let announced = self.sensors.values().filter(|sensor| sensor.is_announced());
+        self.status.announced(announced.count());
+        Ok(())
+    }
+
+    /// Who was there under an earlier collector and has not been heard since is not available, or is removed in time.
+    fn look_after_left(&mut self, newest: &[NewestFrame], now: Duration) -> Vec<Message> {
+        let Telling {
+            topics,
+            forget_after,
+            ..
+        } = &self.telling;
+        let ages: BTreeMap<&str, Duration> = newest
+            .iter()
+            .filter_map(|newest| {
+                let key = (newest.stream.device.clone(), newest.stream.sensor.clone());
+                let sensor = self.sensors.get(&key)?;
+                Some((sensor.named.id.as_str(), newest.age))
+            })
+            .collect();
+        let mut told = Vec::new();
+        self.left.retain(|id, left| {
+            let age = ages.get(id.as_str()).copied();
+            let age = age.unwrap_or(now.saturating_sub(left.since));
+            if forget_after.is_some_and(|after| age > after) {
+                told.extend(discovery::removal(topics, id));
+                return false;
+            }
+            if std::mem::replace(&mut left.is_online, false) {
+                told.push(Message::retained(topics.availability(id), OFFLINE));
+            }
+            true
+        });
+        told
+    }
+
+    async fn hear(&mut self, heard: Heard, link: &mut Link) -> Result<(), Fault> {
+        match heard {
+            Heard::Pong => {
+                link.unanswered_since = None;
+                link.is_caught_up = true;
+            }
+            Heard::Subscribed(codes) if codes.iter().any(|code| *code >= 0x80) => {
+                let refused = LogEvent::new(Level::Warning, "mqtt_may_not_read");
+                self.log.say(&refused.with("broker", &self.broker).with(
+                    "hint",
+                    "the broker's access list must let this user read what it writes, or sensors that are removed come back",
+                ));
+            }
+            Heard::Published(message) => {
+                let told = self.answer(&message);
+                self.publish(link, told).await?;
+            }
+            Heard::Subscribed(_) | Heard::Connected(_) => {}
+        }
+        Ok(())
+    }
+
+    /// What there is to say to what somebody else said.
+    fn answer(&mut self, heard: &Message) -> Vec<Message> {
+        let topics = &self.telling.topics;
+        if heard.topic == topics.birth() {
+            if heard.payload == ONLINE.as_bytes() && !heard.retain {
+                self.sensors.values_mut().for_each(Sensor::say_again);
+            }
+            return Vec::new();
+        }
+        if let Some(id) = topics.available_of(&heard.topic) {
+            let is_online = heard.payload == ONLINE.as_bytes();
+            if id == BRIDGE && !is_online {
+                // The last will of a connection before this one, which the broker noticed late.
+                return vec![Message::retained(topics.bridge(), ONLINE)];
+            }
+            if heard.retain && id != BRIDGE && self.left.len() < LEFT_MAX {
+                let since = self.clock.monotonic();
+                let left = self.left.entry(id.to_owned());
+                left.or_insert(Left { since, is_online }).is_online = is_online;
+            }
+            return Vec::new();
+        }
+        match topics.camera_of(&heard.topic) {
+            Some(id) if heard.payload.is_empty() => self.remove(id),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Somebody removed a sensor: Home Assistant's own button, or `grideye mqtt forget`.
+    fn remove(&mut self, id: &str) -> Vec<Message> {
+        let mut sensors = self.sensors.values_mut();
+        if let Some(sensor) = sensors.find(|sensor| sensor.is_announced() && sensor.named.id == id)
+        {
+            return sensor.remove(&self.telling);
+        }
+        match self.left.remove(id) {
+            Some(_left) => discovery::removal(&self.telling.topics, id),
+            None => Vec::new(),
+        }
+    }
+
+    async fn publish(
+        &self,
+        link: &mut Link,
+        told: impl IntoIterator<Item = Message>,
+    ) -> Result<(), Fault> {
+        for message in told {
+            link.connection.publish(&message).await?;
+            self.status.published();
+        }
+        Ok(())
+    }
+
+    /// Says a fault once, and again when it is another or has lasted for long.
+    fn say(&mut self, fault: Fault) {
+        let said = self.said.as_ref();
+        if said.is_some_and(|(said, at)| *said == fault && at.elapsed() < FAULT_SAID_EVERY) {
+            return;
+        }
+        let event = LogEvent::new(Level::Warning, "mqtt_fault")
+            .with("broker", &self.broker)
+            .with("what", &fault.what)
+            .with("hint", fault.hint);
+        self.log.say(&event);
+        self.said = Some((fault, Instant::now()));
+    }
+
+    fn say_overflow(&mut self) {
+        if !std::mem::replace(&mut self.is_overflow_said, true) {
+            let event = LogEvent::new(Level::Warning, "mqtt_too_many_sensors");
+            self.log.say(&event.with("told_at_most", SENSORS_MAX));
+        }
+    }
+}
+
+impl Link {
+    async fn ping(&mut self) -> Result<(), Fault> {
+        self.pinged_at = Instant::now();
+        self.unanswered_since.get_or_insert(self.pinged_at);
+        self.connection.ping().await
+    }
+
+    async fn keep_alive(&mut self) -> Result<(), Fault> {
+        let unanswered_since = self.unanswered_since;
+        if unanswered_since.is_some_and(|since| since.elapsed() > PONG_TIME_MAX) {
+            return Err(Fault::silent(PONG_TIME_MAX));
+        }
+        if self.pinged_at.elapsed() >= PING_EVERY {
+            self.ping().await?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,129 @@
+//! One connection to the broker. Nothing is queued: what cannot be written within a time ends the connection.
+
+use super::broker::Broker;
+use super::fault::Fault;
+use super::packet::{self, Heard, Hello, Message};
+use std::io;
+use std::time::Duration;
+use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tokio_rustls::TlsConnector;
+
+/// From the first packet of the network to the broker's word that the connection is taken.
+pub(super) const CONNECT_TIME_MAX: Duration = Duration::from_secs(10);
+/// A broker that takes no packet for so long is given up.
+pub(super) const WRITE_TIME_MAX: Duration = Duration::from_secs(10);
+/// The broker gives up this program, and tells its last will, after half as long again (mqtt-v3.1.1, §3.1.2.10).
+const KEEP_ALIVE_S: u16 = 30;
+/// Bytes that are read at once.
+const READ_BYTES: usize = 4096;
+
+/// Packets in both directions.
+pub(super) struct Connection {
+    stream: Box<dyn Stream>,
+    inbox: Vec<u8>,
+}
+
+trait Stream: AsyncRead + AsyncWrite + Unpin + Send {}
+impl<S: AsyncRead + AsyncWrite + Unpin + Send> Stream for S {}
+
+impl Connection {
+    /// Connects, as nobody else at the same time under this name; the broker publishes the will when it hears no more.
+    pub(super) async fn open(
+        broker: &Broker,
+        client_id: &str,
+        will: Option<&Message>,
+    ) -> Result<Self, Fault> {
+        timeout(CONNECT_TIME_MAX, Self::connect(broker, client_id, will))
+            .await
+            .unwrap_or_else(|_elapsed| Err(Fault::silent(CONNECT_TIME_MAX)))
+    }
+
+    async fn connect(
+        broker: &Broker,
+        client_id: &str,
+        will: Option<&Message>,
+    ) -> Result<Self, Fault> {
+        let mut connection = Self {
+            stream: stream(broker).await?,
+            inbox: Vec::new(),
+        };
+        let password = broker.password.as_ref();
+        let hello = packet::connect(&Hello {
+            client_id,
+            user: broker.user.as_deref(),
+            password: password.map(|password| password.0.as_slice()),
+            will,
+            keep_alive_s: KEEP_ALIVE_S,
+        });
+        connection.write(&hello).await?;
+        match connection.hear().await? {
+            Heard::Connected(0) => Ok(connection),
+            Heard::Connected(code) => Err(Fault::refused(code, password.is_some())),
+            _ => Err(Fault::garbled(&"something else than its answer")),
+        }
+    }
+
+    pub(super) async fn publish(&mut self, message: &Message) -> Result<(), Fault> {
+        self.write(&packet::publish(message)).await
+    }
+
+    pub(super) async fn subscribe(&mut self, filters: &[String]) -> Result<(), Fault> {
+        self.write(&packet::subscribe(filters)).await
+    }
+
+    pub(super) async fn ping(&mut self) -> Result<(), Fault> {
+        self.write(&packet::PING).await
+    }
+
+    /// Ends it without the last will.
+    pub(super) async fn close(mut self) -> Result<(), Fault> {
+        self.write(&packet::DISCONNECT).await?;
+        self.stream
+            .shutdown()
+            .await
+            .map_err(|reason| Fault::broken(&reason))
+    }
+
+    /// The next packet. What has come of one is kept when this is given up before it is whole.
+    pub(super) async fn hear(&mut self) -> Result<Heard, Fault> {
+        loop {
+            let taken = packet::take(&mut self.inbox);
+            if let Some(heard) = taken.map_err(|garbled| Fault::garbled(&garbled))? {
+                return Ok(heard);
+            }
+            let mut bytes = [0; READ_BYTES];
+            let read = self.stream.read(&mut bytes).await;
+            match read.map_err(|reason| Fault::broken(&reason))? {
+                0 => return Err(Fault::closed()),
+                count => self.inbox.extend(&bytes[..count]),
+            }
+        }
+    }
+
+    async fn write(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        let written = async {
+            self.stream.write_all(bytes).await?;
+            self.stream.flush().await
+        };
+        timeout(WRITE_TIME_MAX, written)
+            .await
+            .map_err(|_elapsed| Fault::silent(WRITE_TIME_MAX))?
+            .map_err(|reason| Fault::broken(&reason))
+    }
+}
+
+async fn stream(broker: &Broker) -> Result<Box<dyn Stream>, Fault> {
+    let plain = TcpStream::connect((broker.host.as_str(), broker.port)).await;
+    let plain = plain.map_err(|reason| Fault::unreachable(&reason))?;
+    // Small packets go out at once; that it may fail on a dead socket is found at the next read.
+    let _ = plain.set_nodelay(true);
+    let Some(encryption) = &broker.encryption else {
+        return Ok(Box::new(plain));
+    };
+    let connector = TlsConnector::from(encryption.config.clone());
+    let encrypted = connector.connect(encryption.name.clone(), plain).await;
+    let encrypted = encrypted.map_err(|reason: io::Error| Fault::encryption(&reason))?;
+    Ok(Box::new(encrypted))
+}

@@ -1,0 +1,102 @@
+//! What Home Assistant is told of a sensor: one retained configuration for each of its entities.
+//!
+//! One topic for each entity, and not one for the device, which Home Assistant reads since 2024.11 alone: these it has read
+//! for much longer (`origin` since 2023.8), and still does.
+
+use super::packet::Message;
+use super::topics::{ENTITIES, Topics};
+use serde_json::{Value, json};
+use std::time::Duration;
+
+/// The sensors' manufacturer and part.
+const MANUFACTURER: &str = "Panasonic";
+const MODEL: &str = "Grid-EYE AMG8833";
+/// What an availability topic says.
+pub(super) const ONLINE: &str = "online";
+pub(super) const OFFLINE: &str = "offline";
+/// What presence is.
+pub(super) const PRESENT: &str = "ON";
+pub(super) const ABSENT: &str = "OFF";
+
+/// A sensor as people and Home Assistant know it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Named {
+    pub(super) id: String,
+    pub(super) device: String,
+    pub(super) sensor: String,
+}
+
+/// The configurations; a value older than `expires` is not shown as if it were one.
+pub(super) fn configurations(topics: &Topics, named: &Named, expires: Duration) -> Vec<Message> {
+    let told = |place: (&str, &str)| {
+        let mut config = common(topics, named, place.1);
+        let own = own(topics, &named.id, place, expires);
+        if let (Value::Object(config), Value::Object(own)) = (&mut config, own) {
+            config.extend(own);
+        }
+        Message::retained(topics.config(&named.id, place), config.to_string())
+    };
+    ENTITIES.map(told).to_vec()
+}
+
+/// What takes away all that the broker keeps of a sensor.
+pub(super) fn removal(topics: &Topics, id: &str) -> Vec<Message> {
+    let mut removal: Vec<Message> = ENTITIES
+        .iter()
+        .map(|place| Message::cleared(topics.config(id, *place)))
+        .collect();
+    removal.push(Message::cleared(topics.availability(id)));
+    removal
+}
+
+fn common(topics: &Topics, named: &Named, entity: &str) -> Value {
+    json!({
+        "unique_id": format!("{}_{entity}", named.id),
+        "availability": [
+            { "topic": topics.bridge() },
+            { "topic": topics.availability(&named.id) },
+        ],
+        "availability_mode": "all",
+        "device": {
+            "identifiers": [named.id],
+            "name": format!("Grid-EYE {} {}", named.device, named.sensor),
+            "manufacturer": MANUFACTURER,
+            "model": MODEL,
+        },
+        "origin": { "name": "grideye-hil", "sw_version": env!("CARGO_PKG_VERSION") },
+    })
+}
+
+fn own(topics: &Topics, id: &str, (platform, entity): (&str, &str), expires: Duration) -> Value {
+    if platform == "camera" {
+        return json!({ "name": "Thermal image", "topic": topics.image(id) });
+    }
+    let mut own = json!({
+        "name": name(entity),
+        "state_topic": topics.state(id),
+        "value_template": format!("{{{{ value_json.{entity} }}}}"),
+        "expire_after": expires.as_secs().max(1),
+    });
+    if platform == "binary_sensor" {
+        own["device_class"] = "occupancy".into();
+        own["payload_on"] = PRESENT.into();
+        own["payload_off"] = ABSENT.into();
+    } else {
+        own["device_class"] = "temperature".into();
+        own["unit_of_measurement"] = "°C".into();
+        own["state_class"] = "measurement".into();
+        own["suggested_display_precision"] = 2.into();
+    }
+    own
+}
+
+/// Behind the device's name, as Home Assistant shows it.
+fn name(entity: &str) -> &'static str {
+    match entity {
+        "min" => "Minimum",
+        "max" => "Maximum",
+        "mean" => "Mean",
+        "thermistor" => "Thermistor",
+        _ => "Presence",
+    }
+}

@@ -1,0 +1,102 @@
+//! Why the broker is not told, in words for who can mend it.
+
+use std::fmt;
+use std::io;
+use std::time::Duration;
+
+/// What went wrong, and what to do about it. Holds no password.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Fault {
+    pub(super) what: String,
+    pub(super) hint: &'static str,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}\nhint: {}", self.what, self.hint)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+impl Fault {
+    fn new(what: impl Into<String>, hint: &'static str) -> Self {
+        let what = what.into();
+        Self { what, hint }
+    }
+
+    pub(super) fn unreachable(reason: &io::Error) -> Self {
+        Self::new(
+            format!("no way to the broker: {reason}"),
+            "is it running at that address? mosquitto listens on loopback alone until its configuration has a line `listener 1883`",
+        )
+    }
+
+    pub(super) fn silent(longest: Duration) -> Self {
+        Self::new(
+            format!("the broker did not answer within {} s", longest.as_secs()),
+            "is there an MQTT broker at that port? 1883 is the usual one, 8883 with mqtts://",
+        )
+    }
+
+    pub(super) fn encryption(reason: &io::Error) -> Self {
+        Self::new(
+            format!("the broker's encryption is not to be trusted: {reason}"),
+            "--mqtt-authority names the authority that signed the broker's certificate, which must be for the host in --mqtt",
+        )
+    }
+
+    pub(super) fn broken(reason: &io::Error) -> Self {
+        if reason.kind() == io::ErrorKind::UnexpectedEof {
+            return Self::closed();
+        }
+        Self::new(
+            format!("the connection to the broker broke: {reason}"),
+            "it is tried again; the broker's log may say why",
+        )
+    }
+
+    pub(super) fn closed() -> Self {
+        Self::new(
+            "the broker closed the connection",
+            "if it does so again and again, another collector publishes at the same place: give one of them another --mqtt-topic",
+        )
+    }
+
+    pub(super) fn garbled(what: &impl fmt::Display) -> Self {
+        Self::new(
+            format!("what answers is no MQTT broker: it sent {what}"),
+            "1883 is the usual port, 8883 with mqtts://; its web socket's port is another",
+        )
+    }
+
+    /// A refusal by its code (mqtt-v3.1.1, table 3.1).
+    pub(super) fn refused(code: u8, has_password: bool) -> Self {
+        match (code, has_password) {
+            (4 | 5, true) => Self::new(
+                "the broker refuses the user or the password",
+                "the user stands in --mqtt as mqtt://USER@HOST, the password in --mqtt-password-file or GRIDEYE_MQTT_PASSWORD; mosquitto_passwd sets one, and Home Assistant's add-on takes those of its own users",
+            ),
+            (4 | 5, false) => Self::new(
+                "the broker wants a user and a password",
+                "--mqtt mqtt://USER@HOST with --mqtt-password-file FILE, or the password in GRIDEYE_MQTT_PASSWORD",
+            ),
+            (1, _) => Self::new(
+                "the broker does not speak MQTT 3.1.1",
+                "mosquitto 1.4 or later does",
+            ),
+            (2, _) => Self::new(
+                "the broker refuses the name of this program",
+                "another --mqtt-topic gives it another name",
+            ),
+            (3, _) => Self::new(
+                "the broker says that it cannot serve now",
+                "it is tried again; the broker's log may say why",
+            ),
+            _ => Self::new(
+                format!("the broker refuses the connection with code {code}"),
+                "the broker's log may say why",
+            ),
+        }
+    }
+}

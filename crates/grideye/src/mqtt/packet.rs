@@ -1,0 +1,319 @@
+//! The packets of MQTT 3.1.1 that a program needs which publishes the newest and hears little (OASIS, mqtt-v3.1.1).
+//!
+//! Everything is published at quality of service 0: on a connection that holds nothing is lost, and after one that broke
+//! all that is retained is published again, so that acknowledgements would add a window to keep and nothing else.
+
+use std::fmt;
+
+/// A text's or a password's longest, in bytes: its length is written in two (§1.5.3).
+pub(super) const TEXT_BYTES_MAX: usize = 65_535;
+/// The longest packet that is read. What is subscribed to is a word or one sensor's configuration.
+pub(super) const PACKET_BYTES_MAX: usize = 64 * 1024;
+
+const CONNECT: u8 = 0x10;
+const PUBLISH: u8 = 0x30;
+/// With the bits that §3.8.1 reserves.
+const SUBSCRIBE: u8 = 0x82;
+const RETAIN: u8 = 0x01;
+/// The kinds of packets that come: table 2.1.
+const HEARD: [u8; 4] = [2, 3, 9, 13];
+/// The number of the one subscription of a connection; 0 is not allowed.
+const SUBSCRIPTION: u16 = 1;
+
+/// Asks for a ping's answer (§3.12).
+pub(super) const PING: [u8; 2] = [0xC0, 0x00];
+/// Ends a connection without its last will (§3.14).
+pub(super) const DISCONNECT: [u8; 2] = [0xE0, 0x00];
+
+/// Something to publish.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Message {
+    pub(super) topic: String,
+    pub(super) payload: Vec<u8>,
+    /// The broker keeps it for who subscribes later; an empty one takes away what it keeps.
+    pub(super) retain: bool,
+}
+
+impl Message {
+    pub(super) fn passing(topic: String, payload: impl Into<Vec<u8>>) -> Self {
+        let payload = payload.into();
+        Self {
+            topic,
+            payload,
+            retain: false,
+        }
+    }
+
+    pub(super) fn retained(topic: String, payload: impl Into<Vec<u8>>) -> Self {
+        let payload = payload.into();
+        Self {
+            topic,
+            payload,
+            retain: true,
+        }
+    }
+
+    /// Takes away what the broker keeps.
+    pub(super) fn cleared(topic: String) -> Self {
+        Self::retained(topic, Vec::new())
+    }
+}
+
+/// Who connects, and what the broker says of it when it is gone.
+pub(super) struct Hello<'a> {
+    pub(super) client_id: &'a str,
+    pub(super) user: Option<&'a str>,
+    pub(super) password: Option<&'a [u8]>,
+    pub(super) will: Option<&'a Message>,
+    pub(super) keep_alive_s: u16,
+}
+
+/// What came from the broker.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Heard {
+    /// The connection is taken, or refused with a code (§3.2.2.3).
+    Connected(u8),
+    /// One answer for each topic that was subscribed to, 0x80 for one that is refused (§3.9.3).
+    Subscribed(Vec<u8>),
+    /// Retained: it was there before the subscription.
+    Published(Message),
+    Pong,
+}
+
+/// What no broker sends to such a client.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Garbled(&'static str);
+
+impl fmt::Display for Garbled {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.0)
+    }
+}
+
+/// §3.1, with a clean session.
+pub(super) fn connect(hello: &Hello<'_>) -> Vec<u8> {
+    let mut flags = 0x02;
+    let mut payload = Vec::new();
+    put_text(&mut payload, hello.client_id.as_bytes());
+    if let Some(will) = hello.will {
+        // At quality of service 1 and retained.
+        flags |= 0x04 | 0x08 | 0x20;
+        put_text(&mut payload, will.topic.as_bytes());
+        put_text(&mut payload, &will.payload);
+    }
+    if let Some(user) = hello.user {
+        flags |= 0x80;
+        put_text(&mut payload, user.as_bytes());
+    }
+    if let Some(password) = hello.password {
+        flags |= 0x40;
+        put_text(&mut payload, password);
+    }
+    let mut body = Vec::new();
+    put_text(&mut body, b"MQTT");
+    body.extend([4, flags]);
+    body.extend(hello.keep_alive_s.to_be_bytes());
+    body.extend(payload);
+    packet(CONNECT, &body)
+}
+
+/// §3.3, at quality of service 0.
+pub(super) fn publish(message: &Message) -> Vec<u8> {
+    let mut body = Vec::with_capacity(2 + message.topic.len() + message.payload.len());
+    put_text(&mut body, message.topic.as_bytes());
+    body.extend(&message.payload);
+    let retain = if message.retain { RETAIN } else { 0 };
+    packet(PUBLISH | retain, &body)
+}
+
+/// §3.8, at quality of service 0.
+pub(super) fn subscribe(filters: &[String]) -> Vec<u8> {
+    let mut body = SUBSCRIPTION.to_be_bytes().to_vec();
+    for filter in filters {
+        put_text(&mut body, filter.as_bytes());
+        body.push(0);
+    }
+    packet(SUBSCRIBE, &body)
+}
+
+/// Takes the first packet away from what has come; `None` while it is not whole.
+pub(super) fn take(inbox: &mut Vec<u8>) -> Result<Option<Heard>, Garbled> {
+    let Some((start, length)) = extent(inbox)? else {
+        return Ok(None);
+    };
+    if inbox.len() < start + length {
+        return Ok(None);
+    }
+    let rest = inbox.split_off(start + length);
+    let whole = std::mem::replace(inbox, rest);
+    parse(whole[0], &whole[start..]).map(Some)
+}
+
+/// Where a packet's body begins and how long it is (§2.2.3).
+fn extent(inbox: &[u8]) -> Result<Option<(usize, usize)>, Garbled> {
+    // Another server's answer would be waited for as if it were a long packet.
+    if inbox
+        .first()
+        .is_some_and(|header| !HEARD.contains(&(header >> 4)))
+    {
+        return Err(Garbled("a packet that nothing asked for"));
+    }
+    let mut length = 0;
+    for index in 0..4 {
+        let Some(byte) = inbox.get(1 + index) else {
+            return Ok(None);
+        };
+        length |= usize::from(byte & 0x7F) << (7 * index);
+        if byte & 0x80 == 0 {
+            return if length <= PACKET_BYTES_MAX {
+                Ok(Some((2 + index, length)))
+            } else {
+                Err(Garbled("a packet that is too long"))
+            };
+        }
+    }
+    Err(Garbled("a packet without a length"))
+}
+
+fn parse(header: u8, body: &[u8]) -> Result<Heard, Garbled> {
+    match (header >> 4, body) {
+        (2, [_, code]) => Ok(Heard::Connected(*code)),
+        (3, _) => published(header, body),
+        (9, [_, _, codes @ ..]) => Ok(Heard::Subscribed(codes.to_vec())),
+        (13, []) => Ok(Heard::Pong),
+        _ => Err(Garbled("a packet that nothing asked for")),
+    }
+}
+
+fn published(header: u8, body: &[u8]) -> Result<Heard, Garbled> {
+    let cut = Garbled("a message without a topic");
+    let (length, rest) = body.split_first_chunk().ok_or(cut.clone())?;
+    let length = usize::from(u16::from_be_bytes(*length));
+    let (topic, payload) = rest.split_at_checked(length).ok_or(cut)?;
+    if header & 0x06 != 0 {
+        return Err(Garbled("a message that wants to be acknowledged"));
+    }
+    let topic = String::from_utf8(topic.to_vec())
+        .map_err(|_not_text| Garbled("a topic that is no text"))?;
+    let payload = payload.to_vec();
+    Ok(Heard::Published(Message {
+        topic,
+        payload,
+        retain: header & RETAIN != 0,
+    }))
+}
+
+fn packet(header: u8, body: &[u8]) -> Vec<u8> {
+    let mut packet = vec![header];
+    let mut length = body.len();
+    loop {
+        let [low, ..] = (length & 0x7F).to_le_bytes();
+        length >>= 7;
+        packet.push(if length > 0 { low | 0x80 } else { low });
+        if length == 0 {
+            break;
+        }
+    }
+    packet.extend(body);
+    packet
+}
+
+/// A text or bytes behind their length; what is longer was refused before ([`TEXT_BYTES_MAX`]).
+fn put_text(body: &mut Vec<u8>, text: &[u8]) {
+    let text = &text[..text.len().min(TEXT_BYTES_MAX)];
+    body.extend(u16::try_from(text.len()).unwrap_or(u16::MAX).to_be_bytes());
+    body.extend(text);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_packets_are_those_of_the_specification() {
+        let will = Message::retained("a/b".to_owned(), "off");
+        let hello = Hello {
+            client_id: "me",
+            user: Some("u"),
+            password: Some(b"p"),
+            will: Some(&will),
+            keep_alive_s: 30,
+        };
+        // §3.1: figure 3.8's order of the payload, and the flags of table 3.4.
+        let expected = b"\x10\x1E\x00\x04MQTT\x04\xEE\x00\x1E\x00\x02me\x00\x03a/b\x00\x03off\x00\x01u\x00\x01p";
+        assert_eq!(connect(&hello), expected);
+        // §3.3 and §3.8.
+        let message = Message::retained("a/b".to_owned(), "x");
+        assert_eq!(publish(&message), b"\x31\x06\x00\x03a/bx");
+        let message = Message::passing("a/b".to_owned(), "x");
+        assert_eq!(publish(&message), b"\x30\x06\x00\x03a/bx");
+        let filters = ["a/b".to_owned(), "c/d".to_owned()];
+        assert_eq!(
+            subscribe(&filters),
+            b"\x82\x0E\x00\x01\x00\x03a/b\x00\x00\x03c/d\x00"
+        );
+    }
+
+    #[test]
+    fn lengths_are_written_as_in_the_table_of_the_specification() {
+        // §2.2.3, table 2.4.
+        for (length, bytes) in [
+            (0, &[0x00][..]),
+            (127, &[0x7F]),
+            (128, &[0x80, 0x01]),
+            (16_383, &[0xFF, 0x7F]),
+            (16_384, &[0x80, 0x80, 0x01]),
+        ] {
+            let written = packet(PUBLISH, &vec![0; length]);
+            assert_eq!(&written[1..=bytes.len()], bytes, "{length}");
+            assert_eq!(extent(&written), Ok(Some((1 + bytes.len(), length))));
+        }
+    }
+
+    #[test]
+    fn packets_are_taken_one_by_one_however_they_are_cut() {
+        let mut sent = b"\x20\x02\x00\x05\x90\x04\x00\x01\x00\x80\xD0\x00".to_vec();
+        let message = Message::retained("a/ü".to_owned(), vec![7; 300]);
+        sent.extend(publish(&message));
+        let expected = [
+            Heard::Connected(5),
+            Heard::Subscribed(vec![0, 0x80]),
+            Heard::Pong,
+            Heard::Published(message),
+        ];
+        for piece in 1..sent.len() {
+            let mut inbox = Vec::new();
+            let mut heard = Vec::new();
+            for bytes in sent.chunks(piece) {
+                inbox.extend(bytes);
+                while let Some(packet) = take(&mut inbox).unwrap() {
+                    heard.push(packet);
+                }
+            }
+            assert_eq!(heard, expected, "in pieces of {piece}");
+            assert!(inbox.is_empty());
+        }
+    }
+
+    #[test]
+    fn what_no_broker_sends_is_refused_and_nothing_is_read_without_end() {
+        for garbled in [
+            &b"HTTP/1.1 400 Bad Request"[..],
+            b"\x30\xFF\xFF\xFF\x7F",
+            b"\x30\xFF\xFF\xFF\xFF",
+            b"\x30\x01\x00",
+            b"\x30\x03\x00\x02a",
+            b"\x30\x03\x00\x01\xFF",
+            b"\x32\x05\x00\x01a\x00\x01",
+            b"\x20\x01\x00",
+            b"\xF0\x00",
+        ] {
+            let refused = take(&mut garbled.to_vec());
+            assert!(refused.is_err(), "{garbled:?}: {refused:?}");
+        }
+        let longest = packet(PUBLISH, &vec![0; PACKET_BYTES_MAX]);
+        assert!(take(&mut longest.clone()).unwrap().is_some());
+        let longer = packet(PUBLISH, &vec![0; PACKET_BYTES_MAX + 1]);
+        assert!(take(&mut longer.clone()).is_err());
+    }
+}

@@ -1,0 +1,141 @@
+//! Whether somebody is in front of a sensor: a threshold, and no more than that.
+//!
+//! Somebody is there once so many pixels are so much warmer than the frame's median, and is gone once fewer were, less one
+//! step of the sensor, for some time. It knows neither who is warm nor since when: a radiator, a kettle, a patch of sun
+//! and a cat count, and whoever fills more than half of the picture becomes the background.
+
+use amg8833::word;
+use grideye_frame::Frame;
+use std::time::Duration;
+
+/// When somebody is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rule {
+    /// So many pixels, at least 1.
+    pub(crate) pixels: usize,
+    /// So many degrees above the frame's median.
+    pub(crate) above_c: f64,
+    /// Nobody is there once fewer were for so long.
+    pub(crate) hold: Duration,
+}
+
+/// What was last said, and since when it is contradicted.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Presence {
+    is_there: bool,
+    last_warm_at: Duration,
+}
+
+impl Presence {
+    pub(super) fn is_there(&self) -> bool {
+        self.is_there
+    }
+
+    /// Looks at a frame; `now` never goes back.
+    pub(super) fn see(&mut self, frame: &Frame, rule: &Rule, now: Duration) -> bool {
+        let least_c = if self.is_there {
+            rule.above_c - f64::from(word::PIXEL_STEP.get())
+        } else {
+            rule.above_c
+        };
+        if warm_pixels(frame, least_c) >= rule.pixels {
+            self.is_there = true;
+            self.last_warm_at = now;
+        } else if now.saturating_sub(self.last_warm_at) >= rule.hold {
+            self.is_there = false;
+        }
+        self.is_there
+    }
+}
+
+/// Pixels that are at least so much warmer than the median of all.
+fn warm_pixels(frame: &Frame, above_c: f64) -> usize {
+    let mut sorted = frame.pixels.map(|pixel| f64::from(pixel.get()));
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    let median_c = (sorted[middle - 1] + sorted[middle]) / 2.0;
+    sorted
+        .iter()
+        .filter(|celsius| **celsius - median_c >= above_c)
+        .count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::Celsius;
+    use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
+    use std::fs::File;
+    use std::path::Path;
+
+    const RULE: Rule = Rule {
+        pixels: 2,
+        above_c: 1.5,
+        hold: Duration::from_secs(5),
+    };
+
+    fn frame(warm: usize, celsius: f32) -> Frame {
+        let mut frame = Frame::uniform(Celsius::new(20.0));
+        frame.pixels[..warm].fill(Celsius::new(celsius));
+        frame
+    }
+
+    fn at(seconds: u64) -> Duration {
+        Duration::from_secs(seconds)
+    }
+
+    #[test]
+    fn enough_pixels_that_are_warm_enough_are_somebody() {
+        for (warm, celsius, is_there) in [
+            (0, 20.0, false),
+            (1, 30.0, false),
+            (2, 21.25, false),
+            (2, 21.5, true),
+            (31, 24.0, true),
+            // More than half of the picture is the background.
+            (33, 24.0, false),
+        ] {
+            let mut presence = Presence::default();
+            let seen = presence.see(&frame(warm, celsius), &RULE, at(100));
+            assert_eq!(seen, is_there, "{warm} pixels of {celsius} °C");
+        }
+    }
+
+    #[test]
+    fn somebody_stays_for_the_hold_and_while_a_step_less_is_seen() {
+        let mut presence = Presence::default();
+        assert!(presence.see(&frame(2, 21.5), &RULE, at(10)));
+        // One step less is enough to stay, and is not to come.
+        assert!(presence.see(&frame(2, 21.25), &RULE, at(20)));
+        assert!(presence.see(&frame(2, 21.0), &RULE, at(24)));
+        assert!(!presence.see(&frame(2, 21.0), &RULE, at(25)));
+        assert!(!presence.see(&frame(2, 21.25), &RULE, at(26)));
+    }
+
+    /// Frames that the rule calls occupied, of those that people labelled with nobody and with somebody.
+    fn counted(name: &str) -> [(usize, usize); 2] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings/linaige");
+        let file = File::open(folder.join(name)).unwrap();
+        let date = Date::from_file_name(name).unwrap();
+        let rows = Reader::new(file, date, stream_from_file_name(name)).unwrap();
+        let mut counted = [(0, 0); 2];
+        for row in rows {
+            let row = row.unwrap();
+            let raw = row.row.record.reading.frame().copied().unwrap();
+            let seen = Presence::default().see(&word::frame(&raw), &RULE, at(0));
+            let (found, of) = &mut counted[usize::from(row.people > 0)];
+            *found += usize::from(seen);
+            *of += 1;
+        }
+        counted
+    }
+
+    /// The figures of the README: each frame alone, without the hold.
+    #[test]
+    fn what_the_rule_makes_of_labelled_frames_of_a_real_sensor_is_what_is_documented() {
+        let room_b = counted("Session2_2021-07-01_RoomB_v2.csv");
+        let room_a = counted("Session3_2021-07-06_RoomA_v2.csv");
+        assert_eq!(room_b, [(0, 243), (1338, 1605)]);
+        assert_eq!(room_a, [(1, 1122), (324, 550)]);
+    }
+}

@@ -1,0 +1,208 @@
+//! What is said when, with a clock that is handed in.
+
+use super::*;
+use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::{ClockState, Record, Stamp};
+use serde_json::Value;
+
+fn telling() -> Telling {
+    Telling {
+        topics: Topics {
+            discovery: "homeassistant".to_owned(),
+            base: "grideye".to_owned(),
+        },
+        state_every: seconds(5),
+        image_every: Some(seconds(1)),
+        silent_after: seconds(15),
+        forget_after: Some(seconds(86_400)),
+        presence: Rule {
+            pixels: 2,
+            above_c: 1.5,
+            hold: seconds(5),
+        },
+    }
+}
+
+fn seconds(seconds: u64) -> Duration {
+    Duration::from_secs(seconds)
+}
+
+/// A frame of 20 °C with so many pixels of 25 °C.
+fn frame(boot: &str, seq: u64, warm: usize, age: Duration) -> NewestFrame {
+    let mut pixels = [PixelWord(80); 64];
+    pixels[..warm].fill(PixelWord(100));
+    let stamp = Stamp {
+        t_boot_ns: 0,
+        t_utc_ns: 0,
+        clock: ClockState::Synced,
+    };
+    NewestFrame {
+        stream: StreamId {
+            device: "pi-1".into(),
+            sensor: "s1".into(),
+            boot: boot.into(),
+        },
+        record: Record {
+            seq,
+            stamp,
+            reading: Reading::Frame(RawFrame {
+                pixels,
+                thermistor: ThermistorWord(0x1A1),
+            }),
+        },
+        age,
+    }
+}
+
+/// The last levels of the topics, in the order of what is said.
+fn said(messages: &[Message]) -> Vec<&str> {
+    let last = |message: &Message| -> usize { message.topic.rfind('/').map_or(0, |at| at + 1) };
+    messages
+        .iter()
+        .map(|message| &message.topic[last(message)..])
+        .collect()
+}
+
+fn sensor() -> Sensor {
+    Sensor::new(&frame("b1", 0, 0, Duration::ZERO).stream)
+}
+
+fn first(sensor: &mut Sensor) -> Vec<Message> {
+    sensor.look(&frame("b1", 0, 0, Duration::ZERO), &telling(), seconds(100))
+}
+
+const NEW: [&str; 9] = [
+    "config",
+    "config",
+    "config",
+    "config",
+    "config",
+    "config",
+    "availability",
+    "state",
+    "image",
+];
+
+#[test]
+fn a_sensor_is_announced_with_its_first_new_frame_and_then_told_of_as_often_as_was_asked() {
+    let mut sensor = sensor();
+    let old = frame("b1", 0, 0, seconds(16));
+    assert_eq!(sensor.look(&old, &telling(), seconds(1)), []);
+    assert!(!sensor.is_announced());
+    let told = first(&mut sensor);
+    assert_eq!(said(&told), NEW);
+    assert!(told[..7].iter().all(|message| message.retain));
+    assert!(told[7..].iter().all(|message| !message.retain));
+    assert!(sensor.is_announced());
+    // Looks are half a second apart.
+    let mut images = 0;
+    let mut states = 0;
+    for look in 1..=40_u32 {
+        let new = frame("b1", look.into(), 0, Duration::ZERO);
+        let told = sensor.look(&new, &telling(), seconds(100) + look * seconds(1) / 2);
+        images += said(&told).iter().filter(|last| **last == "image").count();
+        states += said(&told).iter().filter(|last| **last == "state").count();
+        assert!(told.iter().all(|message| !message.retain));
+    }
+    assert_eq!((states, images), (4, 20));
+}
+
+#[test]
+fn the_state_is_the_frame_in_degrees() {
+    let mut sensor = sensor();
+    let warm = frame("b1", 7, 3, Duration::ZERO);
+    let told = sensor.look(&warm, &telling(), seconds(100));
+    let state: Value = serde_json::from_slice(&told[7].payload).unwrap();
+    // Three pixels of 25 °C and 61 of 20 °C; 0x1A1 is 26.0625 °C (AMG88 spec §4-11-10).
+    assert_eq!(
+        state,
+        json!({ "min": 20.0, "max": 25.0, "mean": 20.23, "thermistor": 26.0625, "presence": "ON", "seq": 7 })
+    );
+}
+
+#[test]
+fn presence_is_told_at_once_and_an_old_frame_never_again() {
+    let mut sensor = sensor();
+    first(&mut sensor);
+    let now = seconds(100) + seconds(1) / 2;
+    let warm = frame("b1", 5, 3, Duration::ZERO);
+    let told = sensor.look(&warm, &telling(), now);
+    assert_eq!(said(&told), ["state"]);
+    assert!(String::from_utf8_lossy(&told[0].payload).contains("\"ON\""));
+    for later in 1..14 {
+        let same = frame("b1", 5, 3, seconds(later));
+        let told = sensor.look(&same, &telling(), now + seconds(later));
+        // A picture of it was due a moment later.
+        let expected: &[&str] = if later == 1 { &["image"] } else { &[] };
+        assert_eq!(said(&told), expected, "{later} s later");
+    }
+}
+
+#[test]
+fn silence_makes_it_unavailable_and_a_day_of_it_removes_it() {
+    let mut sensor = sensor();
+    first(&mut sensor);
+    let silent = |age: u64| frame("b1", 0, 0, seconds(age));
+    assert_eq!(sensor.look(&silent(15), &telling(), seconds(115)), []);
+    let told = sensor.look(&silent(16), &telling(), seconds(116));
+    let topic = telling().topics.availability(&sensor.named.id);
+    assert_eq!(told, [Message::retained(topic.clone(), "offline")]);
+    assert_eq!(sensor.look(&silent(17), &telling(), seconds(117)), []);
+    let told = sensor.look(&silent(86_401), &telling(), seconds(86_501));
+    assert_eq!(told.len(), 7);
+    assert!(
+        told.iter()
+            .all(|message| message.retain && message.payload.is_empty())
+    );
+    assert_eq!(told[6].topic, topic);
+    assert!(!sensor.is_announced());
+    assert_eq!(
+        sensor.look(&silent(86_402), &telling(), seconds(86_502)),
+        []
+    );
+    // It comes back as a new one.
+    let back = frame("b2", 0, 0, Duration::ZERO);
+    assert_eq!(said(&sensor.look(&back, &telling(), seconds(90_000))), NEW);
+}
+
+#[test]
+fn everything_is_said_again_to_a_broker_that_may_have_forgotten_it() {
+    let mut sensor = sensor();
+    first(&mut sensor);
+    sensor.say_again();
+    let same = frame("b1", 0, 0, seconds(1));
+    assert_eq!(said(&sensor.look(&same, &telling(), seconds(101))), NEW);
+    // A silent one too, but not its old values.
+    sensor.say_again();
+    let silent = frame("b1", 0, 0, seconds(20));
+    let told = sensor.look(&silent, &telling(), seconds(120));
+    assert_eq!(said(&told), NEW[..7]);
+    assert_eq!(told[6].payload, b"offline");
+}
+
+#[test]
+fn one_that_was_removed_stays_so_until_its_agent_is_started_again() {
+    let mut sensor = sensor();
+    first(&mut sensor);
+    assert_eq!(sensor.remove(&telling()).len(), 7);
+    let next = frame("b1", 9, 0, Duration::ZERO);
+    assert_eq!(sensor.look(&next, &telling(), seconds(102)), []);
+    sensor.say_again();
+    assert_eq!(sensor.look(&next, &telling(), seconds(103)), []);
+    let restarted = frame("b2", 0, 0, Duration::ZERO);
+    assert_eq!(
+        said(&sensor.look(&restarted, &telling(), seconds(104))),
+        NEW
+    );
+}
+
+#[test]
+fn pictures_can_be_left_out() {
+    let mut sensor = sensor();
+    let telling = Telling {
+        image_every: None,
+        ..telling()
+    };
+    let new = frame("b1", 0, 0, Duration::ZERO);
+    assert_eq!(said(&sensor.look(&new, &telling, seconds(100))), NEW[..8]);
+}

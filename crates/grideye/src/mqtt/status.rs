@@ -1,0 +1,70 @@
+//! How the bridge does, for `GET /v1/mqtt`.
+
+use super::fault::Fault;
+use serde_json::{Value, json};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Shared by the bridge, which writes, and by who asks.
+#[derive(Debug, Clone)]
+pub(super) struct Status(Arc<Mutex<Told>>);
+
+#[derive(Debug)]
+struct Told {
+    broker: String,
+    is_connected: bool,
+    connections: u64,
+    fault: Option<Fault>,
+    sensors: usize,
+    published: u64,
+}
+
+impl Status {
+    pub(super) fn new(broker: String) -> Self {
+        Self(Arc::new(Mutex::new(Told {
+            broker,
+            is_connected: false,
+            connections: 0,
+            fault: None,
+            sensors: 0,
+            published: 0,
+        })))
+    }
+
+    pub(super) fn connected(&self) {
+        let mut told = self.told();
+        told.is_connected = true;
+        told.connections += 1;
+        told.fault = None;
+    }
+
+    pub(super) fn lost(&self, fault: &Fault) {
+        let mut told = self.told();
+        told.is_connected = false;
+        told.fault = Some(fault.clone());
+    }
+
+    pub(super) fn announced(&self, sensors: usize) {
+        self.told().sensors = sensors;
+    }
+
+    pub(super) fn published(&self) {
+        self.told().published += 1;
+    }
+
+    pub(super) fn json(&self) -> Value {
+        let told = self.told();
+        let fault = told.fault.as_ref();
+        json!({
+            "broker": told.broker,
+            "connected": told.is_connected,
+            "connections": told.connections,
+            "fault": fault.map(|fault| json!({ "message": fault.what, "hint": fault.hint })),
+            "sensors": told.sensors,
+            "published": told.published,
+        })
+    }
+
+    fn told(&self) -> MutexGuard<'_, Told> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
