@@ -348,6 +348,14 @@ fn a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_
     ))
     .send_json(json!({ "note": "two people" }))
     .unwrap();
+    let labels = format!("/v1/recordings/{}/labels", recordings[1]);
+    let span =
+        json!({ "device": "pi-0", "sensor": "s", "boot": "b", "first_seq": 300, "last_seq": 310 });
+    let label = json!({ "name": "a person, walking", "spans": [span] });
+    ureq::post(format!("{}{labels}", old.url()))
+        .send_json(label)
+        .unwrap();
+    let labelled = old.json(&labels);
     let csvs: Vec<String> = recordings.iter().map(|id| old.recording_csv(*id)).collect();
     let books = old.json("/v1/audit");
     let list = old.json("/v1/recordings");
@@ -381,6 +389,7 @@ fn a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_
     let new = RunningCollector::start_on(&database);
     assert_eq!(new.json("/v1/audit"), books);
     assert_eq!(new.json("/v1/recordings"), list);
+    assert_eq!(new.json(&labels), labelled);
     for (id, csv) in recordings.iter().zip(&csvs) {
         let copy = long_recording(&new, *id);
         assert!(copy == *csv, "recording {id} differs");

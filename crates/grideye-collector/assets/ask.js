@@ -1,11 +1,11 @@
 // The collector's answers in JSON.
 
-/** GET, or POST with a body; what went wrong is in `error`. */
-export async function ask(path, body) {
-  const post = { method: "POST", headers: { "content-type": "application/json" } };
+/** GET, or POST with a body, or another method; what went wrong is in `error`. */
+export async function ask(path, body, method = body === undefined ? "GET" : "POST") {
+  const sent = body === undefined ? {} : { headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
   try {
-    const response = await fetch(path, body === undefined ? {} : { ...post, body: JSON.stringify(body) });
-    return await response.json();
+    const response = await fetch(path, { method, ...sent });
+    return response.status === 204 ? {} : await response.json();
   } catch {
     return { error: { message: "the collector cannot be reached", hint: "see that it is running, and try again" } };
   }

@@ -14,7 +14,7 @@ export function follow(on) {
     retry = null;
     heardAt = performance.now();
     source = new EventSource("/v1/live");
-    for (const event of ["snapshot", "frames", "recordings", "lagged", "alive"]) {
+    for (const event of ["snapshot", "frames", "recordings", "labels", "lagged", "alive"]) {
       source.addEventListener(event, (message) => {
         heardAt = performance.now();
         on.link("open");

@@ -16,7 +16,9 @@ export function commands(keys) {
     ["Shift and arrow keys", "on a picture: mark a region"],
     ["?", "this list"],
   ];
-  const all = [...Object.entries(keys).map(([key, { says }]) => [NAMES.get(key) ?? key, says]), ...more];
+  // Keys without words are told with another.
+  const told = Object.entries(keys).filter(([, { says }]) => says !== null);
+  const all = [...told.map(([key, { says }]) => [NAMES.get(key) ?? key, says]), ...more];
   list.replaceChildren(...all.map(([key, says]) => row(key, says)));
   const open = () => dialog.showModal();
   document.querySelector("#show-keys").addEventListener("click", open);

@@ -12,6 +12,7 @@ import { offerSignOut } from "./sign-out.js";
 import { say } from "./words.js";
 
 const TICK_MS = 50;
+const DIGITS = [..."123456789"];
 // More sensors than this are shown with their picture and least, mean and greatest temperature alone.
 const DETAILED_MAX = 6;
 
@@ -140,6 +141,12 @@ function toggleView(name) {
   location.hash = view === name ? "" : name;
 }
 
+/** A key that puts a label that is used already. */
+function putting(digit) {
+  const says = digit === "1" ? "recording: put the first label that is used, and so on to 9" : null;
+  return { says, does: () => playback.putLabel(Number(digit) - 1), when: () => view === "playback" };
+}
+
 /** A key that does something while a recording is played. */
 function playing(what, says) {
   return { says: `recording: ${says}`, does: () => playback.does(what), when: () => view === "playback" };
@@ -180,6 +187,10 @@ commands({
   "-": playing("slower", "slower, down to 0.25×"),
   "+": playing("faster", "faster, up to 16×"),
   g: playing("gap", "the next gap"),
+  "<": playing("from", "a range begins here"),
+  ">": playing("to", "a range ends here"),
+  a: playing("label", "write a label for the range, or the frame"),
+  ...Object.fromEntries(DIGITS.map((digit) => [digit, putting(digit)])),
 });
 
 follow({
@@ -198,6 +209,7 @@ follow({
     say(link, `connected, but frames cannot be stored: ${store}`);
   },
   recordings: () => recordings.refresh(),
+  labels: (changed) => playback.labelled(changed),
 });
 
 fetched("/v1/annexes").then(({ annexes }) => {

@@ -3,6 +3,7 @@
 import { complain } from "./ask.js";
 import { Beside } from "./beside.js";
 import { offerFiles } from "./exports.js";
+import { Labels } from "./labels.js";
 import { NoteField } from "./note.js";
 import { PlayedSensor } from "./played-sensor.js";
 import { Player, SPEEDS } from "./player.js";
@@ -26,6 +27,11 @@ export class Playback {
   #player = new Player(() => this.#show());
   #timeline = new Timeline((seconds) => this.#player.seek(seconds));
   #note;
+  #labels = new Labels({
+    at: () => this.#player.at,
+    seek: (seconds) => this.#player.seek(seconds),
+    drawn: (labels, range) => this.#timeline.label(labels, range),
+  });
   #id = null;
   #sensors = [];
   #began_ms = null;
@@ -99,6 +105,11 @@ export class Playback {
     sensor?.watch(this.#beside);
   }
 
+  /** The labels of a recording changed. */
+  labelled({ recording }) {
+    this.#labels.refresh(recording);
+  }
+
   redraw() {
     for (const sensor of this.#sensors) sensor.picture.redraw();
   }
@@ -116,8 +127,16 @@ export class Playback {
       slower: () => this.#player.hurry(-1),
       faster: () => this.#player.hurry(1),
       gap: () => this.#nextGap(),
+      from: () => this.#labels.mark("from"),
+      to: () => this.#labels.mark("to"),
+      label: () => this.#labels.write(),
     };
     if (this.#sensors.length > 0) acts[what]();
+  }
+
+  /** Puts the label that has this key, counted from 0. */
+  putLabel(index) {
+    if (this.#sensors.length > 0) this.#labels.again(index);
   }
 
   #clear() {
@@ -126,6 +145,7 @@ export class Playback {
     this.#sensors = [];
     this.#wall.replaceChildren();
     this.#transport.hidden = true;
+    this.#labels.take(null, []);
     this.#look.forget("played");
     for (const id of ["played-name", "played-facts"]) say(element(id), "");
     for (const id of ["jump-trouble", "played-trouble"]) complain(element(id), null);
@@ -154,6 +174,7 @@ export class Playback {
     // Sensors do not measure at one moment: it opens where all are to be seen that began together.
     const begun = tracks.map(({ times }) => times[0]).filter((seconds) => seconds < TOGETHER_S);
     this.#player.seek(Math.max(...begun));
+    this.#labels.take(this.#id, tracks);
   }
 
   #describe() {
@@ -171,6 +192,7 @@ export class Playback {
     if (this.#sensors.length === 0) return;
     const said = this.#sensors.map((sensor) => sensor.show(at));
     this.#timeline.point(at, said[0]);
+    this.#labels.moved();
     say(element("time"), `${place(at)} / ${place(this.#length)}`);
     say(element("wall-time"), moment(this.#began_ms + at * 1000));
     const button = this.#transport.querySelector("[data-does=play]");

@@ -6,6 +6,7 @@ import { place } from "./words.js";
 const SPAN_MIN_CELSIUS = 4;
 // Of CSS pixels: narrower gaps are drawn as wide as this, so that none is too short to be seen.
 const GAP_WIDTH_MIN = 2;
+const LABEL_HEIGHT = 12;
 
 export class Timeline {
   #canvas = document.querySelector("#timeline");
@@ -13,6 +14,9 @@ export class Timeline {
   #head = document.querySelector("#playhead");
   #tracks = [];
   #length = 0;
+  #labels = [];
+  #range = null;
+  #columns = null;
 
   /** `seek` is called with the seconds of a place that was pointed at. */
   constructor(seek) {
@@ -36,7 +40,15 @@ export class Timeline {
   take(tracks, length) {
     this.#tracks = tracks;
     this.#length = length;
+    [this.#labels, this.#range, this.#columns] = [[], null, null];
     this.#scrub.setAttribute("aria-valuemax", length.toFixed(1));
+    this.#draw();
+  }
+
+  /** Draws labels and the range that is being marked, each from and to so many seconds. */
+  label(labels, range) {
+    if (labels === this.#labels && range?.from === this.#range?.from && range?.to === this.#range?.to) return;
+    [this.#labels, this.#range] = [labels, range];
     this.#draw();
   }
 
@@ -54,11 +66,40 @@ export class Timeline {
     Object.assign(canvas, { width, height });
     const context = canvas.getContext("2d");
     const lane = height / Math.max(1, this.#tracks.length);
-    this.#tracks.forEach((track, index) => {
-      const columns = columnsOf(track, this.#length, width);
+    // A range is drawn while it is marked: what lies below is the same all the while.
+    if (this.#columns?.[0]?.lows.length !== width) this.#columns = this.#tracks.map((track) => columnsOf(track, this.#length, width));
+    this.#columns.forEach((columns, index) => {
       drawLane(context, columns, index * lane + 1, lane - 2, getComputedStyle(canvas));
     });
+    const x = (seconds) => (seconds / (this.#length || 1)) * width;
+    for (const { name, from, to } of this.#labels) drawLabel(context, name, x(from), x(to), height, getComputedStyle(canvas));
+    if (this.#range !== null) drawRange(context, x(this.#range.from), x(this.#range.to), height, getComputedStyle(canvas));
   }
+}
+
+/** A bar along the lower edge with its name, as far as there is room. */
+function drawLabel(context, name, from, to, height, style) {
+  const [bar, width] = [LABEL_HEIGHT * devicePixelRatio, Math.max(to - from, GAP_WIDTH_MIN * devicePixelRatio)];
+  context.save();
+  context.beginPath();
+  context.rect(from, height - bar, width, bar);
+  context.clip();
+  context.fillStyle = style.color;
+  context.fillRect(from, height - bar, width, bar);
+  context.fillStyle = style.backgroundColor;
+  context.font = `600 ${bar * 0.8}px system-ui, sans-serif`;
+  context.textBaseline = "middle";
+  context.fillText(name, from + 3 * devicePixelRatio, height - bar / 2);
+  context.restore();
+}
+
+/** A frame around what is being marked. */
+function drawRange(context, from, to, height, style) {
+  context.strokeStyle = style.color;
+  context.lineWidth = 2 * devicePixelRatio;
+  context.setLineDash([4 * devicePixelRatio, 3 * devicePixelRatio]);
+  context.strokeRect(from, devicePixelRatio, Math.max(to - from, GAP_WIDTH_MIN * devicePixelRatio), height - 2 * devicePixelRatio);
+  context.setLineDash([]);
 }
 
 /** For each column of the picture: least, mean and greatest temperature of what was measured in it, and whether frames lack. */

@@ -15,6 +15,7 @@ export class Track {
   #rows;
   #moments = [];
   #times;
+  #runs;
 
   /** `parts` are the sensor's runs, `began` the recording's first moment on the clock that all share. */
   constructor(key, rows, parts, began) {
@@ -25,6 +26,8 @@ export class Track {
     for (const part of parts.toSorted((one, other) => one.timeOf(one.first) - other.timeOf(other.first))) this.#add(part, began);
     this.#moments.sort((one, other) => one.at - other.at);
     this.#moments = joined(this.#moments);
+    const rowsOnly = this.#moments.filter(({ kind }) => kind === FRAME || kind === MISSING);
+    this.#runs = Map.groupBy(rowsOnly.map(({ at, row, boot }) => ({ at, boot, seq: rows.seq(row) })), ({ boot }) => boot);
     this.#times = Float64Array.from(this.#moments, ({ at }) => at);
     this.lows = new Float32Array(this.#moments.length);
     this.means = new Float32Array(this.#moments.length);
@@ -82,6 +85,28 @@ export class Track {
     const from = this.indexAt(seconds) + 1;
     const index = this.#moments.findIndex(({ kind }, index) => index >= from && (kind === GAP || kind === MISSING));
     return index < 0 ? null : this.#times[index];
+  }
+
+  /** The frames from the one that holds at `from` to the one that holds at `to`, as ranges of numbers, one for each run. */
+  spansBetween(from, to) {
+    const spans = new Map();
+    const last = this.indexAt(to);
+    for (let index = Math.max(0, this.indexAt(from)); index <= last; index += 1) {
+      const { kind, row, boot } = this.#moments[index];
+      if (kind === GAP || kind === END) continue;
+      const seq = this.#rows.seq(row);
+      const span = spans.get(boot) ?? { device: this.device, sensor: this.sensor, boot, first_seq: seq, last_seq: seq };
+      spans.set(boot, { ...span, first_seq: Math.min(span.first_seq, seq), last_seq: Math.max(span.last_seq, seq) });
+    }
+    return [...spans.values()];
+  }
+
+  /** Seconds of the first and of the last frame of such a range; null if none of them is here. */
+  placesOf({ boot, first_seq, last_seq }) {
+    const run = this.#runs.get(boot) ?? [];
+    const after = run.findLastIndex(({ seq }) => seq <= last_seq);
+    const from = run.findIndex(({ seq }) => seq >= first_seq);
+    return from < 0 || after < from ? null : [run[from].at, run[after].at];
   }
 
   /** Seconds of the frame of that number; null if it is not there. */

@@ -30,7 +30,7 @@ use axum::extract::DefaultBodyLimit;
 use axum::http::StatusCode;
 use axum::middleware::from_fn_with_state;
 use axum::response::Json;
-use axum::routing::{get, post};
+use axum::routing::{delete, get, post};
 use serde_json::json;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Weak};
@@ -238,6 +238,18 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
         .route("/v1/recordings/{id}", get(recordings::one))
         .route("/v1/recordings/{id}/stop", post(recordings::stop))
         .route("/v1/recordings/{id}/note", post(recordings::note))
+        .route(
+            "/v1/recordings/{id}/labels",
+            get(recordings::labels::list).post(recordings::labels::add),
+        )
+        .route(
+            "/v1/recordings/{id}/labels.csv",
+            get(recordings::labels::csv),
+        )
+        .route(
+            "/v1/recordings/{id}/labels/{number}",
+            delete(recordings::labels::remove),
+        )
         .merge(brought.with_state(()))
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)

@@ -50,6 +50,12 @@ pub struct Limits {
     pub recording_name_chars_max: usize,
     /// Characters of a recording's note.
     pub recording_note_chars_max: usize,
+    /// Labels of one recording. One more is answered 507.
+    pub labels_max: usize,
+    /// Characters of a label's name.
+    pub label_name_chars_max: usize,
+    /// Ranges of frames in one label.
+    pub label_spans_max: usize,
     /// Rows of a recording that the page can play: it holds all of them, 168 bytes each. Of one more the page is told to
     /// take the file instead.
     pub playback_rows_max: u64,
@@ -124,6 +130,9 @@ impl Default for Limits {
             recordings_max: 10_000,
             recording_name_chars_max: 64,
             recording_note_chars_max: 500,
+            labels_max: 10_000,
+            label_name_chars_max: 64,
+            label_spans_max: 64,
             playback_rows_max: 500_000,
             page_rows: 512,
             sensors_max: 4096,

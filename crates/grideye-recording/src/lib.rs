@@ -48,6 +48,7 @@ mod text;
 
 pub mod bare;
 pub mod csv;
+pub mod labels;
 pub mod linaige;
 pub mod prometheus;
 pub mod record;

@@ -99,6 +99,10 @@ impl From<StoreError> for Refusal {
             StoreError::NoSuchRecording { .. } => {
                 (StatusCode::NOT_FOUND, "no_such_recording", None)
             }
+            StoreError::NoSuchLabel { .. } => (StatusCode::NOT_FOUND, "no_such_label", None),
+            StoreError::TooManyLabels { .. } => {
+                (StatusCode::INSUFFICIENT_STORAGE, "too_many_labels", None)
+            }
             StoreError::NotRunning { .. } => (StatusCode::CONFLICT, "not_running", None),
             StoreError::TooManyStreams { .. } => {
                 (StatusCode::INSUFFICIENT_STORAGE, "too_many_streams", None)

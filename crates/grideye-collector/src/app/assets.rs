@@ -15,7 +15,7 @@ macro_rules! file {
 }
 
 /// Name, type and text.
-const ASSETS: [(&str, &str, &str); 37] = [
+const ASSETS: [(&str, &str, &str); 38] = [
     file!("style.css", "text/css; charset=utf-8"),
     file!("favicon.svg", "image/svg+xml"),
     file!("advice.js", JAVASCRIPT),
@@ -29,6 +29,7 @@ const ASSETS: [(&str, &str, &str); 37] = [
     file!("history.js", JAVASCRIPT),
     file!("keep.js", JAVASCRIPT),
     file!("keys.js", JAVASCRIPT),
+    file!("labels.js", JAVASCRIPT),
     file!("library.js", JAVASCRIPT),
     file!("login.js", JAVASCRIPT),
     file!("look.js", JAVASCRIPT),

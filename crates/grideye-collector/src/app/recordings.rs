@@ -1,9 +1,10 @@
-//! Recordings: start, stop, note, list, and their frames.
+//! Recordings: start, stop, note, list, their frames, and labels on them.
 
 mod attachment;
 mod csv;
 mod download;
 mod frames;
+pub(super) mod labels;
 
 pub use attachment::attachment;
 
@@ -17,7 +18,7 @@ use axum::body::Bytes;
 use axum::extract::{Path, Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 const HINT: &str = r#"send {"name": "kitchen, evening"}"#;
 const NOTE_HINT: &str = r#"send {"note": "two people, window open"}, or {"note": ""} for none"#;
@@ -160,13 +161,22 @@ fn text_in(
     hint: &str,
 ) -> Result<String, Refusal> {
     let fields = object(body, depth_max, &[field], hint)?;
+    text_of(&fields, field, hint)
+}
+
+/// The text of a field, without white space around it.
+fn text_of(
+    fields: &Map<String, Value>,
+    field: &'static str,
+    hint: &str,
+) -> Result<String, Refusal> {
     let text = fields.get(field).and_then(Value::as_str);
     let text =
         text.ok_or_else(|| wrong_value(field, format!("expected {field} to be a string"), hint))?;
     Ok(text.trim().to_owned())
 }
 
-fn wrong_value(field: &'static str, what: String, hint: &str) -> Refusal {
+fn wrong_value(field: impl Into<String>, what: String, hint: &str) -> Refusal {
     Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
         .field(field)
         .hint(hint)

@@ -131,6 +131,14 @@ async fn compare(
         if kept != copied {
             return Ok(Some(format!("recordings {kept:?} became {copied:?}")));
         }
+        for recording in kept {
+            let id = recording.id;
+            let (kept, copied) = (old.labels(id).await?, new.labels(id).await?);
+            if kept != copied {
+                let what = format!("labels of recording {id}: {kept:?} became {copied:?}");
+                return Ok(Some(what));
+            }
+        }
         compare_frames(&old, &new, source, progress).await
     }
     .await;

@@ -1,6 +1,7 @@
 //! Where frames are kept: one trait, so that a site that outgrows one machine can put another engine behind it.
 
 mod chunk;
+mod label;
 mod location;
 pub mod migrate;
 mod plan;
@@ -12,6 +13,7 @@ mod schema;
 pub mod segment;
 mod sqlite;
 
+pub use label::{KeptLabel, Label, LabelSpan};
 pub use location::{PostgresUrl, StoreLocation, UrlError};
 pub use postgres::PostgresStore;
 pub use sqlite::SqliteStore;
@@ -67,6 +69,15 @@ pub trait FrameStore: Send + Sync + 'static {
 
     /// Sets a recording's note; an empty one is none.
     fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording>;
+
+    /// The labels of a recording, in the order in which they were added.
+    fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>>;
+
+    /// Adds a label to a recording. Whether its frames are there is the caller's to know.
+    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel>;
+
+    /// Takes a label away.
+    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()>;
 
     /// Every recording, newest first.
     fn recordings(&self) -> Answer<'_, Vec<Recording>>;
@@ -294,6 +305,15 @@ pub struct Span {
     pub(crate) epochs: (i64, i64),
 }
 
+impl Span {
+    /// The lowest and the highest number of its frames.
+    #[must_use]
+    pub fn seqs(&self) -> (u64, u64) {
+        let number = |seq: i64| u64::try_from(seq).unwrap_or(0);
+        (number(self.seq.0), number(self.seq.1))
+    }
+}
+
 /// Why a store did not do what it was asked.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum StoreError {
@@ -350,6 +370,24 @@ pub enum StoreError {
     NoSuchRecording {
         /// The number asked for.
         id: RecordingId,
+    },
+    /// One label more than a recording takes.
+    #[error(
+        "the recording has {limit} labels and takes no more\nhint: take some away, or make one of those that say the same"
+    )]
+    TooManyLabels {
+        /// The limit.
+        limit: usize,
+    },
+    /// The recording has no label of that number.
+    #[error(
+        "recording {id} has no label {number}\nhint: GET /v1/recordings/{id}/labels lists them"
+    )]
+    NoSuchLabel {
+        /// The recording.
+        id: RecordingId,
+        /// The number asked for.
+        number: i64,
     },
     /// The recording was stopped before.
     #[error(

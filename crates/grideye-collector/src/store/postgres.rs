@@ -47,6 +47,7 @@
 mod append;
 mod boundary;
 mod follow;
+mod labels;
 mod read;
 mod schema;
 mod session;
@@ -54,8 +55,8 @@ mod writer;
 
 use super::queue::{Command, Queue, WriteFault};
 use super::{
-    Answer, Appended, FrameStore, Members, News, PostgresUrl, Recording, RecordingId, Span,
-    StoreError, StoreUsage, StoredRecord, StreamSummary,
+    Answer, Appended, FrameStore, KeptLabel, Label, Members, News, PostgresUrl, Recording,
+    RecordingId, Span, StoreError, StoreUsage, StoredRecord, StreamSummary,
 };
 use crate::Limits;
 use grideye_recording::wire::Batch;
@@ -139,6 +140,20 @@ impl FrameStore for PostgresStore {
 
     fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
         self.queue.ask(|reply| Command::Note { id, note, reply })
+    }
+
+    fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>> {
+        Box::pin(async move { labels::all(&*self.reader.session().await?, id).await })
+    }
+
+    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
+        self.queue
+            .ask(|reply| Command::AddLabel { id, label, reply })
+    }
+
+    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
+        self.queue
+            .ask(|reply| Command::RemoveLabel { id, number, reply })
     }
 
     fn recordings(&self) -> Answer<'_, Vec<Recording>> {

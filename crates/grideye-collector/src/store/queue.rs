@@ -1,6 +1,6 @@
 //! What a store's writer is asked for, and how the asking waits.
 
-use super::{Answer, Appended, Recording, RecordingId, StoreError};
+use super::{Answer, Appended, KeptLabel, Label, Recording, RecordingId, StoreError};
 use grideye_recording::wire::Batch;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::mpsc::error::TrySendError;
@@ -31,6 +31,16 @@ pub(super) enum Command {
         id: RecordingId,
         note: String,
         reply: Reply<Recording>,
+    },
+    AddLabel {
+        id: RecordingId,
+        label: Label,
+        reply: Reply<KeptLabel>,
+    },
+    RemoveLabel {
+        id: RecordingId,
+        number: i64,
+        reply: Reply<()>,
     },
     /// Asks for an end that all who read keep to; the number of what came before it.
     EndEpoch { reply: Reply<i64> },

@@ -88,6 +88,16 @@ CREATE TABLE IF NOT EXISTS notes (
 ) STRICT;
 ";
 
+/// A label is a document: its name and the frames that it is of, as JSON.
+const LABELS: &str = "
+CREATE TABLE IF NOT EXISTS labels (
+    recording_id INTEGER NOT NULL REFERENCES recordings (id),
+    number INTEGER NOT NULL,
+    label TEXT NOT NULL,
+    PRIMARY KEY (recording_id, number)
+) STRICT, WITHOUT ROWID;
+";
+
 /// Makes the tables in an empty file, or makes sure that they are there.
 pub(super) fn prepare(connection: &mut Connection) -> Result<(), StoreError> {
     let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
@@ -96,14 +106,15 @@ pub(super) fn prepare(connection: &mut Connection) -> Result<(), StoreError> {
         transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
         transaction.pragma_update(None, "user_version", LAYOUT)?;
     }
-    add_notes(&transaction)?;
+    add_what_is_written(&transaction)?;
     transaction.commit()?;
     Ok(())
 }
 
-/// Makes the table of notes in a store of a version that had none.
-pub(super) fn add_notes(connection: &Connection) -> Result<(), StoreError> {
-    Ok(connection.execute_batch(NOTES)?)
+/// Makes the tables of notes and labels in a store of a version that had none.
+pub(super) fn add_what_is_written(connection: &Connection) -> Result<(), StoreError> {
+    connection.execute_batch(NOTES)?;
+    Ok(connection.execute_batch(LABELS)?)
 }
 
 /// What a file holds that may become, or is, a store.

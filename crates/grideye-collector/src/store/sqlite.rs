@@ -2,6 +2,7 @@
 //! that read beside it.
 
 mod known;
+mod labels;
 mod pending;
 mod read;
 mod tend;
@@ -9,8 +10,8 @@ mod write;
 
 use super::queue::{Command, Queue, WriteFault};
 use super::{
-    Answer, Appended, FrameStore, Members, Recording, RecordingId, Span, StoreError, StoreLocation,
-    StoreUsage, StoredRecord, StreamSummary, schema,
+    Answer, Appended, FrameStore, KeptLabel, Label, Members, Recording, RecordingId, Span,
+    StoreError, StoreLocation, StoreUsage, StoredRecord, StreamSummary, schema,
 };
 use crate::Limits;
 use grideye_recording::wire::Batch;
@@ -157,6 +158,20 @@ impl FrameStore for SqliteStore {
 
     fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
         self.queue.ask(|reply| Command::Note { id, note, reply })
+    }
+
+    fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>> {
+        self.query(move |connection, _| labels::all(connection, id))
+    }
+
+    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
+        self.queue
+            .ask(|reply| Command::AddLabel { id, label, reply })
+    }
+
+    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
+        self.queue
+            .ask(|reply| Command::RemoveLabel { id, number, reply })
     }
 
     fn recordings(&self) -> Answer<'_, Vec<Recording>> {

@@ -115,6 +115,11 @@ impl Server {
         self.send(request(Method::POST, path, body.into())).await
     }
 
+    pub(crate) async fn delete(&self, path: &str) -> Reply {
+        self.send(request(Method::DELETE, path, Body::empty()))
+            .await
+    }
+
     pub(crate) async fn frames(&self, batch: &Batch) -> Reply {
         self.post("/v1/frames", batch.to_json().unwrap()).await
     }

@@ -191,3 +191,100 @@ async fn an_empty_recording_has_no_rows() {
     let (head, rows) = parts(&reply.body);
     assert_eq!((&head["rows"], rows.len()), (&json!(0), 0));
 }
+
+fn label(name: &str, spans: &[(&str, u64, u64)]) -> String {
+    let span = |(sensor, first, last): &(&str, u64, u64)| json!({ "device": "pi-1", "sensor": sensor, "boot": "b1", "first_seq": first, "last_seq": last });
+    let spans: Vec<Value> = spans.iter().map(span).collect();
+    json!({ "name": name, "spans": spans }).to_string()
+}
+
+/// A recording of frames 0 to 9 of one sensor and 5 to 9 of another.
+async fn labelled() -> Server {
+    let server = Server::new().await;
+    start(&server, "kitchen, é").await;
+    let sensor = |name, from| part(name, (from..10).map(crate::batches::frame).collect());
+    let sensors = vec![sensor("s1", 0), sensor("s2", 5)];
+    server.frames(&batch("pi-1", "b1", sensors)).await;
+    server
+}
+
+#[tokio::test]
+async fn labels_are_added_listed_downloaded_and_taken_away() {
+    let server = labelled().await;
+    let (all, one) = (
+        label(" two people, \"é\" ", &[("s1", 2, 7), ("s2", 5, 7)]),
+        label("nobody", &[("s1", 9, 9)]),
+    );
+    let added = server.post("/v1/recordings/1/labels", all.clone()).await;
+    assert_eq!(added.status, 201);
+    assert_eq!(added.headers[header::LOCATION], "/v1/recordings/1/labels/1");
+    assert_eq!(added.json()["name"], "two people, \"é\"");
+    let sent: Value = serde_json::from_str(&all).unwrap();
+    assert_eq!(added.json()["spans"], sent["spans"]);
+    server.post("/v1/recordings/1/labels", one).await;
+    let listed = server.get("/v1/recordings/1/labels").await.json();
+    assert_eq!(listed["labels"][0], added.json());
+    let numbers: Vec<_> = listed["labels"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|label| &label["number"])
+        .collect();
+    assert_eq!(numbers, [1, 2]);
+    let file = server.get("/v1/recordings/1/labels.csv").await;
+    let disposition = file.headers[header::CONTENT_DISPOSITION].to_str().unwrap();
+    assert!(
+        disposition.contains("kitchen, _.labels.csv"),
+        "{disposition}"
+    );
+    // Quotes as in RFC 4180, section 2.
+    assert_eq!(
+        String::from_utf8(file.body.to_vec()).unwrap(),
+        "number,label,device,sensor,boot,first_seq,last_seq\n\
+         1,\"two people, \"\"é\"\"\",pi-1,s1,b1,2,7\n\
+         1,\"two people, \"\"é\"\"\",pi-1,s2,b1,5,7\n\
+         2,nobody,pi-1,s1,b1,9,9\n"
+    );
+    assert_eq!(server.delete("/v1/recordings/1/labels/1").await.status, 204);
+    let left = server.get("/v1/recordings/1/labels").await.json();
+    assert_eq!(left["labels"].as_array().unwrap().len(), 1);
+    let (status, code, _) = server.delete("/v1/recordings/1/labels/1").await.error();
+    assert_eq!((status, &*code), (404, "no_such_label"));
+}
+
+#[tokio::test]
+async fn a_label_of_frames_that_are_not_there_is_refused_with_the_place() {
+    let server = labelled().await;
+    let nameless = label("", &[("s1", 2, 7)]);
+    let spans = |spans: Value| json!({ "name": "x", "spans": spans }).to_string();
+    for (bad, field) in [
+        (nameless, "name"),
+        (label(&"é".repeat(65), &[("s1", 2, 7)]), "name"),
+        (label("a\u{7}", &[("s1", 2, 7)]), "name"),
+        (label("x", &[]), "spans"),
+        (label("x", &[("s1", 2, 7); 65]), "spans"),
+        (spans(json!({})), "spans"),
+        (spans(json!([3])), "spans[0]"),
+        (label("x", &[("s1", 2, 7), ("s1", 7, 2)]), "spans[1]"),
+        (label("x", &[("s3", 2, 7)]), "spans[0]"),
+        (label("x", &[("s2", 4, 7)]), "spans[0]"),
+        (label("x", &[("s1", 2, 10)]), "spans[0]"),
+        (label("x", &[("s1", 0, u64::MAX)]), "spans[0]"),
+    ] {
+        let (status, code, at) = server
+            .post("/v1/recordings/1/labels", bad.clone())
+            .await
+            .error();
+        assert_eq!(
+            (status, &*code, at.as_deref()),
+            (422, "wrong_value", Some(field)),
+            "{bad}"
+        );
+    }
+    let good = label("x", &[("s1", 2, 7)]);
+    for path in ["/v1/recordings/2/labels", "/v1/recordings/x/labels"] {
+        assert_eq!(server.post(path, good.clone()).await.error().0, 404);
+    }
+    let none = server.get("/v1/recordings/1/labels").await.json();
+    assert_eq!(none, json!({ "labels": [] }));
+}

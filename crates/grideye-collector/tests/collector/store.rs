@@ -2,7 +2,7 @@
 
 use crate::batches::{account, batch, counted, flat, frame, missing, numbered, part};
 use crate::postgres;
-use grideye_collector::store::{Appended, Members, RecordingId, StoredRecord};
+use grideye_collector::store::{Appended, Label, LabelSpan, Members, RecordingId, StoredRecord};
 use grideye_collector::{
     FrameStore, Limits, PostgresStore, SqliteStore, StoreError, StoreLocation,
 };
@@ -65,6 +65,7 @@ conformance! {
     names_are_taken_once
     a_recording_is_stopped_once
     a_note_is_kept_until_another_replaces_it
+    labels_are_kept_in_their_order_until_they_are_taken_away
     streams_are_limited
     recordings_are_limited
     the_newest_record_is_that_of_the_stream_added_to_last
@@ -78,6 +79,7 @@ fn limits() -> Limits {
         gaps_listed_max: 3,
         streams_max: 6,
         recordings_max: 4,
+        labels_max: 3,
         ..Limits::default()
     }
 }
@@ -629,6 +631,52 @@ async fn a_note_is_kept_until_another_replaces_it(store: &dyn FrameStore) {
     assert!(matches!(unknown, Err(StoreError::NoSuchRecording { .. })));
 }
 
+async fn labels_are_kept_in_their_order_until_they_are_taken_away(store: &dyn FrameStore) {
+    let first = store.start_recording("first".to_owned(), 1).await.unwrap();
+    let second = store.start_recording("second".to_owned(), 2).await.unwrap();
+    append(store, numbered(0..9)).await;
+    let label = |name: &str, first_seq, last_seq| Label {
+        name: name.to_owned(),
+        spans: vec![LabelSpan {
+            device: "pi-1".to_owned(),
+            sensor: "s1".to_owned(),
+            boot: "b1".to_owned(),
+            first_seq,
+            last_seq,
+        }],
+    };
+    let labels = [
+        label("two people, é", 0, 3),
+        label("nobody", 2, 8),
+        label("nobody", 4, u64::MAX),
+    ];
+    for (number, label) in (1..).zip(&labels) {
+        let kept = store.add_label(first.id, label.clone()).await.unwrap();
+        assert_eq!((kept.number, &kept.label), (number, label));
+    }
+    let more = store.add_label(first.id, labels[0].clone()).await;
+    assert!(matches!(more, Err(StoreError::TooManyLabels { limit: 3 })));
+    store.add_label(second.id, labels[1].clone()).await.unwrap();
+    store.remove_label(first.id, 2).await.unwrap();
+    let kept = store.labels(first.id).await.unwrap();
+    let kept: Vec<_> = kept.iter().map(|kept| (kept.number, &kept.label)).collect();
+    assert_eq!(kept, [(1, &labels[0]), (3, &labels[2])]);
+    assert_eq!(store.labels(second.id).await.unwrap().len(), 1);
+    let gone = store.remove_label(first.id, 2).await;
+    assert!(matches!(
+        gone,
+        Err(StoreError::NoSuchLabel { number: 2, .. })
+    ));
+    let nowhere = RecordingId(99);
+    for unknown in [
+        store.labels(nowhere).await.map(drop),
+        store.remove_label(nowhere, 1).await,
+        store.add_label(nowhere, labels[0].clone()).await.map(drop),
+    ] {
+        assert!(matches!(unknown, Err(StoreError::NoSuchRecording { .. })));
+    }
+}
+
 async fn recordings_are_limited(store: &dyn FrameStore) {
     for number in 0..4 {
         store
@@ -717,18 +765,19 @@ async fn what_was_acknowledged_is_there_after_a_restart() {
 }
 
 #[tokio::test]
-async fn a_file_of_a_version_without_notes_takes_them() {
+async fn a_file_of_a_version_without_notes_and_labels_takes_them() {
     let folder = tempfile::tempdir().unwrap();
     let store = open_in(folder.path());
     let recording = store.start_recording("before".to_owned(), 1).await.unwrap();
     store.close().await.unwrap();
     rusqlite::Connection::open(folder.path().join("frames.sqlite"))
         .unwrap()
-        .execute_batch("DROP TABLE notes")
+        .execute_batch("DROP TABLE notes; DROP TABLE labels")
         .unwrap();
     let store = open_in(folder.path());
     let noted = store.note_recording(recording.id, "now".to_owned()).await;
     assert_eq!(noted.unwrap().note, "now");
+    assert_eq!(store.labels(recording.id).await.unwrap(), []);
 }
 
 #[tokio::test]

@@ -43,6 +43,8 @@ pub(super) struct SourceRecording {
     pub(super) id: i64,
     pub(super) name: String,
     pub(super) note: String,
+    /// Number and text of each.
+    pub(super) labels: Vec<(i64, String)>,
     pub(super) t_start_ns: i64,
     pub(super) t_stop_ns: Option<i64>,
     pub(super) after_epoch: i64,
@@ -101,7 +103,7 @@ impl Source {
             return Err(StoreError::Foreign);
         }
         sqlite::settle(&mut connection, limits)?;
-        schema::add_notes(&connection)?;
+        schema::add_what_is_written(&connection)?;
         // The lock stays with the connection: nobody adds to the file while it is copied.
         connection.execute_batch("BEGIN IMMEDIATE")?;
         let streams = streams(&connection)?;
@@ -254,11 +256,24 @@ fn recordings(connection: &Connection) -> Result<Vec<SourceRecording>, StoreErro
             id: row.get(0)?,
             name: row.get(1)?,
             note: row.get(6)?,
+            labels: Vec::new(),
             t_start_ns: row.get(2)?,
             t_stop_ns: row.get(3)?,
             after_epoch: row.get(4)?,
             through_epoch: row.get(5)?,
         })
     })?;
+    let mut recordings: Vec<SourceRecording> = rows.collect::<Result<_, _>>()?;
+    for recording in &mut recordings {
+        recording.labels = labels(connection, recording.id)?;
+    }
+    Ok(recordings)
+}
+
+fn labels(connection: &Connection, recording: i64) -> Result<Vec<(i64, String)>, StoreError> {
+    let mut statement = connection.prepare_cached(
+        "SELECT number, label FROM labels WHERE recording_id = ? ORDER BY number",
+    )?;
+    let rows = statement.query_map([recording], |row| Ok((row.get(0)?, row.get(1)?)))?;
     Ok(rows.collect::<Result<_, _>>()?)
 }

@@ -256,6 +256,13 @@ impl Target {
                     .execute(sql, &[&recording.id, &recording.note])
                     .await?;
             }
+            for (number, label) in &recording.labels {
+                let sql =
+                    "INSERT INTO grideye.labels (recording, number, label) VALUES ($1, $2, $3)";
+                self.session
+                    .execute(sql, &[&recording.id, number, label])
+                    .await?;
+            }
         }
         Ok(())
     }

@@ -94,6 +94,14 @@ const NOTES: &str = "CREATE TABLE IF NOT EXISTS grideye.notes (
     note TEXT NOT NULL
 )";
 
+/// A label is a document: its name and the frames that it is of, as JSON.
+const LABELS: &str = "CREATE TABLE IF NOT EXISTS grideye.labels (
+    recording BIGINT NOT NULL,
+    number BIGINT NOT NULL,
+    label TEXT NOT NULL,
+    PRIMARY KEY (recording, number)
+)";
+
 /// Makes the tables in a database without them, or makes sure that they are these.
 pub(in crate::store) async fn prepare(session: &Session) -> Result<(), StoreError> {
     let mut last = None;
@@ -103,7 +111,7 @@ pub(in crate::store) async fn prepare(session: &Session) -> Result<(), StoreErro
             false => make(session).await,
         };
         let made = match made {
-            Ok(()) => add_notes(session).await,
+            Ok(()) => add_what_is_written(session).await,
             failed => failed,
         };
         match made {
@@ -141,16 +149,18 @@ async fn recognise(session: &Session) -> Result<bool, StoreError> {
     }
 }
 
-/// Makes the table of notes in a store of a version that had none.
-async fn add_notes(session: &Session) -> Result<(), StoreError> {
+/// Makes the tables of notes and labels in a store of a version that had none.
+async fn add_what_is_written(session: &Session) -> Result<(), StoreError> {
     let sql = "SELECT count(*) FROM information_schema.tables
-               WHERE table_schema = 'grideye' AND table_name = 'notes'";
-    // Asked first, because who may only read and write the tables may not make one.
-    let tables: i64 = session.query(sql, &[]).await?[0].try_get(0)?;
-    if tables > 0 {
-        return Ok(());
+               WHERE table_schema = 'grideye' AND table_name = $1";
+    for (name, table) in [("notes", NOTES), ("labels", LABELS)] {
+        // Asked first, because who may only read and write the tables may not make one.
+        let tables: i64 = session.query(sql, &[&name]).await?[0].try_get(0)?;
+        if tables == 0 {
+            session.batch(table).await?;
+        }
     }
-    session.batch(NOTES).await
+    Ok(())
 }
 
 async fn make(session: &Session) -> Result<(), StoreError> {

@@ -2,6 +2,7 @@
 
 use super::append;
 use super::boundary;
+use super::labels;
 use super::schema::Days;
 use super::session::Session;
 use crate::Limits;
@@ -171,6 +172,12 @@ impl Writer {
             (Command::Note { id, note, reply }, Ok(())) => {
                 let _ = reply.send(boundary::note(session, id, &note).await);
             }
+            (Command::AddLabel { id, label, reply }, Ok(())) => {
+                let _ = reply.send(labels::add(session, id, label, limits).await);
+            }
+            (Command::RemoveLabel { id, number, reply }, Ok(())) => {
+                let _ = reply.send(labels::remove(session, id, number).await);
+            }
             (Command::EndEpoch { reply }, Ok(())) => {
                 let _ = reply.send(boundary::end_epoch(session).await);
             }
@@ -180,6 +187,12 @@ impl Writer {
                 | Command::Note { reply, .. },
                 Err(error),
             ) => {
+                let _ = reply.send(Err(error));
+            }
+            (Command::AddLabel { reply, .. }, Err(error)) => {
+                let _ = reply.send(Err(error));
+            }
+            (Command::RemoveLabel { reply, .. }, Err(error)) => {
                 let _ = reply.send(Err(error));
             }
             (Command::EndEpoch { reply }, Err(error)) => {

@@ -5,8 +5,8 @@
 //! written (`PRAGMA data_version`).
 
 use super::known::Known;
-use super::read;
 use super::tend::Tender;
+use super::{labels, read};
 use crate::Limits;
 use crate::store::plan::Taken;
 use crate::store::queue::{Command, Reply, WriteFault};
@@ -167,6 +167,21 @@ impl Writer {
                 let noted = self.settled(|transaction| write_note(transaction, id, &note));
                 self.note(noted.as_ref().err());
                 let _ = reply.send(noted);
+            }
+            Command::AddLabel { id, label, reply } => {
+                let labels_max = self.limits.labels_max;
+                let added = transact(&mut self.connection, |transaction| {
+                    labels::add(transaction, id, label, labels_max)
+                });
+                self.note(added.as_ref().err());
+                let _ = reply.send(added);
+            }
+            Command::RemoveLabel { id, number, reply } => {
+                let removed = transact(&mut self.connection, |transaction| {
+                    labels::remove(transaction, id, number)
+                });
+                self.note(removed.as_ref().err());
+                let _ = reply.send(removed);
             }
             Command::EndEpoch { reply } => {
                 let _ = reply.send(self.settled(|transaction| end_epoch(transaction)));

@@ -1,0 +1,57 @@
+//! Labels of recordings.
+
+use super::read;
+use crate::store::row::count;
+use crate::store::{KeptLabel, Label, RecordingId, StoreError};
+use rusqlite::{Connection, params};
+
+/// In the order in which they were added.
+pub(super) fn all(connection: &Connection, id: RecordingId) -> Result<Vec<KeptLabel>, StoreError> {
+    read::recording(connection, id)?;
+    let mut statement = connection.prepare_cached(
+        "SELECT number, label FROM labels WHERE recording_id = ? ORDER BY number",
+    )?;
+    let mut rows = statement.query([id.0])?;
+    let mut labels = Vec::new();
+    while let Some(row) = rows.next()? {
+        let text: String = row.get(1)?;
+        labels.push(KeptLabel::from_text(row.get(0)?, &text)?);
+    }
+    Ok(labels)
+}
+
+pub(super) fn add(
+    connection: &Connection,
+    id: RecordingId,
+    label: Label,
+    labels_max: usize,
+) -> Result<KeptLabel, StoreError> {
+    read::recording(connection, id)?;
+    let (labels, number): (i64, i64) = connection
+        .prepare_cached(
+            "SELECT count(*), coalesce(max(number), 0) + 1 FROM labels WHERE recording_id = ?",
+        )?
+        .query_row([id.0], |row| Ok((row.get(0)?, row.get(1)?)))?;
+    if labels >= count(labels_max) {
+        return Err(StoreError::TooManyLabels { limit: labels_max });
+    }
+    connection
+        .prepare_cached("INSERT INTO labels (recording_id, number, label) VALUES (?, ?, ?)")?
+        .execute(params![id.0, number, label.to_text()?])?;
+    Ok(KeptLabel { number, label })
+}
+
+pub(super) fn remove(
+    connection: &Connection,
+    id: RecordingId,
+    number: i64,
+) -> Result<(), StoreError> {
+    read::recording(connection, id)?;
+    let removed = connection
+        .prepare_cached("DELETE FROM labels WHERE recording_id = ? AND number = ?")?
+        .execute(params![id.0, number])?;
+    match removed {
+        0 => Err(StoreError::NoSuchLabel { id, number }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,72 @@
+//! Labels of a recording as a CSV file: which frames of which sensor somebody called what.
+//!
+//! One line a range of frames, with the header `number,label,device,sensor,boot,first_seq,last_seq`. A label that holds
+//! frames of several sensors has a line for each, all with its number. The keys are those of the recording's own rows, so
+//! that the two join without a clock.
+//!
+//! ```
+//! use grideye_recording::labels::{LabelledFrames, to_csv};
+//!
+//! let range = LabelledFrames {
+//!     number: 1,
+//!     label: "two people",
+//!     device: "pi-1",
+//!     sensor: "i2c-1:0x69",
+//!     boot: "b1",
+//!     first_seq: 10,
+//!     last_seq: 25,
+//! };
+//! let text = to_csv([range])?;
+//! assert!(text.ends_with(b"\n1,two people,pi-1,i2c-1:0x69,b1,10,25\n"));
+//! # Ok::<(), csv::Error>(())
+//! ```
+
+use serde::Serialize;
+
+const HEADER: [&str; 7] = [
+    "number",
+    "label",
+    "device",
+    "sensor",
+    "boot",
+    "first_seq",
+    "last_seq",
+];
+
+/// One range of frames of one stream under a label.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct LabelledFrames<'l> {
+    /// The label's number in its recording, from 1.
+    pub number: i64,
+    /// What it says.
+    pub label: &'l str,
+    /// The agent's name.
+    pub device: &'l str,
+    /// The sensor.
+    pub sensor: &'l str,
+    /// The run.
+    pub boot: &'l str,
+    /// The first frame.
+    pub first_seq: u64,
+    /// The last frame.
+    pub last_seq: u64,
+}
+
+/// The file: its header is there where no label is.
+///
+/// # Errors
+/// None that is known: the text is made in memory.
+pub fn to_csv<'l>(
+    ranges: impl IntoIterator<Item = LabelledFrames<'l>>,
+) -> Result<Vec<u8>, ::csv::Error> {
+    let mut writer = ::csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
+    writer.write_record(HEADER)?;
+    for range in ranges {
+        writer.serialize(range)?;
+    }
+    writer
+        .into_inner()
+        .map_err(|error| ::csv::Error::from(error.into_error()))
+}
