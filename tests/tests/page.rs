@@ -6,6 +6,7 @@ use grideye_tests::live_page::{
 };
 use grideye_tests::webdriver::{Screen, left_out};
 use serde_json::{Value, json};
+use std::cell::RefCell;
 use std::io::Read as _;
 use std::process::{Command, Stdio};
 
@@ -348,4 +349,32 @@ fn it_fits_a_telephone_and_a_wall() -> Outcome {
         keep_picture(&browser, name)?;
     }
     assert_quiet(&browser, "")
+}
+
+#[test]
+fn a_page_for_which_there_is_no_room_is_told_so_and_comes_in_when_there_is() -> Outcome {
+    if left_out("a_page_for_which_there_is_no_room_is_told_so_and_comes_in_when_there_is") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    browser.open("about:blank")?;
+    // As many as follow at most (`Limits::live_clients_max`), once the page that was left has gone.
+    let others = RefCell::new(Vec::new());
+    let all = grideye_collector::Limits::default().live_clients_max;
+    browser.wait_for(
+        "all seats to be taken",
+        || {
+            let mut others = others.borrow_mut();
+            others.extend(ureq::get(server.url("/v1/live")).call().ok());
+            Ok(others.len() == all)
+        },
+        |is_full| *is_full,
+    )?;
+    browser.open(&server.url("/"))?;
+    browser.wait_for_text("#link", |text| {
+        text == "no room for this page, trying again: 64 pages are following already"
+    })?;
+    drop(others);
+    browser.wait_for_text("#link", |text| text == "connected")?;
+    assert_quiet(&browser, "503")
 }

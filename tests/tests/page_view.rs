@@ -306,6 +306,19 @@ fn the_last_minutes_are_a_strip_with_gaps() -> Outcome {
     let columns = browser.execute(painted)?;
     let ends: Vec<f64> = serde_json::from_value(columns)?;
     assert!(ends[0] > 0.8 && ends[1] > 0.95, "{ends:?}");
+    // A page that is opened later has the minutes before it too, the oldest frame among them: 40 °C is not all.
+    server.post(&batch("s1", 320, &[frame(&pixels(80, 9, 80), 402)]))?;
+    browser.open("about:blank")?;
+    browser.open(&server.url("/"))?;
+    field(&browser, "max", "20.00 °C")?;
+    browser.wait_for(
+        "the minutes before the page was opened",
+        || browser.execute(label),
+        |said| {
+            said.as_str()
+                .is_some_and(|said| said.contains("20.00 °C to 40.00 °C in the last 5 minutes"))
+        },
+    )?;
     assert_quiet(&browser, "")
 }
 

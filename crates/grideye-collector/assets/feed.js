@@ -28,7 +28,7 @@ export function follow(on) {
     source.close();
     on.link("lost");
     retry ??= setTimeout(connect, RETRY_MS);
-    signInAgain();
+    askWhy(on.link);
   };
 
   // A network that went away without a word leaves a connection that looks open.
@@ -45,11 +45,18 @@ export function follow(on) {
   connect();
 }
 
-/** A browser does not say why a stream of events broke; whoever was signed out is asked to sign in. */
-async function signInAgain() {
+/**
+ * A browser does not say why a stream of events broke: whoever was signed out is asked to sign in, and who comes when all
+ * seats are taken is told so.
+ */
+async function askWhy(tell) {
   try {
-    const answer = await fetch("/v1/whoami");
-    if (answer.status === 401) location.assign("/login");
+    const who = await fetch("/v1/whoami");
+    if (who.status === 401) location.assign("/login");
+    const asking = new AbortController();
+    const stream = await fetch("/v1/live", { signal: asking.signal });
+    if (stream.status === 503) tell("full", (await stream.json()).error.message);
+    else asking.abort();
   } catch {
     // The collector is away: the next try to follow says so.
   }

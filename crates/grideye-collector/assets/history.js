@@ -23,6 +23,17 @@ export class History {
     this.#forget(at);
   }
 
+  /** Puts what was measured before the page was there in front: points as `add` takes them, and moments as `miss` does. */
+  precede(points, missing) {
+    this.#points = [...points, ...this.#points].slice(-POINTS_MAX);
+    this.#missing = [...missing, ...this.#missing].slice(-POINTS_MAX);
+  }
+
+  /** Whether there is room to draw in. */
+  get isSeen() {
+    return this.#canvas.clientWidth > 0;
+  }
+
   /** A frame that could not be read. */
   miss(at) {
     this.#missing.push(at);

@@ -36,6 +36,7 @@ export class Labels {
   /** Takes another recording, or with `null` none. */
   async take(id, tracks) {
     [this.#id, this.#tracks, this.#labels, this.#from, this.#to] = [id, tracks, [], null, null];
+    document.querySelector("#labels").hidden = tracks.length === 0;
     const several = tracks.length > 1;
     this.#which.parentElement.hidden = !several;
     const options = tracks.map(({ key, device, sensor }) => new Option(`${device} · ${sensor}`, key));

@@ -20,6 +20,7 @@ const LINK = {
   connecting: "connecting to the collector",
   open: "connected",
   lost: "connection lost, trying again",
+  full: "no room for this page, trying again",
 };
 
 const wall = document.querySelector("#sensors");
@@ -194,9 +195,9 @@ commands({
 });
 
 follow({
-  link(state) {
+  link(state, why) {
     link.dataset.state = state;
-    say(link, LINK[state]);
+    say(link, why ? `${LINK[state]}: ${why}` : LINK[state]);
   },
   snapshot(event) {
     take(event);

@@ -1,5 +1,6 @@
 // One live sensor: its picture, its last minutes, and how it does.
 
+import { ask } from "./ask.js";
 import { History } from "./history.js";
 import { Picture } from "./picture.js";
 import { troublesOf } from "./troubles.js";
@@ -23,6 +24,9 @@ export class Sensor {
   #missing = null;
   #describedAt = -Infinity;
   #drawnAt = -Infinity;
+  // The first frame that was shown: where what was before it ends.
+  #first = null;
+  #asked = false;
   #watcher = null;
 
   /** `key` tells sensors apart, `look` draws them alike, `enlarge` is called when this one is to be seen large. */
@@ -76,6 +80,7 @@ export class Sensor {
     this.#describe();
     if (now - this.#drawnAt < HISTORY_DRAWN_MS) return;
     this.#drawnAt = now;
+    if (!this.#asked && this.#first !== null && this.#history.isSeen) this.#fill();
     this.#history.draw(now / 1000);
   }
 
@@ -104,8 +109,22 @@ export class Sensor {
     }
     this.#missing = null;
     this.#shown = next;
+    this.#first ??= { boot: this.#status.boot, t_boot_ns: next.frame.t_boot_ns, at: measuredAt };
     this.#history.add(measuredAt, this.#picture.show(next.frame));
     this.#watcher?.frame(next.frame, this.#status);
+  }
+
+  /** Puts the minutes before the page was opened into the strip, as the collector remembers them. */
+  async #fill() {
+    this.#asked = true;
+    const { device, sensor } = this.#status;
+    const answer = await ask(`/v1/recent?${new URLSearchParams({ device, sensor })}`);
+    // Without them the strip begins now, as it would for a new sensor.
+    if (answer.error || answer.boot !== this.#first.boot) return;
+    const before = answer.rows.filter(([t_boot_ns]) => t_boot_ns < this.#first.t_boot_ns);
+    const at = (t_boot_ns) => this.#first.at - (this.#first.t_boot_ns - t_boot_ns) / 1e9;
+    const points = before.filter(([, min]) => min !== null).map(([t, min, mean, max]) => ({ at: at(t), min, mean, max, region: null }));
+    this.#history.precede(points, before.filter(([, min]) => min === null).map(([t]) => at(t)));
   }
 
   #describe() {

@@ -10,6 +10,7 @@ mod guard;
 mod health;
 mod ingest;
 mod login;
+mod recent;
 mod recordings;
 mod small;
 
@@ -228,6 +229,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
             post(ingest::frames).layer(DefaultBodyLimit::max(body_bytes_max)),
         )
         .route("/v1/sensors", get(audit::sensors))
+        .route("/v1/recent", get(recent::recent))
         .route("/v1/devices", get(devices::devices))
         .route("/v1/audit", get(audit::audit))
         .route("/v1/live", get(events::live))

@@ -154,7 +154,7 @@ impl Default for Limits {
             live_frames_max: 64,
             live_keep_alive: Duration::from_secs(5),
             recent_sensors_max: 32,
-            recent_frames_max: 1200,
+            recent_frames_max: 3000,
             rate_window: Duration::from_secs(5),
         }
     }

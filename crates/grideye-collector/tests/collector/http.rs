@@ -6,7 +6,7 @@ use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, Method, Request, StatusCode, header};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{AppState, Clock, FrameStore, Limits, SqliteStore, app};
-use grideye_frame::NoData;
+use grideye_frame::{NoData, PixelWord, Reading};
 use grideye_recording::csv::Reader;
 use grideye_recording::wire::{BINARY_TYPE, Batch};
 use serde_json::{Value, json};
@@ -1390,4 +1390,53 @@ async fn a_batch_in_bytes_is_kept_and_refused_as_the_same_batch_in_json() {
     let kind = header::HeaderValue::from_static(BINARY_TYPE);
     recording.headers_mut().insert(header::CONTENT_TYPE, kind);
     assert_eq!(server.send(recording).await.error().0, 415);
+}
+
+// The last minutes.
+
+#[tokio::test]
+async fn the_last_minutes_of_a_sensor_come_in_figures_and_missing_frames_as_nulls() {
+    let server = Server::with(Limits {
+        recent_frames_max: 3,
+        ..Limits::default()
+    })
+    .await;
+    // 20 °C, one pixel of 36 °C and one of -4 °C (AMG88 spec §4-11-11): the mean is (62 · 20 + 36 - 4) / 64.
+    let mut warm = flat(1, 80, 0x190);
+    if let Reading::Frame(raw) = &mut warm.reading {
+        raw.pixels[7] = PixelWord(144);
+        raw.pixels[63] = PixelWord(0xFF0);
+    }
+    let frames = vec![
+        flat(0, 0, 0x190),
+        warm,
+        missing(2, NoData::Nack),
+        flat(3, 80, 0x190),
+    ];
+    let at: Vec<u64> = frames.iter().map(|frame| frame.stamp.t_boot_ns).collect();
+    server
+        .frames(&batch("pi-1", "b1", vec![part("i2c-1:0x69", frames)]))
+        .await;
+    let recent = server
+        .get("/v1/recent?device=pi-1&sensor=i2c-1%3A0x69")
+        .await
+        .json();
+    assert_eq!(recent["boot"], "b1");
+    assert_eq!(
+        recent["rows"],
+        json!([
+            [at[1], -4.0, 19.875, 36.0],
+            [at[2], null, null, null],
+            [at[3], 20.0, 20.0, 20.0]
+        ])
+    );
+    let unknown = server.get("/v1/recent?device=pi-2&sensor=s1").await.json();
+    assert_eq!(
+        (&unknown["boot"], &unknown["rows"]),
+        (&Value::Null, &json!([]))
+    );
+    for bad in ["", "?device=pi-1", "?device=pi-1&sensor=s1&more=1"] {
+        let (status, code, _) = server.get(&format!("/v1/recent{bad}")).await.error();
+        assert_eq!((status, &*code), (400, "wrong_query"), "{bad}");
+    }
 }
