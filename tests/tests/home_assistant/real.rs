@@ -118,7 +118,7 @@ fn the_real_home_assistant_shows_the_sensor_and_removes_it() {
             .unwrap()
             .starts_with("iVBORw0KGgo")
     );
-    assert_eq!(home.entities(), 6);
+    until("all entities", || (home.entities() == 6).then_some(()));
 
     first.kill();
     home.wait_for("the last will", "sensor", "maximum", is_unavailable);
