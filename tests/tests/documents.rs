@@ -8,6 +8,7 @@
     reason = "what fails in a helper fails the test"
 )]
 
+use grideye_tests::broker::until;
 use grideye_tests::programs::{Ended, folder, is_left_out, root, run};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -19,7 +20,7 @@ enum Kept {
     Run(&'static str, &'static [&'static str]),
     /// The same, as a program on the emulated sensor.
     Emulated(&'static [&'static str]),
-    /// It serves until Ctrl-C, which comes after two seconds; it must have printed these words and end with 0.
+    /// It serves until Ctrl-C, which comes once it has printed these words, and must end with 0.
     Serves(&'static str, &'static [&'static str]),
     /// A test of the repository runs it, or the same with another port, speed or length: file and function.
     By(&'static str, &'static str),
@@ -519,6 +520,10 @@ fn like_the_repository() -> tempfile::TempDir {
 
 /// Runs a line with the release programs in reach; an example of a crate is built from the repository.
 fn shell(line: &str, at: &Path) -> Ended {
+    run(&mut sh(line, at))
+}
+
+fn sh(line: &str, at: &Path) -> Command {
     let path = std::env::var("PATH").unwrap();
     let manifest = root().canonicalize().unwrap().join("Cargo.toml");
     let cargo = format!(
@@ -527,10 +532,12 @@ fn shell(line: &str, at: &Path) -> Ended {
         manifest.display()
     );
     let line = line.replace("cargo run -p", &cargo);
-    run(Command::new("sh")
+    let mut command = Command::new("sh");
+    command
         .args(["-c", &line])
         .current_dir(at)
-        .env("PATH", format!("{}:{path}", folder().display())))
+        .env("PATH", format!("{}:{path}", folder().display()));
+    command
 }
 
 #[test]
@@ -551,7 +558,7 @@ fn holds(command: &str, kept: &Kept) {
             format!("grideye emulate --quiet --scene scenes/experiment-1.toml -- {command}"),
             *expected,
         ),
-        Serves(before, expected) => (*before, for_two_seconds(command, at.path()), *expected),
+        Serves(before, expected) => (*before, with_free_ports(command, at.path()), *expected),
         By(..) | Not(_) => return,
     };
     if lacks_what_it_needs(command) {
@@ -559,17 +566,21 @@ fn holds(command: &str, kept: &Kept) {
     }
     let prepared = shell(before, at.path());
     assert_eq!(prepared.code, 0, "{before}: {prepared:?}");
+    let at_its_socket = |word: &&str| {
+        let socket = at.path().join("amg.sock");
+        word.replace("/tmp/amg.sock", &socket.display().to_string())
+    };
+    let expected: Vec<String> = expected.iter().map(at_its_socket).collect();
     // What runs in real time on a host that stalls is asked again.
-    let ended = (0..3)
-        .map(|_| shell(&line, at.path()))
-        .find(|ended| !words(ended).contains("too busy to read in time"))
-        .unwrap_or_else(|| panic!("{line}: this computer is too busy"));
+    let ended = match kept {
+        Serves(..) => served(&line, &expected, at.path()),
+        _ => (0..3)
+            .map(|_| shell(&line, at.path()))
+            .find(|ended| !words(ended).contains("too busy to read in time"))
+            .unwrap_or_else(|| panic!("{line}: this computer is too busy")),
+    };
     assert_eq!(ended.code, 0, "{line}: {ended:?}");
     for word in expected {
-        let word = word.replace(
-            "/tmp/amg.sock",
-            &at.path().join("amg.sock").display().to_string(),
-        );
         assert!(
             words(&ended).contains(&word),
             "{line} does not print {word:?}: {ended:?}"
@@ -577,14 +588,49 @@ fn holds(command: &str, kept: &Kept) {
     }
 }
 
-/// A server's command, with this machine's addresses and a socket of its own, ended by Ctrl-C after two seconds.
-fn for_two_seconds(command: &str, at: &Path) -> String {
-    let command = command
+/// A server's command, with this machine's addresses and a socket of its own.
+fn with_free_ports(command: &str, at: &Path) -> String {
+    command
         .replace("192.168.1.20:8833", "127.0.0.1:0")
         .replace("0.0.0.0:8833", "0.0.0.0:0")
         .replace("collect --store", "collect --listen 127.0.0.1:0 --store")
-        .replace("/tmp/amg.sock", &at.join("amg.sock").display().to_string());
-    format!("timeout --preserve-status --signal INT 2 {command}")
+        .replace("/tmp/amg.sock", &at.join("amg.sock").display().to_string())
+}
+
+/// Runs a server until it has printed these words, however long the machine takes, and ends it by Ctrl-C.
+fn served(command: &str, expected: &[String], at: &Path) -> Ended {
+    let files = ["served.out", "served.err"].map(|name| at.join(name));
+    let [out, err] = files
+        .each_ref()
+        .map(|file| std::fs::File::create(file).unwrap());
+    let mut server = sh(&format!("exec {command}"), at)
+        .stdin(std::process::Stdio::null())
+        .stdout(out)
+        .stderr(err)
+        .spawn()
+        .unwrap();
+    let said = || {
+        files
+            .each_ref()
+            .map(|file| std::fs::read_to_string(file).unwrap())
+    };
+    let has_said = || expected.iter().all(|word| said().concat().contains(word));
+    until(&format!("{expected:?} of {command}"), || {
+        (has_said() || server.try_wait().unwrap().is_some()).then_some(())
+    });
+    // One that has ended by itself is judged by its code.
+    let _ = Command::new("kill")
+        .args(["-INT", &server.id().to_string()])
+        .status();
+    let status = until(&format!("the end of {command}"), || {
+        server.try_wait().unwrap()
+    });
+    let [stdout, stderr] = said();
+    Ended {
+        code: status.code().unwrap_or(-1),
+        stdout,
+        stderr,
+    }
 }
 
 /// What a document prints of a command's output is what the command prints.
