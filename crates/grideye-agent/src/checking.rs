@@ -3,7 +3,8 @@
 
 use crate::{CheckArgs, FAILED, joining, read_config, write_stdout};
 use grideye_agent::bus::LinuxBus;
-use grideye_agent::check;
+use grideye_agent::camera::{VideoDevice, check_camera};
+use grideye_agent::check::{self, Report};
 use grideye_agent::clock::{Clock, SystemClock};
 use grideye_agent::config::{BusConfig, Config};
 use grideye_recording::ClockState;
@@ -25,18 +26,21 @@ pub(crate) fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let mut all_ok = true;
     for bus in &buses {
         for sensor in &bus.sensors {
+            if let Some(camera) = bus.camera() {
+                let opener = VideoDevice::new(camera, sensor.rate);
+                let report =
+                    check_camera(opener, &bus.sensor_id(sensor), sensor.rate, clock.as_ref());
+                all_ok &= report.ok;
+                write_stdout(&told(&report, args.json)?)?;
+                continue;
+            }
             let opener = LinuxBus::new(&bus.path, [sensor.address.get()]);
             let other = sensor.address.other();
             let is_taken = bus.sensors.iter().any(|sensor| sensor.address == other);
             let elsewhere = (!is_taken).then(|| LinuxBus::new(&bus.path, [other.get()]));
             let report = check::check(opener, elsewhere, &bus.sensor_id(sensor), sensor, &clock);
             all_ok &= report.ok;
-            let text = if args.json {
-                serde_json::to_string(&report)? + "\n"
-            } else {
-                report.to_string()
-            };
-            write_stdout(&text)?;
+            write_stdout(&told(&report, args.json)?)?;
         }
     }
     if let Some(config) = &config {
@@ -50,6 +54,14 @@ pub(crate) fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         ExitCode::SUCCESS
     } else {
         ExitCode::from(FAILED)
+    })
+}
+
+fn told(report: &Report, is_json: bool) -> anyhow::Result<String> {
+    Ok(if is_json {
+        serde_json::to_string(report)? + "\n"
+    } else {
+        report.to_string()
     })
 }
 

@@ -159,12 +159,12 @@ impl std::fmt::Display for Guarantee {
     }
 }
 
-/// One I2C bus and the sensors on it.
+/// One I2C bus and the sensors on it, or the camera that a driver of the kernel makes of one sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BusConfig {
-    /// The bus' device file.
+    /// The bus' device file, or `v4l2:` and that of the camera.
     pub path: PathBuf,
-    /// The sensors, at different addresses.
+    /// The sensors, at different addresses; of a camera the one, whose address is the driver's to know.
     pub sensors: Vec<SensorConfig>,
 }
 
@@ -270,9 +270,19 @@ impl BusConfig {
         }
     }
 
-    /// The sensor's name among all of this device: `i2c-1:0x69`.
+    /// The camera's device file, if it is one.
+    #[must_use]
+    pub fn camera(&self) -> Option<&Path> {
+        self.path.to_str()?.strip_prefix(CAMERA).map(Path::new)
+    }
+
+    /// The sensor's name among all of this device: `i2c-1:0x69`, or `v4l2-video0` of a camera, so that every record says
+    /// where it comes from.
     #[must_use]
     pub fn sensor_id(&self, sensor: &SensorConfig) -> String {
+        if let Some(name) = self.camera().and_then(Path::file_name) {
+            return format!("v4l2-{}", name.to_string_lossy());
+        }
         let bus = self.path.file_name().map_or_else(
             || self.path.to_string_lossy(),
             |name| name.to_string_lossy(),
@@ -293,8 +303,11 @@ impl SensorConfig {
     }
 }
 
+/// Before the device file of a camera.
+const CAMERA: &str = "v4l2:";
+
 const KEYS_HINT: &str = "the keys are device, collector, joined, body, post_every_ms, ring_frames, request_timeout_ms, \
-    [spool], [health] listen, [[bus]] path and [[bus.sensor]] address, rate_hz, moving_average; see firmware-config/agent.toml";
+    [spool], [health] listen, [[bus]] path (and rate_hz of a camera) and [[bus.sensor]] address, rate_hz, moving_average; see firmware-config/agent.toml";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -333,6 +346,9 @@ struct RawHealth {
 #[serde(deny_unknown_fields)]
 struct RawBus {
     path: toml::Spanned<PathBuf>,
+    /// Of a camera alone.
+    rate_hz: Option<toml::Spanned<u64>>,
+    #[serde(default)]
     sensor: Vec<RawSensor>,
 }
 
@@ -641,6 +657,20 @@ fn check_health(
 }
 
 fn check_bus(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, ConfigError> {
+    if raw
+        .path
+        .get_ref()
+        .as_os_str()
+        .as_encoded_bytes()
+        .starts_with(CAMERA.as_bytes())
+    {
+        return check_camera(raw, at, place);
+    }
+    if let Some(rate_hz) = &raw.rate_hz {
+        let hint = "write rate_hz below [[bus.sensor]]: each sensor of a bus has its own";
+        let message = "rate_hz: expected of a camera alone (v4l2:/dev/video0)".to_owned();
+        return Err(place.refuse(rate_hz.span().start, message, hint));
+    }
     if raw.path.get_ref().file_name().is_none() || !Path::new(raw.path.get_ref()).is_absolute() {
         let message = format!(
             "path: expected a device file, found {:?}",
@@ -676,6 +706,34 @@ fn check_bus(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, Con
     })
 }
 
+/// A camera is one sensor, at an address that its driver knows.
+fn check_camera(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, ConfigError> {
+    let bus = BusConfig {
+        path: raw.path.get_ref().clone(),
+        sensors: vec![SensorConfig {
+            rate: check_rate(raw.rate_hz, place)?,
+            ..SensorConfig::at(Address::High)
+        }],
+    };
+    if !bus
+        .camera()
+        .is_some_and(|camera| camera.is_absolute() && camera.file_name().is_some())
+    {
+        let message = format!(
+            "path: expected v4l2: and a device file, found {:?}",
+            bus.path
+        );
+        let hint = "for example v4l2:/dev/video0; `v4l2-ctl --list-devices` names the cameras";
+        return Err(place.refuse(raw.path.span().start, message, hint));
+    }
+    if !raw.sensor.is_empty() {
+        let message = "expected no [[bus.sensor]] of a camera".to_owned();
+        let hint = "the kernel's driver knows the address; write rate_hz below [[bus]]";
+        return Err(place.refuse(at, message, hint));
+    }
+    Ok(bus)
+}
+
 fn check_sensor(raw: RawSensor, place: &Place<'_>) -> Result<SensorConfig, ConfigError> {
     let found = *raw.address.get_ref();
     let address = u8::try_from(found)
@@ -692,18 +750,26 @@ fn check_sensor(raw: RawSensor, place: &Place<'_>) -> Result<SensorConfig, Confi
             },
         ));
     };
-    let rate_hz = raw.rate_hz.as_ref().map_or(10, |rate| *rate.get_ref());
-    let Some(rate) = u8::try_from(rate_hz).ok().and_then(FrameRate::from_fps) else {
-        return Err(place.refuse(
-            raw.rate_hz.map_or(0, |rate| rate.span().start),
-            format!("rate_hz: expected 10 or 1, found {rate_hz}"),
-            "the sensor measures ten times or once a second and at no other rate",
-        ));
-    };
+    let rate = check_rate(raw.rate_hz, place)?;
     Ok(SensorConfig {
         address,
         rate,
         moving_average: raw.moving_average,
+    })
+}
+
+fn check_rate(
+    given: Option<toml::Spanned<u64>>,
+    place: &Place<'_>,
+) -> Result<FrameRate, ConfigError> {
+    let found = given.as_ref().map_or(10, |rate| *rate.get_ref());
+    let rate = u8::try_from(found).ok().and_then(FrameRate::from_fps);
+    rate.ok_or_else(|| {
+        place.refuse(
+            given.map_or(0, |rate| rate.span().start),
+            format!("rate_hz: expected 10 or 1, found {found}"),
+            "the sensor measures ten times or once a second and at no other rate",
+        )
     })
 }
 
@@ -971,6 +1037,49 @@ mod tests {
         );
         let bare = SMALLEST.replace("[[bus.sensor]]\naddress = 0x69", "sensor = []");
         assert!(refusal(&bare).contains("expected at least one [[bus.sensor]]"));
+    }
+
+    #[test]
+    fn a_camera_is_a_bus_of_one_sensor_without_an_address() {
+        let camera = |lines: &str| format!("collector = \"http://c:1\"\n[[bus]]\n{lines}");
+        let text = camera("path = \"v4l2:/dev/video0\"\nrate_hz = 1\n");
+        let config = Config::parse(&text, "agent.toml").unwrap();
+        let bus = &config.buses[0];
+        assert_eq!(bus.camera(), Some(Path::new("/dev/video0")));
+        assert_eq!(
+            (bus.sensors.len(), bus.sensors[0].rate),
+            (1, FrameRate::One)
+        );
+        assert_eq!(bus.sensor_id(&bus.sensors[0]), "v4l2-video0");
+        assert_eq!(
+            BusConfig::with_one_sensor("/dev/i2c-1", Address::High).camera(),
+            None
+        );
+        for (lines, expected) in [
+            (
+                "path = \"v4l2:video0\"\n",
+                "agent.toml:3:8: path: expected v4l2: and a device file",
+            ),
+            (
+                "path = \"v4l2:/\"\n",
+                "path: expected v4l2: and a device file",
+            ),
+            (
+                "path = \"v4l2:/dev/video0\"\n[[bus.sensor]]\naddress = 0x69\n",
+                "expected no [[bus.sensor]] of a camera",
+            ),
+            (
+                "path = \"v4l2:/dev/video0\"\nrate_hz = 5\n",
+                "rate_hz: expected 10 or 1, found 5",
+            ),
+            (
+                "path = \"/dev/i2c-1\"\nrate_hz = 1\n[[bus.sensor]]\naddress = 0x69\n",
+                "rate_hz: expected of a camera alone",
+            ),
+        ] {
+            let said = refusal(&camera(lines));
+            assert!(said.contains(expected), "{said}");
+        }
     }
 
     #[test]
