@@ -1,10 +1,12 @@
 //! `grideye-agent check`: the sensors, and with a configuration the clock, the way to the collector and what a loss of
 //! power can cost.
 
-use crate::{CheckArgs, FAILED, joining, read_config, write_stdout};
+use crate::{FAILED, joining, read_config, write_stdout};
 use grideye_agent::bus::LinuxBus;
 use grideye_agent::camera::{VideoDevice, check_camera};
 use grideye_agent::check::{self, Report};
+
+use grideye_agent::cli::CheckArgs;
 use grideye_agent::clock::{Clock, SystemClock};
 use grideye_agent::config::{BusConfig, Config};
 use grideye_recording::ClockState;

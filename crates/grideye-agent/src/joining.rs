@@ -1,7 +1,8 @@
 //! `grideye-agent join`, and finding what it left.
 
-use crate::{BadUsage, JoinArgs, read_text, write_stdout};
+use crate::{BadUsage, read_text, write_stdout};
 use anyhow::Context as _;
+use grideye_agent::cli::JoinArgs;
 use grideye_agent::config::Config;
 use grideye_agent::join::{
     ClientCertificate, Credentials, JOINED_BYTES_MAX, JoinLine, Joined, Secret, authority_of,
@@ -42,7 +43,7 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
     write(&args.out, &joined)?;
     let device = joined.device.as_deref().unwrap_or("its own name");
     write_stdout(&format!(
-        "joined {} as {device}: {scope}\nwritten to {}; start the agent: sudo systemctl restart grideye-agent\n",
+        "joined {} as {device}: {scope}\nwritten to {}; start the agent: sudo systemctl enable grideye-agent; sudo systemctl restart grideye-agent\n",
         joined.collector,
         args.out.display()
     ))?;

@@ -25,6 +25,7 @@
 //! * [`courier`] decides what goes to the collector when; [`upload`] posts it and is not stopped by a hung bus.
 //! * [`health`] tells supervisors on this machine how all that goes.
 //! * [`agent`] puts them together; [`check`] is the one-shot self-test for a person with a soldering iron.
+//! * [`cli`] is the command line of the program, for whoever parses it and for whoever documents it.
 //!
 //! Time comes from a [`clock::Clock`] that is handed in: the system's in the program, an emulated one in tests.
 //!
@@ -55,6 +56,7 @@ pub mod agent;
 pub mod bus;
 pub mod camera;
 pub mod check;
+pub mod cli;
 pub mod clock;
 pub mod config;
 pub mod courier;

@@ -3,19 +3,18 @@
 mod checking;
 mod joining;
 
-use amg8833::Address;
 use anyhow::Context as _;
-use clap::{Args, Parser, Subcommand};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError, Summary};
 use grideye_agent::bus::LinuxBus;
 use grideye_agent::camera::VideoDevice;
+use grideye_agent::cli::{self, Command, LogFormat, RunArgs};
 use grideye_agent::clock::SystemClock;
 use grideye_agent::config::{BusConfig, CONFIG_BYTES_MAX, Config, SpoolMode};
 use grideye_agent::health::serve;
 use grideye_agent::log::{Level, Log};
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,82 +30,8 @@ const FLUSH_FOR_LEAST: Duration = Duration::from_secs(1);
 /// How soon a signal is noticed.
 const SIGNAL_EVERY: Duration = Duration::from_millis(100);
 
-/// Reads AMG8833 sensors over I2C and delivers every frame to a collector, once.
-///
-/// Exit codes: 0 done, 1 failed, 2 bad usage or configuration, 3 finished but data was lost.
-#[derive(Debug, Parser)]
-#[command(version)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Open the bus, set the sensor up, show one frame and the measured rate, and say what to do about a failure.
-    Check(CheckArgs),
-    /// Join a collector, by the line that `grideye enroll DEVICE` printed there: its authority, address and token.
-    Join(JoinArgs),
-    /// Read and deliver until SIGINT or SIGTERM, or until each sensor has given N frames.
-    Run(RunArgs),
-}
-
-#[derive(Debug, Args)]
-struct CheckArgs {
-    /// Check every sensor of this configuration, the clock, and the way to the collector.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["bus", "address"])]
-    config: Option<PathBuf>,
-    /// The bus to look at.
-    #[arg(long, value_name = "DEVICE", default_value = "/dev/i2c-1")]
-    bus: PathBuf,
-    /// The sensor's 7-bit address.
-    #[arg(long, default_value = "0x69", value_parser = parse_address)]
-    address: Address,
-    /// One JSON object a sensor and line, for programs.
-    #[arg(long)]
-    json: bool,
-}
-
-#[derive(Debug, Args)]
-struct JoinArgs {
-    /// The line, between quotation marks; `-` reads it from standard input, where no other user sees it.
-    line: String,
-    /// Where to keep what joining leaves; `collector.toml` beside the agent's configuration is found by itself.
-    #[arg(
-        long,
-        value_name = "FILE",
-        default_value = "/etc/grideye/collector.toml"
-    )]
-    out: PathBuf,
-    /// The agent's own certificate with its chain, in PEM, for a collector that asks for one.
-    #[arg(long, value_name = "FILE", requires = "client_key")]
-    client_cert: Option<PathBuf>,
-    /// The key of that certificate, in PEM.
-    #[arg(long, value_name = "FILE", requires = "client_cert")]
-    client_key: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-struct RunArgs {
-    /// The agent's configuration.
-    #[arg(long, value_name = "FILE")]
-    config: PathBuf,
-    /// Stop after this many frames of each sensor.
-    #[arg(long, value_name = "N")]
-    frames: Option<u64>,
-    /// How the log is written, on standard error: lines for people, or one JSON object a line for programs.
-    #[arg(long, value_name = "FORMAT", default_value = "text")]
-    log: LogFormat,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum LogFormat {
-    Text,
-    Json,
-}
-
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let outcome = match cli::parse().command {
         Command::Check(args) => checking::run(&args),
         Command::Join(args) => joining::run(&args),
         Command::Run(args) => run_agent(&args),
@@ -268,14 +193,6 @@ fn host_name() -> String {
     } else {
         plain
     }
-}
-
-fn parse_address(text: &str) -> Result<Address, String> {
-    let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X"));
-    let number = digits.map_or_else(|| text.parse(), |digits| u8::from_str_radix(digits, 16));
-    let number: u8 =
-        number.map_err(|error| format!("expected 0x68 or 0x69, found {text:?}: {error}"))?;
-    Address::try_from(number).map_err(|error| error.to_string())
 }
 
 /// A closed standard output (`grideye-agent … | head`) is no error.

@@ -6,10 +6,12 @@ mod coverage;
 mod dataset;
 mod emulate;
 mod mqtt;
+mod orient;
 pub(crate) mod place;
 
 use clap::builder::TypedValueParser as _;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use grideye_agent::cli::on_a_screen;
 use grideye_scene::{Scene, SceneError, Simulator};
 use grideye_validator::background::Empty;
 use grideye_validator::metrics::Binning;
@@ -26,13 +28,30 @@ pub(crate) use coverage::{Coverage, Posture, Where};
 pub(crate) use dataset::{Dataset, Shard, Table};
 pub(crate) use emulate::Emulate;
 pub(crate) use mqtt::{BridgeOptions, BrokerOptions, Forget, MqttCommand, MqttWhat};
+pub(crate) use orient::Orient;
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
+///
+/// Exit codes: 0 done, or agrees; 1 failed, or disagrees; 2 bad usage or input; 3 no answer, or data lost.
+///
+/// Example: grideye demo --once --out out
 #[derive(Debug, Parser)]
-#[command(version, propagate_version = true, max_term_width = 100)]
+#[command(name = "grideye", version, max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Cli {
+    /// The command line that the program was started with; ends the program where it is not understood, or asks for help.
+    pub(crate) fn of_the_program() -> Self {
+        Self::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
+    }
+}
+
+/// The whole command line as it is parsed and documented.
+pub(crate) fn command() -> clap::Command {
+    on_a_screen(Cli::command())
 }
 
 #[derive(Debug, Subcommand)]
@@ -48,6 +67,7 @@ pub(crate) enum Command {
     Enroll(Enroll),
     Token(TokenCommand),
     Record(Record),
+    Orient(Orient),
     Compare(Compare),
     Convert(Convert),
     Calibrate(Calibrate),
@@ -55,26 +75,36 @@ pub(crate) enum Command {
     Audit(Audit),
     Migrate(Migrate),
     Mqtt(MqttCommand),
+    Completions(Completions),
+    Man(Man),
 }
 
-/// The whole loop on this computer: emulated sensor, agent, collector, live page, recording, comparison, report.
+/// Show the whole loop on this computer, without hardware.
+///
+/// Emulated sensor, agent, collector, live page, recording, comparison, report.
 ///
 /// Example: grideye demo --once --out out
 #[derive(Debug, Args)]
 pub(crate) struct Demo {
-    /// End with the verdict's exit code instead of serving the page until Ctrl-C.
+    /// End with the verdict's exit code; do not serve on.
+    ///
+    /// Otherwise the page is served until Ctrl-C.
     #[arg(long)]
     pub(crate) once: bool,
     /// Folder for the store, the recording and the report.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(crate) out: PathBuf,
-    /// Scene that the emulated sensor sees [default: the paper's experiment 1].
+    /// Scene that is seen [default: experiment 1].
+    ///
+    /// By default it is experiment 1 of the paper.
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub(crate) scene: Option<PathBuf>,
     /// Sensor of the scene; needed when it has several.
     #[arg(long, value_name = "NAME", conflicts_with = "replay")]
     pub(crate) sensor: Option<String>,
-    /// Recording to play through the emulated sensor's registers instead; every frame is counted and compared.
+    /// Recording to play through the sensor instead.
+    ///
+    /// It goes through the emulated sensor's registers; every frame is counted and compared.
     #[arg(long, value_name = "RECORDING")]
     pub(crate) replay: Option<PathBuf>,
     /// Emulated seconds in a real one.
@@ -83,7 +113,9 @@ pub(crate) struct Demo {
     /// Address of the live page; port 0 takes a free one.
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
     pub(crate) listen: SocketAddr,
-    /// Seed of the emulated sensor's noise; the comparison's simulation draws from another.
+    /// Seed of the emulated sensor's noise.
+    ///
+    /// The comparison's simulation draws from another.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     #[command(flatten)]
@@ -100,7 +132,9 @@ pub(crate) struct Simulate {
     /// Sensor of the scene; needed when it has several.
     #[arg(long, value_name = "NAME")]
     pub(crate) sensor: Option<String>,
-    /// Number of frames [default: the whole walk, or 10 of a scene that stands still].
+    /// Number of frames [default: the whole walk, or 10].
+    ///
+    /// A scene that stands still has no end: 10 are made.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: Option<u32>,
     /// Seed of the noise.
@@ -109,15 +143,18 @@ pub(crate) struct Simulate {
     /// The model of the frames [default: the scene's own].
     #[arg(long, value_enum)]
     pub(crate) model: Option<Model>,
-    /// The paper's grid of sampling points, or the exact area of what is seen in each pixel; the physical model has no
-    /// grid.
+    /// The paper's grid of points, or exact areas.
+    ///
+    /// The exact area of what is seen in each pixel takes the place of the sampling points; the physical model has no grid.
     #[arg(long, value_enum, default_value_t = Method::Grid)]
     pub(crate) method: Method,
-    /// Frames to write: .csv (a recording if the sensor has 8 x 8 pixels, else a table), .npz (numpy), .png (contact
-    /// sheet), .gif (film); without it, the first frame is printed.
+    /// Frames to write: .csv, .npz, .png or .gif.
+    ///
+    /// A table is a recording if the sensor has 8 x 8 pixels; .npz is for numpy, .png a contact sheet, .gif a film. Without
+    /// it, the first frame is printed.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Drawing of the room to write (.svg), in perspective and from above.
+    /// Drawing of the room, in perspective and plan.
     #[arg(long, value_name = "FILE.svg")]
     pub(crate) view: Option<PathBuf>,
 }
@@ -150,14 +187,18 @@ impl Method {
     }
 }
 
-/// Make one frame of more pixels from the sensors of a scene, and say how near it comes to the truth.
+/// Make one frame of more pixels from the sensors of a scene.
+///
+/// Says how near each way of doing so comes to the truth.
 ///
 /// Example: grideye fuse scenes/scenario-a-3x3.toml --out fused.png
 #[derive(Debug, Args)]
 pub(crate) struct Fuse {
-    /// Scene file; its sensors stand in a grid, and their operating distance is the plane that is meant.
+    /// Scene file.
+    ///
+    /// Its sensors stand in a grid, and their operating distance is the plane that is meant.
     pub(crate) scene: PathBuf,
-    /// Sensors of the array, with commas between them [default: all of the scene].
+    /// Sensors of the array, with commas [default: all].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) sensors: Vec<String>,
     /// Frames of each sensor that are averaged first.
@@ -166,15 +207,17 @@ pub(crate) struct Fuse {
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Pictures to write (.png): one sensor, each method, and the truth.
+    /// Pictures: one sensor, each method, the truth.
     #[arg(long, value_name = "FILE.png")]
     pub(crate) out: Option<PathBuf>,
-    /// The same content, and the cells, for programs; `-` is standard output.
+    /// The same for programs; `-` is standard output.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
 }
 
-/// Say which sensors of a room tell situations apart above their noise.
+/// Say which sensors tell situations apart above their noise.
+///
+/// Each situation is a scene of the same room.
 ///
 /// Exit code 1: all sensors together do not tell all situations apart.
 ///
@@ -212,18 +255,18 @@ pub(crate) struct Sides {
     /// Scene file.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
-    /// Recording (this project's CSV, or a LINAIGE session).
+    /// Recording: this project's CSV, or LINAIGE's.
     #[arg(long, value_name = "FILE")]
     pub(crate) recording: PathBuf,
-    /// Sensor of the scene; needed when it has several.
+    /// Sensor of the scene, if it has several.
     #[arg(long, value_name = "NAME")]
     pub(crate) sensor: Option<String>,
-    /// What was found, for programs; `-` is standard output.
+    /// The same for programs; `-` is standard output.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
 }
 
-/// Compare a recording with a simulation of its scene, and say whether they agree.
+/// Say whether a recording agrees with a simulation of its scene.
 ///
 /// Time is aligned within stated bounds where something moves, unless that is no better than chance; what was found
 /// is printed. An image that lies otherwise than the scene's is reported as a fault, and turned only if asked for.
@@ -235,38 +278,45 @@ pub(crate) struct Sides {
 pub(crate) struct Compare {
     #[command(flatten)]
     pub(crate) sides: Sides,
-    /// Report to write as one self-contained HTML file.
+    /// Report to write, one file for any browser.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// The report as a PDF file, printed by Chromium, which has to be installed.
+    /// The report as PDF; Chromium prints it.
+    ///
+    /// Chromium has to be installed.
     #[arg(long, value_name = "FILE.pdf")]
     pub(crate) pdf: Option<PathBuf>,
-    /// Each part of the verdict as a test case, for a server of continuous integration.
+    /// Each part of the verdict as a test case.
+    ///
+    /// For a server of continuous integration.
     #[arg(long, value_name = "FILE.xml")]
     pub(crate) junit: Option<PathBuf>,
-    /// What the verdict is measured against, where it is not to be as shipped
-    /// (crates/grideye-validator/thresholds.toml, which is also the example).
+    /// What the verdict is measured against.
+    ///
+    /// Where it is not to be as shipped: crates/grideye-validator/thresholds.toml, which is also the example.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) thresholds: Option<PathBuf>,
-    /// Profile of the sensor's specimen: its pattern is added to the scene, and its level is no longer free by the
-    /// datasheet's accuracy.
+    /// Profile of the sensor (`grideye characterize`).
+    ///
+    /// The specimen's pattern is added to the scene, and its level is no longer free by the datasheet's accuracy.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
     /// Seed of the simulation.
     #[arg(long, value_name = "N", default_value_t = crate::compare::SEED)]
     pub(crate) seed: u64,
-    /// Second of the scene at which the recording begins.
+    /// Second of the scene at which it begins.
     #[arg(long, allow_hyphen_values = true, value_name = "SECONDS", value_parser = seconds, default_value = "0")]
     pub(crate) start: Duration,
-    /// Bins of the second set of entropies, beside the paper's 256 grey levels: `step:WIDTH` in °C, `levels:N` or
-    /// `grey256`; by default the sensor's own steps.
+    /// step:WIDTH (°C), levels:N or grey256.
+    ///
+    /// Bins of the second set of entropies, beside the paper's 256 grey levels; by default the sensor's own steps.
     #[arg(long, value_name = "BINS")]
     pub(crate) binning: Option<Binning>,
     #[command(flatten)]
     pub(crate) align: Align,
 }
 
-/// Convert a recording into this project's CSV, or into what numpy, pandas, Foxglove and people read.
+/// Convert a recording for numpy, pandas, Foxglove and people.
 ///
 /// Read are this project's CSV, the LINAIGE layout, rows of 64 degrees as common Adafruit scripts write them, and numpy's
 /// .npy of shape (N, 8, 8).
@@ -276,22 +326,28 @@ pub(crate) struct Compare {
 pub(crate) struct Convert {
     /// Recording to read.
     pub(crate) input: PathBuf,
-    /// File to write: .csv, .npz, .parquet, .mcap, .png (a sheet of frames) or .gif (a film).
+    /// File to write: .csv, .npz, .parquet, .mcap, .png or .gif.
+    ///
+    /// .png is a sheet of frames, .gif a film.
     pub(crate) output: PathBuf,
     /// Keep the rows of this sensor alone.
     #[arg(long, value_name = "[DEVICE/]SENSOR")]
     pub(crate) sensor: Option<String>,
-    /// What the thermistor read, for rows of 64 degrees and .npy, which do not say it.
+    /// What the thermistor read, if the file lacks it.
+    ///
+    /// Rows of 64 degrees and .npy do not say it.
     #[arg(long, value_name = "CELSIUS")]
     pub(crate) thermistor: Option<f32>,
-    /// Frames a second, for those that do not say when they were read.
+    /// Frames a second, if the file lacks times.
+    ///
+    /// Rows of 64 degrees and .npy do not say when they were read.
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     pub(crate) rate: f64,
 }
 
-/// Find the unknowns of a scene from a recording: poses, temperatures, emissivities, the time at which it begins.
+/// Find the unknowns of a scene from a recording.
 ///
-/// The scene marks them, each with bounds: `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`. The search
+/// Poses, temperatures, emissivities, the time at which it begins. The scene marks them, each with bounds: `[[fit]] key = "sensor.ceiling.elevation_deg", bounds = [80, 90]`. The search
 /// starts from the numbers in it.
 ///
 /// Exit code 3: the recording tells none of them.
@@ -301,19 +357,29 @@ pub(crate) struct Convert {
 pub(crate) struct Calibrate {
     #[command(flatten)]
     pub(crate) sides: Sides,
-    /// Scene to write: the old one with what was found, and a remark with its uncertainty at each `[[fit]]`.
+    /// Scene to write, with what was found.
+    ///
+    /// It is the old one, with a remark of its uncertainty at each `[[fit]]`.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) out: Option<PathBuf>,
-    /// Profile of the sensor, if it is known: its pattern is taken off, its common mode is believed.
+    /// Profile of the sensor, if it is known.
+    ///
+    /// Its pattern is taken off, its common mode is believed.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
-    /// Profile to write: the recording's noise, and the pattern that the scene leaves over.
-    #[arg(long, value_name = "FILE.toml")]
+    /// Profile to write: noise, and what is left over.
+    ///
+    /// The recording's noise, and the pattern that the scene leaves over.
+    #[arg(long, value_name = "FILE")]
     pub(crate) write_profile: Option<PathBuf>,
-    /// Frames to look at, 10 to 1000, chosen evenly [default: 200].
+    /// Frames to look at, 10 to 1000 [default: 200].
+    ///
+    /// They are chosen evenly.
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<usize>,
-    /// Places to start the search from, 1 to 100; the first is the scene as it stands.
+    /// Places to start from, 1 to 100.
+    ///
+    /// The first is the scene as it stands.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=100).map(|starts| usize::try_from(starts).unwrap_or(100)))]
     pub(crate) starts: usize,
     /// Seed of the other starts.
@@ -321,32 +387,40 @@ pub(crate) struct Calibrate {
     pub(crate) seed: u64,
 }
 
-/// Measure the sensor itself from a recording of a still room: noise, common mode, pattern, drift, clock, glitches.
+/// Measure the sensor itself from a recording of a still room.
+///
+/// Noise, common mode, pattern, drift, clock, glitches.
 ///
 /// Exit code 3: the recording is too short to say anything.
 ///
 /// Example: grideye characterize empty-room.csv --profile my-sensor.toml
 #[derive(Debug, Args)]
 pub(crate) struct Characterize {
-    /// Recording (this project's CSV, or a LINAIGE session).
+    /// Recording: this project's CSV, or LINAIGE's.
     pub(crate) recording: PathBuf,
-    /// Profile to write, for `grideye emulate --profile`.
+    /// Profile to write, for emulate and compare.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
-    /// Where nobody is: `auto`, or from and to in seconds since the first frame. The profile's pattern is then the whole
-    /// background of the empty room, not only what is not smooth in it.
+    /// Where nobody is: auto, or from and to.
+    ///
+    /// From and to are seconds since the first frame. The profile's pattern is then the whole background of the empty room,
+    /// not only what is not smooth in it.
     #[arg(long, value_name = "auto|FROM..TO")]
     pub(crate) empty: Option<Nobody>,
-    /// Scene of the recording: what its empty room shows is taken off the background.
+    /// Scene whose empty room is taken off.
+    ///
+    /// What the scene's empty room shows is taken off the background.
     #[arg(long, value_name = "FILE", requires = "empty")]
     pub(crate) scene: Option<PathBuf>,
     /// Sensor of the scene; needed when it has several.
     #[arg(long, value_name = "NAME", requires = "scene")]
     pub(crate) sensor: Option<String>,
-    /// Report to write as one self-contained HTML file: table, maps, Allan deviations.
+    /// Report to write, one file for any browser.
+    ///
+    /// Table, maps, Allan deviations.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// The same content for programs; `-` is standard output.
+    /// The same for programs; `-` is standard output.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) json: Option<PathBuf>,
 }
@@ -366,7 +440,9 @@ impl std::str::FromStr for Nobody {
     }
 }
 
-/// Count every frame at a running collector: read = stored + dropped + spooled.
+/// Count every frame: read = stored + dropped + spooled.
+///
+/// At a running collector.
 ///
 /// Exit code 0: balanced and nothing lost, 3: frames were lost.
 ///
@@ -380,9 +456,9 @@ pub(crate) struct Audit {
     pub(crate) collector: CollectorAddress,
 }
 
-/// Move a store from an SQLite file into a PostgreSQL database, and hold each frame against the file afterwards.
+/// Move a store from an SQLite file into a PostgreSQL database.
 ///
-/// The database must exist and hold no frames. When it is interrupted, the same command goes on where it was; until it
+/// Each frame is held against the file afterwards. The database must exist and hold no frames. When it is interrupted, the same command goes on where it was; until it
 /// is done, no collector takes the database. The file stays as it is.
 ///
 /// Exit code 1: the database does not hold what the file holds.
@@ -392,11 +468,48 @@ pub(crate) struct Audit {
 pub(crate) struct Migrate {
     /// SQLite file that no collector is using.
     pub(crate) file: PathBuf,
-    /// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`; the password may stand in the file that PGPASSFILE names.
+    /// postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE.
+    ///
+    /// The password may stand in the file that PGPASSFILE names.
     pub(crate) url: String,
     /// Print the counts as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Print the completions of a shell for either program.
+///
+/// Debian's packages bring them. Otherwise: `grideye completions bash > ~/.local/share/bash-completion/completions/grideye`.
+///
+/// Example: grideye completions bash
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// Whose.
+    #[arg(value_enum)]
+    pub(crate) shell: clap_complete::Shell,
+    /// The program that is completed.
+    #[arg(long, value_enum, default_value_t = Program::Grideye)]
+    pub(crate) program: Program,
+}
+
+/// A program of this project.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Program {
+    /// The command line on the PC.
+    Grideye,
+    /// The program on the Raspberry Pi.
+    GrideyeAgent,
+}
+
+/// Write the man pages of both programs into a folder.
+///
+/// Debian's packages bring them. Otherwise: `grideye man ~/.local/share/man/man1`.
+///
+/// Example: grideye man man1
+#[derive(Debug, Args)]
+pub(crate) struct Man {
+    /// Folder for the pages; made if it is not there.
+    pub(crate) folder: PathBuf,
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {

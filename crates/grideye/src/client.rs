@@ -8,7 +8,7 @@ use grideye_agent::join::Secret;
 use rustls::crypto::ring::default_provider;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -168,6 +168,14 @@ impl Client {
             self.checked(&path, self.signed(self.agent.get(self.url(&path))).call())?;
         let mut body = response.body_mut().with_config().limit(u64::MAX).reader();
         std::io::copy(&mut body, out).with_context(|| format!("the download of {path} broke off"))
+    }
+
+    /// What the collector says as it happens, as server-sent events; it says something every few seconds.
+    pub(crate) fn live(&self) -> Result<impl BufRead + 'static> {
+        let path = "/v1/live";
+        let response = self.checked(path, self.signed(self.agent.get(self.url(path))).call())?;
+        let body = response.into_body().into_with_config().limit(u64::MAX);
+        Ok(BufReader::new(body.reader()))
     }
 
     fn get<T: serde::de::DeserializeOwned>(&self, path: &str) -> Result<T> {

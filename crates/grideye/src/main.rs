@@ -6,6 +6,7 @@
 //! grideye collect            (PC)  ◀── HTTP ──   grideye-agent run            (Raspberry Pi)
 //! grideye enroll DEVICE                          the line by which an agent joins the collector
 //! grideye record NAME                            name what arrives
+//! grideye orient                                 how is the sensor mounted? Wave a hand
 //! grideye compare --scene S --recording R        agrees (0), disagrees (1), cannot tell (3)
 //! grideye calibrate --scene S --recording R      the scene's unknowns, with their uncertainties
 //! grideye emulate --scene S -- PROGRAM           any AMG8833 program, without hardware
@@ -25,6 +26,7 @@ mod cli;
 mod client;
 mod collect;
 mod compare;
+mod completions;
 mod convert;
 mod coverage;
 mod dataset;
@@ -36,8 +38,10 @@ mod export;
 mod exports;
 mod files;
 mod fuse;
+mod man;
 mod migrate;
 mod mqtt;
+mod orient;
 mod output;
 mod paced_clock;
 mod pdf;
@@ -49,7 +53,6 @@ mod sensor;
 mod simulate;
 mod store;
 
-use clap::Parser as _;
 use cli::{Cli, Command, MqttWhat};
 use std::process::ExitCode;
 
@@ -58,7 +61,7 @@ use std::process::ExitCode;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let result = match Cli::of_the_program().command {
         Command::Demo(options) => demo::run(&options),
         Command::Simulate(options) => simulate::run(&options),
         Command::Fuse(options) => fuse::run(&options),
@@ -70,6 +73,7 @@ fn main() -> ExitCode {
         Command::Enroll(options) => access::enroll(&options),
         Command::Token(options) => access::token(&options.command),
         Command::Record(options) => record::run(&options),
+        Command::Orient(options) => orient::run(&options),
         Command::Compare(options) => compare::run(&options),
         Command::Convert(options) => convert::run(&options),
         Command::Calibrate(options) => calibrate::run(&options),
@@ -79,6 +83,8 @@ fn main() -> ExitCode {
         Command::Mqtt(options) => match &options.command {
             MqttWhat::Forget(options) => mqtt::forget(options),
         },
+        Command::Completions(options) => completions::run(&options),
+        Command::Man(options) => man::run(&options),
     };
     match result {
         Ok(outcome) => outcome.into(),

@@ -16,47 +16,66 @@ pub(crate) struct Collect {
     /// Address to listen on.
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:8833")]
     pub(crate) listen: SocketAddr,
-    /// SQLite file, made if it is not there, or `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`, which several collectors
-    /// may share; the password may stand in the file that PGPASSFILE names.
+    /// SQLite file, or postgres://….
+    ///
+    /// The file is made if it is not there. `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE` may be shared by several
+    /// collectors; the password may stand in the file that PGPASSFILE names.
     #[arg(long, value_name = "FILE|URL", default_value = "grideye.sqlite")]
     pub(crate) store: String,
-    /// Bytes that the store may take, with k, M, G or T (powers of 1024) [default: what the disk has].
+    /// Most that the store may take.
+    ///
+    /// With k, M, G or T, powers of 1024; by default what the disk has.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub(crate) store_quota: Option<u64>,
-    /// Let go of frames that arrived more days ago and belong to no recording; of a store in a file.
+    /// Let go of older frames of no recording.
+    ///
+    /// Those that arrived more days ago and belong to no recording, of a store in a file.
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u64).range(1..=36_500))]
     pub(crate) keep_days: Option<u64>,
-    /// Let go of the oldest frames that belong to no recording when the file holds more, with k, M, G or T.
+    /// Let go of the oldest beyond, with k, M, G, T.
+    ///
+    /// Of those that belong to no recording, when the file holds more.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub(crate) keep_bytes: Option<u64>,
     #[command(flatten)]
     pub(crate) folder: Folder,
-    /// Host name to answer for and to put into the certificate, beside the address listened on (for example pi.local);
-    /// may be repeated.
+    /// Name to answer for, as pc.local; repeatable.
+    ///
+    /// It stands in the certificate too, beside the address listened on.
     #[arg(long = "host-name", value_name = "NAME")]
     pub(crate) host_names: Vec<String>,
     /// Encrypt on loopback too.
     #[arg(long, conflicts_with = "plain_http")]
     pub(crate) tls: bool,
-    /// Do not encrypt: for loopback, or behind something that does.
+    /// Do not encrypt: behind something that does.
+    ///
+    /// Or on loopback, where it is so by itself.
     #[arg(long, conflicts_with_all = ["tls_cert", "tls_client_ca"])]
     pub(crate) plain_http: bool,
-    /// Certificate of the site's own, in PEM, followed by its chain up to the authority.
+    /// A certificate of your own, with its chain.
+    ///
+    /// In PEM, followed by its chain up to the authority.
     #[arg(long, value_name = "FILE", requires = "tls_key")]
     pub(crate) tls_cert: Option<PathBuf>,
     /// Its key, in PEM.
     #[arg(long, value_name = "FILE", requires = "tls_cert")]
     pub(crate) tls_key: Option<PathBuf>,
+    /// Ask clients for a certificate of these.
+    ///
     /// Authorities in PEM: every client must show a certificate of one of them, beside its token.
     #[arg(long, value_name = "FILE")]
     pub(crate) tls_client_ca: Option<PathBuf>,
-    /// Listen beyond loopback without TLS, and, while there is no token, let everybody in who reaches the address.
+    /// Listen beyond loopback without TLS.
+    ///
+    /// And, while there is no token, let everybody in who reaches the address.
     #[arg(long)]
     pub(crate) trust_network: bool,
-    /// Requests a second of each token; a tenth as many of an address without one.
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Requests a second of each token.
+    ///
+    /// A tenth as many of an address without one.
+    #[arg(long, value_name = "N", hide_short_help = true, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) requests_per_second: u32,
-    /// How to write what happens to standard error.
+    /// How standard error is written.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub(crate) log: LogFormat,
     #[command(flatten)]
@@ -68,7 +87,9 @@ pub(crate) struct Collect {
 /// What the live page can show beside a sensor.
 #[derive(Debug, Args)]
 pub(crate) struct Scenes {
-    /// Folder of scenes that the page can show beside a sensor [default: scenes, where there is one].
+    /// Scenes for the page [default: scenes].
+    ///
+    /// Folder of scenes that the page can show beside a sensor; by default `scenes`, where there is one.
     #[arg(long = "scenes", value_name = "DIR")]
     pub(crate) folder: Option<PathBuf>,
 }
@@ -85,14 +106,16 @@ pub(crate) enum LogFormat {
 /// Where tokens and keys are kept.
 #[derive(Debug, Args)]
 pub(crate) struct Folder {
-    /// Folder of tokens and keys; made with the first of them.
+    /// Folder of tokens and keys.
+    ///
+    /// It is made with the first of them.
     #[arg(long = "access", value_name = "DIR", default_value = "grideye-access")]
     pub(crate) path: PathBuf,
 }
 
-/// Make a token for the frames of a device, and print the line by which its agent joins.
+/// Print the line by which a device's agent joins this collector.
 ///
-/// The line holds the collector's address, the token, and the SHA-256 of the authority behind the collector's
+/// Makes a token for its frames. The line holds the collector's address, the token, and the SHA-256 of the authority behind the collector's
 /// certificate. Whoever has it can post frames of that device: it is printed once, and kept here only as a hash.
 ///
 /// Example: grideye enroll pi-1
@@ -103,15 +126,23 @@ pub(crate) struct Enroll {
     pub(crate) devices: Vec<String>,
     #[command(flatten)]
     pub(crate) folder: Folder,
-    /// The collector's address as the agent calls it [default: where it was last started to listen].
+    /// The collector's address, as the agent calls it.
+    ///
+    /// By default where it was last started to listen.
     #[arg(long, value_name = "URL")]
     pub(crate) url: Option<String>,
-    /// Authority of the collector's certificate, in PEM, where it is not the collector's own.
+    /// Authority of a certificate of your own, in PEM.
+    ///
+    /// Where the authority of the collector's certificate is not the collector's own.
     #[arg(long, value_name = "FILE")]
     pub(crate) authority: Option<PathBuf>,
 }
 
-/// Make, list and revoke tokens. A running collector notices within a second.
+/// Make, list and revoke tokens.
+///
+/// A running collector notices within a second.
+///
+/// Example: grideye token list
 #[derive(Debug, Args)]
 pub(crate) struct TokenCommand {
     #[command(subcommand)]
@@ -125,7 +156,7 @@ pub(crate) enum TokenWhat {
     Revoke(TokenRevoke),
 }
 
-/// Make a token for the page, for programs that read, or for starting and stopping recordings; print it once.
+/// Make a token for the page or for programs, and print it once.
 ///
 /// Example: grideye token make ana --scope read
 #[derive(Debug, Args)]
@@ -135,7 +166,9 @@ pub(crate) struct TokenMake {
     /// What it allows.
     #[arg(long, value_enum)]
     pub(crate) scope: PageScope,
-    /// Write it to this file, for its owner alone, instead of printing it.
+    /// Write it to this file instead of printing it.
+    ///
+    /// For its owner alone.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
@@ -151,7 +184,9 @@ pub(crate) enum PageScope {
     Admin,
 }
 
-/// List the tokens: number, scope, name, devices, when made, when revoked. Never the tokens themselves.
+/// List the tokens, but never the tokens themselves.
+///
+/// Number, scope, name, devices, when made, when revoked.
 ///
 /// Example: grideye token list
 #[derive(Debug, Args)]
@@ -185,10 +220,14 @@ pub(crate) struct CollectorAddress {
         default_value = "http://127.0.0.1:8833"
     )]
     pub(crate) url: String,
-    /// File with a token, where the collector asks for one (`grideye token make NAME --scope admin --out FILE`).
+    /// File with a token, where one is asked for.
+    ///
+    /// `grideye token make NAME --scope admin --out FILE` writes one.
     #[arg(long, value_name = "FILE")]
     pub(crate) token_file: Option<PathBuf>,
-    /// Authority of the collector's certificate, in PEM, for https: grideye-access/authority.pem on its machine.
+    /// Authority of its certificate, for https.
+    ///
+    /// In PEM: grideye-access/authority.pem on the collector's machine.
     #[arg(long, value_name = "FILE")]
     pub(crate) authority: Option<PathBuf>,
 }

@@ -6,21 +6,25 @@ use std::time::Duration;
 /// What `grideye compare` may align.
 #[derive(Debug, Args)]
 pub(crate) struct Align {
-    /// What may be aligned, with commas between: one of none, shift, rate, warp and law for time; orientation and pose
-    /// for the image, which are only reported otherwise.
+    /// What may be aligned, with commas.
+    ///
+    /// One of none, shift, rate, warp and law for time; orientation and pose for the image, which are only reported
+    /// otherwise.
     #[arg(
         long = "align",
         value_name = "WHAT",
         value_enum,
         value_delimiter = ',',
-        default_value = "rate"
+        default_value = "rate",
+        hide_possible_values = true
     )]
     what: Vec<What>,
-    /// Largest delay either way; also how far a path may depart from it (warp), and each end of the walk from the
-    /// scene's (law). Up to 60.
+    /// Largest delay either way, up to 60.
+    ///
+    /// Also how far a path may depart from it (warp), and each end of the walk from the scene's (law).
     #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = seconds)]
     max_shift: f64,
-    /// Most that the recording's clock may be fast or slow. Up to 20.
+    /// Most that its clock is off, up to 20.
     #[arg(long, value_name = "PERCENT", default_value_t = 6.0, value_parser = percent)]
     max_rate: f64,
 }

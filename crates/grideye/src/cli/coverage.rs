@@ -3,7 +3,7 @@
 use clap::Args;
 use std::path::PathBuf;
 
-/// Say how well the sensors of a room see a person at every place, or find the best places for some.
+/// Say where a room's sensors see a person, or find the best places.
 ///
 /// Without --candidates it is the scene's own sensors; with it, poses are tried all over the room and the best few are
 /// picked, one after the other. The scene's own agents are taken out first.
@@ -15,23 +15,29 @@ use std::path::PathBuf;
 pub(crate) struct Coverage {
     /// Scene file.
     pub(crate) scene: PathBuf,
-    /// Where poses are tried, with commas between them.
+    /// Where poses are tried, with commas.
     #[arg(long, value_name = "WHERE", value_enum, value_delimiter = ',')]
     pub(crate) candidates: Vec<Where>,
     /// Poses to pick from the candidates.
     #[arg(long, value_name = "K", default_value_t = 2, requires = "candidates")]
     pub(crate) best: usize,
+    /// Pick beside the scene's own sensors.
+    ///
     /// The scene's own sensors stay, and the poses are picked beside them.
     #[arg(long, requires = "candidates")]
     pub(crate) keep: bool,
-    /// Sensors of the scene that count, with commas between them; beside --candidates only with --keep [default: all].
+    /// Sensors that count, with commas [default: all].
+    ///
+    /// Beside --candidates only with --keep.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) sensors: Vec<String>,
 
     /// How the person is.
     #[arg(long, value_enum, default_value_t = Posture::Standing, help_heading = "Who is looked for")]
     pub(crate) posture: Posture,
-    /// The person's size when standing: depth, width across the shoulders, height.
+    /// Depth, width, height when standing.
+    ///
+    /// The width is that across the shoulders.
     #[arg(
         long,
         value_name = "D,W,H",
@@ -40,7 +46,7 @@ pub(crate) struct Coverage {
         help_heading = "Who is looked for"
     )]
     pub(crate) person_mm: Vec<f64>,
-    /// Temperature of the person's surface, clothed.
+    /// Temperature of the clothed surface.
     #[arg(
         long,
         value_name = "C",
@@ -49,7 +55,7 @@ pub(crate) struct Coverage {
         help_heading = "Who is looked for"
     )]
     pub(crate) person_c: f64,
-    /// The body of this agent of the scene instead.
+    /// This agent of the scene instead.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["posture", "person_mm", "person_c"], help_heading = "Who is looked for")]
     pub(crate) agent: Option<String>,
     /// Turns in which the person is tried at each place, evenly over half a turn; the worst that fits counts.
@@ -57,11 +63,14 @@ pub(crate) struct Coverage {
         long,
         value_name = "N",
         default_value_t = 2,
+        hide_short_help = true,
         help_heading = "Who is looked for"
     )]
     pub(crate) turns: usize,
 
-    /// Contrast from which on a person is detected, in units of the noise.
+    /// Least contrast, in units of noise.
+    ///
+    /// From this contrast on a person is detected.
     #[arg(
         long,
         value_name = "X",
@@ -69,7 +78,9 @@ pub(crate) struct Coverage {
         help_heading = "What counts"
     )]
     pub(crate) sigma: f64,
-    /// Sensors that are to detect a person at each place.
+    /// Sensors that must detect a person.
+    ///
+    /// At each place.
     #[arg(
         long,
         value_name = "N",
@@ -80,7 +91,7 @@ pub(crate) struct Coverage {
     /// The sensors detect together, not each alone.
     #[arg(long, help_heading = "What counts")]
     pub(crate) together: bool,
-    /// Frames that are averaged before anybody looks.
+    /// Frames that are averaged first.
     #[arg(
         long,
         value_name = "N",
@@ -93,10 +104,13 @@ pub(crate) struct Coverage {
         long,
         value_name = "MM",
         default_value_t = 200.0,
+        hide_short_help = true,
         help_heading = "What counts"
     )]
     pub(crate) cell_mm: f64,
-    /// Exit code 1 if a person is detected at fewer of the places than this.
+    /// Exit code 1 at fewer of the places.
+    ///
+    /// If a person is detected at fewer of the places than this.
     #[arg(long, value_name = "PERCENT", value_parser = percent, help_heading = "What counts")]
     pub(crate) at_least: Option<f64>,
 
@@ -105,6 +119,7 @@ pub(crate) struct Coverage {
         long,
         value_name = "NAME",
         requires = "candidates",
+        hide_short_help = true,
         help_heading = "Which poses are tried"
     )]
     pub(crate) preset: Option<String>,
@@ -114,6 +129,7 @@ pub(crate) struct Coverage {
         value_name = "NAME",
         conflicts_with = "preset",
         requires = "candidates",
+        hide_short_help = true,
         help_heading = "Which poses are tried"
     )]
     pub(crate) like: Option<String>,
@@ -123,11 +139,12 @@ pub(crate) struct Coverage {
         value_name = "MM",
         default_value_t = 500.0,
         requires = "candidates",
+        hide_short_help = true,
         help_heading = "Which poses are tried"
     )]
     pub(crate) spacing_mm: f64,
     /// Under the ceiling: angles off straight down.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [0.0, 30.0], requires = "candidates", help_heading = "Which poses are tried")]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [0.0, 30.0], requires = "candidates", hide_short_help = true, help_heading = "Which poses are tried")]
     pub(crate) tilts_deg: Vec<f64>,
     /// Under the ceiling: directions of those that are tilted.
     #[arg(
@@ -135,23 +152,26 @@ pub(crate) struct Coverage {
         value_name = "N",
         default_value_t = 8,
         requires = "candidates",
+        hide_short_help = true,
         help_heading = "Which poses are tried"
     )]
     pub(crate) headings: usize,
     /// On walls and in corners: heights.
-    #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [2200.0], requires = "candidates", help_heading = "Which poses are tried")]
+    #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [2200.0], requires = "candidates", hide_short_help = true, help_heading = "Which poses are tried")]
     pub(crate) heights_mm: Vec<f64>,
     /// On walls and in corners: angles below the level.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [25.0, 45.0], requires = "candidates", help_heading = "Which poses are tried")]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [25.0, 45.0], requires = "candidates", hide_short_help = true, help_heading = "Which poses are tried")]
     pub(crate) downs_deg: Vec<f64>,
     /// On walls: directions off straight into the room.
-    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [-30.0, 0.0, 30.0], allow_hyphen_values = true, requires = "candidates", help_heading = "Which poses are tried")]
+    #[arg(long, value_name = "DEG", value_delimiter = ',', default_values_t = [-30.0, 0.0, 30.0], allow_hyphen_values = true, requires = "candidates", hide_short_help = true, help_heading = "Which poses are tried")]
     pub(crate) wall_headings_deg: Vec<f64>,
 
-    /// Map to write: .svg, .png or .csv by its name; may be repeated.
+    /// Map: .svg, .png or .csv; repeatable.
     #[arg(long, value_name = "FILE", help_heading = "What is written")]
     pub(crate) out: Vec<PathBuf>,
-    /// The picked poses as `[[sensor]]` tables, to paste into a scene.
+    /// The poses picked, for a scene file.
+    ///
+    /// As `[[sensor]]` tables.
     #[arg(
         long,
         value_name = "FILE.toml",
@@ -163,7 +183,12 @@ pub(crate) struct Coverage {
     #[arg(long, help_heading = "What is written")]
     pub(crate) json: bool,
     /// Threads [default: as many as there are cores]; the result is the same with any number.
-    #[arg(long, value_name = "N", help_heading = "What is written")]
+    #[arg(
+        long,
+        value_name = "N",
+        hide_short_help = true,
+        help_heading = "What is written"
+    )]
     pub(crate) threads: Option<usize>,
 }
 

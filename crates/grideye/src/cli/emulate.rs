@@ -16,7 +16,9 @@ const SCL_HZ: std::ops::RangeInclusive<u32> = 1_000..=1_000_000;
 /// What the sensor's registers hold, °C (AMG88 spec §4-11-11: 12 bits of a quarter of a degree).
 const CONSTANT_C: std::ops::RangeInclusive<f32> = -512.0..=511.75;
 
-/// Emulated AMG8833 sensors for another program, over /dev/i2c-N, a socket or USB/IP.
+/// Emulate sensors for another program: /dev/i2c-N, socket, USB/IP.
+///
+/// Example: grideye emulate --scene scenes/experiment-1.toml -- i2cdetect -y 1
 #[derive(Debug, Args)]
 #[command(override_help = include_str!("emulate.txt"), group(ArgGroup::new("shown").required(true)))]
 pub(crate) struct Emulate {

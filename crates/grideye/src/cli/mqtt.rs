@@ -13,21 +13,27 @@ pub(crate) struct BrokerOptions {
     #[arg(long = "mqtt", id = "mqtt", value_name = "URL")]
     pub(crate) url: Option<String>,
     /// File with the user's password [default: the environment variable GRIDEYE_MQTT_PASSWORD, if it is set].
-    #[arg(long = "mqtt-password-file", value_name = "FILE", requires = "mqtt")]
+    #[arg(
+        long = "mqtt-password-file",
+        hide_short_help = true,
+        value_name = "FILE",
+        requires = "mqtt"
+    )]
     pub(crate) password_file: Option<PathBuf>,
     /// Authorities of the broker's certificate, in PEM, for mqtts; /etc/ssl/certs/ca-certificates.crt has the public ones.
     #[arg(
         long = "mqtt-authority",
+        hide_short_help = true,
         id = "mqtt_authority",
         value_name = "FILE",
         requires = "mqtt"
     )]
     pub(crate) authority: Option<PathBuf>,
     /// Home Assistant's discovery prefix.
-    #[arg(long = "mqtt-prefix", value_name = "TOPIC", default_value = "homeassistant", value_parser = topic)]
+    #[arg(long = "mqtt-prefix", hide_short_help = true, value_name = "TOPIC", default_value = "homeassistant", value_parser = topic)]
     pub(crate) prefix: String,
     /// What everything else is published below; another one for each collector on the same broker.
-    #[arg(long = "mqtt-topic", value_name = "TOPIC", default_value = "grideye", value_parser = topic)]
+    #[arg(long = "mqtt-topic", hide_short_help = true, value_name = "TOPIC", default_value = "grideye", value_parser = topic)]
     pub(crate) base: String,
 }
 
@@ -38,29 +44,31 @@ pub(crate) struct BridgeOptions {
     #[command(flatten)]
     pub(crate) broker: BrokerOptions,
     /// Temperatures of a sensor every so often; presence at once when it changes.
-    #[arg(long = "mqtt-every", value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
+    #[arg(long = "mqtt-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
     pub(crate) state_every_s: f64,
     /// Pictures of a sensor every so often; 0 for none.
-    #[arg(long = "mqtt-image-every", value_name = "SECONDS", default_value_t = 1.0, value_parser = seconds_or_none)]
+    #[arg(long = "mqtt-image-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 1.0, value_parser = seconds_or_none)]
     pub(crate) image_every_s: f64,
     /// A sensor without a new frame for so long is unavailable.
-    #[arg(long = "mqtt-silent-after", value_name = "SECONDS", default_value_t = 15.0, value_parser = seconds)]
+    #[arg(long = "mqtt-silent-after", hide_short_help = true, value_name = "SECONDS", default_value_t = 15.0, value_parser = seconds)]
     pub(crate) silent_after_s: f64,
     /// A sensor without a new frame for so long is removed from Home Assistant [default: never].
-    #[arg(long = "mqtt-forget-after", value_name = "DAYS", value_parser = days)]
+    #[arg(long = "mqtt-forget-after", hide_short_help = true, value_name = "DAYS", value_parser = days)]
     pub(crate) forget_after_days: Option<f64>,
     /// Somebody is present when so many pixels are warm.
-    #[arg(long = "mqtt-presence-pixels", value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=32))]
+    #[arg(long = "mqtt-presence-pixels", hide_short_help = true, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=32))]
     pub(crate) presence_pixels: u8,
     /// Warm is a pixel so many degrees above the median of its frame: a threshold, which a radiator passes too.
-    #[arg(long = "mqtt-presence-above", value_name = "CELSIUS", default_value_t = 1.5, value_parser = degrees)]
+    #[arg(long = "mqtt-presence-above", hide_short_help = true, value_name = "CELSIUS", default_value_t = 1.5, value_parser = degrees)]
     pub(crate) presence_above_c: f64,
     /// Nobody is present once too few were warm for so long.
-    #[arg(long = "mqtt-presence-hold", value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds_or_none)]
+    #[arg(long = "mqtt-presence-hold", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds_or_none)]
     pub(crate) presence_hold_s: f64,
 }
 
-/// What to do on an MQTT broker.
+/// Remove from an MQTT broker what the bridge left there.
+///
+/// Example: grideye mqtt forget pi-1 i2c-1:0x69 --mqtt mqtt://homeassistant.local
 #[derive(Debug, Args)]
 pub(crate) struct MqttCommand {
     #[command(subcommand)]
@@ -72,9 +80,9 @@ pub(crate) enum MqttWhat {
     Forget(Forget),
 }
 
-/// Remove a sensor from Home Assistant: take away what the broker keeps of it.
+/// Remove a sensor from Home Assistant.
 ///
-/// Its entities go, with or without a collector running. A sensor that still sends comes back when its agent or the
+/// What the broker keeps of it is taken away. Its entities go, with or without a collector running. A sensor that still sends comes back when its agent or the
 /// collector is started again.
 ///
 /// Example: grideye mqtt forget pi-1 i2c-1:0x69 --mqtt mqtt://homeassistant.local

@@ -1,0 +1,195 @@
+//! The command line of `grideye-agent`: names, defaults and help, for the program and for what is written from them
+//! (man pages, completions).
+//!
+//! `--help` is one screen of 80 columns, with an example; `grideye-agent help COMMAND` and the man page say everything.
+
+use amg8833::Address;
+use clap::{
+    Arg, ArgAction, Args, Command as ClapCommand, CommandFactory as _, FromArgMatches as _,
+};
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Behind every option of our own.
+const HELP_COMES_LAST: usize = 1000;
+
+/// Reads AMG8833 sensors over I2C and delivers every frame to a collector, once.
+///
+/// Exit codes: 0 done, 1 failed, 2 bad usage or configuration, 3 finished but data was lost.
+///
+/// Example: grideye-agent check --bus /dev/i2c-1 --address 0x69
+#[derive(Debug, Parser)]
+#[command(name = "grideye-agent", version, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What the program is asked to do.
+#[derive(Debug, Subcommand)]
+#[expect(
+    missing_docs,
+    reason = "a comment here would stand in the help instead of the longer one of the options"
+)]
+pub enum Command {
+    Check(CheckArgs),
+    Join(JoinArgs),
+    Run(RunArgs),
+}
+
+/// Look for the sensors, show a frame of each, and say what to do about a failure.
+///
+/// Opens the bus, sets the sensor up, shows one frame and the measured rate. With a configuration every sensor of it, the
+/// clock, the way to the collector, and what a loss of power can cost.
+///
+/// Exit code 1: a sensor or the collector is not as it should be.
+///
+/// Example: grideye-agent check --config /etc/grideye/agent.toml
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Check all of this configuration, and the way to the collector.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["bus", "address"])]
+    pub config: Option<PathBuf>,
+    /// The bus to look at.
+    #[arg(long, value_name = "DEVICE", default_value = "/dev/i2c-1")]
+    pub bus: PathBuf,
+    /// The sensor's 7-bit address.
+    #[arg(long, default_value = "0x69", value_parser = parse_address)]
+    pub address: Address,
+    /// One JSON object a sensor and line, for programs.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Join a collector by the line that `grideye enroll DEVICE` printed there.
+///
+/// Believes the collector's authority by the pin in the line, asks whether the token is taken, and keeps address, token
+/// and authority for the service. Nothing is written before all went well.
+///
+/// Example: sudo grideye-agent join 'LINE'
+#[derive(Debug, Args)]
+pub struct JoinArgs {
+    /// The line, between quotation marks; `-` reads standard input.
+    ///
+    /// On the command line other users of this machine may see it while the program runs.
+    pub line: String,
+    /// Where to keep what joining leaves.
+    ///
+    /// `collector.toml` beside the agent's configuration is found by itself.
+    #[arg(
+        long,
+        value_name = "FILE",
+        default_value = "/etc/grideye/collector.toml"
+    )]
+    pub out: PathBuf,
+    /// The agent's own certificate with its chain, in PEM.
+    ///
+    /// For a collector that asks for one.
+    #[arg(long, value_name = "FILE", requires = "client_key")]
+    pub client_cert: Option<PathBuf>,
+    /// The key of that certificate, in PEM.
+    #[arg(long, value_name = "FILE", requires = "client_cert")]
+    pub client_key: Option<PathBuf>,
+}
+
+/// Read and deliver until SIGINT or SIGTERM, or until each sensor has given N frames.
+///
+/// What the collector does not have waits in memory, and then in the spool that the configuration names.
+///
+/// Exit code 3: finished, but frames were lost.
+///
+/// Example: grideye-agent run --config /etc/grideye/agent.toml
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// The agent's configuration.
+    #[arg(long, value_name = "FILE")]
+    pub config: PathBuf,
+    /// Stop after this many frames of each sensor.
+    #[arg(long, value_name = "N")]
+    pub frames: Option<u64>,
+    /// How the log on standard error is written.
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub log: LogFormat,
+}
+
+/// The form of log lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum LogFormat {
+    /// Lines for people.
+    Text,
+    /// One JSON object a line, for programs.
+    Json,
+}
+
+/// The command line that the program was started with; ends the program where it is not understood, or asks for help.
+#[must_use]
+pub fn parse() -> Cli {
+    Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
+}
+
+/// The whole command line as it is parsed and documented.
+#[must_use]
+pub fn command() -> ClapCommand {
+    on_a_screen(Cli::command())
+}
+
+/// The same program with a `--help` of one screen, behind which `help COMMAND` says everything.
+///
+/// The first paragraph of a comment is what `--help` says; the paragraphs that begin with `Exit code` and `Example: ` stand
+/// at the end of either.
+#[must_use]
+pub fn on_a_screen(command: ClapCommand) -> ClapCommand {
+    let program = command.get_name().to_owned();
+    let help = Arg::new("help")
+        .short('h')
+        .long("help")
+        .global(true)
+        .action(ArgAction::HelpShort)
+        .display_order(HELP_COMES_LAST)
+        .help(format!("Print this; `{program} help …` says more"));
+    ended(command, &program).disable_help_flag(true).arg(help)
+}
+
+/// Exit codes and example at the end, for this command and those below.
+fn ended(command: ClapCommand, path: &str) -> ClapCommand {
+    let long = command
+        .get_long_about()
+        .map(ToString::to_string)
+        .unwrap_or_default();
+    let (last, first): (Vec<&str>, Vec<&str>) = long
+        .split("\n\n")
+        .partition(|paragraph| is_of_the_end(paragraph));
+    let hides = command.get_arguments().any(Arg::is_hide_short_help_set);
+    let more = hides.then(|| format!("More options: {}\n", path.replacen(' ', " help ", 1)));
+    let mut end: String = more.unwrap_or_default();
+    end.extend(last.iter().map(|paragraph| of_the_end(paragraph)));
+    let command = if end.is_empty() {
+        command
+    } else {
+        command.after_help(end).long_about(first.join("\n\n"))
+    };
+    command.mut_subcommands(|below| {
+        let path = format!("{path} {}", below.get_name());
+        ended(below, &path)
+    })
+}
+
+fn is_of_the_end(paragraph: &str) -> bool {
+    paragraph.starts_with("Example: ") || paragraph.starts_with("Exit code")
+}
+
+fn of_the_end(paragraph: &str) -> String {
+    match paragraph.strip_prefix("Example: ") {
+        Some(example) => format!("Example:\n  {example}\n"),
+        None => format!("{paragraph}\n"),
+    }
+}
+
+fn parse_address(text: &str) -> Result<Address, String> {
+    let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X"));
+    let number = digits.map_or_else(|| text.parse(), |digits| u8::from_str_radix(digits, 16));
+    let number: u8 =
+        number.map_err(|error| format!("expected 0x68 or 0x69, found {text:?}: {error}"))?;
+    Address::try_from(number).map_err(|error| error.to_string())
+}

@@ -1,0 +1,119 @@
+//! `grideye man`: the man pages of both programs, one for each command, from the command lines themselves.
+
+use crate::cli::{self, Man};
+use crate::exit::Outcome;
+use crate::files;
+use crate::output::outln;
+use anyhow::{Context as _, Result};
+use clap::Command;
+use clap_mangen::Man as Page;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Writes the pages and says how many there are.
+pub(crate) fn run(options: &Man) -> Result<Outcome> {
+    let folder = &options.folder;
+    std::fs::create_dir_all(folder).with_context(|| {
+        format!(
+            "{} cannot be made\nhint: name a folder that you may write",
+            folder.display()
+        )
+    })?;
+    let mut pages = 0;
+    for program in [cli::command(), grideye_agent::cli::command()] {
+        let mut program = program.disable_help_subcommand(true);
+        program.build();
+        pages += write_pages(&program, folder)?;
+    }
+    outln!("wrote {pages} man pages to {}", folder.display())?;
+    Ok(Outcome::Done)
+}
+
+/// The page of a command and those of its commands; how many they are.
+fn write_pages(command: &Command, folder: &Path) -> Result<usize> {
+    let name = command
+        .get_display_name()
+        .unwrap_or_else(|| command.get_name())
+        .to_owned();
+    let path = folder.join(format!("{name}.1"));
+    files::write_whole(&path, |file| {
+        write_page(command, &name, file)
+            .with_context(|| format!("{} cannot be written", path.display()))
+    })?;
+    let below = command
+        .get_subcommands()
+        .map(|below| write_pages(below, folder));
+    below.sum::<Result<usize>>().map(|pages| pages + 1)
+}
+
+/// As `clap_mangen` writes a page, but with the end of the help under the headings that man pages have for it.
+fn write_page(command: &Command, name: &str, out: &mut impl Write) -> io::Result<()> {
+    let version = env!("CARGO_PKG_VERSION");
+    let page = Page::new(command.clone())
+        .title(name)
+        .source(format!("grideye-hil {version}"))
+        .manual("Grid-EYE AMG8833");
+    page.render_title(out)?;
+    page.render_name_section(out)?;
+    page.render_synopsis_section(out)?;
+    page.render_description_section(out)?;
+    page.render_options_section(out)?;
+    if command.has_subcommands() {
+        page.render_subcommands_section(out)?;
+    }
+    let end = command.get_after_help().map(ToString::to_string);
+    for line in end.unwrap_or_default().lines() {
+        match (line.strip_prefix("  "), line.starts_with("Exit code")) {
+            (Some(example), _) => write!(out, ".SH EXAMPLE\n.nf\n{}\n.fi\n", roff(example))?,
+            (None, true) => write!(out, ".SH \"EXIT STATUS\"\n{}\n", roff(line))?,
+            // `Example:`, and where there are more options: here they are.
+            (None, false) => {}
+        }
+    }
+    Ok(())
+}
+
+/// A line of text as roff takes it: no command, and with hyphens and quotation marks that can be copied into a shell.
+fn roff(line: &str) -> String {
+    let escaped = line
+        .replace('\\', "\\e")
+        .replace('-', "\\-")
+        .replace('\'', "\\(aq")
+        .replace('`', "\\(ga");
+    if escaped.starts_with('.') {
+        format!("\\&{escaped}")
+    } else {
+        escaped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_text_whatever_it_begins_with() {
+        assert_eq!(roff(".PP"), "\\&.PP");
+        assert_eq!(roff("a --b \\n"), "a \\-\\-b \\en");
+    }
+
+    #[test]
+    fn the_page_of_a_command_ends_with_its_exit_status_and_its_example() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = Man {
+            folder: folder.path().join("man1"),
+        };
+        run(&options).unwrap();
+        let read = |name: &str| std::fs::read_to_string(options.folder.join(name)).unwrap();
+        let compare = read("grideye-compare.1");
+        for text in [
+            ".SH NAME\ngrideye\\-compare \\- ",
+            ".SH \"EXIT STATUS\"\nExit code 0: agrees",
+            ".SH EXAMPLE\n.nf\ngrideye compare \\-\\-scene",
+        ] {
+            assert!(compare.contains(text), "{text}: {compare}");
+        }
+        assert!(read("grideye-agent-join.1").contains("join \\(aqLINE\\(aq"));
+        assert!(read("grideye-token-make.1").contains("grideye token make"));
+    }
+}
