@@ -27,6 +27,7 @@ private_apt() { # private_apt ARCHITECTURE PROGRAM ARGUMENTS...: apt-get or apt-
   local architecture=$1 program=$2 folder=$guests/apt/$1-$codename
   shift 2
   "$program" -q -o Dir::State="$folder/state" -o Dir::State::status="$folder/status" -o Dir::Cache="$folder/cache" \
+    -o Dir::Cache::pkgcache=pkgcache.bin -o Dir::Cache::srcpkgcache=srcpkgcache.bin \
     -o Dir::Etc::SourceList="$folder/sources.list" -o Dir::Etc::SourceParts=/dev/null \
     -o APT::Architecture="$architecture" -o APT::Architectures::="$architecture" \
     -o APT::Sandbox::User="$(id -un)" -o Acquire::Languages=none "$@"
@@ -42,7 +43,9 @@ update_lists() { # update_lists ARCHITECTURE: at most once a day, because the ke
   for suite in "debian $codename" "debian $codename-updates" "debian-security $codename-security"; do
     echo "deb [arch=$1 signed-by=$keyring] http://deb.debian.org/$suite main"
   done >"$folder/sources.list"
-  if private_apt "$1" apt-get update >"$folder/log" 2>&1; then
+  # A mirror in the middle of an update may lack the lists of one suite for a day: the release's own are enough.
+  if private_apt "$1" apt-get update >"$folder/log" 2>&1 ||
+    [ -n "$(find "$folder/state/lists" -name "*_debian_dists_${codename}_main_binary-$1_Packages*" -print -quit)" ]; then
     touch "$folder/updated"
   elif [ ! -e "$folder/updated" ]; then
     fail "Debian's package lists for $1 could not be fetched: $(tail -n 1 "$folder/log")" "is the network there?"
@@ -56,11 +59,14 @@ download() { # download ARCHITECTURE FOLDER PACKAGE[=VERSION]: into FOLDER, whic
 }
 
 unpack() { # unpack ARCHITECTURE FOLDER PACKAGE[=VERSION]...: into FOLDER, each version of a package once
-  local architecture=$1 folder=$2 package version name
+  local architecture=$1 folder=$2 package version name versions
   shift 2
   mkdir -p "$folder"
+  # All in one question: each takes its time. What is not there is missed below.
+  versions=$(private_apt "$architecture" apt-cache show --no-all-versions "$@" 2>/dev/null |
+    awk '/^Package: / { name = $2 } /^Version: / { print name, $2 }' || true)
   for package in "$@"; do
-    version=$(private_apt "$architecture" apt-cache show --no-all-versions "$package" | sed -n 's/^Version: //p' | head -n 1)
+    version=$(awk -v name="${package%%=*}" '$1 == name { print $2; exit }' <<<"$versions")
     [ -n "$version" ] || fail "there is no package $package for $architecture in Debian $codename" "was it renamed?"
     name="${package%%=*} $version $architecture"
     grep -qxF "$name" "$folder/.unpacked" 2>/dev/null && continue

@@ -39,6 +39,8 @@ const JOINING: &str = "tests/tests/joining.rs";
 const PASTED: &str = "a_line_is_pasted_and_the_agent_delivers_over_tls_with_its_token";
 const DRIVER_CI: &str = "tests/tests/driver_ci.rs";
 const DRIVER_CI_PYTHON: &str = "the_python_suite_passes_on_the_emulated_sensor";
+const PACKAGES: &str = "tests/tests/packages.rs";
+const INSTALLED: &str = "the_packages_are_installed_started_upgraded_removed_and_purged";
 const WALK: &str = "grideye simulate scenes/experiment-3.toml --out walk.csv";
 
 /// Every command of the documents.
@@ -146,6 +148,30 @@ const COMMANDS: &[(&str, Kept)] = &[
     (
         "sudo cp grideye-agent.service /etc/systemd/system/",
         Not("a Raspberry Pi"),
+    ),
+    (
+        "sudo cp grideye-agent.sysusers /etc/sysusers.d/grideye-agent.conf && sudo systemd-sysusers",
+        By(PACKAGES, INSTALLED),
+    ),
+    (
+        "sudo apt install ./grideye-agent_0.1.0_arm64.deb",
+        By(PACKAGES, INSTALLED),
+    ),
+    ("sudo usermod -aG i2c $USER", Not("a Raspberry Pi")),
+    (
+        "sudo -u grideye-collector grideye enroll pi-1 --access /var/lib/grideye-collector/access",
+        Not("a machine with the service"),
+    ),
+    (
+        "sudo systemctl enable --now grideye-collector",
+        Not("a machine with the service"),
+    ),
+    (
+        "grideye orient --sensor pi-1/i2c-1:0x69",
+        By(
+            "tests/tests/orient.rs",
+            "live_frames_of_the_emulated_sensor_are_asked_for_and_told",
+        ),
     ),
     ("sudo reboot", Not("a Raspberry Pi")),
     ("grideye-agent check", Emulated(&["i2c-1:0x69: ok"])),
@@ -257,6 +283,8 @@ const COMMANDS: &[(&str, Kept)] = &[
         By(DRIVER_CI, DRIVER_CI_PYTHON),
     ),
     // the helps
+    ("grideye completions bash", Run("", &["_grideye()"])),
+    ("grideye man man1", Run("", &["man pages to man1"])),
     (
         "grideye coverage scenes/bedroom.toml --candidates all --best 2 --out coverage.svg --write best.toml",
         Run("", &["k=1: ", "k=2: ", "wrote the poses to best.toml"]),
@@ -665,8 +693,15 @@ fn every_option_that_a_document_names_exists() {
             }
             // A command of a command, as in `grideye token make`; what is an argument instead changes nothing.
             let deeper = parts.next_if(|part| part.bytes().all(|byte| byte.is_ascii_lowercase()));
-            let mut command = Command::new(folder().join("grideye"));
-            let help = run(command.arg(subcommand).args(deeper).arg("--help"));
+            // `--help` is one screen: what it leaves out stands in `help COMMAND`.
+            let help_of = |words: &[&str]| {
+                let mut command = Command::new(folder().join("grideye"));
+                run(command.arg("help").args(words))
+            };
+            let mut help = help_of(&[&[subcommand], deeper.as_slice()].concat());
+            if help.code != 0 {
+                help = help_of(&[subcommand]);
+            }
             assert_eq!(help.code, 0, "{}: {piece}: {help:?}", document.display());
             for option in parts
                 .take_while(|part| *part != "--")
