@@ -169,6 +169,20 @@ impl Browser {
             .map(drop)
     }
 
+    /// Presses keys together, wherever the focus is: the first ones are held while the last is pressed.
+    ///
+    /// # Errors
+    /// If the browser refuses.
+    pub fn press_together(&self, keys: &[&str]) -> Result<(), Failure> {
+        let stroke = |kind: &'static str| move |key: &&str| json!({ "type": kind, "value": key });
+        let down = keys.iter().map(stroke("keyDown"));
+        let up = keys.iter().rev().map(stroke("keyUp"));
+        let strokes: Vec<Value> = down.chain(up).collect();
+        let keyboard = json!({ "type": "key", "id": "keyboard", "actions": strokes });
+        self.command("/actions", &json!({ "actions": [keyboard] }))
+            .map(drop)
+    }
+
     /// Runs a script as the body of a function, and answers what it returns.
     ///
     /// # Errors

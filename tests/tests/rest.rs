@@ -29,7 +29,14 @@ fn the_document_names_every_path_that_programs_may_call() {
         .skip(1)
         .filter_map(|rest| rest.split('"').nth(1))
         .collect();
-    let for_people = ["/", "/assets/{name}", "/login", "/v1/login", "/v1/logout"];
+    let for_people = [
+        "/",
+        "/editor",
+        "/assets/{name}",
+        "/login",
+        "/v1/login",
+        "/v1/logout",
+    ];
     let document = document();
     let described: BTreeSet<&str> = document["paths"]
         .as_object()

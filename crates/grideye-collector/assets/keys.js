@@ -4,33 +4,32 @@ const NAMES = new Map([
   ["Escape", "Esc"], [" ", "Space"], ["ArrowLeft", "←"], ["ArrowRight", "→"], ["PageUp", "Page up"], ["PageDown", "Page down"],
 ]);
 
+const ON_PICTURES = [
+  ["Arrow keys", "on a picture: read its cells"],
+  ["Shift and arrow keys", "on a picture: mark a region"],
+];
+
 /**
- * `keys` names for each key what it says in the list, what it does, and `when` it does so if not always. `?` shows the
- * list.
+ * `keys` names for each key what it says in the list, what it does, and `when` it does so if not always; one that says
+ * nothing is among the `others` of the list. `?` shows the list.
  */
-export function commands(keys) {
+export function commands(keys, others = ON_PICTURES) {
   const dialog = document.querySelector("#keys");
   const list = dialog.querySelector("dl");
-  const more = [
-    ["Arrow keys", "on a picture: read its cells"],
-    ["Shift and arrow keys", "on a picture: mark a region"],
-    ["?", "this list"],
-  ];
-  // Keys without words are told with another.
-  const told = Object.entries(keys).filter(([, { says }]) => says !== null);
-  const all = [...told.map(([key, { says }]) => [NAMES.get(key) ?? key, says]), ...more];
+  const said = Object.entries(keys).filter(([, { says }]) => says);
+  const all = [...said.map(([key, { says }]) => [NAMES.get(key) ?? key, says]), ...others, ["?", "this list"]];
   list.replaceChildren(...all.map(([key, says]) => row(key, says)));
   const open = () => dialog.showModal();
   document.querySelector("#show-keys").addEventListener("click", open);
   addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || dialog.open) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
     if (event.target.closest("input, select, textarea")) return;
     // Space presses the button or follows the link in focus, as everywhere.
     if (event.key === " " && event.target.closest("button, a")) return;
     const { does, when } = event.key === "?" ? { does: open } : (keys[event.key] ?? {});
     if (!does || when?.() === false) return;
     event.preventDefault();
-    does();
+    does(event);
   });
 }
 

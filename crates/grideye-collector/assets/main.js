@@ -43,6 +43,7 @@ let view = "sensors";
 let large = null;
 let watched = null;
 let hasScenes = false;
+let hasEditor = false;
 
 function take({ sensors: states }) {
   for (const state of states) {
@@ -103,7 +104,7 @@ function followAddress() {
   const address = new URLSearchParams(location.hash.slice(1));
   view = viewOf(address);
   const part = view === "playback" ? "recordings" : view;
-  for (const link of document.querySelectorAll("nav a")) link.setAttribute("aria-current", link.dataset.view === part ? "page" : "false");
+  for (const link of document.querySelectorAll("nav a[data-view]")) link.setAttribute("aria-current", link.dataset.view === part ? "page" : "false");
   document.querySelector("main").dataset.view = view;
   document.querySelector("#wall").hidden = view !== "sensors";
   document.querySelector("#look").hidden = !["sensors", "playback"].includes(view);
@@ -175,6 +176,7 @@ commands({
   b: { says: "one sensor beside a scene, or alone", does: () => (view === "playback" ? playback.toggleBeside(meant()?.track.key) : beside.toggle()) },
   d: { says: "devices, or sensors", does: () => toggleView("devices") },
   r: { says: "recordings, or sensors", does: () => toggleView("recordings") },
+  e: { says: "edit scenes", when: () => hasEditor, does: () => location.assign("/editor") },
   Escape: { says: "all sensors, or all recordings", does: () => (view === "playback" ? toggleView("recordings") : show(null)) },
   " ": playing("play", "play or pause"),
   ",": playing("back", "one frame back"),
@@ -215,6 +217,8 @@ follow({
 
 fetched("/v1/annexes").then(({ annexes }) => {
   hasScenes = annexes?.includes("scenes") ?? false;
+  hasEditor = annexes?.includes("editor") ?? false;
+  document.querySelector("#to-editor").hidden = !hasEditor;
   playback.offerBeside(hasScenes);
   arrange();
 });

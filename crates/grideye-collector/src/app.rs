@@ -214,6 +214,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
     let small_body_bytes_max = state.limits().small_body_bytes_max;
     Router::new()
         .route("/", get(assets::page))
+        .route("/editor", get(assets::editor))
         .route("/assets/{name}", get(assets::asset))
         .route("/login", get(login::page))
         .route("/healthz", get(health::alive))

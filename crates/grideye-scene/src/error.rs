@@ -239,6 +239,31 @@ pub enum SceneError {
     },
 }
 
+impl SceneError {
+    /// Where the fault is; `None` for a sensor that was asked for and is not there.
+    #[must_use]
+    pub const fn place(&self) -> Option<&Place> {
+        match self {
+            Self::Malformed { place, .. }
+            | Self::Value { place, .. }
+            | Self::MissingKey { place, .. }
+            | Self::KeysConflict { place, .. }
+            | Self::DuplicateName { place, .. }
+            | Self::TooMany { place, .. }
+            | Self::SensorOutsideRoom { place, .. }
+            | Self::AgentLeavesRoom { place, .. }
+            | Self::AgentMeetsWall { place, .. }
+            | Self::Collision { place, .. }
+            | Self::FileUnreadable { place, .. }
+            | Self::TrajectoryRow { place, .. }
+            | Self::NoSolid { place, .. }
+            | Self::ObjLine { place, .. }
+            | Self::Profile { place, .. } => Some(place),
+            Self::UnknownSensor { .. } => None,
+        }
+    }
+}
+
 fn collision(names: &[String; 2], time: Duration, place_mm: &str) -> String {
     let [agent, other] = names;
     let seconds = rounded_s(time);
@@ -293,6 +318,18 @@ pub enum Warning {
         /// The temperature, °C.
         celsius: f64,
     },
+}
+
+impl Warning {
+    /// What it speaks of.
+    #[must_use]
+    pub const fn place(&self) -> &Place {
+        match self {
+            Self::ObjectOutsideRoom { place, .. }
+            | Self::Collision { place, .. }
+            | Self::WarmAsSkin { place, .. } => place,
+        }
+    }
 }
 
 impl fmt::Display for Warning {

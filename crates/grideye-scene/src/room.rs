@@ -159,8 +159,9 @@ impl Room {
             .all(|vertex| self.contains(*vertex))
     }
 
-    /// Floor, ceiling and walls, each as an outline that runs counter-clockwise as seen from within.
-    pub(crate) fn sides_m(&self) -> Vec<Vec<DVec3>> {
+    /// Floor, ceiling and walls, metres, each as an outline that runs counter-clockwise as seen from within.
+    #[must_use]
+    pub fn sides_m(&self) -> Vec<Vec<DVec3>> {
         if let Some(hull) = &self.hull {
             return hull.sides_m.clone();
         }

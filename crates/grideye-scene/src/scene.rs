@@ -336,6 +336,19 @@ impl Agent {
         turns.get(heads_for).copied()
     }
 
+    /// Its bodies where they are at `time`.
+    #[must_use]
+    pub fn bodies_at(&self, time: Duration) -> Vec<Body> {
+        let turn = self.turn(time).unwrap_or(DMat3::IDENTITY);
+        let at_m = self.position_m(time);
+        let parts = self.parts.iter().map(|part| Body {
+            base_m: at_m + turn * (part.base_m - self.start_m),
+            solid: self.standing(&part.solid, time.as_secs_f64()),
+            ..part.clone()
+        });
+        parts.collect()
+    }
+
     /// One of its parts where it is after `time_s`.
     pub(crate) fn standing(&self, part: &Solid, time_s: f64) -> Solid {
         let time = Duration::try_from_secs_f64(time_s).unwrap_or(Duration::MAX);

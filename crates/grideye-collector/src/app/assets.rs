@@ -15,16 +15,23 @@ macro_rules! file {
 }
 
 /// Name, type and text.
-const ASSETS: [(&str, &str, &str); 38] = [
+const ASSETS: [(&str, &str, &str); 52] = [
     file!("style.css", "text/css; charset=utf-8"),
+    file!("editor.css", "text/css; charset=utf-8"),
     file!("favicon.svg", "image/svg+xml"),
     file!("advice.js", JAVASCRIPT),
     file!("ask.js", JAVASCRIPT),
     file!("beside.js", JAVASCRIPT),
+    file!("cover.js", JAVASCRIPT),
     file!("devices.js", JAVASCRIPT),
     file!("difference.js", JAVASCRIPT),
+    file!("draft.js", JAVASCRIPT),
+    file!("editor.js", JAVASCRIPT),
     file!("exports.js", JAVASCRIPT),
     file!("feed.js", JAVASCRIPT),
+    file!("fields.js", JAVASCRIPT),
+    file!("floor-plan.js", JAVASCRIPT),
+    file!("hatch.js", JAVASCRIPT),
     file!("heatmap.js", JAVASCRIPT),
     file!("history.js", JAVASCRIPT),
     file!("keep.js", JAVASCRIPT),
@@ -34,6 +41,8 @@ const ASSETS: [(&str, &str, &str); 38] = [
     file!("login.js", JAVASCRIPT),
     file!("look.js", JAVASCRIPT),
     file!("main.js", JAVASCRIPT),
+    file!("names.js", JAVASCRIPT),
+    file!("new-things.js", JAVASCRIPT),
     file!("note.js", JAVASCRIPT),
     file!("orientation.js", JAVASCRIPT),
     file!("palettes.js", JAVASCRIPT),
@@ -44,12 +53,17 @@ const ASSETS: [(&str, &str, &str); 38] = [
     file!("player.js", JAVASCRIPT),
     file!("recorded.js", JAVASCRIPT),
     file!("recordings.js", JAVASCRIPT),
+    file!("room-view.js", JAVASCRIPT),
     file!("scale.js", JAVASCRIPT),
+    file!("scene-text.js", JAVASCRIPT),
     file!("scores.js", JAVASCRIPT),
+    file!("seen.js", JAVASCRIPT),
     file!("sensor.js", JAVASCRIPT),
     file!("sign-out.js", JAVASCRIPT),
     file!("simulation.js", JAVASCRIPT),
     file!("smooth.js", JAVASCRIPT),
+    file!("thing-list.js", JAVASCRIPT),
+    file!("things.js", JAVASCRIPT),
     file!("timeline.js", JAVASCRIPT),
     file!("track.js", JAVASCRIPT),
     file!("troubles.js", JAVASCRIPT),
@@ -60,6 +74,14 @@ pub(super) async fn page() -> Response {
     file(
         "text/html; charset=utf-8",
         include_str!("../../assets/index.html"),
+    )
+}
+
+/// The page on which scenes are edited.
+pub(super) async fn editor() -> Response {
+    file(
+        "text/html; charset=utf-8",
+        include_str!("../../assets/editor.html"),
     )
 }
 

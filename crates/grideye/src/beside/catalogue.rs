@@ -19,22 +19,22 @@ const TITLE_BYTES_MIN: usize = 200;
 const SIMULATORS_MAX: usize = 16;
 
 /// The scenes of one folder.
-pub(super) struct Catalogue {
+pub(crate) struct Catalogue {
     folder: PathBuf,
     scenes: Mutex<Vec<Arc<Shelved>>>,
     simulators: Mutex<Recently<(String, String, u64), Arc<Simulator>>>,
 }
 
 /// One scene file, as it was when it was read.
-pub(super) struct Shelved {
+pub(crate) struct Shelved {
     /// The file's name without its end.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// The first remark of the file, or nothing.
-    pub(super) title: String,
+    pub(crate) title: String,
     /// What it holds, or why it cannot be used.
-    pub(super) loaded: Result<LoadedScene, String>,
+    pub(crate) loaded: Result<LoadedScene, String>,
     /// Counts the times that it was read, so that what was made of it before is known to be old.
-    pub(super) edition: u64,
+    pub(crate) edition: u64,
     /// It and the files that it names, with what tells a change.
     seen: Vec<(PathBuf, Option<Mark>)>,
 }
@@ -43,7 +43,7 @@ pub(super) struct Shelved {
 type Mark = (SystemTime, u64);
 
 impl Catalogue {
-    pub(super) fn new(folder: PathBuf) -> Self {
+    pub(crate) fn new(folder: PathBuf) -> Self {
         Self {
             folder,
             scenes: Mutex::default(),
@@ -55,7 +55,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// When the folder cannot be read.
-    pub(super) fn list(&self) -> Result<Vec<Arc<Shelved>>> {
+    pub(crate) fn list(&self) -> Result<Vec<Arc<Shelved>>> {
         let mut paths = scene_files(&self.folder)?;
         paths.truncate(SCENES_MAX);
         let mut scenes = self.scenes.lock().unwrap_or_else(PoisonError::into_inner);
@@ -80,7 +80,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// As [`list`](Self::list).
-    pub(super) fn find(&self, name: &str) -> Result<Option<Arc<Shelved>>> {
+    pub(crate) fn find(&self, name: &str) -> Result<Option<Arc<Shelved>>> {
         let scenes = self.list()?;
         Ok(scenes.into_iter().find(|scene| scene.name == name))
     }
@@ -89,7 +89,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// When the scene has no such sensor.
-    pub(super) fn simulator(
+    pub(crate) fn simulator(
         &self,
         scene: &Shelved,
         loaded: &LoadedScene,
@@ -175,7 +175,7 @@ fn title_of(text: &str) -> String {
 ///
 /// # Errors
 /// When it cannot be read.
-pub(super) fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
+pub(crate) fn scene_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let listed = fs::read_dir(folder).with_context(|| {
         format!(
             "cannot read the folder of scenes {}\nhint: name one with --scenes",

@@ -9,14 +9,15 @@
 //!
 //! The collector knows nothing of scenes: it is handed these routes, and asks the same tokens for them as for its own.
 
-mod catalogue;
-mod desk;
+pub(crate) mod catalogue;
 mod frames;
 mod plan;
 mod verdict;
 mod window;
 
 use crate::cli::Scenes;
+use crate::desk::Desk;
+use crate::editor;
 use crate::exit::bad_input;
 use crate::files::LoadedScene;
 use crate::recently::Recently;
@@ -27,7 +28,6 @@ use axum::http::StatusCode;
 use axum::response::Json;
 use axum::routing::get;
 use catalogue::{Catalogue, Shelved};
-use desk::Desk;
 use grideye_collector::{Annex, Inside, Refusal};
 use grideye_frame::{COLUMNS, ROWS};
 use serde::Deserialize;
@@ -52,7 +52,10 @@ pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
         None => return Ok(Vec::new()),
     };
     catalogue::scene_files(folder).map_err(bad_input)?;
-    Ok(vec![annex(folder.to_owned())])
+    Ok(vec![
+        annex(folder.to_owned()),
+        editor::annex(folder.to_owned()),
+    ])
 }
 
 fn annex(folder: PathBuf) -> Annex {

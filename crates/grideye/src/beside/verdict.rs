@@ -1,9 +1,9 @@
 //! How alike the last seconds of a sensor and a scene are, worked out for all pages that ask at once.
 
 use super::catalogue::Shelved;
-use super::desk::Desk;
 use super::window::{Laid, Window, window};
 use crate::compare::compare_from;
+use crate::desk::Desk;
 use crate::files::LoadedScene;
 use crate::recently::Recently;
 use axum::http::StatusCode;

@@ -9,16 +9,23 @@ use tokio::sync::Semaphore;
 const WAITING_MAX: usize = 32;
 
 /// One place at which one piece of work is done at a time, so that pages never take more than one processor of it.
-pub(super) struct Desk {
+pub(crate) struct Desk {
     place: Arc<Semaphore>,
     queue: Semaphore,
+    waiting_max: usize,
 }
 
 impl Desk {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
+        Self::with_waiting(WAITING_MAX)
+    }
+
+    /// With room for so many, the one that is at it included.
+    pub(crate) fn with_waiting(waiting_max: usize) -> Self {
         Self {
             place: Arc::new(Semaphore::new(1)),
-            queue: Semaphore::new(WAITING_MAX),
+            queue: Semaphore::new(waiting_max),
+            waiting_max,
         }
     }
 
@@ -27,12 +34,12 @@ impl Desk {
     ///
     /// # Errors
     /// 503 when too many wait, 500 when the work broke off.
-    pub(super) async fn run<T: Send + 'static>(
+    pub(crate) async fn run<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Refusal> {
         let Ok(_queued) = self.queue.try_acquire() else {
-            let what = format!("{WAITING_MAX} pages are being computed for already");
+            let what = format!("{} pages are being computed for already", self.waiting_max);
             return Err(Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
                 .hint("ask again in a second, or close other pages"));
         };

@@ -1,0 +1,344 @@
+// The scene editor: what is chosen, what keys and buttons do to it, opening and saving.
+
+import { ask } from "./ask.js";
+import { Cover } from "./cover.js";
+import { Draft } from "./draft.js";
+import { Fields } from "./fields.js";
+import { FloorPlan } from "./floor-plan.js";
+import { commands } from "./keys.js";
+import { Look } from "./look.js";
+import { copyOf, newThing, newWay } from "./new-things.js";
+import { RoomView } from "./room-view.js";
+import { SceneText } from "./scene-text.js";
+import { Seen } from "./seen.js";
+import { offerSignOut } from "./sign-out.js";
+import { ThingList } from "./thing-list.js";
+import { choices, isSame, itemOf, moved, placeOf, turnKey, turnOf, turned } from "./things.js";
+import { say } from "./words.js";
+
+const [STEP_MM, STEP_COARSE_MM] = [50, 500];
+const [TURN, TURN_COARSE] = [5, 45];
+
+const at = (selector) => document.querySelector(selector);
+const look = new Look();
+let chosen = null;
+
+const draft = new Draft({ drawn: draw, text: (text) => textPane.show(text) });
+const hand = { choose, move: moveTo, turn: (degrees, handAt) => turnTo(degrees, handAt), drop: () => draft.finish() };
+const plan = new FloorPlan(at("#plan"), hand);
+const view = new RoomView(at("#view"), hand);
+const list = new ThingList(at("#things"), { choose });
+const fields = new Fields(at("#fields"), at("#fields-title"), { change: (edits, handAt) => draft.change(edits, handAt), finish: () => draft.finish(true) });
+const seen = new Seen(at("#frames"), look, { choose: (name) => choose({ kind: "sensor", index: draft.scene.items.find((item) => item.kind === "sensor" && item.name === name).index }) });
+const textPane = new SceneText(at("#text"), at("#lines"), (text) => draft.write(text));
+const cover = new Cover(draft, plan);
+
+/** Shows the newest state of the draft everywhere. */
+function draw() {
+  const { scene, fault, broken } = draft;
+  if (scene !== null && chosen !== null && !choices(scene).some((choice) => isSame(choice, chosen))) chosen = null;
+  plan.show(scene, chosen);
+  view.show(scene, chosen);
+  list.show(scene, chosen);
+  fields.show(scene, chosen);
+  const item = itemOf(scene, chosen);
+  seen.show(draft.frames, item?.kind === "sensor" ? item.name : null, broken);
+  fields.complain(fault !== null);
+  tell();
+  time();
+  cover.follow();
+}
+
+/** Says what is wrong, what deserves a look, and whether all is saved. */
+function tell() {
+  const { fault, broken, warnings, changed, name } = draft;
+  const place = fault?.place ?? null;
+  at("#fault").hidden = fault === null;
+  if (fault !== null) {
+    const words = `${broken ? "This is no scene" : "Not done"}: ${fault.message}${fault.hint ? `. Hint: ${fault.hint}` : ""}`;
+    say(at("#fault-words"), words);
+  }
+  at("#fault-place").hidden = place === null;
+  if (place !== null) say(at("#fault-place"), placeWords(place));
+  textPane.mark(broken && place?.file === "scene" ? place.line : null);
+  at("#stage").dataset.broken = broken;
+  at("#warnings").replaceChildren(...warnings.map(warningOf));
+  const state = name === null ? "not saved yet" : changed ? "not saved" : "saved";
+  at("#saved").dataset.state = state;
+  say(at("#saved"), state);
+  at("#save").disabled = name === null || !changed;
+  at("#undo").disabled = !draft.canUndo;
+  at("#redo").disabled = !draft.canRedo;
+  const { shared } = draft;
+  at("#shared").hidden = shared.length === 0;
+  say(at("#shared"), `The ways of this scene are those of ${shared.join(", ")} as well: a way-point that is moved is moved there too.`);
+}
+
+function placeWords({ file, line, column }) {
+  return file === "scene" ? `line ${line}, column ${column}` : `${file}, line ${line}, column ${column}`;
+}
+
+function warningOf({ message, hint, place }) {
+  const item = document.createElement("li");
+  const button = Object.assign(document.createElement("button"), { type: "button", className: "link", textContent: `Line ${place.line}` });
+  button.addEventListener("click", () => goTo(place));
+  item.append(button, ` ${message}${hint ? `. Hint: ${hint}` : ""}`);
+  return item;
+}
+
+function goTo(place) {
+  if (place.file !== "scene") return;
+  at("#text-panel").open = true;
+  textPane.goTo(place);
+}
+
+function time() {
+  const { seconds } = draft;
+  at("#time").hidden = seconds === 0;
+  at("#second").max = seconds;
+  say(at("#second-now"), `${Number(at("#second").value).toFixed(1)} of ${seconds.toFixed(1)} s`);
+}
+
+function choose(which) {
+  chosen = which;
+  draw();
+}
+
+function moveTo({ item, row, from }, to, handAt) {
+  draft.change(moved(item, row, from, to), handAt);
+}
+
+let nudged = null;
+
+/** Moves what is chosen by a step; keys that come faster than answers add up. */
+function nudge(axis, by, event) {
+  const item = itemOf(draft.scene, chosen);
+  if (item === null || placeOf(item, chosen.row) === null) return;
+  const key = JSON.stringify(chosen);
+  if (nudged?.key !== key) nudged = { key, item, from: placeOf(item, chosen.row), to: [...placeOf(item, chosen.row)], times: 0 };
+  nudged.times += 1;
+  nudged.to[axis] += by * (event.shiftKey ? STEP_COARSE_MM : STEP_MM);
+  draft.change(moved(nudged.item, chosen.row, nudged.from, nudged.to), event.timeStamp);
+}
+
+function turnTo(degrees, handAt) {
+  const item = itemOf(draft.scene, chosen);
+  if (item === null || turnKey(item) === null) return;
+  draft.change(turned(item, degrees), handAt);
+}
+
+function turnBy(degrees, event) {
+  const item = itemOf(draft.scene, chosen);
+  if (item === null || turnKey(item) === null) return;
+  const [edit] = turned(item, 0);
+  turnTo((draft.pending(edit) ?? turnOf(item)) + degrees, event.timeStamp);
+}
+
+/** Tilts a sensor. */
+function tiltBy(degrees, event) {
+  const item = itemOf(draft.scene, chosen);
+  if (item?.kind !== "sensor") return;
+  const edit = { does: "set", path: ["sensor", item.index, "elevation_deg"] };
+  const to = (draft.pending(edit) ?? item.keys.elevation_deg) + degrees;
+  draft.change([{ ...edit, to: Math.min(90, Math.max(-90, to)) }], event.timeStamp);
+}
+
+/** A gesture by keys ends when the key is let go; one that is pressed again before the answer is there goes on with it. */
+addEventListener("keyup", async (event) => {
+  if (event.target.closest?.("input, select, textarea")) return;
+  draft.finish();
+  const times = nudged?.times;
+  await draft.settled();
+  if (nudged?.times === times) nudged = null;
+});
+
+async function add(kind) {
+  at("#new").close();
+  if (draft.scene === null) return;
+  const count = (of) => draft.scene.items.filter((item) => item.kind === of).length;
+  const index = count(kind);
+  if (await newThing(draft, kind)) choose({ kind, index });
+  at("#plan").focus();
+}
+
+async function addWayPoint() {
+  const item = itemOf(draft.scene, chosen);
+  if (item?.kind !== "agent") {
+    notice({ message: "choose a person first", hint: "way-points are a person's way" });
+    return;
+  }
+  const row = await newWay(draft, item, chosen.row);
+  if (row !== null) choose({ kind: "agent", index: item.index, row });
+}
+
+async function duplicate() {
+  const item = itemOf(draft.scene, chosen);
+  if (item === null) return;
+  const { kind } = item;
+  const index = draft.scene.items.filter((one) => one.kind === kind).length;
+  if (await copyOf(draft, item)) choose({ kind, index });
+}
+
+async function remove() {
+  const item = itemOf(draft.scene, chosen);
+  if (item === null) return;
+  const { kind, index } = item;
+  const { row } = chosen;
+  const edit = row === undefined ? { does: "remove", path: [kind, index] } : { does: "remove-way-point", file: item.way.file, row };
+  if (await draft.apply([edit])) choose(row === undefined ? null : { kind, index, row: Math.max(0, row - 1) });
+}
+
+/** What is wrong, that is no fault of the scene. */
+function notice(error) {
+  draft.fault = error;
+  tell();
+}
+
+async function save(name) {
+  const error = await draft.save(name);
+  if (error) {
+    notice(error);
+    return;
+  }
+  draft.fault = null;
+  tell();
+  await offer();
+  location.hash = `scene=${encodeURIComponent(name)}`;
+}
+
+function saveAs() {
+  at("#save-name").value = draft.name === null ? "" : `${draft.name}-2`;
+  at("#save-as").showModal();
+}
+
+/** Lists the scenes of the folder. */
+async function offer() {
+  const answer = await ask("/v1/scenes");
+  if (answer.error) {
+    notice(answer.error.code === "unknown_path" ? { message: "this collector has no folder of scenes", hint: "start it with --scenes FOLDER" } : answer.error);
+    return [];
+  }
+  const options = answer.scenes.map(({ name, error }) => new Option(error ? `${name} (has a fault)` : name, name));
+  at("#scene").replaceChildren(...options);
+  at("#scene").value = draft.name ?? "";
+  return answer.scenes.map(({ name }) => name);
+}
+
+async function open(name) {
+  const error = await draft.open(name);
+  if (error) {
+    notice(error);
+    return;
+  }
+  at("#second").value = 0;
+  choose(null);
+  at("#scene").value = name;
+  document.title = `${name} · scenes · grideye`;
+  if (draft.broken) at("#text-panel").open = true;
+  location.hash = `scene=${encodeURIComponent(name)}`;
+}
+
+/** Opens another scene, once what was done to this one is saved or given up. */
+function wish(name) {
+  if (name === draft.name) return;
+  if (!draft.changed) {
+    open(name);
+    return;
+  }
+  at("#scene").value = draft.name ?? "";
+  const dialog = at("#leave");
+  dialog.dataset.scene = name;
+  dialog.showModal();
+}
+
+at("#scene").addEventListener("change", (event) => wish(event.target.value));
+at("#leave").addEventListener("close", () => {
+  if (at("#leave").returnValue === "leave") open(at("#leave").dataset.scene);
+});
+at("#save").addEventListener("click", () => save(draft.name));
+at("#save-other").addEventListener("click", saveAs);
+at("#save-as").addEventListener("close", () => {
+  const name = at("#save-name").value.trim();
+  if (at("#save-as").returnValue === "save" && name !== "") save(name);
+});
+at("#undo").addEventListener("click", () => draft.undo());
+at("#redo").addEventListener("click", () => draft.redo());
+at("#add").addEventListener("click", () => at("#new").showModal());
+at("#new").addEventListener("keydown", (event) => {
+  const kind = { o: "object", p: "agent", s: "sensor" }[event.key];
+  if (kind) add(kind);
+});
+for (const button of document.querySelectorAll("#new [data-kind]")) button.addEventListener("click", () => add(button.dataset.kind));
+at("#add-way-point").addEventListener("click", addWayPoint);
+at("#duplicate").addEventListener("click", duplicate);
+at("#remove").addEventListener("click", remove);
+at("#fault-place").addEventListener("click", () => goTo(draft.fault.place));
+at("#second").addEventListener("input", (event) => draft.seek(event.target.valueAsNumber));
+at("#home").addEventListener("click", () => plan.home());
+at("#nearer").addEventListener("click", () => plan.zoom(true));
+at("#farther").addEventListener("click", () => plan.zoom(false));
+at("#cover").addEventListener("click", () => cover.toggle());
+addEventListener("hashchange", () => {
+  const name = new URLSearchParams(location.hash.slice(1)).get("scene");
+  if (name !== null) wish(name);
+});
+addEventListener("beforeunload", (event) => {
+  if (draft.changed) event.preventDefault();
+});
+// With Ctrl also where somebody types, as everywhere: the text is a part of the scene.
+addEventListener("keydown", (event) => {
+  if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+  const does = { z: () => (event.shiftKey ? draft.redo() : draft.undo()), y: () => draft.redo(), s: () => (draft.name === null ? saveAs() : save(draft.name)) }[event.key.toLowerCase()];
+  if (!does) return;
+  event.preventDefault();
+  does();
+});
+
+const chooses = () => chosen !== null && draft.scene !== null;
+commands({
+  ".": { says: "choose what comes next in the list", does: () => list.next(chosen, 1) },
+  ",": { says: "choose what comes before", does: () => list.next(chosen, -1) },
+  ArrowLeft: { when: chooses, does: (event) => nudge(0, -1, event) },
+  ArrowRight: { when: chooses, does: (event) => nudge(0, 1, event) },
+  ArrowUp: { when: chooses, does: (event) => nudge(1, 1, event) },
+  ArrowDown: { when: chooses, does: (event) => nudge(1, -1, event) },
+  PageUp: { says: "raise it by 5 cm, with Shift by 50", when: chooses, does: (event) => nudge(2, 1, event) },
+  PageDown: { says: "lower it", when: chooses, does: (event) => nudge(2, -1, event) },
+  "[": { says: "turn it by 5° counter-clockwise", does: (event) => turnBy(TURN, event) },
+  "]": { says: "turn it by 5° clockwise", does: (event) => turnBy(-TURN, event) },
+  "{": { says: "turn it by 45° counter-clockwise", does: (event) => turnBy(TURN_COARSE, event) },
+  "}": { says: "turn it by 45° clockwise", does: (event) => turnBy(-TURN_COARSE, event) },
+  t: { says: "tilt a sensor by 5° down", does: (event) => tiltBy(TURN, event) },
+  T: { says: "tilt a sensor by 5° up", does: (event) => tiltBy(-TURN, event) },
+  Enter: { says: "go to its numbers", when: () => chooses() && !document.activeElement.closest("button, a, summary"), does: () => fields.focus() },
+  n: { says: "new object, person or sensor", does: () => at("#new").showModal() },
+  w: { says: "new way-point of a person", does: addWayPoint },
+  d: { says: "the same once more", does: duplicate },
+  Delete: { says: "take it away", does: remove },
+  c: { says: "where a person is seen, or not", does: () => cover.toggle() },
+  "+": { says: "plan: nearer", does: () => plan.zoom(true) },
+  "-": { says: "plan: farther", does: () => plan.zoom(false) },
+  "0": { says: "plan: the whole room", does: () => plan.home() },
+  p: { says: "next palette", does: () => look.next("palette") },
+  i: { says: "next way to draw: cells, bilinear, bicubic", does: () => look.next("method") },
+  v: { says: "numbers in the cells", does: () => look.toggleNumbers() },
+  x: { says: "to the text of the scene, at the line at fault", does: toText },
+  Escape: { says: "choose nothing", does: () => choose(null) },
+}, [
+  ["Arrow keys", "move what is chosen by 5 cm, with Shift by 50; in the list, choose; on the 3-D view, turn it; on a picture, read its cells"],
+  ["Ctrl Z", "undo"],
+  ["Ctrl Shift Z", "redo, as Ctrl Y"],
+  ["Ctrl S", "save"],
+]);
+
+function toText() {
+  at("#text-panel").open = true;
+  goTo(draft.fault?.place ?? { file: "scene", line: 1, column: 1 });
+}
+
+offerSignOut(at("#sign-out"));
+const names = await offer();
+const asked = new URLSearchParams(location.hash.slice(1)).get("scene");
+if (asked !== null) await open(asked);
+else if (names.length > 0) await open(names[0]);
+document.querySelector("main").dataset.ready = "true";

@@ -1,0 +1,190 @@
+// The numbers of what is chosen: each field is a key of the scene's file, in the file's own units.
+
+import { itemOf, pathOf, titleOf } from "./things.js";
+
+const AXES = ["x", "y", "z"];
+const POSITION = { key: "position_mm", title: "Position", unit: "mm", parts: AXES, step: 50 };
+const SIZE = { key: "size_mm", title: "Size", unit: "mm", parts: AXES, step: 50, known: true };
+const YAW = { key: "yaw_deg", title: "Turned", unit: "°", step: 5, otherwise: 0 };
+const TEMPERATURE = { key: "temperature_c", title: "Temperature", unit: "°C", step: 0.5, otherwise: "as the room" };
+const EMISSIVITY = { key: "emissivity", title: "Emissivity", unit: "", step: 0.05, otherwise: 0.8 };
+const NAME = { key: "name", title: "Name", text: true };
+
+/** The keys of each kind; of `known` ones only those that stand in the file. */
+const FIELDS = {
+  room: [
+    { ...SIZE, step: 100 },
+    { key: "height_mm", title: "Height", unit: "mm", step: 100, known: true },
+    { key: "ambient_c", title: "Air and walls", unit: "°C", step: 0.5 },
+  ],
+  object: [NAME, POSITION, SIZE, { ...YAW }, { ...YAW, key: "pitch_deg", title: "Pitched" }, { ...YAW, key: "roll_deg", title: "Rolled" }, TEMPERATURE, EMISSIVITY],
+  mosaic: [NAME, POSITION, { ...SIZE, title: "Size of a cell" }, EMISSIVITY],
+  agent: [NAME, { ...POSITION, known: true }, SIZE, YAW, TEMPERATURE, EMISSIVITY, { key: "speed_mm_per_s", title: "Speed", unit: "mm/s", step: 100, known: true }],
+  sensor: [
+    NAME, POSITION,
+    { key: "elevation_deg", title: "Elevation, 90 is down", unit: "°", step: 5 },
+    { key: "azimuth_deg", title: "Azimuth, 0 is right", unit: "°", step: 5 },
+    { key: "roll_deg", title: "Roll", unit: "°", step: 5, otherwise: 0 },
+    { key: "fov_deg", title: "Field of view", unit: "°", step: 1, otherwise: "of its kind" },
+    { key: "noise_sigma_c", title: "Noise, sigma", unit: "°C", step: 0.05, otherwise: "of its kind" },
+  ],
+};
+const OF_A_PART = [{ ...POSITION, title: "place" }, { ...SIZE, title: "size" }, { ...TEMPERATURE, title: "temperature" }];
+
+export class Fields {
+  #root;
+  #title;
+  #scene = null;
+  #chosen = null;
+  #shown = "";
+  #inputs = [];
+  #on;
+
+  /** `on.change(edits, at)` is told every number that is typed, `on.finish` when one is done. */
+  constructor(root, title, on) {
+    this.#root = root;
+    this.#title = title;
+    this.#on = on;
+    root.addEventListener("submit", (event) => event.preventDefault());
+  }
+
+  show(scene, chosen) {
+    this.#scene = scene;
+    this.#chosen = chosen;
+    const rows = this.#rows();
+    const shown = JSON.stringify([chosen, rows.map(({ title, inputs }) => [title, inputs.map(({ path, file }) => [path, file])])]);
+    this.#title.textContent = chosen === null ? "Nothing chosen" : titleOf(scene, chosen).replace(/^./, (letter) => letter.toUpperCase());
+    if (shown !== this.#shown) this.#build(rows);
+    this.#shown = shown;
+    const inputs = rows.flatMap((row) => row.inputs);
+    inputs.forEach((now, index) => this.#fill(this.#inputs[index], now));
+  }
+
+  /** Marks the field in which somebody types as one that cannot be so, or as good again. */
+  complain(is) {
+    for (const input of this.#inputs) input.setAttribute("aria-invalid", String(is && input.dataset.typing === "true"));
+  }
+
+  focus() {
+    this.#inputs[0]?.focus();
+  }
+
+  #fill(input, { value, otherwise }) {
+    input.dataset.now = value ?? "";
+    if (input === document.activeElement && input.dataset.typing === "true") return;
+    input.value = value ?? "";
+    input.placeholder = otherwise ?? "";
+  }
+
+  /** What there is to write in, for what is chosen: a title, and fields with their values. */
+  #rows() {
+    if (this.#scene === null || this.#chosen === null) return [];
+    const { kind, row } = this.#chosen;
+    if (kind === "room") {
+      const takes = { title: "Takes at least", inputs: [this.#input({ key: "duration_s", unit: "s", step: 1, otherwise: 0 }, this.#scene.keys, ["duration_s"])] };
+      return [...this.#of(FIELDS.room, this.#scene.room.keys, ["room"]), takes];
+    }
+    const item = itemOf(this.#scene, this.#chosen);
+    if (item === null) return [];
+    if (row !== undefined) return [this.#point(item, row, "Place")];
+    const own = this.#of(FIELDS[kind], item.keys, pathOf(item));
+    const points = item.way?.points_m.map((_, index) => this.#point(item, index, `Way-point ${index + 1}`)) ?? [];
+    const parts = (item.keys.part ?? []).flatMap((part, index) => {
+      const rows = this.#of(OF_A_PART, part, pathOf(item, "part", index));
+      return rows.map((one) => ({ ...one, title: `${part.name}: ${one.title}` }));
+    });
+    return [...own, ...points, ...parts];
+  }
+
+  #of(fields, keys, path) {
+    const shown = fields.filter(({ key, known }) => !known || key in keys);
+    return shown.map((field) => {
+      const value = keys[field.key];
+      const parts = field.parts ?? (Array.isArray(value) ? ["across", "down"] : null);
+      if (parts === null) return { title: field.title, inputs: [this.#input(field, keys, [...path, field.key])] };
+      const inputs = parts.map((part, index) => ({ ...this.#input(field, keys, [...path, field.key, index]), part, value: value?.[index] }));
+      return { title: field.title, inputs };
+    });
+  }
+
+  #input({ key, unit, step, otherwise, text }, keys, path) {
+    return { path, unit, step, otherwise, text, value: keys[key] };
+  }
+
+  #point(item, row, title) {
+    const point = item.way.points_m[row].map((metres) => Math.round(metres * 1e6) / 1000);
+    const inputs = AXES.map((part, axis) => ({ file: item.way.file, row, axis, part, unit: "mm", step: 50, value: point[axis] }));
+    return { title, inputs };
+  }
+
+  #build(rows) {
+    this.#inputs = [];
+    this.#root.replaceChildren(...rows.map((row) => this.#row(row)));
+  }
+
+  #row({ title, inputs }) {
+    const group = Object.assign(document.createElement("div"), { className: "field" });
+    const name = Object.assign(document.createElement("span"), { className: "field-name", textContent: title });
+    const boxes = inputs.map((input) => this.#box(title, input));
+    group.append(name, ...boxes);
+    const unit = inputs[0].unit;
+    if (unit) group.append(Object.assign(document.createElement("span"), { className: "unit", textContent: unit }));
+    return group;
+  }
+
+  #box(title, wanted) {
+    const input = document.createElement("input");
+    const { part, unit, step, text } = wanted;
+    Object.assign(input, text ? { type: "text", maxLength: 100 } : { type: "number", step: "any" });
+    input.setAttribute("aria-label", [title, part, unit].filter(Boolean).join(", "));
+    input.dataset.key = wanted.path?.join(" ") ?? `way ${wanted.row} ${wanted.axis}`;
+    input.autocomplete = "off";
+    input.addEventListener("input", (event) => this.#typed(input, wanted, event));
+    input.addEventListener("keydown", (event) => this.#key(input, wanted, step, event));
+    for (const end of ["change", "blur"]) input.addEventListener(end, () => this.#left(input));
+    this.#inputs.push(input);
+    if (!part) return input;
+    const label = Object.assign(document.createElement("label"), { className: "axis" });
+    label.append(Object.assign(document.createElement("span"), { textContent: part }), input);
+    return label;
+  }
+
+  #typed(input, wanted, { timeStamp }) {
+    input.dataset.typing = "true";
+    if (input.validity.badInput) return;
+    const edit = this.#edit(input, wanted);
+    if (edit !== null) this.#on.change([edit], timeStamp);
+  }
+
+  #edit(input, { path, file, row, axis, text }) {
+    const number = input.valueAsNumber;
+    if (file !== undefined) {
+      if (!Number.isFinite(number)) return null;
+      const { points_m: points } = itemOf(this.#scene, this.#chosen).way;
+      const to = points[row].map((metres, index) => (index === axis ? number : Math.round(metres * 1e6) / 1000));
+      return { does: "move-way-point", file, row, to_mm: to };
+    }
+    if (input.value === "") return text || typeof path.at(-1) === "number" ? null : { does: "unset", path };
+    return { does: "set", path, to: text ? input.value : number };
+  }
+
+  /** Arrow keys step as far as makes sense for the quantity; Escape takes back, Enter leaves. */
+  #key(input, wanted, step, event) {
+    const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+    if (by !== undefined && !wanted.text) {
+      const from = Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : Number(input.placeholder) || 0;
+      input.value = Math.round((from + by * step * (event.shiftKey ? 10 : 1)) * 1000) / 1000;
+      this.#typed(input, wanted, event);
+      event.preventDefault();
+    }
+    if (event.key === "Escape" || event.key === "Enter") input.blur();
+  }
+
+  #left(input) {
+    if (input.dataset.typing !== "true") return;
+    input.dataset.typing = "false";
+    this.#on.finish();
+    input.value = input.dataset.now;
+    input.setAttribute("aria-invalid", "false");
+  }
+}

@@ -1,0 +1,98 @@
+// Things that come into a scene: where there is room for them, under names of their own.
+
+import { freeName, placeOf } from "./things.js";
+
+const STEMS = { object: "object", agent: "person", sensor: "sensor" };
+// Places that are tried, in shares of the room from left to right and front to back: the middle first.
+const SHARES = [[0.5, 0.5], [0.25, 0.5], [0.75, 0.5], [0.5, 0.25], [0.5, 0.75], [0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
+const AHEAD_MM = 600;
+const SPEED_MM_PER_S = 800;
+// Between a thing and its copy.
+const [ASIDE_MM, GAP_MM] = [200, 100];
+const NAMES_MAX = 5;
+
+/** Adds an object, a person or a sensor; answers whether there was room for it. */
+export async function newThing(draft, kind) {
+  const { low_m: low, high_m: high } = draft.scene.room;
+  const name = freeName(draft.scene, STEMS[kind]);
+  const level = (kind === "sensor" ? high[2] : low[2]) * 1000;
+  const ways = SHARES.map((share) => {
+    const [x, y] = share.map((part, axis) => Math.round((low[axis] + part * (high[axis] - low[axis])) * 100) * 10);
+    return [{ does: "add", kind, name, at_mm: [x, y, level] }];
+  });
+  return doBest(draft, ways);
+}
+
+/** Adds a way-point behind `row`, or makes a way for one who stands; answers the new way-point's row, or null. */
+export async function newWay(draft, item, row) {
+  return item.way ? another(draft, item, row) : first(draft, item);
+}
+
+/** The same once more, beside it, on a way of its own if it goes one; answers whether there was room for it. */
+export async function copyOf(draft, item) {
+  const { kind, index, name } = item;
+  const copied = freeName(draft.scene, name.replace(/ \d+$/, ""));
+  const edit = { does: "copy", path: [kind, index], name: copied };
+  const copy = [kind, draft.scene.items.filter((one) => one.kind === kind).length];
+  const far = Math.max(ASIDE_MM, ...(item.keys.size_mm ?? []).slice(0, 2)) + GAP_MM;
+  if (!item.way) {
+    const places = around(draft, placeOf(item), far);
+    return doBest(draft, places.map((to) => [edit, { does: "set", path: [...copy, "position_mm"], to }]));
+  }
+  const file = filesFor(draft, copied)[0];
+  const begins = placeOf(item);
+  const ways = around(draft, begins, far).map((place) => {
+    const points = item.way.points_m.map((point) => point.map((metres, axis) => metres * 1000 + place[axis] - begins[axis]));
+    return [edit, { does: "new-way", file, points_mm: points }, { does: "set", path: [...copy, "trajectory"], to: file }];
+  });
+  // One that keeps to a timetable shares the way: a new one has no times.
+  return doBest(draft, [...ways, [edit]]);
+}
+
+async function another(draft, { way: { file, points_m: points } }, row) {
+  const after = row ?? points.length - 1;
+  const here = points[after].map((metres) => metres * 1000);
+  const next = points[after + 1]?.map((metres) => metres * 1000);
+  const isFree = (place) => points.every(([x, y]) => Math.hypot(x * 1000 - place[0], y * 1000 - place[1]) > ASIDE_MM);
+  const places = next ? [here.map((length, axis) => Math.round((length + next[axis]) / 2))] : around(draft, here, AHEAD_MM).filter(isFree);
+  const ways = places.map((place) => [{ does: "add-way-point", file, after, at_mm: place }]);
+  return (await doBest(draft, ways)) ? after + 1 : null;
+}
+
+async function first(draft, item) {
+  const here = placeOf(item);
+  const { index } = item;
+  // A file that is there already was made for something else: then the next name is tried.
+  const ways = filesFor(draft, item.name).flatMap((file) => around(draft, here, AHEAD_MM).map((place) => [
+    { does: "new-way", file, points_mm: [here, place] },
+    { does: "set", path: ["agent", index, "trajectory"], to: file },
+    { does: "set", path: ["agent", index, "speed_mm_per_s"], to: SPEED_MM_PER_S },
+    { does: "unset", path: ["agent", index, "position_mm"] },
+  ]));
+  return (await doBest(draft, ways)) ? 1 : null;
+}
+
+/** Names for a person's trajectory, the plainest first. */
+function filesFor(draft, name) {
+  const stem = `trajectories/${slug(draft.name ?? "scene")}-${slug(name)}`;
+  return Array.from({ length: NAMES_MAX }, (_, number) => (number === 0 ? `${stem}.csv` : `${stem}-${number + 1}.csv`));
+}
+
+/** Does the best of several; if none can be done, the first, so that its fault is named. */
+async function doBest(draft, ways) {
+  return draft.apply((await draft.best(ways)) ?? ways[0]);
+}
+
+/** Places beside one, the one nearest to the room's middle first. */
+function around(draft, [x, y, z], far) {
+  const { low_m: low, high_m: high } = draft.scene.room;
+  const middle = [0, 1].map((axis) => (low[axis] + high[axis]) * 500);
+  const places = [[far, 0], [0, far], [-far, 0], [0, -far]].map(([dx, dy]) => [x + dx, y + dy, z]);
+  const away = ([placeX, placeY]) => Math.hypot(placeX - middle[0], placeY - middle[1]);
+  return places.sort((one, other) => away(one) - away(other));
+}
+
+/** Letters and digits that any file system takes. */
+function slug(name) {
+  return name.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "") || "way";
+}

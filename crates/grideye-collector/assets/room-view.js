@@ -1,0 +1,363 @@
+// The scene in three dimensions, to look at from all sides and to take hold of: drag moves things on their level, with Shift
+// up and down; beside them it turns the view.
+
+import { weightOf, withRoom } from "./names.js";
+import { isSame, onGrid, placeOf } from "./things.js";
+
+const FOCAL = 1.5;
+const FIRST = { azimuth: -115, elevation: 32, nearer: 1 };
+const ELEVATION_MAX = 89;
+const TURN_STEP = 10;
+const ZOOM_STEP = 1.15;
+const [NEARER_MIN, NEARER_MAX] = [0.4, 8];
+const DEGREES_A_PIXEL = 0.4;
+// How dark a face is that looks away from the light.
+const SHADE_MIN = 0.55;
+const LIGHT = [-0.45, -0.6, 0.66];
+const DOT = 6;
+// A picture that takes longer is drawn when nothing has moved for so long.
+const [QUICK_MS, REST_MS] = [6, 120];
+// Bodies of more faces are drawn without their edges, which would be all that one sees of them.
+const EDGED_MAX = 100;
+
+export class RoomView {
+  #canvas;
+  #scene = null;
+  #chosen = null;
+  #camera = { ...FIRST };
+  #shapes = [];
+  #held = null;
+  #on;
+  #asked = null;
+  #tookMs = 0;
+
+  /** `on` is as the plan has it, without `turn`. */
+  constructor(canvas, on) {
+    this.#canvas = canvas;
+    this.#on = on;
+    canvas.addEventListener("pointerdown", (event) => this.#press(event));
+    canvas.addEventListener("pointermove", (event) => this.#drag(event));
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => this.#release(event));
+    canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
+    canvas.addEventListener("keydown", (event) => this.#key(event));
+    new ResizeObserver(() => this.#fit()).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#later());
+  }
+
+  show(scene, chosen) {
+    this.#scene = scene;
+    this.#chosen = chosen;
+    this.#later();
+  }
+
+  /**
+   * Draws once, however often it is asked to: before the next picture of the screen, or if that would take long, once the
+   * hand rests, so that plan and frames never wait for it.
+   */
+  #later() {
+    const isSlow = this.#tookMs > QUICK_MS;
+    if (this.#asked !== null && !isSlow) return;
+    clearTimeout(this.#asked);
+    this.#asked = setTimeout(() => requestAnimationFrame(() => {
+      this.#asked = null;
+      const began = performance.now();
+      this.#draw();
+      this.#tookMs = performance.now() - began;
+    }), isSlow ? REST_MS : 0);
+  }
+
+  #fit() {
+    const [width, height] = [this.#canvas.clientWidth, this.#canvas.clientHeight].map((side) => Math.max(1, Math.round(side * devicePixelRatio)));
+    if (this.#canvas.width === width && this.#canvas.height === height) return;
+    Object.assign(this.#canvas, { width, height });
+    this.#later();
+  }
+
+  #draw() {
+    const context = this.#canvas.getContext("2d");
+    context.clearRect(0, 0, this.#canvas.width, this.#canvas.height);
+    if (this.#scene === null) return;
+    const look = this.#look();
+    const eye = new Eye(this.#scene.room, this.#camera, this.#canvas);
+    context.lineJoin = "round";
+    this.#room(context, eye, look);
+    const { items } = this.#scene;
+    this.#shapes = items.flatMap((item) => facesOf(item, eye)).sort((one, other) => other.depth - one.depth);
+    for (const shape of this.#shapes) this.#fill(context, shape, look);
+    for (const item of items) this.#lines(context, item, eye, look);
+    this.#names(context, items, eye, look);
+    this.#canvas.dataset.drawn = `${this.#camera.azimuth} ${this.#camera.elevation} ${this.#camera.nearer.toFixed(2)}`;
+  }
+
+  /** The canvas's style carries the colours of the scheme. */
+  #look() {
+    const style = getComputedStyle(this.#canvas);
+    const rgb = (colour) => colour.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) * (colour.startsWith("color(") ? 255 : 1));
+    return {
+      text: style.color, accent: style.caretColor, people: rgb(style.columnRuleColor), line: style.textDecorationColor, faint: style.textEmphasisColor,
+      things: rgb(style.textDecorationColor), ground: style.backgroundColor, letters: `600 ${12 * devicePixelRatio}px system-ui, sans-serif`,
+    };
+  }
+
+  #room(context, eye, look) {
+    const { outline_m: outline, low_m: low, sides_m: sides } = this.#scene.room;
+    const floor = pathOf(outline.map(([x, y]) => eye.see([x, y, low[2]])));
+    context.fillStyle = look.ground;
+    context.fill(floor);
+    context.strokeStyle = look.faint;
+    context.lineWidth = devicePixelRatio;
+    for (const side of sides) context.stroke(pathOf(side.map((corner) => eye.see(corner))));
+    context.strokeStyle = look.text;
+    context.lineWidth = 2 * devicePixelRatio;
+    context.stroke(floor);
+  }
+
+  #fill(context, { path, item, shade, edged }, look) {
+    const base = item.kind === "agent" ? look.people : look.things;
+    const chosen = this.#is(item);
+    context.fillStyle = `rgb(${base.map((part) => Math.round(part * shade)).join(" ")})`;
+    context.fill(path);
+    // A hair's breadth over the seams between faces.
+    context.strokeStyle = !edged ? context.fillStyle : chosen ? look.accent : look.faint;
+    context.lineWidth = (edged && chosen ? 2 : 0.5) * devicePixelRatio;
+    context.stroke(path);
+  }
+
+  /** Ways, and what sensors have in view. */
+  #lines(context, item, eye, look) {
+    const chosen = this.#is(item);
+    context.lineWidth = (chosen ? 2 : 1) * devicePixelRatio;
+    context.strokeStyle = chosen ? look.accent : look.faint;
+    if (item.kind === "sensor" && item.at_m) {
+      const ends = raysOf(item, this.#scene.room);
+      context.setLineDash([5 * devicePixelRatio, 4 * devicePixelRatio]);
+      const from = eye.see(item.at_m);
+      for (const end of ends) context.stroke(pathOf([from, eye.see(end)], false));
+      context.stroke(pathOf(ends.map((end) => eye.see(end))));
+      context.setLineDash([]);
+      this.#dot(context, item, from, look, "square");
+    }
+    if (!item.way) return;
+    const points = item.way.points_m.map((point) => eye.see(point));
+    context.strokeStyle = look.text;
+    context.setLineDash([2 * devicePixelRatio, 4 * devicePixelRatio]);
+    context.stroke(pathOf(points, false));
+    context.setLineDash([]);
+    points.forEach((point, row) => this.#dot(context, item, point, look, "round", row));
+  }
+
+  #dot(context, item, [x, y], look, form, row) {
+    const size = DOT * devicePixelRatio;
+    const path = new Path2D();
+    if (form === "square") path.rect(x - size, y - size, 2 * size, 2 * size);
+    else path.arc(x, y, size, 0, 2 * Math.PI);
+    const chosen = isSame(this.#chosen, { kind: item.kind, index: item.index, ...(row === undefined ? {} : { row }) });
+    context.fillStyle = chosen ? look.accent : look.ground;
+    context.strokeStyle = look.text;
+    context.lineWidth = 2 * devicePixelRatio;
+    context.fill(path);
+    context.stroke(path);
+    this.#shapes.push({ path, item, row });
+  }
+
+  #names(context, items, eye, look) {
+    const above = 9 * devicePixelRatio;
+    const labels = items.flatMap((item) => {
+      const top = item.kind === "sensor" ? item.at_m : topOf(item);
+      if (!top) return [];
+      const [x, y] = eye.see(top);
+      return [{ item, words: item.name, at: [x, y - above], weight: weightOf(item, this.#is(item)) }];
+    });
+    Object.assign(context, { font: look.letters, textAlign: "center", lineWidth: 3 * devicePixelRatio, strokeStyle: look.ground });
+    for (const { item, words, at: [x, y] } of withRoom(labels, 12 * devicePixelRatio)) {
+      context.fillStyle = this.#is(item) ? look.accent : look.text;
+      context.strokeText(words, x, y);
+      context.fillText(words, x, y);
+    }
+  }
+
+  #is({ kind, index }) {
+    return this.#chosen?.kind === kind && this.#chosen.index === index;
+  }
+
+  #press(event) {
+    if (!event.isPrimary || event.button !== 0 || this.#scene === null) return;
+    const [x, y] = this.#pixel(event);
+    const context = this.#canvas.getContext("2d");
+    // What was drawn last lies before the others.
+    const hit = this.#shapes.findLast(({ path }) => context.isPointInPath(path, x, y));
+    this.#held = hit ? this.#grip(hit, [x, y]) : { pans: true, at: [event.clientX, event.clientY], camera: { ...this.#camera }, moved: false };
+    this.#canvas.setPointerCapture(event.pointerId);
+    this.#canvas.focus({ preventScroll: true });
+    event.preventDefault();
+  }
+
+  #grip({ item, row }, at) {
+    const chosen = { kind: item.kind, index: item.index, ...(row === undefined ? {} : { row }) };
+    this.#on.choose(chosen);
+    const from = placeOf(item, row);
+    const eye = new Eye(this.#scene.room, this.#camera, this.#canvas);
+    const level = from === null ? 0 : from[2] / 1000;
+    return { item, row, from, eye, level, start: at, ground: eye.onLevel(at, level), moved: false };
+  }
+
+  #drag(event) {
+    const held = this.#held;
+    if (held === null || !event.isPrimary) return;
+    const [x, y] = this.#pixel(event);
+    if (held.pans) {
+      const [dx, dy] = [event.clientX - held.at[0], event.clientY - held.at[1]];
+      held.moved ||= Math.hypot(dx, dy) > 3;
+      this.#turn(held.camera, -dx * DEGREES_A_PIXEL, dy * DEGREES_A_PIXEL);
+      return;
+    }
+    held.moved ||= Math.hypot(x - held.start[0], y - held.start[1]) > 3 * devicePixelRatio;
+    if (!held.moved || held.from === null) return;
+    const to = event.shiftKey ? this.#lifted(held, y) : this.#along(held, [x, y]);
+    if (to !== null) this.#on.move(held, to, event.timeStamp);
+  }
+
+  #along(held, at) {
+    const now = held.eye.onLevel(at, held.level);
+    if (now === null || held.ground === null) return null;
+    const to = [0, 1].map((axis) => held.from[axis] + (now[axis] - held.ground[axis]) * 1000);
+    return [...onGrid(to, false), held.from[2]];
+  }
+
+  #lifted(held, y) {
+    const metres = held.eye.height(held.from.map((length) => length / 1000), held.start[1] - y);
+    return [held.from[0], held.from[1], ...onGrid([held.from[2] + metres * 1000], false)];
+  }
+
+  #release(event) {
+    if (this.#held === null || !event.isPrimary) return;
+    const held = this.#held;
+    this.#held = null;
+    if (held.pans && !held.moved) this.#on.choose(null);
+    this.#on.drop();
+  }
+
+  #wheel(event) {
+    event.preventDefault();
+    this.#zoom(event.deltaY < 0 ? ZOOM_STEP : 1 / ZOOM_STEP);
+  }
+
+  #zoom(by) {
+    this.#camera.nearer = Math.min(NEARER_MAX, Math.max(NEARER_MIN, this.#camera.nearer * by));
+    this.#later();
+  }
+
+  #turn(from, azimuth, elevation) {
+    this.#camera.azimuth = Math.round((from.azimuth + azimuth) * 10) / 10;
+    this.#camera.elevation = Math.round(Math.min(ELEVATION_MAX, Math.max(-5, from.elevation + elevation)) * 10) / 10;
+    this.#later();
+  }
+
+  #key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const turns = { ArrowLeft: [-TURN_STEP, 0], ArrowRight: [TURN_STEP, 0], ArrowUp: [0, TURN_STEP], ArrowDown: [0, -TURN_STEP] };
+    if (turns[event.key]) this.#turn(this.#camera, ...turns[event.key]);
+    else if (event.key === "+") this.#zoom(ZOOM_STEP);
+    else if (event.key === "-") this.#zoom(1 / ZOOM_STEP);
+    else if (event.key === "0") this.#home();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  #home() {
+    this.#camera = { ...FIRST };
+    this.#later();
+  }
+
+  #pixel(event) {
+    const box = this.#canvas.getBoundingClientRect();
+    return [(event.clientX - box.left) * devicePixelRatio, (event.clientY - box.top) * devicePixelRatio];
+  }
+}
+
+/** A camera that goes around the middle of a room. */
+class Eye {
+  constructor({ low_m: low, high_m: high }, { azimuth, elevation, nearer }, { width, height }) {
+    const [across, up] = [azimuth, elevation].map((degrees) => (degrees * Math.PI) / 180);
+    this.target = low.map((side, axis) => (side + high[axis]) / 2);
+    this.away = [Math.cos(up) * Math.cos(across), Math.cos(up) * Math.sin(across), Math.sin(up)];
+    this.right = [-Math.sin(across), Math.cos(across), 0];
+    this.up = [-Math.sin(up) * Math.cos(across), -Math.sin(up) * Math.sin(across), Math.cos(up)];
+    const size = Math.hypot(...high.map((side, axis) => side - low[axis]));
+    this.distance = (1.7 * size) / nearer;
+    this.focal = FOCAL * Math.min(width, height * 1.25);
+    this.middle = [width / 2, height / 2];
+  }
+
+  /** Where a point of the room is on the canvas, and how far away. */
+  see(point) {
+    const from = point.map((side, axis) => side - this.target[axis]);
+    const depth = Math.max(0.05, this.distance - dot(from, this.away));
+    const scale = this.focal / depth;
+    return [this.middle[0] + dot(from, this.right) * scale, this.middle[1] - dot(from, this.up) * scale, depth];
+  }
+
+  /** The point of a level that a pixel shows; null above the horizon. */
+  onLevel([x, y], level) {
+    const [across, up] = [(x - this.middle[0]) / this.focal, (this.middle[1] - y) / this.focal];
+    const ray = [0, 1, 2].map((axis) => this.right[axis] * across + this.up[axis] * up - this.away[axis]);
+    const from = this.target.map((side, axis) => side + this.away[axis] * this.distance);
+    const reach = (level - from[2]) / ray[2];
+    return reach > 0 && reach < 20 * this.distance ? from.map((side, axis) => side + ray[axis] * reach) : null;
+  }
+
+  /** How many metres up as many pixels are at a point. */
+  height(point, pixels) {
+    const [, , depth] = this.see(point);
+    return (pixels * depth) / this.focal / Math.max(0.1, this.up[2]);
+  }
+}
+
+function facesOf(item, eye) {
+  return (item.bodies ?? []).flatMap(({ vertices_m: vertices, faces }) => {
+    const seen = vertices.map((vertex) => eye.see(vertex));
+    return faces.map((face) => {
+      const corners = face.map((corner) => seen[corner]);
+      const depth = corners.reduce((sum, [, , away]) => sum + away, 0) / corners.length;
+      return { item, depth, edged: faces.length <= EDGED_MAX, path: pathOf(corners), shade: shadeOf(face.slice(0, 3).map((corner) => vertices[corner])) };
+    });
+  });
+}
+
+/** Lighter the more a face looks to the light, on whichever side it is seen. */
+function shadeOf([one, other, third]) {
+  const [along, up] = [other, third].map((corner) => corner.map((side, axis) => side - one[axis]));
+  const normal = [along[1] * up[2] - along[2] * up[1], along[2] * up[0] - along[0] * up[2], along[0] * up[1] - along[1] * up[0]];
+  const length = Math.hypot(...normal) || 1;
+  return SHADE_MIN + (1 - SHADE_MIN) * (0.5 + 0.5 * (dot(normal, LIGHT) / length));
+}
+
+/** Where the corners of a sensor's view end: on the floor, or as far as the room is long. */
+function raysOf({ at_m: at, axes: [forward, left, up], field_rad: field }, { low_m: low, high_m: high }) {
+  const [across, down] = field.map((angle) => Math.tan(Math.min(angle, 3) / 2));
+  const far = Math.hypot(...high.map((side, axis) => side - low[axis]));
+  return [[1, 1], [1, -1], [-1, -1], [-1, 1]].map(([toLeft, toUp]) => {
+    const ray = forward.map((side, axis) => side + left[axis] * across * toLeft + up[axis] * down * toUp);
+    const length = Math.hypot(...ray);
+    const toFloor = ray[2] < 0 ? (low[2] - at[2]) / ray[2] : Infinity;
+    const reach = Math.min(toFloor, far / length);
+    return at.map((side, axis) => side + ray[axis] * reach);
+  });
+}
+
+function topOf({ bodies }) {
+  const vertices = bodies?.flatMap((body) => body.vertices_m) ?? [];
+  if (vertices.length === 0) return null;
+  const middle = [0, 1].map((axis) => vertices.reduce((sum, vertex) => sum + vertex[axis], 0) / vertices.length);
+  return [...middle, vertices.reduce((top, [, , z]) => Math.max(top, z), -Infinity)];
+}
+
+function pathOf(points, closed = true) {
+  const path = new Path2D();
+  points.forEach(([x, y], index) => (index === 0 ? path.moveTo(x, y) : path.lineTo(x, y)));
+  if (closed) path.closePath();
+  return path;
+}
+
+const dot = (one, other) => one[0] * other[0] + one[1] * other[1] + one[2] * other[2];

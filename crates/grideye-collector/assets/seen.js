@@ -1,0 +1,111 @@
+// What every sensor of a scene would see, simulated while somebody edits.
+
+import { HeatMap } from "./heatmap.js";
+import { SIDE } from "./orientation.js";
+import { paintPixel, shadeOf } from "./scale.js";
+import { degrees, say } from "./words.js";
+
+const AMONG = "editor";
+
+export class Seen {
+  #place;
+  #look;
+  #shown = new Map();
+  #on;
+
+  /** `on.choose` is told which sensor's picture was taken hold of. */
+  constructor(place, look, on) {
+    this.#place = place;
+    this.#look = look;
+    this.#on = on;
+    look.listen(() => this.#redraw());
+  }
+
+  /** Shows the frames, each with the sensor that it is of; `stale` if they are of a state before. */
+  show(frames, chosen, stale) {
+    const names = frames.map(({ sensor, columns, rows }) => `${sensor} ${columns} ${rows}`);
+    if (names.join("\n") !== [...this.#shown.keys()].join("\n")) this.#build(frames, names);
+    this.#place.dataset.stale = stale;
+    frames.forEach((frame, index) => {
+      const shown = this.#shown.get(names[index]);
+      shown.frame = frame;
+      shown.figure.dataset.chosen = frame.sensor === chosen;
+    });
+    this.#paint();
+  }
+
+  #build(frames, names) {
+    this.#look.forget(AMONG);
+    this.#shown = new Map(frames.map((frame, index) => [names[index], this.#figure(frame)]));
+    this.#place.replaceChildren(...[...this.#shown.values()].map(({ figure }) => figure));
+    this.#redraw();
+  }
+
+  /** Draws all anew, whether or not they are other frames. */
+  #redraw() {
+    for (const shown of this.#shown.values()) {
+      shown.heat?.look(this.#look.drawing);
+      shown.drawn = "";
+    }
+    this.#paint();
+  }
+
+  #figure({ sensor, columns, rows }) {
+    const [figure, caption, box, canvas, reading] = ["figure", "figcaption", "div", "canvas", "p"].map((name) => document.createElement(name));
+    const button = Object.assign(document.createElement("button"), { type: "button", className: "link", textContent: sensor });
+    button.addEventListener("click", () => this.#on.choose(sensor));
+    const range = document.createElement("span");
+    caption.append(button, range);
+    box.className = "frame";
+    canvas.className = "heat";
+    canvas.tabIndex = 0;
+    canvas.setAttribute("role", "application");
+    canvas.setAttribute("aria-label", `What ${sensor} would see; arrow keys read its cells`);
+    reading.className = "reading";
+    box.append(canvas);
+    figure.append(caption, box, reading);
+    figure.dataset.sensor = sensor;
+    const shown = { figure, range, canvas, reading, frame: null, heat: null, drawn: "" };
+    if (columns === SIDE && rows === SIDE) shown.heat = new HeatMap(canvas, { cell: () => read(shown) });
+    else box.style.aspectRatio = `${columns} / ${rows}`;
+    return shown;
+  }
+
+  #paint() {
+    for (const shown of this.#shown.values()) {
+      if (shown.frame === null) continue;
+      const { celsius, sensor } = shown.frame;
+      const now = celsius?.join(" ") ?? "";
+      if (celsius === null) {
+        say(shown.range, "too many pixels to be shown here");
+        continue;
+      }
+      const range = this.#look.rangeFor(sensor, celsius, AMONG);
+      const drawn = `${range.low} ${range.high} ${now}`;
+      if (shown.drawn === drawn) continue;
+      shown.drawn = drawn;
+      say(shown.range, `${Math.min(...celsius).toFixed(1)} to ${Math.max(...celsius).toFixed(1)} °C`);
+      if (shown.heat) {
+        shown.heat.show(celsius, range);
+      } else {
+        paint(shown.canvas, shown.frame, range, this.#look.drawing.colours);
+      }
+      read(shown);
+      shown.figure.dataset.celsius = now;
+    }
+  }
+}
+
+function read({ heat, reading, frame }) {
+  const cell = heat?.cell ?? null;
+  say(reading, cell === null ? "" : `Pixel ${cell + 1}: ${degrees(frame.celsius[cell])}`);
+}
+
+/** A frame that has not 8 by 8 pixels, one dot each; the page makes it larger. */
+function paint(canvas, { columns, rows, celsius }, range, colours) {
+  if (canvas.width !== columns || canvas.height !== rows) Object.assign(canvas, { width: columns, height: rows });
+  const context = canvas.getContext("2d");
+  const image = context.createImageData(columns, rows);
+  celsius.forEach((degree, pixel) => paintPixel(image.data, pixel, colours, shadeOf(degree, range)));
+  context.putImageData(image, 0, 0);
+}

@@ -1,0 +1,87 @@
+// Everything of a scene in a list, to choose from: one item in it has the focus, and arrow keys go to the next.
+
+import { WORDS, choices, isSame, itemOf } from "./things.js";
+import { say } from "./words.js";
+
+export class ThingList {
+  #list;
+  #choices = [];
+  #on;
+
+  constructor(list, on) {
+    this.#list = list;
+    this.#on = on;
+    list.addEventListener("click", (event) => {
+      const option = event.target.closest("[role=option]");
+      if (option) on.choose(this.#choices[[...list.children].indexOf(option)]);
+    });
+    list.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  show(scene, chosen) {
+    this.#choices = choices(scene);
+    while (this.#list.children.length > this.#choices.length) this.#list.lastElementChild.remove();
+    while (this.#list.children.length < this.#choices.length) this.#list.append(option(this.#list.children.length));
+    this.#choices.forEach((choice, index) => this.#label(this.#list.children[index], scene, choice, chosen));
+    const place = this.#place(chosen);
+    const shown = place < 0 ? null : this.#list.children[place].id;
+    if (shown !== null && shown !== this.#list.getAttribute("aria-activedescendant")) intoSight(this.#list, this.#list.children[place]);
+    if (place < 0) this.#list.removeAttribute("aria-activedescendant");
+    else this.#list.setAttribute("aria-activedescendant", this.#list.children[place].id);
+  }
+
+  /** The one before or after, around the ends. */
+  next(chosen, by) {
+    const place = this.#place(chosen);
+    const from = place < 0 && by < 0 ? 0 : place;
+    this.#on.choose(this.#choices[(from + by + this.#choices.length) % this.#choices.length]);
+  }
+
+  #place(chosen) {
+    return this.#choices.findIndex((choice) => chosen !== null && isSame(choice, chosen));
+  }
+
+  #label(element, scene, choice, chosen) {
+    const item = itemOf(scene, choice);
+    const [kind, name, about] = element.children;
+    const is = chosen !== null && isSame(choice, chosen);
+    element.setAttribute("aria-selected", String(is));
+    element.dataset.of = choice.row === undefined ? choice.kind : "way-point";
+    say(kind, choice.row === undefined ? WORDS[choice.kind] : "way-point");
+    say(name, choice.row === undefined ? (item?.name ?? "") : String(choice.row + 1));
+    say(about, item === null || choice.row !== undefined ? "" : aboutOf(item));
+  }
+
+  #key(event) {
+    const at = this.#choices.findIndex((_, index) => this.#list.children[index].getAttribute("aria-selected") === "true");
+    const last = this.#choices.length - 1;
+    const to = { ArrowUp: Math.max(0, at - 1), ArrowDown: Math.min(last, at + 1), Home: 0, End: last }[event.key];
+    if (to === undefined || event.ctrlKey || event.altKey || event.metaKey) return;
+    this.#on.choose(this.#choices[to]);
+    event.preventDefault();
+    event.stopPropagation();
+  }
+}
+
+/** Scrolls the list alone: the page is to stay where the hand is. */
+function intoSight(list, { offsetTop: top, offsetHeight: height }) {
+  if (top < list.scrollTop) list.scrollTop = top;
+  else if (top + height > list.scrollTop + list.clientHeight) list.scrollTop = top + height - list.clientHeight;
+}
+
+/** In words what no picture shows: that it is left out, or how warm it is. */
+function aboutOf(item) {
+  if (item.keys.present === false) return "not present";
+  if (item.kind === "sensor") return "";
+  if (item.kind === "object" && item.bodies.length === 0) return "left out: not in the room";
+  const celsius = item.keys.temperature_c ?? item.bodies?.[0]?.celsius;
+  return celsius === undefined ? "" : `${celsius} °C`;
+}
+
+function option(index) {
+  const element = document.createElement("li");
+  element.id = `thing-${index}`;
+  element.setAttribute("role", "option");
+  element.append(...["kind", "name", "about"].map((className) => Object.assign(document.createElement("span"), { className })));
+  return element;
+}

@@ -1,0 +1,88 @@
+// What can be taken hold of in a scene, and the edits that move, turn and tilt it.
+
+// A hand places to the centimetre; fields take any length.
+const GRID_MM = 10;
+const TURNED = { object: "yaw_deg", agent: "yaw_deg", sensor: "azimuth_deg" };
+
+/** The item that a choice names: `{ kind, index }`, of an agent's way `row` as well. */
+export function itemOf(scene, chosen) {
+  return scene?.items.find(({ kind, index }) => chosen !== null && kind === chosen.kind && index === chosen.index) ?? null;
+}
+
+export function isSame(one, other) {
+  return one?.kind === other?.kind && one?.index === other?.index && one?.row === other?.row;
+}
+
+/** Whatever can be chosen, in the order of the list. */
+export function choices(scene) {
+  const all = (scene?.items ?? []).flatMap(({ kind, index, way }) => {
+    const points = way?.points_m ?? [];
+    return [{ kind, index }, ...points.map((_, row) => ({ kind, index, row }))];
+  });
+  return [{ kind: "room", index: 0 }, ...all];
+}
+
+export function pathOf({ kind, index }, ...rest) {
+  return kind === "room" ? ["room", ...rest] : [kind, index, ...rest];
+}
+
+/** Where a thing is, in millimetres; of a way-point its place, of one who walks where the way begins. */
+export function placeOf(item, row) {
+  const points = item.way?.points_m;
+  if (points) return points[row ?? 0].map((metres) => metres * 1000);
+  return item.keys.position_mm ?? null;
+}
+
+/** The edits that put a thing at another place; a whole way goes with the one who goes it. */
+export function moved(item, row, from, to) {
+  const rounded = to.map((length, axis) => (length === from[axis] ? length : Math.round(length * 1000) / 1000));
+  if (!item.way) return [{ does: "set", path: pathOf(item, "position_mm"), to: rounded }];
+  const { file } = item.way;
+  if (row !== undefined) return [{ does: "move-way-point", file, row, to_mm: rounded }];
+  return [{ does: "shift-way", file, by_mm: rounded.map((length, axis) => length - from[axis]) }];
+}
+
+/** The nearest place of the hand's grid. */
+export function onGrid(lengths, fine) {
+  const step = fine ? 1 : GRID_MM;
+  return lengths.map((length) => Math.round(length / step) * step);
+}
+
+/** The key by which a thing is turned about the vertical, or null. */
+export function turnKey(item) {
+  return TURNED[item.kind] ?? null;
+}
+
+export function turnOf(item) {
+  return item.keys[turnKey(item)] ?? 0;
+}
+
+/** The edit that turns a thing to an angle, from -180 to 180. */
+export function turned(item, degrees) {
+  return [{ does: "set", path: pathOf(item, turnKey(item)), to: withinHalfTurns(degrees) }];
+}
+
+export function withinHalfTurns(degrees) {
+  const within = ((((degrees + 180) % 360) + 360) % 360) - 180;
+  const rounded = Math.round(within * 100) / 100;
+  return rounded === -180 ? 180 : rounded;
+}
+
+/** What a thing is called, and of a way-point which one. */
+export function titleOf(scene, chosen) {
+  if (chosen?.kind === "room") return "room";
+  const item = itemOf(scene, chosen);
+  if (item === null) return "nothing";
+  const name = `${WORDS[item.kind]} ${item.name}`;
+  return chosen.row === undefined ? name : `way-point ${chosen.row + 1} of ${item.name}`;
+}
+
+export const WORDS = { room: "room", object: "object", mosaic: "mosaic", agent: "person", sensor: "sensor" };
+
+/** A name that nothing in the scene has. */
+export function freeName(scene, stem) {
+  const taken = new Set(scene.items.map(({ name }) => name));
+  for (let number = 1; ; number += 1) {
+    if (!taken.has(`${stem} ${number}`)) return `${stem} ${number}`;
+  }
+}

@@ -1,0 +1,87 @@
+//! Where the sensors of a draft see a person, coarsely, for the plan.
+
+use super::fault::Fault;
+use grideye_scene::Scene;
+use grideye_scene::coverage::{
+    Blind, CoverageError, Figure, Floor, Grain, Kind, Map, Spot, Survey, Wish,
+};
+use serde_json::{Value, json};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The smallest cell that a floor is divided into.
+const CELL_M_MIN: f64 = 0.2;
+/// Cells of the floor's rectangle times sensors: larger ones are taken where there would be more.
+const PAIRS_MAX: f64 = 6_000.0;
+/// Sensors that are looked from.
+const SENSORS_MAX: usize = 32;
+
+/// The map of a scene; `None` once nobody waits for it any more.
+///
+/// # Errors
+/// What keeps the room from being surveyed.
+pub(super) fn map(scene: &Scene, is_given_up: &AtomicBool) -> Result<Option<Value>, Fault> {
+    let sensors = scene.sensors();
+    let sensors = sensors.get(..SENSORS_MAX).unwrap_or(sensors);
+    let grain = Grain {
+        cell_m: cell_m(scene, sensors.len()),
+        ..Grain::default()
+    };
+    let figure = Figure::standing();
+    let survey = Survey::new(scene, &figure, &grain).map_err(|error| fault(&error))?;
+    let mut looks = Vec::new();
+    for sensor in sensors {
+        if is_given_up.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        looks.push(survey.look(sensor).map_err(|error| fault(&error))?);
+    }
+    let wish = Wish::default();
+    let map = Map::new(survey.floor(), &looks.iter().collect::<Vec<_>>(), &wish);
+    let cells: String = map.spots.iter().map(|spot| letter(spot, &wish)).collect();
+    let totals = &map.totals;
+    Ok(Some(json!({
+        "columns": survey.floor().columns,
+        "rows": survey.floor().rows,
+        "low_m": low_m(survey.floor()),
+        "cell_m": survey.floor().cell_m.to_array(),
+        "cells": cells,
+        "places": totals.places,
+        "detected": totals.detected,
+        "hidden": totals.hidden,
+        "out_of_view": totals.out_of_view,
+        "figure": figure.name(),
+        "sigma_min": wish.sigma_min,
+    })))
+}
+
+fn cell_m(scene: &Scene, sensors: usize) -> f64 {
+    let (low, high) = scene.room().bounds_m();
+    let area = (high.x - low.x) * (high.y - low.y);
+    let sensors: f64 = sensors.max(1).to_string().parse().unwrap_or(1.0);
+    (area * sensors / PAIRS_MAX).sqrt().max(CELL_M_MIN)
+}
+
+/// What a cell is: `d`etected, `w`eak, `h`idden, `o`ut of view, `t`oo tight for a person, `f`urniture, or outside, `x`.
+fn letter(spot: &Spot, wish: &Wish) -> char {
+    match (spot.kind, spot.blind) {
+        (Kind::Outside, _) => 'x',
+        (Kind::Furniture, _) => 'f',
+        (Kind::Tight, _) => 't',
+        (Kind::Place, _) if spot.is_detected(wish) => 'd',
+        (Kind::Place, Some(Blind::Hidden)) => 'h',
+        (Kind::Place, Some(Blind::OutOfView)) => 'o',
+        (Kind::Place, None) => 'w',
+    }
+}
+
+/// The left front corner of the first cell.
+fn low_m(floor: &Floor) -> [f64; 2] {
+    let first = floor.cells.first().map(|cell| cell.ground_m);
+    first.map_or([0.0; 2], |at| {
+        [at.x - floor.cell_m.x / 2.0, at.y - floor.cell_m.y / 2.0]
+    })
+}
+
+fn fault(error: &CoverageError) -> Fault {
+    Fault::said(&error.to_string())
+}

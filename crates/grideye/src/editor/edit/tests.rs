@@ -1,0 +1,300 @@
+use super::*;
+use proptest::prelude::*;
+use serde_json::json;
+
+const TEXT: &str = "# A room, for trying.
+# Its second line.
+
+[room] # walls
+size_mm = [4000, 3000, 2700] # measured
+ambient_c = 20.5
+
+# What stands about.
+
+# The bed of the first patient.
+[[object]]
+name = \"bed\" # the old one
+position_mm = [
+    1_000, # from the left
+    2000,
+    0,
+]
+size_mm = [2000, 900, 550]
+# No temperature: as warm as the room.
+
+[[object]]
+name = \"lamp\"
+position_mm = [500, 500, 750]
+size_mm = [100, 100, 200]
+# Of what follows, or of the lamp: nobody knows.
+[[agent]]
+name = \"ana\"
+position_mm = [2000, 1000, 0]
+[[agent.part]]
+name = \"trunk\"
+position_mm = [0, 0, 500] # above the legs
+size_mm = [180, 300, 500]
+
+# At the ceiling.
+[[sensor]]
+name = \"c\"
+preset = \"grid-eye\"
+position_mm = [2000, 1500, 2700]
+elevation_deg = 90 # straight down
+azimuth_deg = -90
+# The end.
+";
+
+fn made(text: &str, edit: Value) -> String {
+    edited(text, &serde_json::from_value(edit).unwrap()).unwrap()
+}
+
+fn refused(text: &str, edit: Value) -> String {
+    let edit = serde_json::from_value(edit).unwrap();
+    edited(text, &edit).unwrap_err().to_json()["message"]
+        .as_str()
+        .unwrap()
+        .to_owned()
+}
+
+fn parsed(text: &str) -> toml::Table {
+    text.parse().unwrap()
+}
+
+#[test]
+fn a_number_is_replaced_and_nothing_else() {
+    let edit = json!({ "does": "set", "path": ["sensor", 0, "elevation_deg"], "to": 75.5 });
+    let wanted = TEXT.replace("elevation_deg = 90 #", "elevation_deg = 75.5 #");
+    assert_eq!(made(TEXT, edit), wanted);
+}
+
+#[test]
+fn of_a_list_only_what_differs_is_replaced() {
+    let edit =
+        json!({ "does": "set", "path": ["object", 0, "position_mm"], "to": [1000, 2050, 0] });
+    assert_eq!(made(TEXT, edit), TEXT.replace("    2000,\n", "    2050,\n"));
+    let one =
+        json!({ "does": "set", "path": ["agent", 0, "part", 0, "position_mm", 2], "to": 600 });
+    assert_eq!(
+        made(TEXT, one),
+        TEXT.replace("[0, 0, 500] # above", "[0, 0, 600] # above")
+    );
+}
+
+#[test]
+fn a_key_that_is_new_stands_behind_the_last_one_of_its_table() {
+    let edit = json!({ "does": "set", "path": ["object", 0, "yaw_deg"], "to": 45 });
+    let wanted = TEXT.replace("550]\n", "550]\nyaw_deg = 45\n");
+    assert_eq!(made(TEXT, edit), wanted);
+    let part = json!({ "does": "set", "path": ["agent", 0, "yaw_deg"], "to": 45 });
+    let wanted = TEXT.replace("[2000, 1000, 0]\n", "[2000, 1000, 0]\nyaw_deg = 45\n");
+    assert_eq!(made(TEXT, part), wanted);
+    let top = json!({ "does": "set", "path": ["duration_s"], "to": 10 });
+    let wanted = TEXT.replace("[room]", "duration_s = 10\n\n[room]");
+    assert_eq!(made(TEXT, top), wanted);
+    let inline = "room = { ambient_c = 20 }\n";
+    let edit = json!({ "does": "set", "path": ["room", "height_mm"], "to": 2500 });
+    assert_eq!(
+        made(inline, edit),
+        "room = { ambient_c = 20, height_mm = 2500 }\n"
+    );
+}
+
+#[test]
+fn a_key_that_goes_leaves_its_remark() {
+    let edit = json!({ "does": "unset", "path": ["sensor", 0, "elevation_deg"] });
+    let wanted = TEXT.replace("elevation_deg = 90 # straight", "# straight");
+    assert_eq!(made(TEXT, edit), wanted);
+    let bare = json!({ "does": "unset", "path": ["sensor", 0, "azimuth_deg"] });
+    assert_eq!(made(TEXT, bare), TEXT.replace("azimuth_deg = -90\n", ""));
+}
+
+#[test]
+fn a_table_goes_with_its_own_remarks_and_leaves_those_of_others() {
+    let without_bed = made(TEXT, json!({ "does": "remove", "path": ["object", 0] }));
+    assert!(!without_bed.contains("first patient") && !without_bed.contains("as warm as"));
+    assert!(without_bed.contains("# What stands about.\n\n[[object]]\nname = \"lamp\""));
+    let without_lamp = made(TEXT, json!({ "does": "remove", "path": ["object", 1] }));
+    assert!(
+        without_lamp.contains("as warm as the room.\n\n# Of what follows"),
+        "{without_lamp}"
+    );
+    let without_ana = made(TEXT, json!({ "does": "remove", "path": ["agent", 0] }));
+    assert!(
+        without_ana.contains("nobody knows.\n# At the ceiling."),
+        "{without_ana}"
+    );
+    assert!(!without_ana.contains("trunk"));
+    let without_sensor = made(TEXT, json!({ "does": "remove", "path": ["sensor", 0] }));
+    assert!(
+        without_sensor.ends_with("size_mm = [180, 300, 500]\n"),
+        "{without_sensor}"
+    );
+}
+
+#[test]
+fn what_is_added_stands_behind_the_others_of_its_kind() {
+    let edit = json!({ "does": "add", "kind": "object", "name": "chair", "at_mm": [10, 20.4, 0] });
+    let chair =
+        "[[object]]\nname = \"chair\"\nposition_mm = [10, 20, 0]\nsize_mm = [600, 400, 500]\n";
+    let wanted = TEXT.replace("200]\n# Of", &format!("200]\n\n{chair}\n# Of"));
+    assert_eq!(made(TEXT, edit), wanted);
+    let first = json!({ "does": "add", "kind": "sensor", "name": "a \"b\"", "at_mm": [1, 2, 3] });
+    let text = made("[room]\nambient_c = 20", first);
+    assert_eq!(parsed(&text)["sensor"][0]["name"].as_str(), Some("a \"b\""));
+}
+
+#[test]
+fn a_copy_has_all_but_the_name_and_its_parts_as_well() {
+    let edit = json!({ "does": "copy", "path": ["agent", 0], "name": "bob" });
+    let text = made(TEXT, edit);
+    let document = parsed(&text);
+    let [ana, bob] = &document["agent"].as_array().unwrap()[..] else {
+        panic!("{text}");
+    };
+    assert_eq!(bob["name"].as_str(), Some("bob"));
+    assert_eq!(ana["part"], bob["part"]);
+    assert!(
+        text.contains("size_mm = [180, 300, 500]\n\n[[agent]]\nname = \"bob\""),
+        "{text}"
+    );
+}
+
+#[test]
+fn lines_that_end_as_on_windows_go_on_doing_so() {
+    let text = TEXT.replace('\n', "\r\n");
+    for edit in [
+        json!({ "does": "set", "path": ["object", 0, "yaw_deg"], "to": 45 }),
+        json!({ "does": "add", "kind": "agent", "name": "bob", "at_mm": [1, 2, 0] }),
+        json!({ "does": "copy", "path": ["object", 0], "name": "other" }),
+        json!({ "does": "unset", "path": ["sensor", 0, "azimuth_deg"] }),
+        json!({ "does": "remove", "path": ["sensor", 0] }),
+    ] {
+        let made = made(&text, edit);
+        assert_eq!(made.matches('\n').count(), made.matches("\r\n").count());
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_and_not_guessed() {
+    let inline = "object = [{ name = \"a\" }]\n";
+    for (text, edit, why) in [
+        (
+            TEXT,
+            json!({ "does": "set", "path": ["object", 7, "yaw_deg"], "to": 1 }),
+            "no object 7",
+        ),
+        (
+            TEXT,
+            json!({ "does": "set", "path": ["room"], "to": 1 }),
+            "whole table",
+        ),
+        (
+            TEXT,
+            json!({ "does": "set", "path": ["room", "ambient_c"], "to": null }),
+            "a value is",
+        ),
+        (
+            TEXT,
+            json!({ "does": "set", "path": [], "to": 1 }),
+            "0 steps",
+        ),
+        (
+            TEXT,
+            json!({ "does": "unset", "path": ["object", 0, "yaw_deg"] }),
+            "no object 0 yaw_deg",
+        ),
+        (
+            TEXT,
+            json!({ "does": "remove", "path": ["room"] }),
+            "no table of a list",
+        ),
+        (
+            inline,
+            json!({ "does": "remove", "path": ["object", 0] }),
+            "one piece",
+        ),
+        (
+            inline,
+            json!({ "does": "add", "kind": "object", "name": "b", "at_mm": [0, 0, 0] }),
+            "laid out",
+        ),
+        (
+            "[[agent]]\nname = \"a\"\n[[object]]\nname = \"o\"\n[[agent.part]]\nname = \"p\"\n",
+            json!({ "does": "remove", "path": ["agent", 0] }),
+            "one piece",
+        ),
+        ("[room\n", json!({ "does": "unset", "path": ["a"] }), ""),
+    ] {
+        let said = refused(text, edit.clone());
+        assert!(said.contains(why), "{edit}: {said}");
+    }
+}
+
+/// All remarks of a text, in their order.
+fn remarks(text: &str) -> Vec<String> {
+    let lines = text.lines().filter_map(|line| line.split_once('#'));
+    lines.map(|(_, remark)| remark.to_owned()).collect()
+}
+
+/// Where a number may stand that an edit is tried on.
+fn paths() -> impl Strategy<Value = Value> {
+    let keys = [
+        json!(["room", "ambient_c"]),
+        json!(["room", "size_mm", 1]),
+        json!(["object", 0, "position_mm", 0]),
+        json!(["object", 0, "yaw_deg"]),
+        json!(["object", 1, "temperature_c"]),
+        json!(["agent", 0, "part", 0, "position_mm", 2]),
+        json!(["agent", 0, "yaw_deg"]),
+        json!(["sensor", 0, "elevation_deg"]),
+        json!(["sensor", 0, "roll_deg"]),
+        json!(["duration_s"]),
+    ];
+    prop::sample::select(keys.to_vec())
+}
+
+fn number_at(text: &str, path: &Value) -> f64 {
+    let mut value = toml::Value::Table(parsed(text));
+    for step in path.as_array().unwrap() {
+        value = match step.as_str() {
+            Some(key) => value[key].clone(),
+            None => value[usize::try_from(step.as_u64().unwrap()).unwrap()].clone(),
+        };
+    }
+    value
+        .as_float()
+        .or_else(|| value.as_integer()?.to_string().parse().ok())
+        .unwrap()
+}
+
+proptest! {
+    /// Whatever numbers are set one after the other, where they were or where none was, with things added and copied
+    /// between: every remark stays, in its order, and each number is what it was set to.
+    #[test]
+    fn edits_keep_every_remark(
+        edits in prop::collection::vec((paths(), -1e6..1e6_f64, prop::bool::ANY), 1..12),
+    ) {
+        let mut text = TEXT.to_owned();
+        for (index, (path, number, is_whole)) in edits.iter().enumerate() {
+            let number = if *is_whole { number.round() } else { *number };
+            let edit = json!({ "does": "set", "path": path, "to": number });
+            text = made(&text, edit);
+            prop_assert_eq!(number_at(&text, path), number);
+            let kind = ["object", "agent", "sensor"][index % 3];
+            let name = format!("new {index}");
+            text = made(&text, json!({ "does": "add", "kind": kind, "name": name, "at_mm": [number, 0, 0] }));
+            prop_assert_eq!(remarks(&text), remarks(TEXT));
+        }
+    }
+
+    /// A table that is added and taken away again leaves the text as it was.
+    #[test]
+    fn what_is_added_and_removed_leaves_no_trace(kind in prop::sample::select(vec![("object", 2), ("agent", 1), ("sensor", 1)])) {
+        let (key, index) = kind;
+        let with = made(TEXT, json!({ "does": "add", "kind": key, "name": "new", "at_mm": [1, 2, 3] }));
+        let without = made(&with, json!({ "does": "remove", "path": [key, index] }));
+        prop_assert_eq!(remarks(&without), remarks(TEXT));
+        prop_assert_eq!(parsed(&without), parsed(TEXT));
+    }
+}

@@ -1,0 +1,192 @@
+//! The scene editor's routes: scenes opened, tried and saved for the page `/editor`.
+//!
+//! | method | path | does |
+//! |---|---|---|
+//! | GET | `/v1/editor/scenes/{scene}` | the text of a scene of the folder, with its version |
+//! | POST | `/v1/editor/draft` | makes edits in a text; what is then where, and what every sensor would see |
+//! | POST | `/v1/editor/coverage` | where a draft's sensors see a person |
+//! | PUT | `/v1/editor/scenes/{scene}` | saves a text, unless somebody else did meanwhile |
+//!
+//! The page has the text and sends it along: nothing of a draft is kept here. A draft that is no scene is answered with
+//! its fault and the fault's place, like any other: to be wrong for a while is what drafts are for.
+
+mod coverage;
+mod draft;
+mod edit;
+mod fault;
+mod outline;
+mod shelf;
+mod way;
+
+use crate::beside::catalogue::Catalogue;
+use crate::desk::Desk;
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::extract::{DefaultBodyLimit, Path as PathOf, State};
+use axum::http::StatusCode;
+use axum::response::Json;
+use axum::routing::{get, post};
+use draft::Draft;
+use grideye_collector::{Annex, Refusal};
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use shelf::{Save, Shelf, version_of};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Bytes of a request: the longest scene and its trajectories, with room for what JSON puts around each character.
+const BODY_BYTES_MAX: usize = 4 * 1024 * 1024;
+/// Coverage maps that are computed or waited for.
+const MAPS_WAITING_MAX: usize = 4;
+
+/// The routes for a folder of scenes.
+pub(crate) fn annex(folder: PathBuf) -> Annex {
+    Annex::new("editor", move |_inside| {
+        let editor = Arc::new(Editor {
+            shelf: Shelf::new(folder.clone()),
+            catalogue: Catalogue::new(folder.clone()),
+            drafts: Desk::new(),
+            maps: Desk::with_waiting(MAPS_WAITING_MAX),
+        });
+        Router::new()
+            .route("/v1/editor/scenes/{scene}", get(open).put(save))
+            .route("/v1/editor/draft", post(draft))
+            .route("/v1/editor/coverage", post(coverage))
+            .layer(DefaultBodyLimit::max(BODY_BYTES_MAX))
+            .with_state(editor)
+    })
+}
+
+struct Editor {
+    shelf: Shelf,
+    catalogue: Catalogue,
+    drafts: Desk,
+    /// Apart, so that no drag waits for a map.
+    maps: Desk,
+}
+
+type Shared = State<Arc<Editor>>;
+
+async fn open(State(editor): Shared, PathOf(name): PathOf<String>) -> Result<Json<Value>, Refusal> {
+    let here = Arc::clone(&editor);
+    let work = move || {
+        let text = here.shelf.open(&name)?;
+        let version = version_of(&text);
+        Ok(Json(
+            json!({ "name": name, "version": version, "shared": here.shared(&name), "text": text }),
+        ))
+    };
+    editor.drafts.run(work).await?
+}
+
+async fn draft(State(editor): Shared, body: Body) -> Result<Json<Value>, Refusal> {
+    let draft: Draft = read(body)?;
+    let here = Arc::clone(&editor);
+    let work = move || Ok(Json(draft::sheet(&here.shelf, draft)?.to_json()));
+    editor.drafts.run(work).await?
+}
+
+async fn coverage(State(editor): Shared, body: Body) -> Result<Json<Value>, Refusal> {
+    let draft: Draft = read(body)?;
+    let here = Arc::clone(&editor);
+    // Set when the page goes on to something newer, and with it this request is dropped.
+    let waiting = GivenUp::default();
+    let is_given_up = Arc::clone(&waiting.0);
+    let work = move || {
+        let sheet = draft::sheet(&here.shelf, draft)?;
+        let made = sheet
+            .loaded
+            .and_then(|loaded| coverage::map(&loaded.scene, &is_given_up));
+        Ok(Json(match made {
+            Ok(map) => json!({ "map": map }),
+            Err(fault) => json!({ "fault": fault.to_json() }),
+        }))
+    };
+    editor.maps.run(work).await?
+}
+
+async fn save(
+    State(editor): Shared,
+    PathOf(name): PathOf<String>,
+    body: Body,
+) -> Result<Json<Value>, Refusal> {
+    let save: Save = read(body)?;
+    let here = Arc::clone(&editor);
+    let work = move || {
+        here.check_is_scene(&save)?;
+        here.shelf.save(&name, &save).map(Json)
+    };
+    editor.drafts.run(work).await?
+}
+
+type Body = Result<Bytes, BytesRejection>;
+
+/// The JSON of a request.
+fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
+    let bytes = body.map_err(|rejected| {
+        let what = format!(
+            "{}; at most {BODY_BYTES_MAX} bytes are taken",
+            rejected.body_text()
+        );
+        Refusal::new(rejected.status(), "no_body", what)
+    })?;
+    serde_json::from_slice(&bytes).map_err(|error| {
+        let what = format!("the body is none that is understood here: {error}");
+        Refusal::new(StatusCode::BAD_REQUEST, "not_understood", what)
+            .hint("crates/grideye/EDITOR.md has examples")
+    })
+}
+
+impl Editor {
+    /// Nothing is saved that could not be opened again.
+    fn check_is_scene(&self, save: &Save) -> Result<(), Refusal> {
+        let files = save.files.iter();
+        let draft = Draft {
+            text: save.text.clone(),
+            files: files
+                .map(|(file, text)| (file.clone(), text.text.clone()))
+                .collect(),
+            edits: Vec::new(),
+            at_s: 0.0,
+        };
+        match draft::sheet(&self.shelf, draft)?.loaded {
+            Ok(_) => Ok(()),
+            Err(fault) => Err(Refusal::new(
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "unusable_scene",
+                fault.to_string(),
+            )),
+        }
+    }
+
+    /// Which other scenes go the ways of this one: these change with it.
+    fn shared(&self, name: &str) -> Value {
+        let scenes = self.catalogue.list().unwrap_or_default();
+        let ways = |scene: &crate::beside::catalogue::Shelved| {
+            let loaded = scene.loaded.as_ref();
+            loaded
+                .map(|loaded| loaded.trajectories.clone())
+                .unwrap_or_default()
+        };
+        let own = scenes.iter().find(|scene| scene.name == name);
+        let own = own.map(|scene| ways(scene)).unwrap_or_default();
+        let others = scenes.iter().filter(|scene| scene.name != name);
+        let shared = others.filter(|scene| ways(scene).iter().any(|way| own.contains(way)));
+        shared.map(|scene| scene.name.clone()).collect()
+    }
+}
+
+/// Tells work that nobody waits for it any more.
+#[derive(Default)]
+struct GivenUp(Arc<AtomicBool>);
+
+impl Drop for GivenUp {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,243 @@
+//! Where everything of a scene is at a moment, for the page to draw and to take hold of; metres.
+
+use grideye_scene::{Agent, Body, Scene, Sensor, ground};
+use serde_json::{Map, Value, json};
+use std::time::Duration;
+
+/// Faces of all bodies that are drawn one by one; of those beyond, the boxes around them.
+const FACES_MAX: usize = 4_000;
+/// Numbers of a list that is shown with its key.
+const LIST_MAX: usize = 4;
+/// Way-points that can be taken hold of.
+const WAY_POINTS_MAX: usize = 200;
+
+/// The kinds of tables, as the file has them.
+const KINDS: [&str; 4] = ["object", "mosaic", "agent", "sensor"];
+
+/// The room, and everything that the text has a table for, in its order.
+pub(super) fn outline(text: &str, scene: &Scene, at: Duration) -> Value {
+    let document: toml::Table = text.parse().unwrap_or_default();
+    let document = serde_json::to_value(document).unwrap_or_default();
+    let mut drawing = Drawing {
+        scene,
+        at,
+        faces: 0,
+    };
+    let mut items = Vec::new();
+    for kind in KINDS {
+        let tables = document[kind].as_array();
+        for (index, table) in tables.into_iter().flatten().enumerate() {
+            items.push(drawing.item(kind, index, table));
+        }
+    }
+    json!({
+        "seconds": scene.duration().as_secs_f64(),
+        "keys": plain(&document),
+        "room": room(scene, &document["room"]),
+        "items": items,
+    })
+}
+
+fn room(scene: &Scene, table: &Value) -> Value {
+    let room = scene.room();
+    let (low, high) = room.bounds_m();
+    let sides = room.sides_m().into_iter();
+    let sides = sides
+        .take(FACES_MAX)
+        .map(|side| side.iter().map(|at| point(at.to_array())).collect());
+    json!({
+        "keys": plain(table),
+        "outline_m": flat(room.outline_m().into_iter().map(|at| (at.x, at.y))),
+        "low_m": point(low.to_array()),
+        "high_m": point(high.to_array()),
+        "sides_m": sides.collect::<Vec<Vec<[f64; 3]>>>(),
+    })
+}
+
+struct Drawing<'a> {
+    scene: &'a Scene,
+    at: Duration,
+    /// Drawn so far.
+    faces: usize,
+}
+
+impl Drawing<'_> {
+    fn item(&mut self, kind: &str, index: usize, table: &Value) -> Value {
+        let name = table["name"].as_str().unwrap_or_default();
+        let mut item = json!({ "kind": kind, "index": index, "name": name, "keys": plain(table) });
+        let scene = self.scene;
+        match kind {
+            "sensor" => {
+                let sensor = scene.sensors().iter().find(|sensor| sensor.name == name);
+                sensor
+                    .into_iter()
+                    .for_each(|sensor| seeing(scene, sensor, &mut item));
+            }
+            "agent" => {
+                let agent = scene.agents().iter().find(|agent| agent.name == name);
+                agent
+                    .into_iter()
+                    .for_each(|agent| self.standing(agent, table, &mut item));
+            }
+            "mosaic" => item["bodies"] = json!([cells(table)]),
+            _ => {
+                let object = scene.objects().iter().find(|object| object.name == name);
+                let bodies = object.map(|object| self.body(object));
+                item["bodies"] = json!(bodies.as_slice());
+            }
+        }
+        item
+    }
+
+    fn standing(&mut self, agent: &Agent, table: &Value, item: &mut Value) {
+        let at_m = agent.position_m(self.at);
+        let bodies = agent.bodies_at(self.at);
+        item["bodies"] = bodies.iter().map(|body| self.body(body)).collect();
+        item["at_m"] = json!(point(at_m.to_array()));
+        if let Some(way) = &agent.trajectory {
+            let points = way.way_points_m();
+            let points_m = points
+                .iter()
+                .take(WAY_POINTS_MAX)
+                .map(|at| point(at.to_array()));
+            item["way"] = json!({
+                "file": table["trajectory"],
+                "points_m": points_m.collect::<Vec<[f64; 3]>>(),
+                "is_whole": points.len() <= WAY_POINTS_MAX,
+            });
+        }
+    }
+
+    /// Corners, faces and outline of a body.
+    fn body(&mut self, body: &Body) -> Value {
+        let faces: Vec<&[usize]> = body.solid.faces().collect();
+        self.faces += faces.len();
+        let (vertices, faces) = if self.faces <= FACES_MAX {
+            let vertices = body.solid.vertices_m().iter();
+            (
+                vertices.map(|at| [at.x, at.y, at.z]).collect(),
+                json!(faces),
+            )
+        } else {
+            let (low, high) = body.solid.bounds_m();
+            (corners(low.to_array(), high.to_array()), json!(BOX_FACES))
+        };
+        json!({
+            "celsius": hundredths(body.surface.celsius),
+            "outline_m": flat(ground::outline_m(body).iter().map(|at| (at.x, at.y))),
+            "vertices_m": vertices.into_iter().map(point).collect::<Vec<[f64; 3]>>(),
+            "faces": faces,
+        })
+    }
+}
+
+fn seeing(scene: &Scene, sensor: &Sensor, item: &mut Value) {
+    let (pose, axes) = (&sensor.pose, sensor.pose.world_from_sensor());
+    let axes = [axes.x_axis, axes.y_axis, axes.z_axis];
+    let axes = axes.map(|axis| axis.to_array().map(|part| (part * 1e6).round() / 1e6));
+    let in_view_m = ground::in_view_m(scene.room(), sensor);
+    let angles = [pose.elevation_rad, pose.azimuth_rad, pose.roll_rad];
+    item["at_m"] = json!(point(pose.position_m.to_array()));
+    item["axes"] = json!(axes);
+    item["field_rad"] = json!(sensor.field_of_view_rad.to_array());
+    item["in_view_m"] = json!(flat(in_view_m.into_iter().map(|at| (at.x, at.y))));
+    item["turned_deg"] = json!(angles.map(|angle| hundredths(angle.to_degrees())));
+}
+
+const BOX_FACES: [[usize; 4]; 6] = [
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+];
+
+/// The corners of a box, as its faces count them.
+fn corners(low: [f64; 3], high: [f64; 3]) -> Vec<[f64; 3]> {
+    let ends = [low, high];
+    (0..8)
+        .map(|corner: usize| {
+            [
+                ends[corner & 1][0],
+                ends[corner >> 1 & 1][1],
+                ends[corner >> 2][2],
+            ]
+        })
+        .collect()
+}
+
+/// A mosaic as one box: its position is the middle of the whole's underside.
+fn cells(table: &Value) -> Value {
+    let number = |key: &str, axis: usize| table[key][axis].as_f64().unwrap_or(0.0) / 1000.0;
+    let count = |list: &Value| {
+        list.as_array()
+            .map_or(0, Vec::len)
+            .to_string()
+            .parse()
+            .unwrap_or(0.0)
+    };
+    let rows: f64 = count(&table["temperatures_c"]);
+    let columns: f64 = count(&table["temperatures_c"][0]);
+    let [x, y, z] = [0, 1, 2].map(|axis| number("position_mm", axis));
+    let half = [
+        columns * number("size_mm", 0) / 2.0,
+        rows * number("size_mm", 1) / 2.0,
+    ];
+    let (low, high) = (
+        [x - half[0], y - half[1], z],
+        [x + half[0], y + half[1], z + number("size_mm", 2)],
+    );
+    let outline = [
+        (low[0], low[1]),
+        (high[0], low[1]),
+        (high[0], high[1]),
+        (low[0], high[1]),
+    ];
+    let vertices = corners(low, high).into_iter().map(point);
+    json!({
+        "celsius": table["temperatures_c"][0][0],
+        "outline_m": flat(outline.into_iter()),
+        "vertices_m": vertices.collect::<Vec<[f64; 3]>>(),
+        "faces": BOX_FACES,
+    })
+}
+
+/// Those keys of a table that are a number, a text, a truth or a short list; and those of its parts.
+fn plain(table: &Value) -> Map<String, Value> {
+    let entries = table.as_object().into_iter().flatten();
+    let shown = entries.filter_map(|(key, value)| match value {
+        Value::Array(list) if key == "part" => Some((
+            key.clone(),
+            list.iter().map(|part| Value::Object(plain(part))).collect(),
+        )),
+        Value::Array(list) => {
+            let is_short =
+                list.len() <= LIST_MAX && !list.iter().any(|one| one.is_array() || one.is_object());
+            is_short.then(|| (key.clone(), value.clone()))
+        }
+        Value::Object(_) => None,
+        _ => Some((key.clone(), value.clone())),
+    });
+    shown.collect()
+}
+
+fn flat(points: impl Iterator<Item = (f64, f64)>) -> Vec<[f64; 2]> {
+    points
+        .map(|(x, y)| [millimetres(x), millimetres(y)])
+        .collect()
+}
+
+fn point(metres: [f64; 3]) -> [f64; 3] {
+    metres.map(millimetres)
+}
+
+/// Metres, to the millimetre.
+fn millimetres(metres: f64) -> f64 {
+    (metres * 1000.0).round() / 1000.0
+}
+
+/// Degrees, to the hundredth.
+pub(super) fn hundredths(celsius: f64) -> f64 {
+    (celsius * 100.0).round() / 100.0
+}

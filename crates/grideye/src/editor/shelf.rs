@@ -1,0 +1,293 @@
+//! The files of the scenes' folder, opened and saved: by plain names only, whole or not at all, and never over what
+//! somebody else wrote meanwhile.
+
+use crate::beside::catalogue;
+use crate::files;
+use anyhow::Result;
+use axum::http::StatusCode;
+use grideye_collector::Refusal;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use sha2::{Digest as _, Sha256};
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Bytes of a scene's text, or of a trajectory's, that are edited.
+pub(super) const TEXT_BYTES_MAX: usize = 512 * 1024;
+/// Scenes of a folder; as many are listed.
+const SCENES_MAX: usize = 500;
+/// Trajectories that are saved with a scene.
+const FILES_MAX: usize = 100;
+/// Characters of a scene's name.
+const NAME_CHARACTERS_MAX: usize = 100;
+
+/// The folder.
+pub(super) struct Shelf {
+    folder: PathBuf,
+    /// Held from looking whether a file is as it was until it is written.
+    writing: Mutex<()>,
+}
+
+/// A text to be saved, and the version that it was made of.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Text {
+    pub(super) text: String,
+    /// As it was opened; `None` for a file that is to be new.
+    pub(super) version: Option<String>,
+}
+
+/// A scene to be saved.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Save {
+    pub(super) text: String,
+    /// As it was opened; `None` for one that is to be new.
+    pub(super) version: Option<String>,
+    /// The trajectories, as the scene names them.
+    #[serde(default)]
+    pub(super) files: BTreeMap<String, Text>,
+}
+
+impl Shelf {
+    pub(super) const fn new(folder: PathBuf) -> Self {
+        Self {
+            folder,
+            writing: Mutex::new(()),
+        }
+    }
+
+    /// The text of a scene.
+    ///
+    /// # Errors
+    /// 404 if there is none, 422 if it is too long or no text.
+    pub(super) fn open(&self, name: &str) -> Result<String, Refusal> {
+        let path = self.scene_path(name)?;
+        self.text_of(&path)?.ok_or_else(|| {
+            let what = format!("there is no scene {name:?} in the folder");
+            Refusal::new(StatusCode::NOT_FOUND, "no_such_scene", what).field("scene")
+        })
+    }
+
+    /// The text of a file that a scene names; `None` if there is none.
+    ///
+    /// # Errors
+    /// 422 if the name leads out of the folder, or the text is too long.
+    pub(super) fn file(&self, relative: &str) -> Result<Option<String>, Refusal> {
+        self.text_of(&self.file_path(relative)?)
+    }
+
+    /// The text of whatever file a scene names, of any length that a scene may have.
+    ///
+    /// # Errors
+    /// If it cannot be read, or lies elsewhere.
+    pub(super) fn read(&self, relative: &str) -> io::Result<String> {
+        let elsewhere = |_refusal| io::Error::other("it is no file below the scenes' folder");
+        fs::read_to_string(self.file_path(relative).map_err(elsewhere)?)
+    }
+
+    /// Writes the trajectories that changed, and then the scene. What is replaced stays as `NAME.toml~`.
+    ///
+    /// # Errors
+    /// 409 if one of the files is not as it was opened, and then nothing is written; 500 if the disk refuses.
+    pub(super) fn save(&self, name: &str, save: &Save) -> Result<Value, Refusal> {
+        let scene = self.scene_path(name)?;
+        let mut writes = self.changed_files(&save.files)?;
+        let _writing = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        self.check_count(&scene)?;
+        self.check_is_as_opened(&scene, save.version.as_deref())?;
+        for (path, text) in &writes {
+            self.check_is_as_opened(path, text.version.as_deref())?;
+        }
+        let of_scene = Text {
+            text: save.text.clone(),
+            version: save.version.clone(),
+        };
+        writes.push((scene, &of_scene));
+        for (path, text) in &writes {
+            keep_old(path)
+                .and_then(|()| write(path, &text.text))
+                .map_err(|error| failed(path, &error))?;
+        }
+        let versions: BTreeMap<&String, String> = save
+            .files
+            .iter()
+            .map(|(file, text)| (file, version_of(&text.text)))
+            .collect();
+        Ok(json!({ "name": name, "version": version_of(&save.text), "files": versions }))
+    }
+
+    /// The files whose text is another one than that which was opened.
+    fn changed_files<'a>(
+        &self,
+        files: &'a BTreeMap<String, Text>,
+    ) -> Result<Vec<(PathBuf, &'a Text)>, Refusal> {
+        if files.len() > FILES_MAX {
+            let what = format!("{} trajectories, expected at most {FILES_MAX}", files.len());
+            return Err(unusable("files", what));
+        }
+        let changed = files
+            .iter()
+            .filter(|(_, text)| text.version.as_deref() != Some(&version_of(&text.text)));
+        let paths = changed.map(|(file, text)| {
+            if !file.ends_with(".csv") {
+                return Err(unusable(
+                    "files",
+                    format!("{file:?} is no trajectory: its name ends in .csv"),
+                ));
+            }
+            Ok((self.file_path(file)?, text))
+        });
+        paths.collect()
+    }
+
+    fn check_count(&self, scene: &Path) -> Result<(), Refusal> {
+        let scenes = catalogue::scene_files(&self.folder).map_or(0, |scenes| scenes.len());
+        if scene.exists() || scenes < SCENES_MAX {
+            return Ok(());
+        }
+        let what = format!("the folder has {scenes} scenes, and {SCENES_MAX} are listed");
+        Err(
+            Refusal::new(StatusCode::INSUFFICIENT_STORAGE, "too_many_scenes", what)
+                .hint("move some to another folder"),
+        )
+    }
+
+    fn check_is_as_opened(&self, path: &Path, version: Option<&str>) -> Result<(), Refusal> {
+        let now = self.text_of(path)?.map(|text| version_of(&text));
+        if now.as_deref() == version {
+            return Ok(());
+        }
+        let file = path.strip_prefix(&self.folder).unwrap_or(path).display();
+        let (what, hint) = match (version, now) {
+            (None, _) => (
+                format!("there is a file {file} already"),
+                "save under another name, or open that one",
+            ),
+            (Some(_), None) => (
+                format!("{file} was taken away since it was opened"),
+                "save under another name to keep yours",
+            ),
+            (Some(_), Some(_)) => (
+                format!("{file} was changed on the disk since it was opened"),
+                "save under another name to keep both, or open it again to have that one",
+            ),
+        };
+        Err(
+            Refusal::new(StatusCode::CONFLICT, "changed_meanwhile", what)
+                .field(file.to_string())
+                .hint(hint),
+        )
+    }
+
+    fn scene_path(&self, name: &str) -> Result<PathBuf, Refusal> {
+        let is_plain = !name.starts_with('.')
+            && !name.contains(|sign: char| sign.is_control() || matches!(sign, '/' | '\\'))
+            && (1..=NAME_CHARACTERS_MAX).contains(&name.chars().count());
+        if is_plain {
+            return Ok(self.folder.join(format!("{name}.toml")));
+        }
+        Err(
+            unusable("scene", format!("{name:?} is no name of a scene")).hint(format!(
+                "1 to {NAME_CHARACTERS_MAX} letters, digits, blanks, - and _"
+            )),
+        )
+    }
+
+    /// Below the folder, also if a link stands in the way.
+    fn file_path(&self, relative: &str) -> Result<PathBuf, Refusal> {
+        let below = Path::new(relative);
+        let is_plain = below.components().all(|part| match part {
+            Component::Normal(name) => !name.as_encoded_bytes().starts_with(b"."),
+            _ => false,
+        });
+        let path = self.folder.join(below);
+        let mut parents = path.ancestors().skip(1);
+        let standing = parents.find(|parent| parent.exists());
+        let is_below = standing.is_some_and(|parent| {
+            match (parent.canonicalize(), self.folder.canonicalize()) {
+                (Ok(parent), Ok(folder)) => parent.starts_with(folder),
+                _ => false,
+            }
+        });
+        let is_text = !relative.contains(|sign: char| sign.is_control() || sign == '\\');
+        if is_plain && is_below && is_text && !relative.is_empty() {
+            return Ok(path);
+        }
+        Err(unusable(
+            "files",
+            format!("{relative:?} is no file below the scenes' folder"),
+        ))
+    }
+
+    fn text_of(&self, path: &Path) -> Result<Option<String>, Refusal> {
+        let about = match fs::metadata(path) {
+            Ok(about) => about,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(failed(path, &error)),
+        };
+        let bytes = usize::try_from(about.len()).unwrap_or(usize::MAX);
+        if !about.is_file() || bytes > TEXT_BYTES_MAX {
+            let what = format!(
+                "{} has {bytes} bytes, and {TEXT_BYTES_MAX} are edited here",
+                path.display()
+            );
+            return Err(unusable("scene", what)
+                .hint("use an editor for text, and put meshes into files of their own"));
+        }
+        match fs::read_to_string(path) {
+            Ok(text) => Ok(Some(text)),
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => Err(unusable(
+                "scene",
+                format!("{} is no text in UTF-8", path.display()),
+            )),
+            Err(error) => Err(failed(path, &error)),
+        }
+    }
+}
+
+/// What tells one text from any other.
+pub(super) fn version_of(text: &str) -> String {
+    let digest = Sha256::digest(text.as_bytes());
+    digest
+        .iter()
+        .take(16)
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+/// Keeps what is about to be replaced beside it.
+fn keep_old(path: &Path) -> Result<(), io::Error> {
+    let old = match fs::read(path) {
+        Ok(old) => old,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(error),
+    };
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push("~");
+    let kept = path.with_file_name(name);
+    files::write_whole(&kept, |out| Ok(out.write_all(&old)?)).map_err(io::Error::other)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), io::Error> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(folder)?;
+    files::write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))
+        .map_err(io::Error::other)?;
+    // The name as well is to outlast a power cut.
+    File::open(folder)?.sync_all()
+}
+
+fn failed(path: &Path, error: &io::Error) -> Refusal {
+    let what = format!("{}: {error:#}", path.display());
+    Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "folder_failed", what).hint(
+        "see that the collector may write into the folder of scenes, and that its disk has room",
+    )
+}
+
+fn unusable(field: &'static str, what: String) -> Refusal {
+    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "unusable_name", what).field(field)
+}

@@ -1,0 +1,482 @@
+//! The routes through the collector's own router, without a socket.
+
+use super::annex;
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::http::{Method, Request, header};
+use grideye_collector::{AppState, Limits, SqliteStore, StoreLocation, SystemClock, app_with};
+use grideye_scene::{Scene, Simulator};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+use tower::ServiceExt as _;
+
+const ROOM: &str = "# A room, for trying.
+[room]
+size_mm = [4000, 4000, 2700] # measured
+ambient_c = 20
+
+[[object]]
+name = \"cube\"
+position_mm = [2000, 2000, 0]
+size_mm = [700, 700, 1200]
+temperature_c = 30
+
+[[agent]]
+name = \"ana\"
+size_mm = [300, 500, 1700]
+temperature_c = 30
+trajectory = \"ways/way.csv\"
+speed_mm_per_s = 500
+
+[[sensor]]
+name = \"ceiling\"
+preset = \"grid-eye\"
+position_mm = [2000, 2000, 2700]
+elevation_deg = 90
+azimuth_deg = 0
+";
+const WAY: &str = "# to the window\nx_mm,y_mm,z_mm\n500,1000,0\n3500,1000,0\n";
+
+/// A folder with one scene and its way, and the collector's routes on it.
+struct Page {
+    folder: tempfile::TempDir,
+    app: Router,
+}
+
+impl Page {
+    async fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir_all(folder.path().join("scenes/ways")).unwrap();
+        fs::write(folder.path().join("scenes/room.toml"), ROOM).unwrap();
+        fs::write(folder.path().join("scenes/ways/way.csv"), WAY).unwrap();
+        let limits = Limits::default();
+        let store = SqliteStore::open(&StoreLocation::Memory, &limits).unwrap();
+        let state = AppState::new(Arc::new(store), limits, Arc::new(SystemClock::new()))
+            .await
+            .unwrap();
+        let app = app_with(state, &[annex(folder.path().join("scenes"))]);
+        Self { folder, app }
+    }
+
+    fn scene(&self, file: &str) -> PathBuf {
+        self.folder.path().join("scenes").join(file)
+    }
+
+    async fn ask(&self, method: Method, path: &str, body: Option<&Value>) -> (u16, Value) {
+        let request = Request::builder()
+            .method(method)
+            .uri(path)
+            .header(header::HOST, "127.0.0.1")
+            .header(header::CONTENT_TYPE, "application/json")
+            .body(body.map_or(Body::empty(), |body| Body::from(body.to_string())))
+            .unwrap();
+        let response = self.app.clone().oneshot(request).await.unwrap();
+        let status = response.status().as_u16();
+        let bytes = to_bytes(response.into_body(), 16 << 20).await.unwrap();
+        let json = serde_json::from_slice(&bytes);
+        (
+            status,
+            json.unwrap_or_else(|_| json!(String::from_utf8_lossy(&bytes))),
+        )
+    }
+
+    async fn draft(&self, text: &str, edits: Value) -> Value {
+        let body = json!({ "text": text, "edits": edits });
+        let (status, answer) = self
+            .ask(Method::POST, "/v1/editor/draft", Some(&body))
+            .await;
+        assert_eq!(status, 200, "{answer}");
+        answer
+    }
+
+    async fn open(&self, name: &str) -> (u16, Value) {
+        let path = format!("/v1/editor/scenes/{name}");
+        self.ask(Method::GET, &path, None).await
+    }
+
+    async fn save(&self, name: &str, body: Value) -> (u16, Value) {
+        let path = format!("/v1/editor/scenes/{name}");
+        self.ask(Method::PUT, &path, Some(&body)).await
+    }
+}
+
+/// What the simulator itself says of a text.
+fn simulated(text: &str, way: &str, second: u64) -> Vec<f64> {
+    let files = |_: &str| Ok(way.to_owned());
+    let scene = Scene::parse(text, "scene", &files).unwrap().scene;
+    let simulator = Simulator::new(&scene, "ceiling").unwrap();
+    simulator.image(Duration::from_secs(second)).celsius
+}
+
+fn celsius(answer: &Value) -> Vec<f64> {
+    serde_json::from_value(answer["frames"][0]["celsius"].clone()).unwrap()
+}
+
+fn assert_near(found: &[f64], wanted: &[f64]) {
+    assert_eq!(found.len(), wanted.len());
+    for (one, other) in found.iter().zip(wanted) {
+        assert!((one - other).abs() <= 0.005 + 1e-9, "{found:?} {wanted:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_draft_shows_what_is_where_and_what_every_sensor_sees() {
+    let page = Page::new().await;
+    let answer = page.draft(ROOM, json!([])).await;
+    assert_eq!(answer["text"], ROOM);
+    assert_eq!(answer["fault"], Value::Null);
+    assert_near(&celsius(&answer), &simulated(ROOM, WAY, 0));
+    assert_eq!(answer["read"]["ways/way.csv"]["text"], WAY);
+    let items = answer["scene"]["items"].as_array().unwrap();
+    let names: Vec<&str> = items
+        .iter()
+        .filter_map(|item| item["name"].as_str())
+        .collect();
+    assert_eq!(names, ["cube", "ana", "ceiling"]);
+    let square = json!([[1.65, 1.65], [2.35, 1.65], [2.35, 2.35], [1.65, 2.35]]);
+    assert_eq!(items[0]["bodies"][0]["outline_m"], square);
+    assert_eq!(
+        items[1]["way"]["points_m"],
+        json!([[0.5, 1.0, 0.0], [3.5, 1.0, 0.0]])
+    );
+    assert_eq!(items[2]["axes"][0], json!([0.0, 0.0, -1.0]));
+    assert_eq!(answer["scene"]["seconds"], 6.0);
+}
+
+#[tokio::test]
+async fn edits_move_what_is_seen_and_keep_every_remark() {
+    let page = Page::new().await;
+    let edits = json!([
+        { "does": "set", "path": ["sensor", 0, "position_mm"], "to": [1500, 2000, 2700] },
+        { "does": "move-way-point", "file": "ways/way.csv", "row": 0, "to_mm": [500, 3000, 0] },
+    ]);
+    let answer = page.draft(ROOM, edits).await;
+    let text = ROOM.replace("[2000, 2000, 2700]", "[1500, 2000, 2700]");
+    let way = WAY.replace("500,1000,0\n3", "500,3000,0\n3");
+    assert_eq!(answer["text"], text);
+    assert_eq!(answer["files"]["ways/way.csv"], way);
+    assert_near(&celsius(&answer), &simulated(&text, &way, 0));
+}
+
+#[tokio::test]
+async fn another_second_has_people_elsewhere_and_one_beyond_the_end_is_the_last() {
+    let page = Page::new().await;
+    for (at_s, second, x) in [(3.0, 3, 2.0), (1e9, 6, 3.5), (-1.0, 0, 0.5)] {
+        let body = json!({ "text": ROOM, "at_s": at_s });
+        let (_, answer) = page
+            .ask(Method::POST, "/v1/editor/draft", Some(&body))
+            .await;
+        assert_near(&celsius(&answer), &simulated(ROOM, WAY, second));
+        assert_eq!(answer["scene"]["items"][1]["at_m"][0], x);
+    }
+}
+
+#[tokio::test]
+async fn a_draft_that_is_no_scene_names_its_fault_and_the_place() {
+    let page = Page::new().await;
+    let outside =
+        json!([{ "does": "set", "path": ["sensor", 0, "position_mm"], "to": [9000, 2000, 2700] }]);
+    let answer = page.draft(ROOM, outside).await;
+    let fault = &answer["fault"];
+    assert!(
+        fault["message"]
+            .as_str()
+            .unwrap()
+            .contains("sensor `ceiling`"),
+        "{fault}"
+    );
+    assert_eq!(
+        fault["place"],
+        json!({ "file": "scene", "line": 22, "column": 15 })
+    );
+    assert!(fault["hint"].as_str().unwrap().contains("move the sensor"));
+    let misspelt = ROOM.replace("azimuth_deg", "azimut_deg");
+    let fault = &page.draft(&misspelt, json!([])).await["fault"];
+    assert!(
+        fault["message"].as_str().unwrap().contains("azimut_deg"),
+        "{fault}"
+    );
+    assert_eq!(fault["place"]["line"], 24);
+    let broken = format!("{ROOM}[[sensor");
+    let fault = &page.draft(&broken, json!([])).await["fault"];
+    assert_eq!(fault["place"]["line"], 25);
+    let body = json!({ "text": ROOM, "files": { "ways/way.csv": "x_mm,y_mm,z_mm\n500,b,0\n" } });
+    let (_, answer) = page
+        .ask(Method::POST, "/v1/editor/draft", Some(&body))
+        .await;
+    assert_eq!(
+        answer["fault"]["place"],
+        json!({ "file": "ways/way.csv", "line": 2, "column": 5 })
+    );
+}
+
+#[tokio::test]
+async fn a_scene_is_opened_changed_and_saved_with_the_old_one_kept() {
+    let page = Page::new().await;
+    let (_, opened) = page.open("room").await;
+    assert_eq!(opened["text"], ROOM);
+    let read = page.draft(ROOM, json!([])).await["read"]["ways/way.csv"].clone();
+    let (text, way) = (
+        ROOM.replace("= 20\n", "= 21\n"),
+        WAY.replace("3500", "3000"),
+    );
+    let body = json!({
+        "text": text,
+        "version": opened["version"],
+        "files": { "ways/way.csv": { "text": way, "version": read["version"] } },
+    });
+    let (status, saved) = page.save("room", body.clone()).await;
+    assert_eq!(status, 200, "{saved}");
+    let disk = |file: &str| fs::read_to_string(page.scene(file)).unwrap();
+    assert_eq!(
+        [disk("room.toml"), disk("ways/way.csv")],
+        [text.clone(), way.clone()]
+    );
+    assert_eq!([disk("room.toml~"), disk("ways/way.csv~")], [ROOM, WAY]);
+    assert_eq!(page.open("room").await.1["version"], saved["version"]);
+    // A second time with what was opened at first: somebody has saved meanwhile.
+    let (status, refused) = page.save("room", body).await;
+    assert_eq!(
+        (status, &refused["error"]["code"]),
+        (409, &json!("changed_meanwhile"))
+    );
+    assert_eq!(disk("room.toml"), text);
+}
+
+#[tokio::test]
+async fn what_somebody_else_wrote_is_never_written_over() {
+    let page = Page::new().await;
+    let (_, opened) = page.open("room").await;
+    let new = ROOM.replace("= 20\n", "= 22\n");
+    // Under a name that is taken.
+    let (status, _) = page
+        .save("room", json!({ "text": new, "version": null }))
+        .await;
+    assert_eq!(status, 409);
+    // A way that changed on the disk keeps the scene from being saved as well.
+    fs::write(page.scene("ways/way.csv"), WAY.replace("500", "600")).unwrap();
+    let files = json!({ "ways/way.csv": { "text": WAY.replace("500", "700"), "version": "old" } });
+    let body = json!({ "text": new, "version": opened["version"], "files": files });
+    let (status, refused) = page.save("room", body).await;
+    assert_eq!(
+        (status, &refused["error"]["field"]),
+        (409, &json!("ways/way.csv"))
+    );
+    assert_eq!(fs::read_to_string(page.scene("room.toml")).unwrap(), ROOM);
+    fs::remove_file(page.scene("room.toml")).unwrap();
+    let (status, refused) = page
+        .save("room", json!({ "text": new, "version": opened["version"] }))
+        .await;
+    assert!(
+        status == 409
+            && refused["error"]["message"]
+                .as_str()
+                .unwrap()
+                .contains("taken away")
+    );
+    assert!(!page.scene("room.toml").exists());
+}
+
+#[tokio::test]
+async fn names_that_lead_out_of_the_folder_are_refused() {
+    let page = Page::new().await;
+    let secret = page.folder.path().join("secret.toml");
+    fs::write(&secret, "secret").unwrap();
+    std::os::unix::fs::symlink(page.folder.path(), page.scene("out")).unwrap();
+    let long = "a".repeat(101);
+    for name in [
+        "..%2Fsecret",
+        "%2Fetc%2Fpasswd",
+        "a%5Cb",
+        ".hidden",
+        "a%00b",
+        &long,
+    ] {
+        let (status, said) = page.open(name).await;
+        assert_eq!(status, 422, "{name} {said}");
+        let (status, _) = page
+            .save(name, json!({ "text": ROOM, "version": null }))
+            .await;
+        assert_eq!(status, 422, "{name}");
+    }
+    for file in [
+        "../way.csv",
+        "/tmp/way.csv",
+        "out/way.csv",
+        "a/../../way.csv",
+        ".way.csv",
+        "way.toml",
+        "a\\b.csv",
+        "",
+    ] {
+        let files = json!({ file: { "text": WAY, "version": null } });
+        let (status, said) = page
+            .save(
+                "new",
+                json!({ "text": ROOM, "version": null, "files": files }),
+            )
+            .await;
+        assert_eq!(status, 422, "{file} {said}");
+    }
+    assert_eq!(fs::read_to_string(secret).unwrap(), "secret");
+    assert!(!page.scene("new.toml").exists());
+    // A scene that names such a file is told that it cannot be read, and not what it holds.
+    let sly = ROOM.replace("ways/way.csv", "out/secret.csv");
+    let fault = page.draft(&sly, json!([])).await["fault"].clone();
+    assert!(
+        fault["message"].as_str().unwrap().contains("cannot read"),
+        "{fault}"
+    );
+}
+
+#[tokio::test]
+async fn what_is_no_scene_or_too_long_is_not_saved() {
+    let page = Page::new().await;
+    let (status, refused) = page
+        .save("new", json!({ "text": "[room]\n", "version": null }))
+        .await;
+    assert_eq!(
+        (status, &refused["error"]["code"]),
+        (422, &json!("unusable_scene"))
+    );
+    let long = format!("{ROOM}#{}\n", " ".repeat(super::shelf::TEXT_BYTES_MAX));
+    let (status, refused) = page
+        .save("new", json!({ "text": long, "version": null }))
+        .await;
+    assert_eq!(
+        (status, &refused["error"]["code"]),
+        (422, &json!("too_much"))
+    );
+    fs::write(page.scene("long.toml"), &long).unwrap();
+    assert_eq!(page.open("long").await.0, 422);
+    fs::write(page.scene("bytes.toml"), [0xff, 0xfe]).unwrap();
+    assert_eq!(page.open("bytes").await.0, 422);
+    assert_eq!(page.open("nothing").await.0, 404);
+    let edits: Vec<Value> = (0..65)
+        .map(|_| json!({ "does": "unset", "path": ["a"] }))
+        .collect();
+    let body = json!({ "text": ROOM, "edits": edits });
+    assert_eq!(
+        page.ask(Method::POST, "/v1/editor/draft", Some(&body))
+            .await
+            .0,
+        422
+    );
+    let huge = json!({ "text": " ".repeat(5 << 20) });
+    assert_eq!(
+        page.ask(Method::POST, "/v1/editor/draft", Some(&huge))
+            .await
+            .0,
+        413
+    );
+}
+
+#[tokio::test]
+async fn the_map_says_where_a_person_is_seen() {
+    let page = Page::new().await;
+    // A wall of a wardrobe between the sensor in one corner and the other half of the room.
+    let text = "[room]\nsize_mm = [4000, 4000, 2500]\nambient_c = 20\n[[object]]\nname = \"wall\"\nposition_mm = [2000, 2000, 0]\nsize_mm = [200, 4000, 2500]\n[[sensor]]\nname = \"s\"\npreset = \"grid-eye\"\nposition_mm = [1000, 2000, 2500]\nelevation_deg = 90\nazimuth_deg = 0\n";
+    let body = json!({ "text": text });
+    let (status, answer) = page
+        .ask(Method::POST, "/v1/editor/coverage", Some(&body))
+        .await;
+    assert_eq!(status, 200, "{answer}");
+    let map = &answer["map"];
+    let (columns, rows) = (
+        map["columns"].as_u64().unwrap(),
+        map["rows"].as_u64().unwrap(),
+    );
+    assert_eq!((columns, rows), (20, 20));
+    let cells: Vec<char> = map["cells"].as_str().unwrap().chars().collect();
+    let at = |column: usize, row: usize| cells[row * 20 + column];
+    assert_eq!(at(5, 10), 'd', "right below the sensor");
+    assert!(
+        matches!(at(15, 10), 'h' | 'o'),
+        "behind the wall: {}",
+        at(15, 10)
+    );
+    assert_eq!(at(9, 10), 'f');
+    let detected = cells.iter().filter(|cell| **cell == 'd').count();
+    assert_eq!(map["detected"], detected);
+    let none = json!({ "text": text.split("[[sensor]]").next() });
+    let (_, answer) = page
+        .ask(Method::POST, "/v1/editor/coverage", Some(&none))
+        .await;
+    assert_eq!(answer["map"]["detected"], 0, "{answer}");
+    let (_, answer) = page
+        .ask(
+            Method::POST,
+            "/v1/editor/coverage",
+            Some(&json!({ "text": "[room" })),
+        )
+        .await;
+    assert_eq!(answer["fault"]["place"]["line"], 1);
+}
+
+#[test]
+fn a_map_that_nobody_waits_for_is_given_up() {
+    let files = |_: &str| Ok(WAY.to_owned());
+    let scene = Scene::parse(ROOM, "scene", &files).unwrap().scene;
+    let waiting = super::GivenUp::default();
+    let is_given_up = Arc::clone(&waiting.0);
+    assert!(
+        super::coverage::map(&scene, &is_given_up)
+            .unwrap()
+            .is_some()
+    );
+    drop(waiting);
+    assert!(
+        super::coverage::map(&scene, &is_given_up)
+            .unwrap()
+            .is_none()
+    );
+}
+
+#[tokio::test]
+async fn scenes_that_go_the_same_ways_are_named() {
+    let page = Page::new().await;
+    fs::write(page.scene("other.toml"), ROOM.replace("cube", "box")).unwrap();
+    assert_eq!(page.open("room").await.1["shared"], json!(["other"]));
+}
+
+/// Every scene of the repository can be opened, shown, and changed by one number, with all its remarks.
+#[tokio::test]
+async fn every_scene_of_the_repository_is_shown_and_changed() {
+    let page = Page::new().await;
+    let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"));
+    let shelf = super::shelf::Shelf::new(folder.clone());
+    let paths = crate::beside::catalogue::scene_files(&folder).unwrap();
+    assert!(paths.len() > 20);
+    for path in paths {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let text = shelf.open(&name).unwrap();
+        let edits = json!([{ "does": "set", "path": ["room", "ambient_c"], "to": 19.25 }]);
+        let draft = json!({ "text": text, "edits": edits });
+        let sheet = super::draft::sheet(&shelf, serde_json::from_value(draft).unwrap()).unwrap();
+        let answer = sheet.to_json();
+        assert_eq!(answer["fault"], Value::Null, "{name}");
+        let made = answer["text"].as_str().unwrap();
+        let lines = text
+            .lines()
+            .zip(made.lines())
+            .filter(|(old, new)| old != new);
+        assert_eq!(
+            (lines.count(), made.lines().count()),
+            (1, text.lines().count()),
+            "{name}"
+        );
+        let items = answer["scene"]["items"].as_array().unwrap().len();
+        assert!(items > 0, "{name}");
+        assert!(
+            !answer["frames"][0]["celsius"]
+                .as_array()
+                .unwrap()
+                .is_empty(),
+            "{name}"
+        );
+    }
+    drop(page);
+}

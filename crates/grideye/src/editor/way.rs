@@ -1,0 +1,387 @@
+//! Edits of a trajectory's text, row by row; remarks and layout stay.
+
+use super::fault::Fault;
+use serde::Deserialize;
+use std::ops::Range;
+
+/// Way-points of a trajectory that is made here.
+const POINTS_MAX: usize = 100;
+
+/// One edit of a trajectory. Rows are way-points, counted from 0; lengths are millimetres.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(tag = "does", rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) enum WayEdit {
+    /// Puts a way-point somewhere else.
+    MoveWayPoint {
+        /// The trajectory as the scene names it.
+        file: String,
+        /// Which one.
+        row: usize,
+        /// Where to.
+        to_mm: [f64; 3],
+    },
+    /// Puts one more behind another.
+    AddWayPoint {
+        /// The trajectory as the scene names it.
+        file: String,
+        /// Behind which one.
+        after: usize,
+        /// Where.
+        at_mm: [f64; 3],
+    },
+    /// Takes one away; the last one stays.
+    RemoveWayPoint {
+        /// The trajectory as the scene names it.
+        file: String,
+        /// Which one.
+        row: usize,
+    },
+    /// Puts the whole way somewhere else.
+    ShiftWay {
+        /// The trajectory as the scene names it.
+        file: String,
+        /// How far.
+        by_mm: [f64; 3],
+    },
+    /// Makes a trajectory that is not there yet.
+    NewWay {
+        /// As the scene will name it.
+        file: String,
+        /// Its way-points.
+        points_mm: Vec<[f64; 3]>,
+    },
+}
+
+impl WayEdit {
+    /// The trajectory that it is for.
+    pub(super) fn file(&self) -> &str {
+        match self {
+            Self::MoveWayPoint { file, .. }
+            | Self::AddWayPoint { file, .. }
+            | Self::RemoveWayPoint { file, .. }
+            | Self::ShiftWay { file, .. }
+            | Self::NewWay { file, .. } => file,
+        }
+    }
+}
+
+/// The trajectory's text with the edit made; `text` is what there is of it so far.
+///
+/// # Errors
+/// When there is no such row, or the text is no trajectory.
+pub(super) fn edited(text: Option<&str>, edit: &WayEdit) -> Result<String, Fault> {
+    let file = edit.file();
+    let known = || text.ok_or_else(|| Fault::of_file(file, 1, "there is no such trajectory"));
+    match edit {
+        WayEdit::NewWay { points_mm, .. } => new_way(file, text, points_mm),
+        WayEdit::MoveWayPoint { row, to_mm, .. } => {
+            let rows = Rows::of(file, known()?)?;
+            Ok(spliced(rows.text, rows.placed(*row, *to_mm)?))
+        }
+        WayEdit::ShiftWay { by_mm, .. } => {
+            let rows = Rows::of(file, known()?)?;
+            let mut splices = Vec::new();
+            for row in 0..rows.lines.len() {
+                let at_mm = rows.at_mm(row)?;
+                let to_mm = [0, 1, 2].map(|axis| at_mm[axis] + by_mm[axis]);
+                splices.extend(rows.placed(row, to_mm)?);
+            }
+            Ok(spliced(rows.text, splices))
+        }
+        WayEdit::AddWayPoint { after, at_mm, .. } => Rows::of(file, known()?)?.with(*after, *at_mm),
+        WayEdit::RemoveWayPoint { row, .. } => Rows::of(file, known()?)?.without(*row),
+    }
+}
+
+fn new_way(file: &str, text: Option<&str>, points_mm: &[[f64; 3]]) -> Result<String, Fault> {
+    if text.is_some() {
+        return Err(Fault::of_file(
+            file,
+            1,
+            "there is a trajectory of this name already",
+        ));
+    }
+    if points_mm.is_empty() || points_mm.len() > POINTS_MAX {
+        let what = format!("{} way-points, expected 1 to {POINTS_MAX}", points_mm.len());
+        return Err(Fault::of_file(file, 1, &what));
+    }
+    let rows = points_mm.iter().map(|point| point.map(length).join(","));
+    let rows: Vec<String> = ["x_mm,y_mm,z_mm".to_owned()]
+        .into_iter()
+        .chain(rows)
+        .collect();
+    Ok(rows.join("\n") + "\n")
+}
+
+/// Where the header and the way-points of a trajectory stand in its text.
+struct Rows<'a> {
+    file: &'a str,
+    text: &'a str,
+    /// The columns' names.
+    header: Vec<&'a str>,
+    /// The bytes of each row, without its line's end.
+    lines: Vec<Range<usize>>,
+}
+
+impl<'a> Rows<'a> {
+    fn of(file: &'a str, text: &'a str) -> Result<Self, Fault> {
+        let mut lines = Vec::new();
+        let mut at = 0;
+        for line in text.split_inclusive('\n') {
+            let range = at..at + line.trim_end().len();
+            at += line.len();
+            let is_row = !line.trim().is_empty() && !line.starts_with('#');
+            if is_row {
+                lines.push(range);
+            }
+        }
+        let unusual = || Fault::of_file(file, 1, "this trajectory is written in an unusual way");
+        if lines.is_empty() || text.contains('"') {
+            return Err(unusual());
+        }
+        let header = text.get(lines.remove(0)).unwrap_or_default();
+        let header = header
+            .trim_start_matches('\u{feff}')
+            .split(',')
+            .map(str::trim);
+        let rows = Self {
+            file,
+            text,
+            header: header.collect(),
+            lines,
+        };
+        match ["x_mm", "y_mm", "z_mm"]
+            .iter()
+            .all(|name| rows.column(name).is_some())
+        {
+            true => Ok(rows),
+            false => Err(unusual()),
+        }
+    }
+
+    fn column(&self, name: &str) -> Option<usize> {
+        self.header.iter().position(|known| *known == name)
+    }
+
+    /// The bytes of a field, without the blanks around it.
+    fn field(&self, row: usize, name: &str) -> Option<Range<usize>> {
+        let column = self.column(name)?;
+        let line = self.lines.get(row)?.clone();
+        let text = self.text.get(line.clone())?;
+        let before: usize = text
+            .split(',')
+            .take(column)
+            .map(|field| field.len() + 1)
+            .sum();
+        let field = text.split(',').nth(column)?;
+        let start = line.start + before + (field.len() - field.trim_start().len());
+        Some(start..start + field.trim().len())
+    }
+
+    fn number(&self, row: usize, name: &str) -> Option<f64> {
+        self.text.get(self.field(row, name)?)?.parse().ok()
+    }
+
+    fn at_mm(&self, row: usize) -> Result<[f64; 3], Fault> {
+        let [x, y, z] = ["x_mm", "y_mm", "z_mm"].map(|name| self.number(row, name));
+        match (x, y, z) {
+            (Some(x), Some(y), Some(z)) => Ok([x, y, z]),
+            _ => Err(self.no_row(row)),
+        }
+    }
+
+    fn no_row(&self, row: usize) -> Fault {
+        let line = self.lines.get(row).map_or(1, |line| {
+            1 + self
+                .text
+                .get(..line.start)
+                .unwrap_or_default()
+                .matches('\n')
+                .count()
+        });
+        let what = format!("there is no way-point {} of three numbers", row + 1);
+        Fault::of_file(self.file, line, &what)
+    }
+
+    /// What is to be replaced so that a row is at another place.
+    fn placed(&self, row: usize, to_mm: [f64; 3]) -> Result<Vec<(Range<usize>, String)>, Fault> {
+        let at_mm = self.at_mm(row)?;
+        let axes = ["x_mm", "y_mm", "z_mm"]
+            .into_iter()
+            .zip(at_mm.into_iter().zip(to_mm));
+        let moved = axes.filter(|(_, (is, wanted))| length(*is) != length(*wanted));
+        let fields =
+            moved.map(|(name, (_, wanted))| Some((self.field(row, name)?, length(wanted))));
+        fields
+            .collect::<Option<_>>()
+            .ok_or_else(|| self.no_row(row))
+    }
+
+    /// The text with one more way-point. One with a time comes in the middle of those beside it, or a second after the
+    /// last.
+    fn with(&self, after: usize, at_mm: [f64; 3]) -> Result<String, Fault> {
+        let line = self.lines.get(after).ok_or_else(|| self.no_row(after))?;
+        let fields: Vec<String> = self
+            .header
+            .iter()
+            .map(|name| match *name {
+                "x_mm" => length(at_mm[0]),
+                "y_mm" => length(at_mm[1]),
+                "z_mm" => length(at_mm[2]),
+                "t_s" => length(self.time_after(after)),
+                _ => "0".to_owned(),
+            })
+            .collect();
+        let end = if self.text.contains("\r\n") {
+            "\r\n"
+        } else {
+            "\n"
+        };
+        let added = format!("{end}{}", fields.join(","));
+        Ok(spliced(self.text, vec![(line.end..line.end, added)]))
+    }
+
+    fn time_after(&self, row: usize) -> f64 {
+        let time = |row: usize| self.number(row, "t_s");
+        let from = time(row).unwrap_or(0.0) + self.number(row, "dwell_s").unwrap_or(0.0);
+        match time(row + 1) {
+            Some(next) => f64::midpoint(from, next),
+            None => from + 1.0,
+        }
+    }
+
+    fn without(&self, row: usize) -> Result<String, Fault> {
+        let line = self.lines.get(row).ok_or_else(|| self.no_row(row))?;
+        if self.lines.len() == 1 {
+            return Err(Fault::of_file(
+                self.file,
+                1,
+                "a way has one way-point at least",
+            ));
+        }
+        let rest = self.text.get(line.end..).unwrap_or_default();
+        let end = rest
+            .find('\n')
+            .map_or(self.text.len(), |end| line.end + end + 1);
+        Ok(spliced(self.text, vec![(line.start..end, String::new())]))
+    }
+}
+
+fn spliced(text: &str, mut splices: Vec<(Range<usize>, String)>) -> String {
+    splices.sort_by_key(|(range, _)| range.start);
+    let mut made = text.to_owned();
+    for (range, value) in splices.into_iter().rev() {
+        made.replace_range(range, &value);
+    }
+    made
+}
+
+/// A length or a time as files have it: to a thousandth.
+fn length(number: f64) -> String {
+    let rounded = (number * 1000.0).round() / 1000.0;
+    // Not the zero with a sign.
+    (rounded + 0.0).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    const WAY: &str = "# from the door\nx_mm,y_mm,z_mm\n300, 1340,0\n# to the bed\n2800,1340.5,0\n";
+    const TIMED: &str = "t_s,x_mm,y_mm,z_mm,dwell_s\r\n0,300,1340,0,2\r\n8,2800,1340,0,10\r\n";
+
+    fn made(text: &str, edit: Value) -> Result<String, Fault> {
+        edited(Some(text), &serde_json::from_value(edit).unwrap())
+    }
+
+    #[test]
+    fn a_way_point_is_moved_and_nothing_else() {
+        let edit =
+            json!({ "does": "move-way-point", "file": "w.csv", "row": 0, "to_mm": [300, 1500, 0] });
+        assert_eq!(made(WAY, edit).unwrap(), WAY.replace(" 1340,0", " 1500,0"));
+        let edit =
+            json!({ "does": "move-way-point", "file": "w.csv", "row": 1, "to_mm": [1, 2, 3] });
+        let wanted = TIMED.replace("8,2800,1340,0,10", "8,1,2,3,10");
+        assert_eq!(made(TIMED, edit).unwrap(), wanted);
+    }
+
+    #[test]
+    fn a_way_is_shifted_as_a_whole() {
+        let edit = json!({ "does": "shift-way", "file": "w.csv", "by_mm": [100, -0.5, 0] });
+        let wanted = "# from the door\nx_mm,y_mm,z_mm\n400, 1339.5,0\n# to the bed\n2900,1340,0\n";
+        assert_eq!(made(WAY, edit).unwrap(), wanted);
+    }
+
+    #[test]
+    fn way_points_come_and_go_and_remarks_stay() {
+        let add =
+            json!({ "does": "add-way-point", "file": "w.csv", "after": 0, "at_mm": [1, 2, 0] });
+        let with = made(WAY, add.clone()).unwrap();
+        assert_eq!(with, WAY.replace("1340,0\n", "1340,0\n1,2,0\n"));
+        let remove = json!({ "does": "remove-way-point", "file": "w.csv", "row": 1 });
+        assert_eq!(made(&with, remove).unwrap(), WAY);
+        // Between the end of the stay at the first, second 2, and second 8.
+        let timed = made(TIMED, add).unwrap();
+        assert_eq!(timed, TIMED.replace("0,2\r\n", "0,2\r\n5,1,2,0,0\r\n"));
+        let last =
+            json!({ "does": "add-way-point", "file": "w.csv", "after": 1, "at_mm": [1, 2, 0] });
+        assert!(
+            made(TIMED, last)
+                .unwrap()
+                .ends_with("0,10\r\n19,1,2,0,0\r\n")
+        );
+        let open =
+            json!({ "does": "add-way-point", "file": "w.csv", "after": 0, "at_mm": [1, 2, 0] });
+        assert_eq!(
+            made("x_mm,y_mm,z_mm\n3,4,5", open).unwrap(),
+            "x_mm,y_mm,z_mm\n3,4,5\n1,2,0"
+        );
+    }
+
+    #[test]
+    fn a_new_way_is_made_once() {
+        let edit =
+            json!({ "does": "new-way", "file": "w.csv", "points_mm": [[0, 1, 2], [3.25, 4, 5]] });
+        let edit: WayEdit = serde_json::from_value(edit).unwrap();
+        assert_eq!(
+            edited(None, &edit).unwrap(),
+            "x_mm,y_mm,z_mm\n0,1,2\n3.25,4,5\n"
+        );
+        assert!(edited(Some(WAY), &edit).is_err());
+    }
+
+    #[test]
+    fn rows_and_texts_that_are_none_are_refused() {
+        for (text, edit, why) in [
+            (
+                WAY,
+                json!({ "does": "remove-way-point", "file": "w", "row": 2 }),
+                "no way-point 3",
+            ),
+            (
+                "x_mm,y_mm,z_mm\n1,2,3\n",
+                json!({ "does": "remove-way-point", "file": "w", "row": 0 }),
+                "one way-point",
+            ),
+            (
+                "x_mm,y_mm,z_mm\n1,b,3\n",
+                json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] }),
+                "three numbers",
+            ),
+            (
+                "a,b\n1,2\n",
+                json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] }),
+                "unusual",
+            ),
+            (
+                "",
+                json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] }),
+                "unusual",
+            ),
+        ] {
+            let said = made(text, edit).unwrap_err().to_json().to_string();
+            assert!(said.contains(why), "{said}");
+        }
+    }
+}

@@ -1,0 +1,747 @@
+//! The scene editor of the real program in a real browser: what is dragged, turned, typed, undone and saved, by hand and by
+//! keys, and what every sensor then sees.
+
+use grideye_recording::csv::Reader;
+use grideye_tests::live_page::{Outcome, assert_quiet, keep_picture};
+use grideye_tests::programs::{RunningCollector, grideye, run};
+use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+
+/// Keys of a keyboard (W3C WebDriver §17.4.2).
+const CONTROL: &str = "\u{E009}";
+const SHIFT: &str = "\u{E008}";
+const DELETE: &str = "\u{E017}";
+const ENTER: &str = "\u{E007}";
+const TAB: &str = "\u{E004}";
+const UP: &str = "\u{E013}";
+const RIGHT: &str = "\u{E014}";
+const PAGE_DOWN: &str = "\u{E00F}";
+
+/// Without noise, so that what is simulated elsewhere is the same.
+const ROOM: &str = "# A room, for trying the editor.
+# Nobody lives here.
+
+[room]
+size_mm = [4000, 4000, 2700] # measured twice
+ambient_c = 20
+
+[[object]]
+name = \"stove\"                 # in the middle
+position_mm = [2000, 2000, 0]
+size_mm = [800, 600, 1200]
+temperature_c = 35             # guessed
+
+# Walks along the front.
+[[agent]]
+name = \"ana\"
+size_mm = [300, 500, 1700]
+temperature_c = 30
+trajectory = \"ways/ana.csv\"
+speed_mm_per_s = 500
+
+[[agent]]
+name = \"bob\"
+size_mm = [300, 500, 1700]
+temperature_c = 30
+position_mm = [800, 3000, 0]
+
+[[sensor]]
+name = \"ceiling\"
+preset = \"grid-eye\"
+noise_sigma_c = 0
+position_mm = [1200, 2400, 2700]
+elevation_deg = 90
+azimuth_deg = -90
+
+[[sensor]]
+name = \"wall\"
+preset = \"grid-eye\"
+noise_sigma_c = 0
+position_mm = [2000, 4000, 2000]
+elevation_deg = 30
+azimuth_deg = -90
+# The end.
+";
+const WAY: &str = "# from the door\nx_mm,y_mm,z_mm\n500,700,0\n3500,700,0\n";
+
+/// The program on a folder of scenes, and a browser on the editor.
+struct Desk {
+    collector: RunningCollector,
+    browser: Browser,
+    folder: tempfile::TempDir,
+}
+
+impl Desk {
+    fn new() -> Result<Self, Failure> {
+        let folder = tempfile::tempdir()?;
+        let scenes = folder.path().join("scenes");
+        fs::create_dir_all(scenes.join("ways"))?;
+        fs::write(scenes.join("room.toml"), ROOM)?;
+        fs::write(scenes.join("ways/ana.csv"), WAY)?;
+        fs::write(
+            scenes.join("broken.toml"),
+            "# Half a room.\n[room]\nsize_mm = [4000, 4000]\n",
+        )?;
+        let arguments = ["--scenes".as_ref(), scenes.as_os_str()];
+        let store = folder.path().join("store.sqlite");
+        let desk = Self {
+            collector: RunningCollector::start_with(store, &arguments),
+            browser: Browser::start()?,
+            folder,
+        };
+        desk.browser.set_screen(Screen {
+            width: 1600,
+            height: 1000,
+            scale: 1.0,
+            mobile: false,
+        })?;
+        Ok(desk)
+    }
+
+    /// Opens a scene in the editor.
+    fn open(&self, scene: &str) -> Outcome {
+        self.browser
+            .open(&format!("{}/editor#scene={scene}", self.collector.url()))?;
+        let ready = || {
+            self.browser
+                .execute("return document.querySelector('main').dataset.ready")
+        };
+        self.browser
+            .wait_for("the editor", ready, |is| is == "true")
+            .map(drop)
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join("scenes").join(name)
+    }
+
+    fn disk(&self, name: &str) -> Result<String, Failure> {
+        Ok(fs::read_to_string(self.file(name))?)
+    }
+
+    /// The text of the scene as the page has it.
+    fn text(&self) -> Result<String, Failure> {
+        let text = self
+            .browser
+            .execute("return document.querySelector('#text').value")?;
+        Ok(text.as_str().unwrap_or_default().to_owned())
+    }
+
+    fn wait_for_text(&self, is_right: impl Fn(&str) -> bool) -> Result<String, Failure> {
+        self.browser
+            .wait_for("the scene's text", || self.text(), |text| is_right(text))
+    }
+
+    /// The degrees that a sensor's picture is drawn of.
+    fn celsius(&self, sensor: &str) -> Result<Vec<f64>, Failure> {
+        let script = format!(
+            "return document.querySelector('#frames [data-sensor={sensor}]').dataset.celsius"
+        );
+        let all = self.browser.execute(&script)?;
+        let all = all.as_str().ok_or("no picture")?.split(' ');
+        Ok(all.map(str::parse).collect::<Result<_, _>>()?)
+    }
+
+    /// Waits until the pictures of both sensors are other than they were.
+    fn wait_for_other_pictures(&self, before: &[Vec<f64>; 2]) -> Result<[Vec<f64>; 2], Failure> {
+        let look = || Ok([self.celsius("ceiling")?, self.celsius("wall")?]);
+        let is_other = |now: &[Vec<f64>; 2]| now[0] != before[0] && now[1] != before[1];
+        self.browser
+            .wait_for("the pictures of both sensors", look, is_other)
+    }
+
+    fn pictures(&self) -> Result<[Vec<f64>; 2], Failure> {
+        Ok([self.celsius("ceiling")?, self.celsius("wall")?])
+    }
+
+    /// Pixels of the screen in a metre of the plan.
+    fn pixels_per_metre(&self) -> Result<f64, Failure> {
+        let script =
+            "return document.querySelector('#plan .room').getBoundingClientRect().width / 4";
+        self.browser
+            .execute(script)?
+            .as_f64()
+            .ok_or_else(|| "no plan".into())
+    }
+
+    /// Drags a thing on the plan by metres to the right and to the back.
+    fn drag(&self, selector: &str, right_m: f64, back_m: f64) -> Outcome {
+        let scale = self.pixels_per_metre()?;
+        let by = (pixels(right_m * scale)?, pixels(-back_m * scale)?);
+        self.drag_from(selector, (0, 0), by)
+    }
+
+    /// Drags a thing on the plan by pixels, from a place beside its middle. The plan draws its things anew as soon as one is
+    /// taken hold of, so that places are counted from the middle of the plan itself.
+    fn drag_from(&self, selector: &str, beside: (i32, i32), by: (i32, i32)) -> Outcome {
+        let script = format!(
+            "document.querySelector('#plan').scrollIntoView({{ block: 'center' }});
+             const [thing, plan] = [{selector:?}, '#plan'].map((one) => document.querySelector(one).getBoundingClientRect());
+             return [thing.x + thing.width / 2 - plan.x - plan.width / 2, thing.y + thing.height / 2 - plan.y - plan.height / 2]"
+        );
+        let middle: [f64; 2] = serde_json::from_value(self.browser.execute(&script)?)?;
+        let (x, y) = (pixels(middle[0])? + beside.0, pixels(middle[1])? + beside.1);
+        self.browser.drag("#plan", (x, y), (x + by.0, y + by.1))
+    }
+
+    /// Goes to a field by its key, and writes.
+    fn write(&self, key: &str, value: &str) -> Outcome {
+        let selector = format!("#fields [data-key=\"{key}\"]");
+        self.browser.execute(&format!(
+            "const field = document.querySelector('{selector}'); field.focus(); field.select()"
+        ))?;
+        self.browser
+            .type_into(&selector, &format!("{value}{ENTER}"))
+    }
+
+    fn choose(&self, name: &str) -> Outcome {
+        let script = format!(
+            "[...document.querySelectorAll('#things li')].find((one) => one.querySelector('.name').textContent === '{name}').click()"
+        );
+        self.browser.execute(&script).map(drop)
+    }
+
+    fn saved(&self) -> Outcome {
+        self.browser
+            .wait_for_text("#saved", |text| text == "saved")
+            .map(drop)
+    }
+
+    /// Tab, until an element has the focus.
+    fn tab_to(&self, id: &str) -> Outcome {
+        let focus = || self.browser.execute("return document.activeElement.id");
+        for _ in 0..40 {
+            if focus()? == id {
+                return Ok(());
+            }
+            self.browser.press(TAB)?;
+        }
+        Err(format!("Tab does not lead to {id}").into())
+    }
+
+    /// Ctrl Z, until the text is as it was opened.
+    fn undo_all(&self) -> Outcome {
+        let look = || {
+            self.browser.press_together(&[CONTROL, "z"])?;
+            self.text()
+        };
+        self.browser
+            .wait_for("the first text", look, |text| text == ROOM)
+            .map(drop)
+    }
+
+    /// Three numbers behind a key, in the table of that name.
+    fn triple(&self, text: &str, name: &str, key: &str) -> Result<[f64; 3], Failure> {
+        let scene: toml::Table = text.parse()?;
+        let tables = scene.values().filter_map(toml::Value::as_array).flatten();
+        let named =
+            tables.filter(|table| table.get("name").and_then(toml::Value::as_str) == Some(name));
+        let list = named
+            .filter_map(|table| table.get(key)?.as_array())
+            .next()
+            .ok_or("no such key")?;
+        let numbers = list
+            .iter()
+            .filter_map(|one| one.as_float().or_else(|| one.to_string().parse().ok()));
+        let numbers: Vec<f64> = numbers.collect();
+        <[f64; 3]>::try_from(numbers).map_err(|found| format!("{key}: {found:?}").into())
+    }
+}
+
+/// A whole number of pixels.
+fn pixels(length: f64) -> Result<i32, Failure> {
+    Ok(format!("{length:.0}").parse()?)
+}
+
+fn near(found: f64, wanted: f64, by: f64) -> bool {
+    (found - wanted).abs() <= by
+}
+
+/// What `grideye simulate` makes of a scene's first moment, in quarters of a degree.
+fn simulated(desk: &Desk, scene: &str, sensor: &str) -> Result<Vec<f64>, Failure> {
+    let out = desk.folder.path().join("frame.csv");
+    let ended = run(grideye()
+        .arg("simulate")
+        .arg(desk.file(scene))
+        .args(["--sensor", sensor, "--frames", "1", "--seed", "1", "--out"])
+        .arg(&out));
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let first = Reader::new(fs::File::open(out)?)?
+        .next()
+        .ok_or("no frame")??;
+    let raw = first.record.reading.frame().ok_or("a frame is missing")?;
+    Ok(raw
+        .pixels
+        .iter()
+        .map(|word| f64::from(word.0) / 4.0)
+        .collect())
+}
+
+#[test]
+fn what_is_dragged_on_the_plan_goes_there_and_every_sensor_sees_it() -> Outcome {
+    if left_out("what_is_dragged_on_the_plan_goes_there_and_every_sensor_sees_it") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    desk.open("room")?;
+    let before = desk.pictures()?;
+
+    // A thing that both sensors see.
+    desk.drag("#plan .object[data-name=stove]", 0.6, -0.2)?;
+    let text = desk.wait_for_text(|text| text != ROOM)?;
+    let [x, y, z] = desk.triple(&text, "stove", "position_mm")?;
+    assert!(
+        near(x, 2600.0, 30.0) && near(y, 1800.0, 30.0) && z == 0.0,
+        "{x} {y} {z}"
+    );
+    let pictures = desk.wait_for_other_pictures(&before)?;
+
+    // A sensor sees other things from elsewhere, the other one what it saw.
+    desk.drag("#plan .sensor[data-name=ceiling] rect", -0.5, 0.0)?;
+    let text = desk.wait_for_text(|new| new != text)?;
+    let [x, y, z] = desk.triple(&text, "ceiling", "position_mm")?;
+    assert!(
+        near(x, 700.0, 30.0) && near(y, 2400.0, 30.0) && z == 2700.0,
+        "{x} {y} {z}"
+    );
+    let moved = desk.pictures()?;
+    assert!(moved[0] != pictures[0] && moved[1] == pictures[1]);
+
+    // People, and way-points of those who walk; a whole way with the one who goes it.
+    desk.drag("#plan .agent[data-name=bob]", 1.0, 0.0)?;
+    let text = desk.wait_for_text(|new| new != text)?;
+    assert!(
+        near(desk.triple(&text, "bob", "position_mm")?[0], 1800.0, 30.0),
+        "{text}"
+    );
+    desk.drag("#plan .way-point[data-row='1']", -1.0, 0.5)?;
+    let place = || {
+        desk.browser.execute("return [...document.querySelectorAll('#plan .way-point')].map((dot) => [dot.cx.baseVal.value, -dot.cy.baseVal.value]).flat()")
+    };
+    let is_at = |places: &Value, wanted: [f64; 4]| {
+        let places: Vec<f64> = serde_json::from_value(places.clone()).unwrap_or_default();
+        places.len() == 4
+            && places
+                .iter()
+                .zip(wanted)
+                .all(|(is, wanted)| near(*is, wanted, 0.03))
+    };
+    desk.browser.wait_for("the way", place, |places| {
+        is_at(places, [0.5, 0.7, 2.5, 1.2])
+    })?;
+    // Beside the way-point on which she stands.
+    let right = pixels(0.3 * desk.pixels_per_metre()?)?;
+    desk.drag_from("#plan .agent[data-name=ana]", (0, -22), (right, 0))?;
+    desk.browser.wait_for("the way", place, |places| {
+        is_at(places, [0.8, 0.7, 2.8, 1.2])
+    })?;
+
+    // Saved, it is what the command line simulates.
+    desk.browser.click("#save")?;
+    desk.saved()?;
+    for sensor in ["ceiling", "wall"] {
+        let (shown, made) = (
+            desk.celsius(sensor)?,
+            simulated(&desk, "room.toml", sensor)?,
+        );
+        let is_same = shown
+            .iter()
+            .zip(&made)
+            .all(|(one, other)| near(*one, *other, 0.13));
+        assert!(shown.len() == 64 && is_same, "{sensor}: {shown:?} {made:?}");
+    }
+    let way = desk.disk("ways/ana.csv")?;
+    assert!(way.starts_with("# from the door\nx_mm,y_mm,z_mm\n") && way.lines().count() == 4);
+    keep_picture(&desk.browser, "editor")?;
+    assert_quiet(&desk.browser, "")
+}
+
+#[test]
+fn what_is_turned_by_its_handle_and_dragged_in_the_view_goes_with_the_hand() -> Outcome {
+    if left_out("what_is_turned_by_its_handle_and_dragged_in_the_view_goes_with_the_hand") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    desk.open("room")?;
+    let before = desk.pictures()?;
+    desk.choose("stove")?;
+    // From the right, where it points at first, to the back: a quarter counter-clockwise.
+    let offset = "const [from, to] = ['.turn', '.object.chosen'].map((one) => document.querySelector(`#plan ${one}`).getBoundingClientRect());
+        return [to.x + to.width / 2 - from.x - from.width / 2, to.y + to.height / 2 - from.y - from.height / 2]";
+    let offset: [f64; 2] = serde_json::from_value(desk.browser.execute(offset)?)?;
+    let to = (pixels(offset[0])?, pixels(offset[1] - 120.0)?);
+    desk.browser.drag("#plan .turn", (0, 0), to)?;
+    let text = desk.wait_for_text(|text| text.contains("yaw_deg = 90"))?;
+    desk.wait_for_other_pictures(&before)?;
+
+    // A sensor turns about the vertical as well: its picture is another one, and that of the other is not.
+    let before = desk.pictures()?;
+    desk.choose("ceiling")?;
+    desk.browser.drag("#plan .turn", (0, 0), (150, -60))?;
+    desk.wait_for_text(|new| new != text && !new.contains("azimuth_deg = -90\n\n[[sensor]]"))?;
+    let after = desk.pictures()?;
+    assert!(after[0] != before[0] && after[1] == before[1]);
+
+    // The stove stands in the middle of the room, which is just above the middle of the view.
+    let text = desk.text()?;
+    desk.browser
+        .execute("document.querySelector('#view').scrollIntoView({ block: 'center' })")?;
+    desk.browser.drag("#view", (0, 30), (60, 30))?;
+    let moved = desk.wait_for_text(|new| new != text)?;
+    let [_, _, z] = desk.triple(&moved, "stove", "position_mm")?;
+    assert!(z == 0.0 && desk.triple(&moved, "stove", "position_mm")? != [2000.0, 2000.0, 0.0]);
+    assert_eq!(desk.browser.text("#fields-title")?, "Object stove");
+    // Beside everything, the view itself turns; so it does by keys.
+    let drawn = || {
+        desk.browser
+            .execute("return document.querySelector('#view').dataset.drawn")
+    };
+    let first = drawn()?;
+    desk.browser.drag("#view", (-150, -120), (-100, -120))?;
+    let second = desk
+        .browser
+        .wait_for("the view", drawn, |now| *now != first)?;
+    desk.browser.press(RIGHT)?;
+    desk.browser
+        .wait_for("the view", drawn, |now| *now != second)?;
+    assert_eq!(desk.text()?, moved);
+    assert_quiet(&desk.browser, "")
+}
+
+#[test]
+fn numbers_are_typed_undone_and_saved_with_every_remark() -> Outcome {
+    if left_out("numbers_are_typed_undone_and_saved_with_every_remark") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    desk.open("room")?;
+    let before = desk.pictures()?;
+    desk.choose("stove")?;
+    desk.write("object 0 temperature_c", "60")?;
+    let hot = ROOM.replace("temperature_c = 35 ", "temperature_c = 60 ");
+    desk.wait_for_text(|text| text == hot)?;
+    let warmer = desk.wait_for_other_pictures(&before)?;
+    let hottest = |picture: &[f64]| picture.iter().copied().fold(f64::MIN, f64::max);
+    assert!(
+        hottest(&warmer[0]) > hottest(&before[0]) + 5.0,
+        "{warmer:?}"
+    );
+    desk.write("object 0 size_mm 2", "600")?;
+    let low = hot.replace("600, 1200]", "600, 600]");
+    desk.wait_for_text(|text| text == low)?;
+    desk.choose("ana")?;
+    desk.write("way 1 1", "900")?;
+    let place = || {
+        desk.browser
+            .execute("return -document.querySelectorAll('#plan .way-point')[1].cy.baseVal.value")
+    };
+    desk.browser.wait_for("the way-point", place, |y| {
+        y.as_f64().is_some_and(|y| near(y, 0.9, 1e-6))
+    })?;
+
+    // Back by key and by button, and forth again; a number that is typed is one step.
+    desk.browser.press_together(&[CONTROL, "z"])?;
+    desk.browser.wait_for("the way-point", place, |y| {
+        y.as_f64().is_some_and(|y| near(y, 0.7, 1e-6))
+    })?;
+    desk.browser.click("#undo")?;
+    desk.wait_for_text(|text| text == hot)?;
+    desk.browser.press_together(&[CONTROL, "z"])?;
+    desk.wait_for_text(|text| text == ROOM)?;
+    desk.browser
+        .wait_for_text("#saved", |text| text == "saved")?;
+    desk.browser.press_together(&[CONTROL, SHIFT, "z"])?;
+    desk.wait_for_text(|text| text == hot)?;
+    desk.browser.click("#redo")?;
+    desk.wait_for_text(|text| text == low)?;
+
+    // Saved is what was typed, and nothing else; the old one is kept.
+    desk.browser
+        .wait_for_text("#saved", |text| text == "not saved")?;
+    desk.browser.press_together(&[CONTROL, "s"])?;
+    desk.saved()?;
+    assert_eq!(desk.disk("room.toml")?, low);
+    assert_eq!(desk.disk("room.toml~")?, ROOM);
+    assert_eq!(desk.disk("ways/ana.csv")?, WAY);
+    assert_quiet(&desk.browser, "")
+}
+
+#[test]
+fn a_scene_that_changed_on_the_disk_is_not_written_over() -> Outcome {
+    if left_out("a_scene_that_changed_on_the_disk_is_not_written_over") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    desk.open("room")?;
+    desk.choose("stove")?;
+    desk.write("object 0 temperature_c", "50")?;
+    desk.wait_for_text(|text| text.contains("temperature_c = 50"))?;
+    let others = ROOM.replace("Nobody", "Somebody");
+    fs::write(desk.file("room.toml"), &others)?;
+    desk.browser.click("#save")?;
+    desk.browser.wait_for_text("#fault", |text| {
+        text.contains("changed on the disk") && text.contains("another name")
+    })?;
+    assert_eq!(desk.disk("room.toml")?, others);
+    // Under another name both are kept.
+    desk.browser.click("#save-other")?;
+    desk.browser
+        .wait_for_text("#save-as", |text| text.contains("Name"))?;
+    desk.browser.execute(
+        "const field = document.querySelector('#save-name'); field.focus(); field.select()",
+    )?;
+    desk.browser.type_into("#save-name", "my room")?;
+    desk.browser.click("#save-as [value=save]")?;
+    desk.saved()?;
+    assert_eq!(desk.disk("room.toml")?, others);
+    assert_eq!(
+        desk.disk("my room.toml")?,
+        ROOM.replace("temperature_c = 35 ", "temperature_c = 50 ")
+    );
+    // The browser itself says that the first was refused.
+    assert_quiet(&desk.browser, "409")
+}
+
+#[test]
+fn a_scene_that_is_none_names_its_fault_and_the_place() -> Outcome {
+    if left_out("a_scene_that_is_none_names_its_fault_and_the_place") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    // As it lies in the folder.
+    desk.open("broken")?;
+    desk.browser.wait_for_text("#fault", |text| {
+        text.contains("size_mm") && text.contains("line 3, column 11")
+    })?;
+    assert!(desk.browser.text("#lines")?.contains("▶ 3"));
+
+    // As it is typed: the pictures are said to be of before, and the place is a click away.
+    desk.browser.execute("location.hash = 'scene=room'")?;
+    desk.wait_for_text(|text| text == ROOM)?;
+    desk.browser
+        .wait_for_text("#saved", |text| text == "saved")?;
+    desk.browser.execute("document.querySelector('#text-panel').open = true; document.querySelector('#text').focus(); document.querySelector('#text').setSelectionRange(0, 0)")?;
+    desk.browser.type_into("#text", "colour = 3\n")?;
+    let fault = desk
+        .browser
+        .wait_for_text("#fault", |text| text.contains("colour"))?;
+    assert!(
+        fault.contains("This is no scene") && fault.contains("Hint"),
+        "{fault}"
+    );
+    let stale = "return document.querySelector('#frames').dataset.stale";
+    assert_eq!(desk.browser.execute(stale)?, "true");
+    let place = desk.browser.text("#fault-place")?;
+    desk.browser.click("#fault-place")?;
+    let marked = "const text = document.querySelector('#text'); return text.value.slice(text.selectionStart, text.selectionEnd)";
+    assert!(place.starts_with("line "), "{place}");
+    desk.browser.wait_for(
+        "the place",
+        || desk.browser.execute(marked),
+        |marked| {
+            marked
+                .as_str()
+                .is_some_and(|marked| marked.contains("colour"))
+        },
+    )?;
+    keep_picture(&desk.browser, "editor-fault")?;
+    desk.undo_all()?;
+    desk.browser.wait_for(
+        "no fault",
+        || {
+            desk.browser
+                .execute("return document.querySelector('#fault').hidden")
+        },
+        |hidden| *hidden == Value::Bool(true),
+    )?;
+
+    // What would leave the room stays in it, and that is said.
+    let lines = ROOM
+        .lines()
+        .take_while(|line| !line.contains("[1200, 2400"));
+    let place = format!("line {}, column 15", lines.count() + 1);
+    desk.drag("#plan .sensor[data-name=ceiling] rect", -2.2, 0.0)?;
+    desk.browser.wait_for_text("#fault", |text| {
+        text.contains("Not done") && text.contains("outside the room") && text.contains(&place)
+    })?;
+    assert_eq!(desk.text()?, ROOM);
+    // A number likewise, in the field where it is typed.
+    desk.choose("ceiling")?;
+    let field = "#fields [data-key=\"sensor 0 elevation_deg\"]";
+    desk.browser.execute(&format!(
+        "const field = document.querySelector('{field}'); field.focus(); field.select()"
+    ))?;
+    desk.browser.type_into(field, "900")?;
+    desk.browser
+        .wait_for_text("#fault", |text| text.contains("elevation_deg"))?;
+    let marked = format!("return document.querySelector('{field}').getAttribute('aria-invalid')");
+    assert_eq!(desk.browser.execute(&marked)?, "true");
+    desk.browser.press(ENTER)?;
+    // Of 9 and 90, which stood there on the way, the last one stays.
+    desk.wait_for_text(|text| text == ROOM)?;
+    assert_quiet(&desk.browser, "")
+}
+
+#[test]
+fn the_map_of_where_a_person_is_seen_is_hatched_over_the_plan() -> Outcome {
+    if left_out("the_map_of_where_a_person_is_seen_is_hatched_over_the_plan") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    // The sensors of the repository's bedroom have noise to be seen above.
+    let bedroom = grideye_tests::programs::root().join("scenes/bedroom.toml");
+    fs::copy(bedroom, desk.file("bedroom.toml"))?;
+    desk.open("bedroom")?;
+    desk.browser.click("#cover")?;
+    let share =
+        |text: &str| -> Option<u32> { text.split(", ").nth(1)?.split(' ').next()?.parse().ok() };
+    let words = desk
+        .browser
+        .wait_for_text("#cover-words", |text| text.contains("is detected at"))?;
+    let kinds = "return [...new Set([...document.querySelectorAll('#plan .cell')].map((cell) => `${cell.dataset.cover} ${cell.getAttribute('fill')}`))].sort()";
+    let kinds: Vec<String> = serde_json::from_value(desk.browser.execute(kinds)?)?;
+    assert!(
+        kinds.contains(&"seen url(#hatch-seen)".to_owned())
+            && kinds.contains(&"out url(#hatch-out)".to_owned()),
+        "{kinds:?}"
+    );
+    // As `grideye coverage` counts, whose cells are the same.
+    let told = run(grideye()
+        .args(["coverage", "--json"])
+        .arg(desk.file("bedroom.toml")));
+    let told: Value =
+        serde_json::from_str(&told.stdout).map_err(|error| format!("{error}: {told:?}"))?;
+    let found = [&told["totals"]["detected"], &told["totals"]["places"]].map(Value::to_string);
+    let shown = [6, 8].map(|word| words.split(' ').nth(word).unwrap_or_default().to_owned());
+    assert_eq!(shown, found, "{words}");
+
+    // In a corner the sensor sees less of the floor; the map follows.
+    let first = share(&words).ok_or("no share")?;
+    desk.drag("#plan .sensor rect", 1.8, -1.5)?;
+    desk.browser.wait_for_text("#cover-words", |text| {
+        share(text).is_some_and(|now| now < first)
+    })?;
+    keep_picture(&desk.browser, "editor-coverage")?;
+    desk.browser.click("#cover")?;
+    let cells = "return document.querySelectorAll('#plan .cell').length";
+    assert_eq!(desk.browser.execute(cells)?, 0);
+    assert_quiet(&desk.browser, "")
+}
+
+#[test]
+fn everything_is_done_by_keys_alone() -> Outcome {
+    if left_out("everything_is_done_by_keys_alone") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    let browser = &desk.browser;
+    browser.open(&format!("{}/", desk.collector.url()))?;
+    browser.wait_for_text("nav", |text| text.contains("Scenes"))?;
+    browser.press("e")?;
+    let ready = || browser.execute("return document.querySelector('main')?.dataset.ready ?? ''");
+    browser.wait_for("the editor", ready, |is| is == "true")?;
+    // The first of the folder is the broken one: the list of scenes is reached by Tab.
+    desk.tab_to("scene")?;
+    browser.press("r")?;
+    desk.wait_for_text(|text| text == ROOM)?;
+    browser.wait_for_text("#saved", |text| text == "saved")?;
+    desk.tab_to("plan")?;
+
+    // Room, stove: moved, raised, turned.
+    browser.press(".")?;
+    browser.press(".")?;
+    browser.wait_for_text("#fields-title", |title| title == "Object stove")?;
+    browser.press(RIGHT)?;
+    desk.wait_for_text(|text| text.contains("[2050, 2000, 0]"))?;
+    browser.press_together(&[SHIFT, UP])?;
+    desk.wait_for_text(|text| text.contains("[2050, 2500, 0]"))?;
+    browser.press("[")?;
+    desk.wait_for_text(|text| text.contains("yaw_deg = 5\n"))?;
+    // The one before the room is the last: the sensor at the wall, lowered and tilted.
+    browser.press(",")?;
+    browser.press(",")?;
+    browser.wait_for_text("#fields-title", |title| title == "Sensor wall")?;
+    browser.press(PAGE_DOWN)?;
+    desk.wait_for_text(|text| text.contains("[2000, 4000, 1950]"))?;
+    browser.press("t")?;
+    desk.wait_for_text(|text| text.contains("elevation_deg = 35"))?;
+    // Its numbers, and back.
+    browser.press(ENTER)?;
+    browser.wait_for(
+        "the field",
+        || browser.execute("return document.activeElement.dataset.key"),
+        |key| key == "sensor 1 name",
+    )?;
+    browser.press(ENTER)?;
+
+    // New things, the same once more, a way, and away with it.
+    browser.press("n")?;
+    browser.press("s")?;
+    browser.wait_for_text("#fields-title", |title| title == "Sensor sensor 1")?;
+    let frames = || browser.execute("return document.querySelectorAll('#frames figure').length");
+    browser.wait_for("three pictures", frames, |count| *count == 3)?;
+    browser.press("d")?;
+    browser.wait_for("four pictures", frames, |count| *count == 4)?;
+    browser.press(DELETE)?;
+    browser.wait_for("three pictures", frames, |count| *count == 3)?;
+    browser.press("n")?;
+    browser.press("p")?;
+    browser.wait_for_text("#fields-title", |title| title == "Person person 1")?;
+    browser.press("w")?;
+    browser.wait_for_text("#fields-title", |title| title == "Way-point 2 of person 1")?;
+    browser.press(RIGHT)?;
+    let text = desk.wait_for_text(|text| text.contains("trajectories/room-person-1.csv"))?;
+    browser.press("c")?;
+    // These sensors have no noise, and that is said.
+    browser.wait_for_text("#cover-words", |words| words.contains("no noise"))?;
+    browser.press_together(&[CONTROL, "s"])?;
+    desk.saved()?;
+    assert_eq!(desk.disk("room.toml")?, text);
+    assert_eq!(
+        desk.disk("trajectories/room-person-1.csv")?.lines().count(),
+        3
+    );
+    // The list of keys is there.
+    browser.press("?")?;
+    browser.wait_for_text("#keys", |text| {
+        text.contains("Ctrl Shift Z") && text.contains("new way-point")
+    })?;
+    assert_quiet(browser, "")
+}
+
+#[test]
+fn the_editor_fits_a_telephone_and_both_schemes() -> Outcome {
+    if left_out("the_editor_fits_a_telephone_and_both_schemes") {
+        return Ok(());
+    }
+    let desk = Desk::new()?;
+    for (width, height, mobile) in [
+        (390, 844, true),
+        (820, 1180, true),
+        (1600, 1000, false),
+        (2560, 1440, false),
+    ] {
+        desk.browser.set_screen(Screen {
+            width,
+            height,
+            scale: 1.0,
+            mobile,
+        })?;
+        for scheme in ["light", "dark"] {
+            desk.browser.prefer_scheme(scheme)?;
+            desk.open("room")?;
+            desk.choose("ceiling")?;
+            let wide = desk
+                .browser
+                .execute("return document.documentElement.scrollWidth - innerWidth")?;
+            assert!(
+                wide.as_f64().is_some_and(|wide| wide <= 0.0),
+                "{width} {scheme}: {wide}"
+            );
+            keep_picture(&desk.browser, &format!("editor-{width}-{scheme}"))?;
+        }
+    }
+    assert_quiet(&desk.browser, "")
+}
