@@ -80,7 +80,7 @@ fn the_unit_starts_the_agent_with_the_configuration_that_the_page_names() {
         )
     );
     for needed in [
-        "DynamicUser=yes",
+        "User=grideye-agent",
         "SupplementaryGroups=i2c",
         "DeviceAllow=char-i2c rw",
         "ProtectSystem=strict",
@@ -88,6 +88,12 @@ fn the_unit_starts_the_agent_with_the_configuration_that_the_page_names() {
     ] {
         assert!(unit.lines().any(|line| line == needed), "{needed}");
     }
+    let user = file("grideye-agent.sysusers");
+    assert!(
+        user.lines()
+            .any(|line| line.starts_with("u grideye-agent ")),
+        "{user}"
+    );
     let page = file("README.md");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware-config");
     for entry in std::fs::read_dir(folder).unwrap() {
