@@ -80,14 +80,15 @@ impl Agents {
     pub(crate) fn kill(&mut self) {
         let pid = self.pid_other_than("");
         signal("STOP", &pid);
-        self.on_disk.extend(spooled::records(&self.spool));
+        self.on_disk.extend(self.spooled());
         signal("KILL", &pid);
         self.killed += 1;
         self.pid_other_than(&pid);
     }
 
-    /// Lets the agent that runs end well; where this machine was too busy to read a frame, it says so in its end too.
-    pub(crate) fn stop(&mut self) {
+    /// Lets the agent that runs end well; where this machine was too busy to read a frame, it says so in its end too. Returns
+    /// how many frames it leaves on the disk for its next start: those for which a busy machine had no time before.
+    pub(crate) fn stop(&mut self) -> u64 {
         std::fs::write(self.folder.join("stop"), "").unwrap();
         signal("TERM", &self.pid_other_than(""));
         let code = wait(&mut self.emulator);
@@ -95,6 +96,15 @@ impl Agents {
         let is_whole = said.trim_end().ends_with("; 0 missing");
         let expected = if is_whole { 0 } else { DATA_LOST };
         assert_eq!(code, expected, "{said}{}", self.log());
+        let last = said.lines().last().unwrap_or_default();
+        let on_disk = last.split_once(" on disk; ").map(|(before, _)| before);
+        let frames = on_disk.and_then(|before| before.rsplit(' ').next());
+        frames.map_or(0, |frames| frames.parse().unwrap())
+    }
+
+    /// What stands in the spool now, by run and number.
+    pub(crate) fn spooled(&self) -> BTreeSet<(String, u64)> {
+        spooled::records(&self.spool)
     }
 
     pub(crate) fn log(&self) -> String {

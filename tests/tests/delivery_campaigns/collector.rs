@@ -143,9 +143,9 @@ impl Collector {
         rows
     }
 
-    /// Waits until what agents have said before they ended is all here.
-    pub(crate) fn wait_until_all_is_here(&self) -> Vec<Value> {
-        self.wait_until(are_settled)
+    /// Waits until what agents have said before they ended is all here, but for frames that they left on their disk.
+    pub(crate) fn wait_until_all_is_here_but(&self, left: u64) -> Vec<Value> {
+        self.wait_until(|rows| are_balanced_but_for(rows, left))
     }
 
     fn wait_until(&self, is_met: impl Fn(&[Value]) -> bool) -> Vec<Value> {
@@ -189,6 +189,11 @@ impl Drop for Collector {
 
 /// Whether `grideye audit` says that the books balance and that nothing is in a spool any more.
 fn are_settled(rows: &[Value]) -> bool {
-    let is_settled = |row: &Value| row["balanced"] == true && row["spooled"] == 0;
-    !rows.is_empty() && rows.iter().all(is_settled)
+    are_balanced_but_for(rows, 0)
+}
+
+/// Whether it says that they balance, and that so many frames are in spools.
+fn are_balanced_but_for(rows: &[Value], left: u64) -> bool {
+    let spooled: u64 = rows.iter().filter_map(|row| row["spooled"].as_u64()).sum();
+    !rows.is_empty() && spooled == left && rows.iter().all(|row| row["balanced"] == true)
 }
