@@ -7,6 +7,7 @@
 //! [`UNCHANGED`]. The thermistor is read after the pixels, in a transfer of its own.
 
 mod check;
+#[cfg_attr(not(target_pointer_width = "64"), path = "camera/none.rs")]
 mod v4l2;
 
 pub use self::check::check_camera;
@@ -98,6 +99,15 @@ pub enum CameraError {
         /// The device file.
         path: String,
     },
+    /// This program was built for 32 bits.
+    #[error(
+        "{path}: on 32-bit systems this program reads no cameras\nhint: read the sensor itself, path = \"/dev/i2c-1\", or use \
+         the 64-bit Raspberry Pi OS"
+    )]
+    Of32Bits {
+        /// The device file.
+        path: String,
+    },
     /// The system refused it for another reason.
     #[error(
         "{path}: cannot be used as a camera: {source}\nhint: does another program use it? `sudo fuser {path}` names it"
@@ -118,7 +128,9 @@ impl CameraError {
                 source.raw_os_error().map_or(NoData::BusError, by_errno)
             }
             Self::PermissionDenied { .. } => NoData::BusError,
-            Self::OtherCamera { .. } | Self::NoThermometer { .. } => NoData::WrongConfiguration,
+            Self::OtherCamera { .. } | Self::NoThermometer { .. } | Self::Of32Bits { .. } => {
+                NoData::WrongConfiguration
+            }
         }
     }
 }
