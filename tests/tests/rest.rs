@@ -186,6 +186,9 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
     for seq in 5..8 {
         post(seq)?;
     }
+    let span = serde_json::json!({"device": "pi-1", "sensor": "i2c-1:0x69", "boot": "b1", "first_seq": 5, "last_seq": 6});
+    ureq::post(server.url("/v1/recordings/1/labels"))
+        .send_json(serde_json::json!({"name": "two people", "spans": [span]}))?;
     let mut said = Vec::new();
     for example in examples("python", &url) {
         let what = "every_example_for_a_notebook_does_what_it_says";
@@ -204,7 +207,7 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
         }
         said.push(outcome(&example, &running.join().unwrap()));
     }
-    let [now, live, table] = said.as_slice() else {
+    let [now, live, table, labelled] = said.as_slice() else {
         return Err(format!("{} examples", said.len()).into());
     };
     let hottest = person()
@@ -222,5 +225,8 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
         table.contains("hottest") && table.contains("i2c-1:0x69"),
         "{table}"
     );
+    let of_label = labelled.lines().find(|line| line.starts_with("two people"));
+    let frames = of_label.and_then(|line| line.split_whitespace().last());
+    assert_eq!(frames, Some("2"), "{labelled}");
     Ok(())
 }
