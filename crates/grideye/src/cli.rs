@@ -468,7 +468,7 @@ pub(crate) struct Audit {
 pub(crate) struct Migrate {
     /// SQLite file that no collector is using.
     pub(crate) file: PathBuf,
-    /// postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE.
+    /// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`.
     ///
     /// The password may stand in the file that PGPASSFILE names.
     pub(crate) url: String,

@@ -9,7 +9,7 @@ const HEADING: &str = "MQTT for Home Assistant";
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = HEADING)]
 pub(crate) struct BrokerOptions {
-    /// Broker, as mqtt://[USER@]HOST[:PORT]; mqtts:// encrypts.
+    /// Broker, as `mqtt://[USER@]HOST[:PORT]`; `mqtts://` encrypts.
     #[arg(long = "mqtt", id = "mqtt", value_name = "URL")]
     pub(crate) url: Option<String>,
     /// File with the user's password [default: the environment variable GRIDEYE_MQTT_PASSWORD, if it is set].

@@ -1,10 +1,14 @@
 //! How it ends: by itself, by signals, with the program; the exit code, what is said last, and nothing left behind.
 
 use crate::support::{Ended, Server, emulate, pixels, run, signal_process, wait, wait_for, ways};
+use rustix::fs::OFlags;
 use rustix::process::Signal;
-use std::io::Read as _;
-use std::os::unix::process::CommandExt as _;
-use std::process::Stdio;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use std::fs::File;
+use std::io::Write as _;
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -124,54 +128,99 @@ fn quiet_says_nothing_and_json_says_it_to_programs() {
     assert_eq!(lines[1]["counts"]["transactions"], 0);
 }
 
-/// A program of its own process group, as a terminal would start it.
-fn started(via: &str, script: &str, socket: &std::path::Path) -> std::process::Child {
-    emulate(&["--constant", "21", "--via", via, "--socket"])
-        .arg(socket)
-        .args(["--", "sh", "-c", script])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .process_group(0)
-        .spawn()
-        .unwrap()
-}
-
 #[test]
-fn signals_are_the_programs_and_nothing_is_left_behind() {
+fn a_signal_is_the_programs_and_nothing_is_left_behind() {
     for via in ways("signals to a program") {
-        signals_by(via);
+        let told = ToldToEnd::new("TERM");
+        let mut child = told.command(via).stdout(Stdio::piped()).spawn().unwrap();
+        told.wait_until_ready();
+        signal_process(child.id(), Signal::TERM);
+        assert_eq!(wait(&mut child), 9);
+        let said = std::io::read_to_string(child.stdout.take().unwrap()).unwrap();
+        assert_eq!(said, "caught TERM\n", "{via}");
+        assert!(!told.socket().exists());
     }
 }
 
-fn signals_by(via: &str) {
-    let folder = tempfile::tempdir().unwrap();
-    let (socket, ready) = (folder.path().join("amg.sock"), folder.path().join("ready"));
-    for (signal, name, to_all) in [(Signal::INT, "INT", true), (Signal::TERM, "TERM", false)] {
-        let script = format!(
-            "trap 'echo caught {name}; exit 9' {name}; touch {}; while :; do sleep 0.05; done",
-            ready.display()
+/// The terminal tells the program itself, so it is told once and not by both.
+#[test]
+fn ctrl_c_at_a_terminal_reaches_the_program_once() {
+    for via in ways("Ctrl-C at a terminal") {
+        let told = ToldToEnd::new("INT");
+        let (mut keyboard, terminal) = terminal();
+        let said = tempfile::NamedTempFile::new().unwrap();
+        let emulate = told.command(via);
+        let mut session = Command::new("setsid");
+        session
+            .args(["--ctty", "--wait"])
+            .arg(emulate.get_program())
+            .args(emulate.get_args())
+            .current_dir(emulate.get_current_dir().unwrap())
+            .stdin(terminal)
+            .stdout(said.reopen().unwrap());
+        let mut child = session.spawn().unwrap();
+        told.wait_until_ready();
+        keyboard.write_all(b"\x03").unwrap();
+        assert_eq!(wait(&mut child), 9);
+        assert_eq!(
+            std::fs::read_to_string(said.path()).unwrap(),
+            "caught INT\n",
+            "{via}"
         );
-        let mut child = started(via, &script, &socket);
-        wait_for("the program", || ready.exists().then_some(()));
-        if to_all {
-            // As Ctrl-C at a terminal: everybody in the group is told.
-            let group = rustix::process::Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
-            rustix::process::kill_process_group(group, signal).unwrap();
-        } else {
-            signal_process(child.id(), signal);
-        }
-        assert_eq!(wait(&mut child), 9, "{name}");
-        let mut said = String::new();
-        child
-            .stdout
-            .take()
-            .unwrap()
-            .read_to_string(&mut said)
-            .unwrap();
-        assert_eq!(said, format!("caught {name}\n"));
-        assert!(!socket.exists());
-        std::fs::remove_file(&ready).unwrap();
+        assert!(!told.socket().exists());
     }
+}
+
+/// A program that says every signal that it catches. It looks for them all the time: two that come while a shell sleeps
+/// are one to it.
+struct ToldToEnd {
+    folder: tempfile::TempDir,
+    signal: &'static str,
+}
+
+impl ToldToEnd {
+    fn new(signal: &'static str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        Self { folder, signal }
+    }
+
+    fn socket(&self) -> PathBuf {
+        self.folder.path().join("amg.sock")
+    }
+
+    fn ready(&self) -> PathBuf {
+        self.folder.path().join("ready")
+    }
+
+    fn command(&self, via: &str) -> Command {
+        let script = format!(
+            "n=; trap 'echo caught {signal}; n=1' {signal}; touch {}; while [ -z \"$n\" ]; do :; done; sleep 0.2; exit 9",
+            self.ready().display(),
+            signal = self.signal,
+        );
+        let mut command = emulate(&["--constant", "21", "--quiet", "--via", via, "--socket"]);
+        command.arg(self.socket()).args(["--", "sh", "-c", &script]);
+        command
+    }
+
+    fn wait_until_ready(&self) {
+        wait_for("the program", || self.ready().exists().then_some(()));
+    }
+}
+
+/// A pseudo-terminal: what types into it, and what a program has as its terminal.
+fn terminal() -> (File, File) {
+    let keyboard = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&keyboard).unwrap();
+    unlockpt(&keyboard).unwrap();
+    let name = ptsname(&keyboard, Vec::new()).unwrap();
+    let terminal = File::options()
+        .read(true)
+        .write(true)
+        .custom_flags(i32::try_from(OFlags::NOCTTY.bits()).unwrap())
+        .open(name.to_str().unwrap())
+        .unwrap();
+    (File::from(keyboard), terminal)
 }
 
 #[test]
