@@ -241,9 +241,9 @@ mod tests {
         let mut adapter = adapter();
         let mut buffer = [0; 2];
         adapter
-            .transfer(&mut [write(0x69, &[0x80]), read(0x69, &mut buffer)])
+            .transfer(&mut [write(0x69, &[0x2A]), read(0x69, &mut buffer)])
             .unwrap();
-        assert_eq!(adapter.into_bus().0, ["69 W[80] R2"]);
+        assert_eq!(adapter.into_bus().0, ["69 W[2A] R2"]);
         assert_eq!(buffer, [0xA5; 2]);
     }
 

@@ -27,6 +27,8 @@ const RET_SUBMIT: u32 = 3;
 const RET_UNLINK: u32 = 4;
 
 const DIRECTION_IN: u32 = 1;
+/// Bit 7 of bmRequestType (USB 2.0, table 9-2).
+const DEVICE_TO_HOST: u8 = 0x80;
 const NO_PACKETS: [u32; 2] = [0, u32::MAX];
 
 /// Bytes that no USB/IP client sends. The connection is of no use afterwards: nobody knows where the next header begins.
@@ -209,7 +211,7 @@ impl Setup {
 
     /// Whether the device sends.
     pub(super) const fn is_in(&self) -> bool {
-        self.request_type & 0x80 != 0
+        self.request_type & DEVICE_TO_HOST != 0
     }
 }
 
