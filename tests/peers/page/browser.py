@@ -38,6 +38,14 @@ class Browser:
         wrapped = f"const done = arguments[arguments.length - 1]; (async (...given) => {{ {script} }})(...arguments).then(done)"
         return self._ask("POST", f"{self._session}/execute/async", {"script": wrapped, "args": list(arguments)})
 
+    def drag(self, places, step_ms):
+        """Takes hold at the first place of the window, goes to each other one in so many milliseconds, and lets go."""
+        (x, y), *others = places
+        moves = [{"type": "pointerMove", "x": x, "y": y, "duration": step_ms} for x, y in others]
+        actions = [{"type": "pointerMove", "x": x, "y": y, "duration": 0}, {"type": "pointerDown", "button": 0}, *moves, {"type": "pointerUp", "button": 0}]
+        hand = {"type": "pointer", "id": "hand", "parameters": {"pointerType": "mouse"}, "actions": actions}
+        self._ask("POST", f"{self._session}/actions", {"actions": [hand]})
+
     def cpu_s(self):
         """Seconds of CPU time of all its processes until now."""
         ticks = 0

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import statistics
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import threading
 import time
 import urllib.request
 
+import editor as scene_editor
 from browser import Browser
 
 PROGRAMS = os.path.abspath(sys.argv[1])
@@ -225,6 +227,30 @@ def playback(browser):
         collector.end()
 
 
+def editor(browser):
+    everything = []
+    with tempfile.TemporaryDirectory() as folder:
+        # Saved is nothing; yet nothing of the repository is within reach of the page.
+        scenes = shutil.copytree("scenes", os.path.join(folder, "scenes"))
+        collector = Collector(folder, "--scenes", scenes)
+        wanted = [scene["name"] for scene in send(f"{collector.url}/v1/scenes")["scenes"] if scene["sensors"]]
+        for scene in wanted:
+            drags = scene_editor.waits(browser, collector.url, scene)
+            waits = [wait for each in drags.values() for wait in each]
+            everything += waits
+            print(f"{scene:>21}: {', '.join(drags)} dragged; {said(waits)}")
+        browser.open("about:blank")
+        collector.end()
+    print(f"from the hand to the picture of all: {len(wanted)} scenes, {said(everything)}; load of the machine {os.getloadavg()[0]:.1f}")
+
+
+def said(waits):
+    """Median and percentile of milliseconds."""
+    if not waits:
+        return "no picture"
+    return f"{len(waits)} pictures, median {statistics.median(waits):.0f} ms, 95th percentile {percentile(waits, 0.95):.0f} ms, at most {max(waits):.0f} ms"
+
+
 def export():
     with tempfile.TemporaryDirectory() as folder:
         collector = Collector(folder)
@@ -250,11 +276,11 @@ def export():
 
 
 def main():
-    wanted = sys.argv[2:] or ["first", "weight", "cpu", "latency", "playback", "export"]
+    wanted = sys.argv[2:] or ["first", "weight", "cpu", "latency", "playback", "editor", "export"]
     browser = Browser() if set(wanted) - {"first", "export"} else None
     for what in wanted:
         step = {"first": first, "export": export}.get(what)
-        step() if step else {"weight": weight, "cpu": cpu, "latency": latency, "playback": playback}[what](browser)
+        step() if step else {"weight": weight, "cpu": cpu, "latency": latency, "playback": playback, "editor": editor}[what](browser)
         sys.stdout.flush()
     if browser:
         browser.close()
