@@ -2,7 +2,7 @@
 
 import { CoverageHatch } from "./hatch.js";
 import { weightOf, withRoom } from "./names.js";
-import { isSame, onGrid, placeOf, turnKey, turnOf } from "./things.js";
+import { centreOf, handleOf, isSame, onGrid, placeOf, turnOf, turnTowards, turnable } from "./things.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 // Of the room's longer side, around it.
@@ -15,8 +15,6 @@ const LETTERS = 12;
 const ARM = 34;
 const ZOOM_STEP = 1.25;
 const ZOOM_MAX = 20;
-const TURN_STEP = 1;
-const TURN_STEP_COARSE = 15;
 
 export class FloorPlan {
   #svg;
@@ -156,32 +154,12 @@ export class FloorPlan {
 
   /** The round handle that turns what is chosen. */
   #handles() {
-    const item = this.#item();
-    if (item === null || this.#chosen.row !== undefined || turnKey(item) === null) return [];
-    const [x, y] = this.#centre(item);
-    const [handleX, handleY] = this.#handleAt(item);
+    const item = turnable(this.#scene, this.#chosen);
+    if (item === null) return [];
+    const [[x, y], [handleX, handleY]] = [centreOf(item), handleOf(item, ARM * this.#unit)];
     const handle = element("circle", { class: "turn", cx: handleX, cy: -handleY, r: HANDLE * this.#unit });
     handle.dataset.turns = "true";
     return [element("line", { class: "arm", x1: x, y1: -y, x2: handleX, y2: -handleY }), handle];
-  }
-
-  #handleAt(item) {
-    const [x, y] = this.#centre(item);
-    const angle = (turnOf(item) * Math.PI) / 180;
-    const outline = item.bodies?.flatMap((body) => body.outline_m) ?? [];
-    const reach = Math.max(0, ...outline.map(([cornerX, cornerY]) => Math.hypot(cornerX - x, cornerY - y)));
-    const arm = Math.min(reach, 1) + ARM * this.#unit;
-    return [x + Math.cos(angle) * arm, y + Math.sin(angle) * arm];
-  }
-
-  #centre(item) {
-    if (item.at_m) return item.at_m;
-    const place = placeOf(item);
-    return [place[0] / 1000, place[1] / 1000];
-  }
-
-  #item() {
-    return this.#scene.items.find((item) => this.#is(item) !== "") ?? null;
   }
 
   #text(kind, words, [x, y], size) {
@@ -194,7 +172,7 @@ export class FloorPlan {
     if (!event.isPrimary || event.button !== 0 || this.#scene === null) return;
     const [at, target] = [this.#at(event), event.target.closest("[data-turns], [data-kind]")];
     if (target?.dataset.turns) {
-      this.#held = { turns: true, centre: this.#centre(this.#item()) };
+      this.#held = { turns: true, centre: centreOf(turnable(this.#scene, this.#chosen)) };
     } else if (target) {
       const { kind, index, row } = target.dataset;
       const chosen = { kind, index: Number(index), ...(row === undefined ? {} : { row: Number(row) }) };
@@ -213,10 +191,7 @@ export class FloorPlan {
     const held = this.#held;
     if (held === null || !event.isPrimary) return;
     if (held.turns) {
-      const [x, y] = this.#at(event);
-      const step = event.shiftKey ? TURN_STEP_COARSE : TURN_STEP;
-      const degrees = (Math.atan2(y - held.centre[1], x - held.centre[0]) * 180) / Math.PI;
-      this.#on.turn(Math.round(degrees / step) * step, event.timeStamp);
+      this.#on.turn(turnTowards(held.centre, this.#at(event), event.shiftKey), event.timeStamp);
     } else if (held.pans) {
       const unit = this.#unit;
       const [x, y, width, height] = held.view;

@@ -1,8 +1,8 @@
 // The scene in three dimensions, to look at from all sides and to take hold of: drag moves things on their level, with Shift
-// up and down; beside them it turns the view.
+// up and down, the round handle turns what is chosen; beside them it turns the view.
 
 import { weightOf, withRoom } from "./names.js";
-import { isSame, onGrid, placeOf } from "./things.js";
+import { centreOf, handleOf, isSame, onGrid, placeOf, turnTowards, turnable } from "./things.js";
 
 const FOCAL = 1.5;
 const FIRST = { azimuth: -115, elevation: 32, nearer: 1 };
@@ -15,6 +15,8 @@ const DEGREES_A_PIXEL = 0.4;
 const SHADE_MIN = 0.55;
 const LIGHT = [-0.45, -0.6, 0.66];
 const DOT = 6;
+// As on the plan, in pixels of the screen; however flat a level is seen, so much of the arm is.
+const [HANDLE, ARM, ARM_MIN] = [9, 34, 26];
 // A picture that takes longer is drawn when nothing has moved for so long.
 const [QUICK_MS, REST_MS] = [6, 120];
 // Bodies of more faces are drawn without their edges, which would be all that one sees of them.
@@ -31,7 +33,7 @@ export class RoomView {
   #asked = null;
   #tookMs = 0;
 
-  /** `on` is as the plan has it, without `turn`. */
+  /** `on` is as the plan has it. */
   constructor(canvas, on) {
     this.#canvas = canvas;
     this.#on = on;
@@ -86,6 +88,7 @@ export class RoomView {
     for (const shape of this.#shapes) this.#fill(context, shape, look);
     for (const item of items) this.#lines(context, item, eye, look);
     this.#names(context, items, eye, look);
+    this.#handle(context, eye, look);
     this.#canvas.dataset.drawn = `${this.#camera.azimuth} ${this.#camera.elevation} ${this.#camera.nearer.toFixed(2)}`;
   }
 
@@ -176,6 +179,27 @@ export class RoomView {
     }
   }
 
+  /** The round handle that turns what is chosen, on the level where it stands. */
+  #handle(context, eye, look) {
+    delete this.#canvas.dataset.handle;
+    const item = turnable(this.#scene, this.#chosen);
+    if (item === null) return;
+    const from = eye.see(centreOf(item));
+    const metre = eye.focal / from[2] / devicePixelRatio;
+    const short = eye.see(handleOf(item, ARM / metre));
+    const seen = Math.hypot(short[0] - from[0], short[1] - from[1]) / devicePixelRatio;
+    const at = seen < ARM_MIN ? from.map((side, axis) => side + ((short[axis] - side) * ARM_MIN) / Math.max(1, seen)) : short;
+    const path = new Path2D();
+    path.arc(at[0], at[1], HANDLE * devicePixelRatio, 0, 2 * Math.PI);
+    Object.assign(context, { strokeStyle: look.accent, fillStyle: look.accent, lineWidth: 2 * devicePixelRatio });
+    context.stroke(pathOf([from, at], false));
+    context.fill(path);
+    context.strokeStyle = look.ground;
+    context.stroke(path);
+    this.#shapes.push({ path, item, turns: true });
+    this.#canvas.dataset.handle = `${at[0] / devicePixelRatio} ${at[1] / devicePixelRatio}`;
+  }
+
   #is({ kind, index }) {
     return this.#chosen?.kind === kind && this.#chosen.index === index;
   }
@@ -192,13 +216,19 @@ export class RoomView {
     event.preventDefault();
   }
 
-  #grip({ item, row }, at) {
+  #grip({ item, row, turns }, at) {
+    if (turns) return this.#gripHandle(item);
     const chosen = { kind: item.kind, index: item.index, ...(row === undefined ? {} : { row }) };
     this.#on.choose(chosen);
     const from = placeOf(item, row);
     const eye = new Eye(this.#scene.room, this.#camera, this.#canvas);
     const level = from === null ? 0 : from[2] / 1000;
     return { item, row, from, eye, level, start: at, ground: eye.onLevel(at, level), moved: false };
+  }
+
+  #gripHandle(item) {
+    const centre = centreOf(item);
+    return { turns: true, centre, eye: new Eye(this.#scene.room, this.#camera, this.#canvas) };
   }
 
   #drag(event) {
@@ -209,6 +239,11 @@ export class RoomView {
       const [dx, dy] = [event.clientX - held.at[0], event.clientY - held.at[1]];
       held.moved ||= Math.hypot(dx, dy) > 3;
       this.#turn(held.camera, -dx * DEGREES_A_PIXEL, dy * DEGREES_A_PIXEL);
+      return;
+    }
+    if (held.turns) {
+      const now = held.eye.onLevel([x, y], held.centre[2]);
+      if (now !== null) this.#on.turn(turnTowards(held.centre, now, event.shiftKey), event.timeStamp);
       return;
     }
     held.moved ||= Math.hypot(x - held.start[0], y - held.start[1]) > 3 * devicePixelRatio;

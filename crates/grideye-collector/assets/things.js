@@ -2,6 +2,10 @@
 
 // A hand places to the centimetre; fields take any length.
 const GRID_MM = 10;
+// A hand turns by whole degrees, with Shift by more.
+const [TURN_STEP, TURN_STEP_COARSE] = [1, 15];
+// How much of a thing's reach its handle goes around, metres.
+const REACH_MAX_M = 1;
 const TURNED = { object: "yaw_deg", agent: "yaw_deg", sensor: "azimuth_deg" };
 
 /** The item that a choice names: `{ kind, index }`, of an agent's way `row` as well. */
@@ -55,6 +59,35 @@ export function turnKey(item) {
 
 export function turnOf(item) {
   return item.keys[turnKey(item)] ?? 0;
+}
+
+/** What a thing is turned about, in metres. */
+export function centreOf(item) {
+  return item.at_m ?? placeOf(item).map((length) => length / 1000);
+}
+
+/** Where the handle of a thing is that turns it: whither it is turned, so many metres beside it, on its level. */
+export function handleOf(item, beside) {
+  const [x, y, z] = centreOf(item);
+  const angle = (turnOf(item) * Math.PI) / 180;
+  const outline = item.bodies?.flatMap((body) => body.outline_m) ?? [];
+  const reach = Math.max(0, ...outline.map(([cornerX, cornerY]) => Math.hypot(cornerX - x, cornerY - y)));
+  const arm = Math.min(reach, REACH_MAX_M) + beside;
+  return [x + Math.cos(angle) * arm, y + Math.sin(angle) * arm, z];
+}
+
+/** Degrees to which a handle that is pulled to a place turns a thing. */
+export function turnTowards(centre, at, coarse) {
+  const step = coarse ? TURN_STEP_COARSE : TURN_STEP;
+  const degrees = (Math.atan2(at[1] - centre[1], at[0] - centre[0]) * 180) / Math.PI;
+  return Math.round(degrees / step) * step;
+}
+
+/** What is chosen, if it has a handle: a thing that turns, and no way-point; or null. */
+export function turnable(scene, chosen) {
+  const item = itemOf(scene, chosen);
+  if (item === null || chosen.row !== undefined || turnKey(item) === null) return null;
+  return item.at_m || placeOf(item) !== null ? item : null;
 }
 
 /** The edit that turns a thing to an angle, from -180 to 180. */
