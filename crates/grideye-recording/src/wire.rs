@@ -173,8 +173,20 @@ impl Batch {
     ///
     /// [`WireError`] for what [`Batch::from_binary`] would refuse whatever its limits.
     pub fn to_binary(&self) -> Result<Vec<u8>, WireError> {
+        let mut body = Vec::new();
+        self.append_binary(&mut body)?;
+        Ok(body)
+    }
+
+    /// Writes the same behind what is in `body` already.
+    ///
+    /// # Errors
+    ///
+    /// As [`Batch::to_binary`]; then nothing is written.
+    pub fn append_binary(&self, body: &mut Vec<u8>) -> Result<(), WireError> {
         check::batch(self)?;
-        Ok(binary::encode(self))
+        binary::encode(self, body);
+        Ok(())
     }
 }
 

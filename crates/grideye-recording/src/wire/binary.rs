@@ -26,34 +26,33 @@ const ACCOUNT_NONE: u8 = 0;
 const ACCOUNT_OF_RUN: u8 = 1;
 const ACCOUNT_OF_ENDED_RUN: u8 = 2;
 
-pub(super) fn encode(batch: &Batch) -> Vec<u8> {
+pub(super) fn encode(batch: &Batch, body: &mut Vec<u8>) {
     let frames: usize = batch.sensors.iter().map(|sensor| sensor.frames.len()).sum();
-    let mut body = Vec::with_capacity(256 * (1 + batch.sensors.len()) + 160 * frames);
-    body.extend(MAGIC);
+    body.reserve(256 * (1 + batch.sensors.len()) + 160 * frames);
+    body.extend_from_slice(&MAGIC);
     body.push(VERSION);
-    put_name(&mut body, &batch.device);
-    put_name(&mut body, &batch.boot);
+    put_name(body, &batch.device);
+    put_name(body, &batch.boot);
     body.push(u8::from(batch.t_sent_boot_ns.is_some()));
     if let Some(sent) = batch.t_sent_boot_ns {
-        body.extend(sent.to_le_bytes());
+        body.extend_from_slice(&sent.to_le_bytes());
     }
-    put_length(&mut body, batch.sensors.len());
+    put_length(body, batch.sensors.len());
     for sensor in &batch.sensors {
-        put_name(&mut body, &sensor.sensor);
+        put_name(body, &sensor.sensor);
         body.push(match &sensor.account {
             None => ACCOUNT_NONE,
             Some(account) if account.ended => ACCOUNT_OF_ENDED_RUN,
             Some(_) => ACCOUNT_OF_RUN,
         });
         if let Some(account) = &sensor.account {
-            put_account(&mut body, account);
+            put_account(body, account);
         }
-        put_length(&mut body, sensor.frames.len());
+        put_length(body, sensor.frames.len());
         for record in &sensor.frames {
-            put_record(&mut body, record);
+            put_record(body, record);
         }
     }
-    body
 }
 
 fn put_account(body: &mut Vec<u8>, account: &Account) {
@@ -70,15 +69,19 @@ fn put_account(body: &mut Vec<u8>, account: &Account) {
 }
 
 fn put_record(body: &mut Vec<u8>, record: &Record) {
-    body.extend(record.seq.to_le_bytes());
-    body.extend(record.stamp.t_boot_ns.to_le_bytes());
-    body.extend(record.stamp.t_utc_ns.to_le_bytes());
+    body.extend_from_slice(&record.seq.to_le_bytes());
+    body.extend_from_slice(&record.stamp.t_boot_ns.to_le_bytes());
+    body.extend_from_slice(&record.stamp.t_utc_ns.to_le_bytes());
     let clock = record.stamp.clock.code();
     match &record.reading {
         Reading::Frame(raw) => {
             body.push(clock << 4 | KIND_FRAME);
-            body.extend(raw.thermistor.0.to_le_bytes());
-            body.extend(raw.pixels.iter().flat_map(|word| word.0.to_le_bytes()));
+            body.extend_from_slice(&raw.thermistor.0.to_le_bytes());
+            let mut words = [0; PIXELS_BYTES];
+            for (pair, word) in words.chunks_exact_mut(2).zip(&raw.pixels) {
+                pair.copy_from_slice(&word.0.to_le_bytes());
+            }
+            body.extend_from_slice(&words);
         }
         Reading::NoData(reason) => {
             body.push(clock << 4 | KIND_MISSING);
@@ -90,7 +93,7 @@ fn put_record(body: &mut Vec<u8>, record: &Record) {
 /// Names were checked to be short.
 fn put_name(body: &mut Vec<u8>, name: &str) {
     body.push(u8::try_from(name.len()).unwrap_or(u8::MAX));
-    body.extend(name.bytes());
+    body.extend_from_slice(name.as_bytes());
 }
 
 fn put_length(body: &mut Vec<u8>, length: usize) {
@@ -151,8 +154,8 @@ fn sensor(
     let at = reader.at;
     let account = match reader.array(|| path("account"))? {
         [ACCOUNT_NONE] => None,
-        [ACCOUNT_OF_RUN] => Some(account(reader, limits, false, &path("account"))?),
-        [ACCOUNT_OF_ENDED_RUN] => Some(account(reader, limits, true, &path("account"))?),
+        [ACCOUNT_OF_RUN] => Some(account(reader, limits, false, || path("account"))?),
+        [ACCOUNT_OF_ENDED_RUN] => Some(account(reader, limits, true, || path("account"))?),
         [other] => return Err(wrong_byte(path("account"), at, "0 to 2", other)),
     };
     let count = reader.count(|| path("frames"))?;
@@ -183,14 +186,15 @@ fn account(
     reader: &mut Reader<'_>,
     limits: &Limits,
     ended: bool,
-    path: &str,
+    path: impl Fn() -> String,
 ) -> Result<Account, WireError> {
+    let field = |name: &str| format!("{}.{name}", path());
     Ok(Account {
-        read: reader.count(|| format!("{path}.read"))?,
-        missing: reader.count(|| format!("{path}.missing"))?,
-        spooled: reader.count(|| format!("{path}.spooled"))?,
-        dropped: counts(reader, limits, &format!("{path}.dropped"))?,
-        errors: counts(reader, limits, &format!("{path}.errors"))?,
+        read: reader.count(|| field("read"))?,
+        missing: reader.count(|| field("missing"))?,
+        spooled: reader.count(|| field("spooled"))?,
+        dropped: counts(reader, limits, || field("dropped"))?,
+        errors: counts(reader, limits, || field("errors"))?,
         ended,
     })
 }
@@ -198,17 +202,17 @@ fn account(
 fn counts(
     reader: &mut Reader<'_>,
     limits: &Limits,
-    path: &str,
+    path: impl Fn() -> String,
 ) -> Result<BTreeMap<String, u64>, WireError> {
-    let length = reader.count(|| path.to_owned())?;
-    let length = within(length, limits.reasons, "reasons", || path.to_owned())?;
+    let length = reader.count(&path)?;
+    let length = within(length, limits.reasons, "reasons", &path)?;
     let mut counts = BTreeMap::new();
     for _ in 0..length {
-        let name = reader.name(|| format!("{path}, a key"))?;
-        let count = reader.count(|| format!("{path}.{name}"))?;
+        let name = reader.name(|| format!("{}, a key", path()))?;
+        let count = reader.count(|| format!("{}.{name}", path()))?;
         if counts.contains_key(&name) {
             return Err(WireError::Repeated {
-                path: format!("{path}.{name}"),
+                path: format!("{}.{name}", path()),
             });
         }
         counts.insert(name, count);

@@ -13,11 +13,11 @@ pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {
     }
     let mut seen = BTreeSet::new();
     for (index, sensor) in batch.sensors.iter().enumerate() {
-        let path = format!("sensors[{index}]");
-        sensor_batch(sensor, &path)?;
+        let path = || format!("sensors[{index}]");
+        sensor_batch(sensor, path)?;
         if !seen.insert(sensor.sensor.as_str()) {
             return Err(WireError::WrongValue {
-                path: format!("{path}.sensor"),
+                path: format!("{}.sensor", path()),
                 expected: "each sensor once".to_owned(),
                 found: format!("{} a second time", sensor.sensor),
             });
@@ -27,7 +27,9 @@ pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {
 }
 
 pub(super) fn acknowledgement(acknowledgement: &Acknowledgement) -> Result<(), WireError> {
-    counts(&acknowledgement.durable_through, "durable_through")?;
+    counts(&acknowledgement.durable_through, || {
+        "durable_through".to_owned()
+    })?;
     for (index, gap) in acknowledgement.gaps.iter().enumerate() {
         name(&gap.sensor, || format!("gaps[{index}].sensor"))?;
         count(gap.to, || format!("gaps[{index}].to"))?;
@@ -42,31 +44,32 @@ pub(super) fn acknowledgement(acknowledgement: &Acknowledgement) -> Result<(), W
     Ok(())
 }
 
-fn sensor_batch(sensor: &SensorBatch, path: &str) -> Result<(), WireError> {
-    name(&sensor.sensor, || format!("{path}.sensor"))?;
+fn sensor_batch(sensor: &SensorBatch, path: impl Fn() -> String) -> Result<(), WireError> {
+    name(&sensor.sensor, || format!("{}.sensor", path()))?;
     if let Some(of_agent) = &sensor.account {
-        account(of_agent, &format!("{path}.account"))?;
+        account(of_agent, || format!("{}.account", path()))?;
     }
     let mut previous = None;
     for (index, frame) in sensor.frames.iter().enumerate() {
-        record(frame, previous, || format!("{path}.frames[{index}]"))?;
+        record(frame, previous, || format!("{}.frames[{index}]", path()))?;
         previous = Some(frame.seq);
     }
     Ok(())
 }
 
-fn account(account: &Account, path: &str) -> Result<(), WireError> {
-    count(account.read, || format!("{path}.read"))?;
-    count(account.missing, || format!("{path}.missing"))?;
-    count(account.spooled, || format!("{path}.spooled"))?;
-    counts(&account.dropped, &format!("{path}.dropped"))?;
-    counts(&account.errors, &format!("{path}.errors"))
+fn account(account: &Account, path: impl Fn() -> String) -> Result<(), WireError> {
+    let field = |name: &str| format!("{}.{name}", path());
+    count(account.read, || field("read"))?;
+    count(account.missing, || field("missing"))?;
+    count(account.spooled, || field("spooled"))?;
+    counts(&account.dropped, || field("dropped"))?;
+    counts(&account.errors, || field("errors"))
 }
 
-fn counts(by_name: &BTreeMap<String, u64>, path: &str) -> Result<(), WireError> {
+fn counts(by_name: &BTreeMap<String, u64>, path: impl Fn() -> String) -> Result<(), WireError> {
     for (key, value) in by_name {
-        name(key, || format!("{path}, a key"))?;
-        count(*value, || format!("{path}.{key}"))?;
+        name(key, || format!("{}, a key", path()))?;
+        count(*value, || format!("{}.{key}", path()))?;
     }
     Ok(())
 }
