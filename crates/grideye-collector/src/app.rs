@@ -27,16 +27,17 @@ use crate::rates::Rates;
 use crate::store::{FrameStore, News, StoreError};
 use crate::{Annex, Clock, Inside, Limits, NewestFrames};
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
-use axum::http::StatusCode;
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::http::{Method, StatusCode};
 use axum::middleware::from_fn_with_state;
-use axum::response::Json;
+use axum::response::{IntoResponse as _, Json, Response};
 use axum::routing::{delete, get, post};
 use serde_json::json;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, watch};
+use tower::ServiceExt as _;
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -195,6 +196,26 @@ async fn show_news(shared: Weak<Shared>, mut news: mpsc::Receiver<News>) {
     }
 }
 
+/// The router, and beside it a shorter way for what nearly every request is.
+pub(crate) struct Entrance {
+    state: AppState,
+    router: Router,
+}
+
+impl Entrance {
+    pub(crate) fn new(state: AppState, annexes: &[Annex]) -> Self {
+        let router = app_with(state.clone(), annexes);
+        Self { state, router }
+    }
+
+    pub(crate) async fn answer(&self, request: Request) -> Response {
+        if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
+            return ingest::guarded_frames(&self.state, request).await;
+        }
+        self.router.clone().oneshot(request).await.into_response()
+    }
+}
+
 /// Every route of the collector.
 pub fn app(state: AppState) -> Router {
     app_with(state, &[])
@@ -210,7 +231,6 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
     let brought = brought.fold(Router::new(), Router::merge);
     let names: Vec<&str> = annexes.iter().map(Annex::name).collect();
     let names = Json(json!({ "annexes": names }));
-    let body_bytes_max = state.limits().body_bytes_max;
     let small_body_bytes_max = state.limits().small_body_bytes_max;
     Router::new()
         .route("/", get(assets::page))
@@ -225,10 +245,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
         .route("/v1/logout", post(login::logout))
         .route("/v1/whoami", get(login::whoami))
         .route("/v1/annexes", get(|| async move { names }))
-        .route(
-            "/v1/frames",
-            post(ingest::frames).layer(DefaultBodyLimit::max(body_bytes_max)),
-        )
+        .route("/v1/frames", post(ingest::frames))
         .route("/v1/sensors", get(audit::sensors))
         .route("/v1/recent", get(recent::recent))
         .route("/v1/devices", get(devices::devices))

@@ -4,20 +4,21 @@ mod admission;
 mod stall;
 
 use crate::access::{AccessFolder, Gatekeeper};
-use crate::app::{AppState, Door, Encrypted, Hosts, Peer, app_with};
+use crate::app::{AppState, Door, Encrypted, Entrance, Hosts, Peer};
 use crate::counters::Counters;
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::store::{self, StoreLocation};
 use crate::tls::{Acceptors, Tls};
 use crate::{Annex, Clock, CollectorError, Limits};
 use admission::{Admission, Doorkeeper};
-use axum::Router;
+use axum::body::Body;
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use stall::StallGuard;
+use std::convert::Infallible;
 use std::future::Future;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
@@ -30,7 +31,6 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio_rustls::server::TlsStream;
-use tower::Service as _;
 
 /// What a collector is started with.
 #[derive(Clone)]
@@ -172,7 +172,7 @@ impl Collector {
     ) -> Result<(), CollectorError> {
         let limits = self.state.limits().clone();
         let server = Server {
-            router: app_with(self.state.clone(), &self.annexes),
+            entrance: Arc::new(Entrance::new(self.state.clone(), &self.annexes)),
             doorkeeper: Doorkeeper::new(&limits, self.counters),
             acceptors: self.acceptors,
             seldom: Seldom::new(self.log.clone(), limits.log_every),
@@ -227,7 +227,7 @@ async fn open(config: &Config, door: Door) -> Result<AppState, crate::StoreError
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
 struct Server {
-    router: Router,
+    entrance: Arc<Entrance>,
     doorkeeper: Doorkeeper,
     acceptors: Option<Arc<Acceptors>>,
     seldom: Seldom,
@@ -259,7 +259,7 @@ impl Server {
         let _ = stream.set_nodelay(true);
         let serving = Serving {
             peer: peer.ip().to_canonical(),
-            router: self.router.clone(),
+            entrance: Arc::clone(&self.entrance),
             limits: self.limits.clone(),
             stopping: self.stopping.subscribe(),
             admission,
@@ -280,7 +280,7 @@ impl Server {
 /// What it takes to serve one connection.
 struct Serving {
     peer: IpAddr,
-    router: Router,
+    entrance: Arc<Entrance>,
     limits: Limits,
     stopping: watch::Receiver<bool>,
     admission: Admission,
@@ -316,7 +316,7 @@ impl Serving {
     {
         let Self {
             peer,
-            router,
+            entrance,
             limits,
             mut stopping,
             admission: _admission,
@@ -329,7 +329,8 @@ impl Serving {
         let service = service_fn(move |mut request: Request<Incoming>| {
             request.extensions_mut().insert(Peer(peer));
             request.extensions_mut().insert(encrypted);
-            router.clone().call(request)
+            let entrance = Arc::clone(&entrance);
+            async move { Ok::<_, Infallible>(entrance.answer(request.map(Body::new)).await) }
         });
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
         // How a connection ended is the peer's business: it sees the same end.

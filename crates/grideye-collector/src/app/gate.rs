@@ -3,7 +3,7 @@
 use super::AppState;
 use super::answer::Refusal;
 use crate::access::{Caller, Presented, Scope, Unknown};
-use axum::extract::{MatchedPath, Request};
+use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use std::net::{IpAddr, Ipv4Addr};
@@ -18,7 +18,7 @@ pub(crate) struct Encrypted(pub(crate) bool);
 
 /// What a request needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Need {
+pub(super) enum Need {
     /// Nothing: whether the collector lives, and the page for signing in.
     Nothing,
     /// Some good token.
@@ -33,7 +33,7 @@ enum Need {
 
 impl Need {
     /// By the route that was found, not by the path as it was written, which has many spellings.
-    fn of(method: &Method, route: Option<&str>) -> Self {
+    pub(super) fn of(method: &Method, route: Option<&str>) -> Self {
         match (route, method) {
             (Some("/healthz" | "/login" | "/v1/login" | "/assets/{name}"), _) => Self::Nothing,
             (Some("/v1/whoami" | "/v1/logout"), _) => Self::Token,
@@ -64,9 +64,11 @@ impl Need {
 }
 
 /// Lets the request through, with its [`Caller`] attached, or answers why not.
-pub(super) fn pass(state: &AppState, request: &mut Request) -> Result<(), Box<Response>> {
-    let route = request.extensions().get::<MatchedPath>();
-    let need = Need::of(request.method(), route.map(MatchedPath::as_str));
+pub(super) fn pass(
+    state: &AppState,
+    need: Need,
+    request: &mut Request,
+) -> Result<(), Box<Response>> {
     let peer = peer_of(request);
     let recognised = recognise(state, request);
     if need == Need::Nothing && recognised.is_err() {

@@ -2,12 +2,13 @@
 
 use super::AppState;
 use super::answer::{Refusal, RefusedCode};
-use super::gate;
+use super::gate::{self, Need};
 use crate::log::{Level, LogEvent};
-use axum::extract::{Request, State};
+use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use std::future::Future;
 use std::net::IpAddr;
 use std::time::Duration;
 
@@ -29,28 +30,39 @@ const HEADERS: [(HeaderName, &str); 6] = [
     ),
 ];
 
-pub(super) async fn guard(
-    State(state): State<AppState>,
+/// Around every route of the router.
+pub(super) async fn guard(State(state): State<AppState>, request: Request, next: Next) -> Response {
+    let route = request.extensions().get::<MatchedPath>();
+    let need = Need::of(request.method(), route.map(MatchedPath::as_str));
+    guarded(&state, need, request, |request| next.run(request)).await
+}
+
+/// Around whatever answers.
+pub(super) async fn guarded<F: Future<Output = Response>>(
+    state: &AppState,
+    need: Need,
     mut request: Request,
-    next: Next,
+    answer: impl FnOnce(Request) -> F,
 ) -> Response {
     let began = state.0.clock.monotonic();
     let peer = gate::peer_of(&request);
     let admitted = check_origin(&state.0.hosts, &request)
         .map_err(|refusal| Box::new(refusal.into_response()))
-        .and_then(|()| gate::pass(&state, &mut request));
+        .and_then(|()| gate::pass(state, need, &mut request));
     let mut response = match admitted {
         Err(refusal) => *refusal,
-        Ok(()) => in_time(&state, request, next).await,
+        Ok(()) => in_time(state, answer(request)).await,
     };
     let headers = response.headers_mut();
+    // With the two that HTTP itself adds.
+    headers.reserve(HEADERS.len() + 3);
     for (name, value) in HEADERS {
         headers.insert(name, HeaderValue::from_static(value));
     }
     headers
         .entry(header::CACHE_CONTROL)
         .or_insert(HeaderValue::from_static("no-store"));
-    count(&state, &response, began, peer);
+    count(state, &response, began, peer);
     response
 }
 
@@ -85,9 +97,9 @@ fn count(state: &AppState, response: &Response, began: Duration, peer: IpAddr) {
     }
 }
 
-async fn in_time(state: &AppState, request: Request, next: Next) -> Response {
+async fn in_time(state: &AppState, answer: impl Future<Output = Response>) -> Response {
     let time_max = state.limits().handler_time_max;
-    match tokio::time::timeout(time_max, next.run(request)).await {
+    match tokio::time::timeout(time_max, answer).await {
         Ok(response) => response,
         Err(_elapsed) => Refusal::new(
             StatusCode::GATEWAY_TIMEOUT,

@@ -10,11 +10,11 @@
 //! number is kept twice.
 
 use super::StoreError;
+use super::fresh::Arrived;
 use super::row::{damaged, unsigned};
 use super::segment::{self, SealedRow};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
-use std::collections::BTreeMap;
 
 /// Rows in a plain chunk at most, so that one is read quickly.
 const PLAIN_ROWS_MAX: usize = 256;
@@ -37,30 +37,33 @@ pub(super) struct Plain {
 }
 
 /// Cuts what is new of a stream where numbers are left out, and where the time of arrival is quite another.
-pub(super) fn cut(fresh: &BTreeMap<u64, (Record, i64)>) -> Vec<Plain> {
+///
+/// `fresh` is in ascending number.
+pub(super) fn cut<'f>(fresh: impl Iterator<Item = &'f Arrived>) -> Vec<Plain> {
     let mut chunks: Vec<Plain> = Vec::new();
     let (mut rows_in_last, mut began_ns) = (0, 0);
-    for (seq, (record, t_arrival_ns)) in fresh {
+    for (record, t_arrival_ns) in fresh {
+        let seq = record.seq;
         let fits = chunks.last().is_some_and(|last| {
-            last.last_seq.checked_add(1) == Some(*seq)
+            last.last_seq.checked_add(1) == Some(seq)
                 && t_arrival_ns.abs_diff(began_ns) < PLAIN_SPAN_NS
                 && rows_in_last < PLAIN_ROWS_MAX
         });
         if !fits {
             (rows_in_last, began_ns) = (0, *t_arrival_ns);
             chunks.push(Plain {
-                first_seq: *seq,
-                last_seq: *seq,
+                first_seq: seq,
+                last_seq: seq,
                 t_arrival_ns: *t_arrival_ns,
                 frames: 0,
                 rows: Vec::with_capacity(8 * 160),
             });
         }
         if let Some(chunk) = chunks.last_mut() {
-            chunk.last_seq = *seq;
+            chunk.last_seq = seq;
             chunk.t_arrival_ns = chunk.t_arrival_ns.max(*t_arrival_ns);
             chunk.frames += i64::from(record.reading.frame().is_some());
-            chunk.rows.extend(t_arrival_ns.to_le_bytes());
+            chunk.rows.extend_from_slice(&t_arrival_ns.to_le_bytes());
             put(&mut chunk.rows, record);
             rows_in_last += 1;
         }
@@ -69,18 +72,18 @@ pub(super) fn cut(fresh: &BTreeMap<u64, (Record, i64)>) -> Vec<Plain> {
 }
 
 fn put(rows: &mut Vec<u8>, record: &Record) {
-    rows.extend(record.stamp.t_boot_ns.to_le_bytes());
-    rows.extend(record.stamp.t_utc_ns.to_le_bytes());
+    rows.extend_from_slice(&record.stamp.t_boot_ns.to_le_bytes());
+    rows.extend_from_slice(&record.stamp.t_utc_ns.to_le_bytes());
     let clock = record.stamp.clock.code();
     match &record.reading {
         Reading::Frame(raw) => {
             rows.push(clock << 4 | KIND_FRAME);
-            rows.extend(raw.thermistor.0.to_le_bytes());
+            rows.extend_from_slice(&raw.thermistor.0.to_le_bytes());
             let mut words = [0; 2 * PIXELS];
             for (pair, PixelWord(word)) in words.chunks_exact_mut(2).zip(&raw.pixels) {
                 pair.copy_from_slice(&word.to_le_bytes());
             }
-            rows.extend(words);
+            rows.extend_from_slice(&words);
         }
         Reading::NoData(reason) => {
             rows.push(clock << 4 | KIND_MISSING);
@@ -195,6 +198,7 @@ impl<'r> Bytes<'r> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
     fn record(seq: u64) -> Record {
         let word = |pixel: usize| u16::try_from(pixel * 997 % 65_536).unwrap() ^ 0xF00F;
@@ -216,7 +220,7 @@ mod tests {
         }
     }
 
-    fn fresh(seqs: impl Iterator<Item = (u64, i64)>) -> BTreeMap<u64, (Record, i64)> {
+    fn fresh(seqs: impl Iterator<Item = (u64, i64)>) -> BTreeMap<u64, Arrived> {
         seqs.map(|(seq, t_arrival_ns)| (seq, (record(seq), t_arrival_ns)))
             .collect()
     }
@@ -238,7 +242,7 @@ mod tests {
             .chain(12..13)
             .map(|seq| (seq, minute - i64::try_from(seq).unwrap()));
         let fresh = fresh(seqs.chain((13..600).map(|seq| (seq, 2 * minute))));
-        let chunks = cut(&fresh);
+        let chunks = cut(fresh.values());
         let spans: Vec<(u64, u64)> = chunks.iter().map(|c| (c.first_seq, c.last_seq)).collect();
         assert_eq!(spans, [(0, 9), (12, 12), (13, 268), (269, 524), (525, 599)]);
         let mut back = BTreeMap::new();
@@ -260,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_chunk_that_is_cut_or_says_other_numbers_is_refused() {
-        let chunk = cut(&fresh((0..6).map(|seq| (seq, 1)))).remove(0);
+        let chunk = cut(fresh((0..6).map(|seq| (seq, 1))).values()).remove(0);
         for length in 0..chunk.rows.len() {
             let mut cut = kept(&chunk);
             cut.rows = &chunk.rows[..length];

@@ -1,6 +1,7 @@
 //! Where frames are kept: one trait, so that a site that outgrows one machine can put another engine behind it.
 
 mod chunk;
+mod fresh;
 mod label;
 mod location;
 pub mod migrate;

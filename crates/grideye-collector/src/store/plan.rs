@@ -1,5 +1,6 @@
 //! What batches change, decided in memory by every engine alike, while nobody else changes the same streams.
 
+use super::fresh::Fresh;
 use super::row::{count, fitting, unsigned};
 use super::runs::Runs;
 use super::{Appended, SensorAppended, StoreError, StreamSummary};
@@ -58,7 +59,7 @@ pub(super) struct StreamState {
     pub(super) t_sent_boot_ns: Option<i64>,
     pub(super) runs: Runs,
     /// The frames that are new, with their time of arrival.
-    pub(super) fresh: BTreeMap<u64, (Record, i64)>,
+    pub(super) fresh: Fresh,
     /// Whether anything changed.
     pub(super) is_touched: bool,
     /// For an engine that settles later: the last group that the tables have; whether the stream waits to be settled;
@@ -95,7 +96,7 @@ impl StreamState {
 
     /// Whether the store has the number, and not only the plan.
     pub(super) fn is_settled(&self, seq: u64) -> bool {
-        self.runs.contains(seq) && !self.fresh.contains_key(&seq)
+        self.runs.contains(seq) && self.fresh.get(seq).is_none()
     }
 
     /// First numbers of runs that are no more, and first and last number of those that are new or longer.
@@ -105,11 +106,11 @@ impl StreamState {
 
     /// Of the new frames: the lowest and highest number, how many carry pixels, how many say why they do not.
     pub(super) fn share(&self) -> Option<(i64, i64, i64, i64)> {
-        let (first, last) = (self.fresh.keys().next()?, self.fresh.keys().next_back()?);
-        let stored = self.fresh.values().filter(|(record, _)| has_pixels(record));
+        let (first, last) = self.fresh.ends()?;
+        let stored = self.fresh.iter().filter(|(record, _)| has_pixels(record));
         let stored = count(stored.count());
         // What is in `fresh` was checked to fit.
-        let number = |seq: &u64| i64::try_from(*seq).unwrap_or(i64::MAX);
+        let number = |seq: u64| i64::try_from(seq).unwrap_or(i64::MAX);
         let missing = count(self.fresh.len()) - stored;
         Some((number(first), number(last), stored, missing))
     }
@@ -182,7 +183,7 @@ impl Plan<'_> {
                 false => within.get(&record.seq).copied(),
             };
             let kept = || {
-                let fresh = state.fresh.get(&record.seq).map(|(fresh, _)| fresh);
+                let fresh = state.fresh.get(record.seq);
                 fresh.or_else(|| self.contents.get(id)?.get(&record.seq))
             };
             let known = match state.runs.contains(record.seq) {
@@ -221,7 +222,7 @@ impl Plan<'_> {
                 continue;
             }
             state.runs.add(record.seq);
-            state.fresh.insert(record.seq, (*record, t_arrival_ns));
+            state.fresh.add(*record, t_arrival_ns);
             fresh.insert(record.seq);
             if has_pixels(record) {
                 state.stored += 1;
@@ -248,20 +249,15 @@ impl Plan<'_> {
 /// Batches can overtake each other: the count with the most frames read is the latest. Of a run that has ended, what is
 /// lost is worked out from all that is known.
 fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<(), StoreError> {
-    let came: BTreeSet<u64> = part
-        .frames
-        .iter()
-        .filter(|record| has_pixels(record))
-        .map(|record| record.seq)
-        .collect();
+    let came = frames_in(part);
     let has_ended = [state.account.as_ref(), part.account.as_ref()]
         .into_iter()
         .flatten()
         .any(|account| account.ended);
     if has_ended {
-        return end_account(state, part, came.len());
+        return end_account(state, part, came);
     }
-    let came = count(came.len());
+    let came = count(came);
     if let Some(account) = &part.account {
         let read = fitting("account.read", account.read)?;
         if state.account_read.is_none_or(|known| known <= read) {
@@ -275,6 +271,16 @@ fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<(), Store
         state.came_since_account += came;
     }
     Ok(())
+}
+
+/// How many frames a part brings, each number once.
+fn frames_in(part: &SensorBatch) -> usize {
+    let with_pixels = part.frames.iter().filter(|record| has_pixels(record));
+    if part.frames.is_sorted_by(|one, next| one.seq < next.seq) {
+        return with_pixels.count();
+    }
+    let numbers: BTreeSet<u64> = with_pixels.map(|record| record.seq).collect();
+    numbers.len()
 }
 
 /// Keeps the count of a run that is over.

@@ -391,7 +391,7 @@ fn save_frames(connection: &Connection, state: &StreamState, epoch: i64) -> Resu
         "INSERT INTO chunks (stream_id, first_seq, last_seq, epoch, t_arrival_ns, frames, is_sealed, rows)
          VALUES (?, ?, ?, ?, ?, ?, 0, ?)",
     )?;
-    for chunk in chunk::cut(&state.fresh) {
+    for chunk in chunk::cut(state.fresh.iter()) {
         insert.execute(params![
             state.key,
             fitting("seq", chunk.first_seq)?,

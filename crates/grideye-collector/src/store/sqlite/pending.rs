@@ -37,13 +37,16 @@ pub(super) fn keep(
 ) -> Result<u64, StoreError> {
     let mut bytes = Vec::with_capacity(ROOM_OF_A_POST * taken.len());
     for taken in taken {
-        let batch = in_order(&taken.batch).to_binary();
-        let batch = batch.map_err(|error| StoreError::Failed(error.to_string()))?;
-        let length = u32::try_from(batch.len())
+        bytes.extend_from_slice(&taken.t_arrival_ns.to_le_bytes());
+        let length_at = bytes.len();
+        bytes.extend_from_slice(&[0; 4]);
+        let began = bytes.len();
+        in_order(&taken.batch)
+            .append_binary(&mut bytes)
+            .map_err(|error| StoreError::Failed(error.to_string()))?;
+        let length = u32::try_from(bytes.len() - began)
             .map_err(|_too_long| StoreError::Failed("a batch of 4 GiB".to_owned()))?;
-        bytes.extend(taken.t_arrival_ns.to_le_bytes());
-        bytes.extend(length.to_le_bytes());
-        bytes.extend(batch);
+        bytes[length_at..began].copy_from_slice(&length.to_le_bytes());
     }
     connection
         .prepare_cached("INSERT INTO pending (id, batches) VALUES (?, ?)")?

@@ -59,7 +59,7 @@ async fn frames(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<
     let mut thermistors: Vec<Option<i32>> = Vec::with_capacity(rows);
     let mut pixels: Vec<Option<Vec<u8>>> = Vec::with_capacity(rows);
     for (id, state) in touched {
-        for (record, t_arrival_ns) in state.fresh.values() {
+        for (record, t_arrival_ns) in state.fresh.iter() {
             let columns = Columns::of(record)?;
             devices.push(&id.device);
             streams.push(number(state));
