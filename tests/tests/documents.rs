@@ -678,6 +678,27 @@ fn the_documented_outputs_are_those_of_the_table() {
     }
 }
 
+/// Behind each promise of the README stands what is there.
+#[test]
+fn every_test_that_the_readme_promises_is_there() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let (_, behind) = readme.split_once("| promise | test |\n").unwrap();
+    let rows: Vec<&str> = behind
+        .lines()
+        .skip(1)
+        .take_while(|line| line.starts_with('|'))
+        .collect();
+    assert!(rows.len() > 20, "{rows:?}");
+    for row in rows {
+        let test = row.trim_end_matches('|').rsplit('|').next().unwrap();
+        let paths: Vec<&str> = test.split('`').skip(1).step_by(2).collect();
+        assert!(!paths.is_empty(), "no test behind {row}");
+        for path in paths {
+            assert!(root().join(path).exists(), "{path} is not there: {row}");
+        }
+    }
+}
+
 /// Options in running text: `grideye emulate --socket …` must exist.
 #[test]
 fn every_option_that_a_document_names_exists() {

@@ -29,12 +29,47 @@ fn line<'a>(ended: &'a Ended, beginning: &str) -> &'a str {
     found.unwrap_or_else(|| panic!("no line {beginning:?} in {ended:?}"))
 }
 
+/// Holds a command's output to the block of the README that shows it: the same words, with other numbers and places.
+fn assert_as_in_the_readme(command: &str, ended: &Ended) {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let (_, behind) = readme.split_once(&format!("$ {command}\n")).unwrap();
+    let (shown, _) = behind.split_once("```").unwrap();
+    let said = ended.stdout.lines().chain(ended.stderr.lines());
+    let said: Vec<String> = said.map(words).collect();
+    assert!(shown.lines().count() >= 5, "{shown}");
+    for line in shown.lines() {
+        assert!(
+            said.contains(&words(line)),
+            "README.md shows {line:?} of {command}; {said:#?}"
+        );
+    }
+}
+
+/// A line with its numbers blanked, of which runs differ, and its paths without their folders.
+fn words(line: &str) -> String {
+    let words = line.split_whitespace().map(|word| {
+        let is_path = word.contains('/') && !word.contains("://");
+        let name = if is_path {
+            word.rsplit('/').next().unwrap_or(word)
+        } else {
+            word
+        };
+        let digits = |letter: char| letter.is_ascii_digit() || letter == '-';
+        name.split(digits)
+            .filter(|piece| !matches!(*piece, "" | "."))
+            .collect::<Vec<_>>()
+            .join("#")
+    });
+    words.collect::<Vec<_>>().join(" ")
+}
+
 #[test]
 fn the_demonstration_ends_with_delivery_scores_and_report() {
     let out = tempfile::tempdir().unwrap();
     let ended = demo(out.path(), &["--speed", "10"]);
     assert_eq!(ended.code, 0, "{ended:?}");
     assert_eq!(ended.stdout.lines().count(), 3, "{ended:?}");
+    assert_as_in_the_readme("cargo run --release -- demo --once --out out", &ended);
     assert!(
         line(&ended, "delivery")
             .contains("read 100 = stored 100 + dropped 0 + spooled 0, missing 0")
@@ -89,6 +124,10 @@ fn a_real_recording_comes_out_as_it_went_in_through_registers_bus_http_and_store
     let out = tempfile::tempdir().unwrap();
     let ended = demo(out.path(), &["--replay", SESSION, "--speed", "40"]);
     assert_eq!(ended.code, 0, "{ended:?}");
+    assert_as_in_the_readme(
+        &format!("cargo run --release -- demo --replay {SESSION} --once --speed 20"),
+        &ended,
+    );
     assert!(
         line(&ended, "replay").contains("1848 frames in, 1848 out, 0 missing"),
         "{ended:?}"

@@ -4,7 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_tests::live_page::{Outcome, Server, batch, frame, person};
-use grideye_tests::programs::{Ended, is_left_out, root, run, target};
+use grideye_tests::programs::{Ended, grideye, is_left_out, root, run, target};
 use grideye_tests::python;
 use grideye_tests::webdriver::Failure;
 use std::collections::BTreeSet;
@@ -189,6 +189,14 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
     let span = serde_json::json!({"device": "pi-1", "sensor": "i2c-1:0x69", "boot": "b1", "first_seq": 5, "last_seq": 6});
     ureq::post(server.url("/v1/recordings/1/labels"))
         .send_json(serde_json::json!({"name": "two people", "spans": [span]}))?;
+    ureq::post(server.url("/v1/recordings/1/stop")).send_empty()?;
+    let recorded = folder.path().join("kitchen.csv");
+    let mut answer = ureq::get(server.url("/v1/recordings/1.csv")).call()?;
+    std::fs::write(&recorded, answer.body_mut().read_to_string()?)?;
+    let converted = run(grideye()
+        .args(["convert", "kitchen.csv", "kitchen.npz"])
+        .current_dir(folder.path()));
+    assert_eq!(converted.code, 0, "{converted:?}");
     let mut said = Vec::new();
     for example in examples("python", &url) {
         let what = "every_example_for_a_notebook_does_what_it_says";
@@ -197,6 +205,7 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
         let Some(mut python) = python::peer(script.to_str().unwrap(), &[], what) else {
             return Ok(());
         };
+        python.current_dir(folder.path());
         let running = std::thread::spawn(move || run(&mut python));
         // One of them waits for frames that come.
         let mut seq = 8 + 1000 * u64::try_from(said.len())?;
@@ -207,7 +216,7 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
         }
         said.push(outcome(&example, &running.join().unwrap()));
     }
-    let [now, live, table, labelled] = said.as_slice() else {
+    let [now, live, recent, table, disk, arrays, labelled] = said.as_slice() else {
         return Err(format!("{} examples", said.len()).into());
     };
     let hottest = person()
@@ -215,7 +224,9 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
         .max()
         .copied()
         .map(|word| f64::from(word) / 4.0);
-    let hottest = format!("{:.2} °C", hottest.unwrap());
+    let hottest = hottest.unwrap();
+    let in_table = format!(" {hottest:.1}");
+    let hottest = format!("{hottest:.2} °C");
     assert!(
         now.starts_with("i2c-1:0x69 (8, 8) ") && now.contains(&hottest),
         "{now}"
@@ -224,6 +235,18 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
     assert!(
         table.contains("hottest") && table.contains("i2c-1:0x69"),
         "{table}"
+    );
+    assert!(
+        recent.contains("max_celsius") && recent.contains(&in_table),
+        "{recent}"
+    );
+    assert!(
+        disk.contains("count") && disk.contains("i2c-1:0x69"),
+        "{disk}"
+    );
+    assert!(
+        arrays.contains("i2c-1:0x69") && arrays.contains("(3, 8, 8)"),
+        "{arrays}"
     );
     let of_label = labelled.lines().find(|line| line.starts_with("two people"));
     let frames = of_label.and_then(|line| line.split_whitespace().last());
