@@ -176,11 +176,8 @@ fn every_example_for_curl_does_what_it_says() -> Outcome {
     Ok(())
 }
 
-#[test]
-fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
-    let folder = tempfile::tempdir()?;
-    let server = server_with_a_person(folder.path())?;
-    let url = server.url("");
+/// Recording 1 with a label, which is also on disk, as CSV and as arrays.
+fn recorded_and_labelled(server: &Server, folder: &Path) -> Outcome {
     ureq::post(server.url("/v1/recordings")).send_json(serde_json::json!({"name": "r"}))?;
     let post = |seq| server.post(&batch("i2c-1:0x69", seq, &[frame(&person(), 402)]));
     for seq in 5..8 {
@@ -190,13 +187,23 @@ fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
     ureq::post(server.url("/v1/recordings/1/labels"))
         .send_json(serde_json::json!({"name": "two people", "spans": [span]}))?;
     ureq::post(server.url("/v1/recordings/1/stop")).send_empty()?;
-    let recorded = folder.path().join("kitchen.csv");
+    let recorded = folder.join("kitchen.csv");
     let mut answer = ureq::get(server.url("/v1/recordings/1.csv")).call()?;
     std::fs::write(&recorded, answer.body_mut().read_to_string()?)?;
     let converted = run(grideye()
         .args(["convert", "kitchen.csv", "kitchen.npz"])
-        .current_dir(folder.path()));
+        .current_dir(folder));
     assert_eq!(converted.code, 0, "{converted:?}");
+    Ok(())
+}
+
+#[test]
+fn every_example_for_a_notebook_does_what_it_says() -> Outcome {
+    let folder = tempfile::tempdir()?;
+    let server = server_with_a_person(folder.path())?;
+    let url = server.url("");
+    recorded_and_labelled(&server, folder.path())?;
+    let post = |seq| server.post(&batch("i2c-1:0x69", seq, &[frame(&person(), 402)]));
     let mut said = Vec::new();
     for example in examples("python", &url) {
         let what = "every_example_for_a_notebook_does_what_it_says";
