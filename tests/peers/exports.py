@@ -18,6 +18,7 @@ import pandas
 import polars
 import pyarrow.parquet
 from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
 from PIL import Image
 
 program, folder = sys.argv[1], Path(sys.argv[2])
@@ -38,6 +39,62 @@ def rows(path):
 
 def number(text):
     return float(text) if text else math.nan
+
+
+def fits(schema, value):
+    """Whether a value is as a JSON schema says, as far as the schemas here go."""
+    kinds = {"object": dict, "integer": int, "number": (int, float), "string": str, "null": type(None)}
+    if "enum" in schema:
+        return value in schema["enum"]
+    names = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
+    return (
+        any(isinstance(value, kinds[name]) for name in names)
+        and all(name in value for name in schema.get("required", []))
+        and all(fits(inner, value[name]) for name, inner in schema.get("properties", {}).items() if isinstance(value, dict) and name in value)
+    )
+
+
+def refused_or(path, pieces, read, whole):
+    """Cuts a file at many places; each piece is refused by its reader, or read as `whole` says of what was read."""
+    content = path.read_bytes()
+    cut = folder / f"cut{path.suffix}"
+    refused = 0
+    for piece in range(pieces):
+        cut.write_bytes(content[: piece * len(content) // pieces])
+        try:
+            found = read(cut)
+        except Exception:
+            refused += 1
+            continue
+        assert whole(found), (path, piece)
+    assert refused > 0 or whole is not never, path
+    return refused
+
+
+def never(_found):
+    return False
+
+
+def scale_of(image, left):
+    """The colours of the scale whose left edge is there, from its hot end to its cold one."""
+    top = next(y for y in range(image.height) if image.getpixel((left, y)) != image.getpixel((0, 0)))
+    colours = [image.getpixel((left, y)) for y in range(top, image.height)]
+    return colours[: colours.index(image.getpixel((0, 0)))]
+
+
+def assert_colours(image, left, places, cell, frames):
+    """Reads every cell's temperature on the picture's own scale: all of them lie on one line, to less than half a step."""
+    colours = numpy.array(scale_of(image, left), int)
+    found, want = [], []
+    for (x, y), frame in zip(places, frames, strict=True):
+        for pixel, degrees in enumerate(frame.reshape(64)):
+            seen = image.getpixel((x + pixel % 8 * cell + cell // 2, y + pixel // 8 * cell + cell // 2))
+            found.append(numpy.abs(colours - seen).sum(axis=1).argmin())
+            want.append(degrees)
+    line = numpy.polyfit(found, want, 1)
+    assert line[0] < 0, "the hot end is above"
+    worst = numpy.abs(numpy.polyval(line, found) - want).max()
+    assert worst < 0.12, worst
 
 
 PIXELS = [f"pixel{pixel}" for pixel in range(1, 65)]
@@ -66,6 +123,15 @@ for source in [GOLDEN, SESSION]:
     for name in ["seq", "t_boot_ns", "t_utc_ns", "t_arrival_ns"]:
         want[name] = [None if value is None else int(value) for value in want[name]]
     arrow = pyarrow.parquet.read_table(parquet)
+    table = folder / "again.csv"
+    got_of_text = {
+        "pandas": {
+            name: [None if pandas.isna(value) else value for value in column]
+            for name, column in pandas.read_csv(table, dtype_backend="pyarrow").items()
+        },
+        "polars": polars.read_csv(table, infer_schema_length=None).to_dict(as_series=False),
+        "duckdb": dict(zip(text[0], map(list, zip(*duckdb.sql(f"select * from read_csv('{table}', sample_size=-1)").fetchall())))),
+    }
     got = {
         "pyarrow": arrow.to_pydict(),
         "polars": polars.read_parquet(parquet).to_dict(as_series=False),
@@ -75,7 +141,7 @@ for source in [GOLDEN, SESSION]:
             for name, column in pandas.read_parquet(parquet, dtype_backend="pyarrow").items()
         },
     }
-    for reader, table in got.items():
+    for reader, table in [*got.items(), *got_of_text.items()]:
         assert list(table) == list(want), (reader, list(table))
         for name in want:
             assert table[name] == want[name], (reader, name, table[name][:5], want[name][:5])
@@ -86,11 +152,21 @@ for source in [GOLDEN, SESSION]:
         summary = reader.get_summary()
         schemas = {schema.name: schema for schema in summary.schemas.values()}
         assert set(schemas) == {"foxglove.RawImage", "grideye.State"}, schemas
+        declared = {name: json.loads(schema.data) for name, schema in schemas.items()}
+        # As foxglove/schemas has them, schemas/jsonschema/RawImage.json.
+        fields = declared["foxglove.RawImage"]["properties"]
+        assert {name: field["type"] for name, field in fields.items()} == {
+            "timestamp": "object", "frame_id": "string", "width": "integer", "height": "integer",
+            "encoding": "string", "step": "integer", "data": "string",
+        }  # fmt: skip
+        assert fields["data"]["contentEncoding"] == "base64"
+        assert {name: field["type"] for name, field in fields["timestamp"]["properties"].items()} == {"sec": "integer", "nsec": "integer"}
         assert summary.statistics.message_count == len(text) + sum(row["missing"] == "" for row in text)
         states, images = [], {}
         for schema, channel, message in reader.iter_messages(log_time_order=False):
             place, what = channel.topic.rsplit("/", 1)
             body = json.loads(message.data)
+            assert fits(declared[schema.name], body), (schema.name, body)
             if what == "state":
                 states.append((place, body, message.log_time))
             else:
@@ -128,6 +204,55 @@ assert frames == len(session), (frames, len(session))
 median_ns = numpy.median(numpy.diff([int(row["t_boot_ns"]) for row in session]))
 assert abs(length_ms / 1000 - frames * median_ns * 1e-9) < 0.02 * frames * median_ns * 1e-9
 print(f"a sheet of {sheet.width} x {sheet.height} dots, and a film of {frames} frames and {length_ms / 1000:.1f} s")
+
+degrees = numpy.array([[number(row[pixel]) for pixel in PIXELS] for row in session])
+for number_of_frame in range(0, frames, 97):
+    film.seek(number_of_frame)
+    # From the film's own size: eight cells between margins, and the scale right of them.
+    assert_colours(film.convert("RGB"), 350, [(12, 12)], 40, degrees[number_of_frame : number_of_frame + 1])
+shown = degrees[::16]
+places = [(12 + 172 * (index % 10), 12 + 192 * (index // 10)) for index in range(len(shown))]
+assert_colours(sheet.convert("RGB"), 1740, places, 20, shown)
+print(f"{len(shown)} frames of the sheet and {len(range(0, frames, 97))} of the film have the colours of their temperatures")
+
+# Files that were cut off: nothing wrong is read.
+def film_of(path):
+    image, found = Image.open(path), []
+    try:
+        while True:
+            image.seek(len(found))
+            found.append(image.convert("RGB").tobytes())
+    except EOFError:
+        return found
+
+
+def messages_of(path):
+    found = []
+    with open(path, "rb") as file:
+        try:
+            for record in StreamReader(file, emit_chunks=False, validate_crcs=True).records:
+                if type(record).__name__ == "Message":
+                    found.append(record.data)
+        except Exception:
+            pass
+    return found
+
+
+brief = folder / "brief.csv"
+with open(folder / "again.csv") as source:
+    brief.write_text("".join(line for line, _ in zip(source, range(61))))
+made = {name: convert(brief, f"brief.{name}") for name in ["npz", "parquet", "png", "gif", "mcap"]}
+refused_or(made["npz"], 97, lambda path: {name: array for name, array in numpy.load(path).items()}, never)
+refused_or(made["parquet"], 97, pyarrow.parquet.read_table, never)
+sheet_bytes = Image.open(made["png"]).convert("RGB").tobytes()
+refused_or(made["png"], 97, lambda path: Image.open(path).convert("RGB").tobytes(), lambda found: found == sheet_bytes)
+film_frames = film_of(made["gif"])
+assert len(film_frames) == 60
+refused_or(made["gif"], 97, film_of, lambda found: found == film_frames[: len(found)])
+messages = messages_of(made["mcap"])
+assert len(messages) == 120
+refused_or(made["mcap"], 97, messages_of, lambda found: found == messages[: len(found)])
+print("files cut at 97 places are refused by their readers, or read up to the cut")
 
 # What others wrote: numpy's own arrays, and its text.
 frames = numpy.load(folder / "a.npz")["frames"][:50]
