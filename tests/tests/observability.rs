@@ -3,14 +3,16 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_tests::programs::{
-    grideye, grideye_agent, is_left_out, root, run, terminate, wait, wait_for,
+    Ended, grideye, grideye_agent, is_left_out, root, run, terminate, wait, wait_for,
 };
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs::{self, File};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+
+const WITHOUT_PROMTOOL: &str = "GRIDEYE_WITHOUT_PROMTOOL";
 
 /// A collector that asks for tokens and an agent that joined it, both with their logs in files.
 struct Site {
@@ -144,11 +146,43 @@ fn get(address: SocketAddr, path: &str, headers: &str) -> Option<(u16, String)> 
 
 fn check_by_promtool(metrics: &str) {
     let what = "Prometheus' own check of both programs' metrics";
-    if is_left_out("GRIDEYE_WITHOUT_PROMTOOL", what) {
+    if is_left_out(WITHOUT_PROMTOOL, what) {
         return;
     }
+    let ended = promtool(&["metrics"], metrics);
+    let said = ended.stderr + &ended.stdout;
+    assert!(
+        ended.code == 0 && said.trim().is_empty(),
+        "{said}\n{metrics}"
+    );
+}
+
+/// What the dashboard asks for is understood by Prometheus: as rules, which it checks without a server.
+fn check_expressions_by_promtool(expressions: &[&str]) {
+    let what = "Prometheus' own reading of what the dashboard asks for";
+    if is_left_out(WITHOUT_PROMTOOL, what) {
+        return;
+    }
+    let rules = expressions.iter().enumerate().map(
+        |(number, expression)| json!({ "record": format!("panel:{number}"), "expr": expression }),
+    );
+    let rules: Vec<Value> = rules.collect();
+    // YAML is more than JSON.
+    let rules = json!({ "groups": [{ "name": "dashboard", "rules": rules }] });
+    let ended = promtool(&["rules", "/dev/stdin"], &rules.to_string());
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(
+        ended
+            .stdout
+            .contains(&format!("{} rules found", expressions.len())),
+        "{ended:?}"
+    );
+}
+
+fn promtool(check: &[&str], input: &str) -> Ended {
     let mut promtool = Command::new("promtool")
-        .args(["check", "metrics"])
+        .arg("check")
+        .args(check)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -158,14 +192,14 @@ fn check_by_promtool(metrics: &str) {
         .stdin
         .take()
         .unwrap()
-        .write_all(metrics.as_bytes())
+        .write_all(input.as_bytes())
         .unwrap();
     let ended = promtool.wait_with_output().unwrap();
-    let said = String::from_utf8_lossy(&ended.stderr) + String::from_utf8_lossy(&ended.stdout);
-    assert!(
-        ended.status.success() && said.trim().is_empty(),
-        "{said}\n{metrics}"
-    );
+    Ended {
+        code: ended.status.code().unwrap_or(-1),
+        stdout: String::from_utf8_lossy(&ended.stdout).into_owned(),
+        stderr: String::from_utf8_lossy(&ended.stderr).into_owned(),
+    }
 }
 
 /// Every family that the dashboard draws is one that a program tells of.
@@ -177,6 +211,8 @@ fn assert_dashboard_is_of(metrics: &str) {
         .iter()
         .flat_map(|panel| panel["targets"].as_array().unwrap())
         .map(|target| target["expr"].as_str().unwrap());
+    let expressions: Vec<&str> = expressions.collect();
+    check_expressions_by_promtool(&expressions);
     let mut drawn = 0;
     for expression in expressions {
         let words = expression.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
