@@ -40,16 +40,38 @@ fn a_recording_is_downloaded_from_the_page_in_every_form_as_convert_writes_it() 
     std::fs::create_dir(&downloads)?;
     browser.download_into(&downloads)?;
     browser.open(&format!("{}/#recording={id}", collector.url()))?;
-    browser.wait_for_text("#downloads", |text| text == "Download CSV NPZ Parquet MCAP")?;
+    browser.wait_for_text("#downloads", |text| {
+        text.starts_with("Download CSV NPZ Parquet MCAP PNG GIF")
+    })?;
     keep_picture(&browser, "exports")?;
-    for (place, end) in [(1, "csv"), (2, "npz"), (3, "parquet"), (4, "mcap")] {
+    let forms = ["csv", "npz", "parquet", "mcap", "png", "gif"];
+    for (place, end) in (1..).zip(forms) {
         browser.click(&format!("#downloads a:nth-child({place})"))?;
         let file = downloads.join(format!("kitchen, evening.{end}"));
         let taken = downloaded(&browser, &file)?;
         let written = folder.path().join(format!("written.{end}"));
-        let converted = run(grideye().arg("convert").arg(&csv).arg(&written));
+        let mut convert = grideye();
+        convert.arg("convert").arg(&csv).arg(&written);
+        if ["png", "gif"].contains(&end) {
+            // A picture is of the sensor that is chosen beside it: the first, unless somebody says otherwise.
+            convert.args(["--sensor", "pi-1/s1"]);
+        }
+        let converted = run(&mut convert);
         assert_eq!(converted.code, 0, "{converted:?}");
         assert!(taken == std::fs::read(&written)?, "{end} differs");
     }
-    assert_quiet(&browser, "")
+
+    // Of the other sensor there is no frame, and the page says so where it is; the next picture takes that back.
+    browser.click("#downloads option:nth-child(2)")?;
+    browser.click("#downloads a:nth-child(5)")?;
+    browser.wait_for_text("#played-trouble", |text| {
+        text.starts_with("the recording holds no frame. Hint: all of its rows say")
+    })?;
+    browser.click("#downloads option:nth-child(1)")?;
+    browser.click("#downloads a:nth-child(5)")?;
+    browser.wait_for_text("#played-trouble", str::is_empty)?;
+    assert_quiet(
+        &browser,
+        "Failed to load resource: the server responded with a status of 422",
+    )
 }

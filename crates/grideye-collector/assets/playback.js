@@ -175,6 +175,7 @@ export class Playback {
     const begun = tracks.map(({ times }) => times[0]).filter((seconds) => seconds < TOGETHER_S);
     this.#player.seek(Math.max(...begun));
     this.#labels.take(this.#id, tracks);
+    this.#describe();
   }
 
   #describe() {
@@ -184,7 +185,8 @@ export class Playback {
     const running = recording.running ? " · shown is what had arrived when it was opened" : "";
     say(element("played-facts"), `${minute(recording.t_start_ns / 1e6)} · ${factsOf(recording)}${running}`);
     this.#note.take(recording);
-    offerFiles(element("downloads"), recording);
+    const runs = this.#sensors.flatMap(({ track }) => track.boots.map((boot) => ({ device: track.device, sensor: track.sensor, boot })));
+    offerFiles(element("downloads"), recording, runs, (error) => complain(element("played-trouble"), error));
   }
 
   #show() {

@@ -46,6 +46,11 @@ export class Track {
     return this.#times;
   }
 
+  /** The runs of the agent that its frames are of, in the order of time. */
+  get boots() {
+    return [...this.#runs.keys()];
+  }
+
   isFrame(index) {
     return this.#moments[index].kind === FRAME;
   }

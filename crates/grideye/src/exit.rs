@@ -44,11 +44,16 @@ pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> anyhow::Error {
     anyhow::Error::new(BadInput(error.into()))
 }
 
+/// What is said of an error that was marked as bad input; nothing of another one.
+pub(crate) fn blame(error: &anyhow::Error) -> Option<String> {
+    let is_bad_input = error.chain().any(<dyn std::error::Error>::is::<BadInput>);
+    is_bad_input.then(|| told(error))
+}
+
 /// Prints the error for a person and gives its exit code: 2 for bad input, 1 for a failure.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     eprintln!("error: {}", told(error));
-    let is_bad_input = error.chain().any(<dyn std::error::Error>::is::<BadInput>);
-    ExitCode::from(if is_bad_input { 2 } else { 1 })
+    ExitCode::from(if blame(error).is_some() { 2 } else { 1 })
 }
 
 /// The error and its causes. A message with a hint has its cause in front of the hint: it is not said once more behind.

@@ -3,17 +3,19 @@
 //! An annex of the collector, which knows no format but its own CSV. A file is written whole before its first byte is
 //! sent, so that what cannot be written is refused, and nobody takes a part for the whole.
 
+use crate::exit::{bad_input, blame};
 use crate::export::recording::{self, Format};
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, anyhow};
 use axum::Router;
 use axum::body::{Body, Bytes};
-use axum::extract::{Path, State};
+use axum::extract::{Path, Query, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use grideye_collector::store::{Members, Recording};
+use grideye_collector::store::{Members, Recording, Span};
 use grideye_collector::{Annex, FrameStore, Refusal, attachment};
 use grideye_recording::Row;
+use serde::Deserialize;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Seek as _, Write as _};
@@ -22,16 +24,24 @@ use tokio::runtime::Handle;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 
-/// The formats that are offered, and their types. Pictures are left to `grideye convert`, which can be told of what.
-const OFFERED: [(&str, &str); 3] = [
+/// The formats that are offered, and their types.
+const OFFERED: [(&str, &str); 5] = [
     ("npz", "application/zip"),
     ("parquet", "application/vnd.apache.parquet"),
     ("mcap", "application/octet-stream"),
+    ("png", "image/png"),
+    ("gif", "image/gif"),
 ];
+/// Those of them that are pictures: of one run of one sensor.
+const PICTURES: [&str; 2] = ["png", "gif"];
 /// Files that are written at once; one more is answered 503.
 const WRITTEN_MAX: usize = 2;
 /// Rows of a recording that is written while somebody waits for it; of one more, that person is told how to write it.
 const ROWS_MAX: u64 = 1_000_000;
+/// Rows of a run that is drawn while somebody waits for it: a picture holds its frames in memory.
+const DRAWN_ROWS_MAX: u64 = 100_000;
+/// Sensors that a refusal names, of those that can be chosen.
+const NAMED_MAX: usize = 8;
 /// Rows that are asked of the store at once.
 const PAGE_ROWS: usize = 4_096;
 /// Bytes that are sent at once, and how many of these are ready before the peer takes them.
@@ -42,6 +52,16 @@ const PIECES_READY_MAX: usize = 2;
 struct Exports {
     store: Arc<dyn FrameStore>,
     room: Arc<Semaphore>,
+    drawn_rows_max: u64,
+}
+
+/// Of which frames: without `sensor`, or with `sensor` and without `boot`, of all that there are.
+#[derive(Debug, Default, Deserialize)]
+struct Asked {
+    /// The sensor's name, or `device/sensor`.
+    sensor: Option<String>,
+    /// One run of the agent.
+    boot: Option<String>,
 }
 
 /// The routes, for the collector.
@@ -50,6 +70,7 @@ pub(crate) fn annex() -> Annex {
         let exports = Exports {
             store: Arc::clone(&inside.store),
             room: Arc::new(Semaphore::new(WRITTEN_MAX)),
+            drawn_rows_max: DRAWN_ROWS_MAX,
         };
         Router::new()
             .route("/v1/exports/{file}", get(export))
@@ -60,6 +81,7 @@ pub(crate) fn annex() -> Annex {
 async fn export(
     State(exports): State<Exports>,
     Path(file): Path<String>,
+    Query(asked): Query<Asked>,
 ) -> Result<Response, Refusal> {
     let (id, extension) = file.rsplit_once('.').unwrap_or((&file, ""));
     let offered = OFFERED.iter().find(|(known, _)| *known == extension);
@@ -68,15 +90,22 @@ async fn export(
         return Err(unknown_format(extension));
     };
     let id = id.parse().map_err(|_not_a_number| unknown_recording())?;
-    let members = exports.store.members(id).await.map_err(Refusal::from)?;
+    let mut members = exports.store.members(id).await.map_err(Refusal::from)?;
     check_length(&members.recording)?;
+    members.spans = choose(members.spans, &asked)?;
+    let is_picture = PICTURES.contains(extension);
+    if is_picture {
+        check_one(&members.spans)?;
+    }
+    let rows_max = is_picture.then_some(exports.drawn_rows_max);
     let room = exports.room.try_acquire_owned().map_err(|_none_left| {
         let what = format!("{WRITTEN_MAX} files are being written already");
         Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "too_many_exports", what)
             .hint("ask again in a few seconds")
     })?;
     let name = attachment(&members.recording.name, extension);
-    let file = write(exports.store, members, format, room).await?;
+    let rows = Pages::of(exports.store, members, rows_max, Handle::current());
+    let file = write(rows, format, room).await?;
     let headers = [(header::CONTENT_DISPOSITION, name)];
     let kind = [(header::CONTENT_TYPE, *content_type)];
     Ok((headers, kind, send(file)).into_response())
@@ -101,6 +130,67 @@ fn unknown_recording() -> Refusal {
         .hint("GET /v1/recordings lists them")
 }
 
+/// The spans that were asked for.
+fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
+    if asked.sensor.is_none() && asked.boot.is_none() {
+        return Ok(spans);
+    }
+    let names = names(&spans);
+    let is_asked = |span: &Span| {
+        let stream = &span.stream;
+        let whole = format!("{}/{}", stream.device, stream.sensor);
+        let sensor = asked.sensor.as_deref();
+        sensor.is_none_or(|sensor| sensor == stream.sensor || sensor == whole)
+            && asked.boot.as_deref().is_none_or(|boot| boot == stream.boot)
+    };
+    let chosen: Vec<Span> = spans.into_iter().filter(is_asked).collect();
+    if chosen.is_empty() {
+        let what = "this recording has no frame of that sensor and run";
+        return Err(
+            Refusal::new(StatusCode::NOT_FOUND, "no_such_sensor", what).hint(format!(
+                "it has {}",
+                if names.is_empty() {
+                    "none at all"
+                } else {
+                    &names
+                }
+            )),
+        );
+    }
+    Ok(chosen)
+}
+
+fn check_one(spans: &[Span]) -> Result<(), Refusal> {
+    if spans.len() <= 1 {
+        return Ok(());
+    }
+    let what = "a picture shows one run of one sensor, and here are several";
+    Err(
+        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "several_streams", what)
+            .hint(format!("add one of {}", names(spans))),
+    )
+}
+
+/// How each of the first of these is asked for.
+fn names(spans: &[Span]) -> String {
+    let named: Vec<String> = spans
+        .iter()
+        .take(NAMED_MAX)
+        .map(|Span { stream, .. }| {
+            format!(
+                "?sensor={}/{}&boot={}",
+                stream.device, stream.sensor, stream.boot
+            )
+        })
+        .collect();
+    let more = if spans.len() > NAMED_MAX {
+        " and more"
+    } else {
+        ""
+    };
+    format!("{}{more}", named.join(", "))
+}
+
 fn check_length(recording: &Recording) -> Result<(), Refusal> {
     let rows = recording.frames.saturating_add(recording.missing);
     if rows <= ROWS_MAX {
@@ -115,18 +205,15 @@ fn check_length(recording: &Recording) -> Result<(), Refusal> {
     )
 }
 
-/// Writes the recording into a file without a name, away from the threads that serve requests.
+/// Writes the rows into a file without a name, away from the threads that serve requests.
 async fn write(
-    store: Arc<dyn FrameStore>,
-    members: Members,
+    mut rows: Pages,
     format: Format,
     room: OwnedSemaphorePermit,
 ) -> Result<File, Refusal> {
-    let runtime = Handle::current();
     let work = tokio::task::spawn_blocking(move || {
         let _room = room;
         let mut file = tempfile::tempfile().context("there is no room for a temporary file")?;
-        let mut rows = Pages::of(store, members, runtime);
         let mut buffered = BufWriter::new(&file);
         format(&mut rows, &mut buffered)?;
         buffered.flush()?;
@@ -139,7 +226,11 @@ async fn write(
             .hint("the folder for temporary files (TMPDIR) needs room for the whole file")
     };
     let written: Result<File> = work.await.map_err(|error| failed(error.to_string()))?;
-    written.map_err(|error| failed(format!("the file cannot be written: {error:#}")))
+    written.map_err(|error| match blame(&error) {
+        // What these frames cannot be written as, in the words of `grideye convert`.
+        Some(said) => Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "cannot_be_written", said),
+        None => failed(format!("the file cannot be written: {error:#}")),
+    })
 }
 
 /// The rows of a recording, page by page from the store.
@@ -147,17 +238,27 @@ struct Pages {
     store: Arc<dyn FrameStore>,
     runtime: Handle,
     members: Members,
+    /// How many there may be, and how many were taken.
+    rows_max: Option<u64>,
+    taken: u64,
     span: usize,
     after_seq: Option<u64>,
     ready: VecDeque<Row>,
 }
 
 impl Pages {
-    const fn of(store: Arc<dyn FrameStore>, members: Members, runtime: Handle) -> Self {
+    const fn of(
+        store: Arc<dyn FrameStore>,
+        members: Members,
+        rows_max: Option<u64>,
+        runtime: Handle,
+    ) -> Self {
         Self {
             store,
             runtime,
             members,
+            rows_max,
+            taken: 0,
             span: 0,
             after_seq: None,
             ready: VecDeque::new(),
@@ -184,6 +285,19 @@ impl Pages {
         }
         Ok(())
     }
+
+    fn count(&mut self, row: Row) -> Result<Row> {
+        self.taken += 1;
+        match self.rows_max {
+            Some(rows_max) if self.taken > rows_max => Err(bad_input(anyhow!(
+                "more than {rows_max} rows are not drawn here\nhint: take /v1/recordings/{}.csv, and `grideye convert --sensor {}/{}` draws it",
+                self.members.recording.id,
+                row.stream.device,
+                row.stream.sensor
+            ))),
+            _ => Ok(row),
+        }
+    }
 }
 
 impl Iterator for Pages {
@@ -191,7 +305,7 @@ impl Iterator for Pages {
 
     fn next(&mut self) -> Option<Self::Item> {
         match self.fill() {
-            Ok(()) => self.ready.pop_front().map(Ok),
+            Ok(()) => self.ready.pop_front().map(|row| self.count(row)),
             Err(error) => Some(Err(error)),
         }
     }
@@ -227,6 +341,7 @@ mod tests {
     use super::*;
     use grideye_collector::store::{RecordingId, StoreLocation};
     use grideye_collector::{Limits, SqliteStore};
+    use grideye_recording::wire::{Batch, Limits as WireLimits};
 
     async fn exports(written_max: usize) -> Exports {
         let store = SqliteStore::open(&StoreLocation::Memory, &Limits::default()).unwrap();
@@ -234,19 +349,107 @@ mod tests {
         Exports {
             store: Arc::new(store),
             room: Arc::new(Semaphore::new(written_max)),
+            drawn_rows_max: 3,
         }
     }
 
+    async fn answer(exports: &Exports, file: &str, asked: Asked) -> Response {
+        let file = Path(file.to_owned());
+        export(State(exports.clone()), file, Query(asked))
+            .await
+            .into_response()
+    }
+
     async fn status(exports: &Exports, file: &str) -> u16 {
-        let answer = export(State(exports.clone()), Path(file.to_owned())).await;
-        answer.into_response().status().as_u16()
+        answer(exports, file, Asked::default())
+            .await
+            .status()
+            .as_u16()
+    }
+
+    /// Keeps so many frames of a sensor in a run.
+    async fn keep(exports: &Exports, sensor: &str, boot: &str, frames: u64) {
+        let frames: Vec<serde_json::Value> = (0..frames)
+            .map(|seq| {
+                serde_json::json!({
+                    "seq": seq, "t_boot_ns": seq * 100_000_000, "t_utc_ns": 5, "clock": "unsynced",
+                    "pixels_raw": vec![80 + seq; 64], "thermistor_raw": 402
+                })
+            })
+            .collect();
+        let json = serde_json::json!({
+            "device": "pi-1", "boot": boot, "sensors": [{ "sensor": sensor, "frames": frames }]
+        });
+        let json = serde_json::to_vec(&json).unwrap();
+        let batch = Batch::from_json(&json, &WireLimits::default()).unwrap();
+        exports.store.append(Arc::new(batch), 2).await.unwrap();
+    }
+
+    fn of(sensor: &str, boot: Option<&str>) -> Asked {
+        Asked {
+            sensor: Some(sensor.to_owned()),
+            boot: boot.map(str::to_owned),
+        }
+    }
+
+    /// The status and code of a refusal, and its hint.
+    async fn refused(exports: &Exports, file: &str, asked: Asked) -> (u16, String, String) {
+        let answer = answer(exports, file, asked).await;
+        let status = answer.status().as_u16();
+        let bytes = axum::body::to_bytes(answer.into_body(), 10_000)
+            .await
+            .unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+        let said = |key: &str| json["error"][key].as_str().unwrap_or_default().to_owned();
+        (status, said("code"), said("hint"))
+    }
+
+    #[tokio::test]
+    async fn a_picture_shows_one_run_of_one_sensor_and_no_more_rows_than_its_limit() {
+        let exports = exports(1).await;
+        keep(&exports, "s1", "b1", 3).await;
+        assert_eq!(status(&exports, "1.png").await, 200);
+        keep(&exports, "s2", "b1", 4).await;
+        keep(&exports, "s2", "b2", 2).await;
+        assert_eq!(status(&exports, "1.npz").await, 200);
+        for (asked, wanted) in [
+            (of("s1", None), 200),
+            (of("pi-1/s1", Some("b1")), 200),
+            (of("s2", Some("b2")), 200),
+            (of("pi-2/s1", None), 404),
+            (of("s1", Some("b2")), 404),
+            (of("s2", None), 422),
+        ] {
+            let said = format!("{asked:?}");
+            let answer = answer(&exports, "1.gif", asked).await;
+            assert_eq!(answer.status(), wanted, "{said}");
+        }
+        let (status, code, hint) = refused(&exports, "1.png", Asked::default()).await;
+        assert_eq!((status, code.as_str()), (422, "several_streams"));
+        assert!(hint.contains("?sensor=pi-1/s2&boot=b2"), "{hint}");
+        // Its fourth row is one more than is drawn in this test.
+        let long = of("s2", Some("b1"));
+        let (status, code, hint) = refused(&exports, "1.png", long).await;
+        assert_eq!((status, code.as_str()), (422, "cannot_be_written"));
+        assert!(
+            hint.contains("`grideye convert --sensor pi-1/s2` draws it"),
+            "{hint}"
+        );
+    }
+
+    #[tokio::test]
+    async fn a_recording_without_frames_is_no_picture_and_the_refusal_says_so() {
+        let exports = exports(1).await;
+        let (status, code, hint) = refused(&exports, "1.png", Asked::default()).await;
+        assert_eq!((status, code.as_str()), (422, "cannot_be_written"));
+        assert!(hint.contains("it has no rows"), "{hint}");
     }
 
     #[tokio::test]
     async fn what_is_not_there_is_not_found() {
         let exports = exports(1).await;
         assert_eq!(status(&exports, "1.npz").await, 200);
-        for none in ["1.png", "1.csv", "1", "", ".npz", "x.npz", "2.npz"] {
+        for none in ["1.jpg", "1.csv", "1", "", ".npz", "x.npz", "2.npz"] {
             assert_eq!(status(&exports, none).await, 404, "{none}");
         }
     }

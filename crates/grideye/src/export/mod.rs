@@ -72,6 +72,15 @@ pub(crate) fn write(film: &Film<'_>, out: &Path) -> Result<()> {
     Ok(())
 }
 
+/// What is said behind the number of pictures where not every frame is one.
+fn left_out(step: u32, frames: u32) -> String {
+    if step > 1 {
+        format!(", every {step}. of {frames},")
+    } else {
+        String::new()
+    }
+}
+
 /// Writes images of one size side by side, on one scale of colours (.png).
 pub(crate) fn write_tiles(images: &[&Image], out: &Path) -> Result<()> {
     if out.extension().is_none_or(|extension| extension != "png") {

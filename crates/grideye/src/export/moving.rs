@@ -1,8 +1,7 @@
 //! An animated GIF: the frames as fast as they were taken, on one scale of colours.
 
-use super::Film;
 use super::picture::{GAP, Picture, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, palette};
-use crate::progress;
+use super::{Film, left_out};
 use anyhow::Result;
 use gif::{Encoder, Frame, Repeat};
 use std::borrow::Cow;
@@ -19,12 +18,6 @@ pub(super) fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Re
     ))
     .unwrap_or(u32::MAX);
     let step = film.frames.div_ceil(FRAMES_MAX).max(fastest).max(1);
-    if step > 1 {
-        progress::say(&format!(
-            "the film shows every {step}. of the {} frames",
-            film.frames
-        ));
-    }
     let (blank, top_left, cell) = stage(film, scale);
     let (width, height) = (u16::try_from(blank.width)?, u16::try_from(blank.height)?);
     let mut encoder = Encoder::new(out, width, height, &palette())?;
@@ -46,7 +39,8 @@ pub(super) fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Re
         shown += 1;
         tick();
     }
-    Ok(format!("a film of {shown} frames"))
+    let left_out = left_out(step, film.frames);
+    Ok(format!("a film of {shown} frames{left_out}"))
 }
 
 /// What is the same in every picture, where the frame goes, and the side of its pixels.

@@ -1,9 +1,8 @@
 //! A contact sheet: frames side by side, the time below each, one scale of colours for all.
 
-use super::Film;
 use super::picture::{GAP, Picture, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, count, nearest};
 use super::tiles::write_png;
-use crate::progress;
+use super::{Film, left_out};
 use anyhow::Result;
 use std::io::Write;
 
@@ -13,15 +12,10 @@ const FRAMES_MAX: u32 = 120;
 pub(super) fn write(film: &Film<'_>, out: &mut dyn Write, tick: &dyn Fn()) -> Result<String> {
     let step = film.frames.div_ceil(FRAMES_MAX).max(1);
     let shown: Vec<u32> = (0..film.frames).step_by(usize::try_from(step)?).collect();
-    if step > 1 {
-        progress::say(&format!(
-            "a sheet shows up to {FRAMES_MAX} frames: every {step}. of the {}",
-            film.frames
-        ));
-    }
     let picture = sheet(film, &shown, tick)?;
     write_png(&picture, out)?;
-    Ok(format!("a sheet of {} frames", shown.len()))
+    let left_out = left_out(step, film.frames);
+    Ok(format!("a sheet of {} frames{left_out}", shown.len()))
 }
 
 fn sheet(film: &Film<'_>, shown: &[u32], tick: &dyn Fn()) -> Result<Picture> {
