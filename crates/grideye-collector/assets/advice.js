@@ -1,5 +1,7 @@
 // What a person does about each fault, in a sentence. Names are those of the wire: crates/grideye-recording/README.md.
 
+import { byKind, duration } from "./words.js";
+
 const FAULTS = {
   "nack": "The sensor does not answer at its address: check its wiring and power, and 0x68 against 0x69 (the AD_SELECT pin).",
   "bus-error": "The bus is disturbed: shorten the wires, keep them from mains and motors, and check the pull-ups.",
@@ -46,14 +48,25 @@ export function adviceFor(device, isSilent) {
   if (isSilent) sentences.push("It is silent: see that the agent runs (systemctl status grideye-agent) and reaches this address.");
   const runs = device.rivals ?? [];
   if (runs.length > 0) sentences.push(`Two agents send as ${device.device} (runs ${runs.join(", ")}): give each its own \`device\` in agent.toml.`);
-  const counted = { ...device.dropped, ...device.errors };
-  const kinds = Object.entries(counted).filter(([, count]) => count > 0);
-  kinds.sort((a, b) => b[1] - a[1]);
-  for (const [kind] of kinds) {
+  const recent = new Set(device.recent_faults);
+  for (const [kind] of countedOf(device).filter(([kind]) => recent.has(kind))) {
     const sentence = kind.startsWith("refused-") ? REFUSED : FAULTS[kind];
     if (sentence && !sentences.includes(sentence)) sentences.push(sentence);
   }
   if (CLOCKS[device.clock]) sentences.push(CLOCKS[device.clock]);
   if (device.backlog > BACKLOG_NOTED) sentences.push("Frames wait on the device and are being sent; they come in behind the live ones.");
   return sentences;
+}
+
+/** What was counted in this run and happens no more: a device is not to be looked at for that. */
+export function pastOf(device, recent_s) {
+  const recent = new Set(device.recent_faults);
+  const past = byKind(Object.fromEntries(countedOf(device).filter(([kind]) => !recent.has(kind))));
+  return past === "" ? "" : `Past, and not in the last ${duration(recent_s)}: ${past}.`;
+}
+
+/** Everything that is counted, the most frequent first. */
+function countedOf(device) {
+  const kinds = Object.entries({ ...device.dropped, ...device.errors }).filter(([, count]) => count > 0);
+  return kinds.sort((a, b) => b[1] - a[1]);
 }

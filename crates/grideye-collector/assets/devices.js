@@ -1,6 +1,6 @@
 // The devices: how each one does, and what to do about it.
 
-import { adviceFor } from "./advice.js";
+import { adviceFor, pastOf } from "./advice.js";
 import { byKind, duration, fieldsOf, say } from "./words.js";
 
 const REFRESH_MS = 1_000;
@@ -25,16 +25,17 @@ export class Devices {
   }
 
   async #refresh() {
-    const devices = await devicesNow();
+    const answer = await devicesNow();
     // Without an answer the state of the connection at the top says enough.
-    if (devices === null) return;
+    if (answer === null) return;
+    const { devices, faults_recent_s: recent_s } = answer;
     this.#none.hidden = devices.length > 0;
-    const cards = devices.map((device) => this.#card(device));
+    const cards = devices.map((device) => this.#card(device, recent_s));
     const same = cards.length === this.#list.children.length && cards.every((card, index) => card === this.#list.children[index]);
     if (!same) this.#list.replaceChildren(...cards);
   }
 
-  #card(device) {
+  #card(device, recent_s) {
     if (!this.#cards.has(device.device)) this.#cards.set(device.device, this.#template.content.firstElementChild.cloneNode(true));
     const card = this.#cards.get(device.device);
     const fields = fieldsOf(card);
@@ -47,6 +48,7 @@ export class Devices {
     for (const [name, text] of Object.entries(factsOf(device))) say(fields[name], text);
     rows(fields.sensors, device.sensors.map(sensorCells));
     list(fields.advice, advice);
+    say(fields.past, pastOf(device, recent_s));
     return card;
   }
 }
@@ -114,7 +116,7 @@ function list(element, texts) {
 async function devicesNow() {
   try {
     const response = await fetch("/v1/devices");
-    return response.ok ? (await response.json()).devices : null;
+    return response.ok ? await response.json() : null;
   } catch {
     return null;
   }

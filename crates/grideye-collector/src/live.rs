@@ -1,16 +1,19 @@
 //! The present state of every sensor, and the events that tell the live page of it.
 
+mod faults;
 mod newest;
 mod recent;
 mod senders;
 mod view;
 
+pub(crate) use faults::RECENT_WITHIN;
 pub use newest::{NewestFrame, NewestFrames};
 pub use recent::RecentFrames;
 pub(crate) use view::stream_json;
 
 use crate::store::{Appended, Elsewhere, StoredRecord, StreamSummary};
 use crate::{Clock, Limits};
+use faults::Faults;
 use grideye_recording::wire::{Batch, SensorBatch};
 use grideye_recording::{ClockState, Record};
 use senders::Senders;
@@ -60,6 +63,7 @@ struct Sensor {
     began_boot_ns: Option<u64>,
     /// Boot times of the frames within the rate's window, in nanoseconds.
     recent_boot_ns: VecDeque<u64>,
+    faults: Faults,
 }
 
 /// A record and when it was measured.
@@ -118,6 +122,7 @@ impl Live {
         let since_arrival = i128::from(self.clock.utc_ns()) - i128::from(stored.t_arrival_ns);
         let arrived_ns = self.now_ns() - since_arrival.max(0);
         let mut sensor = Sensor::new(stream);
+        sensor.faults = Faults::before(sensor.stream.account.as_ref());
         let measured = Measured::new(stored.record, None, arrived_ns, stored.t_arrival_ns);
         sensor.show(measured, &self.limits);
         self.sensors().insert(sensor.key(), sensor);
@@ -157,6 +162,9 @@ impl Live {
                 .filter(|_| !is_backlog)
                 .map(|record| Measured::new(record, batch.t_sent_boot_ns, now_ns, t_arrival_ns));
             let shown = sensor.take(kept.stream.clone(), arrived, &self.limits);
+            sensor
+                .faults
+                .count(sensor.stream.account.as_ref(), self.clock.monotonic());
             self.recent.take(&kept.stream.id, records_of(&shown));
             if self.events.receiver_count() > 0 {
                 let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
@@ -190,6 +198,9 @@ impl Live {
             .iter()
             .map(|stored| Measured::new(stored.record, sent, now_ns, stored.t_arrival_ns));
         let shown = sensor.take(news.stream, arrived, &self.limits);
+        sensor
+            .faults
+            .count(sensor.stream.account.as_ref(), self.clock.monotonic());
         self.recent.take(&sensor.stream.id, records_of(&shown));
         if self.events.receiver_count() == 0 {
             return;
@@ -322,6 +333,7 @@ impl Sensor {
             newest_frame: None,
             began_boot_ns: None,
             recent_boot_ns: VecDeque::new(),
+            faults: Faults::default(),
         }
     }
 

@@ -8,7 +8,7 @@ use axum::http::{HeaderMap, header};
 use grideye_recording::check_name;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
 
 /// The header in which an agent says how it is set up: one JSON object, now and then.
@@ -130,7 +130,8 @@ pub(super) async fn devices(State(state): State<AppState>) -> Json<Value> {
         .into_iter()
         .map(|(device, sensors)| device_json(&device, &sensors, &state.0.agents.of(&device)))
         .collect();
-    Json(json!({ "devices": devices }))
+    let recent = crate::live::RECENT_WITHIN.as_secs();
+    Json(json!({ "devices": devices, "faults_recent_s": recent }))
 }
 
 /// Sums over the sensors; boot and clock are those of the sensor that was heard of last.
@@ -163,6 +164,7 @@ fn device_json(device: &str, sensors: &[Value], said: &Said) -> Value {
         "missing": sum("missing"),
         "dropped": counts(sensors, "dropped"),
         "errors": counts(sensors, "errors"),
+        "recent_faults": recent_faults(sensors),
         "rivals": sensors.iter().map(|sensor| &sensor["rivals"]).find(|rivals| !rivals.is_null()),
         "configuration": said.configuration,
         "sensors": sensors.iter().map(|sensor| sensor_json(sensor, said)).collect::<Vec<_>>(),
@@ -209,6 +211,14 @@ fn clock(sensor: &Value) -> &Value {
         Value::Null => &sensor["frame"]["clock"],
         newer => newer,
     }
+}
+
+/// Of any sensor, in alphabetical order.
+fn recent_faults(sensors: &[Value]) -> BTreeSet<&str> {
+    let of_each = sensors
+        .iter()
+        .filter_map(|sensor| sensor["recent_faults"].as_array());
+    of_each.flatten().filter_map(Value::as_str).collect()
 }
 
 /// By reason, over all sensors.
@@ -289,7 +299,7 @@ mod tests {
             json!({
                 "device": "d", "sensor": name, "boot": "b", "age_s": age_s, "rate_hz": 9.5, "spooled": 3, "read": 10,
                 "stored": 6, "missing": 2, "balanced": true, "dropped": {"ring-full": 1}, "errors": {"nack": nack},
-                "no_frame_now": null, "frame": {"clock": clock},
+                "recent_faults": [name, "nack"], "no_frame_now": null, "frame": {"clock": clock},
             })
         };
         let mut older = sensor("y", 4.0, "unsynced", 2);
@@ -317,6 +327,7 @@ mod tests {
             (&json["dropped"], &json["errors"]),
             (&json!({"ring-full": 2}), &json!({"nack": 3}))
         );
+        assert_eq!(json["recent_faults"], json!(["nack", "x", "y"]));
         let [y, x] = [&json["sensors"][0], &json["sensors"][1]];
         assert_eq!(
             (&y["clock"], &y["missing_now"], &y["part"]),

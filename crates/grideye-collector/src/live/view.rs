@@ -49,6 +49,8 @@ impl Sensor {
             self.newest.map(|newest| newest.age_s(now_ns)).into(),
         );
         status.insert("no_frame_now".to_owned(), missing.into());
+        let now = Duration::from_nanos(u64::try_from(now_ns).unwrap_or(0));
+        status.insert("recent_faults".to_owned(), self.faults.recent(now).into());
         status.insert("began_boot_ns".to_owned(), self.began_boot_ns.into());
         status
     }

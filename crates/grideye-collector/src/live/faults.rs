@@ -1,0 +1,113 @@
+//! Which faults are of now. An agent counts from its start, so that a count alone does not tell whether a fault is of this
+//! minute or of a night weeks ago: what tells it is when the count last grew.
+
+use grideye_recording::wire::Account;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// How long after its count grew a fault is one of now.
+pub(crate) const RECENT_WITHIN: Duration = Duration::from_secs(300);
+
+/// The faults of one run of one sensor.
+#[derive(Debug, Default)]
+pub(super) struct Faults(BTreeMap<String, Fault>);
+
+#[derive(Debug)]
+struct Fault {
+    count: u64,
+    /// On the collector's monotonic clock; `None` for what was counted before this collector was started.
+    grew_at: Option<Duration>,
+}
+
+impl Faults {
+    /// What the store knew already: its time is not known, and it is of before.
+    pub(super) fn before(account: Option<&Account>) -> Self {
+        let mut faults = Self::default();
+        faults.take(account, None);
+        faults
+    }
+
+    /// Notes what has grown by `now`.
+    pub(super) fn count(&mut self, account: Option<&Account>, now: Duration) {
+        self.take(account, Some(now));
+    }
+
+    /// As many kinds as an account may hold: the limit of the wire.
+    fn take(&mut self, account: Option<&Account>, grew_at: Option<Duration>) {
+        let counts = account
+            .into_iter()
+            .flat_map(|account| account.dropped.iter().chain(&account.errors));
+        for (kind, count) in counts {
+            match self.0.get_mut(kind) {
+                Some(fault) if fault.count >= *count => {}
+                Some(fault) => {
+                    *fault = Fault {
+                        count: *count,
+                        grew_at,
+                    }
+                }
+                None if *count > 0 => {
+                    let fault = Fault {
+                        count: *count,
+                        grew_at,
+                    };
+                    self.0.insert(kind.clone(), fault);
+                }
+                None => {}
+            }
+        }
+    }
+
+    /// Those of now, in alphabetical order.
+    pub(super) fn recent(&self, now: Duration) -> Vec<&str> {
+        let is_recent = |fault: &Fault| {
+            fault
+                .grew_at
+                .is_some_and(|at| now.saturating_sub(at) <= RECENT_WITHIN)
+        };
+        let recent = self.0.iter().filter(|(_, fault)| is_recent(fault));
+        recent.map(|(kind, _)| kind.as_str()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn account(nack: u64, ring_full: u64) -> Account {
+        Account {
+            errors: [("nack".to_owned(), nack)].into(),
+            dropped: [("ring-full".to_owned(), ring_full)].into(),
+            ..Account::default()
+        }
+    }
+
+    fn after(seconds: u64) -> Duration {
+        Duration::from_secs(seconds)
+    }
+
+    #[test]
+    fn a_fault_is_of_now_for_five_minutes_after_it_was_counted() {
+        let mut faults = Faults::default();
+        faults.count(Some(&account(1, 0)), after(10));
+        assert_eq!(faults.recent(after(310)), ["nack"]);
+        faults.count(Some(&account(1, 3)), after(311));
+        assert_eq!(faults.recent(after(311)), ["ring-full"]);
+        // It happens once more, and a count that came late changes nothing.
+        faults.count(Some(&account(2, 3)), after(400));
+        faults.count(Some(&account(1, 1)), after(600));
+        assert_eq!(faults.recent(after(600)), ["nack", "ring-full"]);
+        assert_eq!(faults.recent(after(700)), ["nack"]);
+        assert!(faults.recent(after(701)).is_empty());
+    }
+
+    #[test]
+    fn what_was_counted_before_the_collector_started_is_of_before() {
+        let mut faults = Faults::before(Some(&account(7, 0)));
+        assert!(faults.recent(after(0)).is_empty());
+        faults.count(Some(&account(7, 0)), after(1));
+        assert!(faults.recent(after(1)).is_empty());
+        faults.count(Some(&account(8, 0)), after(2));
+        assert_eq!(faults.recent(after(2)), ["nack"]);
+    }
+}
