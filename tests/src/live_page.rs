@@ -145,9 +145,17 @@ pub fn frame(pixels: &[u16], thermistor: u16) -> Value {
 /// # Errors
 /// If there is no picture.
 pub fn colour(browser: &Browser, index: usize) -> Result<Vec<u64>, Failure> {
+    colour_in(browser, ".heat", index)
+}
+
+/// Red, green and blue in the middle of a cell of the first canvas that a selector finds.
+///
+/// # Errors
+/// If there is none.
+pub fn colour_in(browser: &Browser, canvas: &str, index: usize) -> Result<Vec<u64>, Failure> {
     // A copy is read, because reading a canvas makes the browser remark on how that could be faster.
     let script = format!(
-        "const canvas = document.querySelector('.heat');
+        "const canvas = document.querySelector('{canvas}');
          const cell = canvas.width / 8;
          const [x, y] = [({index} % 8 + 0.5) * cell, (Math.floor({index} / 8) + 0.5) * cell];
          const copy = Object.assign(document.createElement('canvas'), {{ width: 1, height: 1 }});

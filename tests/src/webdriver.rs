@@ -15,7 +15,7 @@ const ELEMENT_KEY: &str = "element-6066-11e4-a52e-4f735466cecf";
 /// A browser that takes longer for one command is taken for dead.
 const COMMAND_TIME_MAX: Duration = Duration::from_secs(60);
 /// How long [`Browser::wait_for`] looks again before it gives up.
-const WAIT_TIME_MAX: Duration = Duration::from_secs(15);
+const WAIT_TIME_MAX: Duration = Duration::from_secs(60);
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 /// Lines of chromedriver's greeting in which its port is looked for.
 const GREETING_LINES_MAX: usize = 20;
@@ -169,6 +169,20 @@ impl Browser {
             .map(drop)
     }
 
+    /// Presses the keys of a text one after the other, wherever the focus is.
+    ///
+    /// # Errors
+    /// If the browser refuses.
+    pub fn press_text(&self, text: &str) -> Result<(), Failure> {
+        let strokes = text.chars().flat_map(|key| {
+            ["keyDown", "keyUp"].map(|kind| json!({ "type": kind, "value": key.to_string() }))
+        });
+        let strokes: Vec<Value> = strokes.collect();
+        let keyboard = json!({ "type": "key", "id": "keyboard", "actions": strokes });
+        self.command("/actions", &json!({ "actions": [keyboard] }))
+            .map(drop)
+    }
+
     /// Presses keys together, wherever the focus is: the first ones are held while the last is pressed.
     ///
     /// # Errors
@@ -204,7 +218,7 @@ impl Browser {
     /// Looks again and again until the text of an element satisfies.
     ///
     /// # Errors
-    /// If it does not in 15 s; the message says what the text was at last.
+    /// If it does not in 60 s; the message says what the text was at last.
     pub fn wait_for_text(
         &self,
         selector: &str,
@@ -216,7 +230,7 @@ impl Browser {
     /// Looks again and again until what is seen satisfies.
     ///
     /// # Errors
-    /// If it does not in 15 s; the message says what was seen at last.
+    /// If it does not in 60 s; the message says what was seen at last.
     pub fn wait_for<T: fmt::Debug>(
         &self,
         what: &str,

@@ -3,7 +3,7 @@
 
 use grideye_recording::csv::Reader;
 use grideye_tests::live_page::{
-    Outcome, assert_quiet, batch, field, frame, keep_picture, pixels, set_up,
+    Outcome, assert_quiet, batch, colour_in, field, frame, keep_picture, pixels, set_up,
 };
 use grideye_tests::programs::{RunningCollector, grideye, run};
 use grideye_tests::webdriver::{Browser, Failure, left_out};
@@ -149,6 +149,78 @@ fn simulated(scene: &Path, frames: u32) -> Result<Vec<Value>, Failure> {
     Ok(all)
 }
 
+/// C, EMI and IS are each read above their floors, and with a ceiling that is above them too.
+fn assert_scores(browser: &Browser, panel: &str) -> Outcome {
+    let rows = format!(
+        "return [...document.querySelectorAll('{panel} tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))"
+    );
+    let rows: Vec<Vec<String>> = serde_json::from_value(browser.execute(&rows)?)?;
+    for (title, unit) in [
+        ("C, correlation", ""),
+        ("EMI, mutual information", " bit"),
+        ("IS, image similarity", " %"),
+    ] {
+        let row = rows.iter().find(|row| row[0] == title).ok_or(title)?;
+        let number = |index: usize| {
+            let text = row[index].replace('−', "-");
+            let number = text.strip_suffix(unit).and_then(|text| text.parse().ok());
+            number.ok_or_else(|| Failure::from(format!("{row:?}: {text}")))
+        };
+        let [now, shuffled, ceiling]: [f64; 3] = [number(1)?, number(3)?, number(4)?];
+        assert!(now > shuffled && ceiling > shuffled, "{row:?}");
+        // A blank frame has no correlation and shares no information; alike it may well be.
+        let blank = number(2).unwrap_or(0.0);
+        assert!(now > blank, "{row:?}");
+        if title == "C, correlation" {
+            assert!(
+                now > 0.5 && shuffled.abs() < 0.3 && ceiling > 0.5,
+                "{row:?}"
+            );
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn real_and_simulated_share_one_scale_of_colours() -> Outcome {
+    if left_out("real_and_simulated_share_one_scale_of_colours") {
+        return Ok(());
+    }
+    let mut room = Room::new("left", 5)?;
+    // The real sensor sees 20 °C everywhere; in the scene somebody stands there.
+    room.frames = vec![frame(&[80; 64], 402)];
+    room.send(5)?;
+    room.browser.click(".sensor [data-field=beside]")?;
+    room.wait("choice", |text| text.contains("left"))?;
+    room.choose("left")?;
+    room.wait("clock", |text| text.starts_with("Nothing moves"))?;
+    room.send(5)?;
+    room.wait("cursor", |text| {
+        text.starts_with("Real less simulated: mean")
+    })?;
+    // Alone, a frame of 20 °C would lie in the middle of its own scale.
+    let cells = |side: &str| {
+        let canvas = format!("#beside [data-side={side}] .heat");
+        let cells = (0..64).map(|cell| colour_in(&room.browser, &canvas, cell));
+        cells.collect::<Result<Vec<_>, _>>()
+    };
+    let light = |colour: &Vec<u64>| colour.iter().sum::<u64>();
+    let (real, simulated) = (cells("real")?, cells("simulated")?);
+    assert!(real.iter().all(|colour| *colour == real[0]), "{real:?}");
+    let warmest = simulated.iter().map(light).max().ok_or("no cells")?;
+    assert!(light(&real[0]) * 3 < warmest, "{real:?} and {simulated:?}");
+    // Where the scene has the room's 20 °C as well, the colour is the same.
+    assert!(simulated.contains(&real[0]), "{real:?} and {simulated:?}");
+    let ticks = room.browser.text("#beside [data-scale=temperature] ol")?;
+    let numbers: Vec<f64> = ticks
+        .split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let [hot, cold] = [numbers[0], numbers[numbers.len() - 1]];
+    assert!(hot >= 24.0 && (19.0..=20.0).contains(&cold), "{ticks}");
+    assert_quiet(&room.browser, "")
+}
+
 #[test]
 fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outcome {
     if left_out("a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict") {
@@ -175,21 +247,8 @@ fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outc
     let verdict = room.wait_for_verdict(|verdict| verdict == "Agrees")?;
     assert_eq!(verdict, "Agrees");
     let scores = room.browser.text("#beside [data-field=scores]")?;
-    for row in [
-        "C, correlation",
-        "EMI, mutual information",
-        "IS, image similarity",
-    ] {
-        assert!(scores.contains(row), "{scores}");
-    }
-    // C has a floor near 0 and a ceiling near 1.
-    let cells = "return [...document.querySelector('#beside tbody tr').cells].slice(1).map((cell) => cell.textContent)";
-    let cells: Vec<String> = serde_json::from_value(room.browser.execute(cells)?)?;
-    let number = |index: usize| cells[index].replace('−', "-").parse::<f64>();
-    assert!(
-        number(0)? > 0.5 && number(2)?.abs() < 0.3 && number(3)? > 0.5,
-        "{cells:?}"
-    );
+    assert!(scores.contains("C, correlation"), "{scores}");
+    assert_scores(&room.browser, "#beside")?;
     keep_picture(&room.browser, "beside-agrees")?;
 
     // Another scene has her elsewhere.
@@ -322,6 +381,7 @@ fn a_recording_is_held_against_a_scene_at_the_frame_that_is_looked_at() -> Outco
     room.browser.click("[data-does=last]")?;
     seen("clock", &|text| text == "Second 6.0 of 6.0.")?;
     seen("verdict", &|text| text == "Agrees")?;
+    assert_scores(&room.browser, "#played-beside")?;
     keep_picture(&room.browser, "beside-played")?;
     // In a room where she stands still she is not where the frames have her.
     room.browser.click(&option("right"))?;

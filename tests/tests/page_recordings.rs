@@ -1,11 +1,12 @@
 //! The page's view of recordings: the list with notes, and one recording played back.
 
 use grideye_tests::live_page::{
-    HOTTEST, Outcome, Server, assert_quiet, batch, boot_ns, field, frame, keep_picture, person,
-    pixels, set_up, wait_for_colour,
+    HOTTEST, Outcome, Server, assert_quiet, batch, boot_ns, colour, field, frame, keep_picture,
+    person, pixels, set_up, wait_for_colour,
 };
 use grideye_tests::webdriver::{Browser, Failure, Screen, left_out};
 use serde_json::{Value, json};
+use std::time::Duration;
 
 /// A keyboard's Enter, Escape, Space, End, Home and arrow right (W3C WebDriver §17.4.2).
 const ENTER: &str = "\u{E007}";
@@ -123,8 +124,17 @@ fn recordings_are_started_noted_and_stopped_from_their_list() -> Outcome {
         || browser.execute(&shown),
         |seen| *seen == "two people, é",
     )?;
-    let length = browser.text("#library [data-field=length]")?;
-    assert!(length.ends_with(" s"), "{length}");
+    // From its start to its stop, as the page writes a length.
+    let kept = server.get("/v1/recordings/1")?;
+    let at = |key: &str| kept[key].as_i64().ok_or("no time");
+    let length = Duration::from_nanos(u64::try_from(at("t_stop_ns")? - at("t_start_ns")?)?);
+    let seconds = length.as_secs_f64();
+    let wanted = if seconds < 9.95 {
+        format!("{seconds:.1} s")
+    } else {
+        format!("{seconds:.0} s")
+    };
+    browser.wait_for_text("#library [data-field=length]", |text| text == wanted)?;
     // The key leads to the pictures, and back.
     browser.press("r")?;
     browser.wait_for_text("#wall", |text| text.contains("pi-1 · s1"))?;
@@ -192,6 +202,68 @@ fn a_recording_is_stepped_through_by_keys_buttons_and_numbers() -> Outcome {
     assert_eq!(said, "0:01.1 of 0:02.9. Frame #11");
     browser.press(ESCAPE)?;
     browser.wait_for_text("#library", |text| text.contains("hall"))?;
+    assert_quiet(&browser, "")
+}
+
+/// An hour at the sensor's ten frames a second, and how many of them are posted at once.
+const HOUR: u64 = 36_000;
+const POSTED: u64 = 1_000;
+
+/// The number of the frame that is shown, and the tenths of a second of the place in the strip.
+fn frame_and_place(browser: &Browser) -> Result<(u64, u64), Failure> {
+    let digits = |text: &str| {
+        text.chars()
+            .filter(char::is_ascii_digit)
+            .collect::<String>()
+    };
+    let seq = digits(&browser.text("#played [data-field=seq]")?).parse()?;
+    let place = browser.text("#time")?;
+    let place = place.split(" / ").next().unwrap_or_default();
+    let (minutes, tenths) = place.split_once(':').ok_or("no place")?;
+    let tenths: u64 = digits(tenths).parse()?;
+    Ok((seq, minutes.parse::<u64>()? * 600 + tenths))
+}
+
+#[test]
+fn an_hour_opens_from_the_list_and_every_place_in_its_strip_shows_its_own_frame() -> Outcome {
+    if left_out("an_hour_opens_from_the_list_and_every_place_in_its_strip_shows_its_own_frame") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    ureq::post(server.url("/v1/recordings")).send_json(json!({ "name": "an hour" }))?;
+    for first in (0..HOUR).step_by(usize::try_from(POSTED)?) {
+        let frames = marked_frames(first..first + POSTED)?;
+        server.post(&measured("s1", first, 0, &frames))?;
+    }
+    ureq::post(server.url("/v1/recordings/1/stop")).send_empty()?;
+    browser.open(&server.url("/#recordings"))?;
+    browser.wait_for_text("#library [data-field=frames]", |text| text == "36,000")?;
+    browser.click("#library [data-field=play]")?;
+    browser.wait_for_text("#time", |text| text == "0:00.0 / 59:59.9")?;
+    shows(&browser, 0)?;
+
+    let width = browser.execute("return document.querySelector('#scrub').clientWidth")?;
+    let width = width.as_f64().ok_or("no width")?;
+    for share in [3, 12, 25, 36, 47, 58, 64, 76, 89, 97] {
+        let share = f64::from(share) / 100.0;
+        let offset = format!("{:.0}", width * (share - 0.5)).parse()?;
+        browser.drag("#scrub", (0, 0), (offset, 0))?;
+        // The mouse points at whole pixels, each of which is some thirty frames wide.
+        let near = |(_, tenths): &(u64, u64)| {
+            let wanted = f64::from(u32::try_from(HOUR).unwrap_or(0)) * share;
+            let found = f64::from(u32::try_from(*tenths).unwrap_or(0));
+            (found - wanted).abs() <= 36_000.0 / width * 1.5
+        };
+        let what = format!("the place at {share}");
+        let (seq, tenths) = browser.wait_for(&what, || frame_and_place(&browser), near)?;
+        assert_eq!(seq, tenths, "the frame that was measured there");
+        let cell = usize::try_from(seq % 64)?;
+        wait_for_colour(&browser, cell, HOTTEST)?;
+        assert_ne!(colour(&browser, (cell + 1) % 64)?, HOTTEST);
+        browser.press(".")?;
+        wait_for_colour(&browser, (cell + 1) % 64, HOTTEST)?;
+        assert_eq!(frame_and_place(&browser)?.0, seq + 1);
+    }
     assert_quiet(&browser, "")
 }
 

@@ -1,8 +1,8 @@
 //! How the live page's pictures can be looked at: palettes, scales, turned, mirrored, large, smoothed, and a region.
 
 use grideye_tests::live_page::{
-    COLDEST, HOTTEST, Outcome, assert_quiet, batch, colour, field, frame, keep_picture, person,
-    pixels, set_up, wait_for_colour,
+    COLDEST, HOTTEST, Outcome, assert_quiet, batch, colour, colour_in, field, frame, keep_picture,
+    person, pixels, set_up, wait_for_colour,
 };
 use grideye_tests::webdriver::{Browser, Failure, left_out};
 
@@ -15,6 +15,8 @@ const HOME: &str = "\u{E011}";
 
 /// matplotlib's tables at 0, 128 and 255.
 const INFERNO_MIDDLE: [u64; 3] = [188, 55, 84];
+/// No maker publishes a table: black with a breath of blue, and white with one of yellow.
+const IRONBOW: [[u64; 3]; 2] = [[0, 0, 12], [255, 255, 246]];
 const VIRIDIS: [[u64; 3]; 2] = [[68, 1, 84], [253, 231, 37]];
 const TURBO: [[u64; 3]; 2] = [[48, 18, 59], [122, 4, 3]];
 
@@ -43,6 +45,7 @@ fn a_palette_gives_its_own_colours_and_is_remembered() -> Outcome {
     server.post(&batch("s1", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
     wait_for_colour(&browser, 10, HOTTEST)?;
     for (title, [cold, hot]) in [
+        ("ironbow", IRONBOW),
         ("viridis", VIRIDIS),
         ("turbo", TURBO),
         ("grey", [[0; 3], [255; 3]]),
@@ -126,6 +129,114 @@ fn a_scale_is_fixed_held_or_shared() -> Outcome {
     browser.wait_for_text("#sensors", |text| text.contains("s2"))?;
     choose(&browser, "scale", "shared")?;
     browser.wait_for_text(".sensor [data-field=ticks]", |text| text.ends_with("10 °C"))?;
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn a_flat_frame_is_shown_on_the_least_span_and_its_noise_is_no_heat() -> Outcome {
+    if left_out("a_flat_frame_is_shown_on_the_least_span_and_its_noise_is_no_heat") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    // 22.25 °C everywhere, but for a quarter of a degree in one pixel.
+    server.post(&batch("s1", 0, &[frame(&pixels(89, 10, 90), 402)]))?;
+    field(&browser, "max", "22.50 °C")?;
+    let ends = ticks(&browser)?;
+    assert!(
+        ends.starts_with("25 °C") && ends.ends_with("21 °C"),
+        "{ends}"
+    );
+    // One step of 0.25 °C in 4 °C is a sixteenth of the colours.
+    let [flat, step] = [colour(&browser, 0)?, colour(&browser, 10)?];
+    assert!(flat != step && step != HOTTEST, "{flat:?} and {step:?}");
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn the_centre_is_the_mean_of_the_four_pixels_in_the_middle() -> Outcome {
+    if left_out("the_centre_is_the_mean_of_the_four_pixels_in_the_middle") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    let mut around = vec![80; 64];
+    // Pixels 28, 29, 36 and 37 at 25, 26, 27 and 29 °C, and 20 °C around them.
+    for (pixel, word) in [(28, 100), (29, 104), (36, 108), (37, 116)] {
+        around[pixel - 1] = word;
+    }
+    server.post(&batch("s1", 0, &[frame(&around, 402)]))?;
+    field(&browser, "centre", "26.75 °C")?;
+    field(&browser, "max", "29.00 °C")?;
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn every_sensor_is_held_at_its_own_scale() -> Outcome {
+    if left_out("every_sensor_is_held_at_its_own_scale") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    let ticks_of = |place: u32, ends: [&str; 2]| {
+        let selector = format!(".sensor:nth-child({place}) [data-field=ticks]");
+        browser
+            .wait_for_text(&selector, |text| {
+                text.starts_with(ends[0]) && text.ends_with(ends[1])
+            })
+            .map(drop)
+    };
+    server.post(&batch("s1", 0, &[frame(&pixels(80, 10, 120), 402)]))?;
+    server.post(&batch("s2", 0, &[frame(&pixels(40, 10, 60), 402)]))?;
+    ticks_of(1, ["30 °C", "20 °C"])?;
+    ticks_of(2, ["15 °C", "10 °C"])?;
+    choose(&browser, "scale", "hold")?;
+    for sensor in ["s1", "s2"] {
+        server.post(&batch(sensor, 1, &[frame(&pixels(100, 10, 400), 402)]))?;
+    }
+    for place in [1, 2] {
+        let selector = format!(".sensor:nth-child({place}) [data-field=max]");
+        browser.wait_for_text(&selector, |text| text == "100.00 °C")?;
+    }
+    ticks_of(1, ["30 °C", "20 °C"])?;
+    ticks_of(2, ["15 °C", "10 °C"])?;
+    choose(&browser, "scale", "auto")?;
+    ticks_of(1, ["100 °C", "25 °C"])?;
+    ticks_of(2, ["100 °C", "25 °C"])?;
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn turning_one_sensor_leaves_the_other_upright() -> Outcome {
+    if left_out("turning_one_sensor_leaves_the_other_upright") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    for sensor in ["s1", "s2"] {
+        server.post(&batch(sensor, 0, &[frame(&pixels(80, 1, 120), 402)]))?;
+    }
+    let second = ".sensor:nth-child(2)";
+    let canvas = format!("{second} .heat");
+    let is_hot = |cell: usize| {
+        let look = || colour_in(&browser, &canvas, cell);
+        browser
+            .wait_for("the second sensor", look, |seen| *seen == HOTTEST)
+            .map(drop)
+    };
+    is_hot(1)?;
+    browser.click(".sensor:first-child [data-field=turn]")?;
+    browser.click(".sensor:first-child [data-field=mirror]")?;
+    field(&browser, "orientation", "Drawn mirrored, then turned")?;
+    server.post(&batch("s2", 1, &[frame(&pixels(80, 1, 124), 402)]))?;
+    browser.wait_for_text(&format!("{second} [data-field=max]"), |text| {
+        text == "31.00 °C"
+    })?;
+    is_hot(1)?;
+    let said = format!("{second} [data-field=orientation]");
+    assert_eq!(browser.text(&said)?, "");
+    // And so it is when the page comes again.
+    browser.open("about:blank")?;
+    browser.open(&server.url("/"))?;
+    field(&browser, "orientation", "Drawn mirrored, then turned")?;
+    is_hot(1)?;
+    assert_eq!(browser.text(&said)?, "");
     assert_quiet(&browser, "")
 }
 
@@ -319,6 +430,49 @@ fn the_last_minutes_are_a_strip_with_gaps() -> Outcome {
                 .is_some_and(|said| said.contains("20.00 °C to 40.00 °C in the last 5 minutes"))
         },
     )?;
+    assert_quiet(&browser, "")
+}
+
+#[test]
+fn between_two_bursts_the_strip_is_empty() -> Outcome {
+    if left_out("between_two_bursts_the_strip_is_empty") {
+        return Ok(());
+    }
+    let (server, browser, _folder) = set_up()?;
+    browser.open("about:blank")?;
+    // Ten seconds, a minute of nothing, and ten seconds.
+    for first in [0, 700] {
+        let frames = vec![frame(&pixels(80, 9, 120), 402); 100];
+        server.post(&batch("s1", first, &frames))?;
+    }
+    browser.open(&server.url("/"))?;
+    field(&browser, "max", "30.00 °C")?;
+    let painted = "const canvas = document.querySelector('.history');
+        const copy = Object.assign(document.createElement('canvas'), { width: canvas.width, height: canvas.height });
+        const context = copy.getContext('2d', { willReadFrequently: true });
+        context.drawImage(canvas, 0, 0);
+        const data = context.getImageData(0, 0, canvas.width, canvas.height).data;
+        const columns = new Set();
+        for (let at = 3; at < data.length; at += 4) if (data[at] > 0) columns.add(Math.floor(at / 4) % canvas.width);
+        return [...columns].sort((one, other) => one - other).map((column) => column / canvas.width);";
+    let columns =
+        || -> Result<Vec<f64>, Failure> { Ok(serde_json::from_value(browser.execute(painted)?)?) };
+    let widest = |columns: &[f64]| {
+        let pairs = columns.windows(2).map(|pair| pair[1] - pair[0]);
+        pairs.fold(0.0, f64::max)
+    };
+    // The strip is five minutes wide: 60 s are a fifth of it.
+    let seen = browser.wait_for("both bursts", columns, |columns| widest(columns) > 0.15)?;
+    assert!((0.19..0.22).contains(&widest(&seen)), "{seen:?}");
+    let empty = seen.windows(2).position(|pair| pair[1] - pair[0] > 0.15);
+    let empty = empty.ok_or("no gap")?;
+    let [before, after] = [
+        seen[empty] - seen[0],
+        seen[seen.len() - 1] - seen[empty + 1],
+    ];
+    for burst in [before, after] {
+        assert!((0.02..0.05).contains(&burst), "{before} and {after}");
+    }
     assert_quiet(&browser, "")
 }
 
