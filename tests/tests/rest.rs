@@ -4,10 +4,10 @@
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_tests::live_page::{Outcome, Server, batch, frame, person};
-use grideye_tests::programs::{Ended, grideye, is_left_out, root, run, target};
+use grideye_tests::programs::{Ended, RunningCollector, grideye, is_left_out, root, run, target};
 use grideye_tests::python;
 use grideye_tests::webdriver::Failure;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
@@ -17,18 +17,37 @@ const EXAMPLES: &str = include_str!("../../crates/grideye-collector/REST.md");
 /// What the examples call; here it is another port.
 const URL: &str = "http://127.0.0.1:8833";
 
+/// What the program brings along, each in a file of its own.
+const BROUGHT: [(&str, &str, &str); 4] = [
+    (
+        "exports",
+        include_str!("../../crates/grideye/openapi/exports.json"),
+        include_str!("../../crates/grideye/src/exports.rs"),
+    ),
+    (
+        "scenes",
+        include_str!("../../crates/grideye/openapi/scenes.json"),
+        include_str!("../../crates/grideye/src/beside/mod.rs"),
+    ),
+    (
+        "editor",
+        include_str!("../../crates/grideye/openapi/editor.json"),
+        include_str!("../../crates/grideye/src/editor/mod.rs"),
+    ),
+    (
+        "mqtt",
+        include_str!("../../crates/grideye/openapi/mqtt.json"),
+        include_str!("../../crates/grideye/src/mqtt/mod.rs"),
+    ),
+];
+
 fn document() -> serde_json::Value {
     serde_json::from_str(DOCUMENT).unwrap()
 }
 
 #[test]
 fn the_document_names_every_path_that_programs_may_call() {
-    let routes = include_str!("../../crates/grideye-collector/src/app.rs");
-    let routes: BTreeSet<&str> = routes
-        .split(".route(")
-        .skip(1)
-        .filter_map(|rest| rest.split('"').nth(1))
-        .collect();
+    let routes = routes(include_str!("../../crates/grideye-collector/src/app.rs"));
     let for_people = [
         "/",
         "/editor",
@@ -49,6 +68,17 @@ fn the_document_names_every_path_that_programs_may_call() {
     let called = |path: &&str| !for_people.contains(path);
     let routes: BTreeSet<&str> = routes.into_iter().filter(called).collect();
     assert_eq!(described, routes);
+    for (annex, paths, source) in BROUGHT {
+        let paths: BTreeMap<String, serde_json::Value> = serde_json::from_str(paths).unwrap();
+        let described: BTreeSet<&str> = paths.keys().map(String::as_str).collect();
+        assert_eq!(described, self::routes(source), "{annex}");
+    }
+}
+
+/// The paths that a piece of source makes routes of.
+fn routes(source: &str) -> BTreeSet<&str> {
+    let pieces = source.split(".route(").skip(1);
+    pieces.filter_map(|rest| rest.split('"').nth(1)).collect()
 }
 
 #[test]
@@ -73,9 +103,33 @@ fn every_answer_is_as_the_document_says() -> Outcome {
         return Ok(());
     }
     let folder = tempfile::tempdir()?;
-    let server = Server::start(&folder.path().join("frames.sqlite"))?;
-    server.post(&batch("i2c-1:0x69", 0, &vec![frame(&person(), 402); 5]))?;
-    assert_eq!(server.get("/v1/openapi.json")?, document());
+    // The program with all that it can bring along; the editor writes into a copy, and nobody is at the broker.
+    let scenes = folder.path().join("scenes");
+    let copied = run(Command::new("cp")
+        .arg("-r")
+        .arg(root().join("scenes"))
+        .arg(&scenes));
+    assert_eq!(copied.code, 0, "{copied:?}");
+    let arguments = [
+        "--scenes".as_ref(),
+        scenes.as_os_str(),
+        "--mqtt".as_ref(),
+        "mqtt://127.0.0.1:1".as_ref(),
+    ];
+    let server = RunningCollector::start_with(folder.path().join("frames.sqlite"), &arguments);
+    // What the document's examples name.
+    assert_eq!(server.start_recording("short"), 1);
+    ureq::post(format!("{}/v1/frames", server.url())).send_json(batch(
+        "i2c-1:0x69",
+        0,
+        &vec![frame(&person(), 402); 5],
+    ))?;
+    let mut whole = document();
+    for (_, paths, _) in BROUGHT {
+        let paths: serde_json::Map<String, serde_json::Value> = serde_json::from_str(paths)?;
+        whole["paths"].as_object_mut().unwrap().extend(paths);
+    }
+    assert_eq!(server.json("/v1/openapi.json"), whole);
     let environment = target().join("rest");
     let set_up = run(Command::new(root().join("tests/python/set-up"))
         .arg(&environment)
@@ -90,9 +144,9 @@ fn every_answer_is_as_the_document_says() -> Outcome {
             "-m",
             "schemathesis.cli",
             "run",
-            &server.url("/v1/openapi.json"),
+            &format!("{}/v1/openapi.json", server.url()),
             "--url",
-            &server.url(""),
+            server.url(),
         ])
         // It never ends.
         .args(["--exclude-path", "/v1/live"])
@@ -106,6 +160,7 @@ fn every_answer_is_as_the_document_says() -> Outcome {
             "--generation-deterministic",
         ]));
     assert_eq!(asked.code, 0, "{}\n{}", asked.stdout, asked.stderr);
+    assert!(asked.stdout.contains("Examples (in"), "{}", asked.stdout);
     assert!(asked.stdout.contains(" passed"), "{}", asked.stdout);
     Ok(())
 }

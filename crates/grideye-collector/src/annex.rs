@@ -10,7 +10,8 @@ use std::sync::Arc;
 ///
 /// They pass the same guard: tokens and sign-in, `Host` and `Origin`, the limits of time and size, the headers of every
 /// answer. GET asks for a token that may read, anything else for one of scope admin. No path may be one of the
-/// collector's own, and a request that takes long must do so off the async threads.
+/// collector's own, and a request that takes long must do so off the async threads. What the framework refuses in plain
+/// text, such as a query that is not understood, is answered in the collector's own form.
 ///
 /// ```
 /// use axum::{Router, routing::get};
@@ -26,6 +27,7 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub struct Annex {
     name: &'static str,
+    described: &'static str,
     routes: Arc<dyn Fn(&Inside) -> Router + Send + Sync>,
 }
 
@@ -37,7 +39,18 @@ impl Annex {
     ) -> Self {
         Self {
             name,
+            described: "{}",
             routes: Arc::new(routes),
+        }
+    }
+
+    /// With a description of its routes: the object `paths` of an OpenAPI 3.1 document, which joins that of
+    /// `GET /v1/openapi.json`. It may refer to that document's components.
+    #[must_use]
+    pub fn described_by(self, paths: &'static str) -> Self {
+        Self {
+            described: paths,
+            ..self
         }
     }
 
@@ -45,6 +58,10 @@ impl Annex {
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
+    }
+
+    pub(crate) fn described(&self) -> &'static str {
+        self.described
     }
 
     pub(crate) fn routes(&self, inside: &Inside) -> Router {

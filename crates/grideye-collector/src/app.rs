@@ -28,8 +28,8 @@ use crate::store::{FrameStore, News, StoreError};
 use crate::{Annex, Clock, Inside, Limits, NewestFrames};
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request};
-use axum::http::{Method, StatusCode};
-use axum::middleware::from_fn_with_state;
+use axum::http::{Method, StatusCode, header};
+use axum::middleware::{from_fn_with_state, map_response};
 use axum::response::{IntoResponse as _, Json, Response};
 use axum::routing::{delete, get, post};
 use serde_json::json;
@@ -224,11 +224,14 @@ pub fn app(state: AppState) -> Router {
 /// Every route of the collector, and those that the program brings along.
 ///
 /// # Panics
-/// When an annex has a path of the collector or of another annex.
+/// When an annex has a path of the collector or of another annex, or is described by what is no OpenAPI.
 pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
     let inside = state.inside();
     let brought = annexes.iter().map(|annex| annex.routes(&inside));
     let brought = brought.fold(Router::new(), Router::merge);
+    let brought = brought.layer(map_response(answer::in_own_form));
+    let document = assets::openapi(annexes);
+    let document = ([(header::CONTENT_TYPE, "application/json")], document);
     let names: Vec<&str> = annexes.iter().map(Annex::name).collect();
     let names = Json(json!({ "annexes": names }));
     let small_body_bytes_max = state.limits().small_body_bytes_max;
@@ -240,7 +243,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
         .route("/healthz", get(health::alive))
         .route("/metrics", get(health::metrics))
         .route("/v1/health", get(health::health))
-        .route("/v1/openapi.json", get(assets::openapi))
+        .route("/v1/openapi.json", get(|| async move { document }))
         .route("/v1/login", post(login::login))
         .route("/v1/logout", post(login::logout))
         .route("/v1/whoami", get(login::whoami))

@@ -76,6 +76,7 @@ pub(crate) fn annex() -> Annex {
             .route("/v1/exports/{file}", get(export))
             .with_state(exports)
     })
+    .described_by(include_str!("../openapi/exports.json"))
 }
 
 async fn export(

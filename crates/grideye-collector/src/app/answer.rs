@@ -86,6 +86,22 @@ impl IntoResponse for Refusal {
     }
 }
 
+/// Bytes of a text in which a framework refuses.
+const PLAIN_BYTES_MAX: usize = 4096;
+
+/// A refusal in the form of all others, where a framework wrote one as plain text.
+pub(super) async fn in_own_form(response: Response) -> Response {
+    let kind = response.headers().get(header::CONTENT_TYPE);
+    let is_plain = kind.is_some_and(|kind| kind.as_bytes().starts_with(b"text/plain"));
+    if !response.status().is_client_error() || !is_plain {
+        return response;
+    }
+    let status = response.status();
+    let said = axum::body::to_bytes(response.into_body(), PLAIN_BYTES_MAX).await;
+    let said = said.unwrap_or_default();
+    Refusal::new(status, "wrong_request", String::from_utf8_lossy(&said)).into_response()
+}
+
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
         let (status, code, field) = match &error {

@@ -1,9 +1,13 @@
 //! The live page: files that are part of the program.
 
 use super::answer::Refusal;
+use crate::Annex;
+use axum::body::Bytes;
 use axum::extract::Path;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
 
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
@@ -85,9 +89,24 @@ pub(super) async fn editor() -> Response {
     )
 }
 
-/// What programs may ask for, as OpenAPI 3.1.
-pub(super) async fn openapi() -> Response {
-    file("application/json", include_str!("../../openapi.json"))
+/// What programs may ask for, as OpenAPI 3.1, with the paths of the annexes.
+///
+/// # Panics
+/// When an annex is described by something else.
+pub(super) fn openapi(annexes: &[Annex]) -> Bytes {
+    let mut document: Value = part_of_openapi(include_str!("../../openapi.json"));
+    for annex in annexes {
+        let paths: Map<String, Value> = part_of_openapi(annex.described());
+        for (path, methods) in paths {
+            document["paths"][path] = methods;
+        }
+    }
+    document.to_string().into()
+}
+
+#[expect(clippy::expect_used, reason = "it is a part of the program")]
+fn part_of_openapi<T: DeserializeOwned>(json: &str) -> T {
+    serde_json::from_str(json).expect("a part of an OpenAPI document")
 }
 
 /// The page for signing in.

@@ -77,6 +77,7 @@ fn annex(folder: PathBuf) -> Annex {
             )
             .with_state(beside)
     })
+    .described_by(include_str!("../../openapi/scenes.json"))
 }
 
 struct Beside {

@@ -57,6 +57,7 @@ pub(crate) fn annex(folder: PathBuf) -> Annex {
             .layer(DefaultBodyLimit::max(BODY_BYTES_MAX))
             .with_state(editor)
     })
+    .described_by(include_str!("../../openapi/editor.json"))
 }
 
 struct Editor {

@@ -49,7 +49,7 @@ pub(crate) fn annex(options: &BridgeOptions, log: Log) -> Result<Option<Annex>> 
         return Ok(None);
     };
     let telling = telling(options);
-    Ok(Some(Annex::new("mqtt", move |inside| {
+    let annex = Annex::new("mqtt", move |inside| {
         let status = Status::new(broker.to_string());
         let source = (inside.newest.clone(), Arc::clone(&inside.clock));
         let told = (broker.clone(), telling.clone());
@@ -57,7 +57,9 @@ pub(crate) fn annex(options: &BridgeOptions, log: Log) -> Result<Option<Annex>> 
         tokio::spawn(bridge.run());
         let answer = move || async move { Json(status.json()) };
         Router::new().route("/v1/mqtt", get(answer))
-    })))
+    });
+    let annex = annex.described_by(include_str!("../../openapi/mqtt.json"));
+    Ok(Some(annex))
 }
 
 fn broker(options: &BrokerOptions) -> Result<Option<Broker>> {
