@@ -8,9 +8,10 @@
 )]
 
 use grideye_tests::emulated::{Way, Words, recording, run_emulated};
-use grideye_tests::programs::{Ended, RunningCollector, grideye_agent, is_left_out};
+use grideye_tests::programs::{Ended, RunningCollector, grideye_agent, is_left_out, run};
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::Command;
 
@@ -20,10 +21,17 @@ const SCENE: [&str; 2] = ["--scene", "scenes/experiment-1.toml"];
 fn check(way: Way, adapter: &str, address: &str) -> Ended {
     let mut command = Command::new(grideye_agent().get_program());
     command.args(["check", "--bus", "/dev/i2c-1", "--address", address]);
-    let source = [&SCENE[..], &["--adapter", adapter]].concat();
-    // The check runs in real time: a host that stalls is told apart from a sensor at fault, and asked again.
+    unhurried(
+        way,
+        &[&SCENE[..], &["--adapter", adapter]].concat(),
+        &command,
+    )
+}
+
+/// The check runs in real time: a host that stalls is told apart from a sensor at fault, and asked again.
+fn unhurried(way: Way, source: &[&str], command: &Command) -> Ended {
     (0..3)
-        .map(|_| run_emulated(way, &source, &command))
+        .map(|_| run_emulated(way, source, command))
         .find(|ended| !format!("{ended:?}").contains("too busy to read in time"))
         .unwrap()
 }
@@ -123,6 +131,77 @@ fn check_says_of_each_adapter_what_a_raspberry_pi_would_say() {
             }
         });
     }
+}
+
+/// Both sensors of one bus, by a configuration: each is checked at its own address, and one that is missing is not looked
+/// for at the other's.
+#[test]
+fn two_sensors_on_one_bus_are_checked_by_their_configuration_each_for_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("agent.toml");
+    let text = "[[bus]]\npath = \"/dev/i2c-1\"\n[[bus.sensor]]\naddress = 0x68\n[[bus.sensor]]\naddress = 0x69\n";
+    std::fs::write(&config, text).unwrap();
+    let mut command = Command::new(grideye_agent().get_program());
+    command.args(["check", "--config"]).arg(&config);
+    for way in Way::to_a_device_file("grideye-agent check of two sensors") {
+        let both = [
+            "--constant",
+            "21.5",
+            "--sensor",
+            "low=1:0x68",
+            "--sensor",
+            "high=1:0x69",
+        ];
+        let checked = unhurried(way, &both, &command);
+        let context = format!("{way:?}: {checked:?}");
+        for sensor in ["i2c-1:0x68: ok\n", "i2c-1:0x69: ok\n"] {
+            assert!(checked.stdout.contains(sensor), "{context}");
+        }
+        let frames = checked.stdout.matches("20 frames read, 0 missing");
+        assert_eq!(frames.count(), 2, "{context}");
+        // No collector is named.
+        assert_eq!(checked.code, 1, "{context}");
+
+        let one = unhurried(way, &both[..4], &command);
+        let context = format!("{way:?}: {one:?}");
+        assert!(
+            one.stdout.contains("i2c-1:0x68: ok\n")
+                && one.stdout.contains("i2c-1:0x69: failed\n")
+                && one.stdout.contains("hint: nobody answers at this address")
+                && !one.stdout.contains("; one does at"),
+            "{context}"
+        );
+    }
+}
+
+/// As on a Raspberry Pi whose user is not in the group `i2c`. A file that nobody may open, as far as its mode goes,
+/// refuses root too once root has laid down the right to pass over modes.
+#[test]
+fn a_bus_that_this_user_may_not_open_is_said_with_the_group_to_join() {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = folder.path().join("i2c-1");
+    std::fs::write(&bus, "").unwrap();
+    std::fs::set_permissions(&bus, std::fs::Permissions::from_mode(0o000)).unwrap();
+    let agent = grideye_agent().get_program().to_owned();
+    let mut command = if std::fs::File::open(&bus).is_ok() {
+        let mut command = Command::new("setpriv");
+        command
+            .args([
+                "--inh-caps=-all",
+                "--bounding-set=-dac_override,-dac_read_search",
+            ])
+            .arg(agent);
+        command
+    } else {
+        Command::new(agent)
+    };
+    let refused = run(command.args(["check", "--bus"]).arg(&bus));
+    assert_eq!(refused.code, 1, "{refused:?}");
+    let said = format!(
+        "i2c-1:0x69: failed\nerror: {}: permission denied\nhint: add the user to the group with `sudo usermod -aG i2c $USER` and log in again",
+        bus.display()
+    );
+    assert!(refused.stdout.starts_with(&said), "{refused:?}");
 }
 
 /// Frame `index` of a recording in which no two frames are alike, and no part of one occurs in another at its place:

@@ -35,8 +35,9 @@ const GUESTS: &str = "tests/tests/guests.rs";
 const X86: &str = "a_stock_kernel_on_x86_64_has_the_emulated_chip_on_a_real_bus";
 const ARM: &str =
     "an_arm64_guest_fetches_the_chip_over_tcp_and_runs_the_agent_for_the_raspberry_pi";
-const JOINING: &str = "tests/tests/joining.rs";
-const PASTED: &str = "a_line_is_pasted_and_the_agent_delivers_over_tls_with_its_token";
+const JOINING: &str = "tests/tests/joining/pasted.rs";
+const JOINING_CHECK: &str = "tests/tests/joining/check.rs";
+const PASTED: &str = "a_line_pasted_into_a_shell_ends_with_the_first_frame_at_the_collector";
 const DRIVER_CI: &str = "tests/tests/driver_ci.rs";
 const DRIVER_CI_PYTHON: &str = "the_python_suite_passes_on_the_emulated_sensor";
 const PACKAGES: &str = "tests/tests/packages.rs";
@@ -88,7 +89,7 @@ const COMMANDS: &[(&str, Kept)] = &[
         Run(
             "",
             &[
-                "grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-",
+                "sudo grideye-agent join 'grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-",
                 ",pin=sha256-",
             ],
         ),
@@ -183,12 +184,12 @@ const COMMANDS: &[(&str, Kept)] = &[
         "grideye collect --listen 0.0.0.0:8833",
         Serves("grideye enroll pi-1", &["https://0.0.0.0:"]),
     ),
-    ("sudo grideye-agent join 'LINE'", By(JOINING, PASTED)),
+    ("sudo grideye-agent join 'CODE'", By(JOINING, PASTED)),
     // crates/grideye-agent/README.md
     (
         "grideye-agent check --config agent.toml",
         By(
-            JOINING,
+            JOINING_CHECK,
             "check_says_whether_the_collector_takes_the_frames_and_what_to_do_if_not",
         ),
     ),

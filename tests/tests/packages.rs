@@ -390,7 +390,7 @@ fn check_pages_and_completions(unpacked: &Path) {
         "NAME",
         "--client-cert <FILE>",
         "EXAMPLE",
-        "sudo grideye-agent join 'LINE'",
+        "sudo grideye-agent join 'CODE'",
     ] {
         assert!(shown.stdout.contains(words), "{words}: {}", shown.stdout);
     }

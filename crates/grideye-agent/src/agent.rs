@@ -118,12 +118,12 @@ pub enum StartError {
     NoSpoolFolder,
     /// Nobody said where to deliver.
     #[error(
-        "no collector is named\nhint: grideye-agent join 'LINE', with the line that `grideye enroll DEVICE` prints; or, for plain HTTP within a network that you trust, collector = \"http://HOST:8833\" in the configuration"
+        "no collector is named\nhint: paste the line that `grideye enroll DEVICE` prints on the collector's machine; or, for plain HTTP within a network that you trust, collector = \"http://HOST:8833\" in the configuration"
     )]
     NoCollector,
     /// The credentials that joining left cannot be used.
     #[error(
-        "{0}\nhint: join again: grideye-agent join 'LINE', with the line that `grideye enroll DEVICE` prints"
+        "{0}\nhint: join again: paste the line that `grideye enroll DEVICE` prints on the collector's machine"
     )]
     Credentials(String),
     /// Two sensors have the same name.

@@ -112,11 +112,11 @@ pub fn hint(reason: NoData) -> &'static str {
     match reason {
         NoData::Nack => {
             "nobody answers at this address: most boards are 0x69, with AD_SELECT at GND 0x68 (`i2cdetect -y 1` shows it); \
-             check 3.3 V, GND, SDA on pin 3 and SCL on pin 5"
+             check 3.3 V, GND, SDA on pin 3 and SCL on pin 5: or are SDA and SCL exchanged?"
         }
         NoData::BusTimeout => {
-            "SDA or SCL is held low: look for a short circuit or a board without supply, take other devices off the bus, \
-             and switch the sensor's supply off and on"
+            "SDA or SCL is held low: look for a short circuit, for SDA and SCL exchanged, or for a board without supply; take \
+             other devices off the bus, and switch the sensor's supply off and on. The pull-ups go to 3.3 V, never to 5 V"
         }
         NoData::Unplugged => {
             "the bus adapter is gone: plug it in again, or enable I2C (dtparam=i2c_arm=on) and restart"
@@ -138,7 +138,8 @@ pub fn hint(reason: NoData) -> &'static str {
             "this computer was too busy to read in time; the sensor itself is well"
         }
         NoData::BusError => {
-            "the transfer broke down: shorten the wires, check the pull-ups (2.2 to 10 kOhm), lower i2c_arm_baudrate; \
+            "the transfer broke down: shorten the wires, check the pull-ups (2.2 to 10 kOhm, to 3.3 V and never to 5 V: power \
+             the board from pin 1, not from pins 2 or 4), lower i2c_arm_baudrate; \
              an adapter that knows SMBus only cannot read this sensor"
         }
     }

@@ -10,6 +10,12 @@ use clap::{
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 
+/// The service's configuration.
+pub const CONFIG_FILE: &str = "/etc/grideye/agent.toml";
+/// The bus that is looked at where none is named.
+pub const BUS: &str = "/dev/i2c-1";
+/// Where joining leaves what the service reads.
+pub const JOINED_FILE: &str = "/etc/grideye/collector.toml";
 /// Behind every option of our own.
 const HELP_COMES_LAST: usize = 1000;
 
@@ -41,7 +47,8 @@ pub enum Command {
 /// Look for the sensors, show a frame of each, and say what to do about a failure.
 ///
 /// Opens the bus, sets the sensor up, shows one frame and the measured rate. With a configuration every sensor of it, the
-/// clock, the way to the collector, and what a loss of power can cost.
+/// clock, the way to the collector, and what a loss of power can cost. Where nothing is named, and the service has a
+/// configuration, /etc/grideye/agent.toml, it is that one.
 ///
 /// Exit code 1: a sensor or the collector is not as it should be.
 ///
@@ -49,40 +56,66 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct CheckArgs {
     /// Check all of this configuration, and the way to the collector.
+    ///
+    /// By default /etc/grideye/agent.toml if it is there, unless a bus or an address is named.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["bus", "address"])]
     pub config: Option<PathBuf>,
-    /// The bus to look at.
-    #[arg(long, value_name = "DEVICE", default_value = "/dev/i2c-1")]
-    pub bus: PathBuf,
-    /// The sensor's 7-bit address.
-    #[arg(long, default_value = "0x69", value_parser = parse_address)]
-    pub address: Address,
+    /// The bus to look at [default: /dev/i2c-1].
+    #[arg(long, value_name = "DEVICE")]
+    pub bus: Option<PathBuf>,
+    /// The sensor's 7-bit address [default: 0x69].
+    #[arg(long, value_parser = parse_address)]
+    pub address: Option<Address>,
     /// One JSON object a sensor and line, for programs.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Join a collector by the line that `grideye enroll DEVICE` printed there.
+impl CheckArgs {
+    /// The address to look at.
+    #[must_use]
+    pub fn address(&self) -> Address {
+        self.address.unwrap_or(Address::High)
+    }
+}
+
+/// Join a collector: `grideye enroll DEVICE` prints this command with its code there.
 ///
-/// Believes the collector's authority by the pin in the line, asks whether the token is taken, and keeps address, token
-/// and authority for the service. Nothing is written before all went well.
+/// In six steps, each told when it is done: reads the line; reaches the collector and believes its authority by the pin in
+/// the line; asks whether the token is taken; keeps address, token and authority in a file; enables and starts the service
+/// where systemd runs and has it; waits until the collector has a frame. A step that fails is named, with what to do. Until
+/// the file nothing is changed; what is done then stays, and the line may be pasted again.
 ///
-/// Example: sudo grideye-agent join 'LINE'
+/// Exit codes: 1 a step failed, 2 the line or a file is wrong, 3 no frame in time.
+///
+/// Example: sudo grideye-agent join 'CODE'
 #[derive(Debug, Args)]
 pub struct JoinArgs {
-    /// The line, between quotation marks; `-` reads standard input.
+    /// The code in that line, in quotation marks; `-` reads standard input.
     ///
+    /// It begins with `grideye:`; the whole line is understood as well.
     /// On the command line other users of this machine may see it while the program runs.
-    pub line: String,
+    pub code: String,
     /// Where to keep what joining leaves.
     ///
     /// `collector.toml` beside the agent's configuration is found by itself.
     #[arg(
         long,
         value_name = "FILE",
-        default_value = "/etc/grideye/collector.toml"
+        default_value = JOINED_FILE
     )]
     pub out: PathBuf,
+    /// Start nothing: leave it at the file.
+    #[arg(long, conflicts_with_all = ["service", "wait"])]
+    pub no_start: bool,
+    /// Another service that reads it [default: grideye-agent].
+    ///
+    /// With a file of one's own nothing is started, unless this names the unit that reads it, and `agent.toml` beside it.
+    #[arg(long, value_name = "UNIT")]
+    pub service: Option<String>,
+    /// How long to wait for the first frame.
+    #[arg(long, value_name = "SECONDS", default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=3600))]
+    pub wait: u64,
     /// The agent's own certificate with its chain, in PEM.
     ///
     /// For a collector that asks for one.

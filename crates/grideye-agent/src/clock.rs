@@ -3,7 +3,7 @@
 use grideye_recording::{ClockState, Stamp};
 use rustix::thread::clock_nanosleep_absolute;
 use rustix::time::{ClockId, Timespec, clock_gettime};
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -33,11 +33,12 @@ const SYNC_ANSWER_VALID: Duration = Duration::from_secs(5);
 
 /// The folder of systemd's NTP client, and the file that it leaves there when it has set the clock.
 const TIMESYNC_FOLDER: &str = "/run/systemd/timesync";
-const TIMESYNC_DONE: &str = "/run/systemd/timesync/synchronized";
+const TIMESYNC_DONE: &str = "synchronized";
 
 /// Linux' clocks.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct SystemClock {
+    timesync: PathBuf,
     /// When the file system was last asked, and what it said.
     synchronized: Mutex<Option<(Duration, bool)>>,
 }
@@ -46,7 +47,16 @@ impl SystemClock {
     /// The clocks of this machine.
     #[must_use]
     pub fn new() -> Self {
-        Self::default()
+        Self::beside(TIMESYNC_FOLDER)
+    }
+
+    /// The same, where the time service keeps this folder.
+    #[must_use]
+    pub fn beside(timesync: impl Into<PathBuf>) -> Self {
+        Self {
+            timesync: timesync.into(),
+            synchronized: Mutex::default(),
+        }
     }
 
     /// Whether a time service has set the clock. Where systemd's is not in use there is nothing to ask, and a
@@ -60,12 +70,17 @@ impl SystemClock {
         match *answer {
             Some((asked, said)) if now.saturating_sub(asked) < SYNC_ANSWER_VALID => said,
             _ => {
-                let said =
-                    Path::new(TIMESYNC_DONE).exists() || !Path::new(TIMESYNC_FOLDER).exists();
+                let said = self.timesync.join(TIMESYNC_DONE).exists() || !self.timesync.exists();
                 *answer = Some((now, said));
                 said
             }
         }
+    }
+}
+
+impl Default for SystemClock {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -196,6 +211,18 @@ mod tests {
         assert_eq!(state_at(300, 9_000_300), ClockState::Stepped);
         assert_eq!(state_at(400, 9_000_400), ClockState::Synced);
         assert_eq!(state_at(500, 1_000_500), ClockState::Stepped);
+    }
+
+    #[test]
+    fn a_clock_that_the_time_service_has_not_set_yet_is_unsynced_and_without_one_a_plausible_year_must_do()
+     {
+        let run = tempfile::tempdir().unwrap();
+        let state = || SystemClock::beside(run.path().join("timesync")).utc().1;
+        assert_eq!(state(), ClockState::Synced);
+        std::fs::create_dir(run.path().join("timesync")).unwrap();
+        assert_eq!(state(), ClockState::Unsynced);
+        std::fs::write(run.path().join("timesync/synchronized"), "").unwrap();
+        assert_eq!(state(), ClockState::Synced);
     }
 
     #[test]

@@ -591,7 +591,7 @@ fn check_collector(
         return Ok(url.to_owned());
     }
     let hint = if url.starts_with("https://") {
-        "https goes with a token and a pin: grideye-agent join 'LINE', with the line that `grideye enroll DEVICE` prints, instead of this key"
+        "https goes with a token and a pin: paste the line that `grideye enroll DEVICE` prints on the collector's machine, instead of this key"
     } else {
         "give the collector's address and port alone, for example http://192.168.1.20:8833"
     };

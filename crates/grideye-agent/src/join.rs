@@ -1,9 +1,10 @@
 //! How an agent comes to know its collector: the line that `grideye enroll` prints, and the file that joining leaves.
 //!
 //! ```text
-//! grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-…,pin=sha256-…
+//! sudo grideye-agent join 'grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-…,pin=sha256-…'
 //! ```
 //!
+//! The line is the whole command, so that it can be pasted as it is; the part between the quotation marks is the code.
 //! The pin is the SHA-256 of the authority's certificate. While joining, the agent takes from the collector the
 //! certificate that has this hash, and from then on believes that authority and no other.
 
@@ -11,15 +12,19 @@ mod base64;
 mod handshake;
 
 use crate::config::is_host_and_port;
-pub use handshake::authority_of;
+use grideye_recording::check_name;
 use ring::digest;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
+pub use handshake::authority_of;
+
 /// Length of a join line and of the file that joining leaves, at most, in bytes.
 pub const JOINED_BYTES_MAX: usize = 64 * 1024;
 const SCHEME: &str = "grideye:";
+/// What stands before the code in the line that a person pastes.
+const COMMAND: &str = "sudo grideye-agent join ";
 /// Length of a token at most, in characters.
 const TOKEN_CHARS_MAX: usize = 256;
 
@@ -82,7 +87,13 @@ pub struct Joined {
 pub struct NotJoined(String);
 
 impl JoinLine {
-    /// The line, token included.
+    /// The command to paste on the device, token included. Nothing in a code has a meaning to a shell between these marks.
+    #[must_use]
+    pub fn command(&self) -> String {
+        format!("{COMMAND}'{}'", self.reveal())
+    }
+
+    /// The code alone, token included.
     #[must_use]
     pub fn reveal(&self) -> String {
         let mut line = format!("{SCHEME}{}", self.collector);
@@ -105,13 +116,14 @@ impl JoinLine {
 impl FromStr for JoinLine {
     type Err = NotJoined;
 
+    /// From the code, or from the whole command around it.
     fn from_str(text: &str) -> Result<Self, NotJoined> {
         let refuse = |what: &str| {
             NotJoined(format!(
-                "this is no join line: {what}\nhint: copy the whole line that `grideye enroll DEVICE` printed, from `grideye:` on, and put it between quotation marks"
+                "this is no join line: {what}\nhint: copy the whole line that `grideye enroll DEVICE` printed, with its quotation marks, and paste it as it is"
             ))
         };
-        let text = text.trim();
+        let text = code_in(text.trim());
         let rest = text
             .strip_prefix(SCHEME)
             .filter(|_| text.len() <= JOINED_BYTES_MAX)
@@ -130,7 +142,10 @@ impl FromStr for JoinLine {
                 .split_once('=')
                 .ok_or_else(|| refuse("a part of it has no `=`"))?;
             let is_new = match name {
-                "device" => line.device.replace(value.to_owned()).is_none(),
+                "device" => {
+                    check_name(value).map_err(|_no_name| refuse("its device has no name"))?;
+                    line.device.replace(value.to_owned()).is_none()
+                }
                 "token" => {
                     let token = Secret::new(value).map_err(|error| refuse(&error.0))?;
                     line.token.replace(token).is_none()
@@ -234,7 +249,7 @@ impl Joined {
     pub fn parse(text: &str, origin: &str) -> Result<Self, NotJoined> {
         let refuse = |what: String| {
             NotJoined(format!(
-                "{origin}: {what}\nhint: join again: grideye-agent join 'LINE', with the line that `grideye enroll DEVICE` prints"
+                "{origin}: {what}\nhint: join again: paste the line that `grideye enroll DEVICE` prints on the collector's machine"
             ))
         };
         let file: File = toml::from_str(text).map_err(|error| {
@@ -285,6 +300,13 @@ impl Joined {
     }
 }
 
+/// The code in a whole command, with its quotation marks or without: a shell takes them off where the command stood
+/// between others.
+fn code_in(text: &str) -> &str {
+    text.strip_prefix(COMMAND)
+        .map_or(text, |quoted| quoted.trim_matches('\''))
+}
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -326,6 +348,22 @@ mod tests {
         let plain = "grideye:http://pc.local:8833,token=t";
         assert_eq!(plain.parse::<JoinLine>().unwrap().reveal(), plain);
         assert_eq!(format!(" {}\n", line()).parse::<JoinLine>().unwrap(), read);
+    }
+
+    #[test]
+    fn the_command_to_paste_reads_back_as_the_code_in_it_and_holds_nothing_that_a_shell_understands()
+     {
+        let read: JoinLine = line().parse().unwrap();
+        let command = read.command();
+        assert_eq!(command, format!("sudo grideye-agent join '{}'", line()));
+        assert_eq!(format!("{command}\n").parse::<JoinLine>().unwrap(), read);
+        let (_, quoted) = command.split_once('\'').unwrap();
+        assert!(!quoted.trim_end_matches('\'').contains('\''));
+        // The whole line pasted between quotation marks, as a shell hands it on.
+        let bare = command.replace('\'', "");
+        assert_eq!(bare.parse::<JoinLine>().unwrap(), read);
+        let cut = &command[5..];
+        assert!(cut.parse::<JoinLine>().is_err(), "{cut}");
     }
 
     #[test]

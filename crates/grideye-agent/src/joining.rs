@@ -1,35 +1,47 @@
-//! `grideye-agent join`, and finding what it left.
+//! `grideye-agent join`, step by step, and finding what it left.
 
-use crate::{BadUsage, read_text, write_stdout};
+mod collector;
+mod first_frame;
+mod service;
+mod steps;
+
+pub(crate) use collector::whoami;
+
+use crate::{BadUsage, host_name, read_config, read_text, write_stdout};
 use anyhow::Context as _;
-use grideye_agent::cli::JoinArgs;
+use first_frame::FirstFrame;
+use grideye_agent::cli::{JOINED_FILE, JoinArgs};
 use grideye_agent::config::Config;
 use grideye_agent::join::{
     ClientCertificate, Credentials, JOINED_BYTES_MAX, JoinLine, Joined, Secret, authority_of,
 };
-use grideye_agent::transport;
+use service::{Found, Service};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Read as _, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
+use steps::Step;
 
 /// How long the collector may take to answer while the agent joins.
 const TIMEOUT: Duration = Duration::from_secs(10);
 const FILE: &str = "collector.toml";
 /// The same file as systemd hands it to the unit (`LoadCredential=grideye:/etc/grideye`).
 const CREDENTIAL: &str = "grideye_collector.toml";
+/// The unit of `firmware-config/grideye-agent.service`.
+const SERVICE: &str = "grideye-agent";
 
-/// Joins: line, authority, token, file. Each step that fails says so, and nothing is written before all went well.
+/// Joins: line, collector, token, file, service, first frame. Each step is told when it is done; one that fails ends the
+/// program with its number, and leaves what the steps before it did.
 pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
-    let line = line(args)?;
-    let client = client(args)?;
-    let authority = line
-        .pin
-        .as_ref()
-        .map(|pin| authority_of(&line.collector, pin, client.as_ref(), TIMEOUT))
-        .transpose()?;
+    let (line, client) = Step::Line.take(|| Ok((line(args)?, client(args)?)))?;
+    Step::Line.told(&of_line(&line))?;
+    let authority = Step::Collector.take(|| reach(&line, client.as_ref()))?;
+    Step::Collector.told(match &authority {
+        Some(_) => "reached, and its authority is the one that the line pins",
+        None => "reached, without encryption",
+    })?;
     let joined = Joined {
         collector: line.collector,
         device: line.device,
@@ -39,35 +51,114 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
             client,
         },
     };
-    let scope = whoami(&joined.collector, &joined.credentials)?;
-    write(&args.out, &joined)?;
-    let device = joined.device.as_deref().unwrap_or("its own name");
-    write_stdout(&format!(
-        "joined {} as {device}: {scope}\nwritten to {}; start the agent: sudo systemctl enable grideye-agent; sudo systemctl restart grideye-agent\n",
-        joined.collector,
+    let scope = Step::Token.take(|| whoami(&joined.collector, &joined.credentials))?;
+    Step::Token.told(&scope)?;
+    Step::File.take(|| write(&args.out, &joined))?;
+    Step::File.told(&format!(
+        "{} written, for its owner alone",
         args.out.display()
+    ))?;
+    let device = start(args, &joined)?;
+    write_stdout(&format!(
+        "joined {} as {device}: {scope}\n",
+        joined.collector
     ))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// The configuration with what joining left: in the file that it names, the one that systemd hands over, or the one
-/// beside the configuration.
+/// The service and the first frame, or what a person does instead. Gives the name under which the frames come.
+fn start(args: &JoinArgs, joined: &Joined) -> anyhow::Result<String> {
+    let config_path = args.out.with_file_name("agent.toml");
+    let found = Step::Service.take(|| find_service(args))?;
+    let is_to_start = matches!(found, Found::Here(_));
+    let named = Step::Service.take(|| device_named(&config_path, joined, is_to_start))?;
+    let device = named.unwrap_or_else(host_name);
+    let service = match found {
+        Found::Here(service) => service,
+        Found::Not(why) => {
+            Step::Service.told(&format!("not started: {why}"))?;
+            let instead = "not waited for; the collector's page shows it when the agent runs";
+            Step::FirstFrame.told(instead)?;
+            return Ok(device);
+        }
+    };
+    let first = FirstFrame::of(joined, &device);
+    Step::Service.take(|| service.start())?;
+    Step::Service.told(&format!("{} enabled and started", service.unit()))?;
+    let limit = Duration::from_secs(args.wait);
+    let seen = Step::FirstFrame.take(|| first.wait(&service, limit))?;
+    Step::FirstFrame.told(&seen)?;
+    Ok(device)
+}
+
+fn of_line(line: &JoinLine) -> String {
+    match &line.device {
+        Some(device) => format!("read: {device} joins {}", line.collector),
+        None => format!("read: this device joins {}", line.collector),
+    }
+}
+
+/// The pinned authority's certificate from the collector; none where nothing is encrypted.
+fn reach(line: &JoinLine, client: Option<&ClientCertificate>) -> anyhow::Result<Option<String>> {
+    match &line.pin {
+        Some(pin) => Ok(Some(authority_of(&line.collector, pin, client, TIMEOUT)?)),
+        None => {
+            collector::get(&line.collector, &Credentials::default(), "/healthz")?;
+            Ok(None)
+        }
+    }
+}
+
+/// The service, where there is one that reads the file that was written.
+fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
+    let by_hand = format!(
+        "start the agent with: grideye-agent run --config {}",
+        args.out.with_file_name("agent.toml").display()
+    );
+    if args.no_start {
+        return Ok(Found::Not(format!("--no-start says so; {by_hand}")));
+    }
+    if args.service.is_none() && args.out != Path::new(JOINED_FILE) {
+        return Ok(Found::Not(format!(
+            "the service {SERVICE} reads {JOINED_FILE}, and this is another file; {by_hand}"
+        )));
+    }
+    let unit = args.service.as_deref().unwrap_or(SERVICE);
+    Service::find(unit, &by_hand)
+}
+
+/// The device's name, if it is said anywhere. What a service would be refused for is refused here, where a person reads
+/// it; a configuration that nothing is started with may be missing.
+fn device_named(
+    config_path: &Path,
+    joined: &Joined,
+    is_to_start: bool,
+) -> anyhow::Result<Option<String>> {
+    if !is_to_start && !config_path.exists() {
+        return Ok(joined.device.clone());
+    }
+    let config = read_config(config_path)?;
+    if let (Some(named), Some(enrolled)) = (&config.device, &joined.device) {
+        if named != enrolled {
+            let path = config_path.display();
+            return Err(BadUsage(format!(
+                "{path} calls this device {named}, and the line is for {enrolled}\nhint: take `device` out of {path}, or print a line with `grideye enroll {named}`"
+            ))
+            .into());
+        }
+    }
+    Ok(read(config, config_path)?.device)
+}
+
+/// The configuration with what joining left.
 pub(crate) fn read(mut config: Config, path: &Path) -> anyhow::Result<Config> {
-    let handed = std::env::var_os("CREDENTIALS_DIRECTORY")
-        .map(|folder| PathBuf::from(folder).join(CREDENTIAL));
-    let beside = path.with_file_name(FILE);
-    let found = config.joined.clone().or_else(|| {
-        handed
-            .into_iter()
-            .chain([beside])
-            .find(|path| path.exists())
-    });
-    let Some(found) = found else {
+    let Some(found) = joined_file(&config, path) else {
         return Ok(config);
     };
     let origin = found.display().to_string();
     let text = read_text(&found, JOINED_BYTES_MAX).map_err(|error| {
-        let hint = "grideye-agent join 'LINE' writes it; it must be readable for the user that runs the agent";
+        let hint =
+            "`grideye-agent join` writes it; it must be readable for the user that runs the agent";
         BadUsage(format!("{origin}: {error}\nhint: {hint}"))
     })?;
     let joined = Joined::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?;
@@ -77,8 +168,34 @@ pub(crate) fn read(mut config: Config, path: &Path) -> anyhow::Result<Config> {
     Ok(config)
 }
 
+/// Why this user may not read what joining left, which is for root alone.
+pub(crate) fn unreadable(config: &Config, path: &Path) -> Option<String> {
+    let found = joined_file(config, path)?;
+    let error = fs::File::open(&found).err()?;
+    (error.kind() == io::ErrorKind::PermissionDenied).then(|| {
+        format!(
+            "{}: {error}\nhint: it holds the token, and is for root alone: with `sudo` this asks the collector too",
+            found.display()
+        )
+    })
+}
+
+/// What joining left: in the file that the configuration names, the one that systemd hands over, or the one beside the
+/// configuration.
+fn joined_file(config: &Config, path: &Path) -> Option<PathBuf> {
+    let handed = std::env::var_os("CREDENTIALS_DIRECTORY")
+        .map(|folder| PathBuf::from(folder).join(CREDENTIAL));
+    let beside = path.with_file_name(FILE);
+    config.joined.clone().or_else(|| {
+        handed
+            .into_iter()
+            .chain([beside])
+            .find(|path| path.exists())
+    })
+}
+
 fn line(args: &JoinArgs) -> anyhow::Result<JoinLine> {
-    let mut text = args.line.clone();
+    let mut text = args.code.clone();
     if text == "-" {
         text.clear();
         let limit = u64::try_from(JOINED_BYTES_MAX).unwrap_or(u64::MAX);
@@ -105,36 +222,6 @@ fn client(args: &JoinArgs) -> anyhow::Result<Option<ClientCertificate>> {
         chain: read(chain)?,
         key: Secret::pem(read(key)?),
     }))
-}
-
-/// Asks the collector what the token allows: the first request in the agent's own way.
-pub(crate) fn whoami(collector: &str, credentials: &Credentials) -> anyhow::Result<String> {
-    let client = transport::client(credentials, TIMEOUT).map_err(BadUsage)?;
-    let mut request = client.get(format!("{collector}/v1/whoami"));
-    if let Some(token) = &credentials.token {
-        request = request.header("authorization", format!("Bearer {}", token.reveal()));
-    }
-    let mut response = request
-        .call()
-        .map_err(|error| anyhow::anyhow!("{collector}: {error}{}", transport::hint(&error)))?;
-    let status = response.status().as_u16();
-    let text = response.body_mut().read_to_string().unwrap_or_default();
-    let answer: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-    if status == 401 {
-        anyhow::bail!(
-            "{collector}: the token is not, or no longer, known there\nhint: print a new line with `grideye enroll DEVICE`"
-        );
-    }
-    match answer["scope"].as_str() {
-        Some("ingest") => Ok("its frames are taken".to_owned()),
-        Some("open") => Ok("anybody's frames are taken there".to_owned()),
-        Some(other) => anyhow::bail!(
-            "{collector}: this token is for {other}, not for frames\nhint: print a line with `grideye enroll DEVICE`"
-        ),
-        None => anyhow::bail!(
-            "{collector}: answered {status}, which no collector does\nhint: is this the address of `grideye collect`?"
-        ),
-    }
 }
 
 /// For its owner alone; whole or not at all.

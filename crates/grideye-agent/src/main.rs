@@ -39,7 +39,14 @@ fn main() -> ExitCode {
     outcome.unwrap_or_else(|error| {
         let _ = writeln!(std::io::stderr(), "error: {error:#}");
         let is_usage = error.chain().any(<dyn std::error::Error>::is::<BadUsage>);
-        ExitCode::from(if is_usage { BAD_USAGE } else { FAILED })
+        let is_unanswered = error.chain().any(<dyn std::error::Error>::is::<Unanswered>);
+        ExitCode::from(if is_usage {
+            BAD_USAGE
+        } else if is_unanswered {
+            DATA_LOST
+        } else {
+            FAILED
+        })
     })
 }
 
@@ -207,3 +214,8 @@ fn write_stdout(text: &str) -> std::io::Result<()> {
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 struct BadUsage(String);
+
+/// All is done, but nobody can say whether it went well: exit code 3.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct Unanswered(String);

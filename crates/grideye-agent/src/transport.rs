@@ -2,6 +2,7 @@
 
 use crate::join::{ClientCertificate, Credentials};
 use rustls::crypto::ring::default_provider;
+use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 use ureq::tls::{Certificate, ClientCert, PrivateKey, RootCerts, TlsConfig, TlsProvider};
@@ -79,20 +80,44 @@ pub fn hint(error: &ureq::Error) -> &'static str {
              reach it with --listen 0.0.0.0:8833, and this agent joins it with the line that `grideye enroll DEVICE` prints"
         }
         // What the handshake fails with comes as an `io::Error` too.
-        ureq::Error::Io(error)
-            if error
-                .get_ref()
-                .is_some_and(<dyn std::error::Error + Send + Sync>::is::<rustls::Error>) =>
-        {
-            TLS_HINT
-        }
+        ureq::Error::Io(error) if in_handshake(error).is_some() => in_handshake(error)
+            .and_then(certificate_hint)
+            .unwrap_or(TLS_HINT),
         ureq::Error::Io(_) | ureq::Error::Timeout(_) | ureq::Error::ConnectionFailed => {
             "\nhint: is the network up, is this the collector's address, and does its firewall let the port through?"
         }
-        ureq::Error::Tls(_) | ureq::Error::Rustls(_) => TLS_HINT,
+        ureq::Error::Rustls(error) => certificate_hint(error).unwrap_or(TLS_HINT),
+        ureq::Error::Tls(_) => TLS_HINT,
         _ => "",
     }
 }
 
+/// What TLS says, where that is why reading or writing failed.
+pub(crate) fn in_handshake(error: &io::Error) -> Option<&rustls::Error> {
+    error.get_ref()?.downcast_ref()
+}
+
+/// What a person can do about a certificate of the right authority that is refused all the same. Begins with a line break.
+pub(crate) fn certificate_hint(error: &rustls::Error) -> Option<&'static str> {
+    use rustls::CertificateError as Refused;
+    let rustls::Error::InvalidCertificate(refused) = error else {
+        return None;
+    };
+    match refused {
+        Refused::Expired
+        | Refused::ExpiredContext { .. }
+        | Refused::NotValidYet
+        | Refused::NotValidYetContext { .. } => Some(CLOCK_HINT),
+        Refused::NotValidForName | Refused::NotValidForNameContext { .. } => {
+            Some(CERTIFICATE_NAME_HINT)
+        }
+        _ => None,
+    }
+}
+
+const CLOCK_HINT: &str = "\nhint: what this machine's clock says decides that: see `timedatectl`. A Raspberry Pi has no battery clock, \
+     and wants a network with NTP; if the clock is right, the collector needs a certificate that is valid now";
+const CERTIFICATE_NAME_HINT: &str = "\nhint: the collector's certificate is for another name than the agent calls it by: start it with \
+     `--host-name NAME`, or print a line with a name that stands in it: `grideye enroll DEVICE --url https://NAME:PORT`";
 const TLS_HINT: &str = "\nhint: the collector must show a certificate of the authority that this agent joined; if that was made anew, join again";
 const NAME_HINT: &str = "\nhint: is the host's name right, and the network up? An address such as 192.168.1.20 needs no name";

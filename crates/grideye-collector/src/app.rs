@@ -252,6 +252,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
         .route("/v1/sensors", get(audit::sensors))
         .route("/v1/recent", get(recent::recent))
         .route("/v1/devices", get(devices::devices))
+        .route("/v1/devices/{device}", get(devices::device))
         .route("/v1/audit", get(audit::audit))
         .route("/v1/live", get(events::live))
         .route(

@@ -19,7 +19,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// The port of `grideye collect` unless it is told another.
 const PORT: u16 = 8833;
 
-/// Prints the line by which an agent joins.
+/// Prints the line by which an agent joins: a command to paste, or its parts as JSON.
 pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
     let folder = AccessFolder::new(&options.folder.path);
     let devices: BTreeSet<String> = options.devices.iter().cloned().collect();
@@ -40,17 +40,31 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
     })?;
     let token = make(&folder, first, Scope::Ingest { devices })?;
     line.token = Some(Secret::new(&token.reveal())?);
-    progress::say(&format!(
-        "token {} made; on the Raspberry Pi: sudo grideye-agent join 'LINE'",
-        token.id()
-    ));
     if is_loopback(&line.collector) {
         progress::say(
             "this address reaches the collector from this machine alone; start it with --listen ADDR first, or give --url",
         );
     }
-    outln!("{}", line.reveal())?;
+    if options.json {
+        outln!("{}", enrolled_json(&line, &token, &options.devices))?;
+        return Ok(Outcome::Done);
+    }
+    progress::say(&format!(
+        "token {} made; paste this line on the Raspberry Pi:",
+        token.id()
+    ));
+    outln!("{}", line.command())?;
     Ok(Outcome::Done)
+}
+
+fn enrolled_json(line: &JoinLine, token: &Token, devices: &[String]) -> serde_json::Value {
+    json!({
+        "collector": line.collector,
+        "devices": devices,
+        "token_id": token.id().to_string(),
+        "code": line.reveal(),
+        "command": line.command(),
+    })
 }
 
 /// Makes, lists or revokes tokens.

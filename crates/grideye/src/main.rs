@@ -4,7 +4,7 @@
 //! ```text
 //! grideye demo                                   the whole loop, without hardware
 //! grideye collect            (PC)  ◀── HTTP ──   grideye-agent run            (Raspberry Pi)
-//! grideye enroll DEVICE                          the line by which an agent joins the collector
+//! grideye enroll DEVICE                          the line to paste on the device: its agent joins this collector
 //! grideye record NAME                            name what arrives
 //! grideye orient                                 how is the sensor mounted? Wave a hand
 //! grideye compare --scene S --recording R        agrees (0), disagrees (1), cannot tell (3)

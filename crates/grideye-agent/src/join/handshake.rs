@@ -1,6 +1,7 @@
 //! One handshake with a collector that is known by its pin alone, to learn its authority's certificate.
 
 use super::{ClientCertificate, NotJoined, Pin, base64};
+use crate::transport::{certificate_hint, in_handshake};
 use rustls::client::WebPkiServerVerifier;
 use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
 use rustls::crypto::CryptoProvider;
@@ -56,9 +57,9 @@ pub fn authority_of(
         )
     })?;
     while connection.is_handshaking() {
-        connection.complete_io(&mut stream).map_err(|error| {
-            refuse(format!("no TLS: {error}"), "the line must be of this collector, and of its present authority: print a new one there with `grideye enroll`")
-        })?;
+        connection
+            .complete_io(&mut stream)
+            .map_err(|error| refuse(format!("no TLS: {error}"), hint(&error)))?;
     }
     let found = verifier
         .found
@@ -73,6 +74,15 @@ pub fn authority_of(
                 "is this a collector?",
             )
         })
+}
+
+/// The authority is the first thing that is looked at, and the certificate's time and name the next.
+fn hint(error: &io::Error) -> &'static str {
+    let of_certificate = in_handshake(error).and_then(certificate_hint);
+    of_certificate.map_or(
+        "the line must be of this collector, and of its present authority: print a new one there with `grideye enroll`",
+        |hint| hint.trim_start_matches("\nhint: "),
+    )
 }
 
 fn connect(address: &str, timeout: Duration) -> io::Result<TcpStream> {

@@ -1,10 +1,13 @@
-//! `GET /v1/devices`: every device as somebody looks at it who wants to know how it does. The figures of its sensors are
+//! `GET /v1/devices` and `/v1/devices/{device}`: every device as somebody looks at it who wants to know how it does. The figures of its sensors are
 //! those of `GET /v1/sensors`; what its agent is and how it is set up, the agent says with its posts.
 
 use super::AppState;
-use axum::Json;
-use axum::extract::State;
-use axum::http::{HeaderMap, header};
+use super::answer::Refusal;
+use super::gate::check_own;
+use crate::access::Caller;
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::{Extension, Json};
 use grideye_recording::check_name;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -116,6 +119,32 @@ fn understood(text: &[u8]) -> Option<Configuration> {
 
 /// `GET /v1/devices`.
 pub(super) async fn devices(State(state): State<AppState>) -> Json<Value> {
+    let devices: Vec<Value> = by_device(&state)
+        .into_iter()
+        .map(|(device, sensors)| device_json(&device, &sensors, &state.0.agents.of(&device)))
+        .collect();
+    let recent = crate::live::RECENT_WITHIN.as_secs();
+    Json(json!({ "devices": devices, "faults_recent_s": recent }))
+}
+
+/// `GET /v1/devices/{device}`: what a device's own token may ask for too, so that an agent can say that its frames came.
+pub(super) async fn device(
+    State(state): State<AppState>,
+    caller: Option<Extension<Caller>>,
+    Path(device): Path<String>,
+) -> Result<Json<Value>, Refusal> {
+    check_own(caller.as_deref(), &device)?;
+    let sensors = by_device(&state).remove(&device).ok_or_else(|| {
+        let what = "nothing of this device has come yet";
+        Refusal::new(StatusCode::NOT_FOUND, "no_such_device", what)
+            .field("device")
+            .hint("GET /v1/devices names those of which something came")
+    })?;
+    let said = state.0.agents.of(&device);
+    Ok(Json(device_json(&device, &sensors, &said)))
+}
+
+fn by_device(state: &AppState) -> BTreeMap<String, Vec<Value>> {
     let mut sensors = state.0.live.sensors_json();
     let sensors = match sensors["sensors"].take() {
         Value::Array(sensors) => sensors,
@@ -126,12 +155,7 @@ pub(super) async fn devices(State(state): State<AppState>) -> Json<Value> {
         let device = sensor["device"].as_str().unwrap_or_default().to_owned();
         by_device.entry(device).or_default().push(sensor);
     }
-    let devices: Vec<Value> = by_device
-        .into_iter()
-        .map(|(device, sensors)| device_json(&device, &sensors, &state.0.agents.of(&device)))
-        .collect();
-    let recent = crate::live::RECENT_WITHIN.as_secs();
-    Json(json!({ "devices": devices, "faults_recent_s": recent }))
+    by_device
 }
 
 /// Sums over the sensors; boot and clock are those of the sensor that was heard of last.

@@ -36,7 +36,8 @@ impl Need {
     pub(super) fn of(method: &Method, route: Option<&str>) -> Self {
         match (route, method) {
             (Some("/healthz" | "/login" | "/v1/login" | "/assets/{name}"), _) => Self::Nothing,
-            (Some("/v1/whoami" | "/v1/logout"), _) => Self::Token,
+            // Whose device it is, is looked at when its name is read.
+            (Some("/v1/whoami" | "/v1/logout" | "/v1/devices/{device}"), _) => Self::Token,
             (Some("/v1/frames"), _) => Self::Ingest,
             (_, &Method::GET | &Method::HEAD | &Method::OPTIONS) => Self::Read,
             _ => Self::Admin,
@@ -107,6 +108,16 @@ pub(super) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), 
     Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_device", what)
         .field("device")
         .hint("give the agent the device's name that it was enrolled with, or enrol it: `grideye enroll DEVICE`"))
+}
+
+/// Whether the state of this device may be looked at: by those who may look at all of them, and by itself.
+pub(super) fn check_own(caller: Option<&Caller>, device: &str) -> Result<(), Refusal> {
+    match caller {
+        Some(Caller::Holder { record, .. }) if !matches!(record.scope, Scope::Ingest { .. }) => {
+            Ok(())
+        }
+        other => check_device(other, device),
+    }
 }
 
 fn not_recognised() -> Refusal {
@@ -278,6 +289,8 @@ mod tests {
             (Method::DELETE, Some("/v1/recordings/{id}"), Need::Admin),
             (Method::POST, None, Need::Admin),
             (Method::POST, Some("/v1/logout"), Need::Token),
+            (Method::GET, Some("/v1/devices/{device}"), Need::Token),
+            (Method::GET, Some("/v1/devices"), Need::Read),
         ] {
             assert_eq!(Need::of(&method, route), need, "{method} {route:?}");
         }

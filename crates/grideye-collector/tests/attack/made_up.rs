@@ -32,7 +32,7 @@ pub(crate) const METHODS: [&str; 11] = [
     "GET", "GET", "GET", "POST", "POST", "POST", "PUT", "DELETE", "OPTIONS", "TRACE", "BREW",
 ];
 
-const PATHS: [&str; 43] = [
+const PATHS: [&str; 45] = [
     "/",
     "/v1/frames",
     "/v1/frames",
@@ -54,6 +54,8 @@ const PATHS: [&str; 43] = [
     "/v1/sensors",
     "/v1/audit",
     "/v1/devices",
+    "/v1/devices/pi-1",
+    "/v1/devices/..%2f..%2fetc%2fpasswd",
     "/v1/live",
     "/v1/login",
     "/v1/login",

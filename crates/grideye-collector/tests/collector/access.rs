@@ -167,6 +167,7 @@ async fn with_the_first_token_nothing_is_open_but_life_and_the_door() {
         (Method::GET, "/"),
         (Method::GET, "/v1/sensors"),
         (Method::GET, "/v1/audit"),
+        (Method::GET, "/v1/devices/pi-1"),
         (Method::GET, "/v1/live"),
         (Method::GET, "/v1/health"),
         (Method::GET, "/metrics"),
@@ -274,6 +275,23 @@ async fn a_token_speaks_for_its_devices_and_for_no_other() {
         assert_eq!(reply.code(), (403, "foreign_device".to_owned()), "{device}");
         assert_eq!(reply.json()["error"]["field"], "device");
     }
+    let own = server.get_as(&token, "/v1/devices/pi-1").await;
+    assert_eq!(
+        (own.status, &own.json()["device"]),
+        (200, &json!("pi-1")),
+        "its own state"
+    );
+    let another = server.ingest(&["pi-9"]);
+    for device in ["pi-1", "pi-7"] {
+        let path = format!("/v1/devices/{device}");
+        let reply = server.get_as(&another, &path).await;
+        assert_eq!(reply.code(), (403, "foreign_device".to_owned()), "{device}");
+    }
+    let read = server.add("read", Scope::Read);
+    assert_eq!(
+        server.get_as(&read, "/v1/devices/pi-1").await.json()["device"],
+        "pi-1"
+    );
     let admin = server.add("admin", Scope::Admin);
     let streams = server.get_as(&admin, "/v1/audit").await.json();
     assert_eq!(streams["streams"].as_array().unwrap().len(), 2);

@@ -505,6 +505,13 @@ async fn a_device_is_told_with_what_its_agent_says_of_itself() {
         assert_eq!(device[key], sensor[of], "{key}");
     }
     assert_eq!(device["clock"], sensor["frame"]["clock"]);
+    let name = device["device"].as_str().unwrap();
+    let alone = server.get(&format!("/v1/devices/{name}")).await.json();
+    assert_eq!(&alone, device, "one of them is as in the list");
+    assert_eq!(
+        server.get("/v1/devices/pi-none").await.error(),
+        (404, "no_such_device".to_owned(), Some("device".to_owned()))
+    );
     // A post that was refused says nothing either.
     let mut refused = request(Method::POST, "/v1/frames", "{}".into());
     let other = "grideye-agent/1".parse().unwrap();

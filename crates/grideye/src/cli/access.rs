@@ -113,10 +113,11 @@ pub(crate) struct Folder {
     pub(crate) path: PathBuf,
 }
 
-/// Print the line by which a device's agent joins this collector.
+/// Print the line to paste on the Raspberry Pi, by which a device's agent joins.
 ///
-/// Makes a token for its frames. The line holds the collector's address, the token, and the SHA-256 of the authority behind the collector's
-/// certificate. Whoever has it can post frames of that device: it is printed once, and kept here only as a hash.
+/// Makes a token for its frames. The line is a whole command; the code in it holds the collector's address, the token, and the
+/// SHA-256 of the authority behind the collector's certificate. Whoever has it can post frames of that device: it is printed
+/// once, and the token is kept here only as a hash. `grideye enroll pi-1 | ssh pi sudo grideye-agent join -` pastes it.
 ///
 /// Example: grideye enroll pi-1
 #[derive(Debug, Args)]
@@ -136,6 +137,9 @@ pub(crate) struct Enroll {
     /// Where the authority of the collector's certificate is not the collector's own.
     #[arg(long, value_name = "FILE")]
     pub(crate) authority: Option<PathBuf>,
+    /// Print code and command as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Make, list and revoke tokens.

@@ -1,114 +1,26 @@
-//! From `grideye enroll` to the first post: the real programs, tokens and TLS on.
+//! From `grideye enroll` to the first frame: the real programs, tokens and TLS on.
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::programs::{Ended, grideye, grideye_agent, run, terminate, wait, wait_for};
+mod certificates;
+mod check;
+mod pasted;
+mod site;
+
+use grideye_tests::programs::{grideye, grideye_agent, run, terminate, wait, wait_for};
+use site::{Site, mode};
 use std::io::{BufRead as _, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-
-/// A collector with TLS and tokens, and the folder of everything.
-struct Site {
-    at: tempfile::TempDir,
-    collector: Child,
-    url: String,
-}
-
-impl Site {
-    fn new() -> Self {
-        let at = tempfile::tempdir().unwrap();
-        let made = run(grideye()
-            .args(["token", "make", "boss", "--scope", "admin", "--access"])
-            .arg(at.path().join("access"))
-            .arg("--out")
-            .arg(at.path().join("boss.token")));
-        assert_eq!(made.code, 0, "{made:?}");
-        let mut collector = grideye()
-            .args([
-                "collect",
-                "--listen",
-                "127.0.0.1:0",
-                "--tls",
-                "--log",
-                "json",
-            ])
-            .arg("--store")
-            .arg(at.path().join("frames.sqlite"))
-            .arg("--access")
-            .arg(at.path().join("access"))
-            .stdout(Stdio::piped())
-            .stderr(std::fs::File::create(at.path().join("collector.log")).unwrap())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        let stdout = collector.stdout.take().unwrap();
-        BufReader::new(stdout).read_line(&mut line).unwrap();
-        assert!(line.starts_with("https://127.0.0.1:"), "{line}");
-        let url = line.trim().trim_end_matches('/').to_owned();
-        Self { at, collector, url }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.at.path().join(name)
-    }
-
-    fn grideye(&self, arguments: &[&str]) -> Ended {
-        run(grideye()
-            .args(arguments)
-            .arg("--access")
-            .arg(self.path("access")))
-    }
-
-    fn enroll(&self, device: &str) -> String {
-        let enrolled = self.grideye(&["enroll", device]);
-        assert_eq!(enrolled.code, 0, "{enrolled:?}");
-        assert_eq!(enrolled.stdout.lines().count(), 1, "one line: {enrolled:?}");
-        enrolled.stdout.trim().to_owned()
-    }
-
-    fn join(&self, line: &str) -> Ended {
-        run(grideye_agent()
-            .args(["join", line, "--out"])
-            .arg(self.path("collector.toml")))
-    }
-
-    /// As the owner of the admin's token.
-    fn client(&self, command: &str, more: &[&str]) -> Ended {
-        run(grideye()
-            .arg(command)
-            .args(more)
-            .args(["--collector", &self.url, "--token-file"])
-            .arg(self.path("boss.token"))
-            .arg("--authority")
-            .arg(self.path("access/authority.pem")))
-    }
-
-    fn log(&self) -> String {
-        std::fs::read_to_string(self.path("collector.log")).unwrap()
-    }
-}
-
-impl Drop for Site {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.collector.kill();
-        let _ = self.collector.wait();
-    }
-}
-
-fn mode(path: &Path) -> u32 {
-    use std::os::unix::fs::PermissionsExt as _;
-    std::fs::metadata(path).unwrap().permissions().mode() & 0o777
-}
+use std::process::{Command, Stdio};
 
 #[test]
-fn a_line_is_pasted_and_the_agent_delivers_over_tls_with_its_token() {
+fn a_line_is_joined_and_the_agent_delivers_over_tls_with_its_token() {
     let site = Site::new();
     let line = site.enroll("pi-1");
-    assert!(
-        line.starts_with(&format!("grideye:{},device=pi-1,token=grideye-", site.url)),
-        "{line}"
+    let begin = format!(
+        "sudo grideye-agent join 'grideye:{},device=pi-1,token=grideye-",
+        site.url
     );
+    assert!(line.starts_with(&begin) && line.ends_with('\''), "{line}");
     let joined = site.join(&line);
     assert_eq!(joined.code, 0, "{joined:?}");
     assert!(
@@ -157,7 +69,7 @@ fn a_line_is_pasted_and_the_agent_delivers_over_tls_with_its_token() {
 #[test]
 fn a_line_that_is_wrong_in_any_part_joins_nothing_and_says_which() {
     let site = Site::new();
-    let line = site.enroll("pi-1");
+    let line = site.code("pi-1");
     let pin = line.find("sha256-").unwrap() + 7;
     let digit = if &line[pin..=pin] == "0" { "1" } else { "0" };
     let other_pin = format!("{}{digit}{}", &line[..pin], &line[pin + 1..]);
@@ -169,22 +81,31 @@ fn a_line_that_is_wrong_in_any_part_joins_nothing_and_says_which() {
     };
     let other_token = format!("{}{digit}{}", &line[..secret], &line[secret + 1..]);
     let nobody = line.replace(&site.url, "https://127.0.0.1:9");
-    for (line, code, said) in [
-        (&line[..line.len() - 1], 2, "its pin is cut"),
+    for (line, code, step, said) in [
+        (
+            &line[..line.len() - 1],
+            2,
+            "1 of 6, the line",
+            "its pin is cut",
+        ),
         (
             &other_pin,
             1,
+            "2 of 6, the collector",
             "shows another authority than the line's pin says",
         ),
+        (&nobody, 1, "2 of 6, the collector", "no connection"),
         (
             &other_token,
             1,
+            "3 of 6, the token",
             "the token is not, or no longer, known there",
         ),
-        (&nobody, 1, "no connection"),
     ] {
         let refused = site.join(line);
         assert_eq!(refused.code, code, "{refused:?}");
+        let step = format!("error: step {step}, failed (nothing was changed): ");
+        assert!(refused.stderr.starts_with(&step), "{refused:?}");
         assert!(
             refused.stderr.contains(said) && refused.stderr.contains("\nhint: "),
             "{refused:?}"
@@ -201,53 +122,6 @@ fn a_line_that_is_wrong_in_any_part_joins_nothing_and_says_which() {
             .stderr
             .contains("this token is for admin, not for frames"),
         "{refused:?}"
-    );
-}
-
-#[test]
-fn check_says_whether_the_collector_takes_the_frames_and_what_to_do_if_not() {
-    let site = Site::new();
-    let joined = site.join(&site.enroll("pi-1"));
-    assert_eq!(joined.code, 0, "{joined:?}");
-    let config = site.path("agent.toml");
-    let bus = "[[bus]]\npath = \"/nonexistent/i2c-1\"\n[[bus.sensor]]\naddress = 0x69\n";
-    std::fs::write(&config, bus).unwrap();
-    let check = |more: &[&str]| {
-        run(grideye_agent()
-            .args(["check", "--config"])
-            .arg(&config)
-            .args(more))
-    };
-    let well = check(&[]);
-    let said = format!("collector: {}: its frames are taken\n", site.url);
-    assert!(well.stdout.contains(&said), "{well:?}");
-    assert!(well.stdout.contains("\nclock: "), "{well:?}");
-    let json = check(&["--json"]);
-    let said = format!("{{\"collector\":{{\"ok\":true,\"url\":\"{}\"}}}}", site.url);
-    assert!(json.stdout.lines().any(|line| line == said), "{json:?}");
-
-    // A collector whose authority was made anew, at the same address.
-    let other = Site::new();
-    let text = std::fs::read_to_string(site.path("collector.toml")).unwrap();
-    let moved = text.replace(&site.url, &other.url);
-    std::fs::write(site.path("collector.toml"), moved).unwrap();
-    let unknown = check(&[]);
-    assert!(
-        unknown.stdout.contains("collector: failed\nerror: ")
-            && unknown.stdout.contains("hint: the collector must show a certificate of the authority that this agent joined"),
-        "{unknown:?}"
-    );
-    std::fs::write(site.path("collector.toml"), text).unwrap();
-    assert_eq!(site.grideye(&["token", "revoke", "pi-1"]).code, 0);
-    let revoked = wait_for("the revocation", || {
-        let checked = check(&[]);
-        (!checked.stdout.contains("its frames are taken")).then_some(checked)
-    });
-    assert!(
-        revoked
-            .stdout
-            .contains("the token is not, or no longer, known there\nhint: print a new line"),
-        "{revoked:?}"
     );
 }
 
