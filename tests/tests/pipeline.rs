@@ -7,7 +7,7 @@
 )]
 
 use grideye_tests::programs::{
-    Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run, wait, wait_for,
+    self, Ended, RunningCollector, grideye, grideye_agent, is_left_out, root, run, wait, wait_for,
 };
 use std::path::Path;
 use std::process::Command;
@@ -450,6 +450,38 @@ fn a_recording_of_several_sensors_is_not_taken_for_one() {
         2,
         &[two, "2 streams", "hint:"],
     );
+}
+
+/// A long recording is read with a bar and the time that is left, where a person looks; `script` is such a terminal.
+#[test]
+fn long_work_says_on_a_terminal_how_long_it_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = folder.path().join("one.csv");
+    let converted = run(grideye().arg("convert").arg(root().join(SESSION)).arg(&one));
+    assert_eq!(converted.code, 0, "{converted:?}");
+    let text = std::fs::read_to_string(&one).unwrap();
+    let (head, rows) = text.split_once('\n').unwrap();
+    let long =
+        (0..20).map(|run| rows.replace("Session2_2021-07-01_RoomB_v2", &format!("run{run}")));
+    std::fs::write(
+        folder.path().join("long.csv"),
+        format!("{head}\n{}", long.collect::<String>()),
+    )
+    .unwrap();
+    let shown = run(Command::new("script")
+        .args(["--quiet", "--return", "--command"])
+        .arg(format!(
+            "{} convert long.csv out.parquet",
+            programs::folder().join("grideye").display()
+        ))
+        .arg("/dev/null")
+        .current_dir(folder.path()));
+    assert_eq!(shown.code, 0, "{shown:?}");
+    assert!(
+        shown.stdout.contains("reading") && shown.stdout.contains(" left"),
+        "{shown:?}"
+    );
+    assert!(shown.stdout.contains("wrote 36960 rows"), "{shown:?}");
 }
 
 #[test]

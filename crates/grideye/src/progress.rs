@@ -1,6 +1,8 @@
 //! Progress on a terminal; nothing where no person is looking.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressBarIter, ProgressFinish, ProgressStyle};
+use std::io::Read;
+use std::time::Duration;
 
 /// A bar on standard error that counts to `total`; invisible unless standard error is a terminal.
 pub(crate) fn bar(total: u64, what: &'static str) -> ProgressBar {
@@ -13,13 +15,27 @@ pub(crate) fn bar(total: u64, what: &'static str) -> ProgressBar {
     bar
 }
 
-/// A count on standard error of what has no known end; invisible unless standard error is a terminal.
-pub(crate) fn count(what: &'static str) -> ProgressBar {
-    let spinner = ProgressBar::new_spinner().with_message(what);
-    if let Ok(style) = ProgressStyle::with_template("  {spinner} {pos} {msg}  {per_sec}") {
-        spinner.set_style(style);
+/// What is read, with a bar over its bytes until it is dropped; invisible unless standard error is a terminal.
+pub(crate) fn reading<R: Read>(input: R, bytes: u64) -> ProgressBarIter<R> {
+    let bar = ProgressBar::new(bytes).with_finish(ProgressFinish::AndClear);
+    if let Ok(style) = ProgressStyle::with_template(
+        "  reading      {bar:32} {bytes}/{total_bytes}  {bytes_per_sec}, {eta} left",
+    ) {
+        bar.set_style(style);
     }
-    spinner
+    bar.wrap_read(input)
+}
+
+/// Waits with a bar over the seconds.
+pub(crate) async fn wait(seconds: u64, what: &'static str) {
+    let bar = bar(seconds, what);
+    let mut each = tokio::time::interval(Duration::from_secs(1));
+    each.tick().await;
+    for _ in 0..seconds {
+        each.tick().await;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
 }
 
 /// One line of what happens, on standard error.

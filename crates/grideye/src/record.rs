@@ -6,7 +6,6 @@ use crate::exit::Outcome;
 use crate::output::outln;
 use crate::{files, progress};
 use anyhow::{Context as _, Result};
-use std::time::Duration;
 
 /// Records for the given time, or until Ctrl-C.
 pub(crate) fn run(options: &Record) -> Result<Outcome> {
@@ -42,7 +41,7 @@ fn wait(seconds: Option<u64>) -> Result<()> {
         let interrupted = tokio::signal::ctrl_c();
         match seconds {
             Some(seconds) => tokio::select! {
-                () = tokio::time::sleep(Duration::from_secs(seconds)) => Ok(()),
+                () = progress::wait(seconds, "recording") => Ok(()),
                 result = interrupted => result,
             },
             None => interrupted.await,

@@ -1,7 +1,7 @@
 //! Recordings on disk, whatever their layout.
 
 use crate::exit::bad_input;
-use crate::files;
+use crate::{files, progress};
 use anyhow::{Result, anyhow};
 use grideye_frame::{PIXELS, RawFrame};
 use grideye_recording::bare::{Assumed, NpyReader, RowReader};
@@ -114,7 +114,10 @@ fn no_frame(path: &Path) -> anyhow::Error {
 fn rows(path: &Path, assumed: Option<&Assumed>) -> Result<Rows> {
     let mut input = files::open(path)?;
     let place = |error: RecordingError| bad_input(anyhow!("{}: {error}", path.display()));
-    match layout(path, &mut input)? {
+    let layout = layout(path, &mut input)?;
+    let bytes = input.get_ref().metadata().map_or(0, |about| about.len());
+    let input = progress::reading(input, bytes);
+    match layout {
         Layout::Recording => Ok(Box::new(csv::Reader::new(input).map_err(place)?)),
         Layout::Linaige => {
             let name = path.file_name().unwrap_or_default().to_string_lossy();

@@ -58,14 +58,11 @@ pub(crate) fn write(rows: Rows<'_>, out: &Path) -> Result<()> {
             out.display()
         ))
     })?;
-    let bar = progress::count("rows read");
-    let mut counted = rows.inspect(|_| bar.inc(1));
     let mut written = String::new();
     files::write_whole(out, |file| {
-        written = format(&mut counted, file)?;
+        written = format(rows, file)?;
         Ok(())
     })?;
-    bar.finish_and_clear();
     progress::say(&format!("wrote {written} to {}", out.display()));
     Ok(())
 }
