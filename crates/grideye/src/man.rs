@@ -113,7 +113,7 @@ mod tests {
         ] {
             assert!(compare.contains(text), "{text}: {compare}");
         }
-        assert!(read("grideye-agent-join.1").contains("join \\(aqLINE\\(aq"));
+        assert!(read("grideye-agent-join.1").contains("join \\(aqCODE\\(aq"));
         assert!(read("grideye-token-make.1").contains("grideye token make"));
     }
 }

@@ -243,7 +243,7 @@ mod tests {
         adapter
             .transfer(&mut [write(0x69, &[0x2A]), read(0x69, &mut buffer)])
             .unwrap();
-        assert_eq!(adapter.into_bus().0, ["69 W[2A] R2"]);
+        assert_eq!(adapter.into_bus().0, ["69 W[2a] R2"]);
         assert_eq!(buffer, [0xA5; 2]);
     }
 
