@@ -1,4 +1,4 @@
-"""adafruit-circuitpython-amg88xx. Arguments: extended | board, then frame | walk SECONDS.
+"""adafruit-circuitpython-amg88xx. Arguments: extended | board, then frame | walk SECONDS | rows FRAMES.
 
 `extended` is adafruit-extended-bus, which takes any /dev/i2c-N; `board` is Blinka's own board.I2C() as on a
 Raspberry Pi 4, whose detection is told what it stands on, since it looks at /proc/device-tree.
@@ -40,5 +40,10 @@ sensor = adafruit_amg88xx.AMG88XX(i2c)
 time.sleep(0.25)
 if sys.argv[2] == "walk":
     bus.answer(frames=bus.watch(lambda: sensor.pixels, float(sys.argv[3])))
+elif sys.argv[2] == "rows":
+    # As scripts around the library keep what they see: 64 numbers a line.
+    for _ in range(int(sys.argv[3])):
+        print(*(celsius for row in sensor.pixels for celsius in row))
+        time.sleep(0.1)
 else:
     bus.answer(scan=scan, thermistor=sensor.temperature, frame=sensor.pixels)

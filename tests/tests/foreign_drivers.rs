@@ -238,6 +238,49 @@ fn the_known_faults_of_the_thermistor_are_in_the_table() {
     );
 }
 
+/// What a script around Adafruit's library prints, a frame a line, becomes a recording of the same words.
+#[test]
+fn rows_that_adafruits_library_gives_are_imported_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = Words {
+        pixels: printed_and_distinct(),
+        thermistor: 0x191,
+    };
+    let shown = recording(folder.path(), "shown.csv", [words]);
+    let script = ["board", "rows", "5"];
+    let what = "rows that Adafruit's library prints";
+    let Some(command) = python::script("circuitpython.py", &script, what) else {
+        return;
+    };
+    let ended = run_emulated(Way::Socket, &["--recording", path(&shown)], &command);
+    assert_eq!(
+        (ended.code, ended.stdout.lines().count()),
+        (0, 5),
+        "{ended:?}"
+    );
+    let (rows, imported) = (
+        folder.path().join("rows.txt"),
+        folder.path().join("imported.csv"),
+    );
+    std::fs::write(&rows, &ended.stdout).unwrap();
+    let converted = run(grideye()
+        .arg("convert")
+        .args([&rows, &imported])
+        .args(["--thermistor", "25.0625"]));
+    assert_eq!(converted.code, 0, "{converted:?}");
+    let text = std::fs::read_to_string(imported).unwrap();
+    let truth: Vec<f64> = words.pixels.iter().map(|word| pixel_c(*word)).collect();
+    assert_eq!(text.lines().count(), 6, "{text}");
+    for row in text.lines().skip(1) {
+        let cells: Vec<f64> = row
+            .split(',')
+            .skip(9)
+            .map(|cell| cell.parse().unwrap())
+            .collect();
+        assert_eq!((cells[0], &cells[1..]), (25.0625, &truth[..]));
+    }
+}
+
 /// A room with one standing person in the quarter of the picture that is top left: the person stands to the room's
 /// right and front of the sensor's axis, which azimuth -90 shows left and top.
 fn standing_person(folder: &Path, ambient_c: f64, person_c: f64) -> PathBuf {

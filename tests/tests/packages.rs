@@ -123,7 +123,8 @@ impl Room {
             std::fs::copy(package, self.path("/tmp").join(name)).unwrap();
             names += &format!(" /tmp/{name}");
         }
-        self.does(&format!("dpkg -i{names}"))
+        // As unattended upgrades are told, and as the question is answered by default: what was edited stays.
+        self.does(&format!("dpkg --force-confold -i{names}"))
     }
 
     /// What the unit starts, with more arguments, on an emulated sensor, which is this file in the room's `/dev`.
@@ -195,6 +196,24 @@ fn check_what_is_installed(room: &Room) {
             .collect();
         assert_eq!((read.code, about_it), (0, vec![]), "{unit}: {read:?}");
     }
+}
+
+/// The same package of a version that ships another `agent.toml`.
+fn with_another_default(package: &Path, out: &Path) -> PathBuf {
+    let raw = out.join("raw");
+    let mut extract = Command::new("dpkg-deb");
+    text_of(extract.arg("--raw-extract").arg(package).arg(&raw));
+    let shipped = raw.join("etc/grideye/agent.toml");
+    let text = std::fs::read_to_string(&shipped).unwrap();
+    std::fs::write(&shipped, text + "# Another default.\n").unwrap();
+    let built = out.join("another-default.deb");
+    text_of(
+        Command::new("dpkg-deb")
+            .arg("--build")
+            .arg(&raw)
+            .arg(&built),
+    );
+    built
 }
 
 /// The agent as the unit starts it: to a collector that answers, and then to none, so that the frames stay in the spool.
@@ -270,7 +289,10 @@ fn the_packages_are_installed_started_upgraded_removed_and_purged() {
         assert!(room.has("/etc/grideye/collector.toml"));
     };
 
-    room.install(&second);
+    assert_eq!(second.len(), 1, "{second:?}");
+    room.install(&[with_another_default(&second[0], out.path())]);
+    let offered = room.read("/etc/grideye/agent.toml.dpkg-dist");
+    assert!(offered.ends_with("# Another default.\n"), "{offered}");
     assert_eq!(
         room.said("dpkg-query -W -f '${Version}' grideye-agent"),
         "9.9"
