@@ -1,15 +1,13 @@
-//! The live page in a real browser, in front of a real collector in the test's own process, and frames to show.
+//! The live page in a real browser, in front of the real program, and frames to show.
 
+use crate::programs::{grideye, terminate, wait};
 use crate::webdriver::{Browser, Failure};
-use grideye_collector::{Collector, CollectorError, Config, StoreLocation, SystemClock};
 use serde_json::{Value, json};
+use std::io::{BufRead as _, BufReader};
 use std::net::SocketAddr;
 use std::path::Path;
-use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use tokio::runtime::Runtime;
-use tokio::sync::oneshot;
-use tokio::task::JoinHandle;
+use std::process::{Child, Stdio};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// What a test of the page comes to.
 pub type Outcome = Result<(), Failure>;
@@ -19,12 +17,10 @@ pub const COLDEST: [u64; 3] = [0, 0, 4];
 /// The hot end.
 pub const HOTTEST: [u64; 3] = [252, 255, 164];
 
-/// A collector in this process, which can be stopped and started again at the same address.
+/// A collector, which can be stopped and started again at the same address.
 pub struct Server {
-    runtime: Runtime,
     address: SocketAddr,
-    stop: Option<oneshot::Sender<()>>,
-    served: Option<JoinHandle<Result<(), CollectorError>>>,
+    running: Option<Child>,
 }
 
 impl Server {
@@ -34,10 +30,8 @@ impl Server {
     /// If it does not start.
     pub fn start(store: &Path) -> Result<Self, Failure> {
         let mut server = Self {
-            runtime: Runtime::new()?,
             address: ([127, 0, 0, 1], 0).into(),
-            stop: None,
-            served: None,
+            running: None,
         };
         server.begin(store)?;
         Ok(server)
@@ -48,28 +42,37 @@ impl Server {
     /// # Errors
     /// If it does not start.
     pub fn begin(&mut self, store: &Path) -> Outcome {
-        let store = StoreLocation::File(store.to_owned());
-        let mut config = Config::new(self.address, store, Arc::new(SystemClock::new()));
-        config.limits.store_lock_time_max = Duration::from_millis(200);
-        let collector = self.runtime.block_on(Collector::bind(config))?;
-        self.address = collector.local_addr();
-        let (stop, stopped) = oneshot::channel::<()>();
-        self.stop = Some(stop);
-        self.served = Some(self.runtime.spawn(collector.serve(async {
-            let _ = stopped.await;
-        })));
+        let mut collector = grideye();
+        collector
+            .args(["collect", "--listen", &self.address.to_string(), "--store"])
+            .arg(store)
+            // Where there is no folder of scenes, so that the page is the collector's alone.
+            .current_dir(store.parent().ok_or("the store is in no folder")?)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null());
+        let mut running = collector.spawn()?;
+        let mut line = String::new();
+        let said = running.stdout.take().ok_or("nothing is said")?;
+        BufReader::new(said).read_line(&mut line)?;
+        self.running = Some(running);
+        let address = line.trim().trim_end_matches('/').strip_prefix("http://");
+        self.address = address
+            .ok_or_else(|| format!("the collector said {line:?}"))?
+            .parse()?;
         Ok(())
     }
 
     /// Stops it, and waits until it has.
     ///
     /// # Errors
-    /// If it ends in one.
+    /// If it ends with another exit code than 0.
     pub fn end(&mut self) -> Outcome {
-        self.stop = None;
-        let served = self.served.take().ok_or("the collector is not running")?;
-        self.runtime.block_on(served)??;
-        Ok(())
+        let mut running = self.running.take().ok_or("the collector is not running")?;
+        terminate(&running);
+        match wait(&mut running) {
+            0 => Ok(()),
+            code => Err(format!("the collector ended with {code}").into()),
+        }
     }
 
     /// The address of a path.
@@ -93,6 +96,16 @@ impl Server {
     pub fn post(&self, body: &Value) -> Outcome {
         ureq::post(self.url("/v1/frames")).send_json(body)?;
         Ok(())
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        if let Some(mut running) = self.running.take() {
+            // It may have ended by itself.
+            let _ = running.kill();
+            let _ = running.wait();
+        }
     }
 }
 
