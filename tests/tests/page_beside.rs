@@ -98,6 +98,19 @@ impl Room {
         self.browser.click(&option)
     }
 
+    /// The sensor beside the scene in which nothing moves, until all three pictures are read.
+    fn stand_beside_left(&mut self) -> Outcome {
+        self.browser.click(".sensor [data-field=beside]")?;
+        self.wait("choice", |text| text.contains("left"))?;
+        self.choose("left")?;
+        self.wait("clock", |text| text.starts_with("Nothing moves"))?;
+        self.send(5)?;
+        self.wait("cursor", |text| {
+            text.starts_with("Real less simulated: mean")
+        })?;
+        Ok(())
+    }
+
     fn wait(&self, name: &str, is_right: impl Fn(&str) -> bool) -> Result<String, Failure> {
         let selector = format!("#beside [data-field={name}]");
         self.browser.wait_for_text(&selector, is_right)
@@ -196,14 +209,7 @@ fn real_and_simulated_share_one_scale_of_colours() -> Outcome {
     // The real sensor sees 20 °C everywhere; in the scene somebody stands there.
     room.frames = vec![frame(&[80; 64], 402)];
     room.send(5)?;
-    room.browser.click(".sensor [data-field=beside]")?;
-    room.wait("choice", |text| text.contains("left"))?;
-    room.choose("left")?;
-    room.wait("clock", |text| text.starts_with("Nothing moves"))?;
-    room.send(5)?;
-    room.wait("cursor", |text| {
-        text.starts_with("Real less simulated: mean")
-    })?;
+    room.stand_beside_left()?;
     // Alone, a frame of 20 °C would lie in the middle of its own scale.
     let cells = |side: &str| {
         let canvas = format!("#beside [data-side={side}] .heat");
@@ -234,16 +240,10 @@ fn a_sensor_stands_beside_its_scene_with_difference_scores_and_verdict() -> Outc
     }
     let mut room = Room::new("left", 50)?;
     room.send(5)?;
-    room.browser.click(".sensor [data-field=beside]")?;
+    room.stand_beside_left()?;
     room.wait("choice", |text| text.contains("broken (cannot be read)"))?;
-    room.choose("left")?;
-    room.wait("clock", |text| text.starts_with("Nothing moves"))?;
-    room.send(5)?;
 
     // The cursor reads all three pictures at once, and the third is the first less the second.
-    room.wait("cursor", |text| {
-        text.starts_with("Real less simulated: mean")
-    })?;
     room.browser
         .point_at("[data-side=difference] .heat", (5, 5))?;
     let [real, simulated, difference] = room.reading()?;
@@ -327,13 +327,7 @@ fn every_picture_is_turned_alike_and_a_silent_sensor_is_not_shown_as_live() -> O
     }
     let mut room = Room::new("left", 50)?;
     room.send(5)?;
-    room.browser.click(".sensor [data-field=beside]")?;
-    room.wait("choice", |text| text.contains("left"))?;
-    room.choose("left")?;
-    room.send(5)?;
-    room.wait("cursor", |text| {
-        text.starts_with("Real less simulated: mean")
-    })?;
+    room.stand_beside_left()?;
     // The last cell of each picture is pixel 64, and after a mirror image pixel 57.
     let last = |side: &str, pixel: &str| {
         let canvas = format!("#beside [data-side={side}] .heat");
