@@ -8,7 +8,7 @@
 //! | format | carries | keeps of a word | refuses with |
 //! |---|---|---|---|
 //! | [`wire`] (JSON) | one batch per device and half second, and its answer | all 16 bits | [`wire::WireError`]: path, expected, found |
-//! | [`wire`] (bytes) | the same batch, about half as long | all 16 bits | the same, with the place in the body |
+//! | [`wire`] (bytes) | the same batch, about a quarter as long | all 16 bits | the same, with the place in the body |
 //! | [`mod@csv`] (`recordings/README.md`) | one row a sensor frame, missing ones with a reason | the 12 bits that mean degrees | [`RecordingError`]: line, column, expected, found |
 //! | [`linaige`] (read only) | frames with labels | as above | [`RecordingError`] |
 //! | [`bare`] (read only) | frames and no more: rows of 64 numbers, `.npy` | as above | [`RecordingError`] |
@@ -50,6 +50,7 @@ pub mod bare;
 pub mod csv;
 pub mod labels;
 pub mod linaige;
+pub mod packed;
 pub mod prometheus;
 pub mod record;
 pub mod wire;

@@ -29,7 +29,9 @@ use std::collections::BTreeMap;
 /// The content type of a body in JSON.
 pub const JSON_TYPE: &str = "application/json";
 /// The content type of a body in bytes, of the version that this crate writes.
-pub const BINARY_TYPE: &str = "application/vnd.grideye.frames.v1";
+pub const BINARY_TYPE: &str = "application/vnd.grideye.frames.v2";
+/// The content type of the layout before, which is still read.
+pub const BINARY_TYPE_PLAIN: &str = "application/vnd.grideye.frames.v1";
 
 /// What an agent posts: the records of all its sensors since the last post.
 #[derive(Debug, Clone, PartialEq)]
@@ -167,7 +169,8 @@ impl Batch {
         Ok(batch)
     }
 
-    /// Writes the body of a post in its compact form: 155 bytes a frame, beside what names them.
+    /// Writes the body of a post in its compact form: 62 to 78 bytes for a frame of a room, 158 at most, beside what names
+    /// them.
     ///
     /// # Errors
     ///
