@@ -1,8 +1,9 @@
 //! How an engine without columns keeps rows: chunks of consecutive numbers, as bytes.
 //!
 //! ```text
-//! plain   of each row: t_arrival_ns · t_boot_ns · t_utc_ns (8 bytes each) · clock and kind (1) · thermistor and 64 words
-//!         (2 each), or the reason why there is no frame (its length, 1, and its name)
+//! plain   of each row: t_arrival_ns · t_boot_ns · t_utc_ns (8 bytes each) · clock and kind (1) · thermistor (2) and the
+//!         64 words, packed (`grideye_recording::packed`) or, in files of before, 2 bytes each; or the reason why there is
+//!         no frame (its length, 1, and its name)
 //! sealed  a segment (`segment.rs`)
 //! ```
 //!
@@ -14,15 +15,19 @@ use super::fresh::Arrived;
 use super::row::{damaged, unsigned};
 use super::segment::{self, SealedRow};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
-use grideye_recording::{ClockState, Record, Stamp};
+use grideye_recording::{ClockState, Record, Stamp, packed};
 
 /// Rows in a plain chunk at most, so that one is read quickly.
 const PLAIN_ROWS_MAX: usize = 256;
 /// How far the arrivals of a plain chunk's rows may lie apart.
 const PLAIN_SPAN_NS: u64 = 60_000_000_000;
 
+/// Its words are not packed: read, and no longer written.
 const KIND_FRAME: u8 = 0;
 const KIND_MISSING: u8 = 1;
+const KIND_PACKED: u8 = 2;
+/// A row of a room, with some to spare.
+const ROW_BYTES: usize = 112;
 
 /// Rows that came together, in the plain form.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -56,7 +61,7 @@ pub(super) fn cut<'f>(fresh: impl Iterator<Item = &'f Arrived>) -> Vec<Plain> {
                 last_seq: seq,
                 t_arrival_ns: *t_arrival_ns,
                 frames: 0,
-                rows: Vec::with_capacity(8 * 160),
+                rows: Vec::with_capacity(64 * ROW_BYTES),
             });
         }
         if let Some(chunk) = chunks.last_mut() {
@@ -77,13 +82,9 @@ fn put(rows: &mut Vec<u8>, record: &Record) {
     let clock = record.stamp.clock.code();
     match &record.reading {
         Reading::Frame(raw) => {
-            rows.push(clock << 4 | KIND_FRAME);
+            rows.push(clock << 4 | KIND_PACKED);
             rows.extend_from_slice(&raw.thermistor.0.to_le_bytes());
-            let mut words = [0; 2 * PIXELS];
-            for (pair, PixelWord(word)) in words.chunks_exact_mut(2).zip(&raw.pixels) {
-                pair.copy_from_slice(&word.to_le_bytes());
-            }
-            rows.extend_from_slice(&words);
+            packed::put(rows, &raw.pixels);
         }
         Reading::NoData(reason) => {
             rows.push(clock << 4 | KIND_MISSING);
@@ -173,6 +174,13 @@ impl<'r> Bytes<'r> {
                 for (word, pair) in pixels.iter_mut().zip(words) {
                     word.0 = u16::from_le_bytes([pair[0], pair[1]]);
                 }
+                Reading::Frame(RawFrame { thermistor, pixels })
+            }
+            KIND_PACKED => {
+                let thermistor = ThermistorWord(u16::from_le_bytes(self.array()?));
+                let (pixels, length) = packed::take(self.0)
+                    .ok_or_else(|| damaged("a frame that is not packed well"))?;
+                self.take(length)?;
                 Reading::Frame(RawFrame { thermistor, pixels })
             }
             KIND_MISSING => {
