@@ -1,5 +1,6 @@
 //! The present state of every sensor, and the events that tell the live page of it.
 
+mod by_sensor;
 mod faults;
 mod newest;
 mod recent;
@@ -13,6 +14,7 @@ pub(crate) use view::stream_json;
 
 use crate::store::{Appended, Elsewhere, StoredRecord, StreamSummary};
 use crate::{Clock, Limits};
+use by_sensor::BySensor;
 use faults::Faults;
 use grideye_recording::wire::{Batch, SensorBatch};
 use grideye_recording::{ClockState, Record};
@@ -41,16 +43,13 @@ impl Event {
 
 /// What is known of the sensors now, and who wants to hear of it.
 pub(crate) struct Live {
-    sensors: Mutex<BTreeMap<Key, Sensor>>,
+    sensors: Mutex<BySensor<Sensor>>,
     senders: Mutex<Senders>,
     recent: RecentFrames,
     events: broadcast::Sender<Event>,
     clock: Arc<dyn Clock>,
     limits: Limits,
 }
-
-/// Device and sensor.
-type Key = (String, String);
 
 /// One sensor as it is shown.
 struct Sensor {
@@ -125,7 +124,8 @@ impl Live {
         sensor.faults = Faults::before(sensor.stream.account.as_ref());
         let measured = Measured::new(stored.record, None, arrived_ns, stored.t_arrival_ns);
         sensor.show(measured, &self.limits);
-        self.sensors().insert(sensor.key(), sensor);
+        let id = Arc::clone(&sensor.stream.id);
+        self.sensors().insert(&id.device, &id.sensor, sensor);
     }
 
     /// Whether the batch's sensors are known, or there is room for them.
@@ -134,38 +134,37 @@ impl Live {
         let new = batch
             .sensors
             .iter()
-            .filter(|part| !sensors.contains_key(&(batch.device.clone(), part.sensor.clone())))
+            .filter(|part| sensors.get(&batch.device, &part.sensor).is_none())
             .count();
         sensors.len() + new <= self.limits.sensors_max
     }
 
     /// Takes in what the store has just kept, and tells those who listen.
     pub(crate) fn take(&self, batch: &Batch, appended: Appended, t_arrival_ns: i64) {
-        let now_ns = self.now_ns();
+        let now = self.clock.monotonic();
+        let now_ns = nanoseconds(now);
         // A batch without a count is somebody's who posts by hand, and one of a run that has ended is the next one's.
         let account = batch.sensors.iter().find_map(|part| part.account.as_ref());
         let is_going_on = account.is_some_and(|account| !account.ended);
-        let rivals = self.hear(&batch.device, &batch.boot, is_going_on);
+        let rivals = self.hear(&batch.device, &batch.boot, is_going_on, now);
         let mut changed = Vec::new();
         let mut sensors = self.sensors();
         for (part, kept) in batch.sensors.iter().zip(appended.sensors) {
-            let key = (batch.device.clone(), part.sensor.clone());
-            if !sensors.contains_key(&key) && sensors.len() >= self.limits.sensors_max {
+            let stream = kept.stream;
+            let (device, name, most) = (&batch.device, &part.sensor, self.limits.sensors_max);
+            let new = || Sensor::new(stream.clone());
+            let Some(sensor) = sensors.get_or_make(device, name, most, new) else {
                 continue;
-            }
-            let sensor = sensors
-                .entry(key)
-                .or_insert_with(|| Sensor::new(kept.stream.clone()));
+            };
             // The clock of a run that has ended need not be the sender's, so its frames could pass as new.
             let is_backlog = part.account.as_ref().is_some_and(|account| account.ended);
             let arrived = fresh_records(part, &kept.fresh)
                 .filter(|_| !is_backlog)
                 .map(|record| Measured::new(record, batch.t_sent_boot_ns, now_ns, t_arrival_ns));
-            let shown = sensor.take(kept.stream.clone(), arrived, &self.limits);
-            sensor
-                .faults
-                .count(sensor.stream.account.as_ref(), self.clock.monotonic());
-            self.recent.take(&kept.stream.id, records_of(&shown));
+            let id = Arc::clone(&stream.id);
+            let shown = sensor.take(stream, arrived, &self.limits);
+            sensor.faults.count(sensor.stream.account.as_ref(), now);
+            self.recent.take(&id, records_of(&shown));
             if self.events.receiver_count() > 0 {
                 let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
                 let event = sensor.event(&shown[skipped..], now_ns, self.limits.rate_window);
@@ -180,27 +179,25 @@ impl Live {
 
     /// Takes in what another collector has kept in the same store, and tells those who listen.
     pub(crate) fn take_elsewhere(&self, news: Elsewhere) {
-        let now_ns = self.now_ns();
-        let key = (news.stream.id.device.clone(), news.stream.id.sensor.clone());
+        let now = self.clock.monotonic();
+        let now_ns = nanoseconds(now);
+        let id = Arc::clone(&news.stream.id);
         let account = news.stream.account.as_ref();
         let is_going_on = account.is_some_and(|account| !account.ended);
-        let rivals = self.hear(&news.stream.id.device, &news.stream.id.boot, is_going_on);
+        let rivals = self.hear(&id.device, &id.boot, is_going_on, now);
         let mut sensors = self.sensors();
-        if !sensors.contains_key(&key) && sensors.len() >= self.limits.sensors_max {
+        let new = || Sensor::new(news.stream.clone());
+        let most = self.limits.sensors_max;
+        let Some(sensor) = sensors.get_or_make(&id.device, &id.sensor, most, new) else {
             return;
-        }
-        let sensor = sensors
-            .entry(key)
-            .or_insert_with(|| Sensor::new(news.stream.clone()));
+        };
         let sent = news.t_sent_boot_ns;
         let arrived = news
             .records
             .iter()
             .map(|stored| Measured::new(stored.record, sent, now_ns, stored.t_arrival_ns));
         let shown = sensor.take(news.stream, arrived, &self.limits);
-        sensor
-            .faults
-            .count(sensor.stream.account.as_ref(), self.clock.monotonic());
+        sensor.faults.count(sensor.stream.account.as_ref(), now);
         self.recent.take(&sensor.stream.id, records_of(&shown));
         if self.events.receiver_count() == 0 {
             return;
@@ -212,9 +209,8 @@ impl Live {
     }
 
     /// Notes that a run has sent, if it is one that goes on. The runs that take turns as this device.
-    fn hear(&self, device: &str, boot: &str, is_going_on: bool) -> Vec<String> {
+    fn hear(&self, device: &str, boot: &str, is_going_on: bool, now: Duration) -> Vec<String> {
         let mut senders = self.senders();
-        let now = self.clock.monotonic();
         if is_going_on {
             senders.heard(device, boot, now, self.limits.sensors_max);
         }
@@ -288,7 +284,7 @@ impl Live {
         self.senders.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn sensors(&self) -> MutexGuard<'_, BTreeMap<Key, Sensor>> {
+    fn sensors(&self) -> MutexGuard<'_, BySensor<Sensor>> {
         self.sensors.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -315,13 +311,10 @@ fn records_of(shown: &[Measured]) -> impl Iterator<Item = Record> + '_ {
     shown.iter().map(|measured| measured.record)
 }
 
-fn fresh_records<'a>(
-    part: &'a SensorBatch,
-    fresh: &'a std::collections::BTreeSet<u64>,
-) -> impl Iterator<Item = Record> + 'a {
+fn fresh_records<'a>(part: &'a SensorBatch, fresh: &'a [u64]) -> impl Iterator<Item = Record> + 'a {
     part.frames
         .iter()
-        .filter(|record| fresh.contains(&record.seq))
+        .filter(|record| fresh.binary_search(&record.seq).is_ok())
         .copied()
 }
 
@@ -337,10 +330,6 @@ impl Sensor {
         }
     }
 
-    fn key(&self) -> Key {
-        (self.stream.id.device.clone(), self.stream.id.sensor.clone())
-    }
-
     /// Shows what is newer than what is shown, and answers what that was. A backlog is kept, not shown.
     fn take(
         &mut self,
@@ -348,7 +337,7 @@ impl Sensor {
         arrived: impl Iterator<Item = Measured>,
         limits: &Limits,
     ) -> Vec<Measured> {
-        let mut shown = Vec::new();
+        let mut shown = Vec::with_capacity(arrived.size_hint().1.unwrap_or(0));
         for measured in arrived {
             if self.stream.id == stream.id {
                 if self

@@ -38,7 +38,7 @@ impl NewestFrames {
             let measured = sensor.newest_frame?;
             let age_ns = (now_ns - measured.measured_ns).max(0);
             Some(NewestFrame {
-                stream: sensor.stream.id.clone(),
+                stream: StreamId::clone(&sensor.stream.id),
                 record: measured.record,
                 age: Duration::from_nanos(u64::try_from(age_ns).unwrap_or(u64::MAX)),
             })

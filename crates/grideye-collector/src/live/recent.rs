@@ -1,8 +1,9 @@
 //! The frames of the last moments of a few sensors: the first that came, and those that somebody asks for.
 
+use super::by_sensor::BySensor;
 use crate::Limits;
 use grideye_recording::{Record, StreamId};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The newest frames of some sensors, without a look into the store.
@@ -14,7 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct RecentFrames(Arc<Shared>);
 
 struct Shared {
-    sensors: Mutex<BTreeMap<super::Key, Kept>>,
+    sensors: Mutex<BySensor<Kept>>,
     sensors_max: usize,
     frames_max: usize,
 }
@@ -47,13 +48,14 @@ impl RecentFrames {
     pub fn of(&self, device: &str, sensor: &str) -> Option<(StreamId, Vec<Record>)> {
         let mut sensors = self.sensors();
         let asked = 1 + sensors.values().map(|kept| kept.asked).max().unwrap_or(0);
-        let key = (device.to_owned(), sensor.to_owned());
-        if !sensors.contains_key(&key) && sensors.len() >= self.0.sensors_max {
-            let oldest = sensors.iter().min_by_key(|(_, kept)| kept.asked);
-            let oldest = oldest.map(|(key, _)| key.clone());
-            oldest.and_then(|key| sensors.remove(&key));
+        if sensors.get(device, sensor).is_none() && sensors.len() >= self.0.sensors_max {
+            let oldest = sensors.iter().min_by_key(|(_, _, kept)| kept.asked);
+            let oldest = oldest.map(|(device, sensor, _)| (device.to_owned(), sensor.to_owned()));
+            if let Some((device, sensor)) = oldest {
+                sensors.remove(&device, &sensor);
+            }
         }
-        let kept = sensors.entry(key).or_default();
+        let kept = sensors.get_or_make(device, sensor, usize::MAX, Kept::default)?;
         kept.asked = asked;
         let run = kept.run.as_ref()?;
         Some((run.stream.clone(), run.records.iter().copied().collect()))
@@ -62,11 +64,10 @@ impl RecentFrames {
     /// Takes what was shown of a stream. Another run of the sensor begins anew.
     pub(super) fn take(&self, stream: &StreamId, records: impl Iterator<Item = Record>) {
         let mut sensors = self.sensors();
-        let key = (stream.device.clone(), stream.sensor.clone());
-        if !sensors.contains_key(&key) && sensors.len() >= self.0.sensors_max {
+        let (device, sensor, most) = (&stream.device, &stream.sensor, self.0.sensors_max);
+        let Some(kept) = sensors.get_or_make(device, sensor, most, Kept::default) else {
             return;
-        }
-        let kept = sensors.entry(key).or_default();
+        };
         if kept.run.as_ref().is_none_or(|run| run.stream != *stream) {
             kept.run = Some(Run {
                 stream: stream.clone(),
@@ -79,7 +80,7 @@ impl RecentFrames {
         run.records.drain(..more);
     }
 
-    fn sensors(&self) -> MutexGuard<'_, BTreeMap<super::Key, Kept>> {
+    fn sensors(&self) -> MutexGuard<'_, BySensor<Kept>> {
         self.0
             .sensors
             .lock()

@@ -21,7 +21,6 @@ pub use sqlite::SqliteStore;
 
 use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap};
 use grideye_recording::{Record, StreamId};
-use std::collections::BTreeSet;
 use std::fmt;
 use std::future::Future;
 use std::pin::Pin;
@@ -149,15 +148,15 @@ impl Appended {
 pub struct SensorAppended {
     /// The stream as it is now.
     pub stream: StreamSummary,
-    /// The sequence numbers that were new; the others were there already.
-    pub fresh: BTreeSet<u64>,
+    /// The sequence numbers that were new, in ascending order; the others were there already.
+    pub fresh: Vec<u64>,
 }
 
 /// What is kept of one stream.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StreamSummary {
     /// Whose frames.
-    pub id: StreamId,
+    pub id: Arc<StreamId>,
     /// Frames kept that carry pixels.
     pub stored: u64,
     /// Of the frames in `stored`, those that were let go again because they were old, or the room was used up.

@@ -16,15 +16,17 @@ use std::sync::Arc;
 pub(super) struct Taken {
     pub(super) batch: Arc<Batch>,
     pub(super) t_arrival_ns: i64,
-    ids: Vec<StreamId>,
+    ids: Vec<Arc<StreamId>>,
 }
 
 impl Taken {
     pub(super) fn new(batch: Arc<Batch>, t_arrival_ns: i64) -> Self {
-        let id = |part: &SensorBatch| StreamId {
-            device: batch.device.clone(),
-            sensor: part.sensor.clone(),
-            boot: batch.boot.clone(),
+        let id = |part: &SensorBatch| {
+            Arc::new(StreamId {
+                device: batch.device.clone(),
+                sensor: part.sensor.clone(),
+                boot: batch.boot.clone(),
+            })
         };
         Self {
             ids: batch.sensors.iter().map(id).collect(),
@@ -34,12 +36,12 @@ impl Taken {
     }
 
     /// The streams of the batch, in the order of its sensors.
-    pub(super) fn ids(&self) -> &[StreamId] {
+    pub(super) fn ids(&self) -> &[Arc<StreamId>] {
         &self.ids
     }
 
     /// Each sensor's part, with its stream.
-    pub(super) fn parts(&self) -> impl Iterator<Item = (&StreamId, &SensorBatch)> {
+    pub(super) fn parts(&self) -> impl Iterator<Item = (&Arc<StreamId>, &SensorBatch)> {
         self.ids.iter().zip(&self.batch.sensors)
     }
 }
@@ -94,6 +96,14 @@ impl StreamState {
         self.runs.len()
     }
 
+    /// Whether all of these come behind every number that ever came, as they do where nothing is late and nothing comes
+    /// twice.
+    pub(super) fn is_behind(&self, frames: &[Record]) -> bool {
+        let last = self.runs.last();
+        let is_behind = |first: &Record| last.is_none_or(|last| last < first.seq);
+        frames.first().is_none_or(is_behind) && ascend(frames)
+    }
+
     /// Whether the store has the number, and not only the plan.
     pub(super) fn is_settled(&self, seq: u64) -> bool {
         self.runs.contains(seq) && self.fresh.get(seq).is_none()
@@ -115,7 +125,7 @@ impl StreamState {
         Some((number(first), number(last), stored, missing))
     }
 
-    fn summary(&self, id: &StreamId, limits: &Limits) -> Result<StreamSummary, StoreError> {
+    fn summary(&self, id: &Arc<StreamId>, limits: &Limits) -> Result<StreamSummary, StoreError> {
         let (stored, missing) = (
             unsigned("stored", self.stored)?,
             unsigned("missing", self.missing)?,
@@ -123,7 +133,7 @@ impl StreamState {
         let durable_through = self.runs.last();
         let expected = durable_through.map_or(0, |last| last + 1);
         Ok(StreamSummary {
-            id: id.clone(),
+            id: Arc::clone(id),
             stored,
             expired: unsigned("expired", self.expired)?,
             missing,
@@ -137,16 +147,24 @@ impl StreamState {
     }
 }
 
+/// Whether each number is larger than the one before.
+fn ascend(frames: &[Record]) -> bool {
+    frames.is_sorted_by(|one, next| one.seq < next.seq)
+}
+
 fn has_pixels(record: &Record) -> bool {
     record.reading.frame().is_some()
 }
 
 /// What the store holds under numbers that came before, to be held against what comes again.
-pub(super) type Contents = HashMap<StreamId, BTreeMap<u64, Record>>;
+pub(super) type Contents = HashMap<Arc<StreamId>, BTreeMap<u64, Record>>;
+
+/// What is known of streams.
+pub(super) type Streams = HashMap<Arc<StreamId>, StreamState>;
 
 /// The streams of a group, and what its batches have changed so far.
 pub(super) struct Plan<'p> {
-    pub(super) streams: &'p mut HashMap<StreamId, StreamState>,
+    pub(super) streams: &'p mut Streams,
     pub(super) contents: &'p Contents,
     pub(super) limits: &'p Limits,
 }
@@ -172,12 +190,17 @@ impl Plan<'_> {
         if let Some(account) = &part.account {
             fitting("account.read", account.read)?;
         }
-        // As a rule the numbers ascend and are new: then there is nothing to compare with.
-        let ascend = part.frames.is_sorted_by(|one, next| one.seq < next.seq);
-        let mut within: BTreeMap<u64, &Record> = BTreeMap::new();
         for record in &part.frames {
             fitting("seq", record.seq)?;
             fitting("t_boot_ns", record.stamp.t_boot_ns)?;
+        }
+        if state.is_behind(&part.frames) {
+            // There is nothing to compare with.
+            return Ok(());
+        }
+        let ascend = ascend(&part.frames);
+        let mut within: BTreeMap<u64, &Record> = BTreeMap::new();
+        for record in &part.frames {
             let before = || match ascend {
                 true => None,
                 false => within.get(&record.seq).copied(),
@@ -208,7 +231,7 @@ impl Plan<'_> {
     fn add(
         &mut self,
         taken: &Taken,
-        id: &StreamId,
+        id: &Arc<StreamId>,
         part: &SensorBatch,
     ) -> Result<SensorAppended, StoreError> {
         let t_arrival_ns = taken.t_arrival_ns;
@@ -216,20 +239,25 @@ impl Plan<'_> {
             .streams
             .get_mut(id)
             .ok_or_else(|| StoreError::Failed("a stream is gone".to_owned()))?;
-        let mut fresh = BTreeSet::new();
+        let mut fresh = Vec::with_capacity(part.frames.len());
+        let is_behind = state.is_behind(&part.frames);
         for record in &part.frames {
-            if state.runs.contains(record.seq) {
+            if is_behind {
+                state.runs.append(record.seq);
+            } else if state.runs.contains(record.seq) {
                 continue;
+            } else {
+                state.runs.add(record.seq);
             }
-            state.runs.add(record.seq);
             state.fresh.add(*record, t_arrival_ns);
-            fresh.insert(record.seq);
+            fresh.push(record.seq);
             if has_pixels(record) {
                 state.stored += 1;
             } else {
                 state.missing += 1;
             }
         }
+        fresh.sort_unstable();
         if !fresh.is_empty() {
             state.t_last_arrival_ns = t_arrival_ns;
         }
@@ -276,7 +304,7 @@ fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<(), Store
 /// How many frames a part brings, each number once.
 fn frames_in(part: &SensorBatch) -> usize {
     let with_pixels = part.frames.iter().filter(|record| has_pixels(record));
-    if part.frames.is_sorted_by(|one, next| one.seq < next.seq) {
+    if ascend(&part.frames) {
         return with_pixels.count();
     }
     let numbers: BTreeSet<u64> = with_pixels.map(|record| record.seq).collect();

@@ -43,6 +43,20 @@ impl Runs {
             .is_some_and(|(_, last)| *last >= seq)
     }
 
+    /// Adds a number behind all others.
+    pub(super) fn append(&mut self, seq: u64) {
+        match self.runs.last_entry() {
+            Some(mut last) if last.get().checked_add(1) == Some(seq) => {
+                *last.get_mut() = seq;
+                let first = *last.key();
+                if self.changed.last() != Some(&first) {
+                    self.changed.insert(first);
+                }
+            }
+            _ => self.add(seq),
+        }
+    }
+
     /// Adds a number that is not contained: it grows a run, joins two, or begins one.
     pub(super) fn add(&mut self, seq: u64) {
         let after = seq.checked_add(1);
@@ -137,10 +151,18 @@ mod tests {
 
     fn check(order: &[u64]) {
         let (mut runs, mut set) = (Runs::default(), BTreeSet::new());
+        let mut appended = Runs::default();
         let mut stored = BTreeMap::new();
         for seq in order {
             assert!(!runs.contains(*seq), "{order:?}");
             runs.add(*seq);
+            if set.last().is_none_or(|last| last < seq) {
+                appended.append(*seq);
+            } else {
+                appended.add(*seq);
+            }
+            assert!(appended.iter().eq(runs.iter()), "{order:?}");
+            assert_eq!(appended.changes(), runs.changes(), "{order:?}");
             set.insert(*seq);
             for asked in 0..9 {
                 assert_eq!(runs.contains(asked), set.contains(&asked), "{order:?}");
@@ -167,6 +189,7 @@ mod tests {
             }
             stored.extend(changed);
             runs.settle();
+            appended.settle();
             assert_eq!(
                 Vec::from_iter(runs.iter()),
                 Vec::from_iter(stored.clone()),

@@ -6,11 +6,12 @@ mod save;
 use super::session::Session;
 use crate::Limits;
 use crate::account;
-use crate::store::plan::{Contents, Plan, StreamState, Taken};
+use crate::store::plan::{Contents, Plan, StreamState, Streams, Taken};
 use crate::store::row::{Stored, count};
 use crate::store::{Appended, StoreError};
 use grideye_recording::{Record, StreamId};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 use tokio_postgres::Row;
 
 /// A group that is committed.
@@ -82,7 +83,8 @@ async fn transact(
     let n: i64 = row.try_get(0).map_err(StoreError::from)?;
     let epoch: i64 = row.try_get(1).map_err(StoreError::from)?;
 
-    let wanted: BTreeSet<StreamId> = taken.iter().flat_map(Taken::ids).cloned().collect();
+    let ids = taken.iter().flat_map(Taken::ids);
+    let wanted: BTreeSet<StreamId> = ids.map(|id| StreamId::clone(id)).collect();
     let (keys, made) = keys(session, &wanted, known, limits).await?;
     let mut states = states(session, &keys, taken, limits).await?;
     let contents = contents(session, &states, taken).await?;
@@ -193,7 +195,7 @@ async fn states(
     keys: &BTreeMap<StreamId, Key>,
     taken: &[Taken],
     limits: &Limits,
-) -> Result<HashMap<StreamId, StreamState>, StoreError> {
+) -> Result<Streams, StoreError> {
     let ids: HashMap<&Key, &StreamId> = keys.iter().map(|(id, key)| (key, id)).collect();
     let devices: Vec<&str> = keys.values().map(|key| key.0.as_str()).collect();
     let streams: Vec<i32> = keys.values().map(|key| key.1).collect();
@@ -201,11 +203,11 @@ async fn states(
                       expired FROM grideye.streams
                WHERE (device, stream) IN (SELECT * FROM unnest($1::TEXT[], $2::INT[]))
                ORDER BY device, stream FOR UPDATE";
-    let mut states = HashMap::new();
+    let mut states = Streams::new();
     for row in session.query(sql, &[&devices, &streams]).await? {
         let key: Key = (row.try_get(0)?, row.try_get(1)?);
         let Some(id) = ids.get(&key) else { continue };
-        states.insert((*id).clone(), state_of(&row)?);
+        states.insert(Arc::new(StreamId::clone(id)), state_of(&row)?);
     }
     let reach = reach(taken);
     let span = |id| reach.get(id).copied().unwrap_or((0, 0));
@@ -233,15 +235,15 @@ async fn states(
 }
 
 /// For each stream, one less than the lowest number of the group and one more than the highest.
-fn reach(taken: &[Taken]) -> HashMap<StreamId, (i64, i64)> {
-    let mut reach: HashMap<StreamId, (i64, i64)> = HashMap::new();
+fn reach(taken: &[Taken]) -> HashMap<Arc<StreamId>, (i64, i64)> {
+    let mut reach: HashMap<Arc<StreamId>, (i64, i64)> = HashMap::new();
     for taken in taken {
         for (id, part) in taken.parts() {
             for record in &part.frames {
                 let seq = i64::try_from(record.seq).unwrap_or(i64::MAX);
                 let (low, high) = (seq.saturating_sub(1), seq.saturating_add(1));
                 reach
-                    .entry(id.clone())
+                    .entry(Arc::clone(id))
                     .and_modify(|span| *span = (span.0.min(low), span.1.max(high)))
                     .or_insert((low, high));
             }
@@ -253,11 +255,11 @@ fn reach(taken: &[Taken]) -> HashMap<StreamId, (i64, i64)> {
 /// What the store holds under the numbers that came before, to be held against what comes again.
 async fn contents(
     session: &Session,
-    states: &HashMap<StreamId, StreamState>,
+    states: &Streams,
     taken: &[Taken],
 ) -> Result<Contents, StoreError> {
     let (mut devices, mut streams, mut seqs) = (Vec::new(), Vec::new(), Vec::new());
-    let mut asked: HashMap<Key, StreamId> = HashMap::new();
+    let mut asked: HashMap<Key, Arc<StreamId>> = HashMap::new();
     for taken in taken {
         for (id, part) in taken.parts() {
             let Some(state) = states.get(id) else {
@@ -268,7 +270,7 @@ async fn contents(
                     let key = (id.device.clone(), number(state));
                     devices.push(key.0.clone());
                     streams.push(key.1);
-                    asked.insert(key, id.clone());
+                    asked.insert(key, Arc::clone(id));
                     seqs.push(i64::try_from(record.seq).unwrap_or(i64::MAX));
                 }
             }
@@ -285,7 +287,7 @@ async fn contents(
         let key: Key = (row.try_get(0)?, row.try_get(1)?);
         let record = record_of(&row, 2)?;
         if let Some(id) = asked.get(&key) {
-            let of_stream = contents.entry(id.clone()).or_default();
+            let of_stream = contents.entry(Arc::clone(id)).or_default();
             of_stream.insert(record.seq, record);
         }
     }

@@ -168,7 +168,7 @@ impl Follower {
             records.entry(key).or_default().push(row);
         }
         for (key, stream, t_sent_boot_ns) in changed {
-            let id = Arc::new(stream.id.clone());
+            let id = Arc::clone(&stream.id);
             let rows = records.remove(&key).unwrap_or_default();
             let stored: Result<Vec<_>, StoreError> = rows
                 .iter()

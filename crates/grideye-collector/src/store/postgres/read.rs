@@ -66,7 +66,7 @@ pub(super) fn summary(row: &Row, limits: &Limits) -> Result<StreamSummary, Store
     let expected = durable_through.map_or(0, |last| last + 1);
     Ok(StreamSummary {
         gaps: runs.gaps(&id.sensor, limits.gaps_listed_max),
-        id,
+        id: Arc::new(id),
         stored,
         expired: unsigned("expired", row.try_get("expired")?)?,
         missing,

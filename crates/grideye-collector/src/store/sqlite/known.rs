@@ -14,7 +14,7 @@
 use super::{pending, read};
 use crate::Limits;
 use crate::account;
-use crate::store::plan::{Contents, Plan, StreamState, Taken};
+use crate::store::plan::{Contents, Plan, StreamState, Streams, Taken};
 use crate::store::row::{count, fitting};
 use crate::store::{Appended, StoreError, chunk};
 use grideye_recording::StreamId;
@@ -24,6 +24,8 @@ use std::sync::Arc;
 
 /// Runs of numbers that are held in memory; a store whose streams have more begins anew with those that are asked for.
 const RUNS_HELD_MAX: usize = 1_000_000;
+/// Groups after which they are counted, because there may be many streams.
+const RUNS_COUNTED_EVERY: i64 = 64;
 /// A stream is settled when its oldest post came so long before the newest post of all.
 const SETTLE_AFTER_NS: u64 = 5_000_000_000;
 /// Rows that are held in memory; beyond, the oldest are settled sooner.
@@ -37,7 +39,7 @@ const ROOM_TO_SETTLE: u64 = 2;
 /// What the file is known to hold.
 #[derive(Debug, Default)]
 pub(super) struct Known {
-    streams: HashMap<StreamId, StreamState>,
+    streams: Streams,
     /// As SQLite counts the changes that others make; 0 while nothing is known.
     version: i64,
     epoch: i64,
@@ -55,7 +57,7 @@ pub(super) struct Known {
 /// A stream that the tables lag behind.
 #[derive(Debug)]
 struct Unsettled {
-    id: StreamId,
+    id: Arc<StreamId>,
     since_group: i64,
     since_ns: i64,
 }
@@ -88,17 +90,15 @@ impl Known {
                 self.take_again(connection, kept, limits)?;
             }
             self.version = version;
-        } else if self
-            .streams
-            .values()
-            .map(StreamState::runs_len)
-            .sum::<usize>()
-            > RUNS_HELD_MAX
-        {
+        } else if self.group % RUNS_COUNTED_EVERY == 0 && self.runs() > RUNS_HELD_MAX {
             self.settle_known(connection)?;
             self.streams.clear();
         }
         Ok(())
+    }
+
+    fn runs(&self) -> usize {
+        self.streams.values().map(StreamState::runs_len).sum()
     }
 
     /// Takes in a group that is kept already, but for the streams whose tables have it.
@@ -150,16 +150,16 @@ impl Known {
         let appended = self.plan(connection, group, limits)?;
         self.group += 1;
         let pairs = group.iter().zip(&appended);
-        let accepted: Vec<Taken> = pairs
+        let accepted: Vec<&Taken> = pairs
             .filter(|(_, appended)| appended.is_ok())
-            .map(|(taken, _)| taken.clone())
+            .map(|(taken, _)| taken)
             .collect();
         if !accepted.is_empty() {
             let bytes = pending::keep(connection, self.group, &accepted)?;
             self.pending.push_back((self.group, bytes));
             self.pending_bytes += bytes;
         }
-        self.note(&accepted);
+        self.note(accepted);
         for id in made {
             let state = self.streams.get(&id).filter(|state| !state.is_touched);
             let Some(key) = state.map(|state| state.key) else {
@@ -211,14 +211,14 @@ impl Known {
         connection: &Connection,
         group: &[Taken],
         limits: &Limits,
-    ) -> Result<HashSet<StreamId>, StoreError> {
+    ) -> Result<HashSet<Arc<StreamId>>, StoreError> {
         let mut made = HashSet::new();
         for id in group.iter().flat_map(Taken::ids) {
             if self.streams.contains_key(id) {
                 continue;
             }
             if let Some(state) = read::state(connection, id)? {
-                self.streams.insert(id.clone(), state);
+                self.streams.insert(Arc::clone(id), state);
                 continue;
             }
             let streams: i64 =
@@ -233,8 +233,8 @@ impl Known {
                 key: connection.last_insert_rowid(),
                 ..StreamState::default()
             };
-            self.streams.insert(id.clone(), state);
-            made.insert(id.clone());
+            self.streams.insert(Arc::clone(id), state);
+            made.insert(Arc::clone(id));
         }
         Ok(made)
     }
@@ -247,11 +247,14 @@ impl Known {
                 let Some(state) = self.streams.get(id) else {
                     continue;
                 };
+                if state.is_behind(&part.frames) {
+                    continue;
+                }
                 let again = part.frames.iter().map(|record| record.seq);
                 let again: BTreeSet<u64> = again.filter(|seq| state.is_settled(*seq)).collect();
                 if !again.is_empty() {
                     let kept = read::records(connection, state.key, &again)?;
-                    contents.entry(id.clone()).or_default().extend(kept);
+                    contents.entry(Arc::clone(id)).or_default().extend(kept);
                 }
             }
         }
@@ -259,7 +262,7 @@ impl Known {
     }
 
     /// Takes note of what a group left for the tables to follow.
-    fn note(&mut self, group: &[Taken]) {
+    fn note<'g>(&mut self, group: impl IntoIterator<Item = &'g Taken>) {
         for taken in group {
             for id in taken.ids() {
                 let Some(state) = self.streams.get_mut(id).filter(|state| state.is_touched) else {
@@ -274,7 +277,7 @@ impl Known {
                 if !state.is_unsettled {
                     state.is_unsettled = true;
                     self.unsettled.push_back(Unsettled {
-                        id: id.clone(),
+                        id: Arc::clone(id),
                         since_group: self.group,
                         since_ns: taken.t_arrival_ns,
                     });

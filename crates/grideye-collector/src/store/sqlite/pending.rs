@@ -33,7 +33,7 @@ pub(super) struct Group {
 pub(super) fn keep(
     connection: &Connection,
     group: i64,
-    taken: &[Taken],
+    taken: &[&Taken],
 ) -> Result<u64, StoreError> {
     let mut bytes = Vec::with_capacity(ROOM_OF_A_POST * taken.len());
     for taken in taken {

@@ -103,7 +103,7 @@ fn summary(
     let (durable_through, gaps) = gaps(connection, key, &id.sensor, limits.gaps_listed_max)?;
     let expected = durable_through.map_or(0, |last| last + 1);
     Ok(StreamSummary {
-        id,
+        id: Arc::new(id),
         stored,
         expired: unsigned(row, 9)?,
         missing,

@@ -4,10 +4,10 @@ use super::super::session::Session;
 use super::number;
 use crate::account;
 use crate::store::StoreError;
-use crate::store::plan::StreamState;
+use crate::store::plan::{StreamState, Streams};
 use crate::store::row::Columns;
 use grideye_recording::StreamId;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What changed, ordered by key.
 type Touched<'s> = BTreeMap<&'s StreamId, &'s StreamState>;
@@ -15,13 +15,14 @@ type Touched<'s> = BTreeMap<&'s StreamId, &'s StreamState>;
 /// Writes all that changed. `lane` is the writer's lane and its count.
 pub(super) async fn all(
     session: &Session,
-    states: &HashMap<StreamId, StreamState>,
+    states: &Streams,
     lane: (i64, i64),
     epoch: i64,
 ) -> Result<(), StoreError> {
     let touched: Touched<'_> = states
         .iter()
         .filter(|(_, state)| state.is_touched)
+        .map(|(id, state)| (&**id, state))
         .collect();
     frames(session, &touched, epoch).await?;
     runs(session, &touched).await?;
