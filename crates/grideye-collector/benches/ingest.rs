@@ -52,8 +52,12 @@ fn main() {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.as_slice() {
         ["serve", place] => serve(place),
-        [] => ours(CLOSED_LOOP_TIME),
-        ["ours", seconds] => ours(Duration::from_secs(seconds.parse().unwrap())),
+        [] => ours(CLOSED_LOOP_TIME, &Body::ALL),
+        ["ours", seconds] => ours(Duration::from_secs(seconds.parse().unwrap()), &Body::ALL),
+        ["ours", seconds, "binary"] => ours(
+            Duration::from_secs(seconds.parse().unwrap()),
+            &[Body::Binary],
+        ),
         ["url", name, url, pid] => url_of_another(name, url, pid, CLOSED_LOOP_TIME),
         ["url", name, url, pid, seconds] => {
             url_of_another(
@@ -66,14 +70,14 @@ fn main() {
         ["fleet", agents, seconds] => fleet(agents, seconds, Body::Json),
         ["fleet", agents, seconds, "binary"] => fleet(agents, seconds, Body::Binary),
         _ => panic!(
-            "expected nothing, ours SECONDS, fleet AGENTS SECONDS [binary], or url NAME URL PID [SECONDS]"
+            "expected nothing, ours SECONDS [binary], fleet AGENTS SECONDS [binary], or url NAME URL PID [SECONDS]"
         ),
     }
 }
 
 /// The collector under test; ends with its standard input.
 fn serve(place: &str) {
-    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let runtime = grideye_collector::runtime().unwrap();
     runtime.block_on(async {
         let store: StoreLocation = place.parse().unwrap();
         let config = Config::new(
@@ -131,12 +135,13 @@ impl Drop for Ours {
     }
 }
 
-fn ours(time: Duration) {
+fn ours(time: Duration, bodies: &[Body]) {
     heading();
-    for (name, body) in [
-        ("collector, JSON", Body::Json),
-        ("collector, bytes", Body::Binary),
-    ] {
+    for body in bodies.iter().copied() {
+        let name = match body {
+            Body::Json => "collector, JSON",
+            Body::Binary => "collector, bytes",
+        };
         let ours = Ours::start();
         let load = Load::closed(&ours.url, body, time);
         load.run(ours.child.id()).print(name);
@@ -182,6 +187,10 @@ fn heading() {
 enum Body {
     Json,
     Binary,
+}
+
+impl Body {
+    const ALL: [Self; 2] = [Self::Json, Self::Binary];
 }
 
 struct Load {

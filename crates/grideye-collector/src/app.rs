@@ -208,11 +208,13 @@ impl Entrance {
         Self { state, router }
     }
 
-    pub(crate) async fn answer(&self, request: Request) -> Response {
+    pub(crate) async fn answer(&self, request: Box<Request>) -> Response {
         if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
             return ingest::guarded_frames(&self.state, request).await;
         }
-        self.router.clone().oneshot(request).await.into_response()
+        // In a box, so that what a post takes along stays small.
+        let routed = Box::pin(self.router.clone().oneshot(*request));
+        routed.await.into_response()
     }
 }
 

@@ -45,7 +45,7 @@ pub use error::CollectorError;
 pub use limits::Limits;
 pub use live::{NewestFrame, NewestFrames, RecentFrames};
 pub use log::{Level, Log, LogEvent};
-pub use server::{Collector, Config};
+pub use server::{Collector, Config, runtime};
 pub use store::{
     FrameStore, PostgresStore, PostgresUrl, SqliteStore, StoreError, StoreLocation, UrlError,
 };

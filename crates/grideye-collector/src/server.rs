@@ -22,15 +22,30 @@ use std::convert::Infallible;
 use std::future::Future;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
+use std::num::NonZero;
 use std::path::PathBuf;
 use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
+use tokio::runtime::Runtime;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio_rustls::server::TlsStream;
+
+/// Threads for a collector: one for each core but one, which the store's writer and its disk take. With one more they get
+/// into each other's way, and a post costs more.
+///
+/// # Errors
+/// Where the system gives no more threads.
+pub fn runtime() -> io::Result<Runtime> {
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(cores.saturating_sub(1).max(1))
+        .enable_all()
+        .build()
+}
 
 /// What a collector is started with.
 #[derive(Clone)]
@@ -329,8 +344,9 @@ impl Serving {
         let service = service_fn(move |mut request: Request<Incoming>| {
             request.extensions_mut().insert(Peer(peer));
             request.extensions_mut().insert(encrypted);
+            let request = Box::new(request.map(Body::new));
             let entrance = Arc::clone(&entrance);
-            async move { Ok::<_, Infallible>(entrance.answer(request.map(Body::new)).await) }
+            async move { Ok::<_, Infallible>(entrance.answer(request).await) }
         });
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
         // How a connection ended is the peer's business: it sees the same end.

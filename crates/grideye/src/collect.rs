@@ -23,7 +23,7 @@ use tokio::signal::unix::{SignalKind, signal};
 
 /// Serves until Ctrl-C or SIGTERM.
 pub(crate) fn run(options: &Collect) -> Result<Outcome> {
-    let runtime = tokio::runtime::Runtime::new().context("cannot start the collector's threads")?;
+    let runtime = grideye_collector::runtime().context("cannot start the collector's threads")?;
     runtime.block_on(async {
         let config = config(options)?;
         let collector = Collector::bind(config).await.map_err(told)?;

@@ -98,12 +98,13 @@ impl Gatekeeper {
         self.known().fault.clone()
     }
 
-    /// Who shows this. `now` is on the monotonic clock, `t_now_s` in seconds since 1970-01-01 UTC.
+    /// Who shows this. `now` is on the monotonic clock; `t_now_s`, in seconds since 1970-01-01 UTC, is asked for a cookie
+    /// alone.
     pub(crate) fn recognise(
         &self,
         presented: Presented<'_>,
         now: Duration,
-        t_now_s: i64,
+        t_now_s: impl FnOnce() -> i64,
     ) -> Result<Caller, Unknown> {
         let Looked { book, is_open } = self.look(now);
         if is_open {
@@ -115,7 +116,7 @@ impl Gatekeeper {
                 .or_else(|| by_token(&self.look_again(now), text))
                 .ok_or(Unknown::BadToken),
             Presented::Cookie(cookie) => self
-                .by_cookie(&book, cookie, t_now_s)
+                .by_cookie(&book, cookie, t_now_s())
                 .ok_or(Unknown::BadCookie),
         }
     }
@@ -237,7 +238,7 @@ mod tests {
         let around = tempfile::tempdir().unwrap();
         let folder = AccessFolder::new(around.path().join("access"));
         let gate = held(&folder);
-        let nothing = |seconds| gate.recognise(Presented::Nothing, at(seconds), 0);
+        let nothing = |seconds| gate.recognise(Presented::Nothing, at(seconds), || 0);
         assert!(matches!(nothing(0), Ok(Caller::Anyone)));
         let token = folder
             .change(|book| book.add("page", Scope::Read, 1))
@@ -248,7 +249,7 @@ mod tests {
         );
         assert_eq!(nothing(1).unwrap_err(), Unknown::NoToken);
         let text = token.reveal();
-        let shown = |seconds| gate.recognise(Presented::Token(&text), at(seconds), 0);
+        let shown = |seconds| gate.recognise(Presented::Token(&text), at(seconds), || 0);
         assert!(matches!(
             shown(1),
             Ok(Caller::Holder {
@@ -276,7 +277,7 @@ mod tests {
         // Both within the second in which the list is not looked at by itself.
         for (name, now) in [("second", 10), ("third", 10)] {
             let text = make(name);
-            let found = gate.recognise(Presented::Token(&text), at(now), 0);
+            let found = gate.recognise(Presented::Token(&text), at(now), || 0);
             assert!(found.is_ok(), "{name}");
         }
     }
@@ -294,10 +295,13 @@ mod tests {
         let whole = std::fs::read(&file).unwrap();
         let still = |seconds, said: &str| {
             assert!(
-                gate.recognise(Presented::Token(&text), at(seconds), 0)
+                gate.recognise(Presented::Token(&text), at(seconds), || 0)
                     .is_ok()
             );
-            assert!(gate.recognise(Presented::Nothing, at(seconds), 0).is_err());
+            assert!(
+                gate.recognise(Presented::Nothing, at(seconds), || 0)
+                    .is_err()
+            );
             let fault = gate.fault().unwrap_or_default();
             assert!(
                 fault.contains(said) && fault.is_empty() == said.is_empty(),
@@ -326,7 +330,7 @@ mod tests {
         let (head, secret) = (&one[..one.len() - 64], &two[two.len() - 64..]);
         let mixed = format!("{head}{secret}");
         for bad in [head, &mixed, ""] {
-            let found = gate.recognise(Presented::Token(bad), at(0), 0);
+            let found = gate.recognise(Presented::Token(bad), at(0), || 0);
             assert_eq!(found.unwrap_err(), Unknown::BadToken);
         }
     }
@@ -342,7 +346,7 @@ mod tests {
         let record = Arc::clone(&folder.book().unwrap().records()[0]);
         let cookie = gate.cookie(&record, 1000).unwrap();
         let shown = |gate: &Gatekeeper, seconds, t_now_s| {
-            gate.recognise(Presented::Cookie(&cookie), at(seconds), t_now_s)
+            gate.recognise(Presented::Cookie(&cookie), at(seconds), || t_now_s)
         };
         assert!(matches!(
             shown(&other, 0, 999),
@@ -353,7 +357,10 @@ mod tests {
         ));
         assert_eq!(shown(&gate, 0, 1000).unwrap_err(), Unknown::BadCookie);
         // A cookie is no token, and the other way round.
-        assert!(gate.recognise(Presented::Token(&cookie), at(0), 0).is_err());
+        assert!(
+            gate.recognise(Presented::Token(&cookie), at(0), || 0)
+                .is_err()
+        );
         folder.change(|book| book.revoke("page", 2)).unwrap();
         assert_eq!(shown(&gate, 1, 0).unwrap_err(), Unknown::BadCookie);
     }

@@ -7,6 +7,7 @@ use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use std::net::{IpAddr, Ipv4Addr};
+use std::time::Duration;
 
 /// From where a request came.
 #[derive(Debug, Clone, Copy)]
@@ -64,14 +65,15 @@ impl Need {
     }
 }
 
-/// Lets the request through, with its [`Caller`] attached, or answers why not.
+/// Lets the request through, with its [`Caller`] attached, or answers why not. `now` is on the monotonic clock.
 pub(super) fn pass(
     state: &AppState,
     need: Need,
     request: &mut Request,
+    now: Duration,
 ) -> Result<(), Box<Response>> {
     let peer = peer_of(request);
-    let recognised = recognise(state, request);
+    let recognised = recognise(state, request, now);
     if need == Need::Nothing && recognised.is_err() {
         return unknown_peer_may(state, peer).map_err(boxed);
     }
@@ -155,7 +157,7 @@ pub(super) fn now_s(state: &AppState) -> i64 {
     state.0.clock.utc_ns().div_euclid(1_000_000_000)
 }
 
-fn recognise(state: &AppState, request: &Request) -> Result<Caller, Unknown> {
+fn recognise(state: &AppState, request: &Request, now: Duration) -> Result<Caller, Unknown> {
     let headers = request.headers();
     let presented = match bearer(headers) {
         Shown::Twice => return Err(Unknown::BadToken),
@@ -163,8 +165,8 @@ fn recognise(state: &AppState, request: &Request) -> Result<Caller, Unknown> {
         Shown::Not => cookie(headers, cookie_name(encrypted(request)))
             .map_or(Presented::Nothing, Presented::Cookie),
     };
-    let now = state.0.clock.monotonic();
-    state.0.gatekeeper.recognise(presented, now, now_s(state))
+    let gatekeeper = &state.0.gatekeeper;
+    gatekeeper.recognise(presented, now, || now_s(state))
 }
 
 enum Shown<'a> {
@@ -265,7 +267,7 @@ pub(super) fn unknown_peer_may(state: &AppState, peer: IpAddr) -> Result<(), Ref
     })
 }
 
-fn too_many(what: impl Into<String>, wait: std::time::Duration) -> Refusal {
+fn too_many(what: impl Into<String>, wait: Duration) -> Refusal {
     Refusal::new(StatusCode::TOO_MANY_REQUESTS, "too_many_requests", what).retry_after(wait)
 }
 

@@ -34,21 +34,24 @@ const HEADERS: [(HeaderName, &str); 6] = [
 pub(super) async fn guard(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let route = request.extensions().get::<MatchedPath>();
     let need = Need::of(request.method(), route.map(MatchedPath::as_str));
-    guarded(&state, need, request, |request| next.run(request)).await
+    guarded(&state, need, Box::new(request), |request| {
+        next.run(*request)
+    })
+    .await
 }
 
-/// Around whatever answers.
+/// Around whatever answers. The request is in a box, because each future on its way holds it, and they are moved.
 pub(super) async fn guarded<F: Future<Output = Response>>(
     state: &AppState,
     need: Need,
-    mut request: Request,
-    answer: impl FnOnce(Request) -> F,
+    mut request: Box<Request>,
+    answer: impl FnOnce(Box<Request>) -> F,
 ) -> Response {
     let began = state.0.clock.monotonic();
     let peer = gate::peer_of(&request);
     let admitted = check_origin(&state.0.hosts, &request)
         .map_err(|refusal| Box::new(refusal.into_response()))
-        .and_then(|()| gate::pass(state, need, &mut request));
+        .and_then(|()| gate::pass(state, need, &mut request, began));
     let mut response = match admitted {
         Err(refusal) => *refusal,
         Ok(()) => in_time(state, answer(request)).await,
@@ -126,16 +129,16 @@ fn check_origin(hosts: &Hosts, request: &Request) -> Result<(), Refusal> {
     ) {
         return Ok(());
     }
-    let origin = request.headers().get(header::ORIGIN);
+    let Some(origin) = request.headers().get(header::ORIGIN) else {
+        return Ok(());
+    };
     let scheme = if gate::encrypted(request).0 {
         "https"
     } else {
         "http"
     };
     let own = format!("{scheme}://{host}");
-    let foreign =
-        origin.is_some_and(|origin| !origin.as_bytes().eq_ignore_ascii_case(own.as_bytes()));
-    if !foreign {
+    if origin.as_bytes().eq_ignore_ascii_case(own.as_bytes()) {
         return Ok(());
     }
     let what = "a page of another site may not do this";

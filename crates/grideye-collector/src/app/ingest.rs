@@ -12,7 +12,7 @@ use axum::body::{Body, Bytes};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use grideye_recording::wire::{BINARY_TYPE, Batch, JSON_TYPE};
+use grideye_recording::wire::{BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, JSON_TYPE};
 use http_body_util::{BodyExt as _, LengthLimitError, Limited};
 use std::sync::Arc;
 
@@ -21,9 +21,9 @@ pub(super) const BODY_UNIT: usize = 4096;
 
 /// Answers, and passes the guard by itself: on the way through the router, which looks for the route and boxes every layer,
 /// a post costs an eighth more.
-pub(super) async fn guarded_frames(state: &AppState, request: Request) -> Response {
+pub(super) async fn guarded_frames(state: &AppState, request: Box<Request>) -> Response {
     guarded(state, Need::Ingest, request, async |request| {
-        frames(State(state.clone()), request).await.into_response()
+        take(state, request).await.into_response()
     })
     .await
 }
@@ -32,9 +32,13 @@ pub(super) async fn frames(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
-    let (parts, body) = request.into_parts();
-    let form = Form::of(&parts.headers)?;
-    let body = read_frames_body(&state, &parts.headers, body).await?;
+    take(&state, Box::new(request)).await
+}
+
+async fn take(state: &AppState, mut request: Box<Request>) -> Result<Response, Refusal> {
+    let form = Form::of(request.headers())?;
+    let body = std::mem::take(request.body_mut());
+    let body = read_frames_body(state, request.headers(), body).await?;
     let shared = &state.0;
     let limits = &shared.limits.batch;
     let batch = Arc::new(match form {
@@ -42,7 +46,7 @@ pub(super) async fn frames(
         Form::Binary => Batch::from_binary(&body.bytes, limits)?,
     });
     drop(body);
-    check_device(parts.extensions.get::<Caller>(), &batch.device)?;
+    check_device(request.extensions().get::<Caller>(), &batch.device)?;
     if !shared.live.has_room_for(&batch) {
         return Err(too_many_sensors(shared.limits.sensors_max));
     }
@@ -56,7 +60,7 @@ pub(super) async fn frames(
         Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "answer_failed", what)
     })?;
     count(&shared.counters, &batch, &appended);
-    shared.agents.heard(&batch.device, &parts.headers);
+    shared.agents.heard(&batch.device, request.headers());
     shared.live.take(&batch, appended, t_arrival_ns);
     Ok(([(header::CONTENT_TYPE, "application/json")], answer).into_response())
 }
@@ -77,7 +81,11 @@ enum Form {
 
 impl Form {
     fn of(headers: &HeaderMap) -> Result<Self, Refusal> {
-        if essence(headers).is_some_and(|essence| essence.eq_ignore_ascii_case(BINARY_TYPE)) {
+        let is_binary = |essence: &str| {
+            let types = [BINARY_TYPE, BINARY_TYPE_PLAIN];
+            types.iter().any(|kind| essence.eq_ignore_ascii_case(kind))
+        };
+        if essence(headers).is_some_and(is_binary) {
             return Ok(Self::Binary);
         }
         check_is_json(headers).map(|()| Self::Json)

@@ -33,11 +33,10 @@ pub(super) async fn login(
     let token = token.get("token").and_then(Value::as_str);
     let token = token.ok_or_else(|| wrong("expected a token"))?;
     let now = state.0.clock.monotonic();
-    let known =
-        state
-            .0
-            .gatekeeper
-            .recognise(Presented::Token(token.trim()), now, gate::now_s(&state));
+    let known = state
+        .0
+        .gatekeeper
+        .recognise(Presented::Token(token.trim()), now, || gate::now_s(&state));
     let record = match known {
         // Nothing is asked for here: the page is open, and there is nothing to sign in to.
         Ok(Caller::Anyone) => return Ok(StatusCode::NO_CONTENT.into_response()),

@@ -50,7 +50,8 @@ pub(super) struct Delivered {
 impl Stage {
     /// Binds the page's address, opens the store, and serves.
     pub(super) fn open(options: &Demo) -> Result<Self> {
-        let runtime = Runtime::new().context("cannot start the collector's threads")?;
+        let runtime =
+            grideye_collector::runtime().context("cannot start the collector's threads")?;
         let store = StoreLocation::File(options.out.join("store.sqlite"));
         let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
         config.annexes = beside::annexes(&options.scenes)?;
