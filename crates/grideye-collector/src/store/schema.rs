@@ -11,7 +11,8 @@ const LAYOUT: i64 = 2;
 /// `pending` holds groups of posts as they came, one row each, until the other tables have them (`sqlite/known.rs`);
 /// `kept_group` of a stream is the last that they have.
 /// `chunks` holds the rows of one stream in ascending order, many in one (`chunk.rs`), and old ones sealed: so one stream is
-/// read in one sweep. `frames` of a chunk are those with pixels.
+/// read in one sweep. `frames` of a chunk are those with pixels. It has a rowid, because a search among keys that lie
+/// beside such rows reads all the rows that it passes; files of before have none and are read and written alike.
 /// `runs` holds the received numbers as runs, so that gaps are known without walking the chunks, and for ever.
 /// `counters` has the epoch, which ends when a recording starts or stops or is read while it runs, and the number of groups
 /// that were kept. Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
@@ -49,7 +50,7 @@ CREATE TABLE chunks (
     rows BLOB NOT NULL,
     PRIMARY KEY (stream_id, first_seq),
     CHECK (first_seq <= last_seq)
-) STRICT, WITHOUT ROWID;
+) STRICT;
 CREATE TABLE runs (
     stream_id INTEGER NOT NULL REFERENCES streams (id),
     first INTEGER NOT NULL,
