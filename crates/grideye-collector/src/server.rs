@@ -339,6 +339,8 @@ impl Serving {
         let mut builder = http1::Builder::new();
         builder
             .timer(TokioTimer::new())
+            // An answer is short: head and body go out as one piece.
+            .writev(false)
             .header_read_timeout(limits.header_time_max)
             .max_header_size(limits.header_bytes_max);
         let service = service_fn(move |mut request: Request<Incoming>| {
