@@ -234,10 +234,10 @@ async fn a_real_session_takes_at_most_32_bytes_a_frame_in_the_file() {
         stream_from_file_name(name),
     );
     let session: Vec<Record> = rows.unwrap().map(|row| row.unwrap().row.record).collect();
-    // Ten devices, so that the empty tables of the file weigh little; no segment sees a frame twice.
+    // Fourteen devices, so that the empty tables of the file weigh little; no segment sees a frame twice.
     let recording = store.start_recording("all".to_owned(), 1).await.unwrap();
     let mut post = 0;
-    for device in 0..10 {
+    for device in 0..14 {
         for rows in session.chunks(5) {
             let t_arrival_ns = BEGIN_NS + post * SECOND_NS / 2 + post * 7_919_537 % 8_000_000;
             let parts = vec![part("i2c-1:0x69", rows.to_vec())];
@@ -253,7 +253,7 @@ async fn a_real_session_takes_at_most_32_bytes_a_frame_in_the_file() {
     wait(&store, BEGIN_NS + (post / 2 + 1) * SECOND_NS, 400).await;
     let members = store.members(recording.id).await.unwrap();
     let back = everything(&store, &members, 512).await;
-    let sent = || (0..10).flat_map(|_| session.iter());
+    let sent = || (0..14).flat_map(|_| session.iter());
     assert!(back.iter().map(|stored| &stored.record).eq(sent()));
     let pages = "SELECT (SELECT page_count FROM pragma_page_count) - (SELECT freelist_count FROM pragma_freelist_count)";
     let used = u32::try_from(4096 * sql(folder.path(), pages)).unwrap();

@@ -150,6 +150,10 @@ fn a_fault_is_named_with_its_field_and_its_place() {
         let found = refusal(offset, byte);
         assert!(found.starts_with(message), "{offset}: {found}");
     }
+}
+
+#[test]
+fn what_follows_the_last_frame_is_refused() {
     let mut long = by_hand();
     long.push(0);
     let found = read(&long).unwrap_err().to_string();
