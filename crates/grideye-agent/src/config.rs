@@ -57,7 +57,7 @@ pub enum Body {
     /// JSON, which a person can read.
     #[default]
     Json,
-    /// Bytes, about half as long and cheaper on both sides. A collector that does not know them gets JSON.
+    /// Bytes, a quarter as long and cheaper on both sides. A collector that does not know them gets JSON.
     Binary,
 }
 
