@@ -1,22 +1,12 @@
-//! One decoder, named by `GRIDEYE_FUZZ_DECODER`, fed by libFuzzer. What is decoded must encode to what decodes the same.
+//! One decoder, named by `GRIDEYE_FUZZ_DECODER`, fed by libFuzzer.
 
 #![no_main]
 
-use grideye_agent::config::Config;
-use grideye_agent::join::{JoinLine, Joined};
-use grideye_agent::spool::segment::{Encoder, Entries, Entry, crc32c};
-use grideye_collector::store::segment as sealed_segment;
-use grideye_frame::ThermistorWord;
-use grideye_recording::bare::{Assumed, NpyReader, RowReader};
-use grideye_recording::linaige::{self, Date, stream_from_file_name};
-use grideye_recording::wire::{Acknowledgement, Batch, Limits};
-use grideye_recording::{csv, sniff};
-use grideye_scene::Scene;
-use grideye_scene::profile::Profile;
+mod decoders;
+
+use decoders::DECODERS;
 use libfuzzer_sys::fuzz_target;
-use std::io;
 use std::sync::OnceLock;
-use std::time::Duration;
 
 fuzz_target!(|data: &[u8]| {
     static DECODER: OnceLock<fn(&[u8])> = OnceLock::new();
@@ -24,182 +14,13 @@ fuzz_target!(|data: &[u8]| {
 });
 
 fn decoder() -> fn(&[u8]) {
-    match std::env::var("GRIDEYE_FUZZ_DECODER").as_deref() {
-        Ok("wire") => wire,
-        Ok("csv") => recording,
-        Ok("linaige") => session,
-        Ok("scene") => scene,
-        Ok("join") => join,
-        Ok("segment") => segment,
-        Ok("binary") => binary,
-        Ok("sealed") => sealed,
-        Ok("bare") => bare,
-        other => panic!(
-            "GRIDEYE_FUZZ_DECODER: expected wire, binary, csv, linaige, scene, join, segment, sealed or bare, found {other:?}"
-        ),
-    }
-}
-
-fn wire(data: &[u8]) {
-    let limits = Limits::default();
-    if let Ok(batch) = Batch::from_json(data, &limits) {
-        let json = batch.to_json().expect("what was read can be written");
-        let again = Batch::from_json(&json, &limits).expect("what was written can be read");
-        assert_eq!(batch, again);
-    }
-    if let Ok(answer) = Acknowledgement::from_json(data, &limits) {
-        let json = answer.to_json().expect("what was read can be written");
-        assert_eq!(Acknowledgement::from_json(&json, &limits), Ok(answer));
-    }
-}
-
-/// Both forms of a body mean the same.
-fn binary(data: &[u8]) {
-    let limits = Limits::default();
-    if let Ok(batch) = Batch::from_binary(data, &limits) {
-        let bytes = batch.to_binary().expect("what was read can be written");
-        assert_eq!(Batch::from_binary(&bytes, &limits).as_ref(), Ok(&batch));
-        let json = batch.to_json().expect("what was read can be written");
-        assert_eq!(Batch::from_json(&json, &limits).as_ref(), Ok(&batch));
-    }
-}
-
-fn recording(data: &[u8]) {
-    let first = data.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let _ = sniff(first);
-    if let Ok(reader) = csv::Reader::new(data) {
-        // It ends at the first row that is not understood.
-        let rows = reader.take_while(Result::is_ok).count();
-        assert!(rows <= data.len());
-    }
-}
-
-fn session(data: &[u8]) {
-    let (Some(date), stream) = (Date::new(2021, 7, 1), stream_from_file_name("Session2.csv"))
-    else {
-        return;
+    let asked = std::env::var("GRIDEYE_FUZZ_DECODER");
+    let found = DECODERS
+        .iter()
+        .find(|(name, _)| asked.as_deref() == Ok(name));
+    let Some((_, decoder)) = found else {
+        let names = DECODERS.map(|(name, _)| name).join(", ");
+        panic!("GRIDEYE_FUZZ_DECODER: expected one of {names}, found {asked:?}")
     };
-    if let Ok(reader) = linaige::Reader::new(data, date, stream) {
-        let rows = reader.take_while(Result::is_ok).count();
-        assert!(rows <= data.len());
-    }
-}
-
-/// Files of temperatures alone: text, and numpy's arrays.
-fn bare(data: &[u8]) {
-    let _ = sniff(data);
-    let rows = RowReader::new(data, assumed()).take_while(Result::is_ok);
-    assert!(rows.count() <= data.len());
-    if let Ok(reader) = NpyReader::new(data, assumed()) {
-        assert!(reader.take_while(Result::is_ok).count() <= data.len());
-    }
-}
-
-fn assumed() -> Assumed {
-    Assumed {
-        stream: stream_from_file_name("frames.csv"),
-        thermistor: ThermistorWord(0x190),
-        period: Duration::from_millis(100),
-    }
-}
-
-fn scene(data: &[u8]) {
-    let Ok(text) = std::str::from_utf8(data) else {
-        return;
-    };
-    let none = |_: &str| -> io::Result<String> { Err(io::ErrorKind::NotFound.into()) };
-    if let Err(error) = Scene::parse(text, "scene.toml", &none) {
-        assert!(!error.to_string().is_empty());
-    }
-    let _ = Profile::parse(text, "profile.toml");
-}
-
-fn join(data: &[u8]) {
-    let Ok(text) = std::str::from_utf8(data) else {
-        return;
-    };
-    if let Ok(line) = text.parse::<JoinLine>() {
-        assert_eq!(line.reveal().parse(), Ok(line));
-    }
-    let _ = Joined::parse(text, "collector.toml");
-    let _ = Config::parse(text, "agent.toml");
-}
-
-/// Once as a file that somebody damaged, once as payloads whose checksums are right: a checksum is not to be guessed, and
-/// what stands behind it is to be reached.
-fn segment(data: &[u8]) {
-    const NUMBER: u64 = 7;
-    if let Ok(entries) = Entries::of_segment(NUMBER, data) {
-        check_entries(entries);
-    }
-    let mut file = Encoder::new(NUMBER).header();
-    let mut rest = data;
-    while let Some((length, behind)) = rest.split_first_chunk::<2>() {
-        let (payload, behind) =
-            behind.split_at(behind.len().min(usize::from(u16::from_le_bytes(*length))));
-        let length = u32::try_from(payload.len())
-            .expect("two bytes of length")
-            .to_le_bytes();
-        file.extend(length);
-        file.extend(crc32c(&[&NUMBER.to_le_bytes(), &length, payload]).to_le_bytes());
-        file.extend(payload);
-        rest = behind;
-    }
-    check_entries(Entries::of_segment(NUMBER, &file).expect("the header is whole"));
-}
-
-/// What was read is written, and read again.
-fn check_entries(entries: Entries<'_>) {
-    let mut encoder = Encoder::new(8);
-    let mut bytes = encoder.header();
-    let (mut streams, mut read) = (Vec::new(), Vec::new());
-    for (_, entry) in entries.map_while(Result::ok) {
-        match entry {
-            Entry::Stream { index, id } if usize::from(index) == streams.len() => streams.push(id),
-            Entry::Stream { .. } => {}
-            Entry::Record { stream, record } => {
-                let id = &streams[usize::from(stream)];
-                encoder.record(&mut bytes, id, &record);
-                read.push((id.clone(), Ok(record)));
-            }
-            Entry::Account { stream, account } => {
-                let id = &streams[usize::from(stream)];
-                encoder.account(&mut bytes, id, &account);
-                read.push((id.clone(), Err(account)));
-            }
-        }
-    }
-    let mut again = read.into_iter();
-    for entry in Entries::of_segment(8, &bytes).expect("the header was written") {
-        let (stream, found) = match entry.expect("what was written can be read").1 {
-            Entry::Stream { .. } => continue,
-            Entry::Record { stream, record } => (stream, Ok(record)),
-            Entry::Account { stream, account } => (stream, Err(account)),
-        };
-        let id = encoder.streams()[usize::from(stream)].clone();
-        assert_eq!(again.next(), Some((id, found)));
-    }
-    assert!(again.next().is_none());
-}
-
-/// A sealed segment of the store: once as it is, once with the columns compressed as they should be, which is not to be
-/// guessed either.
-fn sealed(data: &[u8]) {
-    const HEAD: &[u8] = b"GES\x01";
-    check_sealed(data);
-    let Some((rows, columns)) = data.split_first_chunk::<2>() else {
-        return;
-    };
-    let compressed = zstd::bulk::compress(columns, 1).expect("memory");
-    let length = u32::try_from(columns.len()).expect("short").to_le_bytes();
-    let rows = u32::from(u16::from_le_bytes(*rows)).to_le_bytes();
-    check_sealed(&[HEAD, &rows, &length, &compressed].concat());
-}
-
-fn check_sealed(segment: &[u8]) {
-    if let Ok(rows) = sealed_segment::open(segment) {
-        let again = sealed_segment::seal(&rows).expect("what was read can be written");
-        let read = sealed_segment::open(&again).expect("what was written can be read");
-        assert_eq!(read, rows);
-    }
+    *decoder
 }
