@@ -20,7 +20,8 @@ pub struct Limits {
     pub body_bytes_max: usize,
     /// Bytes of any other body. More is answered 413.
     pub small_body_bytes_max: usize,
-    /// Bytes of all bodies of frames that are being taken at once. A request that finds no room is answered 503.
+    /// Bytes of all bodies of frames that are being taken at once, until they are on disk. A request that finds no room is
+    /// answered 503.
     pub bodies_bytes_max: usize,
     /// How much one body of frames may hold.
     pub batch: grideye_recording::wire::Limits,
@@ -30,7 +31,8 @@ pub struct Limits {
     pub write_stall_max: Duration,
     /// After the shutdown was asked for: open requests may finish for so long, then they are cut off.
     pub shutdown_time_max: Duration,
-    /// Requests to the store's writer that may wait. One more is answered 503.
+    /// Requests to the store's writer that may wait. One more is answered 503. By default one of each connection: a disk
+    /// that stands still for a second refuses nobody.
     pub writer_queue_max: usize,
     /// Requests to the store's writer that share one commit.
     pub commit_group_max: usize,
@@ -120,7 +122,7 @@ impl Default for Limits {
             handler_time_max: Duration::from_secs(20),
             write_stall_max: Duration::from_secs(20),
             shutdown_time_max: Duration::from_secs(5),
-            writer_queue_max: 1024,
+            writer_queue_max: 4096,
             commit_group_max: 256,
             store_lock_time_max: Duration::from_secs(5),
             follow_every: Duration::from_secs(1),

@@ -41,11 +41,12 @@ async fn take(state: &AppState, mut request: Box<Request>) -> Result<Response, R
     let body = read_frames_body(state, request.headers(), body).await?;
     let shared = &state.0;
     let limits = &shared.limits.batch;
+    let HeldBody { bytes, room } = body;
     let batch = Arc::new(match form {
-        Form::Json => Batch::from_json(&body.bytes, limits)?,
-        Form::Binary => Batch::from_binary(&body.bytes, limits)?,
+        Form::Json => Batch::from_json(&bytes, limits)?,
+        Form::Binary => Batch::from_binary(&bytes, limits)?,
     });
-    drop(body);
+    drop(bytes);
     check_device(request.extensions().get::<Caller>(), &batch.device)?;
     if !shared.live.has_room_for(&batch) {
         return Err(too_many_sensors(shared.limits.sensors_max));
@@ -55,6 +56,8 @@ async fn take(state: &AppState, mut request: Box<Request>) -> Result<Response, R
         .store
         .append(Arc::clone(&batch), t_arrival_ns)
         .await?;
+    // Held until here: a batch that waits for the disk takes memory as its body did.
+    drop(room);
     let answer = appended.acknowledgement().to_json().map_err(|error| {
         let what = format!("the answer cannot be written: {error}");
         Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "answer_failed", what)
@@ -95,7 +98,7 @@ impl Form {
 /// A body, and the room it takes.
 struct HeldBody {
     bytes: Bytes,
-    _room: tokio::sync::OwnedSemaphorePermit,
+    room: tokio::sync::OwnedSemaphorePermit,
 }
 
 async fn read_frames_body(
@@ -114,7 +117,7 @@ async fn read_frames_body(
                 .hint("send again in a second; nothing of this request was stored")
         })?;
     let bytes = read_body(state, body, limits.body_bytes_max).await?;
-    Ok(HeldBody { bytes, _room: room })
+    Ok(HeldBody { bytes, room })
 }
 
 /// The size that the headers announce, or the largest allowed.
