@@ -324,16 +324,29 @@ fn twice(store: &Path, runs: &BTreeMap<String, Kept>) -> u64 {
 }
 
 /// Compares one row, and answers what stands behind it: time of arrival, boot time and wall time, 8 bytes each; a byte whose lower half says
-/// whether there is a frame; then thermistor and pixels, 2 bytes each, or a reason behind its length. Low byte first.
+/// whether there is a frame; then thermistor, 2 bytes, and pixels, packed, or a reason behind its length. Low byte first.
 fn check_row<'b>(run: &Kept, seq: u64, bytes: &'b [u8], context: &str) -> &'b [u8] {
     let (stamp, behind) = bytes.split_at(25);
-    if stamp[24] & 0xF != 0 {
-        return &behind[1 + usize::from(behind[0])..];
+    match stamp[24] & 0xF {
+        1 => return &behind[1 + usize::from(behind[0])..],
+        kind => assert_eq!(kind, 2, "{context}: a frame that is not packed"),
     }
-    let (pixels, behind) = behind[2..].split_at(128);
-    let index = shown(pixels).unwrap_or_else(|| panic!("{context}: torn or changed"));
+    let (pixels, behind) = unpacked(&behind[2..]);
+    let index = shown(&pixels).unwrap_or_else(|| panic!("{context}: torn or changed"));
     assert_eq!(run.frames.get(&index), Some(&seq), "{context}");
     behind
+}
+
+/// 64 words as 128 bytes, and what stands behind them: the lowest, a width, and how far each lies above the lowest in so
+/// many bits, the lowest bit first.
+fn unpacked(bytes: &[u8]) -> (Vec<u8>, &[u8]) {
+    let lowest = u16::from_le_bytes([bytes[0], bytes[1]]);
+    let width = usize::from(bytes[2]);
+    let (packed, behind) = bytes[3..].split_at(8 * width);
+    let bit = |at: usize| u16::from(packed[at / 8] >> (at % 8) & 1);
+    let above = |pixel: usize| (0..width).map(move |at| bit(pixel * width + at) << at);
+    let words = (0..64).map(|pixel| lowest + above(pixel).sum::<u16>());
+    (words.flat_map(u16::to_le_bytes).collect(), behind)
 }
 
 fn natural(row: &Row<'_>, column: usize) -> u64 {
