@@ -42,6 +42,8 @@ const FRAMES: u64 = 5;
 /// Connections that post as fast as they are answered.
 const CLOSED_LOOP_AGENTS: u64 = 64;
 const CLOSED_LOOP_TIME: Duration = Duration::from_secs(10);
+/// Parts of the time after which memory is looked at.
+const TENTHS: u32 = 10;
 const POST_EVERY: Duration = Duration::from_millis(500);
 
 fn main() {
@@ -173,6 +175,11 @@ fn fleet(agents: &str, seconds: &str, body: Body) {
         outcome.refused,
         outcome.sent - outcome.frames
     );
+    let residents = outcome.residents_mib.iter().map(|mib| format!(" {mib:.0}"));
+    println!(
+        "MiB resident at the beginning and after each tenth of the time:{}",
+        residents.collect::<String>()
+    );
     assert_eq!((outcome.refused, outcome.sent), (0, outcome.frames));
 }
 
@@ -210,7 +217,8 @@ struct Outcome {
     cpu: Duration,
     /// In microseconds, ascending.
     latencies: Vec<u32>,
-    resident_mib: (f64, f64),
+    /// At the beginning, and after each tenth of the time.
+    residents_mib: Vec<f64>,
 }
 
 impl Outcome {
@@ -228,8 +236,8 @@ impl Outcome {
             at(0.5),
             at(0.99),
             at(1.0),
-            self.resident_mib.0,
-            self.resident_mib.1,
+            self.residents_mib.first().unwrap(),
+            self.residents_mib.last().unwrap(),
         );
     }
 }
@@ -278,10 +286,13 @@ impl Load {
         let frames = shared.frames.load(Ordering::Relaxed);
         let resident = resident_mib(pid);
         shared.counting.store(true, Ordering::Relaxed);
-        tokio::time::sleep(self.time).await;
+        let mut residents = vec![resident];
+        for _ in 0..TENTHS {
+            tokio::time::sleep(self.time / TENTHS).await;
+            residents.push(resident_mib(pid));
+        }
         let counted = shared.frames.load(Ordering::Relaxed) - frames;
         let (wall, cpu) = (begun.elapsed(), cpu_time(pid) - cpu);
-        let resident = (resident, resident_mib(pid));
         shared.stopping.store(true, Ordering::Relaxed);
         let mut latencies = Vec::new();
         for agent in agents {
@@ -304,7 +315,7 @@ impl Load {
             wall,
             cpu,
             latencies,
-            resident_mib: resident,
+            residents_mib: residents,
         }
     }
 }
