@@ -18,7 +18,7 @@ const GROUP: usize = 8;
 const NARROW_MAX: usize = 8;
 const WIDTH_MAX: usize = 16;
 
-/// Calls a function made for one width, because shifts that are known to the compiler cost a quarter of others.
+/// Calls a function made for one width, so that the compiler knows every shift.
 macro_rules! made_for_width {
     ($width:expr, $function:ident($($argument:expr),*)) => {
         match $width {
@@ -56,7 +56,8 @@ pub fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
 
 /// Reads the words that `bytes` begin with; how many bytes they take.
 ///
-/// `None` where the bytes end before, and for what [`put`] does not write: a width that is too large, a word above 65535.
+/// `None` where the bytes end before, and for what [`put`] does not write: a width that is too
+/// large or larger than needed, a word above 65535.
 #[must_use]
 pub fn take(bytes: &[u8]) -> Option<([PixelWord; PIXELS], usize)> {
     let (head, rest) = bytes.split_first_chunk::<3>()?;
