@@ -270,6 +270,54 @@ mod tests {
         assert_eq!(back, fresh);
     }
 
+    /// A frame and a missing one as they stand in files of before, laid down by hand.
+    #[test]
+    fn rows_that_are_not_packed_are_read() {
+        let mut rows = Vec::new();
+        for (seq, kind) in [(7_u64, 0x10), (8, 0x21)] {
+            rows.extend(90_i64.to_le_bytes());
+            rows.extend((1000 + seq).to_le_bytes());
+            rows.extend((-5_i64).to_le_bytes());
+            rows.push(kind);
+            if kind == 0x10 {
+                rows.extend(402_u16.to_le_bytes());
+                for word in 0..64_u16 {
+                    rows.extend((word ^ 0xF00F).to_le_bytes());
+                }
+            } else {
+                rows.extend(b"\x04nack");
+            }
+        }
+        let kept = Kept {
+            first_seq: 7,
+            last_seq: 8,
+            epoch: 5,
+            is_sealed: false,
+            rows: &rows,
+        };
+        let read = kept.open().unwrap();
+        let word = |pixel: usize| PixelWord(u16::try_from(pixel).unwrap() ^ 0xF00F);
+        let readings = [
+            Reading::Frame(RawFrame {
+                thermistor: ThermistorWord(402),
+                pixels: std::array::from_fn(word),
+            }),
+            Reading::NoData(NoData::Nack),
+        ];
+        let clocks = [ClockState::Synced, ClockState::Stepped];
+        for (place, row) in read.iter().enumerate() {
+            let seq = 7 + u64::try_from(place).unwrap();
+            assert_eq!(
+                (row.record.seq, row.record.stamp.t_boot_ns),
+                (seq, 1000 + seq)
+            );
+            assert_eq!((row.t_arrival_ns, row.record.stamp.t_utc_ns), (90, -5));
+            assert_eq!(row.record.stamp.clock, clocks[place]);
+            assert_eq!(row.record.reading, readings[place]);
+        }
+        assert_eq!(read.len(), 2);
+    }
+
     #[test]
     fn a_chunk_that_is_cut_or_says_other_numbers_is_refused() {
         let chunk = cut(fresh((0..6).map(|seq| (seq, 1))).values()).remove(0);
