@@ -339,7 +339,7 @@ impl Serving {
         let mut builder = http1::Builder::new();
         builder
             .timer(TokioTimer::new())
-            // An answer is short: head and body go out as one piece.
+            // Nearly every answer is short: head and body go out as one piece. A long one is copied once more.
             .writev(false)
             .header_read_timeout(limits.header_time_max)
             .max_header_size(limits.header_bytes_max);
