@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! cargo bench -p grideye-collector --bench ingest                       ours alone: JSON and bytes, as fast as it takes them
+//! cargo bench -p grideye-collector --bench ingest -- ours 10 256        the same for 10 s each, with 256 agents in place of 64
 //! cargo bench -p grideye-collector --bench ingest -- fleet 2000 600     2,000 agents, a post every 0.5 s, for 600 s
 //! cargo bench -p grideye-collector --bench ingest -- url NAME URL PID   another server, with its first process
 //! ```
@@ -54,26 +55,46 @@ fn main() {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.as_slice() {
         ["serve", place] => serve(place),
-        [] => ours(CLOSED_LOOP_TIME, &Body::ALL),
-        ["ours", seconds] => ours(Duration::from_secs(seconds.parse().unwrap()), &Body::ALL),
-        ["ours", seconds, "binary"] => ours(
-            Duration::from_secs(seconds.parse().unwrap()),
-            &[Body::Binary],
-        ),
-        ["url", name, url, pid] => url_of_another(name, url, pid, CLOSED_LOOP_TIME),
-        ["url", name, url, pid, seconds] => {
-            url_of_another(
-                name,
-                url,
-                pid,
-                Duration::from_secs(seconds.parse().unwrap()),
-            );
-        }
+        [] => ours(Pace::default(), &Body::ALL),
+        ["ours", "binary", pace @ ..] => ours(Pace::of(pace), &[Body::Binary]),
+        ["ours", pace @ ..] => ours(Pace::of(pace), &Body::ALL),
+        ["url", name, url, pid, pace @ ..] => url_of_another(name, url, pid, Pace::of(pace)),
         ["fleet", agents, seconds] => fleet(agents, seconds, Body::Json),
         ["fleet", agents, seconds, "binary"] => fleet(agents, seconds, Body::Binary),
         _ => panic!(
-            "expected nothing, ours SECONDS [binary], fleet AGENTS SECONDS [binary], or url NAME URL PID [SECONDS]"
+            "expected nothing, ours [binary] [SECONDS [AGENTS]], fleet AGENTS SECONDS [binary], or url NAME URL PID [SECONDS [AGENTS]]"
         ),
+    }
+}
+
+/// How a closed loop runs.
+#[derive(Debug, Clone, Copy)]
+struct Pace {
+    time: Duration,
+    agents: u64,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self {
+            time: CLOSED_LOOP_TIME,
+            agents: CLOSED_LOOP_AGENTS,
+        }
+    }
+}
+
+impl Pace {
+    /// From nothing, seconds, or seconds and agents.
+    fn of(arguments: &[&str]) -> Self {
+        let number = |place: usize, otherwise: u64| {
+            arguments
+                .get(place)
+                .map_or(otherwise, |text| text.parse().unwrap())
+        };
+        Self {
+            time: Duration::from_secs(number(0, CLOSED_LOOP_TIME.as_secs())),
+            agents: number(1, CLOSED_LOOP_AGENTS),
+        }
     }
 }
 
@@ -137,7 +158,7 @@ impl Drop for Ours {
     }
 }
 
-fn ours(time: Duration, bodies: &[Body]) {
+fn ours(pace: Pace, bodies: &[Body]) {
     heading();
     for body in bodies.iter().copied() {
         let name = match body {
@@ -145,13 +166,13 @@ fn ours(time: Duration, bodies: &[Body]) {
             Body::Binary => "collector, bytes",
         };
         let ours = Ours::start();
-        let load = Load::closed(&ours.url, body, time);
+        let load = Load::closed(&ours.url, body, pace);
         load.run(ours.child.id()).print(name);
     }
 }
 
-fn url_of_another(name: &str, url: &str, pid: &str, time: Duration) {
-    Load::closed(url, Body::Json, time)
+fn url_of_another(name: &str, url: &str, pid: &str, pace: Pace) {
+    Load::closed(url, Body::Json, pace)
         .run(pid.parse().unwrap())
         .print(name);
 }
@@ -167,7 +188,7 @@ fn fleet(agents: &str, seconds: &str, body: Body) {
     };
     heading();
     let outcome = load.run(ours.child.id());
-    outcome.print(&format!("{agents} agents"));
+    outcome.print("collector, fleet");
     println!(
         "sent {} frames, acknowledged {}, refused {}, lost {}",
         outcome.sent,
@@ -185,8 +206,16 @@ fn fleet(agents: &str, seconds: &str, body: Body) {
 
 fn heading() {
     println!(
-        "{:<20} {:>10} {:>12} {:>9} {:>9} {:>9} {:>11} {:>11}",
-        "server", "frames/s", "frames/CPU s", "p50 ms", "p99 ms", "max ms", "MiB begin", "MiB end"
+        "{:<20} {:>6} {:>10} {:>12} {:>9} {:>9} {:>9} {:>11} {:>11}",
+        "server",
+        "agents",
+        "frames/s",
+        "frames/CPU s",
+        "p50 ms",
+        "p99 ms",
+        "max ms",
+        "MiB begin",
+        "MiB end"
     );
 }
 
@@ -210,6 +239,7 @@ struct Load {
 }
 
 struct Outcome {
+    agents: u64,
     sent: u64,
     frames: u64,
     refused: u64,
@@ -230,7 +260,8 @@ impl Outcome {
             f64::from(self.latencies[format!("{index}").parse::<usize>().unwrap()]) / 1000.0
         };
         println!(
-            "{name:<20} {:>10.0} {:>12.0} {:>9.2} {:>9.2} {:>9.2} {:>11.1} {:>11.1}",
+            "{name:<20} {:>6} {:>10.0} {:>12.0} {:>9.2} {:>9.2} {:>9.2} {:>11.1} {:>11.1}",
+            self.agents,
             self.frames as f64 / self.wall.as_secs_f64(),
             self.frames as f64 / self.cpu.as_secs_f64(),
             at(0.5),
@@ -243,12 +274,12 @@ impl Outcome {
 }
 
 impl Load {
-    fn closed(url: &str, body: Body, time: Duration) -> Self {
+    fn closed(url: &str, body: Body, pace: Pace) -> Self {
         Self {
             url: url.to_owned(),
-            agents: CLOSED_LOOP_AGENTS,
+            agents: pace.agents,
             every: None,
-            time,
+            time: pace.time,
             body,
         }
     }
@@ -309,6 +340,7 @@ impl Load {
             None => wall,
         };
         Outcome {
+            agents: self.agents,
             sent,
             frames,
             refused: of(&shared.refused),
