@@ -123,7 +123,7 @@ impl Live {
         let mut sensor = Sensor::new(stream);
         sensor.faults = Faults::before(sensor.stream.account.as_ref());
         let measured = Measured::new(stored.record, None, arrived_ns, stored.t_arrival_ns);
-        sensor.show(measured, &self.limits);
+        sensor.show(&[measured], &self.limits);
         let id = Arc::clone(&sensor.stream.id);
         self.sensors().insert(&id.device, &id.sensor, sensor);
     }
@@ -337,44 +337,43 @@ impl Sensor {
         arrived: impl Iterator<Item = Measured>,
         limits: &Limits,
     ) -> Vec<Measured> {
-        let mut shown = Vec::with_capacity(arrived.size_hint().1.unwrap_or(0));
+        let mut shown: Vec<Measured> = Vec::with_capacity(arrived.size_hint().1.unwrap_or(0));
         for measured in arrived {
+            let newest = shown.last().or(self.newest.as_ref());
             if self.stream.id == stream.id {
-                if self
-                    .newest
-                    .is_some_and(|newest| newest.record.seq >= measured.record.seq)
-                {
+                if newest.is_some_and(|newest| newest.record.seq >= measured.record.seq) {
                     continue;
                 }
-            } else if self
-                .newest
-                .is_some_and(|newest| newest.measured_ns >= measured.measured_ns)
-            {
+            } else if newest.is_some_and(|newest| newest.measured_ns >= measured.measured_ns) {
                 continue;
             } else {
                 *self = Self::new(stream.clone());
             }
-            self.show(measured, limits);
             shown.push(measured);
         }
+        self.show(&shown, limits);
         if self.stream.id == stream.id {
             self.stream = stream;
         }
         shown
     }
 
-    fn show(&mut self, measured: Measured, limits: &Limits) {
-        self.newest = Some(measured);
-        let t_boot_ns = measured.record.stamp.t_boot_ns;
-        if measured.record.seq == 0 {
-            self.began_boot_ns = Some(t_boot_ns);
+    /// Shows records that are each newer than the one before.
+    fn show(&mut self, shown: &[Measured], limits: &Limits) {
+        let Some(newest) = shown.last() else { return };
+        let has_pixels = |measured: &&Measured| measured.record.reading.frame().is_some();
+        let boot_ns = |measured: &Measured| measured.record.stamp.t_boot_ns;
+        if let Some(first) = shown.iter().find(|measured| measured.record.seq == 0) {
+            self.began_boot_ns = Some(boot_ns(first));
         }
-        if measured.record.reading.frame().is_some() {
-            self.newest_frame = Some(measured);
-            self.recent_boot_ns.push_back(t_boot_ns);
+        self.newest = Some(*newest);
+        if let Some(frame) = shown.iter().rfind(has_pixels) {
+            self.newest_frame = Some(*frame);
         }
+        let frames = shown.iter().filter(has_pixels);
+        self.recent_boot_ns.extend(frames.map(boot_ns));
         let window_ns = u64::try_from(limits.rate_window.as_nanos()).unwrap_or(u64::MAX);
-        let oldest_ns = t_boot_ns.saturating_sub(window_ns);
+        let oldest_ns = boot_ns(newest).saturating_sub(window_ns);
         while self.recent_boot_ns.len() > RECENT_MAX
             || self
                 .recent_boot_ns

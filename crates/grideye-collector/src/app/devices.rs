@@ -9,6 +9,8 @@ use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::{Extension, Json};
 use grideye_recording::check_name;
+use hashbrown::HashMap;
+use hashbrown::hash_map::EntryRef;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,7 +28,7 @@ const SENSORS_MAX: usize = 64;
 /// What the agents have said of themselves since this collector started.
 #[derive(Debug)]
 pub(super) struct Agents {
-    by_device: Mutex<BTreeMap<String, Said>>,
+    by_device: Mutex<HashMap<String, Said>>,
     devices_max: usize,
 }
 
@@ -75,14 +77,11 @@ impl Agents {
             .by_device
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        if !by_device.contains_key(device) {
-            if by_device.len() >= self.devices_max {
-                return;
-            }
-            by_device.insert(device.to_owned(), Said::default());
-        }
-        let Some(said) = by_device.get_mut(device) else {
-            return;
+        let is_full = by_device.len() >= self.devices_max;
+        let said = match by_device.entry_ref(device) {
+            EntryRef::Occupied(known) => known.into_mut(),
+            EntryRef::Vacant(_) if is_full => return,
+            EntryRef::Vacant(new) => new.insert(Said::default()),
         };
         let known = said.program.as_deref();
         if program.is_some_and(|program| known != Some(program)) {

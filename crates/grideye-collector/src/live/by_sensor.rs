@@ -1,34 +1,49 @@
 //! Something of every sensor, found by the names as they stand in a batch.
 
-use std::collections::BTreeMap;
+use hashbrown::{Equivalent, HashMap};
 
-/// In the order of device and sensor.
-#[derive(Debug)]
-pub(super) struct BySensor<T> {
-    devices: BTreeMap<String, BTreeMap<String, T>>,
-    len: usize,
+/// A sensor of a device.
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Place {
+    device: String,
+    sensor: String,
 }
+
+/// The same as it stands in a batch; the map finds the one by the other.
+#[derive(Hash)]
+struct Named<'n> {
+    // In the order of `Place`, so that both have one hash.
+    device: &'n str,
+    sensor: &'n str,
+}
+
+impl Equivalent<Place> for Named<'_> {
+    fn equivalent(&self, place: &Place) -> bool {
+        self.device == place.device && self.sensor == place.sensor
+    }
+}
+
+/// One of each.
+#[derive(Debug)]
+pub(super) struct BySensor<T>(HashMap<Place, T>);
 
 impl<T> Default for BySensor<T> {
     fn default() -> Self {
-        Self {
-            devices: BTreeMap::new(),
-            len: 0,
-        }
+        Self(HashMap::new())
     }
 }
 
 impl<T> BySensor<T> {
-    pub(super) const fn len(&self) -> usize {
-        self.len
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
     }
 
     pub(super) fn get(&self, device: &str, sensor: &str) -> Option<&T> {
-        self.devices.get(device)?.get(sensor)
+        self.0.get(&Named { device, sensor })
     }
 
     pub(super) fn get_mut(&mut self, device: &str, sensor: &str) -> Option<&mut T> {
-        self.devices.get_mut(device)?.get_mut(sensor)
+        self.0.get_mut(&Named { device, sensor })
     }
 
     /// What is there of the sensor, or what is made for it; `None` where there is nothing and `len_max` sensors are known.
@@ -40,7 +55,7 @@ impl<T> BySensor<T> {
         make: impl FnOnce() -> T,
     ) -> Option<&mut T> {
         if self.get(device, sensor).is_none() {
-            if self.len >= len_max {
+            if self.len() >= len_max {
                 return None;
             }
             self.insert(device, sensor, make());
@@ -49,37 +64,36 @@ impl<T> BySensor<T> {
     }
 
     pub(super) fn insert(&mut self, device: &str, sensor: &str, value: T) {
-        let sensors = self.devices.entry(device.to_owned()).or_default();
-        let before = sensors.insert(sensor.to_owned(), value);
-        self.len += usize::from(before.is_none());
+        let place = Place {
+            device: device.to_owned(),
+            sensor: sensor.to_owned(),
+        };
+        self.0.insert(place, value);
     }
 
     pub(super) fn remove(&mut self, device: &str, sensor: &str) {
-        let Some(sensors) = self.devices.get_mut(device) else {
-            return;
-        };
-        let was_there = sensors.remove(sensor).is_some();
-        self.len -= usize::from(was_there);
-        if sensors.is_empty() {
-            self.devices.remove(device);
-        }
+        self.0.remove(&Named { device, sensor });
     }
 
+    /// In the order of device and sensor.
     pub(super) fn values(&self) -> impl Iterator<Item = &T> {
-        self.devices.values().flat_map(BTreeMap::values)
+        self.iter().map(|(_, _, value)| value)
     }
 
+    /// In the order of device and sensor.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&str, &str, &T)> {
-        self.devices.iter().flat_map(|(device, sensors)| {
-            let sensors = sensors.iter();
-            sensors.map(|(sensor, value)| (device.as_str(), sensor.as_str(), value))
-        })
+        let all = self.0.iter();
+        let all = all.map(|(place, value)| (place.device.as_str(), place.sensor.as_str(), value));
+        let mut all: Vec<_> = all.collect();
+        all.sort_unstable_by_key(|(device, sensor, _)| (*device, *sensor));
+        all.into_iter()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
     #[test]
     fn it_holds_what_a_plain_map_holds_and_no_more_than_it_may() {
