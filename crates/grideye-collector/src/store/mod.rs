@@ -19,6 +19,7 @@ pub use location::{PostgresUrl, StoreLocation, UrlError};
 pub use postgres::PostgresStore;
 pub use sqlite::SqliteStore;
 
+use axum::body::Bytes;
 use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap};
 use grideye_recording::{Record, StreamId};
 use std::fmt;
@@ -54,6 +55,18 @@ pub async fn open(
 pub trait FrameStore: Send + Sync + 'static {
     /// Keeps a batch: all of it, or on an error nothing.
     fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended>;
+
+    /// The same, of a batch that was read from `compact` ([`Batch::from_binary`]): a store that keeps batches in this form
+    /// first need not write it anew.
+    fn append_compact(
+        &self,
+        batch: Arc<Batch>,
+        compact: Bytes,
+        t_arrival_ns: i64,
+    ) -> Answer<'_, Appended> {
+        drop(compact);
+        self.append(batch, t_arrival_ns)
+    }
 
     /// What is kept of every stream, ordered by device, sensor, boot.
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>>;

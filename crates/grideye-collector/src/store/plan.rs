@@ -6,43 +6,65 @@ use super::runs::Runs;
 use super::{Appended, SensorAppended, StoreError, StreamSummary};
 use crate::Limits;
 use crate::account;
+use axum::body::Bytes;
 use grideye_recording::wire::{Account, Batch, SensorBatch};
 use grideye_recording::{Record, StreamId};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use hashbrown::{Equivalent, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// A batch that waits to be kept.
 #[derive(Debug, Clone)]
 pub(super) struct Taken {
     pub(super) batch: Arc<Batch>,
+    /// The batch in its compact form, where it came so.
+    pub(super) compact: Option<Bytes>,
     pub(super) t_arrival_ns: i64,
-    ids: Vec<Arc<StreamId>>,
 }
 
 impl Taken {
-    pub(super) fn new(batch: Arc<Batch>, t_arrival_ns: i64) -> Self {
-        let id = |part: &SensorBatch| {
-            Arc::new(StreamId {
-                device: batch.device.clone(),
-                sensor: part.sensor.clone(),
-                boot: batch.boot.clone(),
-            })
+    /// Each sensor's part, with its stream.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (StreamName<'_>, &SensorBatch)> {
+        let batch = &*self.batch;
+        let name = |sensor| StreamName {
+            device: &batch.device,
+            sensor,
+            boot: &batch.boot,
         };
-        Self {
-            ids: batch.sensors.iter().map(id).collect(),
-            batch,
-            t_arrival_ns,
-        }
+        batch
+            .sensors
+            .iter()
+            .map(move |part| (name(&part.sensor), part))
     }
 
     /// The streams of the batch, in the order of its sensors.
-    pub(super) fn ids(&self) -> &[Arc<StreamId>] {
-        &self.ids
+    pub(super) fn streams(&self) -> impl Iterator<Item = StreamName<'_>> {
+        self.parts().map(|(name, _)| name)
     }
+}
 
-    /// Each sensor's part, with its stream.
-    pub(super) fn parts(&self) -> impl Iterator<Item = (&Arc<StreamId>, &SensorBatch)> {
-        self.ids.iter().zip(&self.batch.sensors)
+/// A [`StreamId`] as it stands in a batch; a map finds the one by the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct StreamName<'b> {
+    // In the order of `StreamId`'s fields, so that both have one hash.
+    pub(super) device: &'b str,
+    pub(super) sensor: &'b str,
+    pub(super) boot: &'b str,
+}
+
+impl StreamName<'_> {
+    pub(super) fn to_id(self) -> StreamId {
+        StreamId {
+            device: self.device.to_owned(),
+            sensor: self.sensor.to_owned(),
+            boot: self.boot.to_owned(),
+        }
+    }
+}
+
+impl Equivalent<Arc<StreamId>> for StreamName<'_> {
+    fn equivalent(&self, id: &Arc<StreamId>) -> bool {
+        self.device == id.device && self.sensor == id.sensor && self.boot == id.boot
     }
 }
 
@@ -173,18 +195,18 @@ impl Plan<'_> {
     /// Takes a batch in whole, or refuses it and changes nothing.
     pub(super) fn take(&mut self, taken: &Taken) -> Result<Appended, StoreError> {
         let batch = &*taken.batch;
-        for (id, part) in taken.parts() {
-            self.check(id, part)?;
+        for (name, part) in taken.parts() {
+            self.check(name, part)?;
         }
         let mut sensors = Vec::with_capacity(batch.sensors.len());
-        for (id, part) in taken.parts() {
-            sensors.push(self.add(taken, id, part)?);
+        for (name, part) in taken.parts() {
+            sensors.push(self.add(taken, name, part)?);
         }
         Ok(Appended { sensors })
     }
 
-    fn check(&self, id: &StreamId, part: &SensorBatch) -> Result<(), StoreError> {
-        let state = self.streams.get(id).ok_or(StoreError::TooManyStreams {
+    fn check(&self, name: StreamName<'_>, part: &SensorBatch) -> Result<(), StoreError> {
+        let state = self.streams.get(&name).ok_or(StoreError::TooManyStreams {
             limit: self.limits.streams_max,
         })?;
         if let Some(account) = &part.account {
@@ -207,7 +229,7 @@ impl Plan<'_> {
             };
             let kept = || {
                 let fresh = state.fresh.get(record.seq);
-                fresh.or_else(|| self.contents.get(id)?.get(&record.seq))
+                fresh.or_else(|| self.contents.get(&name)?.get(&record.seq))
             };
             let known = match state.runs.contains(record.seq) {
                 true => before().or_else(kept),
@@ -215,9 +237,9 @@ impl Plan<'_> {
             };
             if known.is_some_and(|known| known != record) {
                 return Err(StoreError::Conflict {
-                    device: id.device.clone(),
-                    sensor: id.sensor.clone(),
-                    boot: id.boot.clone(),
+                    device: name.device.to_owned(),
+                    sensor: name.sensor.to_owned(),
+                    boot: name.boot.to_owned(),
                     seq: record.seq,
                 });
             }
@@ -231,13 +253,13 @@ impl Plan<'_> {
     fn add(
         &mut self,
         taken: &Taken,
-        id: &Arc<StreamId>,
+        name: StreamName<'_>,
         part: &SensorBatch,
     ) -> Result<SensorAppended, StoreError> {
         let t_arrival_ns = taken.t_arrival_ns;
-        let state = self
+        let (id, state) = self
             .streams
-            .get_mut(id)
+            .get_key_value_mut(&name)
             .ok_or_else(|| StoreError::Failed("a stream is gone".to_owned()))?;
         let mut fresh = Vec::with_capacity(part.frames.len());
         let is_behind = state.is_behind(&part.frames);

@@ -53,6 +53,7 @@ mod schema;
 mod session;
 mod writer;
 
+use super::plan::Taken;
 use super::queue::{Command, Queue, WriteFault};
 use super::{
     Answer, Appended, FrameStore, KeptLabel, Label, Members, News, PostgresUrl, Recording,
@@ -107,11 +108,12 @@ impl PostgresStore {
 
 impl FrameStore for PostgresStore {
     fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
-        self.queue.ask(|reply| Command::Append {
+        let taken = Taken {
             batch,
+            compact: None,
             t_arrival_ns,
-            reply,
-        })
+        };
+        self.queue.ask(|reply| Command::Append { taken, reply })
     }
 
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>> {

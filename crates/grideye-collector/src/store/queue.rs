@@ -1,7 +1,7 @@
 //! What a store's writer is asked for, and how the asking waits.
 
 use super::{Answer, Appended, KeptLabel, Label, Recording, RecordingId, StoreError};
-use grideye_recording::wire::Batch;
+use crate::store::plan::Taken;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot};
@@ -13,8 +13,7 @@ pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
 #[derive(Debug)]
 pub(super) enum Command {
     Append {
-        batch: Arc<Batch>,
-        t_arrival_ns: i64,
+        taken: Taken,
         reply: Reply<Appended>,
     },
     Start {

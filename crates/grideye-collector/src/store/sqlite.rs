@@ -8,12 +8,14 @@ mod read;
 mod tend;
 mod write;
 
+use super::plan::Taken;
 use super::queue::{Command, Queue, WriteFault};
 use super::{
     Answer, Appended, FrameStore, KeptLabel, Label, Members, Recording, RecordingId, Span,
     StoreError, StoreLocation, StoreUsage, StoredRecord, StreamSummary, schema,
 };
 use crate::Limits;
+use axum::body::Bytes;
 use grideye_recording::wire::Batch;
 pub(super) use read::rows_of;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
@@ -125,11 +127,26 @@ impl SqliteStore {
 
 impl FrameStore for SqliteStore {
     fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
-        self.queue.ask(|reply| Command::Append {
+        let taken = Taken {
             batch,
+            compact: None,
             t_arrival_ns,
-            reply,
-        })
+        };
+        self.queue.ask(|reply| Command::Append { taken, reply })
+    }
+
+    fn append_compact(
+        &self,
+        batch: Arc<Batch>,
+        compact: Bytes,
+        t_arrival_ns: i64,
+    ) -> Answer<'_, Appended> {
+        let taken = Taken {
+            batch,
+            compact: Some(compact),
+            t_arrival_ns,
+        };
+        self.queue.ask(|reply| Command::Append { taken, reply })
     }
 
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>> {

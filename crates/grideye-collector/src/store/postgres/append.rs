@@ -6,7 +6,7 @@ mod save;
 use super::session::Session;
 use crate::Limits;
 use crate::account;
-use crate::store::plan::{Contents, Plan, StreamState, Streams, Taken};
+use crate::store::plan::{Contents, Plan, StreamName, StreamState, Streams, Taken};
 use crate::store::row::{Stored, count};
 use crate::store::{Appended, StoreError};
 use grideye_recording::{Record, StreamId};
@@ -83,8 +83,8 @@ async fn transact(
     let n: i64 = row.try_get(0).map_err(StoreError::from)?;
     let epoch: i64 = row.try_get(1).map_err(StoreError::from)?;
 
-    let ids = taken.iter().flat_map(Taken::ids);
-    let wanted: BTreeSet<StreamId> = ids.map(|id| StreamId::clone(id)).collect();
+    let names = taken.iter().flat_map(Taken::streams);
+    let wanted: BTreeSet<StreamId> = names.map(StreamName::to_id).collect();
     let (keys, made) = keys(session, &wanted, known, limits).await?;
     let mut states = states(session, &keys, taken, limits).await?;
     let contents = contents(session, &states, taken).await?;
@@ -235,15 +235,15 @@ async fn states(
 }
 
 /// For each stream, one less than the lowest number of the group and one more than the highest.
-fn reach(taken: &[Taken]) -> HashMap<Arc<StreamId>, (i64, i64)> {
-    let mut reach: HashMap<Arc<StreamId>, (i64, i64)> = HashMap::new();
+fn reach(taken: &[Taken]) -> HashMap<StreamId, (i64, i64)> {
+    let mut reach: HashMap<StreamId, (i64, i64)> = HashMap::new();
     for taken in taken {
-        for (id, part) in taken.parts() {
+        for (name, part) in taken.parts() {
             for record in &part.frames {
                 let seq = i64::try_from(record.seq).unwrap_or(i64::MAX);
                 let (low, high) = (seq.saturating_sub(1), seq.saturating_add(1));
                 reach
-                    .entry(Arc::clone(id))
+                    .entry(name.to_id())
                     .and_modify(|span| *span = (span.0.min(low), span.1.max(high)))
                     .or_insert((low, high));
             }
@@ -261,8 +261,8 @@ async fn contents(
     let (mut devices, mut streams, mut seqs) = (Vec::new(), Vec::new(), Vec::new());
     let mut asked: HashMap<Key, Arc<StreamId>> = HashMap::new();
     for taken in taken {
-        for (id, part) in taken.parts() {
-            let Some(state) = states.get(id) else {
+        for (name, part) in taken.parts() {
+            let Some((id, state)) = states.get_key_value(&name) else {
                 continue;
             };
             for record in &part.frames {

@@ -67,11 +67,7 @@ impl Writer {
             let mut next = Some(first);
             while let Some(command) = next.take() {
                 match command {
-                    Command::Append {
-                        batch,
-                        t_arrival_ns,
-                        reply,
-                    } => group.push((Taken::new(batch, t_arrival_ns), reply)),
+                    Command::Append { taken, reply } => group.push((taken, reply)),
                     other => left_over = Some(other),
                 }
                 if left_over.is_none() && group.len() < self.limits.commit_group_max {

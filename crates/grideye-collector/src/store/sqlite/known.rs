@@ -19,7 +19,7 @@ use crate::store::row::{count, fitting};
 use crate::store::{Appended, StoreError, chunk};
 use grideye_recording::StreamId;
 use rusqlite::{Connection, params};
-use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
 /// Runs of numbers that are held in memory; a store whose streams have more begins anew with those that are asked for.
@@ -122,13 +122,19 @@ impl Known {
             },
         )?;
         for taken in &mut group {
-            let mut batch = (*taken.batch).clone();
-            let mut ids = taken.ids().iter();
-            batch.sensors.retain(|_| {
-                let state = ids.next().and_then(|id| self.streams.get(id));
+            let lacks = |name| {
+                let state = self.streams.get(&name);
                 state.is_none_or(|state| state.kept_group < kept.group)
-            });
-            *taken = Taken::new(Arc::new(batch), taken.t_arrival_ns);
+            };
+            let lacking: Vec<bool> = taken.streams().map(lacks).collect();
+            let mut batch = (*taken.batch).clone();
+            let mut lacking = lacking.into_iter();
+            batch.sensors.retain(|_| lacking.next() == Some(true));
+            *taken = Taken {
+                batch: Arc::new(batch),
+                compact: None,
+                t_arrival_ns: taken.t_arrival_ns,
+            };
         }
         for appended in self.plan(connection, &group, limits)? {
             appended?;
@@ -211,14 +217,15 @@ impl Known {
         connection: &Connection,
         group: &[Taken],
         limits: &Limits,
-    ) -> Result<HashSet<Arc<StreamId>>, StoreError> {
-        let mut made = HashSet::new();
-        for id in group.iter().flat_map(Taken::ids) {
-            if self.streams.contains_key(id) {
+    ) -> Result<Vec<Arc<StreamId>>, StoreError> {
+        let mut made = Vec::new();
+        for name in group.iter().flat_map(Taken::streams) {
+            if self.streams.contains_key(&name) {
                 continue;
             }
-            if let Some(state) = read::state(connection, id)? {
-                self.streams.insert(Arc::clone(id), state);
+            let id = Arc::new(name.to_id());
+            if let Some(state) = read::state(connection, &id)? {
+                self.streams.insert(id, state);
                 continue;
             }
             let streams: i64 =
@@ -233,8 +240,8 @@ impl Known {
                 key: connection.last_insert_rowid(),
                 ..StreamState::default()
             };
-            self.streams.insert(Arc::clone(id), state);
-            made.insert(Arc::clone(id));
+            self.streams.insert(Arc::clone(&id), state);
+            made.push(id);
         }
         Ok(made)
     }
@@ -243,8 +250,8 @@ impl Known {
     fn contents(&self, connection: &Connection, group: &[Taken]) -> Result<Contents, StoreError> {
         let mut contents = Contents::new();
         for taken in group {
-            for (id, part) in taken.parts() {
-                let Some(state) = self.streams.get(id) else {
+            for (name, part) in taken.parts() {
+                let Some((id, state)) = self.streams.get_key_value(&name) else {
                     continue;
                 };
                 if state.is_behind(&part.frames) {
@@ -264,8 +271,9 @@ impl Known {
     /// Takes note of what a group left for the tables to follow.
     fn note<'g>(&mut self, group: impl IntoIterator<Item = &'g Taken>) {
         for taken in group {
-            for id in taken.ids() {
-                let Some(state) = self.streams.get_mut(id).filter(|state| state.is_touched) else {
+            for name in taken.streams() {
+                let known = self.streams.get_key_value_mut(&name);
+                let Some((id, state)) = known.filter(|(_, state)| state.is_touched) else {
                     continue;
                 };
                 let rows = state.fresh.len();

@@ -41,9 +41,12 @@ pub(super) fn keep(
         let length_at = bytes.len();
         bytes.extend_from_slice(&[0; 4]);
         let began = bytes.len();
-        in_order(&taken.batch)
-            .append_binary(&mut bytes)
-            .map_err(|error| StoreError::Failed(error.to_string()))?;
+        match &taken.compact {
+            Some(compact) => bytes.extend_from_slice(compact),
+            None => in_order(&taken.batch)
+                .append_binary(&mut bytes)
+                .map_err(|error| StoreError::Failed(error.to_string()))?,
+        }
         let length = u32::try_from(bytes.len() - began)
             .map_err(|_too_long| StoreError::Failed("a batch of 4 GiB".to_owned()))?;
         bytes[length_at..began].copy_from_slice(&length.to_le_bytes());
@@ -97,8 +100,11 @@ fn open(mut bytes: &[u8]) -> Option<Result<Vec<Taken>, StoreError>> {
         let (batch, rest) = rest.split_at_checked(length)?;
         match Batch::from_binary(batch, &NO_LIMITS) {
             Ok(batch) => {
-                let t_arrival_ns = i64::from_le_bytes(*t_arrival_ns);
-                group.push(Taken::new(Arc::new(batch), t_arrival_ns));
+                group.push(Taken {
+                    batch: Arc::new(batch),
+                    compact: None,
+                    t_arrival_ns: i64::from_le_bytes(*t_arrival_ns),
+                });
             }
             Err(error) => return Some(Err(damaged(&format!("a post: {error}")))),
         }

@@ -12,7 +12,7 @@ use crate::store::plan::Taken;
 use crate::store::queue::{Command, Reply, WriteFault};
 use crate::store::row::count;
 use crate::store::{Appended, Recording, RecordingId, StoreError};
-use rusqlite::{Connection, OptionalExtension as _, Transaction, TransactionBehavior, params};
+use rusqlite::{Connection, OptionalExtension as _, params};
 use tokio::sync::mpsc;
 
 /// About what a large group of batches adds to the file: with less than this left, it is the quota that is reached.
@@ -44,17 +44,13 @@ impl Writer {
         while let Some(first) = next.take() {
             let mut group = Vec::new();
             let mut boundary = None;
-            let mut taken = Some(first);
-            while let Some(command) = taken.take() {
+            let mut came = Some(first);
+            while let Some(command) = came.take() {
                 match command {
-                    Command::Append {
-                        batch,
-                        t_arrival_ns,
-                        reply,
-                    } => {
-                        group.push((Taken::new(batch, t_arrival_ns), reply));
+                    Command::Append { taken, reply } => {
+                        group.push((taken, reply));
                         if group.len() < self.limits.commit_group_max {
-                            taken = queue.try_recv().ok();
+                            came = queue.try_recv().ok();
                         }
                     }
                     other => boundary = Some(other),
@@ -102,11 +98,11 @@ impl Writer {
     /// Does the work in a transaction. What is known is forgotten if it fails, since the file was set back.
     fn keeping_known<T>(
         &mut self,
-        work: impl FnOnce(&Transaction<'_>, &mut Known, &Limits) -> Result<T, StoreError>,
+        work: impl FnOnce(&Connection, &mut Known, &Limits) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
         let mut known = std::mem::take(&mut self.known);
         let limits = &self.limits;
-        let done = transact(&mut self.connection, |transaction| {
+        let done = transact(&self.connection, |transaction| {
             work(transaction, &mut known, limits)
         })?;
         self.known = known;
@@ -116,7 +112,7 @@ impl Writer {
     /// Does the work in a transaction on tables that lack nothing.
     fn settled<T>(
         &mut self,
-        work: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
+        work: impl FnOnce(&Connection) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
         self.keeping_known(|transaction, known, limits| {
             known.settle_all(transaction, limits)?;
@@ -132,7 +128,7 @@ impl Writer {
             return;
         }
         let (tender, limits) = (&mut self.tender, &self.limits);
-        let tended = transact(&mut self.connection, |transaction| {
+        let tended = transact(&self.connection, |transaction| {
             tender.step(transaction, now_ns, limits)
         });
         match tended {
@@ -170,21 +166,21 @@ impl Writer {
             }
             Command::AddLabel { id, label, reply } => {
                 let labels_max = self.limits.labels_max;
-                let added = transact(&mut self.connection, |transaction| {
+                let added = transact(&self.connection, |transaction| {
                     labels::add(transaction, id, label, labels_max)
                 });
                 self.note(added.as_ref().err());
                 let _ = reply.send(added);
             }
             Command::RemoveLabel { id, number, reply } => {
-                let removed = transact(&mut self.connection, |transaction| {
+                let removed = transact(&self.connection, |transaction| {
                     labels::remove(transaction, id, number)
                 });
                 self.note(removed.as_ref().err());
                 let _ = reply.send(removed);
             }
             Command::EndEpoch { reply } => {
-                let _ = reply.send(self.settled(|transaction| end_epoch(transaction)));
+                let _ = reply.send(self.settled(end_epoch));
             }
             Command::Settle { reply } => {
                 let settled = self.settled(|_| Ok(()));
@@ -222,10 +218,7 @@ impl Writer {
 }
 
 /// Brings the tables of a file up to all that was ever acknowledged, for a reader of its own.
-pub(in crate::store) fn settle(
-    connection: &mut Connection,
-    limits: &Limits,
-) -> Result<(), StoreError> {
+pub(in crate::store) fn settle(connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
     transact(connection, |transaction| {
         Known::default().settle_all(transaction, limits)
     })
@@ -233,13 +226,20 @@ pub(in crate::store) fn settle(
 
 /// Does the work in a transaction: all of it, or on an error nothing.
 fn transact<T>(
-    connection: &mut Connection,
-    work: impl FnOnce(&Transaction<'_>) -> Result<T, StoreError>,
+    connection: &Connection,
+    work: impl FnOnce(&Connection) -> Result<T, StoreError>,
 ) -> Result<T, StoreError> {
-    let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
-    let done = work(&transaction)?;
-    transaction.commit()?;
-    Ok(done)
+    let run = |sql| connection.prepare_cached(sql)?.execute([]);
+    run("BEGIN IMMEDIATE")?;
+    let done = work(connection).and_then(|done| {
+        run("COMMIT")?;
+        Ok(done)
+    });
+    // Some faults end the transaction by themselves.
+    if done.is_err() && !connection.is_autocommit() {
+        let _ = run("ROLLBACK");
+    }
+    done
 }
 
 /// Whether the database itself failed.
