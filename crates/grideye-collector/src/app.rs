@@ -15,7 +15,7 @@ mod recordings;
 mod small;
 
 pub use answer::Refusal;
-pub(crate) use gate::{Encrypted, Peer};
+pub(crate) use gate::Line;
 pub(crate) use guard::Hosts;
 pub use recordings::attachment;
 
@@ -27,11 +27,13 @@ use crate::rates::Rates;
 use crate::store::{FrameStore, News, StoreError};
 use crate::{Annex, Clock, Inside, Limits, NewestFrames};
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, Request};
-use axum::http::{Method, StatusCode, header};
+use axum::body::Body;
+use axum::extract::DefaultBodyLimit;
+use axum::http::{Method, Request, StatusCode, header};
 use axum::middleware::{from_fn_with_state, map_response};
 use axum::response::{IntoResponse as _, Json, Response};
 use axum::routing::{delete, get, post};
+use hyper::body::Incoming;
 use serde_json::json;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Weak};
@@ -208,12 +210,14 @@ impl Entrance {
         Self { state, router }
     }
 
-    pub(crate) async fn answer(&self, request: Box<Request>) -> Response {
+    pub(crate) async fn answer(&self, line: Line, request: Request<Incoming>) -> Response {
         if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
-            return ingest::guarded_frames(&self.state, request).await;
+            return ingest::guarded_frames(&self.state, line, request).await;
         }
+        let mut request = request.map(Body::new);
+        request.extensions_mut().insert(line);
         // In a box, so that what a post takes along stays small.
-        let routed = Box::pin(self.router.clone().oneshot(*request));
+        let routed = Box::pin(self.router.clone().oneshot(request));
         routed.await.into_response()
     }
 }

@@ -4,14 +4,13 @@ mod admission;
 mod stall;
 
 use crate::access::{AccessFolder, Gatekeeper};
-use crate::app::{AppState, Door, Encrypted, Entrance, Hosts, Peer};
+use crate::app::{AppState, Door, Entrance, Hosts, Line};
 use crate::counters::Counters;
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::store::{self, StoreLocation};
 use crate::tls::{Acceptors, Tls};
 use crate::{Annex, Clock, CollectorError, Limits};
 use admission::{Admission, Doorkeeper};
-use axum::body::Body;
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
@@ -281,12 +280,12 @@ impl Server {
         };
         let Some(acceptors) = self.acceptors.clone() else {
             let guarded = StallGuard::new(stream, self.limits.write_stall_max);
-            connections.spawn(serving.run(guarded, Encrypted(false)));
+            connections.spawn(serving.run(guarded, false));
             return;
         };
         connections.spawn(async move {
             if let Some(stream) = serving.encrypt(&acceptors, stream).await {
-                serving.run(stream, Encrypted(true)).await;
+                serving.run(stream, true).await;
             }
         });
     }
@@ -325,7 +324,7 @@ impl Serving {
         agreed
     }
 
-    async fn run<S>(self, stream: S, encrypted: Encrypted)
+    async fn run<S>(self, stream: S, is_encrypted: bool)
     where
         S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
     {
@@ -343,12 +342,10 @@ impl Serving {
             .writev(false)
             .header_read_timeout(limits.header_time_max)
             .max_header_size(limits.header_bytes_max);
-        let service = service_fn(move |mut request: Request<Incoming>| {
-            request.extensions_mut().insert(Peer(peer));
-            request.extensions_mut().insert(encrypted);
-            let request = Box::new(request.map(Body::new));
+        let line = Line { peer, is_encrypted };
+        let service = service_fn(move |request: Request<Incoming>| {
             let entrance = Arc::clone(&entrance);
-            async move { Ok::<_, Infallible>(entrance.answer(request).await) }
+            async move { Ok::<_, Infallible>(entrance.answer(line, request).await) }
         });
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
         // How a connection ended is the peer's business: it sees the same end.

@@ -4,18 +4,47 @@ use super::AppState;
 use super::answer::Refusal;
 use crate::access::{Caller, Presented, Scope, Unknown};
 use axum::extract::Request;
-use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
 
-/// From where a request came.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Peer(pub(crate) IpAddr);
+/// From where a request came, and whether by TLS.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Line {
+    pub(crate) peer: IpAddr,
+    pub(crate) is_encrypted: bool,
+}
 
-/// Whether the request came by TLS.
+impl Line {
+    /// As the server attached it; without a server, from nowhere.
+    pub(super) fn of(request: &Request) -> Self {
+        request.extensions().get().copied().unwrap_or(Self {
+            peer: IpAddr::V4(Ipv4Addr::UNSPECIFIED),
+            is_encrypted: false,
+        })
+    }
+}
+
+/// What of a request is looked at before anything else.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Encrypted(pub(crate) bool);
+pub(super) struct Asked<'r> {
+    pub(super) line: Line,
+    pub(super) method: &'r Method,
+    pub(super) uri: &'r Uri,
+    pub(super) headers: &'r HeaderMap,
+}
+
+impl<'r> Asked<'r> {
+    pub(super) fn of(request: &'r Request) -> Self {
+        Self {
+            line: Line::of(request),
+            method: request.method(),
+            uri: request.uri(),
+            headers: request.headers(),
+        }
+    }
+}
 
 /// What a request needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,26 +94,25 @@ impl Need {
     }
 }
 
-/// Lets the request through, with its [`Caller`] attached, or answers why not. `now` is on the monotonic clock.
+/// Lets the request through, and says who asks if that is known, or answers why not. `now` is on the monotonic clock.
 pub(super) fn pass(
     state: &AppState,
     need: Need,
-    request: &mut Request,
+    asked: Asked<'_>,
     now: Duration,
-) -> Result<(), Box<Response>> {
-    let peer = peer_of(request);
-    let recognised = recognise(state, request, now);
+) -> Result<Option<Caller>, Box<Response>> {
+    let peer = asked.line.peer;
+    let recognised = recognise(state, asked, now);
     if need == Need::Nothing && recognised.is_err() {
-        return unknown_peer_may(state, peer).map_err(boxed);
+        return unknown_peer_may(state, peer).map(|()| None).map_err(boxed);
     }
     let caller = recognised.or_else(|unknown| {
         // Only who is not known is held back by address: one bad client must not stop the good ones beside it.
         unknown_peer_may(state, peer).map_err(boxed)?;
-        Err(Box::new(turned_back(request, unknown)))
+        Err(Box::new(turned_back(asked, unknown)))
     })?;
-    check(state, &caller, need, request).map_err(boxed)?;
-    request.extensions_mut().insert(caller);
-    Ok(())
+    check(state, &caller, need, asked).map_err(boxed)?;
+    Ok(Some(caller))
 }
 
 fn boxed(refusal: Refusal) -> Box<Response> {
@@ -129,27 +157,12 @@ fn not_recognised() -> Refusal {
 
 /// The page's cookie. With TLS its name has a prefix that browsers hold to: set by this host alone, and never sent in the
 /// clear.
-pub(super) const fn cookie_name(encrypted: Encrypted) -> &'static str {
-    if encrypted.0 {
+pub(super) const fn cookie_name(line: Line) -> &'static str {
+    if line.is_encrypted {
         "__Host-grideye-session"
     } else {
         "grideye-session"
     }
-}
-
-pub(super) fn peer_of(request: &Request) -> IpAddr {
-    request
-        .extensions()
-        .get::<Peer>()
-        .map_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED), |peer| peer.0)
-}
-
-pub(super) fn encrypted(request: &Request) -> Encrypted {
-    request
-        .extensions()
-        .get::<Encrypted>()
-        .copied()
-        .unwrap_or(Encrypted(false))
 }
 
 /// Seconds since 1970-01-01 UTC.
@@ -157,12 +170,11 @@ pub(super) fn now_s(state: &AppState) -> i64 {
     state.0.clock.utc_ns().div_euclid(1_000_000_000)
 }
 
-fn recognise(state: &AppState, request: &Request, now: Duration) -> Result<Caller, Unknown> {
-    let headers = request.headers();
-    let presented = match bearer(headers) {
+fn recognise(state: &AppState, asked: Asked<'_>, now: Duration) -> Result<Caller, Unknown> {
+    let presented = match bearer(asked.headers) {
         Shown::Twice => return Err(Unknown::BadToken),
         Shown::Once(token) => Presented::Token(token),
-        Shown::Not => cookie(headers, cookie_name(encrypted(request)))
+        Shown::Not => cookie(asked.headers, cookie_name(asked.line))
             .map_or(Presented::Nothing, Presented::Cookie),
     };
     let gatekeeper = &state.0.gatekeeper;
@@ -204,12 +216,12 @@ fn cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
 }
 
 /// A person who opens the page is led to where one signs in; a program is told.
-fn turned_back(request: &Request, unknown: Unknown) -> Response {
-    let accepts = request.headers().get(header::ACCEPT);
+fn turned_back(asked: Asked<'_>, unknown: Unknown) -> Response {
+    let accepts = asked.headers.get(header::ACCEPT);
     let is_person = accepts
         .and_then(|accept| accept.to_str().ok())
         .is_some_and(|accept| accept.contains("text/html"));
-    if is_person && request.method() == Method::GET {
+    if is_person && asked.method == Method::GET {
         return Redirect::to("/login").into_response();
     }
     let (code, what) = match unknown {
@@ -227,7 +239,7 @@ fn turned_back(request: &Request, unknown: Unknown) -> Response {
     response
 }
 
-fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Result<(), Refusal> {
+fn check(state: &AppState, caller: &Caller, need: Need, asked: Asked<'_>) -> Result<(), Refusal> {
     let Caller::Holder { record, by_cookie } = caller else {
         return Ok(());
     };
@@ -246,9 +258,9 @@ fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Re
             .field("authorization")
             .hint("`grideye token make NAME --scope read` or `--scope admin` makes one; `grideye enroll DEVICE` one for frames"));
     }
-    let is_write = !matches!(*request.method(), Method::GET | Method::HEAD);
+    let is_write = !matches!(*asked.method, Method::GET | Method::HEAD);
     // A browser names the page of every write; that it is ours was checked before.
-    if *by_cookie && is_write && !request.headers().contains_key(header::ORIGIN) {
+    if *by_cookie && is_write && !asked.headers.contains_key(header::ORIGIN) {
         let what = "a write with the page's cookie must say from which page it comes";
         return Err(Refusal::new(StatusCode::FORBIDDEN, "no_origin", what).field("origin"));
     }

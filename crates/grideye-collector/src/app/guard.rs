@@ -2,7 +2,8 @@
 
 use super::AppState;
 use super::answer::{Refusal, RefusedCode};
-use super::gate::{self, Need};
+use super::gate::{self, Asked, Line, Need};
+use crate::access::Caller;
 use crate::log::{Level, LogEvent};
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
@@ -10,6 +11,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::future::Future;
 use std::net::IpAddr;
+use std::sync::LazyLock;
 use std::time::Duration;
 
 /// Nothing but what this server itself serves, and no script or style inside the page.
@@ -31,42 +33,79 @@ const HEADERS: [(HeaderName, &str); 6] = [
 ];
 
 /// Around every route of the router.
-pub(super) async fn guard(State(state): State<AppState>, request: Request, next: Next) -> Response {
+pub(super) async fn guard(
+    State(state): State<AppState>,
+    mut request: Request,
+    next: Next,
+) -> Response {
     let route = request.extensions().get::<MatchedPath>();
     let need = Need::of(request.method(), route.map(MatchedPath::as_str));
-    guarded(&state, need, Box::new(request), |request| {
-        next.run(*request)
-    })
-    .await
+    let passing = Passing::of(&state, Line::of(&request));
+    match passing.admit(need, Asked::of(&request)) {
+        Err(refusal) => passing.finish(*refusal),
+        Ok(caller) => {
+            if let Some(caller) = caller {
+                request.extensions_mut().insert(caller);
+            }
+            passing.answer(next.run(request)).await
+        }
+    }
 }
 
-/// Around whatever answers. The request is in a box, because each future on its way holds it, and they are moved.
-pub(super) async fn guarded<F: Future<Output = Response>>(
-    state: &AppState,
-    need: Need,
-    mut request: Box<Request>,
-    answer: impl FnOnce(Box<Request>) -> F,
-) -> Response {
-    let began = state.0.clock.monotonic();
-    let peer = gate::peer_of(&request);
-    let admitted = check_origin(&state.0.hosts, &request)
-        .map_err(|refusal| Box::new(refusal.into_response()))
-        .and_then(|()| gate::pass(state, need, &mut request, began));
-    let mut response = match admitted {
-        Err(refusal) => *refusal,
-        Ok(()) => in_time(state, answer(request)).await,
-    };
-    let headers = response.headers_mut();
-    // With the two that HTTP itself adds.
-    headers.reserve(HEADERS.len() + 3);
-    for (name, value) in HEADERS {
-        headers.insert(name, HeaderValue::from_static(value));
+/// A request on its way through.
+#[derive(Clone, Copy)]
+pub(super) struct Passing<'s> {
+    state: &'s AppState,
+    peer: IpAddr,
+    /// On the monotonic clock.
+    began: Duration,
+}
+
+impl<'s> Passing<'s> {
+    pub(super) fn of(state: &'s AppState, line: Line) -> Self {
+        Self {
+            state,
+            peer: line.peer,
+            began: state.0.clock.monotonic(),
+        }
     }
-    headers
-        .entry(header::CACHE_CONTROL)
-        .or_insert(HeaderValue::from_static("no-store"));
-    count(state, &response, began, peer);
-    response
+
+    /// Who asks, if that is known, or why nothing is answered.
+    pub(super) fn admit(
+        self,
+        need: Need,
+        asked: Asked<'_>,
+    ) -> Result<Option<Caller>, Box<Response>> {
+        check_origin(&self.state.0.hosts, asked)
+            .map_err(|refusal| Box::new(refusal.into_response()))?;
+        gate::pass(self.state, need, asked, self.began)
+    }
+
+    /// The answer, or that it took too long.
+    pub(super) async fn answer(self, answer: impl Future<Output = Response>) -> Response {
+        self.finish(in_time(self.state, answer).await)
+    }
+
+    /// The answer as it goes out.
+    pub(super) fn finish(self, mut response: Response) -> Response {
+        protect(&mut response);
+        count(self.state, &response, self.began, self.peer);
+        response
+    }
+}
+
+/// The headers of every answer; what the answer says itself stands.
+fn protect(response: &mut Response) {
+    static EVERY: LazyLock<HeaderMap> = LazyLock::new(|| {
+        let every = HEADERS.into_iter();
+        let every = every.chain([(header::CACHE_CONTROL, "no-store")]);
+        every
+            .map(|(name, value)| (name, HeaderValue::from_static(value)))
+            .collect()
+    });
+    // A copy of the whole is cheaper than one header after another.
+    let own = std::mem::replace(response.headers_mut(), EVERY.clone());
+    response.headers_mut().extend(own);
 }
 
 /// Counts the answer, and says a refusal that may be an attack or a device that was set up wrongly.
@@ -115,24 +154,21 @@ async fn in_time(state: &AppState, answer: impl Future<Output = Response>) -> Re
 }
 
 /// A page of another site must neither read here by a name that it controls (DNS rebinding), nor write.
-fn check_origin(hosts: &Hosts, request: &Request) -> Result<(), Refusal> {
-    let host = host_of(request.uri(), request.headers())?;
-    if !hosts.accepts(&host) {
+fn check_origin(hosts: &Hosts, asked: Asked<'_>) -> Result<(), Refusal> {
+    let host = host_of(asked.uri, asked.headers)?;
+    if !hosts.accepts(host) {
         let what = format!("this server does not answer for the host {host:?}");
         return Err(Refusal::new(StatusCode::FORBIDDEN, "unknown_host", what)
             .field("host")
             .hint("use 127.0.0.1 or the address that it listens on, or start it with the name (`--host-name pi.local`)"));
     }
-    if matches!(
-        *request.method(),
-        Method::GET | Method::HEAD | Method::OPTIONS
-    ) {
+    if matches!(*asked.method, Method::GET | Method::HEAD | Method::OPTIONS) {
         return Ok(());
     }
-    let Some(origin) = request.headers().get(header::ORIGIN) else {
+    let Some(origin) = asked.headers.get(header::ORIGIN) else {
         return Ok(());
     };
-    let scheme = if gate::encrypted(request).0 {
+    let scheme = if asked.line.is_encrypted {
         "https"
     } else {
         "http"
@@ -146,7 +182,7 @@ fn check_origin(hosts: &Hosts, request: &Request) -> Result<(), Refusal> {
 }
 
 /// The host and port that the request is for, which must be named exactly once.
-fn host_of(uri: &Uri, headers: &HeaderMap) -> Result<String, Refusal> {
+fn host_of<'r>(uri: &'r Uri, headers: &'r HeaderMap) -> Result<&'r str, Refusal> {
     let mut named = headers.get_all(header::HOST).iter();
     let host = match (named.next(), named.next(), uri.authority()) {
         (Some(host), None, None) => host.to_str().ok(),
@@ -157,7 +193,7 @@ fn host_of(uri: &Uri, headers: &HeaderMap) -> Result<String, Refusal> {
         (None, _, Some(authority)) => Some(authority.as_str()),
         _ => None,
     };
-    host.map(str::to_ascii_lowercase).ok_or_else(|| {
+    host.ok_or_else(|| {
         let what = "the request must name its host exactly once";
         Refusal::new(StatusCode::BAD_REQUEST, "no_host", what).field("host")
     })
@@ -175,7 +211,7 @@ impl Hosts {
     pub(crate) fn new(listen: IpAddr, names: &[String]) -> Self {
         Self {
             listen,
-            names: names.iter().map(|name| name.to_ascii_lowercase()).collect(),
+            names: names.to_vec(),
         }
     }
 
@@ -185,13 +221,14 @@ impl Hosts {
             return false;
         };
         // The name may be an address as well: that of this machine beyond a NAT, as QEMU's guests see it.
-        let is_named = self.names.iter().any(|name| name == host);
+        let mut names = self.names.iter();
+        let is_named = names.any(|name| name.eq_ignore_ascii_case(host));
         let is_own = match host.parse::<IpAddr>() {
             // Rebinding needs a name: where every address is listened on, every address may be asked for.
             Ok(address) => {
                 address.is_loopback() || address == self.listen || self.listen.is_unspecified()
             }
-            Err(_name) => host == "localhost",
+            Err(_name) => host.eq_ignore_ascii_case("localhost"),
         };
         is_named || is_own
     }
@@ -227,10 +264,12 @@ mod tests {
             "127.9.9.9:1",
             "localhost",
             "localhost:80",
+            "LocalHost",
             "[::1]",
             "[::1]:8080",
             "192.168.1.7:8080",
             "pi.local:8080",
+            "PI.LOCAL:8080",
         ] {
             assert!(hosts.accepts(own), "{own}");
         }

@@ -2,60 +2,88 @@
 
 use super::AppState;
 use super::answer::Refusal;
-use super::gate::{Need, check_device};
-use super::guard::guarded;
+use super::gate::{Asked, Line, Need, check_device};
+use super::guard::Passing;
 use crate::Limits;
 use crate::access::Caller;
 use crate::counters::{Counters, add};
 use crate::store::Appended;
-use axum::body::{Body, Bytes};
+use axum::BoxError;
+use axum::body::{Bytes, HttpBody};
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{self, HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use grideye_recording::wire::{BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, JSON_TYPE};
+use grideye_recording::wire::{self, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, JSON_TYPE, WireError};
 use http_body_util::{BodyExt as _, LengthLimitError, Limited};
+use hyper::body::Incoming;
+use std::future::{Future as _, poll_fn};
+use std::pin::pin;
 use std::sync::Arc;
+use std::task::Poll;
 
 /// Memory for bodies is handed out in pieces of so many bytes.
 pub(super) const BODY_UNIT: usize = 4096;
 
 /// Answers, and passes the guard by itself: on the way through the router, which looks for the route and boxes every layer,
 /// a post costs an eighth more.
-pub(super) async fn guarded_frames(state: &AppState, request: Box<Request>) -> Response {
-    guarded(state, Need::Ingest, request, async |request| {
-        take(state, request).await.into_response()
-    })
-    .await
+pub(super) async fn guarded_frames(
+    state: &AppState,
+    line: Line,
+    request: http::Request<Incoming>,
+) -> Response {
+    let (parts, body) = request.into_parts();
+    let asked = Asked {
+        line,
+        method: &parts.method,
+        uri: &parts.uri,
+        headers: &parts.headers,
+    };
+    let passing = Passing::of(state, line);
+    let caller = match passing.admit(Need::Ingest, asked) {
+        Err(refusal) => return passing.finish(*refusal),
+        Ok(caller) => caller,
+    };
+    let answer = async {
+        let taken = take(state, caller.as_ref(), &parts.headers, body).await;
+        taken.into_response()
+    };
+    passing.answer(answer).await
 }
 
 pub(super) async fn frames(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
-    take(&state, Box::new(request)).await
+    let (parts, body) = request.into_parts();
+    take(&state, parts.extensions.get(), &parts.headers, body).await
 }
 
-async fn take(state: &AppState, mut request: Box<Request>) -> Result<Response, Refusal> {
-    let form = Form::of(request.headers())?;
-    let body = std::mem::take(request.body_mut());
-    let body = read_frames_body(state, request.headers(), body).await?;
+async fn take<B>(
+    state: &AppState,
+    caller: Option<&Caller>,
+    headers: &HeaderMap,
+    body: B,
+) -> Result<Response, Refusal>
+where
+    B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
+{
+    let form = Form::of(headers)?;
+    let body = read_frames_body(state, headers, body).await?;
     let shared = &state.0;
     let limits = &shared.limits.batch;
     let HeldBody { bytes, room } = body;
-    let batch = Arc::new(match form {
-        Form::Json => Batch::from_json(&bytes, limits)?,
-        Form::Binary => Batch::from_binary(&bytes, limits)?,
-    });
-    drop(bytes);
-    check_device(request.extensions().get::<Caller>(), &batch.device)?;
+    let (batch, compact) = form.read(bytes, limits)?;
+    check_device(caller, &batch.device)?;
     if !shared.live.has_room_for(&batch) {
         return Err(too_many_sensors(shared.limits.sensors_max));
     }
     let t_arrival_ns = shared.clock.utc_ns();
-    let appended = shared
-        .store
-        .append(Arc::clone(&batch), t_arrival_ns)
-        .await?;
+    let (store, kept) = (&shared.store, Arc::clone(&batch));
+    let appended = match compact {
+        Some(compact) => store.append_compact(kept, compact, t_arrival_ns),
+        None => store.append(kept, t_arrival_ns),
+    };
+    let appended = appended.await?;
     // Held until here: a batch that waits for the disk takes memory as its body did.
     drop(room);
     let answer = appended.acknowledgement().to_json().map_err(|error| {
@@ -63,7 +91,7 @@ async fn take(state: &AppState, mut request: Box<Request>) -> Result<Response, R
         Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "answer_failed", what)
     })?;
     count(&shared.counters, &batch, &appended);
-    shared.agents.heard(&batch.device, request.headers());
+    shared.agents.heard(&batch.device, headers);
     shared.live.take(&batch, appended, t_arrival_ns);
     Ok(([(header::CONTENT_TYPE, "application/json")], answer).into_response())
 }
@@ -93,6 +121,18 @@ impl Form {
         }
         check_is_json(headers).map(|()| Self::Json)
     }
+
+    /// The batch, and the body where a store may keep it as it is.
+    fn read(
+        self,
+        body: Bytes,
+        limits: &wire::Limits,
+    ) -> Result<(Arc<Batch>, Option<Bytes>), WireError> {
+        Ok(match self {
+            Self::Json => (Arc::new(Batch::from_json(&body, limits)?), None),
+            Self::Binary => (Arc::new(Batch::from_binary(&body, limits)?), Some(body)),
+        })
+    }
 }
 
 /// A body, and the room it takes.
@@ -101,11 +141,14 @@ struct HeldBody {
     room: tokio::sync::OwnedSemaphorePermit,
 }
 
-async fn read_frames_body(
+async fn read_frames_body<B>(
     state: &AppState,
     headers: &HeaderMap,
-    body: Body,
-) -> Result<HeldBody, Refusal> {
+    body: B,
+) -> Result<HeldBody, Refusal>
+where
+    B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
+{
     let limits = state.limits();
     let size = announced_size(headers, limits)?;
     let units = u32::try_from(size.div_ceil(BODY_UNIT)).unwrap_or(u32::MAX);
@@ -142,10 +185,18 @@ pub(super) async fn read_json_body(
     read_body(state, request.into_body(), bytes_max).await
 }
 
-async fn read_body(state: &AppState, body: Body, bytes_max: usize) -> Result<Bytes, Refusal> {
+async fn read_body<B>(state: &AppState, body: B, bytes_max: usize) -> Result<Bytes, Refusal>
+where
+    B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
+{
     let limits = state.limits();
-    let read = Limited::new(body, bytes_max).collect();
-    match tokio::time::timeout(limits.body_time_max, read).await {
+    let mut read = pin!(Limited::new(body, bytes_max).collect());
+    // Nearly every body came with its head, and needs no timer.
+    let read = match poll_fn(|cx| Poll::Ready(read.as_mut().poll(cx))).await {
+        Poll::Ready(read) => Ok(read),
+        Poll::Pending => tokio::time::timeout(limits.body_time_max, read).await,
+    };
+    match read {
         Ok(Ok(body)) => Ok(body.to_bytes()),
         Ok(Err(error)) if error.is::<LengthLimitError>() => Err(too_large(bytes_max)),
         Ok(Err(error)) => Err(Refusal::new(

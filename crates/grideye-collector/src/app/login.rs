@@ -3,7 +3,7 @@
 use super::AppState;
 use super::answer::Refusal;
 use super::assets;
-use super::gate::{self, Encrypted};
+use super::gate::{self, Line};
 use super::ingest::read_json_body;
 use super::small::object;
 use crate::access::{AccessError, Caller, Presented, Scope};
@@ -26,7 +26,7 @@ pub(super) async fn login(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
-    let (encrypted, peer) = (gate::encrypted(&request), gate::peer_of(&request));
+    let line = Line::of(&request);
     let limits = state.limits();
     let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
     let token = object(&body, limits.json_depth_max, &["token"], HINT)?;
@@ -42,7 +42,7 @@ pub(super) async fn login(
         Ok(Caller::Anyone) => return Ok(StatusCode::NO_CONTENT.into_response()),
         Ok(Caller::Holder { record, .. }) => record,
         Err(_unknown) => {
-            gate::unknown_peer_may(&state, peer)?;
+            gate::unknown_peer_may(&state, line.peer)?;
             let what = "this token is not, or no longer, known here";
             return Err(Refusal::new(StatusCode::UNAUTHORIZED, "bad_token", what)
                 .field("token")
@@ -64,14 +64,14 @@ pub(super) async fn login(
     let cookie = state.0.gatekeeper.cookie(&record, t_end_s)?;
     Ok((
         StatusCode::NO_CONTENT,
-        set_cookie(&cookie, time_max_s, encrypted),
+        set_cookie(&cookie, time_max_s, line),
     )
         .into_response())
 }
 
 /// `POST /v1/logout`: takes the cookie away.
 pub(super) async fn logout(request: Request) -> Response {
-    let headers = set_cookie("", 0, gate::encrypted(&request));
+    let headers = set_cookie("", 0, Line::of(&request));
     (StatusCode::NO_CONTENT, headers).into_response()
 }
 
@@ -99,9 +99,9 @@ fn wrong(what: &str) -> Refusal {
 }
 
 /// Out of reach of scripts, of other sites, and with TLS of anything sent in the clear.
-fn set_cookie(value: &str, max_age_s: i64, encrypted: Encrypted) -> HeaderMap {
-    let secure = if encrypted.0 { "; Secure" } else { "" };
-    let name = gate::cookie_name(encrypted);
+fn set_cookie(value: &str, max_age_s: i64, line: Line) -> HeaderMap {
+    let secure = if line.is_encrypted { "; Secure" } else { "" };
+    let name = gate::cookie_name(line);
     let cookie =
         format!("{name}={value}; Path=/; Max-Age={max_age_s}; HttpOnly; SameSite=Strict{secure}");
     let mut headers = HeaderMap::new();
