@@ -6,14 +6,17 @@ use grideye_tests::webdriver::{Browser, left_out};
 use serde_json::json;
 use std::path::Path;
 
-/// Waits for a whole file: a browser gives it its name when it has all of it.
+/// Waits for a whole file: a browser holds its name by an empty one, and puts it there when it has all of it.
 fn downloaded(
     browser: &Browser,
     file: &Path,
 ) -> Result<Vec<u8>, grideye_tests::webdriver::Failure> {
     let what = file.display().to_string();
-    browser.wait_for(&what, || Ok(file.exists()), |is_there| *is_there)?;
-    Ok(std::fs::read(file)?)
+    browser.wait_for(
+        &what,
+        || Ok(std::fs::read(file)?),
+        |bytes| !bytes.is_empty(),
+    )
 }
 
 #[test]
