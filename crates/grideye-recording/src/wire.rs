@@ -212,6 +212,21 @@ impl Acknowledgement {
     /// [`WireError`] for what [`Acknowledgement::from_json`] would refuse whatever its limits.
     pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
         check::acknowledgement(self)?;
-        encode::acknowledgement(self)
+        let durable_through = self.durable_through.iter();
+        let durable_through = durable_through.map(|(sensor, seq)| (sensor.as_str(), *seq));
+        encode::acknowledgement(durable_through, self.gaps.iter())
+    }
+
+    /// Writes the same from where it stands, of sensors and numbers that a body was read with: each sensor once, and the
+    /// highest number below which all is on disk, but for the gaps.
+    ///
+    /// # Errors
+    ///
+    /// [`WireError`] if it cannot be written as JSON.
+    pub fn write_json<'a>(
+        durable_through: impl Iterator<Item = (&'a str, u64)> + Clone,
+        gaps: impl Iterator<Item = &'a Gap> + Clone,
+    ) -> Result<Vec<u8>, WireError> {
+        encode::acknowledgement(durable_through, gaps)
     }
 }

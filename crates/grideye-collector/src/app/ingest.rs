@@ -86,7 +86,7 @@ where
     let appended = appended.await?;
     // Held until here: a batch that waits for the disk takes memory as its body did.
     drop(room);
-    let answer = appended.acknowledgement().to_json().map_err(|error| {
+    let answer = appended.acknowledgement().map_err(|error| {
         let what = format!("the answer cannot be written: {error}");
         Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "answer_failed", what)
     })?;

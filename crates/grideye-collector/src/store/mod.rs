@@ -20,7 +20,7 @@ pub use postgres::PostgresStore;
 pub use sqlite::SqliteStore;
 
 use axum::body::Bytes;
-use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap};
+use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap, WireError};
 use grideye_recording::{Record, StreamId};
 use std::fmt;
 use std::future::Future;
@@ -138,21 +138,18 @@ pub struct Appended {
 }
 
 impl Appended {
-    /// The answer to the agent.
-    #[must_use]
-    pub fn acknowledgement(&self) -> Acknowledgement {
-        let mut acknowledgement = Acknowledgement::default();
-        for sensor in &self.sensors {
-            if let Some(seq) = sensor.stream.durable_through {
-                acknowledgement
-                    .durable_through
-                    .insert(sensor.stream.id.sensor.clone(), seq);
-            }
-            acknowledgement
-                .gaps
-                .extend(sensor.stream.gaps.iter().cloned());
-        }
-        acknowledgement
+    /// The answer to the agent, as JSON ([`Acknowledgement`]).
+    ///
+    /// # Errors
+    /// [`WireError`] if it cannot be written.
+    pub fn acknowledgement(&self) -> Result<Vec<u8>, WireError> {
+        let streams = self.sensors.iter().map(|sensor| &sensor.stream);
+        let durable_through = streams.clone().filter_map(|stream| {
+            let seq = stream.durable_through?;
+            Some((stream.id.sensor.as_str(), seq))
+        });
+        let gaps = streams.flat_map(|stream| &stream.gaps);
+        Acknowledgement::write_json(durable_through, gaps)
     }
 }
 

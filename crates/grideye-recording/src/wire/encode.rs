@@ -1,6 +1,6 @@
 //! From the types to JSON.
 
-use super::{Account, Acknowledgement, Batch, SensorBatch, WireError};
+use super::{Account, Batch, Gap, SensorBatch, WireError};
 use crate::Record;
 use grideye_frame::{PixelWord, Reading};
 use serde::{Serialize, Serializer};
@@ -16,18 +16,18 @@ pub(super) fn batch(batch: &Batch) -> Result<Vec<u8>, WireError> {
     json(&body)
 }
 
-pub(super) fn acknowledgement(acknowledgement: &Acknowledgement) -> Result<Vec<u8>, WireError> {
+pub(super) fn acknowledgement<'a>(
+    durable_through: impl Iterator<Item = (&'a str, u64)> + Clone,
+    gaps: impl Iterator<Item = &'a Gap> + Clone,
+) -> Result<Vec<u8>, WireError> {
+    let gaps = gaps.map(|gap| AnswerGap {
+        sensor: &gap.sensor,
+        from: gap.from,
+        to: gap.to,
+    });
     json(&Answer {
-        durable_through: &acknowledgement.durable_through,
-        gaps: acknowledgement
-            .gaps
-            .iter()
-            .map(|gap| AnswerGap {
-                sensor: &gap.sensor,
-                from: gap.from,
-                to: gap.to,
-            })
-            .collect(),
+        durable_through: Map(durable_through),
+        gaps: Sequence(gaps),
     })
 }
 
@@ -86,9 +86,27 @@ struct Frame<'a> {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
-    durable_through: &'a Counts,
-    gaps: Vec<AnswerGap<'a>>,
+struct Answer<D: Serialize, G: Serialize> {
+    durable_through: D,
+    gaps: G,
+}
+
+/// What an iterator gives, as an object.
+struct Map<I>(I);
+
+impl<'a, I: Iterator<Item = (&'a str, u64)> + Clone> Serialize for Map<I> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.clone())
+    }
+}
+
+/// What an iterator gives, as an array.
+struct Sequence<I>(I);
+
+impl<I: Iterator<Item: Serialize> + Clone> Serialize for Sequence<I> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.clone())
+    }
 }
 
 #[derive(Serialize)]

@@ -78,6 +78,8 @@ impl Writer {
         let (taken, replies): (Vec<Taken>, Vec<_>) = group.into_iter().unzip();
         let outcome = self
             .keeping_known(|transaction, known, limits| known.append(transaction, &taken, limits));
+        // Let go of first, so that who waits finds the post its own again.
+        drop(taken);
         let outcome = outcome.map_err(|error| self.told_from_a_full_disk(error));
         self.fault.set(outcome.as_ref().err().cloned());
         match outcome {
