@@ -24,6 +24,7 @@ use crate::counters::Counters;
 use crate::live::{Event, Live};
 use crate::log::{Log, Seldom};
 use crate::rates::Rates;
+use crate::server::Alarm;
 use crate::store::{FrameStore, News, StoreError};
 use crate::{Annex, Clock, Inside, Limits, NewestFrames};
 use axum::Router;
@@ -210,9 +211,14 @@ impl Entrance {
         Self { state, router }
     }
 
-    pub(crate) async fn answer(&self, line: Line, request: Request<Incoming>) -> Response {
+    pub(crate) async fn answer(
+        &self,
+        line: Line,
+        alarm: &Alarm,
+        request: Request<Incoming>,
+    ) -> Response {
         if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
-            return ingest::guarded_frames(&self.state, line, request).await;
+            return ingest::guarded_frames(&self.state, line, alarm, request).await;
         }
         let mut request = request.map(Body::new);
         request.extensions_mut().insert(line);

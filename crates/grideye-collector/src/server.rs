@@ -1,6 +1,7 @@
 //! The socket: an accept loop of our own, because `axum::serve` waits for slow peers for ever.
 
 mod admission;
+mod alarm;
 mod stall;
 
 use crate::access::{AccessFolder, Gatekeeper};
@@ -11,11 +12,12 @@ use crate::store::{self, StoreLocation};
 use crate::tls::{Acceptors, Tls};
 use crate::{Annex, Clock, CollectorError, Limits};
 use admission::{Admission, Doorkeeper};
+pub(crate) use alarm::Alarm;
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
-use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::rt::TokioIo;
 use stall::StallGuard;
 use std::convert::Infallible;
 use std::future::Future;
@@ -335,17 +337,18 @@ impl Serving {
             mut stopping,
             admission: _admission,
         } = self;
+        let alarm = Alarm::default();
         let mut builder = http1::Builder::new();
         builder
-            .timer(TokioTimer::new())
+            .timer(alarm.clone())
             // Nearly every answer is short: head and body go out as one piece. A long one is copied once more.
             .writev(false)
             .header_read_timeout(limits.header_time_max)
             .max_header_size(limits.header_bytes_max);
         let line = Line { peer, is_encrypted };
         let service = service_fn(move |request: Request<Incoming>| {
-            let entrance = Arc::clone(&entrance);
-            async move { Ok::<_, Infallible>(entrance.answer(line, request).await) }
+            let (entrance, alarm) = (Arc::clone(&entrance), alarm.clone());
+            async move { Ok::<_, Infallible>(entrance.answer(line, &alarm, request).await) }
         });
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
         // How a connection ended is the peer's business: it sees the same end.

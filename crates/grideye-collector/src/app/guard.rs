@@ -5,6 +5,7 @@ use super::answer::{Refusal, RefusedCode};
 use super::gate::{self, Asked, Line, Need};
 use crate::access::Caller;
 use crate::log::{Level, LogEvent};
+use crate::server::Alarm;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
@@ -47,7 +48,7 @@ pub(super) async fn guard(
             if let Some(caller) = caller {
                 request.extensions_mut().insert(caller);
             }
-            passing.answer(next.run(request)).await
+            passing.answer(&Alarm::default(), next.run(request)).await
         }
     }
 }
@@ -82,8 +83,12 @@ impl<'s> Passing<'s> {
     }
 
     /// The answer, or that it took too long.
-    pub(super) async fn answer(self, answer: impl Future<Output = Response>) -> Response {
-        self.finish(in_time(self.state, answer).await)
+    pub(super) async fn answer(
+        self,
+        alarm: &Alarm,
+        answer: impl Future<Output = Response>,
+    ) -> Response {
+        self.finish(in_time(self.state, alarm, answer).await)
     }
 
     /// The answer as it goes out.
@@ -139,11 +144,15 @@ fn count(state: &AppState, response: &Response, began: Duration, peer: IpAddr) {
     }
 }
 
-async fn in_time(state: &AppState, answer: impl Future<Output = Response>) -> Response {
+async fn in_time(
+    state: &AppState,
+    alarm: &Alarm,
+    answer: impl Future<Output = Response>,
+) -> Response {
     let time_max = state.limits().handler_time_max;
-    match tokio::time::timeout(time_max, answer).await {
-        Ok(response) => response,
-        Err(_elapsed) => Refusal::new(
+    match alarm.within(time_max, answer).await {
+        Some(response) => response,
+        None => Refusal::new(
             StatusCode::GATEWAY_TIMEOUT,
             "too_slow",
             format!("the request was not done within {time_max:?}"),

@@ -7,6 +7,7 @@ use super::guard::Passing;
 use crate::Limits;
 use crate::access::Caller;
 use crate::counters::{Counters, add};
+use crate::server::Alarm;
 use crate::store::Appended;
 use axum::BoxError;
 use axum::body::{Bytes, HttpBody};
@@ -29,6 +30,7 @@ pub(super) const BODY_UNIT: usize = 4096;
 pub(super) async fn guarded_frames(
     state: &AppState,
     line: Line,
+    alarm: &Alarm,
     request: http::Request<Incoming>,
 ) -> Response {
     let (parts, body) = request.into_parts();
@@ -43,11 +45,12 @@ pub(super) async fn guarded_frames(
         Err(refusal) => return passing.finish(*refusal),
         Ok(caller) => caller,
     };
-    let answer = async {
+    // Held here and lent on: every function that took it would have room for it of its own.
+    let answer = pin!(async {
         let taken = take(state, caller.as_ref(), &parts.headers, body).await;
         taken.into_response()
-    };
-    passing.answer(answer).await
+    });
+    passing.answer(alarm, answer).await
 }
 
 pub(super) async fn frames(

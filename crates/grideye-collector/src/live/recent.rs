@@ -71,13 +71,17 @@ impl RecentFrames {
         if kept.run.as_ref().is_none_or(|run| run.stream != *stream) {
             kept.run = Some(Run {
                 stream: stream.clone(),
-                records: VecDeque::new(),
+                // In one piece: what grows is copied each time. Until it is filled it takes no memory but addresses.
+                records: VecDeque::with_capacity(self.0.frames_max),
             });
         }
         let Some(run) = &mut kept.run else { return };
-        run.records.extend(records);
-        let more = run.records.len().saturating_sub(self.0.frames_max);
-        run.records.drain(..more);
+        for record in records {
+            if run.records.len() >= self.0.frames_max {
+                run.records.pop_front();
+            }
+            run.records.push_back(record);
+        }
     }
 
     fn sensors(&self) -> MutexGuard<'_, BySensor<Kept>> {
