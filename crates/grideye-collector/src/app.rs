@@ -20,11 +20,11 @@ pub(crate) use guard::Hosts;
 pub use recordings::attachment;
 
 use crate::access::{AccessFolder, Gatekeeper, TOKENS_MAX, TokenId};
+use crate::alarm::Alarm;
 use crate::counters::Counters;
 use crate::live::{Event, Live};
 use crate::log::{Log, Seldom};
 use crate::rates::Rates;
-use crate::server::Alarm;
 use crate::store::{FrameStore, News, StoreError};
 use crate::{Annex, Clock, Inside, Limits, NewestFrames};
 use axum::Router;

@@ -25,6 +25,7 @@
 
 pub mod access;
 mod account;
+mod alarm;
 mod annex;
 mod app;
 mod clock;

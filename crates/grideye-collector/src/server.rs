@@ -1,7 +1,6 @@
 //! The socket: an accept loop of our own, because `axum::serve` waits for slow peers for ever.
 
 mod admission;
-mod alarm;
 mod stall;
 
 use crate::access::{AccessFolder, Gatekeeper};
@@ -12,7 +11,6 @@ use crate::store::{self, StoreLocation};
 use crate::tls::{Acceptors, Tls};
 use crate::{Annex, Clock, CollectorError, Limits};
 use admission::{Admission, Doorkeeper};
-pub(crate) use alarm::Alarm;
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
