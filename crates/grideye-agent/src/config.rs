@@ -4,7 +4,7 @@
 //! an afternoon of somebody's recording.
 
 use crate::join::{Credentials, Joined};
-use crate::keeper::LOOK_EVERY;
+use crate::keeper::{LOOK_EVERY, SYNC_MAX};
 use amg8833::{Address, FrameRate};
 use serde::Deserialize;
 use std::net::{Ipv6Addr, SocketAddr};
@@ -93,13 +93,16 @@ pub enum SpoolMode {
     },
 }
 
-/// What a loss of power, or of the process, can cost.
+/// What a loss of power, or of the process, can cost on a disk that takes at most [`SYNC_MAX`] to sync. A slower one costs
+/// what was read while it was at it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guarantee {
     /// Frames of all sensors together that may be lost at most.
     pub frames: u64,
     /// The time in which they were read, and not acknowledged, before the loss.
     pub seconds: f64,
+    /// Whether it is the disk that keeps them.
+    pub needs_disk: bool,
 }
 
 /// The fastest clock of a sensor against its nominal rate.
@@ -113,15 +116,15 @@ impl Config {
         sensors.map(|sensor| u32::from(sensor.rate.fps())).sum()
     }
 
-    /// What a loss of power can cost while the disk works. Without it, and in mode `ram`, it is the whole ring.
+    /// What a loss of power can cost while the disk works, and syncs within [`SYNC_MAX`]. Without it, and in mode `ram`, it is the whole ring.
     #[must_use]
     pub fn guarantee(&self) -> Guarantee {
         let rate_hz = f64::from(self.rate_hz()) * FASTEST_CLOCK;
         let ring_frames = u32::try_from(self.ring_frames).unwrap_or(u32::MAX);
         let seconds = match self.spool.mode {
             SpoolMode::Ram => f64::from(ring_frames) / rate_hz.max(1.0),
-            SpoolMode::Outage { after } => (after + LOOK_EVERY).as_secs_f64(),
-            SpoolMode::Always { sync_every } => (sync_every + LOOK_EVERY).as_secs_f64(),
+            SpoolMode::Outage { after } => (after + LOOK_EVERY + SYNC_MAX).as_secs_f64(),
+            SpoolMode::Always { sync_every } => (sync_every + LOOK_EVERY + SYNC_MAX).as_secs_f64(),
         };
         let frames = (seconds * rate_hz).ceil().min(f64::from(ring_frames));
         Guarantee {
@@ -133,6 +136,7 @@ impl Config {
             )]
             frames: frames as u64,
             seconds,
+            needs_disk: self.spool.mode != SpoolMode::Ram,
         }
     }
 }
@@ -155,7 +159,15 @@ impl std::fmt::Display for Guarantee {
             formatter,
             "a loss of power or a killed agent costs at most the {} frames that were read in the last {:.2} s and are not acknowledged",
             self.frames, self.seconds
-        )
+        )?;
+        if self.needs_disk {
+            write!(
+                formatter,
+                ", while the disk syncs within {:.3} s",
+                SYNC_MAX.as_secs_f64()
+            )?;
+        }
+        Ok(())
     }
 }
 
@@ -964,7 +976,7 @@ mod tests {
         assert_eq!(config.spool.bytes_max, 1 << 30);
         assert_eq!(
             config.guarantee().to_string(),
-            "a loss of power or a killed agent costs at most the 109 frames that were read in the last 10.25 s and are not acknowledged"
+            "a loss of power or a killed agent costs at most the 109 frames that were read in the last 10.25 s and are not acknowledged, while the disk syncs within 0.125 s"
         );
         let config = with("[spool]\nmode = \"always\"\nsync_every_ms = 500\n");
         let guarantee = config.guarantee();

@@ -20,7 +20,11 @@ pub const DISK_RETRY: Duration = Duration::from_secs(5);
 /// The pause before a spool is opened again that could not be.
 pub const OPEN_RETRY: Duration = Duration::from_secs(60);
 /// How often the keeper looks, unless it syncs more often.
-pub const LOOK_EVERY: Duration = Duration::from_millis(250);
+pub const LOOK_EVERY: Duration = Duration::from_millis(125);
+/// How long the disk may take to sync for what is stated to hold ([`Guarantee`](crate::config::Guarantee)).
+pub const SYNC_MAX: Duration = Duration::from_millis(125);
+/// Left to others that wait for the spool where the disk takes longer than from one look to the next.
+const BREATH: Duration = Duration::from_millis(10);
 /// How old a record is when it leaves the memory for the disk's lane, where it is on the disk from the start.
 pub const EVICT_AFTER: Duration = crate::ring::LIVE_FOR;
 
@@ -100,8 +104,13 @@ impl Keeper {
 
     /// Works until it is told to end, and then brings all that is left to the disk.
     pub fn run(&mut self) {
-        while !self.shared.waits_for_keeper(self.pause()) {
-            self.step(self.shared.now());
+        let mut pause = self.pause();
+        while !self.shared.waits_for_keeper(pause) {
+            let began = self.shared.now();
+            self.step(began);
+            // From look to look, however long the disk took: else its time would be lost twice.
+            let took = self.shared.now().saturating_sub(began);
+            pause = self.pause().saturating_sub(took).max(BREATH);
         }
         self.finish(self.shared.now());
     }
