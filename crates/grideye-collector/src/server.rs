@@ -4,6 +4,7 @@ mod admission;
 mod stall;
 
 use crate::access::{AccessFolder, Gatekeeper};
+use crate::alarm::Alarm;
 use crate::app::{AppState, Door, Entrance, Hosts, Line};
 use crate::counters::Counters;
 use crate::log::{Level, Log, LogEvent, Seldom};
