@@ -11,11 +11,12 @@ use serde_json::{Value, json};
 use std::cell::Cell;
 
 /// What an agent counts beside the reasons of missing frames.
-const COUNTED: [&str; 16] = [
+const COUNTED: [&str; 17] = [
     courier::BACKLOG_FORBIDDEN,
     keeper::SPOOL_DISK_FULL,
     keeper::SPOOL_FAILED,
     keeper::SPOOL_READ_ONLY,
+    keeper::SPOOL_SLOW,
     ring::OTHER_FAULTS,
     ring::RING_FULL,
     ring::ROWS_DROPPED,

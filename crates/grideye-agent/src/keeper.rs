@@ -36,6 +36,8 @@ pub struct Keeper {
     retry_at: Duration,
     said: Option<String>,
     synced_at: Option<Duration>,
+    /// The longest write that was spoken of.
+    slowest: Duration,
     opener: Option<Opener>,
 }
 
@@ -62,6 +64,7 @@ impl Keeper {
             retry_at: Duration::ZERO,
             said: None,
             synced_at: None,
+            slowest: SYNC_MAX,
             opener: None,
         }
     }
@@ -160,7 +163,9 @@ impl Keeper {
                 return;
             }
             self.synced_at = Some(now);
+            let began = self.shared.now();
             let written = spool.write(&records, &accounts);
+            self.hold_to_time(self.shared.now().saturating_sub(began));
             let is_done = written.error.is_some() || records.len() < GROUP_RECORDS_MAX;
             self.take_in(spool, now, &records, written);
             self.evict(spool, now);
@@ -168,6 +173,24 @@ impl Keeper {
                 return;
             }
         }
+    }
+
+    /// Counts a write that took longer than what is stated allows. It is said once, and again when it gets twice as bad.
+    fn hold_to_time(&mut self, took: Duration) {
+        if took <= SYNC_MAX {
+            return;
+        }
+        self.shared
+            .with_ring(|ring| ring.count_fault_of_all(SPOOL_SLOW));
+        if self.slowest > SYNC_MAX && took < 2 * self.slowest {
+            return;
+        }
+        self.slowest = took;
+        self.log.warning(format!(
+            "the spool's disk took {:.2} s for a write: a loss of power then costs the frames of so long, where {:.3} s are stated\nhint: see what else writes to the card; one that often takes so long is worn",
+            took.as_secs_f64(),
+            SYNC_MAX.as_secs_f64()
+        ));
     }
 
     fn take_in(
@@ -280,6 +303,9 @@ pub const SPOOL_DISK_FULL: &str = "spool-disk-full";
 pub const SPOOL_READ_ONLY: &str = "spool-read-only";
 /// The count of writes at which the spool's disk failed in another way.
 pub const SPOOL_FAILED: &str = "spool-failed";
+
+/// The count of writes that took longer than [`SYNC_MAX`].
+pub const SPOOL_SLOW: &str = "spool-slow";
 
 /// Under which name a failure of the disk is counted, and what can be done about it.
 fn kind_and_hint(error: &io::Error) -> (&'static str, &'static str) {

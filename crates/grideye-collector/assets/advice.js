@@ -28,6 +28,7 @@ const FAULTS = {
   "spool-disk-full": "The device's disk is full: free some room.",
   "spool-read-only": "The spool's folder cannot be written: check the disk and its rights.",
   "spool-failed": "The spool's disk fails: look at dmesg and replace the card.",
+  "spool-slow": "The device's disk is slow to write, and a loss of power costs more frames than stated: see what else writes to it.",
   "spool-damaged": "A part of the spool was unreadable and was set aside: look at dmesg and replace the card.",
   "lost-in-memory": "The agent was killed or lost power with frames still in memory; spool.mode = \"always\" narrows that to one sync.",
 };

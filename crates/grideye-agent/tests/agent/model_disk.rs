@@ -4,6 +4,7 @@ use grideye_agent::spool::Disk;
 use std::collections::BTreeMap;
 use std::io;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// How a disk fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +59,7 @@ struct Inner {
     dies_at: Option<u64>,
     failure: Option<Failure>,
     free: Option<u64>,
+    sync_takes: Duration,
 }
 
 /// One disk, shared by all who hold it.
@@ -76,6 +78,11 @@ impl ModelDisk {
 
     pub(crate) fn fail(&self, failure: Option<Failure>) {
         self.with(|inner| inner.failure = failure);
+    }
+
+    /// From now on a sync takes so long.
+    pub(crate) fn slow_down(&self, sync_takes: Duration) {
+        self.with(|inner| inner.sync_takes = sync_takes);
     }
 
     pub(crate) fn leave_free(&self, bytes: u64) {
@@ -224,6 +231,7 @@ impl Disk for ModelDisk {
     }
 
     fn sync(&mut self, name: &str) -> io::Result<()> {
+        std::thread::sleep(self.with(|inner| inner.sync_takes));
         self.with(|inner| {
             inner.begin(true)?;
             let file = inner.file(name);

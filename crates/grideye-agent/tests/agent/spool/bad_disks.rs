@@ -1,6 +1,13 @@
 //! A disk that fills, fails, and cannot be read.
 
 use super::*;
+use grideye_agent::config::SpoolMode;
+use grideye_agent::keeper::{Keeper, SPOOL_SLOW, SYNC_MAX};
+use grideye_agent::log::{Level, Log};
+use grideye_agent::ring::Ring;
+use grideye_agent::shared::Shared;
+use std::sync::Mutex;
+use std::time::Duration;
 
 #[test]
 fn a_full_spool_drops_the_oldest_and_counts_them_by_run() {
@@ -181,4 +188,47 @@ fn so_does_that_of_a_run_that_is_over() {
     assert_eq!(dropped(&spool), 4);
     // The count that went with the post was another one, so it is told once more.
     assert_eq!(spool.ended_run().unwrap().boot, "b1");
+}
+
+#[test]
+fn a_disk_slower_than_what_is_stated_is_counted_and_said_once_until_it_gets_worse() {
+    let disk = ModelDisk::default();
+    let ring = Ring::new(1000, "pi", "b1", SENSORS.map(String::from).to_vec());
+    let shared = Arc::new(Shared::new(ring, Some(open(&disk, "b1"))));
+    let lines: Arc<Mutex<Vec<String>>> = Arc::default();
+    let written = Arc::clone(&lines);
+    let log = Log::new(move |level, line| {
+        assert_eq!(level, Level::Warning, "{line}");
+        written.lock().unwrap().push(line.to_owned());
+    });
+    let mode = SpoolMode::Always {
+        sync_every: Duration::from_secs(1),
+    };
+    let mut keeper = Keeper::new(Arc::clone(&shared), mode, log);
+    let mut seqs = 0..;
+    let mut write = |sync_takes: Duration, times: u32| {
+        disk.slow_down(sync_takes);
+        for seq in seqs.by_ref().take(usize::try_from(times).unwrap()) {
+            let now = Duration::from_secs(seq);
+            shared.with_ring(|ring| ring.push(1, record(seq), now));
+            keeper.step(now);
+        }
+        let accounts = shared.with_ring(|ring| ring.accounts());
+        // It is the disk of all sensors, of those that gave nothing too.
+        SENSORS.map(|sensor| accounts[sensor].errors.get(SPOOL_SLOW).copied())
+    };
+    let slow = SYNC_MAX + Duration::from_millis(5);
+    assert_eq!(write(Duration::ZERO, 20), [None; 2]);
+    assert_eq!(write(slow, 1), [Some(1); 2]);
+    assert_eq!(write(slow, 2), [Some(3); 2]);
+    assert_eq!(write(Duration::ZERO, 20), [Some(3); 2]);
+    assert_eq!(lines.lock().unwrap().len(), 1, "{lines:?}");
+    assert_eq!(write(3 * slow, 1), [Some(4); 2]);
+    let lines = lines.lock().unwrap();
+    assert_eq!(lines.len(), 2, "{lines:?}");
+    assert!(
+        lines[0].starts_with("the spool's disk took 0.1"),
+        "{lines:?}"
+    );
+    assert!(lines[1].contains("where 0.125 s are stated\nhint: "));
 }
