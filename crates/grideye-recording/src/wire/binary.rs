@@ -219,6 +219,7 @@ fn counts(
     Ok(counts)
 }
 
+#[inline]
 fn record(reader: &mut Reader<'_>, path: impl Fn() -> String) -> Result<Record, WireError> {
     let field = |name: &str| format!("{}.{name}", path());
     let seq = u64::from_le_bytes(reader.array(|| field("seq"))?);
@@ -320,6 +321,7 @@ impl<'b> Reader<'b> {
         }
     }
 
+    #[inline]
     fn pixels(&mut self, path: impl Fn() -> String) -> Result<[PixelWord; PIXELS], WireError> {
         if self.is_plain {
             let bytes: [u8; PIXELS_BYTES] = self.array(path)?;
@@ -339,6 +341,7 @@ impl<'b> Reader<'b> {
         Ok(pixels)
     }
 
+    #[inline]
     fn take(&mut self, length: usize, path: impl Fn() -> String) -> Result<&'b [u8], WireError> {
         let end = self.at.checked_add(length);
         if let Some(taken) = end.and_then(|end| self.body.get(self.at..end)) {
@@ -349,6 +352,7 @@ impl<'b> Reader<'b> {
         Err(self.malformed(path(), &format!("{length} bytes"), found))
     }
 
+    #[inline]
     fn array<const N: usize>(&mut self, path: impl Fn() -> String) -> Result<[u8; N], WireError> {
         let mut array = [0; N];
         array.copy_from_slice(self.take(N, path)?);

@@ -11,11 +11,13 @@ pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {
     if let Some(sent) = batch.t_sent_boot_ns {
         count(sent, || "t_sent_boot_ns".to_owned())?;
     }
+    let is_one = batch.sensors.len() == 1;
     let mut seen = BTreeSet::new();
     for (index, sensor) in batch.sensors.iter().enumerate() {
         let path = || format!("sensors[{index}]");
         sensor_batch(sensor, path)?;
-        if !seen.insert(sensor.sensor.as_str()) {
+        // One alone, as most agents have, is spared a set of its own.
+        if !is_one && !seen.insert(sensor.sensor.as_str()) {
             return Err(WireError::WrongValue {
                 path: format!("{}.sensor", path()),
                 expected: "each sensor once".to_owned(),
