@@ -65,10 +65,10 @@ struct Sensor {
     faults: Faults,
 }
 
-/// A record and when it was measured.
+/// A record, held or lent, and when it was measured. A batch's records are lent: of most none is ever shown.
 #[derive(Debug, Clone, Copy)]
-struct Measured {
-    record: Record,
+struct Measured<R = Record> {
+    record: R,
     /// On the collector's monotonic clock; below 0 when it was before that began.
     measured_ns: i128,
     basis: AgeBasis,
@@ -122,7 +122,7 @@ impl Live {
         let arrived_ns = self.now_ns() - since_arrival.max(0);
         let mut sensor = Sensor::new(stream);
         sensor.faults = Faults::before(sensor.stream.account.as_ref());
-        let measured = Measured::new(stored.record, None, arrived_ns, stored.t_arrival_ns);
+        let measured = Measured::new(&stored.record, None, arrived_ns, stored.t_arrival_ns);
         sensor.show(&[measured], &self.limits);
         let id = Arc::clone(&sensor.stream.id);
         self.sensors().insert(&id.device, &id.sensor, sensor);
@@ -195,7 +195,7 @@ impl Live {
         let arrived = news
             .records
             .iter()
-            .map(|stored| Measured::new(stored.record, sent, now_ns, stored.t_arrival_ns));
+            .map(|stored| Measured::new(&stored.record, sent, now_ns, stored.t_arrival_ns));
         let shown = sensor.take(news.stream, arrived, &self.limits);
         sensor.faults.count(sensor.stream.account.as_ref(), now);
         self.recent.take(&sensor.stream.id, records_of(&shown));
@@ -307,15 +307,16 @@ fn owned(boots: &[&str]) -> Vec<String> {
     boots.iter().copied().map(str::to_owned).collect()
 }
 
-fn records_of(shown: &[Measured]) -> impl Iterator<Item = Record> + '_ {
+fn records_of<'r>(shown: &[Measured<&'r Record>]) -> impl Iterator<Item = &'r Record> {
     shown.iter().map(|measured| measured.record)
 }
 
-fn fresh_records<'a>(part: &'a SensorBatch, fresh: &'a [u64]) -> impl Iterator<Item = Record> + 'a {
-    part.frames
-        .iter()
-        .filter(|record| fresh.binary_search(&record.seq).is_ok())
-        .copied()
+fn fresh_records<'a>(
+    part: &'a SensorBatch,
+    fresh: &'a [u64],
+) -> impl Iterator<Item = &'a Record> + 'a {
+    let frames = part.frames.iter();
+    frames.filter(|record| fresh.binary_search(&record.seq).is_ok())
 }
 
 impl Sensor {
@@ -331,15 +332,16 @@ impl Sensor {
     }
 
     /// Shows what is newer than what is shown, and answers what that was. A backlog is kept, not shown.
-    fn take(
+    fn take<'r>(
         &mut self,
         stream: StreamSummary,
-        arrived: impl Iterator<Item = Measured>,
+        arrived: impl Iterator<Item = Measured<&'r Record>>,
         limits: &Limits,
-    ) -> Vec<Measured> {
-        let mut shown: Vec<Measured> = Vec::with_capacity(arrived.size_hint().1.unwrap_or(0));
+    ) -> Vec<Measured<&'r Record>> {
+        let mut shown = Vec::with_capacity(arrived.size_hint().1.unwrap_or(0));
         for measured in arrived {
-            let newest = shown.last().or(self.newest.as_ref());
+            let own = self.newest.as_ref().map(Measured::lent);
+            let newest = shown.last().copied().or(own);
             if self.stream.id == stream.id {
                 if newest.is_some_and(|newest| newest.record.seq >= measured.record.seq) {
                     continue;
@@ -359,16 +361,16 @@ impl Sensor {
     }
 
     /// Shows records that are each newer than the one before.
-    fn show(&mut self, shown: &[Measured], limits: &Limits) {
+    fn show(&mut self, shown: &[Measured<&Record>], limits: &Limits) {
         let Some(newest) = shown.last() else { return };
-        let has_pixels = |measured: &&Measured| measured.record.reading.frame().is_some();
-        let boot_ns = |measured: &Measured| measured.record.stamp.t_boot_ns;
+        let has_pixels = |measured: &&Measured<&Record>| measured.record.reading.frame().is_some();
+        let boot_ns = |measured: &Measured<&Record>| measured.record.stamp.t_boot_ns;
         if let Some(first) = shown.iter().find(|measured| measured.record.seq == 0) {
             self.began_boot_ns = Some(boot_ns(first));
         }
-        self.newest = Some(*newest);
+        self.newest = Some(newest.held());
         if let Some(frame) = shown.iter().rfind(has_pixels) {
-            self.newest_frame = Some(*frame);
+            self.newest_frame = Some(frame.held());
         }
         let frames = shown.iter().filter(has_pixels);
         self.recent_boot_ns.extend(frames.map(boot_ns));
@@ -385,16 +387,16 @@ impl Sensor {
     }
 
     /// The newest frame, and after it the newest record if that one has no pixels.
-    fn last_shown(&self) -> Vec<Measured> {
-        let missing = self
-            .newest
-            .filter(|newest| newest.record.reading.frame().is_none());
-        self.newest_frame.into_iter().chain(missing).collect()
+    fn last_shown(&self) -> Vec<Measured<&Record>> {
+        let newest = self.newest.as_ref();
+        let missing = newest.filter(|newest| newest.record.reading.frame().is_none());
+        let shown = self.newest_frame.as_ref().into_iter().chain(missing);
+        shown.map(Measured::lent).collect()
     }
 
     /// Frames a second by the device's own clock; `None` when the sensor has been silent for the rate's window.
     fn rate_hz(&self, now_ns: i128, window: Duration) -> Option<f64> {
-        let newest = self.newest_frame?;
+        let newest = self.newest_frame.as_ref()?;
         if now_ns - newest.measured_ns > nanoseconds(window) {
             return None;
         }
@@ -406,9 +408,27 @@ impl Sensor {
 }
 
 impl Measured {
+    fn lent(&self) -> Measured<&Record> {
+        Measured {
+            record: &self.record,
+            measured_ns: self.measured_ns,
+            basis: self.basis,
+        }
+    }
+}
+
+impl<'r> Measured<&'r Record> {
+    fn held(&self) -> Measured {
+        Measured {
+            record: *self.record,
+            measured_ns: self.measured_ns,
+            basis: self.basis,
+        }
+    }
+
     /// Finds out when a record was measured that arrived at `arrived_ns` on the monotonic clock.
     fn new(
-        record: Record,
+        record: &'r Record,
         t_sent_boot_ns: Option<u64>,
         arrived_ns: i128,
         t_arrival_ns: i64,

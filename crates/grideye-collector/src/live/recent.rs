@@ -62,7 +62,11 @@ impl RecentFrames {
     }
 
     /// Takes what was shown of a stream. Another run of the sensor begins anew.
-    pub(super) fn take(&self, stream: &StreamId, records: impl Iterator<Item = Record>) {
+    pub(super) fn take<'r>(
+        &self,
+        stream: &StreamId,
+        records: impl IntoIterator<Item = &'r Record>,
+    ) {
         let mut sensors = self.sensors();
         let (device, sensor, most) = (&stream.device, &stream.sensor, self.0.sensors_max);
         let Some(kept) = sensors.get_or_make(device, sensor, most, Kept::default) else {
@@ -80,7 +84,7 @@ impl RecentFrames {
             if run.records.len() >= self.0.frames_max {
                 run.records.pop_front();
             }
-            run.records.push_back(record);
+            run.records.push_back(*record);
         }
     }
 
@@ -106,17 +110,18 @@ mod tests {
         }
     }
 
-    fn records(seqs: std::ops::Range<u64>) -> impl Iterator<Item = Record> {
+    fn records(seqs: std::ops::Range<u64>) -> Vec<Record> {
         let stamp = Stamp {
             t_boot_ns: 0,
             t_utc_ns: 0,
             clock: ClockState::Synced,
         };
-        seqs.map(move |seq| Record {
+        let record = |seq| Record {
             seq,
             stamp,
             reading: Reading::NoData(NoData::Nack),
-        })
+        };
+        seqs.map(record).collect()
     }
 
     fn seqs(recent: &RecentFrames, sensor: &str) -> Option<Vec<u64>> {
@@ -135,28 +140,28 @@ mod tests {
     #[test]
     fn the_newest_frames_of_the_first_sensors_are_kept_and_no_more_than_the_limits() {
         let recent = recent(1, 3);
-        recent.take(&stream("a", "b1"), records(0..2));
+        recent.take(&stream("a", "b1"), &records(0..2));
         assert_eq!(seqs(&recent, "a"), Some(vec![0, 1]));
-        recent.take(&stream("a", "b1"), records(2..7));
-        recent.take(&stream("other", "b1"), records(0..7));
+        recent.take(&stream("a", "b1"), &records(2..7));
+        recent.take(&stream("other", "b1"), &records(0..7));
         assert_eq!(seqs(&recent, "a"), Some(vec![4, 5, 6]));
     }
 
     #[test]
     fn another_sensor_is_kept_from_the_first_question_on() {
         let recent = recent(1, 8);
-        recent.take(&stream("a", "b1"), records(0..2));
-        recent.take(&stream("late", "b1"), records(0..2));
+        recent.take(&stream("a", "b1"), &records(0..2));
+        recent.take(&stream("late", "b1"), &records(0..2));
         assert_eq!(seqs(&recent, "late"), None);
-        recent.take(&stream("late", "b1"), records(2..4));
+        recent.take(&stream("late", "b1"), &records(2..4));
         assert_eq!(seqs(&recent, "late"), Some(vec![2, 3]));
     }
 
     #[test]
     fn another_run_of_the_sensor_begins_anew() {
         let recent = recent(4, 8);
-        recent.take(&stream("a", "b1"), records(7..9));
-        recent.take(&stream("a", "b2"), records(0..1));
+        recent.take(&stream("a", "b1"), &records(7..9));
+        recent.take(&stream("a", "b2"), &records(0..1));
         let (stream, records) = recent.of("pi", "a").unwrap();
         assert_eq!((&*stream.boot, records.len()), ("b2", 1));
     }
@@ -168,7 +173,7 @@ mod tests {
             let _ = recent.of("pi", sensor);
         }
         for sensor in ["a", "b", "c"] {
-            recent.take(&stream(sensor, "b1"), records(0..1));
+            recent.take(&stream(sensor, "b1"), &records(0..1));
         }
         assert_eq!(seqs(&recent, "a"), Some(vec![0]));
         assert_eq!(seqs(&recent, "c"), Some(vec![0]));

@@ -5,14 +5,20 @@ use crate::account;
 use crate::store::StreamSummary;
 use amg8833::word;
 use grideye_frame::{Celsius, Reading};
+use grideye_recording::Record;
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 
 impl Sensor {
     /// For the live page: how the sensor does, and the frames to show, in degrees.
-    pub(super) fn event(&self, frames: &[Measured], now_ns: i128, rate_window: Duration) -> Value {
+    pub(super) fn event(
+        &self,
+        frames: &[Measured<&Record>],
+        now_ns: i128,
+        rate_window: Duration,
+    ) -> Value {
         let mut event = self.status(now_ns, rate_window);
-        let frames = frames.iter().map(|shown| in_degrees(shown, now_ns));
+        let frames = frames.iter().map(|shown| in_degrees(*shown, now_ns));
         event.insert("frames".to_owned(), frames.collect());
         Value::Object(event)
     }
@@ -21,7 +27,7 @@ impl Sensor {
     pub(super) fn state(&self, now_ns: i128, rate_window: Duration) -> Value {
         let mut state = self.status(now_ns, rate_window);
         let frame = self.newest_frame.as_ref().map(|newest| {
-            let mut frame = in_degrees(newest, now_ns);
+            let mut frame = in_degrees(newest.lent(), now_ns);
             if let Reading::Frame(raw) = &newest.record.reading {
                 let pixels: Vec<u16> = raw.pixels.iter().map(|word| word.0).collect();
                 frame["thermistor_raw"] = raw.thermistor.0.into();
@@ -39,14 +45,17 @@ impl Sensor {
             .newest
             .as_ref()
             .filter(|newest| newest.record.reading.frame().is_none())
-            .map(|newest| in_degrees(newest, now_ns));
+            .map(|newest| in_degrees(newest.lent(), now_ns));
         status.insert(
             "rate_hz".to_owned(),
             self.rate_hz(now_ns, rate_window).into(),
         );
         status.insert(
             "age_s".to_owned(),
-            self.newest.map(|newest| newest.age_s(now_ns)).into(),
+            self.newest
+                .as_ref()
+                .map(|newest| newest.age_s(now_ns))
+                .into(),
         );
         status.insert("no_frame_now".to_owned(), missing.into());
         let now = Duration::from_nanos(u64::try_from(now_ns).unwrap_or(0));
@@ -93,8 +102,8 @@ pub(crate) fn stream_json(stream: &StreamSummary) -> Map<String, Value> {
 }
 
 /// A record with its age, and with its pixels in degrees or the reason why it has none.
-fn in_degrees(measured: &Measured, now_ns: i128) -> Value {
-    let record = &measured.record;
+fn in_degrees(measured: Measured<&Record>, now_ns: i128) -> Value {
+    let record = measured.record;
     let mut json = json!({
         "seq": record.seq,
         "t_boot_ns": record.stamp.t_boot_ns,
@@ -115,7 +124,7 @@ fn in_degrees(measured: &Measured, now_ns: i128) -> Value {
     json
 }
 
-impl Measured {
+impl<R> Measured<R> {
     /// Seconds since it was measured, never below 0.
     fn age_s(&self, now_ns: i128) -> f64 {
         let age_ns = u64::try_from((now_ns - self.measured_ns).max(0)).unwrap_or(u64::MAX);
