@@ -28,12 +28,13 @@ use crate::rates::Rates;
 use crate::store::{FrameStore, News, StoreError};
 use crate::{Annex, Clock, Inside, Limits, NewestFrames};
 use axum::Router;
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::extract::DefaultBodyLimit;
 use axum::http::{Method, Request, StatusCode, header};
 use axum::middleware::{from_fn_with_state, map_response};
 use axum::response::{IntoResponse as _, Json, Response};
 use axum::routing::{delete, get, post};
+use http_body_util::{Either, Full};
 use hyper::body::Incoming;
 use serde_json::json;
 use std::net::{IpAddr, Ipv4Addr};
@@ -199,6 +200,9 @@ async fn show_news(shared: Weak<Shared>, mut news: mpsc::Receiver<News>) {
     }
 }
 
+/// An acknowledgement, which is most of them, or anything else.
+pub(crate) type Answer = Response<Either<Full<Bytes>, Body>>;
+
 /// The router, and beside it a shorter way for what nearly every request is.
 pub(crate) struct Entrance {
     state: AppState,
@@ -216,7 +220,7 @@ impl Entrance {
         line: Line,
         alarm: &Alarm,
         request: Request<Incoming>,
-    ) -> Response {
+    ) -> Answer {
         if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
             return ingest::guarded_frames(&self.state, line, alarm, request).await;
         }
@@ -224,7 +228,7 @@ impl Entrance {
         request.extensions_mut().insert(line);
         // In a box, so that what a post takes along stays small.
         let routed = Box::pin(self.router.clone().oneshot(request));
-        routed.await.into_response()
+        routed.await.into_response().map(Either::Right)
     }
 }
 

@@ -48,7 +48,9 @@ pub(super) async fn guard(
             if let Some(caller) = caller {
                 request.extensions_mut().insert(caller);
             }
-            passing.answer(&Alarm::default(), next.run(request)).await
+            let alarm = Alarm::default();
+            let answer = passing.in_time(&alarm, next.run(request)).await;
+            passing.finish(answer.unwrap_or_else(Refusal::into_response))
         }
     }
 }
@@ -82,25 +84,31 @@ impl<'s> Passing<'s> {
         gate::pass(self.state, need, asked, self.began)
     }
 
-    /// The answer, or that it took too long.
-    pub(super) async fn answer(
+    /// What the work gives, or that it took too long.
+    pub(super) async fn in_time<T>(
         self,
         alarm: &Alarm,
-        answer: impl Future<Output = Response>,
-    ) -> Response {
-        self.finish(in_time(self.state, alarm, answer).await)
+        work: impl Future<Output = T>,
+    ) -> Result<T, Refusal> {
+        let time_max = self.state.limits().handler_time_max;
+        alarm.within(time_max, work).await.ok_or_else(|| {
+            let what = format!("the request was not done within {time_max:?}");
+            Refusal::new(StatusCode::GATEWAY_TIMEOUT, "too_slow", what).hint(
+                "frames that were sent may or may not be stored; sending them again does no harm",
+            )
+        })
     }
 
     /// The answer as it goes out.
-    pub(super) fn finish(self, mut response: Response) -> Response {
+    pub(super) fn finish<B>(self, mut response: Response<B>) -> Response<B> {
         protect(&mut response);
         count(self.state, &response, self.began, self.peer);
         response
     }
 }
 
-/// The headers of every answer; what the answer says itself stands.
-fn protect(response: &mut Response) {
+/// The headers of every answer; what the answer says itself stands, and one with a policy of its own says everything.
+fn protect<B>(response: &mut Response<B>) {
     static EVERY: LazyLock<HeaderMap> = LazyLock::new(|| {
         let every = HEADERS.into_iter();
         let every = every.chain([(header::CACHE_CONTROL, "no-store")]);
@@ -108,13 +116,19 @@ fn protect(response: &mut Response) {
             .map(|(name, value)| (name, HeaderValue::from_static(value)))
             .collect()
     });
+    if response
+        .headers()
+        .contains_key(header::CONTENT_SECURITY_POLICY)
+    {
+        return;
+    }
     // A copy of the whole is cheaper than one header after another.
     let own = std::mem::replace(response.headers_mut(), EVERY.clone());
     response.headers_mut().extend(own);
 }
 
 /// Counts the answer, and says a refusal that may be an attack or a device that was set up wrongly.
-fn count(state: &AppState, response: &Response, began: Duration, peer: IpAddr) {
+fn count<B>(state: &AppState, response: &Response<B>, began: Duration, peer: IpAddr) {
     let (shared, status) = (&state.0, response.status());
     let now = shared.clock.monotonic();
     let took = now.saturating_sub(began);
@@ -141,24 +155,6 @@ fn count(state: &AppState, response: &Response, began: Duration, peer: IpAddr) {
             .with("status", status.as_u16())
             .with("peer", peer);
         shared.seldom.say(code, now, event);
-    }
-}
-
-async fn in_time(
-    state: &AppState,
-    alarm: &Alarm,
-    answer: impl Future<Output = Response>,
-) -> Response {
-    let time_max = state.limits().handler_time_max;
-    match alarm.within(time_max, answer).await {
-        Some(response) => response,
-        None => Refusal::new(
-            StatusCode::GATEWAY_TIMEOUT,
-            "too_slow",
-            format!("the request was not done within {time_max:?}"),
-        )
-        .hint("frames that were sent may or may not be stored; sending them again does no harm")
-        .into_response(),
     }
 }
 

@@ -1,25 +1,25 @@
 //! `POST /v1/frames`: taken whole or not at all, and answered after it is on disk.
 
-use super::AppState;
 use super::answer::Refusal;
 use super::gate::{Asked, Line, Need, check_device};
 use super::guard::Passing;
+use super::{Answer, AppState};
 use crate::Limits;
 use crate::access::Caller;
 use crate::alarm::Alarm;
 use crate::counters::{Counters, add};
 use crate::store::Appended;
 use axum::BoxError;
-use axum::body::{Bytes, HttpBody};
+use axum::body::{Body, Bytes, HttpBody};
 use axum::extract::{Request, State};
-use axum::http::{self, HeaderMap, StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::{self, HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse as _, Response};
 use grideye_recording::wire::{self, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, JSON_TYPE, WireError};
-use http_body_util::{BodyExt as _, LengthLimitError, Limited};
+use http_body_util::{BodyExt as _, Either, Full, LengthLimitError, Limited};
 use hyper::body::Incoming;
 use std::future::{Future as _, poll_fn};
 use std::pin::pin;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::task::Poll;
 
 /// Memory for bodies is handed out in pieces of so many bytes.
@@ -32,7 +32,7 @@ pub(super) async fn guarded_frames(
     line: Line,
     alarm: &Alarm,
     request: http::Request<Incoming>,
-) -> Response {
+) -> Answer {
     let (parts, body) = request.into_parts();
     let asked = Asked {
         line,
@@ -42,15 +42,19 @@ pub(super) async fn guarded_frames(
     };
     let passing = Passing::of(state, line);
     let caller = match passing.admit(Need::Ingest, asked) {
-        Err(refusal) => return passing.finish(*refusal),
+        Err(refusal) => return passing.finish(*refusal).map(Either::Right),
         Ok(caller) => caller,
     };
     // Held here and lent on: every function that took it would have room for it of its own.
-    let answer = pin!(async {
-        let taken = take(state, caller.as_ref(), &parts.headers, body).await;
-        taken.into_response()
-    });
-    passing.answer(alarm, answer).await
+    let taken = pin!(take(state, caller.as_ref(), &parts.headers, body));
+    match passing.in_time(alarm, taken).await {
+        Ok(Ok(acknowledgement)) => passing
+            .finish(acknowledge(acknowledgement))
+            .map(Either::Left),
+        Ok(Err(refusal)) | Err(refusal) => {
+            passing.finish(refusal.into_response()).map(Either::Right)
+        }
+    }
 }
 
 pub(super) async fn frames(
@@ -58,15 +62,40 @@ pub(super) async fn frames(
     request: Request,
 ) -> Result<Response, Refusal> {
     let (parts, body) = request.into_parts();
-    take(&state, parts.extensions.get(), &parts.headers, body).await
+    let taken = take(&state, parts.extensions.get(), &parts.headers, body).await?;
+    Ok(acknowledge(taken).map(Body::new))
 }
 
+/// The answer to a post that was taken. No browser shows it, so it has a policy of its own that allows nothing, and is spared
+/// the page's headers, ten times as long as what it says.
+fn acknowledge(acknowledgement: Vec<u8>) -> Response<Full<Bytes>> {
+    static HEADERS: LazyLock<HeaderMap> = LazyLock::new(|| {
+        let headers = [
+            (header::CONTENT_TYPE, "application/json"),
+            (header::CACHE_CONTROL, "no-store"),
+            (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+            (
+                header::CONTENT_SECURITY_POLICY,
+                "default-src 'none'; frame-ancestors 'none'",
+            ),
+        ];
+        let headers = headers.into_iter();
+        headers
+            .map(|(name, value)| (name, HeaderValue::from_static(value)))
+            .collect()
+    });
+    let mut response = Response::new(Full::from(acknowledgement));
+    response.headers_mut().clone_from(&HEADERS);
+    response
+}
+
+/// Takes a batch, and gives what is acknowledged of it, as JSON.
 async fn take<B>(
     state: &AppState,
     caller: Option<&Caller>,
     headers: &HeaderMap,
     body: B,
-) -> Result<Response, Refusal>
+) -> Result<Vec<u8>, Refusal>
 where
     B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
 {
@@ -96,7 +125,7 @@ where
     count(&shared.counters, &batch, &appended);
     shared.agents.heard(&batch.device, headers);
     shared.live.take(&batch, appended, t_arrival_ns);
-    Ok(([(header::CONTENT_TYPE, "application/json")], answer).into_response())
+    Ok(answer)
 }
 
 fn count(counters: &Counters, batch: &Batch, appended: &Appended) {

@@ -1146,6 +1146,36 @@ async fn every_answer_has_the_security_headers() {
     }
 }
 
+/// It is for programs, and short: it allows nothing and is kept nowhere. A refusal may be looked at by a person.
+#[tokio::test]
+async fn an_acknowledgement_has_those_headers_that_bind_what_is_no_page() {
+    let server = Server::new().await;
+    let good = server
+        .post("/v1/frames", numbered(0..5).to_json().unwrap())
+        .await;
+    let values: Vec<(&str, &str)> = good
+        .headers
+        .iter()
+        .map(|(name, value)| (name.as_str(), value.to_str().unwrap()))
+        .collect();
+    assert_eq!(
+        values,
+        [
+            ("content-type", "application/json"),
+            ("cache-control", "no-store"),
+            ("x-content-type-options", "nosniff"),
+            (
+                "content-security-policy",
+                "default-src 'none'; frame-ancestors 'none'"
+            ),
+            ("content-length", "38"),
+        ]
+    );
+    let refused = server.post("/v1/frames", "[]").await;
+    assert_eq!(refused.status, 422);
+    assert_eq!(refused.headers[header::X_FRAME_OPTIONS], "DENY");
+}
+
 #[tokio::test]
 async fn other_names_for_this_host_are_refused() {
     let server = Server::new().await;
