@@ -340,6 +340,9 @@ impl Serving {
         let mut builder = http1::Builder::new();
         builder
             .timer(alarm.clone())
+            // Otherwise the socket is read while a post is handled, into room made for it, to find out whether the peer has
+            // gone. Who has is found when it is next told something; who only ended its own side is answered.
+            .half_close(true)
             // Nearly every answer is short: head and body go out as one piece. A long one is copied once more.
             .writev(false)
             .header_read_timeout(limits.header_time_max)
@@ -350,8 +353,10 @@ impl Serving {
             async move { Ok::<_, Infallible>(entrance.answer(line, &alarm, request).await) }
         });
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
-        // How a connection ended is the peer's business: it sees the same end.
+        // How a connection ended is the peer's business: it sees the same end. The connection is asked first and not by lot,
+        // because it is what wakes this task.
         tokio::select! {
+            biased;
             _ended = connection.as_mut() => return,
             _stop = stopping.wait_for(|stopping| *stopping) => {}
         }

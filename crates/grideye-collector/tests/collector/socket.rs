@@ -146,6 +146,81 @@ async fn one_connection_carries_many_requests() {
     server.stop().await;
 }
 
+/// The way of a post past the router answers as the router does.
+#[tokio::test]
+async fn an_acknowledgement_has_the_headers_that_bind_it() {
+    let server = Running::new(config(Limits::default())).await;
+    let mut stream = server.connect().await;
+    let (head, body) = post_frames(0..5);
+    send(&mut stream, &(head + &body)).await;
+    let answer = one_answer(&mut stream).await;
+    let (head, _body) = answer.split_once("\r\n\r\n").unwrap();
+    let mut fields: Vec<&str> = head.lines().skip(1).collect();
+    fields.retain(|field| !field.starts_with("date: "));
+    fields.sort_unstable();
+    assert_eq!(
+        fields,
+        [
+            "cache-control: no-store",
+            "content-length: 38",
+            "content-security-policy: default-src 'none'; frame-ancestors 'none'",
+            "content-type: application/json",
+            "x-content-type-options: nosniff",
+        ]
+    );
+    let (head, _body) = post_frames(0..5);
+    send(&mut stream, &head.replace("application/json", "text/html")).await;
+    let refused = one_answer(&mut stream).await;
+    assert!(refused.starts_with("HTTP/1.1 415 "), "{refused}");
+    assert!(refused.contains("x-frame-options: DENY"), "{refused}");
+    server.stop().await;
+}
+
+#[tokio::test]
+async fn who_ends_its_own_side_after_a_post_is_answered() {
+    let server = Running::new(config(Limits::default())).await;
+    let mut stream = server.connect().await;
+    let (head, body) = post_frames(0..5);
+    send(&mut stream, &(head + &body)).await;
+    stream.shutdown().await.unwrap();
+    let answer = until_closed(&mut stream).await;
+    assert!(answer.starts_with("HTTP/1.1 200 OK\r\n"), "{answer}");
+    assert!(answer.ends_with(r#"{"durable_through":{"s1":4},"gaps":[]}"#));
+    server.stop().await;
+}
+
+/// Nothing is read from who is being answered: that it has gone is found when it is next told something.
+#[tokio::test]
+async fn a_page_that_goes_without_a_word_leaves_its_seat() {
+    let limits = Limits {
+        live_clients_max: 1,
+        live_keep_alive: Duration::from_millis(50),
+        ..Limits::default()
+    };
+    let server = Running::new(config(limits)).await;
+    let follow = async || {
+        let mut page = server.connect().await;
+        send(&mut page, &get("/v1/live")).await;
+        let mut head = [0; 12];
+        page.read_exact(&mut head).await.unwrap();
+        (page, String::from_utf8(head.to_vec()).unwrap())
+    };
+    let (first, answered) = follow().await;
+    assert_eq!(answered, "HTTP/1.1 200");
+    let (_second, answered) = follow().await;
+    assert_eq!(answered, "HTTP/1.1 503");
+    drop(first);
+    let seated = async {
+        while follow().await.1 != "HTTP/1.1 200" {
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+    };
+    tokio::time::timeout(PATIENCE, seated)
+        .await
+        .expect("the seat stays taken");
+    server.stop().await;
+}
+
 #[tokio::test]
 async fn headers_that_come_too_slowly_end_the_connection() {
     let header_time_max = Duration::from_millis(150);
