@@ -1,5 +1,8 @@
 """What both peers do with a batch: one row a frame with a blob of words, a frame sent again changes nothing, and the answer
-after a commit with `synchronous = FULL`."""
+after a commit with `synchronous = FULL`.
+
+    python table.py      lays the file out, with INGEST_STORE=FILE
+"""
 
 import os
 import sqlite3
@@ -15,12 +18,22 @@ CREATE TABLE IF NOT EXISTS frames (
 ) WITHOUT ROWID"""
 
 
+def connected():
+    return sqlite3.connect(os.environ["INGEST_STORE"], timeout=30, isolation_level=None)
+
+
+def lay_out():
+    """Before a server has many threads: who turns to the log while another does is refused at once, whatever the timeout."""
+    database = connected()
+    database.execute("PRAGMA journal_mode = WAL")
+    database.execute(TABLE)
+    database.close()
+
+
 def connection():
     if not hasattr(LOCAL, "connection"):
-        LOCAL.connection = sqlite3.connect(os.environ["INGEST_STORE"], timeout=30, isolation_level=None)
-        LOCAL.connection.execute("PRAGMA journal_mode = WAL")
+        LOCAL.connection = connected()
         LOCAL.connection.execute("PRAGMA synchronous = FULL")
-        LOCAL.connection.execute(TABLE)
     return LOCAL.connection
 
 
@@ -43,3 +56,7 @@ def keep(batch, pack):
             durable_through[sensor["sensor"]] = sensor["frames"][-1]["seq"]
     database.execute("COMMIT")
     return {"durable_through": durable_through, "gaps": []}
+
+
+if __name__ == "__main__":
+    lay_out()
