@@ -86,14 +86,16 @@ impl Default for Pace {
 impl Pace {
     /// From nothing, seconds, or seconds and agents.
     fn of(arguments: &[&str]) -> Self {
-        let number = |place: usize, otherwise: u64| {
-            arguments
-                .get(place)
-                .map_or(otherwise, |text| text.parse().unwrap())
+        let number = |place: usize, name: &str, otherwise: u64| match arguments.get(place) {
+            None => otherwise,
+            Some(text) => match text.parse() {
+                Ok(number) => number,
+                Err(_) => panic!("expected [SECONDS [AGENTS]], found {text:?} as {name}"),
+            },
         };
         Self {
-            time: Duration::from_secs(number(0, CLOSED_LOOP_TIME.as_secs())),
-            agents: number(1, CLOSED_LOOP_AGENTS),
+            time: Duration::from_secs(number(0, "SECONDS", CLOSED_LOOP_TIME.as_secs())),
+            agents: number(1, "AGENTS", CLOSED_LOOP_AGENTS),
         }
     }
 }
