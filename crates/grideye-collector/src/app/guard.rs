@@ -33,6 +33,26 @@ const HEADERS: [(HeaderName, &str); 6] = [
     ),
 ];
 
+/// What an answer that no browser shows may do.
+const POLICY_OF_NO_PAGE: &str = "default-src 'none'; frame-ancestors 'none'";
+
+/// All headers of such an answer, in JSON: those that bind what is no page.
+pub(super) static OF_NO_PAGE: LazyLock<HeaderMap> = LazyLock::new(|| {
+    of([
+        (header::CONTENT_TYPE, "application/json"),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::CONTENT_SECURITY_POLICY, POLICY_OF_NO_PAGE),
+    ])
+});
+
+fn of(headers: impl IntoIterator<Item = (HeaderName, &'static str)>) -> HeaderMap {
+    let headers = headers.into_iter();
+    headers
+        .map(|(name, value)| (name, HeaderValue::from_static(value)))
+        .collect()
+}
+
 /// Around every route of the router.
 pub(super) async fn guard(
     State(state): State<AppState>,
@@ -107,19 +127,14 @@ impl<'s> Passing<'s> {
     }
 }
 
-/// The headers of every answer; what the answer says itself stands, and one with a policy of its own says everything.
+/// The headers of every answer, but for one that has [`OF_NO_PAGE`]; what the answer says itself stands.
 fn protect<B>(response: &mut Response<B>) {
     static EVERY: LazyLock<HeaderMap> = LazyLock::new(|| {
         let every = HEADERS.into_iter();
-        let every = every.chain([(header::CACHE_CONTROL, "no-store")]);
-        every
-            .map(|(name, value)| (name, HeaderValue::from_static(value)))
-            .collect()
+        of(every.chain([(header::CACHE_CONTROL, "no-store")]))
     });
-    if response
-        .headers()
-        .contains_key(header::CONTENT_SECURITY_POLICY)
-    {
+    let policy = response.headers().get(header::CONTENT_SECURITY_POLICY);
+    if policy.is_some_and(|policy| policy == POLICY_OF_NO_PAGE) {
         return;
     }
     // A copy of the whole is cheaper than one header after another.

@@ -2,7 +2,7 @@
 
 use super::answer::Refusal;
 use super::gate::{Asked, Line, Need, check_device};
-use super::guard::Passing;
+use super::guard::{OF_NO_PAGE, Passing};
 use super::{Answer, AppState};
 use crate::Limits;
 use crate::access::Caller;
@@ -12,14 +12,14 @@ use crate::store::Appended;
 use axum::BoxError;
 use axum::body::{Body, Bytes, HttpBody};
 use axum::extract::{Request, State};
-use axum::http::{self, HeaderMap, HeaderValue, StatusCode, header};
+use axum::http::{self, HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use grideye_recording::wire::{self, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, JSON_TYPE, WireError};
 use http_body_util::{BodyExt as _, Either, Full, LengthLimitError, Limited};
 use hyper::body::Incoming;
 use std::future::{Future as _, poll_fn};
 use std::pin::pin;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 use std::task::Poll;
 
 /// Memory for bodies is handed out in pieces of so many bytes.
@@ -66,26 +66,11 @@ pub(super) async fn frames(
     Ok(acknowledge(taken).map(Body::new))
 }
 
-/// The answer to a post that was taken. No browser shows it, so it has a policy of its own that allows nothing, and is spared
-/// the page's headers, ten times as long as what it says.
+/// The answer to a post that was taken. No browser shows it: it is spared the page's headers, ten times as long as what it
+/// says.
 fn acknowledge(acknowledgement: Vec<u8>) -> Response<Full<Bytes>> {
-    static HEADERS: LazyLock<HeaderMap> = LazyLock::new(|| {
-        let headers = [
-            (header::CONTENT_TYPE, "application/json"),
-            (header::CACHE_CONTROL, "no-store"),
-            (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-            (
-                header::CONTENT_SECURITY_POLICY,
-                "default-src 'none'; frame-ancestors 'none'",
-            ),
-        ];
-        let headers = headers.into_iter();
-        headers
-            .map(|(name, value)| (name, HeaderValue::from_static(value)))
-            .collect()
-    });
     let mut response = Response::new(Full::from(acknowledgement));
-    response.headers_mut().clone_from(&HEADERS);
+    response.headers_mut().clone_from(&OF_NO_PAGE);
     response
 }
 

@@ -44,7 +44,9 @@ fn annex() -> Annex {
             Json(told.collect::<Value>())
         };
         let refused = || async { Refusal::new(StatusCode::CONFLICT, "test_refused", "not now") };
+        let own = [(header::CONTENT_SECURITY_POLICY, "sandbox")];
         Router::new()
+            .route("/v1/test/policy", get(move || async move { (own, "own") }))
             .route("/v1/test/recent", get(seqs))
             .route("/v1/test/newest", get(newest))
             .route("/v1/test/streams", get(streams))
@@ -134,6 +136,11 @@ async fn they_are_behind_the_same_guard() {
     assert_eq!(status, 200);
     assert!(headers.contains_key(header::CONTENT_SECURITY_POLICY));
     assert_eq!(headers[header::CACHE_CONTROL], "no-store");
+    // A policy of its own is no way past the other headers.
+    let (_, headers, _) = ask(Method::GET, "/v1/test/policy", Some(reader.clone())).await;
+    assert_eq!(headers[header::CONTENT_SECURITY_POLICY], "sandbox");
+    assert_eq!(headers[header::X_CONTENT_TYPE_OPTIONS], "nosniff");
+    assert_eq!(headers[header::X_FRAME_OPTIONS], "DENY");
     let write = "/v1/test/write";
     assert_eq!(ask(Method::POST, write, Some(reader.clone())).await.0, 403);
     assert_eq!(ask(Method::POST, write, Some(admin)).await.0, 200);
