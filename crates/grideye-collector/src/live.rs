@@ -65,7 +65,7 @@ struct Sensor {
     faults: Faults,
 }
 
-/// A record, held or lent, and when it was measured. A batch's records are lent: of most none is ever shown.
+/// A record, held or lent, and when it was measured. A batch lends its records: the newest alone is kept.
 #[derive(Debug, Clone, Copy)]
 struct Measured<R = Record> {
     record: R,

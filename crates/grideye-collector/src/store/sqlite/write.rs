@@ -20,7 +20,8 @@ use tokio::sync::mpsc;
 const GROUP_ROOM: u64 = 8 * 1024 * 1024;
 
 /// How long more posts are waited for before a group is committed, and from how many posts of the group before: where many
-/// come at once, each costs a tenth less, because more of them share a sync. Where few come, none is kept waiting.
+/// come at once, each costs a tenth less, because more of them share a sync. Where few come, the
+/// first after many alone waits.
 const GATHER: Duration = Duration::from_micros(150);
 const GATHER_FROM: usize = 4;
 
