@@ -9,13 +9,14 @@
 //! [`STEP_M`] long, so that a contact that lasts for less than this may be missed. Bodies that are not convex are
 //! taken face by face: what counts is their surface.
 
-pub(crate) mod distance;
-
-use crate::room::{Room, normal};
-use crate::scene::{Agent, Scene, limits};
-use crate::solid::{Enclosure, Solid};
-use crate::trajectory::{Leg, Trajectory};
-use distance::{Gap, gap};
+use crate::geometry::distance::{Gap, gap};
+use crate::geometry::polygon::normal;
+use crate::geometry::solid::{Enclosure, Solid};
+use crate::limits;
+use crate::model::body::Agent;
+use crate::model::room::Room;
+use crate::model::scene::Scene;
+use crate::motion::trajectory::{Leg, Trajectory};
 use glam::{DMat3, DVec3};
 use std::time::Duration;
 

@@ -22,51 +22,19 @@
 
 mod camera;
 mod labels;
+pub mod limits;
+mod options;
 mod painter;
 mod pieces;
+mod plane;
 mod sheet;
 
-use crate::scene::{Scene, Sensor};
+use crate::model::scene::Scene;
 use camera::{Camera, Panel};
 use labels::Labels;
+pub use options::Drawing;
 use sheet::Sheet;
 pub(crate) use sheet::escaped;
-use std::time::Duration;
-
-/// What a drawing shows at most: each bound has a test that reaches it.
-pub mod limits {
-    /// Faces of one body; one that has more is drawn as the box around it.
-    pub const FACES_OF_BODY_MAX: usize = 5_000;
-    /// Faces of all bodies; those of the file that come after it are drawn as boxes.
-    pub const FACES_MAX: usize = 30_000;
-    /// Circles on one agent's way; of a longer one every second, third … is drawn.
-    pub const CIRCLES_MAX: usize = 400;
-    /// Names in one view; those for which there is no room are left out as well.
-    pub const LABELS_MAX: usize = 40;
-}
-
-/// What to draw beside the scene.
-#[derive(Debug, Clone, Copy)]
-pub struct Drawing<'a> {
-    /// The head line.
-    pub title: &'a str,
-    /// The sensor whose frames the circles stand for; `None` takes the scene's first.
-    pub sampled_by: Option<&'a Sensor>,
-    /// When agents and temperatures are drawn.
-    pub time: Duration,
-}
-
-impl<'a> Drawing<'a> {
-    /// The start of the scene, sampled by its first sensor.
-    #[must_use]
-    pub const fn new(title: &'a str) -> Self {
-        Self {
-            title,
-            sampled_by: None,
-            time: Duration::ZERO,
-        }
-    }
-}
 
 /// The scene in perspective and from above, as a self-contained SVG of 1280 x 720.
 #[must_use]

@@ -21,14 +21,18 @@
 
 mod arrangement;
 mod axis;
+mod error;
 mod normal_equations;
 
 pub use axis::Axis;
+pub use error::{ArrayError, CELLS_PER_AXIS_MAX, SENSORS_MAX, STEPS_MAX};
 
 use crate::count;
-use crate::error::SceneError;
-use crate::scene::{Scene, Sensor};
-use crate::simulator::{Image, Simulator};
+use crate::model::error::SceneError;
+use crate::model::scene::Scene;
+use crate::model::sensor::Sensor;
+use crate::picture::image::Image;
+use crate::simulator::Simulator;
 use arrangement::{check_alike, check_full, middle, place, tangents, virtual_sensor};
 use glam::DVec2;
 use normal_equations::{System, steps};
@@ -56,75 +60,6 @@ pub enum Method {
     /// The cells that explain all pixels best, and are level where pixels tell nothing.
     LeastSquares,
 }
-
-/// Why sensors make no array.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ArrayError {
-    /// No sensor at all, or more than [`SENSORS_MAX`].
-    #[error(
-        "{found} sensors, expected 1 to {SENSORS_MAX}\nhint: name the sensors of the array with --sensors"
-    )]
-    Count {
-        /// How many there are.
-        found: usize,
-    },
-    /// A sensor that is not like the first.
-    #[error(
-        "sensor `{name}` differs from `{first}` in {what}\nhint: an array is of equal sensors that look the same way; name those of the array with --sensors"
-    )]
-    Unlike {
-        /// The sensor.
-        name: String,
-        /// The first sensor.
-        first: String,
-        /// In what it differs.
-        what: &'static str,
-    },
-    /// Sensors that are not in a grid, one in each place.
-    #[error(
-        "{sensors} sensors are not in a grid of {across} x {down} places\nhint: Eq. 7 needs sensors in rows and columns, all equally far apart"
-    )]
-    NoGrid {
-        /// Sensors.
-        sensors: usize,
-        /// Different places across.
-        across: usize,
-        /// Different places down.
-        down: usize,
-    },
-    /// A spacing that is not a pixel divided by a whole number.
-    #[error(
-        "sensors are {spacing_mm} mm apart {direction}, expected {expected_mm} mm at an operating distance of {distance_mm} mm for a factor of {factor} (Eq. 7)\nhint: move the sensors, or set operating_distance_mm to the distance for which they are meant"
-    )]
-    Spacing {
-        /// `across` or `down`.
-        direction: &'static str,
-        /// What it is.
-        spacing_mm: f64,
-        /// What Eq. 7 has for the nearest factor.
-        expected_mm: f64,
-        /// The sensors' operating distance.
-        distance_mm: f64,
-        /// The nearest factor.
-        factor: usize,
-    },
-    /// More cells than [`CELLS_PER_AXIS_MAX`].
-    #[error(
-        "{cells} cells on one axis, expected at most {CELLS_PER_AXIS_MAX}\nhint: place fewer sensors, or farther apart"
-    )]
-    TooManyCells {
-        /// The cells.
-        cells: usize,
-    },
-}
-
-/// Sensors of one array.
-pub const SENSORS_MAX: usize = 400;
-/// Cells of a virtual sensor on one axis.
-pub const CELLS_PER_AXIS_MAX: usize = 1_000;
-/// Steps of the least-squares solution; it ends earlier where another step changes nothing.
-pub const STEPS_MAX: usize = 1_000;
 
 impl SensorArray {
     /// The array of these sensors in the plane at their operating distance.

@@ -1,8 +1,9 @@
 //! A scene from straight above, as outlines, for whoever draws a plan of it.
 
-use crate::room::Room;
-use crate::scene::{Body, Sensor};
-use crate::warmth::clipped;
+use crate::geometry::polygon::clipped;
+use crate::model::body::Body;
+use crate::model::room::Room;
+use crate::model::sensor::Sensor;
 use glam::{DVec2, DVec3};
 
 /// The outline of a body where it stands, metres: its convex hull, counter-clockwise.

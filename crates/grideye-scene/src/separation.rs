@@ -11,9 +11,10 @@
 //! `Φ(-d' / 2)` (Green and Swets 1966): 16 % at 2, 0.6 % at [`D_PRIME_MIN`]. The distances of several sensors add by
 //! their squares. It is a bound: whoever does not know the pictures beforehand does worse.
 
-use crate::error::SceneError;
-use crate::scene::Scene;
-use crate::simulator::{Image, Simulator};
+use crate::model::error::SceneError;
+use crate::model::scene::Scene;
+use crate::picture::image::Image;
+use crate::simulator::Simulator;
 use std::time::Duration;
 
 /// From this distance on situations count as told apart: one frame in 160 is taken for the other.

@@ -45,10 +45,11 @@ mod target;
 
 pub use error::{Mistake, VariationError};
 
-use crate::error::SceneError;
-use crate::files::Files;
-use crate::scene::{Loaded, Model, Scene, Sensor};
-use crate::source::Source;
+use crate::file::files::Files;
+use crate::file::source::Source;
+use crate::model::error::SceneError;
+use crate::model::scene::{Loaded, Model, Scene};
+use crate::model::sensor::Sensor;
 use chance::{NOISE, below, generator, share};
 use floor::{Floors, Lottery};
 use grammar::{Choice, Piece};
@@ -56,7 +57,7 @@ use rand_chacha::rand_core::Rng as _;
 use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::time::Duration;
-use target::Edit;
+use target::{Edit, Placed, edited};
 use toml::de::DeTable;
 
 /// How often a place on the floor is looked for in one frame.
@@ -84,15 +85,6 @@ struct Varied {
     choices: Vec<Choice>,
     /// Where it is in the text; the moment of the frame is nowhere.
     edit: Option<Edit>,
-}
-
-/// An agent that is put on the floor.
-#[derive(Debug, Clone)]
-struct Placed {
-    asked: String,
-    agent: String,
-    /// The first is its position's.
-    edits: Vec<Edit>,
 }
 
 /// One number, or one text, of each draw.
@@ -414,7 +406,8 @@ impl Recipe {
         // What is in the way is looked for here: the scene is not to be refused for it while places are tried.
         let silence = target::edit(text, &document, "collisions").ok();
         Ok(Floors {
-            recipe: self,
+            origin: &self.origin,
+            placed: &self.placed,
             edits: placed.collect(),
             text: text.to_owned(),
             silence,
@@ -433,7 +426,7 @@ fn on_floor(path: &str, values: &str) -> Result<String, Mistake> {
 
 fn check_time(asked: &str, numbers: &[f64]) -> Result<(), VariationError> {
     match numbers {
-        [time_s] if (0.0..=crate::trajectory::TIME_MAX_S).contains(time_s) => Ok(()),
+        [time_s] if (0.0..=crate::limits::TIME_MAX_S).contains(time_s) => Ok(()),
         _ => Err(VariationError::Asked {
             asked: asked.to_owned(),
             mistake: Mistake::NoTime,
@@ -483,20 +476,4 @@ fn written(choice: &Choice, share: &mut dyn FnMut() -> f64) -> (String, Vec<f64>
         }
     }
     (text, numbers)
-}
-
-/// The text with values in the places of the edits, which do not overlap.
-fn edited(text: &str, mut edits: Vec<(&Edit, String)>) -> String {
-    edits.sort_by_key(|(edit, _)| (edit.range.start, edit.range.end));
-    let mut whole = String::with_capacity(text.len() + 32 * edits.len());
-    let mut copied = 0;
-    for (edit, value) in edits {
-        whole.push_str(text.get(copied..edit.range.start).unwrap_or_default());
-        whole.push_str(&edit.before);
-        whole.push_str(&value);
-        whole.push_str(&edit.after);
-        copied = edit.range.end;
-    }
-    whole.push_str(text.get(copied..).unwrap_or_default());
-    whole
 }

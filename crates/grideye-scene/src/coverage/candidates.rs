@@ -1,10 +1,14 @@
+//! The poses to try: on the ceiling, on walls and in corners.
+
+use super::error::CoverageError;
 use super::floor::bounds;
+use super::limits;
 use super::rays::edges;
-use super::{CoverageError, Survey, limits};
+use super::survey::Survey;
 use crate::count;
-use crate::physical::Optics;
-use crate::pose::Pose;
-use crate::scene::{Scene, Sensor};
+use crate::geometry::pose::Pose;
+use crate::model::scene::Scene;
+use crate::model::sensor::{Optics, Sensor};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 

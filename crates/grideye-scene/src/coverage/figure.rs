@@ -1,8 +1,11 @@
-use crate::perceived::Surface;
-use crate::scene::{Agent, Body};
-use crate::solid::Solid;
-use crate::warmth::Warmth;
-use crate::{Cuboid, angle::rotation_z_deg};
+//! The person that a survey looks for: standing, sitting or lying.
+
+use crate::Cuboid;
+use crate::geometry::angle::rotation_z_deg;
+use crate::geometry::solid::Solid;
+use crate::heat::warmth::Warmth;
+use crate::model::body::{Agent, Body};
+use crate::radiometry::perceived::Surface;
 use glam::DVec3;
 
 /// How a person is.

@@ -1,9 +1,14 @@
+//! The floor in cells: what is on each, and where a person has room.
+
+use super::error::CoverageError;
+use super::figure::Figure;
+use super::limits;
 use super::rays::Blockers;
-use super::{CoverageError, Figure, limits};
 use crate::collision::{Obstacles, TOLERANCE_M, Walls};
 use crate::count;
-use crate::room::Room;
-use crate::scene::{Agent, Scene};
+use crate::model::body::Agent;
+use crate::model::room::Room;
+use crate::model::scene::Scene;
 use glam::{DVec2, DVec3, USizeVec2};
 
 /// How finely a floor is looked at.

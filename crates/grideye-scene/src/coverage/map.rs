@@ -1,4 +1,8 @@
-use super::{Floor, InSight, Kind, Look, Rule, Wish};
+//! What several poses together see of every cell.
+
+use super::floor::{Floor, Kind};
+use super::pick::{Rule, Wish};
+use super::survey::{InSight, Look};
 
 /// What some poses together do at each cell.
 #[derive(Debug, Clone, PartialEq)]

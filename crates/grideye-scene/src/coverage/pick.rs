@@ -1,4 +1,9 @@
-use super::{CoverageError, Floor, Kind, Look, limits};
+//! Picks the few poses that see the most together, one after the other.
+
+use super::error::CoverageError;
+use super::floor::{Floor, Kind};
+use super::limits;
+use super::survey::Look;
 use crate::count;
 
 /// What is wanted of the sensors together.

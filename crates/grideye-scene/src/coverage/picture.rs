@@ -4,11 +4,14 @@
 //! into the cells.
 
 use super::floor::bounds;
+use super::floor::{Floor, Kind};
+use super::map::{Blind, Map, Spot};
+use super::pick::Wish;
 use super::sketch::{Anchor, DARK, GREY, Shape, Sketch, WHITE};
-use super::{Blind, Floor, Kind, Map, Spot, Wish};
 use crate::count;
 use crate::ground;
-use crate::scene::{Scene, Sensor};
+use crate::model::scene::Scene;
+use crate::model::sensor::Sensor;
 use glam::{DVec2, DVec3};
 
 /// What is drawn.

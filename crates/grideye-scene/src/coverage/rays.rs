@@ -1,7 +1,7 @@
 //! What a straight line meets in a room: is a point seen from another, and what stands above a point of the floor.
 
-use crate::scene::Scene;
-use crate::solid::{Enclosure, Solid};
+use crate::geometry::solid::{Enclosure, Solid};
+use crate::model::scene::Scene;
 use glam::{DVec2, DVec3};
 
 /// What stands in the way.

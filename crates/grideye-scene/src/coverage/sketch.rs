@@ -1,3 +1,5 @@
+//! Shapes of a map as SVG.
+
 use glam::DVec2;
 
 /// A drawing: shapes in the order in which they are painted, on a white page whose origin is at the top left.

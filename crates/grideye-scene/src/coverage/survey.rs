@@ -1,7 +1,15 @@
+//! What each pose sees of every cell, and how well it sees a person there.
+
+use super::error::CoverageError;
+use super::figure::Figure;
+use super::floor::{Floor, Grain, Kind};
+use super::limits;
 use super::rays::Blockers;
-use super::{CoverageError, Figure, Floor, Grain, Kind, limits};
-use crate::scene::{Agent, Scene, Sensor};
-use crate::simulator::{Image, Simulator};
+use crate::model::body::Agent;
+use crate::model::scene::Scene;
+use crate::model::sensor::Sensor;
+use crate::picture::image::Image;
+use crate::simulator::Simulator;
 use glam::DVec3;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! From the room to the page, in perspective or straight down.
 
-use super::painter::Plane;
+use super::plane::Plane;
 use glam::{DVec2, DVec3};
 
 /// A rectangle of the page.

@@ -1,8 +1,10 @@
 //! Names beside what they name, where there is room for them.
 
 use super::camera::Camera;
-use super::{Drawing, limits};
-use crate::scene::{Body, Scene};
+use super::limits;
+use super::options::Drawing;
+use crate::model::body::Body;
+use crate::model::scene::Scene;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 

@@ -1,13 +1,17 @@
 //! What is in the room, as flat pieces to paint.
 
 use super::camera::Camera;
-use super::painter::{Paint, Piece, Plane, clipped};
-use super::{Drawing, limits};
+use super::limits;
+use super::options::Drawing;
+use super::painter::{Paint, Piece, clipped};
+use super::plane::Plane;
 use crate::count;
-use crate::cuboid::Cuboid;
-use crate::room::Room;
-use crate::scene::{Agent, Scene, Sensor};
-use crate::solid::{Enclosure, Solid};
+use crate::geometry::cuboid::Cuboid;
+use crate::geometry::solid::{Enclosure, Solid};
+use crate::model::body::Agent;
+use crate::model::room::Room;
+use crate::model::scene::Scene;
+use crate::model::sensor::Sensor;
 use glam::DVec3;
 use std::collections::HashMap;
 

@@ -2,10 +2,11 @@
 
 use super::camera::{Camera, Panel};
 use super::labels::{Labels, width};
-use super::painter::{Paint, Piece, Plane};
+use super::painter::{Paint, Piece};
 use super::pieces::{AGENT, OBJECT, SEEN, SEEN_EDGE};
+use super::plane::Plane;
 use crate::count;
-use crate::scene::Sensor;
+use crate::model::sensor::Sensor;
 use glam::{DVec2, DVec3};
 
 #[derive(Debug)]

@@ -1,9 +1,9 @@
 //! How the sensors of an array must stand, and the sensor that they stand for together.
 
-use super::{ArrayError, Axis, CELLS_PER_AXIS_MAX};
+use super::axis::Axis;
+use super::error::{ArrayError, CELLS_PER_AXIS_MAX};
 use crate::count;
-use crate::physical::Optics;
-use crate::scene::Sensor;
+use crate::model::sensor::{Optics, Sensor};
 use glam::{DVec2, DVec3, USizeVec2};
 
 /// Deviation of a spacing from Eq. 7 that is let pass: 1 %, a third of a millimetre in 30.

@@ -1,6 +1,6 @@
 //! The cells that explain all pixels, found by conjugate gradients.
 
-use super::STEPS_MAX;
+use super::error::STEPS_MAX;
 
 /// The normal equations, one axis after the other.
 pub(super) struct System {

@@ -4,13 +4,12 @@ use super::document::{
     ClockTable, CommonModeTable, FixedPatternTable, Map, NoiseTable, ProfileTable, ThermistorTable,
     WarmUpTable,
 };
-use super::{
-    ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile, ProfileError,
+use super::error::ProfileError;
+use super::types::{
+    ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile,
     TEXT_BYTES_MAX, Thermistor, WarmUp,
 };
-use crate::error::Place;
-use crate::rule::Rule;
-use crate::source::excerpt;
+use crate::text::{Place, Rule, excerpt};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use std::ops::Range;
 use toml::Spanned;

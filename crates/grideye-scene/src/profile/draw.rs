@@ -1,3 +1,5 @@
+//! The random numbers of one specimen: each purpose has its own stream.
+
 use grideye_frame::PIXELS;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

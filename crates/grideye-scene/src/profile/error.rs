@@ -1,4 +1,6 @@
-use crate::error::Place;
+//! Why a profile is refused.
+
+use crate::text::Place;
 
 /// Why a profile was refused: each names the place, what was found there, what was expected and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

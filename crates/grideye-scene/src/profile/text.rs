@@ -1,6 +1,6 @@
 //! A profile as text that reads back to the same numbers.
 
-use super::Profile;
+use super::types::Profile;
 use grideye_frame::{COLUMNS, PIXELS};
 
 pub(crate) fn toml(profile: &Profile) -> String {

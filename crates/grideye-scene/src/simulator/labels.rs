@@ -1,13 +1,13 @@
 //! What a frame is labelled with: where each agent is, and how much of it is seen.
 
-use super::{
-    Facet, Image, Mask, Method, Objects, Painted, Shown, Simulator, facets, number, painted, shown,
-};
-use crate::area::Still;
-use crate::canvas::{Backdrop, Bench};
-use crate::noise::add_noise;
-use crate::scene::Scene;
-use crate::specimen;
+use super::frames::{Method, Objects, Simulator, facets, number, painted, shown};
+use crate::model::scene::Scene;
+use crate::picture::area::{Facet, Still};
+use crate::picture::grid::{Backdrop, Bench, Painted};
+use crate::picture::image::{Image, Mask};
+use crate::picture::physical::Shown;
+use crate::sensor::noise::add_noise;
+use crate::sensor::specimen;
 use std::time::Duration;
 
 impl Simulator {

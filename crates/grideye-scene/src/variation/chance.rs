@@ -1,6 +1,6 @@
 //! Random numbers that depend on the seed, on what they are drawn for, and on the frame alone.
 
-use crate::noise::fnv1a;
+use crate::sensor::noise::fnv1a;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 

@@ -1,5 +1,9 @@
-use super::grammar::CHOICES_MAX;
-use crate::error::SceneError;
+//! Why a scene cannot be varied as asked.
+
+use crate::model::error::SceneError;
+
+/// The most choices of one key.
+pub(crate) const CHOICES_MAX: usize = 1_000;
 
 /// Why a scene cannot be varied as it was asked to: each names what was asked for.
 #[derive(Debug, thiserror::Error)]

@@ -1,18 +1,19 @@
 //! Where agents are put on the floor: places are drawn until nobody is in anybody's way.
 
 use super::chance::{generator, share};
-use super::target::Edit;
-use super::{Recipe, edited};
-use crate::error::SceneError;
-use crate::files::Files;
-use crate::scene::Scene;
-use crate::source::MM_PER_M;
+use super::target::{Edit, Placed, edited};
+use crate::file::files::Files;
+use crate::model::error::SceneError;
+use crate::model::scene::Scene;
+use crate::text::MM_PER_M;
 use glam::DVec3;
 use rand_chacha::ChaCha12Rng;
 
 /// A draw's text, and where in it the places of the agents go that are put on the floor.
 pub(super) struct Floors<'a> {
-    pub(super) recipe: &'a Recipe,
+    /// The scene file's name in messages.
+    pub(super) origin: &'a str,
+    pub(super) placed: &'a [Placed],
     pub(super) text: String,
     /// Of each agent, the first for its position, the others for what goes with its way.
     pub(super) edits: Vec<Vec<Edit>>,
@@ -39,7 +40,7 @@ impl Floors<'_> {
     /// The lowest and the highest corner of the room.
     pub(super) fn room_m(&self, files: &dyn Files) -> Result<(DVec3, DVec3), SceneError> {
         let text = edited(&self.text, self.silent().collect());
-        let loaded = Scene::parse(&text, &self.recipe.origin, files)?;
+        let loaded = Scene::parse(&text, self.origin, files)?;
         Ok(loaded.scene.room().bounds_m())
     }
 
@@ -53,10 +54,10 @@ impl Floors<'_> {
         edits.extend(self.silent());
         let text = edited(&self.text, edits);
         let number_of = |name: &str| {
-            let mut placed = self.recipe.placed.iter();
+            let mut placed = self.placed.iter();
             placed.position(|placed| placed.agent == name)
         };
-        let scene = match Scene::parse(&text, &self.recipe.origin, files) {
+        let scene = match Scene::parse(&text, self.origin, files) {
             Ok(loaded) => loaded.scene,
             Err(SceneError::AgentLeavesRoom { name, .. }) if number_of(&name).is_some() => {
                 return Ok(number_of(&name));

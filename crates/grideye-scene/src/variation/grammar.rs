@@ -5,10 +5,7 @@
 //! choice  = a TOML value, in which every number may be LOW..HIGH, uniform, and in which text needs no quotes
 //! ```
 
-use super::error::Mistake;
-
-/// The most choices of one key.
-pub(crate) const CHOICES_MAX: usize = 1_000;
+use super::error::{CHOICES_MAX, Mistake};
 
 /// One of the values that a key may have.
 #[derive(Debug, Clone, PartialEq)]

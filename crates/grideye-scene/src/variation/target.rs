@@ -269,3 +269,28 @@ fn listed(names: impl Iterator<Item = String>) -> String {
 }
 
 const LISTED_MAX: usize = 20;
+
+/// An agent that is put on the floor.
+#[derive(Debug, Clone)]
+pub(super) struct Placed {
+    pub(super) asked: String,
+    pub(super) agent: String,
+    /// The first is its position's.
+    pub(super) edits: Vec<Edit>,
+}
+
+/// The text with values in the places of the edits, which do not overlap.
+pub(super) fn edited(text: &str, mut edits: Vec<(&Edit, String)>) -> String {
+    edits.sort_by_key(|(edit, _)| (edit.range.start, edit.range.end));
+    let mut whole = String::with_capacity(text.len() + 32 * edits.len());
+    let mut copied = 0;
+    for (edit, value) in edits {
+        whole.push_str(text.get(copied..edit.range.start).unwrap_or_default());
+        whole.push_str(&edit.before);
+        whole.push_str(&value);
+        whole.push_str(&edit.after);
+        copied = edit.range.end;
+    }
+    whole.push_str(text.get(copied..).unwrap_or_default());
+    whole
+}

@@ -248,7 +248,7 @@ impl Crate {
 
 /// The 64 directions and widths are read from the source, so that the caster shares nothing but the numbers.
 fn map() -> Vec<[f64; 4]> {
-    let source = include_str!("../../src/physical/map.rs");
+    let source = include_str!("../../src/picture/physical/map.rs");
     let rows = source
         .lines()
         .filter_map(|line| line.trim().strip_prefix('[')?.strip_suffix("],"));

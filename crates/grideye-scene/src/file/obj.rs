@@ -1,0 +1,136 @@
+//! Wavefront OBJ: vertices and faces of it, which every modelling program writes.
+
+use crate::geometry::solid::Solid;
+use crate::limits;
+use crate::model::error::SceneError;
+use crate::text::{Place, excerpt};
+use glam::DVec3;
+
+/// The surface in an OBJ file whose unit is `unit_m`. Lines other than `v` and `f` are passed over, and so are the
+/// texture and normal of a corner.
+pub(crate) fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Result<Solid, SceneError> {
+    let mut vertices_m = Vec::new();
+    let mut faces = Vec::new();
+    let mut first_face = 1;
+    for (index, line) in text.lines().enumerate() {
+        let content = line.split('#').next().unwrap_or_default();
+        let mut fields = content.split_ascii_whitespace();
+        let place = || Place {
+            file: file.into(),
+            line: index + 1,
+            column: 1,
+        };
+        let malformed = |expected| SceneError::ObjLine {
+            place: place(),
+            found: format!("`{}`", excerpt(line)),
+            expected,
+        };
+        let found = match fields.next() {
+            Some("v") => {
+                let vertex = vertex(fields).ok_or_else(|| {
+                    malformed("`v` and three finite coordinates of at most 1000 m")
+                })?;
+                vertices_m.push(unit_m * vertex);
+                vertices_m.len()
+            }
+            Some("f") => {
+                let corners = corners(fields, vertices_m.len());
+                faces.push(corners.ok_or_else(|| malformed("`f` and numbers of vertices"))?);
+                if faces.len() == 1 {
+                    first_face = index + 1;
+                }
+                faces.len()
+            }
+            _ => 0,
+        };
+        if found > limits::VERTICES_MAX {
+            return Err(SceneError::TooMany {
+                place: place(),
+                what: "vertices or faces",
+                found,
+                limit: limits::VERTICES_MAX,
+                hint: "simplify the mesh: a sensor of 8 x 8 pixels sees no finer than a few centimetres",
+            });
+        }
+    }
+    Solid::new(vertices_m, &faces).map_err(|source| SceneError::NoSolid {
+        place: Place {
+            file: file.into(),
+            line: first_face,
+            column: 1,
+        },
+        name: name.to_owned(),
+        source,
+        hint: "faces count from 0 in this message and from 1 in the file; the first stands on the line named",
+    })
+}
+
+/// Three coordinates in the file's unit; a fourth, the weight of a rational curve, is passed over.
+fn vertex<'a>(mut fields: impl Iterator<Item = &'a str>) -> Option<DVec3> {
+    let mut coordinate = || {
+        let number: f64 = fields.next()?.parse().ok()?;
+        (number.abs() <= COORDINATE_MAX).then_some(number)
+    };
+    Some(DVec3::new(coordinate()?, coordinate()?, coordinate()?))
+}
+
+/// Corners as `5`, `5/1`, `5//7` or `5/1/7`: from 1, or backwards from -1, the newest vertex.
+fn corners<'a>(fields: impl Iterator<Item = &'a str>, vertices: usize) -> Option<Vec<i64>> {
+    let vertices = i64::try_from(vertices).ok()?;
+    let index = |field: &str| {
+        let number: i64 = field.split('/').next()?.parse().ok()?;
+        match number {
+            0 => None,
+            1.. => Some(number - 1),
+            _ => vertices.checked_add(number),
+        }
+    };
+    fields.map(index).collect()
+}
+
+/// Largest coordinate in the file's own unit.
+const COORDINATE_MAX: f64 = 1e6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TETRAHEDRON: &str = "# a comment\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 0 1 0 # corner\nvn 0 0 1\nv 0 0 1\n\
+        f 1 3 2\nf 1/1 2/1 4/2\nf 2//1 3//1 4//1\nf -1 -2 -4\n";
+
+    #[test]
+    fn all_ways_to_name_a_corner_are_read() {
+        let solid = read("t.obj", TETRAHEDRON, 0.001, "t").unwrap();
+        assert_eq!(solid.vertices_m()[1], DVec3::new(0.001, 0.0, 0.0));
+        assert_eq!(solid.faces().count(), 4);
+        assert_eq!(solid.enclosure(), crate::geometry::solid::Enclosure::Convex);
+    }
+
+    #[test]
+    fn a_wrong_line_is_named() {
+        for (line, expected) in [
+            (
+                "v 1 2",
+                "t.obj:13:1: found `v 1 2`, expected `v` and three finite coordinates of at most 1000 m",
+            ),
+            ("v 1 2 nan", "t.obj:13:1: found `v 1 2 nan`"),
+            (
+                "f 1 2 x",
+                "t.obj:13:1: found `f 1 2 x`, expected `f` and numbers of vertices",
+            ),
+            ("f 0 1 2", "t.obj:13:1: found `f 0 1 2`"),
+            (
+                "f 1 2 9",
+                "t.obj:8:1: `thing` is no solid: face 4 names vertex 8, expected 0 to 3",
+            ),
+            (
+                "f 1 2",
+                "t.obj:8:1: `thing` is no solid: face 4 has 2 corners, expected at least 3",
+            ),
+        ] {
+            let text = format!("{TETRAHEDRON}\n{line}\n");
+            let message = read("t.obj", &text, 1.0, "thing").unwrap_err().to_string();
+            assert!(message.starts_with(expected), "{message}");
+        }
+    }
+}

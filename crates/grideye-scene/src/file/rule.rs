@@ -1,0 +1,216 @@
+//! Which numbers each key may have, and what its author is told.
+
+use crate::radiometry::perceived::ABSOLUTE_ZERO_C;
+use crate::text::Rule;
+
+pub(crate) const TEMPERATURE: Rule = Rule {
+    key: "temperature_c",
+    holds: |celsius| celsius > ABSOLUTE_ZERO_C && celsius <= 5000.0,
+    expected: "°C above absolute zero (-273.15) and up to 5000",
+    hint: "temperatures are degrees Celsius, not kelvin or raw counts",
+};
+pub(crate) const RANGE: Rule = Rule {
+    key: "detectable_range_c",
+    expected: "[lowest, highest] °C, rising, above absolute zero (-273.15) and up to 5000",
+    hint: "the paper says 0 to 80 of the Grid-EYE: [0, 80]",
+    ..TEMPERATURE
+};
+pub(crate) const AMBIENT: Rule = Rule {
+    key: "ambient_c",
+    ..TEMPERATURE
+};
+pub(crate) const EMISSIVITY: Rule = Rule {
+    key: "emissivity",
+    holds: |share| share > 0.0 && share <= 1.0,
+    expected: "a number above 0 and up to 1",
+    hint: "skin has 0.98, cloth 0.9 to 0.95, the paper takes 0.8",
+};
+/// In the physical model a mirror is possible, which the paper's formula divides by.
+pub(crate) const EMISSIVITY_PHYSICAL: Rule = Rule {
+    holds: |share| (0.0..=1.0).contains(&share),
+    expected: "a number from 0 to 1",
+    hint: "skin has 0.98, cloth 0.9 to 0.95, a mirror for heat 0",
+    ..EMISSIVITY
+};
+pub(crate) const REFLECTED: Rule = Rule {
+    key: "reflected_c",
+    ..TEMPERATURE
+};
+pub(crate) const SIZE: Rule = Rule {
+    key: "size_mm",
+    holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
+    expected: "three lengths above 0 and up to 1000000 mm",
+    hint: "sizes are [x, y, z] in millimetres before turning",
+};
+pub(crate) const POSITION: Rule = Rule {
+    key: "position_mm",
+    holds: |length_mm| length_mm.abs() <= LENGTH_MAX_MM,
+    expected: "three coordinates of at most 1000000 mm",
+    hint: "positions are [x, y, z] in millimetres from the room's bottom-left corner",
+};
+pub(crate) const PLAN: Rule = Rule {
+    key: "plan_mm",
+    holds: |length_mm| length_mm.abs() <= LENGTH_MAX_MM,
+    expected: "two coordinates of at most 1000000 mm",
+    hint: "a floor plan is the list of its corners [x, y] in the order of the walls, each once, and no wall meets another but at its ends",
+};
+pub(crate) const HEIGHT: Rule = Rule {
+    key: "height_mm",
+    holds: |length_mm| length_mm > 0.0 && length_mm <= LENGTH_MAX_MM,
+    expected: "a height above 0 and up to 1000000 mm",
+    hint: "from the floor, at z = 0, to the ceiling",
+};
+const LENGTH_MAX_MM: f64 = 1_000_000.0;
+pub(crate) const YAW: Rule = Rule {
+    key: "yaw_deg",
+    holds: |degrees| degrees.abs() <= 360.0,
+    expected: "-360 to 360",
+    hint: "angles are degrees, counter-clockwise as seen from above",
+};
+pub(crate) const PITCH: Rule = Rule {
+    key: "pitch_deg",
+    hint: "angles are degrees; a thing is rolled about x, pitched about y, then turned about the vertical",
+    ..YAW
+};
+pub(crate) const ROLL_OF_BODY: Rule = Rule {
+    key: "roll_deg",
+    ..PITCH
+};
+pub(crate) const VERTEX: Rule = Rule {
+    key: "vertices_mm",
+    hint: "vertices are [x, y, z] in millimetres from the thing's own position, before it is turned",
+    ..POSITION
+};
+pub(crate) const UNIT: Rule = Rule {
+    key: "unit_mm",
+    holds: |length_mm| (1e-3..=1e6).contains(&length_mm),
+    expected: "0.001 to 1000000 mm",
+    hint: "an OBJ file in metres has 1000, one in millimetres 1",
+};
+pub(crate) const AZIMUTH: Rule = Rule {
+    key: "azimuth_deg",
+    ..YAW
+};
+pub(crate) const ROLL: Rule = Rule {
+    key: "roll_deg",
+    hint: "angles are degrees, clockwise as seen from behind the sensor",
+    ..YAW
+};
+pub(crate) const ELEVATION: Rule = Rule {
+    key: "elevation_deg",
+    holds: |degrees| degrees.abs() <= 90.0,
+    expected: "-90 to 90",
+    hint: "90 looks straight down, 0 is level, -90 looks straight up",
+};
+pub(crate) const FIELD_OF_VIEW: Rule = Rule {
+    key: "fov_deg",
+    holds: |degrees| degrees > 0.0 && degrees < 180.0,
+    expected: "a full angle between 0 and 180, both excluded",
+    hint: "the Grid-EYE has 60",
+};
+pub(crate) const PIXELS_PER_DEGREE: Rule = Rule {
+    key: "pixels_per_degree",
+    holds: |points| points > 0.0 && points <= 10_000.0,
+    expected: "a number above 0 and up to 10000",
+    hint: "the paper takes 5",
+};
+pub(crate) const NOISE: Rule = Rule {
+    key: "noise_sigma_c",
+    holds: |sigma| (0.0..=1000.0).contains(&sigma),
+    expected: "0 to 1000 °C",
+    hint: "the paper takes 0.2 for the Grid-EYE and 1.6 for the Lepton; 0 is no noise",
+};
+pub(crate) const SAMPLING: Rule = Rule {
+    key: "sampling_hz",
+    holds: |hertz| (0.001..=10_000.0).contains(&hertz),
+    expected: "0.001 to 10000 frames a second",
+    hint: "the Grid-EYE has 1 or 10",
+};
+pub(crate) const OPERATING_DISTANCE: Rule = Rule {
+    key: "operating_distance_mm",
+    holds: |length_mm| (10.0..=LENGTH_MAX_MM).contains(&length_mm),
+    expected: "10 to 1000000 mm",
+    hint: "the paper takes 5000",
+};
+pub(crate) const SPEED: Rule = Rule {
+    key: "speed_mm_per_s",
+    holds: |speed| speed > 0.0 && speed <= 100_000.0,
+    expected: "a speed above 0 and up to 100000 mm/s",
+    hint: "a person walks at 500 to 1500 mm/s; leave trajectory and speed out for one who stands still",
+};
+pub(crate) const ACCELERATION: Rule = Rule {
+    key: "acceleration_mm_per_s2",
+    holds: |acceleration| acceleration > 0.0 && acceleration <= 100_000.0,
+    expected: "an acceleration above 0 and up to 100000 mm/s²",
+    hint: "a person who sets off speeds up by about 1000 mm/s each second",
+};
+pub(crate) const GRADIENT: Rule = Rule {
+    key: "gradient_c_per_m",
+    holds: |celsius_per_m| celsius_per_m.abs() <= 1000.0,
+    expected: "three numbers from -1000 to 1000 °C a metre",
+    hint: "along the body's own x, y and z; temperature_c is that at its position",
+};
+pub(crate) const TIME_CONSTANT: Rule = Rule {
+    key: "time_constant_s",
+    holds: |seconds| (1e-3..=1e9).contains(&seconds),
+    expected: "0.001 to 1000000000 seconds",
+    hint: "the time in which a thing left alone loses 63 % of its difference to ambient: a cup of tea 1800, a kettle 3600",
+};
+pub(crate) const POWER: Rule = Rule {
+    key: "power_w",
+    holds: |watts| watts.abs() <= 1e9,
+    expected: "-1000000000 to 1000000000 W",
+    hint: "what heats the thing while it is on; a negative power cools it",
+};
+pub(crate) const CAPACITY: Rule = Rule {
+    key: "heat_capacity_j_per_k",
+    holds: |capacity| (1e-3..=1e12).contains(&capacity),
+    expected: "0.001 to 1000000000000 J/K",
+    hint: "a litre of water has 4186 J/K, 10 kg of steel 4600 J/K",
+};
+pub(crate) const PAPER_EXPERIMENT: Rule = Rule {
+    key: "paper_experiment",
+    holds: |number| paper_experiment(number).is_some(),
+    expected: "1, 2, 3 or 4",
+    hint: "the experiment of the paper that this scene stands for; leave it out for a scene of your own",
+};
+/// The number of an experiment that has a table in the paper.
+pub(crate) fn paper_experiment(number: f64) -> Option<u8> {
+    (1..=4).find(|&experiment| f64::from(experiment) == number)
+}
+pub(crate) const DURATION: Rule = Rule {
+    key: "duration_s",
+    holds: |seconds| (0.0..=crate::limits::TIME_MAX_S).contains(&seconds),
+    expected: "0 to 31622400 seconds",
+    hint: "how long the scene takes at least; the agents' ways make it longer",
+};
+pub(crate) const PIXEL_WIDTH: Rule = Rule {
+    key: "pixel_width_deg",
+    holds: |degrees| (0.01..=90.0).contains(&degrees),
+    expected: "0.01 to 90",
+    hint: "the full angle within which a pixel has more than half its response: about 8 for a Grid-EYE",
+};
+pub(crate) const BLUR: Rule = Rule {
+    key: "blur_deg",
+    holds: |degrees| (0.0..=90.0).contains(&degrees),
+    expected: "0 to 90",
+    hint: "the full width at half height of the point spread; 0 is none",
+};
+pub(crate) const BLUR_PIXELS: Rule = Rule {
+    key: "blur_px",
+    holds: |pixels| (0.0..=10.0).contains(&pixels),
+    expected: "0 to 10",
+    hint: "the full width at half height of the point spread, in pixels; 0 is none",
+};
+pub(crate) const STEP: Rule = Rule {
+    key: "step_c",
+    holds: |celsius| (0.0..=100.0).contains(&celsius),
+    expected: "0 to 100 °C",
+    hint: "the Grid-EYE has steps of 0.25; 0 is none",
+};
+pub(crate) const WAVELENGTH: Rule = Rule {
+    key: "band_um",
+    holds: |um| (0.1..=1000.0).contains(&um),
+    expected: "[from, to], rising, each 0.1 to 1000 µm",
+    hint: "thermal sensors take in about [8, 14]; leave it out for all wavelengths",
+};

@@ -1,0 +1,235 @@
+//! How far two convex bodies are from one another (Gilbert, Johnson and Keerthi 1988).
+
+use glam::{DMat3, DVec3};
+
+/// The gap between two convex hulls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gap {
+    /// 0 if they meet, metres.
+    pub(crate) distance_m: f64,
+    /// The middle between their nearest points; a common point if they meet.
+    pub(crate) middle_m: DVec3,
+}
+
+/// A point of the difference of two hulls, and the points of each that it is the difference of.
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    difference: DVec3,
+    one: DVec3,
+    other: DVec3,
+}
+
+/// The gap between the hull of `one`, moved by `offset_m`, and the hull of `other`.
+pub(crate) fn gap(one: &[DVec3], offset_m: DVec3, other: &[DVec3]) -> Gap {
+    let corner = |direction: DVec3| {
+        let one = farthest(one, direction) + offset_m;
+        let other = farthest(other, -direction);
+        Corner {
+            difference: one - other,
+            one,
+            other,
+        }
+    };
+    let mut simplex = vec![corner(DVec3::X)];
+    let mut nearest = Nearest::of(&simplex);
+    for _ in 0..ROUNDS_MAX {
+        let to_origin = nearest.point;
+        let distance_m2 = to_origin.length_squared();
+        if distance_m2 <= MEETING_M * MEETING_M {
+            break;
+        }
+        let next = corner(-to_origin);
+        // No point of the difference is nearer to the origin than the plane through `next`.
+        if distance_m2 - to_origin.dot(next.difference) <= PRECISION * distance_m2 {
+            break;
+        }
+        simplex.push(next);
+        let closer = Nearest::of(&simplex);
+        if closer.point.length_squared() >= distance_m2 {
+            // Rounding is all that is left to gain.
+            break;
+        }
+        simplex = closer.kept.clone();
+        nearest = closer;
+    }
+    nearest.gap()
+}
+
+/// Rounds after which the nearest points found so far have to do; boxes need about five, round bodies ten.
+const ROUNDS_MAX: usize = 64;
+/// Nearer than this is together, metres.
+const MEETING_M: f64 = 1e-9;
+/// The part of the distance's square that may be left.
+const PRECISION: f64 = 1e-9;
+
+/// The point of a simplex that is nearest to the origin.
+#[derive(Debug, Clone)]
+struct Nearest {
+    point: DVec3,
+    /// The corners that it lies between, and the share of each.
+    kept: Vec<Corner>,
+    shares: Vec<f64>,
+}
+
+impl Nearest {
+    /// Tries every part of the simplex: 15 at most.
+    fn of(simplex: &[Corner]) -> Self {
+        let mut nearest = Self {
+            point: DVec3::INFINITY,
+            kept: Vec::new(),
+            shares: Vec::new(),
+        };
+        for chosen in 1..1_u32 << simplex.len() {
+            let part: Vec<Corner> = simplex
+                .iter()
+                .enumerate()
+                .filter(|(index, _)| chosen >> index & 1 == 1)
+                .map(|(_, corner)| *corner)
+                .collect();
+            let Some(shares) = shares(&part) else {
+                continue;
+            };
+            let point = part
+                .iter()
+                .zip(&shares)
+                .map(|(corner, share)| corner.difference * *share)
+                .sum::<DVec3>();
+            if point.length_squared() < nearest.point.length_squared() {
+                nearest = Self {
+                    point,
+                    kept: part,
+                    shares,
+                };
+            }
+        }
+        nearest
+    }
+
+    fn gap(&self) -> Gap {
+        let mix = |point: fn(&Corner) -> DVec3| {
+            let shared = self.kept.iter().zip(&self.shares);
+            shared
+                .map(|(corner, share)| point(corner) * *share)
+                .sum::<DVec3>()
+        };
+        let distance_m = self.point.length();
+        Gap {
+            distance_m: if distance_m > MEETING_M {
+                distance_m
+            } else {
+                0.0
+            },
+            middle_m: 0.5 * (mix(|corner| corner.one) + mix(|corner| corner.other)),
+        }
+    }
+}
+
+/// The shares of the corners in the point of their point, line, plane or space that is nearest to the origin; `None`
+/// if it is not between them.
+fn shares(part: &[Corner]) -> Option<Vec<f64>> {
+    let (first, rest) = part.split_first()?;
+    let anchor = first.difference;
+    let along = |index: usize| rest[index].difference - anchor;
+    let rest_shares = match rest.len() {
+        0 => Vec::new(),
+        1 => {
+            let line = along(0);
+            vec![-anchor.dot(line) / line.length_squared()]
+        }
+        2 => {
+            let (one, other) = (along(0), along(1));
+            let (one2, both, other2) = (one.dot(one), one.dot(other), other.dot(other));
+            let determinant = one2 * other2 - both * both;
+            let (to_one, to_other) = (-anchor.dot(one), -anchor.dot(other));
+            vec![
+                (to_one * other2 - to_other * both) / determinant,
+                (to_other * one2 - to_one * both) / determinant,
+            ]
+        }
+        _ => {
+            let space = DMat3::from_cols(along(0), along(1), along(2));
+            (space.inverse() * -anchor).to_array().to_vec()
+        }
+    };
+    let mut shares = vec![1.0 - rest_shares.iter().sum::<f64>()];
+    shares.extend(rest_shares);
+    // Not-a-number, of corners on one line or plane, is not between them either.
+    shares.iter().all(|share| *share >= 0.0).then_some(shares)
+}
+
+/// The point that lies farthest in a direction.
+fn farthest(points: &[DVec3], direction: DVec3) -> DVec3 {
+    let mut farthest = (f64::NEG_INFINITY, DVec3::ZERO);
+    for point in points {
+        let reach = point.dot(direction);
+        if reach > farthest.0 {
+            farthest = (reach, *point);
+        }
+    }
+    farthest.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cuboid::Cuboid;
+    use crate::geometry::solid::Solid;
+
+    fn cuboid(base: [f64; 3], size: [f64; 3], yaw_deg: f64) -> Vec<DVec3> {
+        let cuboid = Cuboid::new(DVec3::from_array(base), DVec3::from_array(size), yaw_deg);
+        cuboid.corners_in_world().to_vec()
+    }
+
+    fn assert_gap(one: &[DVec3], other: &[DVec3], expected_m: f64) {
+        for (one, other) in [(one, other), (other, one)] {
+            let found = gap(one, DVec3::ZERO, other).distance_m;
+            assert!((found - expected_m).abs() < 1e-9, "{found} {expected_m}");
+        }
+    }
+
+    #[test]
+    fn boxes_face_to_face_edge_to_edge_and_corner_to_corner() {
+        let one = cuboid([0.0, 0.0, 0.0], [2.0, 2.0, 2.0], 0.0);
+        for (base, expected_m) in [
+            ([3.0, 0.3, 0.1], 1.5),
+            ([0.2, 0.1, 5.0], 3.0),
+            ([2.5, 3.5, 0.0], f64::hypot(1.0, 2.0)),
+            ([2.5, 3.5, 4.0], 3.0),
+            ([1.4, 0.0, 0.0], 0.0),
+            ([0.0, 0.0, 0.5], 0.0),
+        ] {
+            assert_gap(&one, &cuboid(base, [1.0, 1.0, 1.0], 0.0), expected_m);
+        }
+        // The corner of a turned box against a face.
+        let turned = cuboid([3.0, 0.0, 0.0], [1.0, 1.0, 1.0], 45.0);
+        assert_gap(&one, &turned, 2.0 - 0.5_f64.sqrt());
+    }
+
+    #[test]
+    fn the_middle_lies_between_the_nearest_points() {
+        let one = cuboid([0.0, 0.0, 0.0], [2.0, 2.0, 2.0], 0.0);
+        let point = [DVec3::new(0.0, 0.0, 0.0)];
+        let found = gap(&point, DVec3::new(4.0, 0.25, 0.5), &one);
+        assert!((found.distance_m - 3.0).abs() < 1e-9);
+        assert!(found.middle_m.abs_diff_eq(DVec3::new(2.5, 0.25, 0.5), 1e-9));
+    }
+
+    #[test]
+    fn round_bodies_and_flat_ones() {
+        let ball = Solid::ellipsoid(DVec3::splat(1.0));
+        let other: Vec<DVec3> = ball
+            .vertices_m()
+            .iter()
+            .map(|vertex| *vertex + DVec3::new(3.0, 0.0, 0.0))
+            .collect();
+        let found = gap(ball.vertices_m(), DVec3::ZERO, &other).distance_m;
+        assert!((found - 2.0).abs() < 0.01, "{found}");
+        let sheet = [
+            DVec3::new(-1.0, -1.0, 2.0),
+            DVec3::new(1.0, -1.0, 2.0),
+            DVec3::new(0.0, 1.0, 2.0),
+        ];
+        assert_gap(ball.vertices_m(), &sheet, 1.0);
+        assert_gap(&sheet, &[DVec3::new(0.0, 0.0, 2.0)], 0.0);
+    }
+}

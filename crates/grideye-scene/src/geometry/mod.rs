@@ -1,0 +1,8 @@
+//! Shapes and places in the room, without temperature: each file knows only those below it.
+
+pub(crate) mod angle;
+pub(crate) mod cuboid;
+pub(crate) mod distance;
+pub(crate) mod polygon;
+pub(crate) mod pose;
+pub(crate) mod solid;

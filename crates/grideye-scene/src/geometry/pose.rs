@@ -1,0 +1,112 @@
+//! Where a sensor is and which way it looks.
+
+use crate::geometry::angle::{rotation_x_deg, rotation_y_deg, rotation_z_deg};
+use glam::{DMat3, DVec3};
+
+/// Where a sensor is and which way it looks.
+///
+/// The sensor's own axes are x forward along its optical axis, y to its left, z to the top of its picture. At
+/// elevation, azimuth and roll 0 they are the room's axes. Then the sensor is rolled about x, pitched about y and
+/// turned about z, each right-handed: `world_from_sensor = Rz(azimuth) Ry(elevation) Rx(roll)`.
+///
+/// | elevation | looks | | azimuth | heads towards | | roll | the picture's top leans |
+/// |---|---|---|---|---|---|---|---|
+/// | 90° | straight down | | 0° | +x, the room's right | | 0° | not |
+/// | 45° | half down | | 90° | +y, the room's back | | 90° | to the sensor's right |
+/// | 0° | level | | -90° | -y, the room's front | | | |
+/// | -90° | straight up | | 180° | -x, the room's left | | | |
+///
+/// A sensor that looks straight down has the top of its picture where its azimuth heads. With the paper's azimuth of
+/// -90° the room's front is at the top and the room's right appears left, as the paper says of its pictures
+/// (PeerJ CS 11:e3124, scenario B). That is a turn, never a mirror image: a lens cannot mirror.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// Place of the sensor in the room, metres.
+    pub position_m: DVec3,
+    /// Angle of the optical axis below the horizontal, radians, -π/2 to π/2.
+    pub elevation_rad: f64,
+    /// Heading, radians counter-clockwise from +x as seen from above.
+    pub azimuth_rad: f64,
+    /// Turn about the optical axis, radians, clockwise as seen from behind the sensor.
+    pub roll_rad: f64,
+    sensor_from_world: DMat3,
+}
+
+impl Pose {
+    /// From degrees, as files have them. Multiples of 90° are exact.
+    #[must_use]
+    pub fn from_degrees(
+        position_m: DVec3,
+        elevation_deg: f64,
+        azimuth_deg: f64,
+        roll_deg: f64,
+    ) -> Self {
+        let world_from_sensor =
+            rotation_z_deg(azimuth_deg) * rotation_y_deg(elevation_deg) * rotation_x_deg(roll_deg);
+        Self {
+            position_m,
+            elevation_rad: elevation_deg.to_radians(),
+            azimuth_rad: azimuth_deg.to_radians(),
+            roll_rad: roll_deg.to_radians(),
+            sensor_from_world: world_from_sensor.transpose(),
+        }
+    }
+
+    /// The rotation that turns directions in the room into directions as the sensor has them.
+    #[must_use]
+    pub const fn sensor_from_world(&self) -> DMat3 {
+        self.sensor_from_world
+    }
+
+    /// The rotation that turns the sensor's directions into the room's.
+    #[must_use]
+    pub fn world_from_sensor(&self) -> DMat3 {
+        self.sensor_from_world.transpose()
+    }
+
+    /// A point of the room as the sensor has it: metres forward, left and up.
+    #[must_use]
+    pub fn point_in_sensor(&self, point_in_world_m: DVec3) -> DVec3 {
+        self.sensor_from_world * (point_in_world_m - self.position_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes(elevation_deg: f64, azimuth_deg: f64, roll_deg: f64) -> (DVec3, DVec3, DVec3) {
+        let world_from_sensor =
+            Pose::from_degrees(DVec3::ZERO, elevation_deg, azimuth_deg, roll_deg)
+                .world_from_sensor();
+        let (forward, left, up) = (
+            world_from_sensor.x_axis,
+            world_from_sensor.y_axis,
+            world_from_sensor.z_axis,
+        );
+        (forward, -left, up)
+    }
+
+    #[test]
+    fn the_table_of_the_documentation_holds() {
+        let (right, back, up) = (DVec3::X, DVec3::Y, DVec3::Z);
+        assert_eq!(axes(0.0, 0.0, 0.0), (right, -back, up));
+        assert_eq!(axes(90.0, 0.0, 0.0), (-up, -back, right));
+        assert_eq!(
+            axes(90.0, -90.0, 0.0),
+            (-up, -right, -back),
+            "front at the top, right at the left"
+        );
+        assert_eq!(axes(90.0, 90.0, 0.0), (-up, right, back), "as on a map");
+        assert_eq!(axes(-90.0, 0.0, 0.0), (up, -back, -right));
+        assert_eq!(axes(0.0, -90.0, 0.0).0, -back);
+        assert_eq!(axes(0.0, 180.0, 0.0).0, -right);
+        assert_eq!(
+            axes(0.0, 0.0, 90.0),
+            (right, -up, -back),
+            "the top leans to the sensor's right"
+        );
+        let (forward, ..) = axes(45.0, -90.0, 0.0);
+        assert!((forward - DVec3::new(0.0, -0.5_f64.sqrt(), -0.5_f64.sqrt())).length() < 1e-15);
+    }
+}

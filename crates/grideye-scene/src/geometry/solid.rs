@@ -1,0 +1,568 @@
+//! Surfaces of flat faces: cuboids, pyramids, any polyhedron, and round bodies as polyhedra of many faces.
+
+use crate::count;
+use crate::geometry::cuboid::Cuboid;
+use glam::{DMat3, DVec3};
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+/// A surface of flat, convex faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solid {
+    vertices_m: Vec<DVec3>,
+    /// Indices into `vertices_m`, face after face, counter-clockwise as seen from outside.
+    corners: Vec<usize>,
+    /// Where each face's corners begin in `corners`; one more at the end.
+    starts: Vec<usize>,
+    /// Which of the faces that it was made of each is, or is a part of.
+    given: Vec<usize>,
+    enclosure: Enclosure,
+}
+
+/// What kind of space the faces enclose; of a closed surface only the outsides of the faces can be seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Enclosure {
+    /// None: a sheet, seen from both sides.
+    Open,
+    /// One that may have dents or holes.
+    Closed,
+    /// One without.
+    Convex,
+}
+
+/// Why vertices and faces make no surface.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolidError {
+    /// A face with fewer than three corners.
+    #[error("face {face} has {corners} corners, expected at least 3")]
+    TooFewCorners {
+        /// The face, from 0.
+        face: usize,
+        /// Its corners.
+        corners: usize,
+    },
+    /// A corner that is none of the vertices.
+    #[error("face {face} names vertex {corner}, expected 0 to {last}")]
+    UnknownVertex {
+        /// The face, from 0.
+        face: usize,
+        /// The vertex it names.
+        corner: i64,
+        /// The last vertex there is.
+        last: i64,
+    },
+    /// A face whose corners all lie on one line.
+    #[error("face {face} has no area")]
+    NoArea {
+        /// The face, from 0.
+        face: usize,
+    },
+    /// No face at all.
+    #[error("no faces")]
+    Empty,
+}
+
+/// Corners of a round body's widest ring.
+const SEGMENTS: usize = 32;
+/// Rings from pole to pole.
+const RINGS: usize = 16;
+
+/// The corners of a cuboid's faces, counter-clockwise as seen from outside, as `Cuboid::corners_in_world` counts them.
+const CUBOID_FACES: [[usize; 4]; 6] = [
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+];
+
+impl Solid {
+    /// The faces of a cuboid, where it stands.
+    #[must_use]
+    pub fn of_cuboid(cuboid: &Cuboid) -> Self {
+        Self {
+            vertices_m: cuboid.corners_in_world().to_vec(),
+            corners: CUBOID_FACES.concat(),
+            starts: (0..=CUBOID_FACES.len()).map(|face| 4 * face).collect(),
+            given: (0..CUBOID_FACES.len()).collect(),
+            enclosure: Enclosure::Convex,
+        }
+    }
+
+    /// A pyramid on a rectangle: `size_m` is the base's sides along x and y and the height; the middle of its base is
+    /// the origin.
+    #[must_use]
+    pub fn pyramid(size_m: DVec3) -> Self {
+        let (x, y) = (0.5 * size_m.x, 0.5 * size_m.y);
+        let base = [(-x, -y), (x, -y), (x, y), (-x, y)];
+        let mut vertices_m = base.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec();
+        vertices_m.push(DVec3::new(0.0, 0.0, size_m.z));
+        Self {
+            vertices_m,
+            corners: vec![0, 3, 2, 1, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4],
+            starts: vec![0, 4, 7, 10, 13, 16],
+            given: (0..5).collect(),
+            enclosure: Enclosure::Convex,
+        }
+    }
+
+    /// An ellipsoid with diameters `size_m`, standing on the origin, as a polyhedron of 512 faces.
+    ///
+    /// Its corners lie outside the ellipsoid by so much that its outline, seen from above, has the ellipse's area;
+    /// from no side does the outline depart from the ellipse by more than 1 % of the radius.
+    #[must_use]
+    pub fn ellipsoid(size_m: DVec3) -> Self {
+        Self::stack(size_m, 0.0)
+    }
+
+    /// An upright cylinder with half an ellipsoid at either end, standing on the origin: `size_m` is the diameters and
+    /// the whole height. The ends are half as high as the smaller diameter, or less if that is all there is.
+    #[must_use]
+    pub fn capsule(size_m: DVec3) -> Self {
+        let ends_m = size_m.x.min(size_m.y).min(size_m.z);
+        Self::stack(size_m.with_z(ends_m), size_m.z - ends_m)
+    }
+
+    /// A surface from vertices and faces, which are given by their corners' indices.
+    ///
+    /// Faces that are not flat and convex are cut into triangles. A closed surface may have its faces either way
+    /// round, so long as all agree; one that is open, or whose faces disagree, is seen from both sides.
+    ///
+    /// # Errors
+    /// [`SolidError`].
+    pub fn new(vertices_m: Vec<DVec3>, faces: &[Vec<i64>]) -> Result<Self, SolidError> {
+        let last = i64::try_from(vertices_m.len()).unwrap_or(i64::MAX) - 1;
+        let mut solid = Self {
+            vertices_m,
+            corners: Vec::new(),
+            starts: vec![0],
+            given: Vec::new(),
+            enclosure: Enclosure::Open,
+        };
+        for (face, corners) in faces.iter().enumerate() {
+            if corners.len() < 3 {
+                return Err(SolidError::TooFewCorners {
+                    face,
+                    corners: corners.len(),
+                });
+            }
+            let known = |corner: &i64| {
+                usize::try_from(*corner)
+                    .ok()
+                    .filter(|index| *index < solid.vertices_m.len())
+                    .ok_or(SolidError::UnknownVertex {
+                        face,
+                        corner: *corner,
+                        last,
+                    })
+            };
+            let corners = corners.iter().map(known).collect::<Result<Vec<_>, _>>()?;
+            let pieces = convex_pieces(&solid.vertices_m, &corners);
+            if pieces.is_empty() {
+                return Err(SolidError::NoArea { face });
+            }
+            for piece in pieces {
+                solid.push(&piece);
+                solid.given.push(face);
+            }
+        }
+        if solid.starts.len() == 1 {
+            return Err(SolidError::Empty);
+        }
+        solid.close();
+        Ok(solid)
+    }
+
+    /// The same surface, turned about the origin and then moved.
+    #[must_use]
+    pub fn placed(mut self, rotation: DMat3, offset_m: DVec3) -> Self {
+        for vertex in &mut self.vertices_m {
+            *vertex = rotation * *vertex + offset_m;
+        }
+        self
+    }
+
+    /// Its corners, metres.
+    #[must_use]
+    pub fn vertices_m(&self) -> &[DVec3] {
+        &self.vertices_m
+    }
+
+    /// The faces, each as the indices of its corners, counter-clockwise as seen from outside.
+    pub fn faces(&self) -> impl Iterator<Item = &[usize]> {
+        self.starts
+            .windows(2)
+            .map(|pair| &self.corners[pair[0]..pair[1]])
+    }
+
+    /// Which of the faces that the surface was made of each face is, or is a part of.
+    pub(crate) fn given(&self) -> &[usize] {
+        &self.given
+    }
+
+    /// The same surface with its faces cut: `parts` gives each face's parts by their corners, with a value that comes
+    /// back for each part that has an area.
+    pub(crate) fn cut(
+        &self,
+        parts: impl Fn(usize, &[DVec3]) -> Vec<(Vec<DVec3>, f64)>,
+    ) -> (Self, Vec<f64>) {
+        let mut cut = Self {
+            vertices_m: Vec::new(),
+            corners: Vec::new(),
+            starts: vec![0],
+            given: Vec::new(),
+            enclosure: self.enclosure,
+        };
+        let mut values = Vec::new();
+        for (face, corners) in self.faces().enumerate() {
+            let corners: Vec<DVec3> = corners
+                .iter()
+                .map(|corner| self.vertices_m[*corner])
+                .collect();
+            for (part, value) in parts(face, &corners) {
+                let indices: Vec<usize> = (0..part.len()).collect();
+                if part.len() < 3 || convex_pieces(&part, &indices).is_empty() {
+                    continue;
+                }
+                let first = cut.vertices_m.len();
+                cut.vertices_m.extend(part);
+                cut.corners.extend(first..cut.vertices_m.len());
+                cut.starts.push(cut.corners.len());
+                cut.given.push(self.given[face]);
+                values.push(value);
+            }
+        }
+        (cut, values)
+    }
+
+    /// The lowest and the highest corner of the upright box, along the axes, that holds it.
+    #[must_use]
+    pub fn bounds_m(&self) -> (DVec3, DVec3) {
+        let first = self.vertices_m.first().copied().unwrap_or(DVec3::ZERO);
+        self.vertices_m
+            .iter()
+            .fold((first, first), |(low, high), vertex| {
+                (low.min(*vertex), high.max(*vertex))
+            })
+    }
+
+    pub(crate) const fn enclosure(&self) -> Enclosure {
+        self.enclosure
+    }
+
+    /// A stack of rings: an ellipsoid of these diameters, cut at its middle and drawn apart by `cylinder_m`.
+    fn stack(size_m: DVec3, cylinder_m: f64) -> Self {
+        let half = 0.5 * size_m;
+        let turn = 2.0 * PI / count::float(SEGMENTS);
+        // A regular polygon of this radius has the area of the circle of radius 1.
+        let outside = (turn / libm::sin(turn)).sqrt();
+        let mut solid = Self {
+            vertices_m: vec![DVec3::ZERO],
+            corners: Vec::new(),
+            starts: vec![0],
+            given: Vec::new(),
+            enclosure: Enclosure::Convex,
+        };
+        for ring in 1..RINGS {
+            let (sin, cos) = libm::sincos(PI * count::float(ring) / count::float(RINGS));
+            let rises = if 2 * ring == RINGS && cylinder_m > 0.0 {
+                vec![0.0, cylinder_m]
+            } else if 2 * ring > RINGS {
+                vec![cylinder_m]
+            } else {
+                vec![0.0]
+            };
+            for rise in rises {
+                let height = half.z * (1.0 - cos) + rise;
+                solid.vertices_m.extend((0..SEGMENTS).map(|segment| {
+                    let (across, along) = libm::sincos(turn * count::float(segment));
+                    let radius = outside * sin;
+                    DVec3::new(half.x * radius * along, half.y * radius * across, height)
+                }));
+            }
+        }
+        solid
+            .vertices_m
+            .push(DVec3::new(0.0, 0.0, size_m.z + cylinder_m));
+        solid.join_rings();
+        solid.given = (0..solid.starts.len() - 1).collect();
+        solid
+    }
+
+    /// The faces between rings of [`SEGMENTS`] vertices each, with one vertex below and one above them all.
+    fn join_rings(&mut self) {
+        let top = self.vertices_m.len() - 1;
+        let rings = (top - 1) / SEGMENTS;
+        let at = |ring: usize, segment: usize| 1 + ring * SEGMENTS + segment % SEGMENTS;
+        for segment in 0..SEGMENTS {
+            self.push(&[0, at(0, segment + 1), at(0, segment)]);
+            for ring in 1..rings {
+                self.push(&[
+                    at(ring - 1, segment),
+                    at(ring - 1, segment + 1),
+                    at(ring, segment + 1),
+                    at(ring, segment),
+                ]);
+            }
+            self.push(&[top, at(rings - 1, segment), at(rings - 1, segment + 1)]);
+        }
+    }
+
+    fn push(&mut self, corners: &[usize]) {
+        self.corners.extend_from_slice(corners);
+        self.starts.push(self.corners.len());
+    }
+
+    /// Finds out what the faces enclose, and turns them outwards if they are closed and look inwards.
+    fn close(&mut self) {
+        // Every edge of a closed surface is walked once in either direction.
+        let mut walks: HashMap<(usize, usize), i32> = HashMap::new();
+        for face in self.faces() {
+            for (from, to) in face.iter().zip(face.iter().cycle().skip(1)) {
+                *walks.entry((*from, *to)).or_default() += 1;
+            }
+        }
+        let is_closed = walks
+            .iter()
+            .all(|((from, to), walked)| *walked == 1 && walks.get(&(*to, *from)) == Some(&1));
+        if !is_closed {
+            return;
+        }
+        let middle = self.vertices_m.iter().sum::<DVec3>() / count::float(self.vertices_m.len());
+        let volume: f64 = self
+            .faces()
+            .map(|face| area_vector(&self.vertices_m, face).dot(self.vertices_m[face[0]] - middle))
+            .sum();
+        if volume < 0.0 {
+            for face in self.starts.windows(2) {
+                self.corners[face[0]..face[1]].reverse();
+            }
+        }
+        self.enclosure = if self.is_convex() {
+            Enclosure::Convex
+        } else {
+            Enclosure::Closed
+        };
+    }
+
+    fn is_convex(&self) -> bool {
+        let (low, high) = self.bounds_m();
+        let slack_m = FLAT * (high - low).length();
+        self.faces().all(|face| {
+            let outward = area_vector(&self.vertices_m, face).normalize_or_zero();
+            let anchor = self.vertices_m[face[0]];
+            self.vertices_m
+                .iter()
+                .all(|vertex| outward.dot(*vertex - anchor) <= slack_m)
+        })
+    }
+}
+
+/// By this part of its extent a face may depart from a plane, and a surface from a convex one.
+const FLAT: f64 = 1e-9;
+
+/// The face as it is, if it is flat and convex, else as triangles; none for a face without area.
+fn convex_pieces(vertices_m: &[DVec3], face: &[usize]) -> Vec<Vec<usize>> {
+    let normal = area_vector(vertices_m, face);
+    let anchor = vertices_m[face[0]];
+    let extent_m = face
+        .iter()
+        .map(|corner| vertices_m[*corner].distance(anchor))
+        .fold(0.0, f64::max);
+    if normal.length() <= FLAT * extent_m * extent_m {
+        return Vec::new();
+    }
+    let outward = normal.normalize();
+    let is_flat = face
+        .iter()
+        .all(|corner| outward.dot(vertices_m[*corner] - anchor).abs() <= FLAT * extent_m);
+    let turns_left = |index: usize| turn(vertices_m, face, outward, index) >= 0.0;
+    if is_flat && (0..face.len()).all(turns_left) {
+        return vec![face.to_vec()];
+    }
+    ears(vertices_m, face, outward)
+}
+
+/// How much the outline turns left at a corner, seen against `outward`: twice the area of the triangle there.
+fn turn(vertices_m: &[DVec3], face: &[usize], outward: DVec3, index: usize) -> f64 {
+    let at = |offset: usize| vertices_m[face[(index + offset) % face.len()]];
+    let (before, here, after) = (at(face.len() - 1), at(0), at(1));
+    outward.dot((here - before).cross(after - here))
+}
+
+/// Cuts a face into triangles by taking one ear after the other.
+fn ears(vertices_m: &[DVec3], face: &[usize], outward: DVec3) -> Vec<Vec<usize>> {
+    let mut rest = face.to_vec();
+    let mut triangles = Vec::new();
+    while rest.len() > 3 {
+        let is_ear = |index: &usize| {
+            let corners = [rest.len() - 1, 0, 1].map(|offset| rest[(index + offset) % rest.len()]);
+            turn(vertices_m, &rest, outward, *index) > 0.0
+                && rest
+                    .iter()
+                    .filter(|corner| !corners.contains(corner))
+                    .all(|corner| !is_within(vertices_m, corners, outward, *corner))
+        };
+        // A simple polygon has at least two ears; one that crosses itself gets what is left cut anyhow.
+        let ear = (0..rest.len()).find(is_ear).unwrap_or(0);
+        let corners = [rest.len() - 1, 0, 1].map(|offset| rest[(ear + offset) % rest.len()]);
+        if turn(vertices_m, &rest, outward, ear).abs() > 0.0 {
+            triangles.push(corners.to_vec());
+        }
+        rest.remove(ear);
+    }
+    triangles.push(rest);
+    triangles
+}
+
+fn is_within(vertices_m: &[DVec3], triangle: [usize; 3], outward: DVec3, corner: usize) -> bool {
+    let point = vertices_m[corner];
+    let side = |from: usize, to: usize| {
+        outward.dot(
+            (vertices_m[triangle[to]] - vertices_m[triangle[from]])
+                .cross(point - vertices_m[triangle[from]]),
+        )
+    };
+    side(0, 1) >= 0.0 && side(1, 2) >= 0.0 && side(2, 0) >= 0.0
+}
+
+/// Twice the area of a polygon, as a vector that points to where its corners run counter-clockwise.
+fn area_vector(vertices_m: &[DVec3], face: &[usize]) -> DVec3 {
+    let anchor = vertices_m[face[0]];
+    face.windows(2)
+        .map(|pair| (vertices_m[pair[0]] - anchor).cross(vertices_m[pair[1]] - anchor))
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Volume by the divergence theorem, and the area of all faces.
+    fn measure(solid: &Solid) -> (f64, f64) {
+        let mut measured = (0.0, 0.0);
+        for face in solid.faces() {
+            let area = area_vector(&solid.vertices_m, face);
+            measured.0 += area.dot(solid.vertices_m[face[0]]) / 6.0;
+            measured.1 += 0.5 * area.length();
+        }
+        measured
+    }
+
+    fn close_to(found: f64, expected: f64, part: f64) -> bool {
+        (found - expected).abs() <= part * expected.abs()
+    }
+
+    #[test]
+    fn a_cuboid_has_its_volume_and_area() {
+        let cuboid = Cuboid::new(DVec3::new(1.0, 2.0, 0.5), DVec3::new(2.0, 1.0, 3.0), 30.0);
+        let (volume_m3, area_m2) = measure(&Solid::of_cuboid(&cuboid));
+        assert!(close_to(volume_m3, 6.0, 1e-12), "{volume_m3}");
+        assert!(close_to(area_m2, 22.0, 1e-12), "{area_m2}");
+    }
+
+    #[test]
+    fn a_pyramid_has_a_third_of_its_box() {
+        let pyramid = Solid::pyramid(DVec3::new(2.0, 3.0, 1.5));
+        let (volume_m3, _) = measure(&pyramid);
+        assert!(close_to(volume_m3, 3.0, 1e-12), "{volume_m3}");
+        assert_eq!(pyramid.faces().count(), 5);
+    }
+
+    #[test]
+    fn round_bodies_have_nearly_their_volume_and_height() {
+        let ellipsoid = Solid::ellipsoid(DVec3::new(0.2, 0.3, 0.4));
+        let expected = 4.0 / 3.0 * PI * 0.1 * 0.15 * 0.2;
+        assert!(close_to(measure(&ellipsoid).0, expected, 0.01));
+        assert_eq!(ellipsoid.bounds_m().1.z, 0.4);
+        assert_eq!(ellipsoid.bounds_m().0.z, 0.0);
+
+        let capsule = Solid::capsule(DVec3::new(0.2, 0.2, 1.0));
+        let expected = PI * 0.01 * 0.8 + 4.0 / 3.0 * PI * 0.001;
+        assert!(close_to(measure(&capsule).0, expected, 0.01));
+        assert_eq!(capsule.bounds_m().1.z, 1.0);
+        for solid in [ellipsoid, capsule] {
+            assert!(solid.is_convex());
+        }
+    }
+
+    fn cube() -> (Vec<DVec3>, Vec<Vec<i64>>) {
+        let solid = Solid::of_cuboid(&Cuboid::new(DVec3::ZERO, DVec3::ONE, 0.0));
+        let faces =
+            CUBOID_FACES.map(|face| face.map(|corner| i64::try_from(corner).unwrap()).to_vec());
+        (solid.vertices_m, faces.to_vec())
+    }
+
+    #[test]
+    fn a_closed_surface_is_turned_outwards() {
+        let (vertices, mut faces) = cube();
+        for face in &mut faces {
+            face.reverse();
+        }
+        let solid = Solid::new(vertices, &faces).unwrap();
+        assert_eq!(solid.enclosure(), Enclosure::Convex);
+        assert!(close_to(measure(&solid).0, 1.0, 1e-12));
+    }
+
+    #[test]
+    fn a_surface_with_a_hole_or_a_face_the_wrong_way_is_open() {
+        let (vertices, mut faces) = cube();
+        faces[2].reverse();
+        let twisted = Solid::new(vertices.clone(), &faces).unwrap();
+        assert_eq!(twisted.enclosure(), Enclosure::Open);
+        faces.remove(2);
+        let holed = Solid::new(vertices, &faces).unwrap();
+        assert_eq!(holed.enclosure(), Enclosure::Open);
+    }
+
+    #[test]
+    fn a_dented_face_is_cut_into_triangles() {
+        // An L: six corners, one of them a dent; area 3.
+        let outline = [
+            (0.0, 0.0),
+            (2.0, 0.0),
+            (2.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 2.0),
+            (0.0, 2.0),
+        ];
+        let vertices: Vec<DVec3> = outline
+            .iter()
+            .map(|(x, y)| DVec3::new(*x, *y, 0.7))
+            .collect();
+        for corners in [vec![0, 1, 2, 3, 4, 5], vec![3, 2, 1, 0, 5, 4]] {
+            let sheet = Solid::new(vertices.clone(), &[corners]).unwrap();
+            assert!(close_to(measure(&sheet).1, 3.0, 1e-12));
+            assert_eq!(sheet.faces().count(), 4);
+        }
+    }
+
+    #[test]
+    fn what_makes_no_surface_is_refused() {
+        let (vertices, _) = cube();
+        let refused = |faces: &[Vec<i64>]| Solid::new(vertices.clone(), faces).unwrap_err();
+        assert_eq!(refused(&[]), SolidError::Empty);
+        assert_eq!(
+            refused(&[vec![0, 1]]),
+            SolidError::TooFewCorners {
+                face: 0,
+                corners: 2
+            }
+        );
+        assert_eq!(
+            refused(&[vec![0, 1, 3], vec![0, 1, -1]]),
+            SolidError::UnknownVertex {
+                face: 1,
+                corner: -1,
+                last: 7
+            }
+        );
+        assert_eq!(
+            refused(&[vec![0, 1, 8]]).to_string(),
+            "face 0 names vertex 8, expected 0 to 7"
+        );
+        assert_eq!(refused(&[vec![0, 1, 0]]), SolidError::NoArea { face: 0 });
+    }
+}

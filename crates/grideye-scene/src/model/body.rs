@@ -1,0 +1,106 @@
+//! What is in the room: bodies that stand, and agents that move.
+
+use crate::geometry::solid::Solid;
+use crate::heat::warmth::Warmth;
+use crate::motion::trajectory::Trajectory;
+use crate::radiometry::perceived::Surface;
+use glam::{DMat3, DVec3};
+use std::time::Duration;
+
+/// A thing, standing or at the start of its way; of one temperature, if its keys say nothing else.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Body {
+    /// Its name in the file.
+    pub name: String,
+    /// Its place in the room: what the file calls its position, metres.
+    pub base_m: DVec3,
+    /// Its surface, where it stands.
+    pub solid: Solid,
+    /// Its temperature at the start and on the whole, and its emissivity.
+    pub surface: Surface,
+    /// How its temperature is spread over its faces, and how it changes.
+    pub(crate) warmth: Warmth,
+    /// Its colour in drawings of the room: red, green, blue.
+    pub color: Option<[u8; 3]>,
+}
+
+/// Somebody who may move: one or several bodies that keep their places to one another.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Agent {
+    /// Its name in the file.
+    pub name: String,
+    /// Its bodies, where they are at the start of its way; one at least.
+    pub parts: Vec<Body>,
+    /// Where it starts, metres.
+    pub start_m: DVec3,
+    /// Its way, or `None` if it stands still.
+    pub trajectory: Option<Trajectory>,
+    /// How it is turned on its way to each way-point; `None` if it does not turn.
+    pub(crate) turns: Option<Vec<DMat3>>,
+    /// The objects and agents that it may touch without running into them.
+    pub(crate) touches: Vec<String>,
+}
+
+impl Body {
+    /// Its temperature on the whole after `time_s`.
+    pub(crate) fn celsius(&self, ambient_c: f64, time_s: f64) -> f64 {
+        match &self.warmth.heat {
+            None => self.surface.celsius,
+            Some(heat) => heat.celsius(self.surface.celsius, ambient_c, time_s),
+        }
+    }
+}
+
+impl Agent {
+    /// Where the agent is at `time`: the middle of its underside, metres.
+    #[must_use]
+    pub fn position_m(&self, time: Duration) -> DVec3 {
+        self.trajectory
+            .as_ref()
+            .map_or(self.start_m, |trajectory| trajectory.position_m(time))
+    }
+
+    /// How it is turned about the vertical at `time`, from how its parts are given: with its way, if the file says so.
+    #[must_use]
+    pub fn turn(&self, time: Duration) -> Option<DMat3> {
+        let turns = self.turns.as_ref()?;
+        let heads_for = self.trajectory.as_ref()?.heads_for(time.as_secs_f64());
+        turns.get(heads_for).copied()
+    }
+
+    /// Its bodies where they are at `time`.
+    #[must_use]
+    pub fn bodies_at(&self, time: Duration) -> Vec<Body> {
+        let turn = self.turn(time).unwrap_or(DMat3::IDENTITY);
+        let at_m = self.position_m(time);
+        let parts = self.parts.iter().map(|part| Body {
+            base_m: at_m + turn * (part.base_m - self.start_m),
+            solid: self.standing(&part.solid, time.as_secs_f64()),
+            ..part.clone()
+        });
+        parts.collect()
+    }
+
+    /// One of its parts where it is after `time_s`.
+    pub(crate) fn standing(&self, part: &Solid, time_s: f64) -> Solid {
+        let time = Duration::try_from_secs_f64(time_s).unwrap_or(Duration::MAX);
+        let turned = self.turned(part, self.turn(time).unwrap_or(DMat3::IDENTITY));
+        turned.placed(DMat3::IDENTITY, self.position_m(time) - self.start_m)
+    }
+
+    /// One of its parts, turned about the vertical through its start.
+    pub(crate) fn turned(&self, part: &Solid, turn: DMat3) -> Solid {
+        part.clone()
+            .placed(turn, self.start_m - turn * self.start_m)
+    }
+
+    /// The time it takes for its way: zero if it stands still.
+    #[must_use]
+    pub fn duration(&self) -> Duration {
+        self.trajectory
+            .as_ref()
+            .map_or(Duration::ZERO, Trajectory::duration)
+    }
+}

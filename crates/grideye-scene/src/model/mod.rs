@@ -1,0 +1,9 @@
+//! A checked scene as plain values: room, bodies, agents, sensors, and what was wrong with a file. Nothing here parses.
+
+pub(crate) mod body;
+pub(crate) mod error;
+pub mod fit;
+pub(crate) mod print;
+pub(crate) mod room;
+pub(crate) mod scene;
+pub(crate) mod sensor;

@@ -1,0 +1,54 @@
+//! Warm prints: what is left on an object where somebody stood, sat or lay.
+//!
+//! A print is a sheet a hair above the object's face, as large as the part of the face below the body, and warmer than
+//! the face by a share of what the body was warmer: all of it while the body is there, then less and less.
+
+use crate::geometry::solid::Solid;
+use crate::heat::cooling::{Material, left};
+use crate::model::body::Body;
+use crate::motion::trajectory::Stay;
+use crate::radiometry::perceived::Surface;
+
+/// A print on an object.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Print {
+    pub(crate) sheet: Solid,
+    /// The object's place in the scene, and how much warmer than it on the whole its face is there.
+    pub(crate) object: usize,
+    pub(crate) offset_c: f64,
+    /// The temperature that the contact held the face at.
+    pub(crate) contact_c: f64,
+    pub(crate) contact: Stay,
+    pub(crate) material: Material,
+}
+
+/// What a print is compared with: the warmth that cannot be seen any more, °C.
+const FADED_C: f64 = 1e-3;
+
+impl Print {
+    pub(crate) const fn sheet(&self) -> &Solid {
+        &self.sheet
+    }
+
+    /// Its surface at a time, if it is there and has not faded.
+    pub(crate) fn surface(&self, scene: &[Body], ambient_c: f64, time_s: f64) -> Option<Surface> {
+        let object = scene.get(self.object)?;
+        if time_s < self.contact.from_s {
+            return None;
+        }
+        let face_c = object.celsius(ambient_c, time_s) + self.offset_c;
+        let after_s = time_s - self.contact.until_s;
+        let contact_s = self.contact.until_s - self.contact.from_s;
+        let share = if after_s > 0.0 {
+            left(contact_s, after_s, self.material.fading_s())
+        } else {
+            1.0
+        };
+        let start_c = object.celsius(ambient_c, self.contact.from_s) + self.offset_c;
+        let warmer_c = share * (self.contact_c - start_c);
+        (warmer_c.abs() > FADED_C).then_some(Surface {
+            celsius: face_c + warmer_c,
+            emissivity: object.surface.emissivity,
+        })
+    }
+}

@@ -1,0 +1,330 @@
+//! The room: a box, a floor plan drawn upwards, or a closed mesh; what is in it, and which of its walls hide something.
+
+use crate::geometry::polygon::{area_m2, normal, winding};
+use crate::geometry::solid::{Enclosure, Solid};
+use crate::heat::warmth::Warmth;
+use crate::model::body::Body;
+use crate::radiometry::perceived::Surface;
+use glam::{DVec2, DVec3};
+
+/// The room: a cuboid from the origin, unless the file gives a floor plan or a mesh.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Room {
+    /// Width to the right (x), depth to the back (y), height (z) of the box that it is or that holds it, metres.
+    pub size_m: DVec3,
+    /// Temperature of walls and air, °C.
+    pub ambient_c: f64,
+    /// The lowest corner of that box.
+    low_m: DVec3,
+    /// What else it is than that box.
+    hull: Option<Hull>,
+}
+
+/// A room that is no box.
+#[derive(Debug, Clone, PartialEq)]
+struct Hull {
+    /// Closed, its faces looking out of the room.
+    solid: Solid,
+    /// Counter-clockwise from above.
+    outline_m: Vec<DVec2>,
+    /// Floor, ceiling and walls as they are drawn, looking into the room.
+    sides_m: Vec<Vec<DVec3>>,
+}
+
+impl Room {
+    /// A box from the origin.
+    pub(crate) const fn of_box(size_m: DVec3, ambient_c: f64) -> Self {
+        Self {
+            size_m,
+            ambient_c,
+            low_m: DVec3::ZERO,
+            hull: None,
+        }
+    }
+
+    /// The room above a simple floor plan, whichever way round its corners run; `None` if it has no volume.
+    pub(crate) fn of_plan(plan_m: &[DVec2], height_m: f64, ambient_c: f64) -> Option<Self> {
+        let mut outline_m = plan_m.to_vec();
+        if area_m2(&outline_m) < 0.0 {
+            outline_m.reverse();
+        }
+        let count = outline_m.len();
+        let floor: Vec<i64> = (0..i64::try_from(count).ok()?).collect();
+        let count = i64::try_from(count).ok()?;
+        let mut faces: Vec<Vec<i64>> = vec![floor.iter().rev().copied().collect()];
+        faces.push(floor.iter().map(|corner| corner + count).collect());
+        faces.extend(floor.iter().map(|corner| {
+            let next = (corner + 1) % count;
+            vec![*corner, next, next + count, corner + count]
+        }));
+        let levels_m = [0.0, height_m];
+        let vertices_m: Vec<DVec3> = levels_m
+            .iter()
+            .flat_map(|level_m| outline_m.iter().map(|corner| corner.extend(*level_m)))
+            .collect();
+        let side_m = |face: &Vec<i64>| -> Vec<DVec3> {
+            let corners = face.iter().rev();
+            corners
+                .filter_map(|corner| vertices_m.get(usize::try_from(*corner).ok()?).copied())
+                .collect()
+        };
+        let sides_m = faces.iter().map(side_m).collect();
+        let solid = Solid::new(vertices_m, &faces).ok()?;
+        Self::of_hull(
+            Hull {
+                solid,
+                outline_m,
+                sides_m,
+            },
+            ambient_c,
+        )
+    }
+
+    /// The space inside a closed surface; `None` if it is not closed.
+    pub(crate) fn of_mesh(solid: Solid, ambient_c: f64) -> Option<Self> {
+        let inward = |face: &[usize]| -> Vec<DVec3> {
+            let corners = face.iter().rev();
+            corners.map(|corner| solid.vertices_m()[*corner]).collect()
+        };
+        let sides_m: Vec<Vec<DVec3>> = solid.faces().map(inward).collect();
+        let (low_m, high_m) = solid.bounds_m();
+        let outline_m = outline_of_floor(&sides_m)
+            .unwrap_or_else(|| rectangle(low_m.truncate(), high_m.truncate()));
+        Self::of_hull(
+            Hull {
+                solid,
+                outline_m,
+                sides_m,
+            },
+            ambient_c,
+        )
+    }
+
+    fn of_hull(hull: Hull, ambient_c: f64) -> Option<Self> {
+        let (low_m, high_m) = hull.solid.bounds_m();
+        (hull.solid.enclosure() != Enclosure::Open).then_some(Self {
+            size_m: high_m - low_m,
+            ambient_c,
+            low_m,
+            hull: Some(hull),
+        })
+    }
+
+    /// The lowest and the highest corner of the box that it is or that holds it, metres.
+    #[must_use]
+    pub fn bounds_m(&self) -> (DVec3, DVec3) {
+        (self.low_m, self.low_m + self.size_m)
+    }
+
+    /// Whether it is the whole box of its bounds.
+    #[must_use]
+    pub const fn is_box(&self) -> bool {
+        self.hull.is_none()
+    }
+
+    /// The outline of its floor from above, counter-clockwise, metres.
+    ///
+    /// Of a mesh it is the outline of the faces that look up; what lies under a gallery may be missing.
+    #[must_use]
+    pub fn outline_m(&self) -> Vec<DVec2> {
+        let (low_m, high_m) = self.bounds_m();
+        self.hull.as_ref().map_or_else(
+            || rectangle(low_m.truncate(), high_m.truncate()),
+            |hull| hull.outline_m.clone(),
+        )
+    }
+
+    /// Whether a point is in the room or on its walls, to a nanometre.
+    #[must_use]
+    pub fn contains(&self, point_m: DVec3) -> bool {
+        let (low_m, high_m) = self.bounds_m();
+        let in_bounds =
+            point_m.cmpge(low_m - SLACK_M).all() && point_m.cmple(high_m + SLACK_M).all();
+        let Some(hull) = &self.hull else {
+            return in_bounds;
+        };
+        in_bounds && (hull.is_around(point_m) || hull.touches(point_m))
+    }
+
+    /// Whether all corners of a surface are in the room; a body may still reach through a wall that juts out.
+    pub(crate) fn holds_corners_of(&self, solid: &Solid) -> bool {
+        if self.is_box() {
+            let (low_m, high_m) = solid.bounds_m();
+            return self.contains(low_m) && self.contains(high_m);
+        }
+        solid
+            .vertices_m()
+            .iter()
+            .all(|vertex| self.contains(*vertex))
+    }
+
+    /// Floor, ceiling and walls, metres, each as an outline that runs counter-clockwise as seen from within.
+    #[must_use]
+    pub fn sides_m(&self) -> Vec<Vec<DVec3>> {
+        if let Some(hull) = &self.hull {
+            return hull.sides_m.clone();
+        }
+        let (low_m, high_m) = self.bounds_m();
+        let plan = rectangle(low_m.truncate(), high_m.truncate());
+        let level = |z_m: f64| -> Vec<DVec3> { plan.iter().map(|at| at.extend(z_m)).collect() };
+        let (floor, ceiling) = (level(low_m.z), level(high_m.z));
+        let mut sides: Vec<Vec<DVec3>> = (0..plan.len())
+            .map(|corner| {
+                let next = (corner + 1) % plan.len();
+                vec![ceiling[corner], ceiling[next], floor[next], floor[corner]]
+            })
+            .collect();
+        sides.push(floor);
+        sides.push(ceiling.into_iter().rev().collect());
+        sides
+    }
+
+    /// The same cut into convex faces.
+    pub(crate) fn convex_sides_m(&self) -> Vec<Vec<DVec3>> {
+        let Some(hull) = &self.hull else {
+            return self.sides_m();
+        };
+        let corner_m = |corner: &usize| hull.solid.vertices_m()[*corner];
+        let faces = hull.solid.faces();
+        faces
+            .map(|face| face.iter().rev().map(corner_m).collect())
+            .collect()
+    }
+
+    /// The walls that jut into the room, so that something of it is behind them: convex faces as [`Self::convex_sides_m`]
+    /// has them; none in a convex room.
+    pub(crate) fn jutting_m(&self) -> Vec<Vec<DVec3>> {
+        let Some(hull) = &self.hull else {
+            return Vec::new();
+        };
+        if hull.solid.enclosure() == Enclosure::Convex {
+            return Vec::new();
+        }
+        let corners = hull.solid.vertices_m();
+        let juts = |face: &Vec<DVec3>| {
+            let (inward, anchor) = (normal(face), face[0]);
+            let behind = |corner: &DVec3| inward.dot(*corner - anchor) < -JUTTING_M;
+            corners.iter().any(behind)
+        };
+        let sides = self.convex_sides_m();
+        sides.into_iter().filter(juts).collect()
+    }
+
+    /// What hides and is at ambient temperature: the walls that jut into the room.
+    ///
+    /// It stands a little behind them, so that what hangs on a wall, and a sensor on it, are before it.
+    pub(crate) fn screen(&self) -> Option<Body> {
+        let mut vertices_m = Vec::new();
+        let mut faces = Vec::new();
+        for side in self.jutting_m() {
+            let first = i64::try_from(vertices_m.len()).ok()?;
+            let behind_m = -SCREEN_M * normal(&side);
+            vertices_m.extend(side.iter().map(|corner| *corner + behind_m));
+            let end = i64::try_from(vertices_m.len()).ok()?;
+            faces.push((first..end).collect());
+        }
+        Some(Body {
+            name: "walls".to_owned(),
+            base_m: self.low_m,
+            solid: Solid::new(vertices_m, &faces).ok()?,
+            surface: Surface {
+                celsius: self.ambient_c,
+                emissivity: 1.0,
+            },
+            warmth: Warmth::default(),
+            color: None,
+        })
+    }
+
+    /// The room in messages, without its unit.
+    pub(crate) fn described(&self) -> String {
+        use crate::text::millimetres;
+        let (low_m, high_m) = self.bounds_m();
+        self.hull.as_ref().map_or_else(
+            || millimetres(self.size_m),
+            |hull| {
+                let sides = hull.sides_m.len();
+                let (low, high) = (millimetres(low_m), millimetres(high_m));
+                format!("{sides} sides within {low} to {high}")
+            },
+        )
+    }
+}
+
+impl Hull {
+    fn is_around(&self, point_m: DVec3) -> bool {
+        let vertices = self.solid.vertices_m().iter();
+        let from_point: Vec<DVec3> = vertices.map(|vertex| *vertex - point_m).collect();
+        winding(&self.solid, &from_point) > 0.5
+    }
+
+    fn touches(&self, point_m: DVec3) -> bool {
+        let corner_m = |corner: &usize| self.solid.vertices_m()[*corner];
+        self.solid.faces().any(|face| {
+            let face: Vec<DVec3> = face.iter().map(corner_m).collect();
+            let outward = normal(&face);
+            let next = face.iter().cycle().skip(1);
+            outward.dot(point_m - face[0]).abs() <= SLACK_M
+                && face.iter().zip(next).all(|(from, to)| {
+                    let along = (*to - *from).normalize_or_zero();
+                    outward.cross(along).dot(point_m - *from) >= -SLACK_M
+                })
+        })
+    }
+}
+
+fn rectangle(low_m: DVec2, high_m: DVec2) -> Vec<DVec2> {
+    vec![
+        low_m,
+        DVec2::new(high_m.x, low_m.y),
+        high_m,
+        DVec2::new(low_m.x, high_m.y),
+    ]
+}
+
+/// The largest loop of edges that only one of the sides that look up has, as seen from above.
+fn outline_of_floor(sides_m: &[Vec<DVec3>]) -> Option<Vec<DVec2>> {
+    // By the micrometre, so that steps that meet are one floor.
+    let mark = |corner: &DVec3| {
+        let at = (corner.truncate() * 1e6).round() + 0.0;
+        (at.x.to_bits(), at.y.to_bits())
+    };
+    let mut edges: Vec<[DVec3; 2]> = Vec::new();
+    for side in sides_m.iter().filter(|side| normal(side).z > UPWARD) {
+        for (from, to) in side.iter().zip(side.iter().cycle().skip(1)) {
+            let back =
+                |edge: &[DVec3; 2]| mark(&edge[0]) == mark(to) && mark(&edge[1]) == mark(from);
+            match edges.iter().position(back) {
+                Some(index) => drop(edges.swap_remove(index)),
+                None if mark(from) == mark(to) => {}
+                None => edges.push([*from, *to]),
+            }
+        }
+    }
+    let mut largest: Option<Vec<DVec2>> = None;
+    while let Some([first, mut tip]) = edges.pop() {
+        let mut outline = vec![first.truncate()];
+        while mark(&tip) != mark(&first) {
+            outline.push(tip.truncate());
+            let next = edges.iter().position(|edge| mark(&edge[0]) == mark(&tip))?;
+            tip = edges.swap_remove(next)[1];
+        }
+        if largest
+            .as_ref()
+            .is_none_or(|largest| area_m2(&outline) > area_m2(largest))
+        {
+            largest = Some(outline);
+        }
+    }
+    largest.filter(|outline| area_m2(outline) > 0.0)
+}
+
+/// Rounding of positions that touch a wall: a nanometre.
+const SLACK_M: f64 = 1e-9;
+/// A wall with corners of the room this far behind it juts into the room.
+const JUTTING_M: f64 = 1e-6;
+/// How far behind a wall that juts out what hides is: more than rounding, less than any sensor tells.
+const SCREEN_M: f64 = 1e-5;
+/// Sides steeper than this, nearly upright, are no floor.
+const UPWARD: f64 = 1e-6;

@@ -1,0 +1,4 @@
+//! Where a walker is at any time.
+
+pub(crate) mod schedule;
+pub(crate) mod trajectory;

@@ -1,0 +1,468 @@
+//! Frames without a sampling grid: each pixel is the integral of what is seen, weighted by the pixel's response.
+//!
+//! ```text
+//!  visible faces ──▶ convex pieces of the picture plane, none over another ──▶ cut at the pixels' centres
+//!                    (subtracted from one another, nearer first)                ──▶ integral of excess · weight
+//! ```
+//!
+//! The weights of `imresize` on an ever finer grid tend to triangles over two pixels, mirrored at the border. Between
+//! the centres of neighbouring pixels they are linear on both axes, so a piece that lies between four centres gives to
+//! four pixels by its moments. The fourth root in the law has no antiderivative in closed form; a Gauss rule that is
+//! exact for polynomials of degree 5 takes its place, on triangles no larger than a pixel.
+
+use crate::count;
+use crate::model::sensor::Sensor;
+use crate::radiometry::perceived::{Air, Glow};
+use glam::{DVec2, DVec3};
+
+/// A convex polygon in the picture plane, in pixels: x to the right, y down, from the top left corner.
+type Polygon = Vec<DVec2>;
+
+/// A flat face as the sensor sees it.
+#[derive(Debug, Clone)]
+pub(crate) struct Facet {
+    outline: Polygon,
+    /// Of the outline.
+    bounds: (DVec2, DVec2),
+    /// One over the depth is `inverse_depth · (x, y, 1)`.
+    inverse_depth: DVec3,
+    glow: Glow,
+    /// How warm it seems where its plane is nearest, °C above ambient: which of two at one depth is seen.
+    warmth_c: f64,
+    pub(crate) owner: u32,
+}
+
+/// A part of a facet that nothing hides.
+#[derive(Debug, Clone)]
+struct Piece {
+    outline: Polygon,
+    /// Of the outline.
+    bounds: (DVec2, DVec2),
+    facet: usize,
+}
+
+/// The picture plane of one sensor.
+#[derive(Debug, Clone)]
+pub(crate) struct Plane {
+    columns: usize,
+    rows: usize,
+    /// Slope per pixel on each axis, and half the picture in pixels.
+    pitch: DVec2,
+    half: DVec2,
+}
+
+/// What stands still, cut into the pieces that are seen.
+#[derive(Debug, Clone)]
+pub(crate) struct Still {
+    facets: Vec<Facet>,
+    pieces: Vec<Piece>,
+}
+
+impl Plane {
+    pub(crate) fn new(sensor: &Sensor) -> Self {
+        let half = 0.5 * DVec2::new(count::float(sensor.columns), count::float(sensor.rows));
+        let field = sensor.field_of_view_rad;
+        let slope = DVec2::new(libm::tan(0.5 * field.x), libm::tan(0.5 * field.y));
+        Self {
+            columns: sensor.columns,
+            rows: sensor.rows,
+            pitch: slope / half,
+            half,
+        }
+    }
+
+    /// The facet of a face given by its corners in the sensor's axes, as far as it is in view; `None` if it is not.
+    ///
+    /// `inverse_depth` times a ray `(1, left, up)` is one over the depth at which the ray meets the face.
+    pub(crate) fn facet(
+        &self,
+        corners: impl Iterator<Item = DVec3>,
+        inverse_depth: DVec3,
+        (air, glow, owner): (&Air, Glow, u32),
+    ) -> Option<Facet> {
+        let mut in_view: Vec<DVec3> = corners.collect();
+        let slope = self.half * self.pitch;
+        let borders = [
+            DVec3::new(slope.x, 1.0, 0.0),
+            DVec3::new(slope.x, -1.0, 0.0),
+            DVec3::new(slope.y, 0.0, 1.0),
+            DVec3::new(slope.y, 0.0, -1.0),
+        ];
+        for border in borders {
+            in_view = clipped(&in_view, |corner| border.dot(*corner), DVec3::lerp);
+        }
+        let outline: Polygon = in_view
+            .iter()
+            .filter(|corner| corner.x > 0.0)
+            .map(|corner| self.half - DVec2::new(corner.y, corner.z) / corner.x / self.pitch)
+            .collect();
+        let by_pixel = -DVec2::new(inverse_depth.y, inverse_depth.z) * self.pitch;
+        let facet = Facet {
+            inverse_depth: by_pixel.extend(inverse_depth.x - by_pixel.dot(self.half)),
+            bounds: bounds(&outline),
+            outline: counter_clockwise(outline),
+            warmth_c: air.excess(&glow, 1.0 / inverse_depth.length_squared()),
+            glow,
+            owner,
+        };
+        (area(&facet.outline) > AREA_MIN).then_some(facet)
+    }
+
+    /// The facet of a body that the sensor is in: at no distance, but for rays that leave the faces it touches.
+    pub(crate) fn facet_all_around(
+        &self,
+        touching: &[DVec3],
+        made_of: (&Air, Glow, u32),
+    ) -> Option<Facet> {
+        let slope = self.half * self.pitch;
+        let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+        let all: Vec<DVec3> = corners
+            .map(|(left, up)| DVec3::new(1.0, left * slope.x, up * slope.y))
+            .to_vec();
+        let inside = touching.iter().fold(all, |inside, outward| {
+            clipped(&inside, |ray| -outward.dot(*ray), DVec3::lerp)
+        });
+        self.facet(inside.into_iter(), AT_NO_DISTANCE, made_of)
+    }
+
+    /// How much warmer than ambient the facet seems where a ray meets it, °C.
+    fn excess(&self, air: &Air, facet: &Facet, point: DVec2) -> f64 {
+        let slope = (self.half - point) * self.pitch;
+        let inverse_depth = facet.inverse_depth.dot(point.extend(1.0));
+        let ray2 = 1.0 + slope.length_squared();
+        air.excess(&facet.glow, ray2 / (inverse_depth * inverse_depth))
+    }
+}
+
+impl Still {
+    pub(crate) fn new(facets: Vec<Facet>) -> Self {
+        let mut pieces = Vec::new();
+        for (index, facet) in facets.iter().enumerate() {
+            let mut outlines = vec![facet.outline.clone()];
+            for (other_index, other) in facets.iter().enumerate() {
+                if other_index != index {
+                    hide(&mut outlines, facet, other, other_index < index);
+                }
+            }
+            pieces.extend(outlines.into_iter().map(|outline| Piece {
+                bounds: bounds(&outline),
+                outline,
+                facet: index,
+            }));
+        }
+        Self { facets, pieces }
+    }
+
+    /// Adds to each pixel by how much it is warmer than ambient.
+    pub(crate) fn add(&self, plane: &Plane, air: &Air, pixels: &mut [f64]) {
+        for piece in &self.pieces {
+            let facet = &self.facets[piece.facet];
+            let excess = |point| plane.excess(air, facet, point);
+            plane.integrate(&piece.outline, &excess, pixels);
+        }
+    }
+
+    /// Adds to each pixel by how much the moving facets before this change it.
+    pub(crate) fn add_change(
+        &self,
+        plane: &Plane,
+        air: &Air,
+        moving: &[Facet],
+        pixels: &mut [f64],
+    ) {
+        for (facet, outline) in self.visible(moving) {
+            let excess = |point| plane.excess(air, facet, point);
+            plane.integrate(&outline, &excess, pixels);
+            let of_outline = bounds(&outline);
+            for piece in &self.pieces {
+                if !overlap(of_outline, piece.bounds) {
+                    continue;
+                }
+                let covered = intersection(&outline, &piece.outline);
+                let behind = &self.facets[piece.facet];
+                let hidden = |point| -plane.excess(air, behind, point);
+                plane.integrate(&covered, &hidden, pixels);
+            }
+        }
+    }
+
+    /// Adds to each pixel its share of the moving facets whose owner counts.
+    pub(crate) fn add_share(
+        &self,
+        plane: &Plane,
+        moving: &[Facet],
+        counts: impl Fn(u32) -> bool,
+        pixels: &mut [f64],
+    ) {
+        for (facet, outline) in self.visible(moving) {
+            if counts(facet.owner) {
+                plane.integrate(&outline, &|_| 1.0, pixels);
+            }
+        }
+    }
+
+    /// The parts of the moving facets that neither one another nor what stands still hides.
+    fn visible<'a>(
+        &'a self,
+        moving: &'a [Facet],
+    ) -> impl Iterator<Item = (&'a Facet, Polygon)> + 'a {
+        moving.iter().enumerate().flat_map(move |(index, facet)| {
+            let mut outlines = vec![facet.outline.clone()];
+            for (other_index, other) in moving.iter().enumerate() {
+                if other_index != index {
+                    hide(&mut outlines, facet, other, other_index < index);
+                }
+            }
+            for other in &self.facets {
+                hide(&mut outlines, facet, other, true);
+            }
+            outlines.into_iter().map(move |outline| (facet, outline))
+        })
+    }
+}
+
+impl Plane {
+    /// Adds the integral of a smooth value over a convex polygon to the pixels, weighted by their responses.
+    fn integrate(&self, outline: &[DVec2], value: &impl Fn(DVec2) -> f64, pixels: &mut [f64]) {
+        if area(outline) <= AREA_MIN {
+            return;
+        }
+        let (low, high) = bounds(outline);
+        for row in bands(low.y, high.y, self.rows) {
+            let (top, bottom) = band(row, self.rows);
+            let strip = clipped(outline, |point| point.y - top, DVec2::lerp);
+            let strip = clipped(&strip, |point| bottom - point.y, DVec2::lerp);
+            if area(&strip) <= AREA_MIN {
+                continue;
+            }
+            let (low, high) = bounds(&strip);
+            for column in bands(low.x, high.x, self.columns) {
+                let (left, right) = band(column, self.columns);
+                let cell = clipped(&strip, |point| point.x - left, DVec2::lerp);
+                let cell = clipped(&cell, |point| right - point.x, DVec2::lerp);
+                self.integrate_between_centres(&cell, (row, column), value, pixels);
+            }
+        }
+    }
+
+    /// The same for a polygon that lies between the centres of four pixels, the lower right of which is given.
+    fn integrate_between_centres(
+        &self,
+        cell: &[DVec2],
+        (row, column): (usize, usize),
+        value: &impl Fn(DVec2) -> f64,
+        pixels: &mut [f64],
+    ) {
+        let Some((anchor, rest)) = cell.split_first() else {
+            return;
+        };
+        // Share of the pixel after the centre on either axis; before the first centre and after the last it is whole.
+        let after = |at: f64, band: usize, count: usize| {
+            let share = at - (count::float(band) - 0.5);
+            match band {
+                0 => 1.0,
+                last if last == count => 0.0,
+                _ => share,
+            }
+        };
+        let mut moments = [0.0; 4];
+        for pair in rest.windows(2) {
+            let (along, across) = (pair[0] - *anchor, pair[1] - *anchor);
+            let double_area = along.perp_dot(across);
+            for (weight, share_along, share_across) in GAUSS {
+                let point = *anchor + share_along * along + share_across * across;
+                let part = 0.5 * double_area * weight * value(point);
+                let right = after(point.x, column, self.columns);
+                let below = after(point.y, row, self.rows);
+                moments[0] += part * (1.0 - right) * (1.0 - below);
+                moments[1] += part * right * (1.0 - below);
+                moments[2] += part * (1.0 - right) * below;
+                moments[3] += part * right * below;
+            }
+        }
+        let (left, right) = (column.saturating_sub(1), column.min(self.columns - 1));
+        let (above, below) = (row.saturating_sub(1), row.min(self.rows - 1));
+        for (moment, (row, column)) in
+            moments
+                .into_iter()
+                .zip([(above, left), (above, right), (below, left), (below, right)])
+        {
+            pixels[row * self.columns + column] += moment;
+        }
+    }
+}
+
+/// Radon's rule of degree 5 on a triangle (Radon 1948; Stroud 1971, T2:5-1): weight, and the shares of the second and
+/// the third corner.
+const GAUSS: [(f64, f64, f64); 7] = {
+    const ROOT_15: f64 = 3.872_983_346_207_417;
+    const NEAR: f64 = (6.0 - ROOT_15) / 21.0;
+    const FAR: f64 = (6.0 + ROOT_15) / 21.0;
+    const NEAR_WEIGHT: f64 = (155.0 - ROOT_15) / 1200.0;
+    const FAR_WEIGHT: f64 = (155.0 + ROOT_15) / 1200.0;
+    [
+        (0.225, 1.0 / 3.0, 1.0 / 3.0),
+        (NEAR_WEIGHT, NEAR, NEAR),
+        (NEAR_WEIGHT, 1.0 - 2.0 * NEAR, NEAR),
+        (NEAR_WEIGHT, NEAR, 1.0 - 2.0 * NEAR),
+        (FAR_WEIGHT, FAR, FAR),
+        (FAR_WEIGHT, 1.0 - 2.0 * FAR, FAR),
+        (FAR_WEIGHT, FAR, 1.0 - 2.0 * FAR),
+    ]
+};
+
+/// Polygons smaller than this part of a pixel are nothing.
+const AREA_MIN: f64 = 1e-12;
+
+/// One over a depth of a picometre.
+const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
+
+/// Facets whose depths differ by less than this part are at one depth.
+const SAME_DEPTH: f64 = 1e-9;
+
+/// The bands between pixel centres that an interval reaches: band 0 lies before the first centre.
+fn bands(low: f64, high: f64, count: usize) -> std::ops::RangeInclusive<usize> {
+    count::floor(low + 0.5).min(count)..=count::floor(high + 0.5).min(count)
+}
+
+fn band(index: usize, count: usize) -> (f64, f64) {
+    let centre = count::float(index);
+    (
+        if index == 0 { 0.0 } else { centre - 0.5 },
+        if index == count { centre } else { centre + 0.5 },
+    )
+}
+
+/// Takes away from the outlines of a facet what another hides of it; of two at one depth the warmer is seen, and of
+/// two that are equal the one that `wins`.
+fn hide(outlines: &mut Vec<Polygon>, facet: &Facet, other: &Facet, wins: bool) {
+    if !overlap(facet.bounds, other.bounds) || outlines.is_empty() {
+        return;
+    }
+    let nearer = other.inverse_depth - facet.inverse_depth;
+    let scale = facet
+        .outline
+        .iter()
+        .map(|point| facet.inverse_depth.dot(point.extend(1.0)).abs());
+    let scale = scale.fold(0.0, f64::max);
+    let coincide = facet
+        .outline
+        .iter()
+        .all(|point| nearer.dot(point.extend(1.0)).abs() <= SAME_DEPTH * scale);
+    let cover = if coincide {
+        match other.warmth_c.total_cmp(&facet.warmth_c) {
+            std::cmp::Ordering::Greater => other.outline.clone(),
+            std::cmp::Ordering::Equal if wins => other.outline.clone(),
+            _ => return,
+        }
+    } else {
+        clipped(
+            &other.outline,
+            |point| nearer.dot(point.extend(1.0)),
+            DVec2::lerp,
+        )
+    };
+    if area(&cover) <= AREA_MIN {
+        return;
+    }
+    *outlines = outlines
+        .iter()
+        .flat_map(|outline| difference(outline, &cover))
+        .collect();
+}
+
+/// The parts of a convex polygon outside another, as convex polygons.
+fn difference(outline: &[DVec2], cover: &[DVec2]) -> Vec<Polygon> {
+    if !may_meet(outline, cover) || area(&intersection(outline, cover)) <= AREA_MIN {
+        return vec![outline.to_vec()];
+    }
+    let mut parts = Vec::new();
+    let mut rest = outline.to_vec();
+    for side in sides(cover) {
+        let outside = clipped(&rest, |point| -side(*point), DVec2::lerp);
+        if area(&outside) > AREA_MIN {
+            parts.push(outside);
+        }
+        rest = clipped(&rest, |point| side(*point), DVec2::lerp);
+    }
+    parts
+}
+
+fn intersection(one: &[DVec2], other: &[DVec2]) -> Polygon {
+    if !may_meet(one, other) {
+        return Vec::new();
+    }
+    sides(other).fold(one.to_vec(), |rest, side| {
+        clipped(&rest, |point| side(*point), DVec2::lerp)
+    })
+}
+
+/// Shorter sides, in pixels, have no direction: where a cut meets a corner, two points are left that only rounding
+/// tells apart, and the line through them might lie anywhere.
+const SIDE_MIN: f64 = 1e-7;
+
+/// For each side of a counter-clockwise polygon, how far a point is to its left.
+fn sides(outline: &[DVec2]) -> impl Iterator<Item = impl Fn(DVec2) -> f64> {
+    let next = outline.iter().cycle().skip(1);
+    outline
+        .iter()
+        .zip(next)
+        .filter(|(from, to)| from.distance_squared(**to) > SIDE_MIN * SIDE_MIN)
+        .map(|(from, to)| move |point: DVec2| (*to - *from).perp_dot(point - *from))
+}
+
+/// The part of a convex polygon where `side` is not below zero.
+fn clipped<P: Copy>(
+    outline: &[P],
+    side: impl Fn(&P) -> f64,
+    between: impl Fn(P, P, f64) -> P,
+) -> Vec<P> {
+    let mut kept = Vec::with_capacity(outline.len() + 1);
+    let Some(last) = outline.last() else {
+        return kept;
+    };
+    let mut before = (*last, side(last));
+    for point in outline {
+        let here = (*point, side(point));
+        if (before.1 < 0.0) != (here.1 < 0.0) {
+            kept.push(between(before.0, here.0, before.1 / (before.1 - here.1)));
+        }
+        if here.1 >= 0.0 {
+            kept.push(here.0);
+        }
+        before = here;
+    }
+    kept
+}
+
+fn may_meet(one: &[DVec2], other: &[DVec2]) -> bool {
+    overlap(bounds(one), bounds(other))
+}
+
+/// Whether two rectangles, each given by its lowest and its highest corner, have a point in common.
+fn overlap((low, high): (DVec2, DVec2), (other_low, other_high): (DVec2, DVec2)) -> bool {
+    low.cmple(other_high).all() && other_low.cmple(high).all()
+}
+
+fn bounds(outline: &[DVec2]) -> (DVec2, DVec2) {
+    outline.iter().fold(
+        (DVec2::INFINITY, DVec2::NEG_INFINITY),
+        |(low, high), point| (low.min(*point), high.max(*point)),
+    )
+}
+
+fn area(outline: &[DVec2]) -> f64 {
+    let Some((anchor, rest)) = outline.split_first() else {
+        return 0.0;
+    };
+    rest.windows(2)
+        .map(|pair| 0.5 * (pair[0] - *anchor).perp_dot(pair[1] - *anchor))
+        .sum()
+}
+
+fn counter_clockwise(mut outline: Polygon) -> Polygon {
+    if area(&outline) < 0.0 {
+        outline.reverse();
+    }
+    outline
+}

@@ -1,0 +1,396 @@
+//! Which surface is seen in each cell of the sampling grid, row by row: the nearest one.
+
+mod backdrop;
+mod painted;
+mod stroke;
+
+pub(crate) use backdrop::Backdrop;
+pub(crate) use painted::Painted;
+
+use crate::picture::projection::{LANES_MAX, View};
+use crate::picture::resample::Resampler;
+use crate::radiometry::perceived::Air;
+use backdrop::Back;
+use painted::{dispatch, hull};
+use pulp::{Simd, WithSimd};
+use std::ops::Range;
+use stroke::{Alone, Before, Change, Easel, Line, Strip, Sums, put_back, tail};
+
+/// Where what moves is drawn before the backdrop, one row at a time, and added up for the pixels.
+///
+/// Resampling is separable: the rows' weights are applied here, cell by cell, so that each inner loop runs along a row
+/// of cells; the columns' weights follow once for each row of pixels.
+pub(crate) struct Bench<'a> {
+    view: &'a View,
+    air: &'a Air,
+    backdrop: &'a Backdrop,
+    resampler: &'a Resampler,
+    easel: Easel,
+    /// By how much the row at hand changes, column by column.
+    values: Vec<f64>,
+    /// A row of sums that nobody reads.
+    spare: Vec<f64>,
+    /// Of each row of pixels, the weighted sums of the cells' values, column by column.
+    sums: Vec<f64>,
+    /// The columns that any row has changed, and the rows of pixels that this reaches.
+    changed: Range<usize>,
+    changed_rows: Range<usize>,
+}
+
+/// The owner of what stands still.
+pub(crate) const NOBODY: u32 = u32::MAX;
+
+impl<'a> Bench<'a> {
+    pub(crate) fn new(
+        view: &'a View,
+        air: &'a Air,
+        backdrop: &'a Backdrop,
+        resampler: &'a Resampler,
+    ) -> Self {
+        let columns = view.columns();
+        Self {
+            view,
+            air,
+            backdrop,
+            resampler,
+            easel: Easel::new(columns),
+            values: vec![0.0; columns + LANES_MAX],
+            spare: vec![0.0; columns + LANES_MAX],
+            sums: vec![0.0; resampler.output_rows() * (columns + LANES_MAX)],
+            changed: 0..0,
+            changed_rows: 0..0,
+        }
+    }
+
+    /// Adds to each pixel what the patches change in its cells, in degrees.
+    pub(crate) fn add_excess(mut self, patches: &[Painted], pixels: &mut [f64]) {
+        dispatch(Draw {
+            bench: &mut self,
+            patches,
+            counts: None,
+        });
+        self.add_to(pixels);
+    }
+
+    /// Adds to each pixel the share of its cells in which a patch is seen whose owner counts.
+    pub(crate) fn add_share(
+        mut self,
+        patches: &[Painted],
+        counts: impl Fn(u32) -> bool,
+        pixels: &mut [f64],
+    ) {
+        let counts: Vec<f64> = patches
+            .iter()
+            .map(|painted| f64::from(u8::from(counts(painted.owner))))
+            .collect();
+        dispatch(Draw {
+            bench: &mut self,
+            patches,
+            counts: Some(&counts),
+        });
+        self.add_to(pixels);
+    }
+
+    /// Gives the sums to the pixels, column by column, so that no row waits for its last addition.
+    fn add_to(&self, pixels: &mut [f64]) {
+        let stride = self.view.columns() + LANES_MAX;
+        let pixel_columns = self.resampler.output_columns();
+        for column in self.changed.clone() {
+            let (reached, weights) = self.resampler.columns_of(column);
+            for row in self.changed_rows.clone() {
+                let sum = self.sums[row * stride + column];
+                let pixels = &mut pixels[row * pixel_columns..][reached.clone()];
+                for (pixel, weight) in pixels.iter_mut().zip(weights) {
+                    *pixel += weight * sum;
+                }
+            }
+        }
+    }
+}
+
+/// Draws all rows that the patches cover.
+struct Draw<'b, 'a> {
+    bench: &'b mut Bench<'a>,
+    patches: &'b [Painted],
+    /// Which of them count, if that is what is asked for.
+    counts: Option<&'b [f64]>,
+}
+
+impl WithSimd for Draw<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut upcoming: Vec<usize> = (0..self.patches.len()).collect();
+        upcoming.sort_by_key(|index| std::cmp::Reverse(self.patches[*index].patch.rows().start));
+        let (mut current, mut strips) = (Vec::new(), Vec::new());
+        let rows = self.patches.iter().map(|painted| painted.patch.rows());
+        for row in rows.reduce(hull).unwrap_or(0..0) {
+            while let Some(index) = upcoming.pop() {
+                if self.patches[index].patch.rows().start > row {
+                    upcoming.push(index);
+                    break;
+                }
+                current.push(index);
+            }
+            current.retain(|index| self.patches[*index].patch.rows().end > row);
+            self.cut(row, &current, &mut strips);
+            let mut rest = &strips[..];
+            while !rest.is_empty() {
+                let (group, after) = rest.split_at(overlapping(rest));
+                self.bench.draw(simd, row, group);
+                rest = after;
+            }
+        }
+    }
+}
+
+impl<'b> Draw<'b, '_> {
+    /// The strips of these patches in a row, from the left.
+    #[inline(always)]
+    fn cut(&self, row: usize, current: &[usize], strips: &mut Vec<Strip<'b>>) {
+        let (up, columns) = (self.bench.view.slope_up(row), self.bench.view.columns());
+        strips.clear();
+        for index in current {
+            let painted = &self.patches[*index];
+            let covered = painted.patch.columns(up, columns);
+            if covered.is_empty() {
+                continue;
+            }
+            strips.push(Strip {
+                painted,
+                covered,
+                counts: self.counts.map(|counts| counts[*index]),
+            });
+            let mut place = strips.len() - 1;
+            while place > 0 && strips[place - 1].covered.start > strips[place].covered.start {
+                strips.swap(place - 1, place);
+                place -= 1;
+            }
+        }
+    }
+}
+
+/// How many of the strips, at the start of a row of them, lie over one another: 1 if the first is alone.
+#[inline(always)]
+fn overlapping(strips: &[Strip<'_>]) -> usize {
+    let (mut count, mut end) = (0, usize::MAX);
+    for strip in strips {
+        if count > 0 && strip.covered.start >= end {
+            break;
+        }
+        end = if count == 0 {
+            strip.covered.end
+        } else {
+            end.max(strip.covered.end)
+        };
+        count += 1;
+    }
+    count
+}
+
+impl Bench<'_> {
+    /// Draws strips that lie over one another, or one.
+    #[inline(always)]
+    fn draw<S: Simd>(&mut self, simd: S, row: usize, strips: &[Strip<'_>]) {
+        let line = Line {
+            view: self.view,
+            air: self.air,
+            row,
+        };
+        let (pixel_rows, weights) = self.resampler.rows_of(row);
+        self.changed_rows = hull(self.changed_rows.clone(), pixel_rows.clone());
+        if let ([strip], [_] | [_, _]) = (strips, weights) {
+            self.changed = hull(self.changed.clone(), strip.covered.clone());
+            self.draw_one(simd, line, strip);
+        } else {
+            let mut changed = 0..0;
+            for strip in strips {
+                changed = hull(changed, strip.covered.clone());
+            }
+            self.changed = hull(self.changed.clone(), changed.clone());
+            self.draw_over_one_another(simd, line, strips, &changed);
+            self.collect(row, changed);
+        }
+    }
+
+    /// Draws a strip and gives what it changes to the rows of pixels, run by run of what is behind it.
+    #[inline(always)]
+    fn draw_one<S: Simd>(&mut self, simd: S, line: Line<'_>, strip: &Strip<'_>) {
+        let (mut start, end) = (strip.covered.start, strip.covered.end);
+        let backdrop = self.backdrop;
+        for run in backdrop.runs(line.row) {
+            if run.columns.end <= start {
+                continue;
+            }
+            if run.columns.start >= end {
+                break;
+            }
+            if run.columns.start > start {
+                self.draw_part(simd, line, strip, start..run.columns.start, Back::Nothing);
+                start = run.columns.start;
+            }
+            let part = start..run.columns.end.min(end);
+            start = part.end;
+            self.draw_part(simd, line, strip, part, Back::Something(run.nearest));
+        }
+        if start < end {
+            self.draw_part(simd, line, strip, start..end, Back::Nothing);
+        }
+    }
+
+    /// Draws a part of a strip. The sums beyond it are put back: to ask in each cell whether it belongs to the part
+    /// would take longer.
+    #[inline(always)]
+    fn draw_part<S: Simd>(
+        &mut self,
+        simd: S,
+        line: Line<'_>,
+        strip: &Strip<'_>,
+        part: Range<usize>,
+        back: Back,
+    ) {
+        let cells = part.len().next_multiple_of(S::F64_LANES);
+        let (pixel_rows, weights) = self.resampler.rows_of(line.row);
+        let stride = self.view.columns() + LANES_MAX;
+        let (first, rest) = self.sums[pixel_rows.start * stride..].split_at_mut(stride);
+        let (second, weight) = match weights.get(1) {
+            Some(weight) => (rest, *weight),
+            None => (&mut self.spare[..], 0.0),
+        };
+        let (first, second) = (&mut first[part.start..], &mut second[part.start..]);
+        let beyond = [tail(first, part.len()), tail(second, part.len())];
+        let sums = Sums {
+            rows: [
+                S::as_mut_simd_f64s(&mut first[..cells]).0,
+                S::as_mut_simd_f64s(&mut second[..cells]).0,
+            ],
+            weights: [weights[0], weight],
+        };
+        let cell = self.backdrop.cells(line.row, part.clone()).start;
+        let (painted, covered) = (strip.painted, part.clone());
+        let behind = self.backdrop.from::<S>(cell);
+        match (back, strip.counts) {
+            (Back::Nothing, None) => line.draw(simd, painted, covered, Alone { sums }),
+            (Back::Something(nearest), None) if line.is_before(painted, &part, nearest) => {
+                let excess = behind.excess;
+                line.draw(simd, painted, covered, Before { sums, excess });
+            }
+            (_, counts) => {
+                let change = Change {
+                    sums,
+                    behind,
+                    counts,
+                };
+                line.draw(simd, painted, covered, change);
+            }
+        }
+        put_back(first, part.len(), &beyond[0]);
+        put_back(second, part.len(), &beyond[1]);
+    }
+
+    #[inline(always)]
+    fn draw_over_one_another<S: Simd>(
+        &mut self,
+        simd: S,
+        line: Line<'_>,
+        strips: &[Strip<'_>],
+        changed: &Range<usize>,
+    ) {
+        let cells = self.backdrop.cells(line.row, changed.clone());
+        let count = cells.len();
+        let before = &self.backdrop.excess_c[cells.clone()];
+        let easel = &mut self.easel;
+        easel.depth[changed.clone()].copy_from_slice(&self.backdrop.inverse_depth[cells]);
+        easel.excess[changed.clone()].copy_from_slice(before);
+        easel.counts[changed.clone()].fill(0.0);
+        let mut is_counted = false;
+        for strip in strips {
+            is_counted |= strip.counts.is_some();
+            easel.draw(simd, line, strip);
+        }
+        if is_counted {
+            self.values[..count].copy_from_slice(&easel.counts[changed.clone()]);
+            return;
+        }
+        let after = easel.excess[changed.clone()].iter().zip(before);
+        for (value, (after, before)) in self.values[..count].iter_mut().zip(after) {
+            *value = after - before;
+        }
+    }
+
+    /// Gives what has changed in some cells of a row to the rows of pixels.
+    #[inline(always)]
+    fn collect(&mut self, row: usize, changed: Range<usize>) {
+        let stride = self.view.columns() + LANES_MAX;
+        let (pixel_rows, weights) = self.resampler.rows_of(row);
+        for (pixel_row, weight) in pixel_rows.zip(weights) {
+            let sums = &mut self.sums[pixel_row * stride..][changed.clone()];
+            for (sum, value) in sums.iter_mut().zip(&self.values) {
+                *sum += weight * value;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::body::Body;
+    use crate::model::scene::Scene;
+    use crate::picture::projection::Sight;
+    use crate::radiometry::perceived::Law;
+    use glam::DVec3;
+    use pulp::Scalar256b;
+    use std::io;
+
+    const SCENE: &str = r#"
+        room = { size_mm = [4000, 6000, 2700], ambient_c = 20 }
+        object = [
+            { name = "table", position_mm = [2000, 3100, 0], size_mm = [900, 700, 750], yaw_deg = 20, temperature_c = 24 },
+            { name = "trunk", position_mm = [1800, 2700, 0], size_mm = [500, 300, 1400], yaw_deg = 35, temperature_c = 30 },
+            { name = "head", position_mm = [1850, 2650, 1400], size_mm = [200, 200, 300], temperature_c = 33 },
+        ]
+        sensor = [{ name = "s", preset = "grid-eye", position_mm = [2000, 3000, 2700], elevation_deg = 85, azimuth_deg = 3 }]
+    "#;
+
+    #[test]
+    fn every_width_of_vectors_gives_the_same_bits() {
+        let files = |_: &str| Err(io::Error::from(io::ErrorKind::NotFound));
+        let scene = Scene::parse(SCENE, "room.toml", &files).unwrap().scene;
+        let (sensor, air) = (&scene.sensors()[0], Air::new(Law::B, 20.0, 5.0));
+        let view = View::new(sensor);
+        let painted = |body: &Body| -> Vec<Painted> {
+            let sight = Sight::new(&sensor.pose, &body.solid, DVec3::ZERO);
+            let patches = view.patches(&sight).into_iter();
+            let glow = air.glow(body.surface);
+            patches
+                .map(|patch| Painted {
+                    root: air.root(&glow, patch.distances_m()),
+                    patch,
+                    glow,
+                    owner: 0,
+                })
+                .collect()
+        };
+        let bodies = scene.objects();
+        let backdrop = Backdrop::new(&view, &air, &painted(&bodies[0]));
+        let resampler = Resampler::new((view.columns(), view.rows()), (8, 8));
+        let moving = [painted(&bodies[1]), painted(&bodies[2])].concat();
+        for counts in [None, Some(vec![1.0; moving.len()])] {
+            let sums = |run: fn(Draw<'_, '_>)| -> Vec<u64> {
+                let mut bench = Bench::new(&view, &air, &backdrop, &resampler);
+                run(Draw {
+                    bench: &mut bench,
+                    patches: &moving,
+                    counts: counts.as_deref(),
+                });
+                bench.sums.iter().map(|sum| sum.to_bits()).collect()
+            };
+            let widest = sums(|draw| dispatch(draw));
+            assert!(widest.iter().filter(|bits| **bits != 0).count() > 100);
+            assert_eq!(widest, sums(|draw| draw.with_simd(Scalar256b)));
+            assert_eq!(widest, sums(|draw| draw.with_simd(pulp::Scalar)));
+        }
+    }
+}

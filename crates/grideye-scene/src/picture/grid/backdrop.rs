@@ -1,0 +1,164 @@
+//! What stands still, drawn once, and where each row of it shows anything.
+
+use super::painted::{Painted, dispatch, hull};
+use super::stroke::{Behind, Easel, Line, Picture};
+use crate::picture::projection::{LANES_MAX, View};
+use crate::picture::resample::Resampler;
+use crate::radiometry::perceived::Air;
+use pulp::{Simd, WithSimd};
+use std::ops::Range;
+
+/// What stands still, seen in every cell.
+#[derive(Debug, Clone)]
+pub(crate) struct Backdrop {
+    /// Cells from one row to the next: none where one row of them stands for all.
+    stride: usize,
+    pub(super) inverse_depth: Vec<f64>,
+    pub(super) excess_c: Vec<f64>,
+    /// Where each row shows anything, row after row, and how many of these come before each row and in all.
+    runs: Vec<Run>,
+    runs_before: Vec<usize>,
+}
+
+/// Cells of one row that show something, but for gaps of fewer than [`LANES_MAX`].
+#[derive(Debug, Clone)]
+pub(super) struct Run {
+    pub(super) columns: Range<usize>,
+    /// One over the depth of the nearest.
+    pub(super) nearest: f64,
+}
+
+/// What is behind some cells of a row.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Back {
+    Nothing,
+    /// Something of which nothing is nearer than this one over a depth.
+    Something(f64),
+}
+
+impl Backdrop {
+    pub(crate) fn new(view: &View, air: &Air, patches: &[Painted]) -> Self {
+        let cells = view.columns() * view.rows();
+        let mut backdrop = Self {
+            stride: view.columns(),
+            inverse_depth: vec![0.0; cells + LANES_MAX],
+            excess_c: vec![0.0; cells + LANES_MAX],
+            runs: Vec::new(),
+            runs_before: vec![0; view.rows() + 1],
+        };
+        dispatch(PaintBackdrop {
+            backdrop: &mut backdrop,
+            view,
+            air,
+            patches,
+        });
+        backdrop.find_runs();
+        backdrop
+    }
+
+    /// Nothing but the room, in the memory of one row.
+    pub(crate) fn empty(view: &View) -> Self {
+        let row = || vec![0.0; view.columns() + LANES_MAX];
+        Self {
+            stride: 0,
+            inverse_depth: row(),
+            excess_c: row(),
+            runs: Vec::new(),
+            runs_before: vec![0; view.rows() + 1],
+        }
+    }
+
+    /// °C above ambient of the pixels.
+    pub(crate) fn pixels_c(&self, resampler: &Resampler) -> Vec<f64> {
+        let rows = 0..self.runs_before.len() - 1;
+        let covered = rows.map(|row| {
+            let runs = self.runs(row).iter();
+            runs.fold(0..0, |all, run| hull(all, run.columns.clone()))
+        });
+        resampler.apply_covered(&self.excess_c, &covered.collect::<Vec<_>>())
+    }
+
+    /// Looks where each row shows anything.
+    fn find_runs(&mut self) {
+        for row in 0..self.runs_before.len() - 1 {
+            let first = self.runs.len();
+            let cells = &self.inverse_depth[self.cells(row, 0..self.stride)];
+            for (column, inverse_depth) in cells.iter().copied().enumerate() {
+                if inverse_depth == 0.0 {
+                    continue;
+                }
+                match self.runs[first..].last_mut() {
+                    Some(run) if column < run.columns.end + LANES_MAX => {
+                        run.columns.end = column + 1;
+                        run.nearest = run.nearest.max(inverse_depth);
+                    }
+                    _ => self.runs.push(Run {
+                        columns: column..column + 1,
+                        nearest: inverse_depth,
+                    }),
+                }
+            }
+            self.runs_before[row + 1] = self.runs.len();
+        }
+    }
+
+    /// The runs of a row, from the left.
+    #[inline(always)]
+    pub(super) fn runs(&self, row: usize) -> &[Run] {
+        &self.runs[self.runs_before[row]..self.runs_before[row + 1]]
+    }
+
+    /// What is there from a cell on.
+    #[inline(always)]
+    pub(super) fn from<S: Simd>(&self, cell: usize) -> Behind<'_, S> {
+        Behind::new(&self.inverse_depth[cell..], &self.excess_c[cell..])
+    }
+
+    #[inline(always)]
+    pub(super) fn cells(&self, row: usize, columns: Range<usize>) -> Range<usize> {
+        let start = row * self.stride;
+        start + columns.start..start + columns.end
+    }
+}
+
+struct PaintBackdrop<'a> {
+    backdrop: &'a mut Backdrop,
+    view: &'a View,
+    air: &'a Air,
+    patches: &'a [Painted],
+}
+
+impl WithSimd for PaintBackdrop<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (view, backdrop) = (self.view, self.backdrop);
+        let mut easel = Easel::new(backdrop.stride);
+        for painted in self.patches {
+            for row in painted.patch.rows() {
+                let covered = painted.patch.columns(view.slope_up(row), view.columns());
+                if covered.is_empty() {
+                    continue;
+                }
+                let line = Line {
+                    view,
+                    air: self.air,
+                    row,
+                };
+                let cells = backdrop.cells(row, covered.clone());
+                let picture = Picture {
+                    behind: backdrop.from(cells.start),
+                    depth: S::as_mut_simd_f64s(&mut easel.new_depth).0,
+                    excess: S::as_mut_simd_f64s(&mut easel.new_excess).0,
+                    counts: None,
+                };
+                line.draw(simd, painted, covered, picture);
+                let (depth, excess) = (&easel.new_depth, &easel.new_excess);
+                let count = cells.len();
+                backdrop.inverse_depth[cells.clone()].copy_from_slice(&depth[..count]);
+                backdrop.excess_c[cells].copy_from_slice(&excess[..count]);
+            }
+        }
+    }
+}

@@ -1,0 +1,353 @@
+//! One patch in one row of cells: how deep and how warm it is there, and what of it is kept.
+
+use super::painted::Painted;
+use crate::picture::projection::{LANES_MAX, View};
+use crate::radiometry::perceived::{Air, Shade, WithShade};
+use pulp::Simd;
+use std::ops::Range;
+
+/// Surfaces whose depths along a ray differ by less than this part are at one depth: less than a nanometre in a room,
+/// and more than the rounding of the two.
+const SAME_DEPTH: f64 = 1e-11;
+
+/// A patch in the cells of one row. All slices have one length; what comes of the cells beyond the patch's last means
+/// nothing.
+struct Stroke<'a, S: Simd, O> {
+    /// One over the plane's depth on the ray without slope to the left, and what each unit of slope adds.
+    at_axis: (f64, f64),
+    /// Square of the distance to depth 1 on the ray without slope to the left.
+    ray2: f64,
+    /// Slopes to the left, and their squares.
+    left: &'a [S::f64s],
+    left2: &'a [S::f64s],
+    outcome: O,
+}
+
+/// What is kept of a stroke.
+pub(super) trait Outcome<S: Simd> {
+    /// The same with slices of this length, so that the compiler need not look at each place whether it is there.
+    fn fit(self, length: usize) -> Self;
+
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>);
+}
+
+/// One over the depth of what is seen in several cells, and how warm it seems.
+type Seen<S> = (<S as Simd>::f64s, <S as Simd>::f64s);
+
+/// What is there before a patch is drawn: one over the depths, 0 where nothing is, and how much warmer than ambient it
+/// seems, °C.
+pub(super) struct Behind<'a, S: Simd> {
+    depth: &'a [S::f64s],
+    pub(super) excess: &'a [S::f64s],
+}
+
+impl<'a, S: Simd> Behind<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(depth: &'a [f64], excess: &'a [f64]) -> Self {
+        Self {
+            depth: S::as_simd_f64s(depth).0,
+            excess: S::as_simd_f64s(excess).0,
+        }
+    }
+
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            depth: &self.depth[..length],
+            excess: &self.excess[..length],
+        }
+    }
+}
+
+/// Two rows of pixels to which a change in one row of cells is given: their sums, column by column, and what the row of
+/// cells weighs in each.
+pub(super) struct Sums<'a, S: Simd> {
+    pub(super) rows: [&'a mut [S::f64s]; 2],
+    pub(super) weights: [f64; 2],
+}
+
+impl<S: Simd> Sums<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        let [first, second] = self.rows;
+        Self {
+            rows: [&mut first[..length], &mut second[..length]],
+            weights: self.weights,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn add(&mut self, simd: S, at: usize, change: S::f64s) {
+        for (sums, weight) in self.rows.iter_mut().zip(self.weights) {
+            let weighted = simd.mul_f64s(simd.splat_f64s(weight), change);
+            sums[at] = simd.add_f64s(sums[at], weighted);
+        }
+    }
+}
+
+/// By how much a patch before nothing changes each cell, in degrees.
+pub(super) struct Alone<'a, S: Simd> {
+    pub(super) sums: Sums<'a, S>,
+}
+
+/// By how much a patch that is nearer than all that is there changes each cell, in degrees.
+pub(super) struct Before<'a, S: Simd> {
+    pub(super) sums: Sums<'a, S>,
+    pub(super) excess: &'a [S::f64s],
+}
+
+/// By how much the patch changes each cell, in degrees or by what it counts.
+pub(super) struct Change<'a, S: Simd> {
+    pub(super) sums: Sums<'a, S>,
+    pub(super) behind: Behind<'a, S>,
+    pub(super) counts: Option<f64>,
+}
+
+/// What cells count before a patch is drawn and after, and what the patch does.
+type Counts<'a, S> = (&'a [<S as Simd>::f64s], &'a mut [<S as Simd>::f64s], f64);
+
+/// What is seen after the patch was drawn.
+pub(super) struct Picture<'a, S: Simd> {
+    pub(super) behind: Behind<'a, S>,
+    pub(super) depth: &'a mut [S::f64s],
+    pub(super) excess: &'a mut [S::f64s],
+    pub(super) counts: Option<Counts<'a, S>>,
+}
+
+impl<S: Simd> Outcome<S> for Alone<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            sums: self.sums.fit(length),
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
+        self.sums.add(simd, at, new.1);
+    }
+}
+
+impl<S: Simd> Outcome<S> for Before<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            sums: self.sums.fit(length),
+            excess: &self.excess[..length],
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
+        let change = simd.sub_f64s(new.1, self.excess[at]);
+        self.sums.add(simd, at, change);
+    }
+}
+
+impl<S: Simd> Outcome<S> for Change<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            sums: self.sums.fit(length),
+            behind: self.behind.fit(length),
+            counts: self.counts,
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
+        let old = (self.behind.depth[at], self.behind.excess[at]);
+        let change = match self.counts {
+            Some(counts) => simd.splat_f64s(counts),
+            None => simd.sub_f64s(new.1, old.1),
+        };
+        let is_changed = wins(simd, new, old);
+        let change = simd.select_f64s_m64s(is_changed, change, simd.splat_f64s(0.0));
+        self.sums.add(simd, at, change);
+    }
+}
+
+impl<S: Simd> Outcome<S> for Picture<'_, S> {
+    #[inline(always)]
+    fn fit(self, length: usize) -> Self {
+        Self {
+            behind: self.behind.fit(length),
+            depth: &mut self.depth[..length],
+            excess: &mut self.excess[..length],
+            counts: match self.counts {
+                Some((before, after, patch)) => {
+                    Some((&before[..length], &mut after[..length], patch))
+                }
+                None => None,
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
+        let old = (self.behind.depth[at], self.behind.excess[at]);
+        let wins = wins(simd, new, old);
+        self.depth[at] = simd.select_f64s_m64s(wins, new.0, old.0);
+        self.excess[at] = simd.select_f64s_m64s(wins, new.1, old.1);
+        if let Some((before, after, patch)) = &mut self.counts {
+            after[at] = simd.select_f64s_m64s(wins, simd.splat_f64s(*patch), before[at]);
+        }
+    }
+}
+
+// No closures in here: the compiler would keep them out of the code for the processor's own vectors.
+impl<S: Simd, O: Outcome<S>> WithShade<S> for Stroke<'_, S, O> {
+    #[inline(always)]
+    fn with(self, simd: S, shade: impl Shade) {
+        let length = self.left.len();
+        let (left, left2) = (self.left, &self.left2[..length]);
+        let mut outcome = self.outcome.fit(length);
+        let start = simd.splat_f64s(self.at_axis.0);
+        let by_slope = simd.splat_f64s(self.at_axis.1);
+        let ray2 = simd.splat_f64s(self.ray2);
+        for at in 0..length {
+            let new_depth = simd.add_f64s(start, simd.mul_f64s(by_slope, left[at]));
+            let rays2 = simd.add_f64s(ray2, left2[at]);
+            let excess = shade.excesses_c(simd, new_depth, rays2);
+            outcome.keep(simd, at, (new_depth, excess));
+        }
+    }
+}
+
+/// Where a surface hides another.
+///
+/// Of two surfaces at one depth the warmer is seen, so that their order does not matter.
+#[inline(always)]
+fn wins<S: Simd>(simd: S, new: Seen<S>, old: Seen<S>) -> S::m64s {
+    let margin = simd.mul_f64s(old.0, simd.splat_f64s(SAME_DEPTH));
+    let nearer = simd.greater_than_f64s(new.0, simd.add_f64s(old.0, margin));
+    let as_near = simd.greater_than_or_equal_f64s(new.0, simd.sub_f64s(old.0, margin));
+    let warmer = simd.greater_than_f64s(new.1, old.1);
+    simd.or_m64s(nearer, simd.and_m64s(as_near, warmer))
+}
+
+/// A patch in one row.
+#[derive(Debug, Clone)]
+pub(super) struct Strip<'a> {
+    pub(super) painted: &'a Painted,
+    /// The columns that it covers.
+    pub(super) covered: Range<usize>,
+    /// What it counts, if that is asked for.
+    pub(super) counts: Option<f64>,
+}
+
+/// The row in which strips are drawn.
+#[derive(Clone, Copy)]
+pub(super) struct Line<'a> {
+    pub(super) view: &'a View,
+    pub(super) air: &'a Air,
+    pub(super) row: usize,
+}
+
+impl Line<'_> {
+    /// Draws some cells of a patch, and a few more to fill the last vector.
+    #[inline(always)]
+    pub(super) fn draw<S: Simd>(
+        &self,
+        simd: S,
+        painted: &Painted,
+        covered: Range<usize>,
+        outcome: impl Outcome<S>,
+    ) {
+        let up = self.view.slope_up(self.row);
+        let cells = covered.len().next_multiple_of(S::F64_LANES);
+        let (left, left2) = self.view.slopes_left(covered.start..covered.start + cells);
+        let stroke = Stroke {
+            at_axis: painted.patch.inverse_depth(up),
+            ray2: 1.0 + up * up,
+            left: S::as_simd_f64s(left).0,
+            left2: S::as_simd_f64s(left2).0,
+            outcome,
+        };
+        self.air.shade(simd, &painted.glow, &painted.root, stroke);
+    }
+}
+
+impl Line<'_> {
+    /// Whether a patch hides all that is not nearer than this one over a depth, in these columns.
+    #[inline(always)]
+    pub(super) fn is_before(
+        &self,
+        painted: &Painted,
+        columns: &Range<usize>,
+        nearest: f64,
+    ) -> bool {
+        let (start, by_slope) = painted.patch.inverse_depth(self.view.slope_up(self.row));
+        // Along a row, one over the depth rises or falls all the way. Twice the margin is more than its rounding.
+        let (left, _) = self.view.slopes_left(columns.clone());
+        let least = nearest + 2.0 * SAME_DEPTH * nearest;
+        let is_nearer = |slope: f64| start + by_slope * slope > least;
+        is_nearer(left[0]) && is_nearer(left[left.len() - 1])
+    }
+}
+
+/// What stands beyond so many values: always as much, whatever of it is in the last vector, since copies of a fixed
+/// length are the fastest.
+#[inline(always)]
+pub(super) fn tail(values: &[f64], count: usize) -> [f64; LANES_MAX] {
+    let mut beyond = [0.0; LANES_MAX];
+    beyond.copy_from_slice(&values[count..count + LANES_MAX]);
+    beyond
+}
+
+#[inline(always)]
+pub(super) fn put_back(values: &mut [f64], count: usize, beyond: &[f64; LANES_MAX]) {
+    values[count..count + LANES_MAX].copy_from_slice(beyond);
+}
+
+/// Where several patches of one row are drawn before one another.
+#[derive(Debug)]
+pub(super) struct Easel {
+    /// What is seen, and what it counts.
+    pub(super) depth: Vec<f64>,
+    pub(super) excess: Vec<f64>,
+    pub(super) counts: Vec<f64>,
+    /// The same where a strip has just been drawn. Two places, so that it is written whole: to write here and there
+    /// takes many times as long on some processors.
+    pub(super) new_depth: Vec<f64>,
+    pub(super) new_excess: Vec<f64>,
+    pub(super) new_counts: Vec<f64>,
+}
+
+impl Easel {
+    pub(super) fn new(columns: usize) -> Self {
+        let row = || vec![0.0; columns + LANES_MAX];
+        Self {
+            depth: row(),
+            excess: row(),
+            counts: row(),
+            new_depth: row(),
+            new_excess: row(),
+            new_counts: row(),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn draw<S: Simd>(&mut self, simd: S, line: Line<'_>, strip: &Strip<'_>) {
+        let (start, cells) = (strip.covered.start, strip.covered.len());
+        let picture = Picture {
+            behind: Behind::new(&self.depth[start..], &self.excess[start..]),
+            depth: S::as_mut_simd_f64s(&mut self.new_depth).0,
+            excess: S::as_mut_simd_f64s(&mut self.new_excess).0,
+            counts: match strip.counts {
+                Some(counts) => Some((
+                    S::as_simd_f64s(&self.counts[start..]).0,
+                    S::as_mut_simd_f64s(&mut self.new_counts).0,
+                    counts,
+                )),
+                None => None,
+            },
+        };
+        line.draw(simd, strip.painted, strip.covered.clone(), picture);
+        self.depth[strip.covered.clone()].copy_from_slice(&self.new_depth[..cells]);
+        self.excess[strip.covered.clone()].copy_from_slice(&self.new_excess[..cells]);
+        if strip.counts.is_some() {
+            self.counts[strip.covered.clone()].copy_from_slice(&self.new_counts[..cells]);
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! What is seen along one level line of the picture: which face from where to where.
+
+use crate::picture::projection::SeenFace;
+use glam::DVec3;
+
+/// A flat face before the sensor, or a body around it.
+#[derive(Debug, Clone)]
+pub(super) struct Face {
+    /// The rays that meet it are those whose products with all of these are not below zero.
+    sides: Vec<DVec3>,
+    /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
+    inverse_depth: DVec3,
+    /// From where to where it reaches, slopes upwards.
+    pub(super) up: (f64, f64),
+    /// What it shines above the ambient's radiance.
+    pub(super) excess: f64,
+    pub(super) owner: u32,
+}
+
+/// One over the depth of what surrounds the sensor: a picometre.
+const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
+
+/// Surfaces whose depths along a ray differ by less than this part are at one depth.
+const SAME_DEPTH: f64 = 1e-11;
+
+/// A stretch of a line on which one face is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    /// Slopes to the left, the lower first.
+    pub(super) from: f64,
+    pub(super) to: f64,
+    /// One over the depth at no slope to the left, and what each unit of slope adds.
+    inverse_depth: (f64, f64),
+    pub(super) excess: f64,
+    pub(super) owner: u32,
+}
+
+impl Face {
+    pub(super) fn new(seen: &SeenFace, excess: f64, owner: u32) -> Self {
+        let corners = || seen.corners.iter().copied();
+        let next = corners().cycle().skip(1);
+        let sides = corners()
+            .zip(next)
+            .map(|(from, to)| from.cross(to) * seen.orientation)
+            .chain([seen.inverse_depth]);
+        Self {
+            sides: sides.collect(),
+            inverse_depth: seen.inverse_depth,
+            up: reach(&seen.corners),
+            excess,
+            owner,
+        }
+    }
+
+    /// A body that the sensor is in or touches, but for the rays that leave the faces it touches.
+    pub(super) fn all_around(touching: &[DVec3], excess: f64, owner: u32) -> Self {
+        Self {
+            sides: touching.iter().map(|outward| -*outward).collect(),
+            inverse_depth: AT_NO_DISTANCE,
+            up: (f64::NEG_INFINITY, f64::INFINITY),
+            excess,
+            owner,
+        }
+    }
+
+    /// Where it crosses the line of rays with this slope upwards, within so far to the left and the right.
+    pub(super) fn span(&self, up: f64, left_max: f64) -> Option<Span> {
+        let (mut from, mut to) = (-left_max, left_max);
+        for side in &self.sides {
+            let at_axis = side.x + side.z * up;
+            if side.y > 0.0 {
+                from = from.max(-at_axis / side.y);
+            } else if side.y < 0.0 {
+                to = to.min(-at_axis / side.y);
+            } else if at_axis < 0.0 {
+                return None;
+            }
+        }
+        (from < to).then_some(Span {
+            from,
+            to,
+            inverse_depth: (
+                self.inverse_depth.x + self.inverse_depth.z * up,
+                self.inverse_depth.y,
+            ),
+            excess: self.excess,
+            owner: self.owner,
+        })
+    }
+}
+
+/// From where to where corners reach, as slopes upwards; without end if some are not before the sensor.
+fn reach(corners: &[DVec3]) -> (f64, f64) {
+    let mut up = (f64::INFINITY, f64::NEG_INFINITY);
+    for corner in corners {
+        if corner.x <= 0.0 {
+            return (f64::NEG_INFINITY, f64::INFINITY);
+        }
+        let slope = corner.z / corner.x;
+        up = (up.0.min(slope), up.1.max(slope));
+    }
+    up
+}
+
+impl Span {
+    fn inverse_depth_at(&self, left: f64) -> f64 {
+        self.inverse_depth.0 + self.inverse_depth.1 * left
+    }
+
+    fn part(&self, from: f64, to: f64) -> Self {
+        Self { from, to, ..*self }
+    }
+
+    /// By how much it is before another at a slope: above 0 if it is, 0 at one depth.
+    fn before(&self, other: &Self, left: f64) -> f64 {
+        let (here, there) = (self.inverse_depth_at(left), other.inverse_depth_at(left));
+        let ahead = here - there;
+        if ahead.abs() <= SAME_DEPTH * here.abs().max(there.abs()) {
+            0.0
+        } else {
+            ahead
+        }
+    }
+}
+
+/// Spans side by side, none over another.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Line {
+    spans: Vec<Span>,
+}
+
+impl Line {
+    pub(super) fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.spans.clear();
+        self.spans.extend_from_slice(&other.spans);
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.spans.clear();
+    }
+
+    /// Puts a span before what it hides and behind what hides it.
+    pub(super) fn insert(&mut self, new: Span, scratch: &mut Vec<Span>) {
+        let start = self.spans.partition_point(|old| old.to <= new.from);
+        let over = self.spans[start..].partition_point(|old| old.from < new.to);
+        if over == 0 {
+            self.spans.insert(start, new);
+            return;
+        }
+        scratch.clear();
+        let mut done = new.from;
+        for old in &self.spans[start..start + over] {
+            push(scratch, old.part(old.from, new.from.min(old.to)));
+            push(scratch, new.part(done, old.from));
+            let both = (old.from.max(new.from), old.to.min(new.to));
+            nearer(scratch, old, &new, both);
+            push(scratch, old.part(new.to.max(old.from), old.to));
+            done = both.1;
+        }
+        push(scratch, new.part(done, new.to));
+        self.spans.splice(start..start + over, scratch.drain(..));
+    }
+}
+
+fn push(spans: &mut Vec<Span>, span: Span) {
+    if span.from < span.to {
+        spans.push(span);
+    }
+}
+
+/// Of two spans, the nearer one where both are; of two at one depth the one that shines more.
+fn nearer(spans: &mut Vec<Span>, old: &Span, new: &Span, (from, to): (f64, f64)) {
+    let (at_from, at_to) = (new.before(old, from), new.before(old, to));
+    let wins = |ahead: f64| ahead > 0.0;
+    if at_from == 0.0 && at_to == 0.0 {
+        let seen = if new.excess > old.excess { new } else { old };
+        push(spans, seen.part(from, to));
+    } else if at_from >= 0.0 && at_to >= 0.0 {
+        push(spans, new.part(from, to));
+    } else if at_from <= 0.0 && at_to <= 0.0 {
+        push(spans, old.part(from, to));
+    } else {
+        let meet = (from + (to - from) * (at_from / (at_from - at_to))).clamp(from, to);
+        let (first, second) = if wins(at_from) {
+            (new, old)
+        } else {
+            (old, new)
+        };
+        push(spans, first.part(from, meet));
+        push(spans, second.part(meet, to));
+    }
+}
+
+/// A step of a value along a line: at which slope to the left it rises by how much.
+pub(super) type Step = (f64, f64);
+
+/// Where, and by how much, the value of one line less that of another changes.
+pub(super) fn steps(
+    spans: &[Span],
+    value: impl Fn(&Span) -> f64,
+    less: &[Span],
+    steps: &mut Vec<Step>,
+) {
+    steps.clear();
+    let mut new = spans.iter().peekable();
+    let mut old = less.iter().peekable();
+    let (mut at, mut before) = (f64::NEG_INFINITY, 0.0);
+    loop {
+        while new.next_if(|span| span.to <= at).is_some() {}
+        while old.next_if(|span| span.to <= at).is_some() {}
+        let (here_new, next_new) = stretch(new.peek().copied(), at, &value);
+        let (here_old, next_old) = stretch(old.peek().copied(), at, |span| span.excess);
+        let here = here_new - here_old;
+        if here != before {
+            steps.push((at, here - before));
+            before = here;
+        }
+        at = next_new.min(next_old);
+        if at == f64::INFINITY {
+            return;
+        }
+    }
+}
+
+/// The value at a place, and where it may change next.
+fn stretch(span: Option<&Span>, at: f64, value: impl Fn(&Span) -> f64) -> (f64, f64) {
+    match span {
+        None => (0.0, f64::INFINITY),
+        Some(span) if span.from > at => (0.0, span.from),
+        Some(span) => (value(span), span.to),
+    }
+}
+
+/// Levels at which a row of the picture is to be cut, so that no edge along it falls between two lines: slopes upwards.
+///
+/// An edge that runs nearly along the rows, less than `height` and more than `width`, makes a jump in what the lines
+/// see. Bodies of many faces are round: only their ends are.
+pub(super) fn levels(faces: &[SeenFace], (height, width): (f64, f64), levels: &mut Vec<f64>) {
+    if faces.len() > ROUND_FACES_MIN {
+        let reaches = faces.iter().map(|face| reach(&face.corners));
+        let ends = reaches.reduce(|one, other| (one.0.min(other.0), one.1.max(other.1)));
+        levels.extend(ends.into_iter().flat_map(|ends| [ends.0, ends.1]));
+        return;
+    }
+    for face in faces {
+        let corners = face.corners.iter();
+        for (from, to) in corners.clone().zip(corners.cycle().skip(1)) {
+            if from.x <= 0.0 || to.x <= 0.0 {
+                continue;
+            }
+            let (low, high) = (from.z / from.x, to.z / to.x);
+            let along = (from.y / from.x - to.y / to.x).abs();
+            if (high - low).abs() < height && along > width {
+                let quarters = [0.0, 0.25, 0.5, 0.75, 1.0];
+                levels.extend(quarters.map(|share| low + share * (high - low)));
+            }
+        }
+    }
+}
+
+/// A body that shows more faces than this is taken for a round one; a mesh of so many may be anything, and is then cut
+/// at its ends alone.
+const ROUND_FACES_MIN: usize = 24;

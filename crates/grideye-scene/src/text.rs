@@ -1,0 +1,68 @@
+//! Text that every reader shares: a place in a file, an excerpt of it, millimetres, and the rule that a number must hold.
+
+use glam::DVec3;
+use std::fmt;
+
+/// A place in a file: line and column count from 1, columns in characters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file as the caller named it, or as the scene names it.
+    pub file: Box<str>,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+impl Place {
+    /// The place of a byte in a text.
+    pub(crate) fn of_byte(file: &str, text: &str, byte: usize) -> Self {
+        let before = text.get(..byte).unwrap_or(text);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        Self {
+            file: file.into(),
+            line: before.matches('\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}:{}:{}", self.file, self.line, self.column)
+    }
+}
+
+/// The numbers that a key may have; not-a-number breaks every rule.
+pub(crate) struct Rule {
+    pub(crate) key: &'static str,
+    pub(crate) holds: fn(f64) -> bool,
+    pub(crate) expected: &'static str,
+    pub(crate) hint: &'static str,
+}
+
+/// The beginning of what a file has in a place, on one line.
+pub(crate) fn excerpt(text: &str) -> String {
+    let mut excerpt: String = text.chars().take(EXCERPT_CHARACTERS_MAX).collect();
+    if excerpt.len() < text.len() {
+        excerpt.push('…');
+    }
+    excerpt.replace(char::is_control, " ")
+}
+
+const EXCERPT_CHARACTERS_MAX: usize = 60;
+
+pub(crate) const MM_PER_M: f64 = 1000.0;
+
+pub(crate) fn reach((low, high): (DVec3, DVec3)) -> String {
+    format!("from {} to {}", millimetres(low), millimetres(high))
+}
+
+pub(crate) fn millimetres(metres: DVec3) -> String {
+    // To a thousandth: what is left of a rotation's rounding would only hide the number.
+    let [x, y, z] = (metres * MM_PER_M * 1000.0)
+        .round()
+        .to_array()
+        .map(|micrometres| micrometres / 1000.0 + 0.0);
+    format!("[{x}, {y}, {z}]")
+}
