@@ -2,7 +2,7 @@
 //!
 //! A future that is dropped half-way leaves a sequence half done: call the method again from the start.
 
-use crate::Address;
+use crate::address::Address;
 use crate::error::Error;
 use crate::levels::InterruptLevels;
 use crate::pixel_set::PixelSet;

@@ -1,6 +1,6 @@
 //! The driver that waits for the bus.
 
-use crate::Address;
+use crate::address::Address;
 use crate::error::Error;
 use crate::levels::InterruptLevels;
 use crate::pixel_set::PixelSet;

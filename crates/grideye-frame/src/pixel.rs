@@ -1,4 +1,4 @@
-use crate::{COLUMNS, PIXELS};
+use crate::size::{COLUMNS, PIXELS};
 
 /// The place of one pixel: 0 to 63 in code, 1 to 64 in prose as the datasheet numbers them (AMG88 spec §4-5-1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

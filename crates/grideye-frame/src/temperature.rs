@@ -1,4 +1,4 @@
-use crate::PIXELS;
+use crate::size::PIXELS;
 use core::fmt;
 
 /// A temperature in degrees Celsius.

@@ -1,6 +1,6 @@
 //! One cell of a text layout, and what may stand in it.
 
-use crate::RecordingError;
+use crate::error::RecordingError;
 use crate::record::{COUNT_MAX, NAME_RULE, check_name};
 use crate::text::quoted;
 use amg8833::word::{self, OutOfRange};

@@ -55,10 +55,9 @@ pub mod prometheus;
 pub mod record;
 pub mod wire;
 
-pub use csv::Row;
 pub use error::RecordingError;
 pub use layout::{Layout, sniff};
 pub use record::{
-    COUNT_MAX, ClockState, NAME_CHARS_MAX, NameError, Record, Stamp, StreamId, UnknownClockState,
-    check_name,
+    COUNT_MAX, ClockState, NAME_CHARS_MAX, NameError, Record, Row, Stamp, StreamId,
+    UnknownClockState, check_name,
 };

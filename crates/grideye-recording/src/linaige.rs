@@ -19,11 +19,13 @@
 //!   is one letter, so that a row which was cut cannot look whole.
 
 use crate::cell::{Cell, Column};
-use crate::csv::{Row, check_header};
+use crate::csv::check_header;
+use crate::error::RecordingError;
 use crate::lines::{Line, Lines};
+use crate::record::Row;
+use crate::record::{ClockState, Record, Stamp, StreamId, check_name};
 use crate::rows::rows_until_error;
 use crate::text::quoted;
-use crate::{ClockState, Record, RecordingError, Stamp, StreamId, check_name};
 use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
 

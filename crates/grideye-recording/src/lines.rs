@@ -1,6 +1,6 @@
 //! Lines of a text file, one at a time: bounded, counted, and a cut one told from a whole one.
 
-use crate::RecordingError;
+use crate::error::RecordingError;
 use std::io::{BufRead, BufReader, Read};
 
 /// The longest line of any layout here, in bytes: several times the longest that can be written.

@@ -160,6 +160,19 @@ pub struct NameError {
 pub(crate) const NAME_RULE: &str =
     "a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit";
 
+/// One row of a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// Whose frame.
+    pub stream: StreamId,
+    /// The frame, or the reason why there is none.
+    ///
+    /// Of each word only the twelve bits that carry a value survive in this format: see [`csv::Writer::write`](crate::csv::Writer::write).
+    pub record: Record,
+    /// The collector's wall clock when the frame arrived, in nanoseconds since 1970-01-01 UTC, where it is known.
+    pub t_arrival_ns: Option<i64>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

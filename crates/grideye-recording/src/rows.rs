@@ -5,7 +5,7 @@
 macro_rules! rows_until_error {
     ($reader:ident, $row:ty) => {
         impl<R: ::std::io::Read> Iterator for $reader<R> {
-            type Item = Result<$row, $crate::RecordingError>;
+            type Item = Result<$row, $crate::error::RecordingError>;
 
             fn next(&mut self) -> Option<Self::Item> {
                 if self.ended {

@@ -1,8 +1,9 @@
 //! numpy's `.npy` (NEP 1): a heading of text, and numbers behind it.
 
-use super::{Assumed, no_word, word_of};
+use crate::bare::assumed::{Assumed, no_word, word_of};
+use crate::error::RecordingError;
+use crate::record::Row;
 use crate::rows::rows_until_error;
-use crate::{RecordingError, Row};
 use grideye_frame::{PIXELS, PixelWord};
 use std::io::{BufReader, Read};
 

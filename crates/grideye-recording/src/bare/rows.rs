@@ -1,10 +1,11 @@
 //! Text: one frame a line.
 
-use super::{Assumed, no_word, word_of};
+use crate::bare::assumed::{Assumed, no_word, word_of};
+use crate::error::RecordingError;
 use crate::lines::{Line, Lines};
+use crate::record::{ClockState, Row, Stamp};
 use crate::rows::rows_until_error;
 use crate::text::quoted;
-use crate::{ClockState, RecordingError, Row, Stamp};
 use grideye_frame::{PIXELS, PixelWord};
 use std::io::Read;
 

@@ -1,11 +1,13 @@
 use super::columns::{LEADING, pixel_column};
-use super::{COLUMNS, Row, Sequences, header};
 use crate::cell::{Cell, Column};
+use crate::csv::columns::{COLUMNS, header};
+use crate::csv::sequences::Sequences;
+use crate::error::RecordingError;
 use crate::lines::{Line, Lines};
-use crate::record::CLOCK_STATES;
+use crate::record::Row;
+use crate::record::{CLOCK_STATES, Record, Stamp, StreamId};
 use crate::rows::rows_until_error;
 use crate::text::quoted;
-use crate::{Record, RecordingError, Stamp, StreamId};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
 

@@ -1,6 +1,9 @@
-use super::{Row, Sequences, header};
+use crate::csv::columns::header;
+use crate::csv::sequences::Sequences;
+use crate::error::RecordingError;
+use crate::record::Row;
 use crate::record::{COUNT_MAX, NAME_RULE, check_name};
-use crate::{Record, RecordingError, StreamId};
+use crate::record::{Record, StreamId};
 use amg8833::word;
 use core::fmt::Write as _;
 use grideye_frame::{NoData, PIXELS, RawFrame, Reading};

@@ -2,10 +2,11 @@
 //!
 //! `README.md` of this crate specifies the layout.
 
-use super::{Account, Batch, Limits, SensorBatch, WireError};
 use crate::packed;
 use crate::record::{ClockState, NAME_CHARS_MAX, Record, Stamp};
 use crate::text::quoted;
+use crate::wire::error::WireError;
+use crate::wire::types::{Account, Batch, Limits, SensorBatch};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use std::collections::BTreeMap;
 

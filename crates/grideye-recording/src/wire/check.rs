@@ -1,8 +1,9 @@
 //! What must hold between the fields of a body, whichever way it goes.
 
-use super::{Account, Acknowledgement, Batch, SensorBatch, WireError};
-use crate::Record;
+use crate::record::Record;
 use crate::record::{COUNT_MAX, NAME_RULE, check_name};
+use crate::wire::error::WireError;
+use crate::wire::types::{Account, Acknowledgement, Batch, SensorBatch};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {

@@ -1,8 +1,9 @@
 //! From JSON to the types: shape and limits. What must hold between fields is checked afterwards, in `check`.
 
 use super::error::{repeated, too_many};
-use super::{Account, Acknowledgement, Batch, Gap, Limits, SensorBatch, WireError};
 use crate::record::{CLOCK_STATES, ClockState, Record, Stamp};
+use crate::wire::error::WireError;
+use crate::wire::types::{Account, Acknowledgement, Batch, Gap, Limits, SensorBatch};
 use core::cell::Cell;
 use core::fmt;
 use core::marker::PhantomData;

@@ -1,7 +1,8 @@
 //! From the types to JSON.
 
-use super::{Account, Batch, Gap, SensorBatch, WireError};
-use crate::Record;
+use crate::record::Record;
+use crate::wire::error::WireError;
+use crate::wire::types::{Account, Batch, Gap, SensorBatch};
 use grideye_frame::{PixelWord, Reading};
 use serde::{Serialize, Serializer};
 
