@@ -4,146 +4,16 @@ pub(crate) mod wire;
 use crate::bus::sensors::Sensors;
 use crate::bus::wire::{Nobody, Wire, is_read};
 use crate::clock::Clock;
-use crate::device::{Device, InterruptPin};
+use crate::device::Device;
 use crate::fault::active::controller_error;
 use crate::fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet};
 use crate::options::Options;
+use crate::signal::{Address, BusError, InterruptPin, Traffic};
 use crate::source::FrameSource;
-use core::fmt;
 use core::num::NonZeroU32;
-use embedded_hal::i2c::{self, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
+use embedded_hal::i2c::{ErrorType, I2c, Operation};
 
 pub use sensors::STEPS_MAX;
-pub use wire::HANG_TIMEOUT;
-
-/// The addresses that the sensor can have (AMG88 spec §4-8-2).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Address {
-    /// 0x68: AD_SELECT at GND.
-    Low,
-    /// 0x69: AD_SELECT at VDD, as most boards have it.
-    High,
-}
-
-impl Address {
-    /// Both addresses.
-    pub const ALL: [Self; 2] = [Self::Low, Self::High];
-
-    /// The seven bits of the address.
-    #[must_use]
-    pub const fn bits(self) -> u8 {
-        match self {
-            Self::Low => 0x68,
-            Self::High => 0x69,
-        }
-    }
-
-    /// The address of these seven bits; `None` when the sensor cannot have it.
-    #[must_use]
-    pub const fn from_bits(bits: u8) -> Option<Self> {
-        match bits {
-            0x68 => Some(Self::Low),
-            0x69 => Some(Self::High),
-            _ => None,
-        }
-    }
-
-    pub(crate) const fn place(self) -> usize {
-        match self {
-            Self::Low => 0,
-            Self::High => 1,
-        }
-    }
-}
-
-/// What went wrong on the bus, as a controller would report it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BusError {
-    /// The address or a byte was not acknowledged (EREMOTEIO or ENXIO).
-    NoAcknowledge {
-        /// The seven bits of the address.
-        address: u8,
-        /// Whether it was the address or a byte.
-        source: NoAcknowledgeSource,
-    },
-    /// A START or STOP was misplaced (EIO).
-    Bus,
-    /// Another controller drove the bus (EAGAIN).
-    ArbitrationLoss,
-    /// The bus was held low for [`HANG_TIMEOUT`] (ETIMEDOUT).
-    Timeout,
-    /// The adapter is gone (ENODEV).
-    Gone,
-}
-
-impl i2c::Error for BusError {
-    fn kind(&self) -> ErrorKind {
-        match self {
-            Self::NoAcknowledge { source, .. } => ErrorKind::NoAcknowledge(*source),
-            Self::Bus => ErrorKind::Bus,
-            Self::ArbitrationLoss => ErrorKind::ArbitrationLoss,
-            Self::Timeout | Self::Gone => ErrorKind::Other,
-        }
-    }
-}
-
-impl fmt::Display for BusError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoAcknowledge {
-                address,
-                source: NoAcknowledgeSource::Address,
-            } => write!(formatter, "no device acknowledged address 0x{address:02x}"),
-            Self::NoAcknowledge { address, .. } => {
-                write!(
-                    formatter,
-                    "the device at 0x{address:02x} did not acknowledge a byte"
-                )
-            }
-            Self::Bus => formatter.write_str("a START or STOP was misplaced on the bus"),
-            Self::ArbitrationLoss => formatter.write_str("another controller drove the bus"),
-            Self::Timeout => write!(formatter, "the bus was held low for {HANG_TIMEOUT:?}"),
-            Self::Gone => formatter.write_str("the bus adapter is gone"),
-        }
-    }
-}
-
-impl core::error::Error for BusError {}
-
-/// What went over the bus since it was made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Traffic {
-    /// From START to STOP each.
-    pub transactions: u64,
-    /// Address bytes and bytes of data, acknowledged or not.
-    pub bytes: u64,
-    /// Nine for a byte, one each for START, repeated START and STOP.
-    pub bits: u64,
-    /// Addresses and bytes that were not acknowledged.
-    pub nacks: u64,
-}
-
-impl Traffic {
-    /// What passed since an earlier look.
-    #[must_use]
-    pub const fn since(self, earlier: Self) -> Self {
-        Self {
-            transactions: self.transactions.saturating_sub(earlier.transactions),
-            bytes: self.bytes.saturating_sub(earlier.bytes),
-            bits: self.bits.saturating_sub(earlier.bits),
-            nacks: self.nacks.saturating_sub(earlier.nacks),
-        }
-    }
-}
-
-impl core::ops::AddAssign for Traffic {
-    fn add_assign(&mut self, more: Self) {
-        self.transactions += more.transactions;
-        self.bytes += more.bytes;
-        self.bits += more.bits;
-        self.nacks += more.nacks;
-    }
-}
 
 /// A bus with up to two sensors behind `embedded_hal::i2c::I2c`.
 ///

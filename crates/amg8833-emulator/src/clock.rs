@@ -35,8 +35,9 @@ impl<C: Clock + ?Sized> Clock for &C {
 
 #[cfg(feature = "alloc")]
 mod shared {
-    use super::{Clock, Duration};
+    use crate::clock::Clock;
     use alloc::rc::Rc;
+    use core::time::Duration;
     // Microcontrollers without atomic pointers have no Arc.
     #[cfg(target_has_atomic = "ptr")]
     use alloc::sync::Arc;
@@ -76,8 +77,9 @@ pub use manual::ManualClock;
 
 #[cfg(target_has_atomic = "64")]
 mod manual {
-    use super::{Clock, Duration};
+    use crate::clock::Clock;
     use core::sync::atomic::{AtomicU64, Ordering};
+    use core::time::Duration;
 
     /// A clock that stands still until it is told to move, or until the bus spends time.
     ///

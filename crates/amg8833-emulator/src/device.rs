@@ -4,6 +4,7 @@ use crate::fault::active::{Condition, Spoil};
 use crate::measurement::{Averaging, Degrees, FRAMES_AT_ONE_FPS, Progress};
 use crate::options::{Options, PastTheEnd, ThermistorUpdate, WarmUp};
 use crate::registers::{Effect, Mode, Refusal, Registers};
+use crate::signal::{Ack, InterruptPin};
 use crate::source::FrameSource;
 use crate::ticks::Ticks;
 use crate::word;
@@ -18,26 +19,6 @@ pub const SLEEP_MIN: Duration = Duration::from_millis(100);
 /// The latest time that counts, 584 years from the clock's origin: the most that [`ManualClock`](crate::ManualClock)
 /// can show.
 const TIME_MAX: Duration = Duration::from_nanos(u64::MAX);
-
-/// Whether a byte on the bus was acknowledged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ack {
-    /// SDA was pulled low in the ninth bit.
-    Ack,
-    /// SDA was left high in the ninth bit.
-    Nack,
-}
-
-/// The level of the INT pin: an open drain (AMG88 spec §4-7).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum InterruptPin {
-    /// Pulled low: an interrupt.
-    Low,
-    /// Released; the board's pull-up takes it high.
-    HighZ,
-    /// Driven to the supply, with [`InterruptOutput::PushPull`](crate::InterruptOutput::PushPull) only.
-    High,
-}
 
 /// How often the sensor refused something, since it was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

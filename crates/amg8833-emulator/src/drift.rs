@@ -1,6 +1,8 @@
-use crate::CLOCK_ERROR_PPM_MAX;
 use core::fmt;
 use core::time::Duration;
+
+/// Beyond this, in parts per million either way, [`Options::clock_error_ppm`] has no further effect: 50 %.
+pub const CLOCK_ERROR_PPM_MAX: i32 = 500_000;
 
 /// The longest stretch between two points of a [`DriftCurve`]: 100 days.
 pub const DRIFT_STRETCH_MAX: Duration = Duration::from_secs(100 * 86_400);

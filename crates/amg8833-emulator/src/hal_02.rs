@@ -1,9 +1,11 @@
 //! The traits of `embedded-hal` 0.2, each by way of those of 1.0.
 
-use crate::bus::{Bus, BusError};
+use crate::bus::Bus;
 use crate::clock::Clock;
 use crate::mux::Mux;
-use crate::shared::{IntPin, PinError, SharedBus};
+use crate::pin::{IntPin, PinError};
+use crate::shared::SharedBus;
+use crate::signal::BusError;
 use crate::source::FrameSource;
 use alloc::vec::Vec;
 use embedded_hal::digital::InputPin as Present;

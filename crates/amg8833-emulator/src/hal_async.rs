@@ -1,13 +1,14 @@
 //! The traits of `embedded-hal-async` 1.0.
 
-use crate::bus::{Bus, BusError};
+use crate::bus::Bus;
 use crate::clock::Clock;
-use crate::device::{Device, InterruptPin};
+use crate::device::Device;
 use crate::edge::Edge;
 use crate::mux::Mux;
-use crate::shared::{IntPin, PinError, SharedBus};
+use crate::pin::{IntPin, PinError, WAIT_MAX};
+use crate::shared::SharedBus;
+use crate::signal::{BusError, InterruptPin};
 use crate::source::FrameSource;
-use crate::wait::WAIT_MAX;
 use core::future::poll_fn;
 use core::task::Poll;
 use core::time::Duration;

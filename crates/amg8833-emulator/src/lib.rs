@@ -19,10 +19,12 @@ mod hal_async;
 mod measurement;
 mod mux;
 mod options;
+mod pin;
 mod registers;
 #[cfg(feature = "alloc")]
 pub mod script;
 mod shared;
+mod signal;
 mod source;
 mod ticks;
 #[cfg(feature = "alloc")]
@@ -31,22 +33,25 @@ pub mod trace;
 mod trace;
 mod wait;
 mod word;
+mod words;
 
-pub use bus::{Address, Bus, BusError, HANG_TIMEOUT, STEPS_MAX, Traffic};
+pub use bus::{Bus, STEPS_MAX};
 pub use clock::Clock;
 #[cfg(target_has_atomic = "64")]
 pub use clock::ManualClock;
-pub use device::{Ack, Device, InterruptPin, Refusals, SILENT_START, SLEEP_MIN};
-pub use drift::{DRIFT_STRETCH_MAX, Drift, DriftCurve, DriftError};
+pub use device::{Device, Refusals, SILENT_START, SLEEP_MIN};
+pub use drift::{CLOCK_ERROR_PPM_MAX, DRIFT_STRETCH_MAX, Drift, DriftCurve, DriftError};
 pub use edge::{EDGES_MAX, Edge, PinEdge};
 pub use fault::active::FAULTS_MAX;
 pub use fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet, Unit};
 pub use mux::{CHANNELS, Mux, MuxAddress};
 pub use options::{
-    AfterWake, AverageReadback, CATCH_UP_FRAMES_MAX, CLOCK_ERROR_PPM_MAX, InitialReset,
-    InterruptFlag, InterruptOutput, Options, OverflowFlag, PastTheEnd, SleepImage, StandBy,
-    StatusClear, ThermistorUpdate, UnspecifiedBits, WarmUp, ZeroLevels,
+    AfterWake, AverageReadback, CATCH_UP_FRAMES_MAX, InitialReset, InterruptFlag, InterruptOutput,
+    Options, OverflowFlag, PastTheEnd, SleepImage, StandBy, StatusClear, ThermistorUpdate,
+    UnspecifiedBits, WarmUp, ZeroLevels,
 };
-pub use shared::{IntPin, PinError, SharedBus};
+pub use pin::{IntPin, PinError, WAIT_MAX};
+pub use shared::SharedBus;
+pub use signal::{Ack, Address, BusError, HANG_TIMEOUT, InterruptPin, Traffic};
 pub use source::FrameSource;
-pub use wait::{PinEdges, WAIT_MAX};
+pub use wait::PinEdges;

@@ -1,12 +1,12 @@
 //! A TCA9548A: one bus in, eight out.
 
+use crate::bus::Bus;
 use crate::bus::sensors::Line;
 use crate::bus::wire::Target;
-use crate::bus::{Address, Bus, BusError};
 use crate::clock::Clock;
-use crate::device::Ack;
 use crate::fault::active::stronger;
 use crate::fault::{FaultKind, FaultSet};
+use crate::signal::{Ack, Address, BusError};
 use crate::source::FrameSource;
 use core::fmt;
 use core::time::Duration;

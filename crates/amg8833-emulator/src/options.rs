@@ -1,8 +1,6 @@
 use crate::drift::Drift;
 use core::time::Duration;
 
-/// Beyond this, in parts per million either way, [`Options::clock_error_ppm`] has no further effect: 50 %.
-pub const CLOCK_ERROR_PPM_MAX: i32 = 500_000;
 /// The default of [`Options::catch_up_frames_max`], a little more than a day's.
 pub const CATCH_UP_FRAMES_MAX: u64 = 1_000_000;
 

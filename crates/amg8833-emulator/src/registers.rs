@@ -1,11 +1,12 @@
 //! The register file: what each address reads, and what a byte written to it asks for (AMG88 spec §4-10, §4-11).
 
-use crate::device::InterruptPin;
 use crate::options::{
     AfterWake, AverageReadback, InterruptFlag, InterruptOutput, Options, OverflowFlag, SleepImage,
     StandBy, StatusClear, ThermistorUpdate, UnspecifiedBits, ZeroLevels,
 };
+use crate::signal::InterruptPin;
 use crate::word;
+use crate::words::Words;
 use grideye_frame::{PIXELS, PixelIndex};
 
 mod address {
@@ -128,15 +129,6 @@ impl Key {
             _ => Self::Locked,
         }
     }
-}
-
-/// A frame as the registers hold it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Words {
-    pub(crate) pixels: [u16; PIXELS],
-    pub(crate) thermistor: u16,
-    pub(crate) pixel_overflow: bool,
-    pub(crate) thermistor_overflow: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -466,7 +458,7 @@ impl Registers {
     /// The thermistor holds, the pixels go (AMG88 spec of 2016, table of resets in §4-11-2).
     fn reset_initially(&mut self, options: &Options) {
         self.reset_flags();
-        if options.initial_reset == crate::InitialReset::RestoresDefaults {
+        if options.initial_reset == crate::options::InitialReset::RestoresDefaults {
             *self = Self {
                 thermistor: self.thermistor,
                 ..Self::new(options)

@@ -1,5 +1,4 @@
-use crate::CLOCK_ERROR_PPM_MAX;
-use crate::drift::Drift;
+use crate::drift::{CLOCK_ERROR_PPM_MAX, Drift};
 use core::time::Duration;
 
 /// The array always measures ten times a second (AMG88 spec §4-11-3 with the users' reports on 1 fps).

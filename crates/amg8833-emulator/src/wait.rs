@@ -1,13 +1,11 @@
 //! The INT pin as an event.
 
+use crate::bus::Bus;
 use crate::clock::Clock;
 use crate::edge::PinEdge;
-use crate::shared::{IntPin, PinError};
+use crate::pin::{IntPin, PinError};
 use crate::source::FrameSource;
 use core::time::Duration;
-
-/// How long a wait for the INT pin lasts at most, on the clock of the bus: a day.
-pub const WAIT_MAX: Duration = Duration::from_secs(86_400);
 
 impl<'a, C: Clock, S: FrameSource> IntPin<'a, C, S> {
     /// When the next frame comes into the registers: the next time at which the pin can change by itself. `None` when
@@ -46,7 +44,7 @@ impl<C: Clock, S: FrameSource> Iterator for PinEdges<'_, C, S> {
 
     fn next(&mut self) -> Option<PinEdge> {
         let until = self.until;
-        let step = |bus: &mut crate::Bus<C, S>, address| {
+        let step = |bus: &mut Bus<C, S>, address| {
             let _ = bus.interrupt_pin(address);
             let device = bus.device_mut(address)?;
             if let Some(edge) = device.take_edge() {

@@ -1,10 +1,10 @@
 //! The sensors of one bus with what is broken about them: what falls due comes in order of time.
 
-use crate::bus::Address;
 use crate::bus::wire::Target;
-use crate::device::{Ack, Device};
+use crate::device::Device;
 use crate::fault::active::{Condition, Faults, Plan};
 use crate::fault::{Chance, Fault, FaultKind, FaultSet};
+use crate::signal::{Ack, Address};
 use crate::source::FrameSource;
 use core::time::Duration;
 
@@ -307,6 +307,25 @@ impl<S: FrameSource> Sensors<S> {
             self.follow_frames(now);
             self.catch_up(now);
         }
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<S: FrameSource> crate::script::Breakable for Sensors<S> {
+    fn faults(&mut self) -> &mut Faults {
+        &mut self.faults
+    }
+
+    fn frames(&self, address: Address) -> Option<u64> {
+        self.device(address).map(Device::frames)
+    }
+
+    fn apply_conditions(&mut self, now: Duration) {
+        Self::apply_conditions(self, now);
+    }
+
+    fn brown_out(&mut self, target: Option<Address>, now: Duration) {
+        Self::brown_out(self, target, now);
     }
 }
 

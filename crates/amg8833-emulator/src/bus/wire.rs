@@ -1,16 +1,13 @@
 //! SCL and SDA with their clock: what passes is counted, takes its time, and is told to whoever traces it.
 
-use crate::bus::{BusError, Traffic};
 use crate::clock::Clock;
-use crate::device::Ack;
 use crate::fault::FaultSet;
+use crate::signal::{Ack, BusError, HANG_TIMEOUT, Traffic};
 use crate::trace::{Acknowledge, Ending, Log};
 use core::num::NonZeroU32;
 use core::time::Duration;
 use embedded_hal::i2c::{NoAcknowledgeSource, Operation};
 
-/// How long the controller waits for a bus that is held low, as Linux does by default.
-pub const HANG_TIMEOUT: Duration = Duration::from_secs(1);
 /// An address byte or a byte of data, with its acknowledge.
 const BITS_PER_BYTE: u64 = 9;
 const NANOSECONDS_PER_SECOND: u128 = 1_000_000_000;

@@ -1,6 +1,10 @@
-use crate::script::RULES_MAX;
+//! Why a script cannot be followed.
+
 use alloc::string::String;
 use core::fmt;
+
+/// The most rules in one script.
+pub const RULES_MAX: usize = 100;
 
 /// Where in a script something stands.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,8 +1,9 @@
 //! Scripts in TOML: `scripts/README.md` is the format.
 
-use crate::bus::Address;
 use crate::fault::{Chance, Fault, FaultKind, Unit};
-use crate::script::{EVERY_MIN, Lasting, Place, RULES_MAX, Rule, Script, ScriptError, When};
+use crate::script::error::{Place, RULES_MAX, ScriptError};
+use crate::script::rules::{EVERY_MIN, Lasting, Rule, Script, When};
+use crate::signal::Address;
 use alloc::borrow::ToOwned;
 use alloc::format;
 use alloc::string::String;
@@ -215,7 +216,7 @@ impl Reader<'_> {
         let word = self
             .number("word", raw.word.as_ref(), 0..=WORD_MAX, hint_for("word"))?
             .unwrap_or_default();
-        let limit = i64::from(crate::CLOCK_ERROR_PPM_MAX);
+        let limit = i64::from(crate::drift::CLOCK_ERROR_PPM_MAX);
         let ppm = self.number("ppm", raw.ppm.as_ref(), -limit..=limit, hint_for("ppm"))?;
         let hz = self.number("hz", raw.hz.as_ref(), 1..=u32::MAX.into(), hint_for("hz"))?;
         Ok(match kind {

@@ -1,12 +1,9 @@
 //! A script under way on one bus.
 
-use crate::bus::Address;
-use crate::bus::sensors::Sensors;
-use crate::device::Device;
-use crate::fault::active::Entry;
+use crate::fault::active::{Entry, Faults};
 use crate::fault::{Chance, FaultKind, Unit, draw};
-use crate::script::{Lasting, Rule, Script, When};
-use crate::source::FrameSource;
+use crate::script::rules::{Lasting, Rule, Script, When};
+use crate::signal::Address;
 use alloc::vec::Vec;
 use core::time::Duration;
 
@@ -32,6 +29,21 @@ enum End {
     Frame(u64),
 }
 
+/// The sensors that a script breaks.
+pub(crate) trait Breakable {
+    /// The faults that are set on them.
+    fn faults(&mut self) -> &mut Faults;
+
+    /// How many frames the sensor at this address has measured; `None` where there is no sensor.
+    fn frames(&self, address: Address) -> Option<u64>;
+
+    /// Makes them behave as their faults say, from now on.
+    fn apply_conditions(&mut self, now: Duration);
+
+    /// Takes the power from one, or from all, for a moment.
+    fn brown_out(&mut self, target: Option<Address>, now: Duration);
+}
+
 #[derive(Debug)]
 pub(crate) struct Running {
     started: Duration,
@@ -43,15 +55,11 @@ pub(crate) struct Running {
 }
 
 impl Running {
-    pub(crate) fn new<S: FrameSource>(
-        script: Script,
-        now: Duration,
-        sensors: &mut Sensors<S>,
-    ) -> Self {
+    pub(crate) fn new(script: Script, now: Duration, sensors: &mut impl Breakable) -> Self {
         let rules: Vec<Progress> = script.rules.into_iter().map(Progress::new).collect();
-        sensors.faults.by_rule.clear();
-        sensors.faults.by_rule.resize(rules.len(), None);
-        let frames = |address| sensors.device(address).map_or(0, Device::frames);
+        sensors.faults().by_rule.clear();
+        sensors.faults().by_rule.resize(rules.len(), None);
+        let frames = |address| sensors.frames(address).unwrap_or(0);
         Self {
             started: now,
             counts_frames: rules.iter().any(Progress::counts_frames),
@@ -79,7 +87,7 @@ impl Running {
     }
 
     /// Ends and begins what a time says, now.
-    pub(crate) fn follow<S: FrameSource>(&mut self, sensors: &mut Sensors<S>, now: Duration) {
+    pub(crate) fn follow(&mut self, sensors: &mut impl Breakable, now: Duration) {
         let elapsed = now.saturating_sub(self.started);
         for slot in 0..self.rules.len() {
             self.follow_rule(sensors, slot, elapsed, now);
@@ -88,11 +96,7 @@ impl Running {
     }
 
     /// Ends and begins what the number of a frame says.
-    pub(crate) fn follow_frames<S: FrameSource>(
-        &mut self,
-        sensors: &mut Sensors<S>,
-        now: Duration,
-    ) {
+    pub(crate) fn follow_frames(&mut self, sensors: &mut impl Breakable, now: Duration) {
         if !self.counts_frames {
             return;
         }
@@ -106,7 +110,7 @@ impl Running {
     }
 
     /// Goes on from this time, leaving out what was to be in between.
-    pub(crate) fn jump<S: FrameSource>(&mut self, sensors: &mut Sensors<S>, now: Duration) {
+    pub(crate) fn jump(&mut self, sensors: &mut impl Breakable, now: Duration) {
         let elapsed = now.saturating_sub(self.started);
         for progress in &mut self.rules {
             progress.skip_to(elapsed);
@@ -118,9 +122,9 @@ impl Running {
         self.follow_frames(sensors, now);
     }
 
-    fn follow_rule<S: FrameSource>(
+    fn follow_rule(
         &mut self,
-        sensors: &mut Sensors<S>,
+        sensors: &mut impl Breakable,
         slot: usize,
         elapsed: Duration,
         now: Duration,
@@ -140,9 +144,9 @@ impl Running {
         }
     }
 
-    fn follow_rule_frames<S: FrameSource>(
+    fn follow_rule_frames(
         &mut self,
-        sensors: &mut Sensors<S>,
+        sensors: &mut impl Breakable,
         slot: usize,
         now: Duration,
     ) -> bool {
@@ -166,18 +170,18 @@ impl Running {
     }
 
     /// Frames since the script began, of the sensor that a rule goes by.
-    fn frames<S: FrameSource>(&self, sensors: &Sensors<S>, slot: usize) -> u64 {
+    fn frames(&self, sensors: &impl Breakable, slot: usize) -> u64 {
         let named = self
             .rules
             .get(slot)
             .and_then(|progress| progress.rule.address);
         let first = Address::ALL
             .into_iter()
-            .find(|address| sensors.device(*address).is_some());
+            .find(|address| sensors.frames(*address).is_some());
         let Some(address) = named.or(first) else {
             return 0;
         };
-        let frames = sensors.device(address).map_or(0, Device::frames);
+        let frames = sensors.frames(address).unwrap_or(0);
         frames.wrapping_add(self.frames_more[address.place()])
     }
 }
@@ -189,12 +193,12 @@ struct Begun {
     occurrence: u64,
 }
 
-fn begin<S: FrameSource>(sensors: &mut Sensors<S>, slot: usize, begun: Begun, now: Duration) {
+fn begin(sensors: &mut impl Breakable, slot: usize, begun: Begun, now: Duration) {
     let mut entry = begun.entry;
     let kind = entry.fault.kind();
     if kind.unit() == Unit::Stretch {
         let drawn = draw(
-            sensors.faults.seed,
+            sensors.faults().seed,
             entry.stream | OCCURRENCE,
             begun.occurrence,
         );
@@ -207,13 +211,13 @@ fn begin<S: FrameSource>(sensors: &mut Sensors<S>, slot: usize, begun: Begun, no
             return;
         }
         entry.chance = Chance::ALWAYS;
-        sensors.faults.counts.add(kind);
+        sensors.faults().counts.add(kind);
     }
     set(sensors, slot, Some(entry));
 }
 
-fn set<S>(sensors: &mut Sensors<S>, slot: usize, entry: Option<Entry>) {
-    if let Some(place) = sensors.faults.by_rule.get_mut(slot) {
+fn set(sensors: &mut impl Breakable, slot: usize, entry: Option<Entry>) {
+    if let Some(place) = sensors.faults().by_rule.get_mut(slot) {
         *place = entry;
     }
 }

@@ -1,6 +1,7 @@
-use crate::bus::BusError;
+use crate::signal::BusError;
 use crate::trace::file::{Shared, TRACE_BYTES_MAX, TraceSummary};
-use crate::trace::{Acknowledge, Start, Transfer};
+use crate::trace::log::{Start, Transfer};
+use crate::trace::message::Acknowledge;
 use alloc::format;
 use alloc::string::String;
 use core::fmt::Write as _;

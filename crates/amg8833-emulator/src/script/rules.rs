@@ -1,0 +1,167 @@
+//! The rules of a script: what breaks, when, how long, how likely, and where.
+
+use crate::fault::{Chance, Fault, FaultKind, Unit, mix};
+use crate::script::error::{RULES_MAX, ScriptError};
+use crate::signal::Address;
+use alloc::vec::Vec;
+use core::time::Duration;
+
+/// When a fault comes. Times count from when the script was handed to the bus, frames too, from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    /// Throughout.
+    Always,
+    /// From this time on.
+    At(Duration),
+    /// From this time on, up to but without that one, if there is one.
+    Between {
+        /// The first moment.
+        from: Duration,
+        /// The first moment that is free of it.
+        until: Option<Duration>,
+    },
+    /// Again and again.
+    Every {
+        /// The time between two occurrences, [`EVERY_MIN`] at least; the first comes one such time after `from`.
+        period: Duration,
+        /// When the waiting begins.
+        from: Duration,
+        /// No occurrence begins from this time on.
+        until: Option<Duration>,
+    },
+    /// While the sensor's frame of this number is in the registers. A fault that is drawn by the frame spoils this one.
+    /// A rule without an address goes by the sensor at the lower of the addresses that have one.
+    Frame(u64),
+}
+
+/// How long a fault stays once it has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lasting {
+    /// As long as [`When`] has it.
+    ToTheEnd,
+    /// This long.
+    For(Duration),
+    /// While this many frames of the sensor go by.
+    Frames(u32),
+    /// Until it has struck this often, counted in the fault's [`Unit`]; not for faults that are a stretch of time.
+    Times(u32),
+}
+
+/// One fault with its when, how long, how likely, and where.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rule {
+    /// What breaks.
+    pub fault: Fault,
+    /// When.
+    pub when: When,
+    /// How long.
+    pub lasting: Lasting,
+    /// How likely at each occasion, by the fault's [`Unit`].
+    pub chance: Chance,
+    /// Which sensor; `None` is the whole bus with all of them.
+    pub address: Option<Address>,
+    /// Which bus by its number, where there are several ([`Script::for_bus`]); `None` is each.
+    pub bus: Option<u32>,
+}
+
+impl Rule {
+    /// This fault on the whole bus, all the time, with certainty.
+    #[must_use]
+    pub const fn new(fault: Fault) -> Self {
+        Self {
+            fault,
+            when: When::Always,
+            lasting: Lasting::ToTheEnd,
+            chance: Chance::ALWAYS,
+            address: None,
+            bus: None,
+        }
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        let stretch = self.fault.kind().unit() == Unit::Stretch;
+        match (self.when, self.lasting) {
+            (When::Every { period, .. }, _) if period < EVERY_MIN => {
+                Err("a shorter period than 1 ms")
+            }
+            (_, Lasting::Times(_)) if stretch => {
+                Err("a count of a fault that is a stretch of time")
+            }
+            (_, Lasting::For(_) | Lasting::Frames(_))
+                if self.fault.kind() == FaultKind::BrownOut =>
+            {
+                Err("a duration of a fault that is a moment")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A list of rules and the seed that all their chances are drawn from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Script {
+    seed: u64,
+    /// Rules with their place in the whole script, which is the stream that they draw from.
+    pub(super) rules: Vec<(u64, Rule)>,
+    bus: Option<u32>,
+}
+
+impl Script {
+    /// A script of these rules.
+    ///
+    /// # Errors
+    /// More than [`RULES_MAX`] rules, or one that cannot be.
+    pub fn new(seed: u64, rules: Vec<Rule>) -> Result<Self, ScriptError> {
+        if rules.len() > RULES_MAX {
+            let found = rules.len();
+            return Err(ScriptError::TooManyRules { found });
+        }
+        for (number, rule) in (1..).zip(&rules) {
+            rule.check()
+                .map_err(|problem| ScriptError::Rule { number, problem })?;
+        }
+        Ok(Self {
+            seed,
+            rules: (1..).zip(rules).collect(),
+            bus: None,
+        })
+    }
+
+    /// The rules for this bus: those that name it, and those that name none. Each bus draws from a seed of its own.
+    #[must_use]
+    pub fn for_bus(&self, number: u32) -> Self {
+        let mut script = self.clone();
+        script
+            .rules
+            .retain(|(_, rule)| rule.bus.is_none_or(|bus| bus == number));
+        script.bus = Some(number);
+        script
+    }
+
+    /// The rules in their order.
+    pub fn rules(&self) -> impl Iterator<Item = &Rule> {
+        self.rules.iter().map(|(_, rule)| rule)
+    }
+
+    /// The seed as it was given.
+    #[must_use]
+    pub const fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The same rules with another seed.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// The seed of this bus.
+    pub(crate) fn seed_here(&self) -> u64 {
+        self.bus
+            .map_or(self.seed, |bus| mix(self.seed ^ mix(u64::from(bus))))
+    }
+}
+
+/// The shortest time between two occurrences of a rule.
+pub const EVERY_MIN: Duration = Duration::from_millis(1);
