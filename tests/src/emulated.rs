@@ -1,6 +1,6 @@
 //! Programs on an emulated sensor that shows known words, by each way to reach it.
 
-use crate::programs::{Ended, grideye, is_left_out, root, run, terminate, wait, wait_for};
+use crate::programs::{Ended, grideye, is_part_left_out, root, run, terminate, wait, wait_for};
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -80,7 +80,7 @@ impl Way {
     #[must_use]
     pub fn to_a_device_file(what: &str) -> Vec<Self> {
         let mut ways = vec![Self::Preload];
-        if !is_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
+        if !is_part_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
             ways.push(Self::Fuse);
         }
         ways

@@ -31,4 +31,6 @@ pub mod postgres;
 
 pub mod python;
 
+pub mod skip;
+
 pub mod webdriver;

@@ -26,8 +26,7 @@ pub struct Cluster {
 #[must_use]
 pub fn shared(what: &str) -> Option<&'static Cluster> {
     static CLUSTER: OnceLock<Cluster> = OnceLock::new();
-    if std::env::var_os(WITHOUT_POSTGRES).is_some() {
-        println!("left out: {what} ({WITHOUT_POSTGRES} is set)");
+    if crate::skip::is_left_out(WITHOUT_POSTGRES, what) {
         return None;
     }
     Some(CLUSTER.get_or_init(|| Cluster::start(&["fsync=off"])))

@@ -6,6 +6,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
+pub use crate::skip::{is_left_out, is_part_left_out};
+
 /// Longest wait for a program to say where it listens, or to end after it was asked to.
 const WAIT_MAX: Duration = Duration::from_secs(20);
 
@@ -324,14 +326,4 @@ pub fn peak_kib(pid: u32) -> u64 {
         .find_map(|line| line.strip_prefix("VmHWM:"))
         .unwrap();
     line.trim().trim_end_matches(" kB").parse().unwrap()
-}
-
-/// Whether this tier is left out on this machine, by an environment variable that `tests/run` sets; says so.
-#[must_use]
-pub fn is_left_out(variable: &str, what: &str) -> bool {
-    let is_left_out = std::env::var_os(variable).is_some();
-    if is_left_out {
-        println!("left out: {what} ({variable} is set)");
-    }
-    is_left_out
 }

@@ -331,12 +331,12 @@ impl Drop for Browser {
     }
 }
 
-/// Whether the tests that need a browser are to be left out, which is said aloud.
+/// Whether the tests that need a browser are left out; reports it.
 #[must_use]
 pub fn left_out(test: &str) -> bool {
     let left_out = std::env::var(WITHOUT_BROWSER).is_ok_and(|value| value == "1");
     if left_out {
-        println!("left out: {test} (needs a browser, and {WITHOUT_BROWSER}=1)");
+        crate::skip::test(&format!("{test} in a browser ({WITHOUT_BROWSER}=1)"));
     }
     left_out
 }

@@ -9,7 +9,7 @@
 )]
 
 use grideye_tests::broker::until;
-use grideye_tests::programs::{Ended, folder, is_left_out, root, run};
+use grideye_tests::programs::{Ended, folder, is_part_left_out, root, run};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -529,7 +529,7 @@ fn every_documented_command_is_known_here_and_none_here_is_left_over() {
 fn lacks_what_it_needs(command: &str) -> bool {
     let i2c_tools = ["i2ctransfer", "i2cdetect", "i2cget"];
     i2c_tools.iter().any(|tool| command.contains(tool))
-        && is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", command)
+        && is_part_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", command)
 }
 
 /// A folder in which a command finds what it finds in the repository.

@@ -7,7 +7,7 @@
     reason = "what fails in a helper fails the test"
 )]
 
-use grideye_tests::programs::{Ended, folder, root, run, target};
+use grideye_tests::programs::{Ended, folder, is_left_out, root, run, target};
 use grideye_tests::python;
 use serde_json::Value;
 use std::ffi::OsString;
@@ -139,12 +139,14 @@ impl Checkout {
 
 /// The programs of the packages that the workflow installs.
 fn python_programs() -> Option<&'static Path> {
-    static PROGRAMS: OnceLock<Option<PathBuf>> = OnceLock::new();
+    static PROGRAMS: OnceLock<PathBuf> = OnceLock::new();
     let requirements = format!("{EXAMPLE}/python/requirements.txt");
     let what = "the Python suite of the example for CI";
-    let programs =
-        PROGRAMS.get_or_init(|| python::programs("driver-ci-python", &requirements, what));
-    programs.as_deref()
+    if is_left_out(python::WITHOUT_PYTHON_DRIVERS, what) {
+        return None;
+    }
+    let install = || python::programs("driver-ci-python", &requirements, what).unwrap();
+    Some(PROGRAMS.get_or_init(install))
 }
 
 /// `PATH` with this folder first.

@@ -3,7 +3,9 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-use grideye_tests::programs::{Ended, RunningCollector, folder, grideye, is_left_out, root, run};
+use grideye_tests::programs::{
+    Ended, RunningCollector, folder, grideye, is_left_out, is_part_left_out, root, run,
+};
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -173,7 +175,7 @@ fn check_what_is_installed(room: &Room) {
     assert_eq!(kept, "grideye-agent grideye-agent 700");
     let kept = room.said(&format!("{owner} /var/lib/grideye-collector"));
     assert_eq!(kept, "grideye-collector grideye-collector 700");
-    if is_left_out(
+    if is_part_left_out(
         "GRIDEYE_WITHOUT_SYSTEMD",
         "systemd's reading of the installed units",
     ) {
@@ -264,7 +266,7 @@ fn the_packages_are_installed_started_upgraded_removed_and_purged() {
         "{installed:?}"
     );
     check_what_is_installed(&room);
-    let starts = !is_left_out(
+    let starts = !is_part_left_out(
         "GRIDEYE_WITHOUT_FUSE",
         "the installed agent on the emulated sensor",
     );

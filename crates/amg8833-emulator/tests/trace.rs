@@ -10,6 +10,14 @@ use std::io::{self, Write};
 use std::process::Command;
 use std::sync::{Arc, Mutex};
 
+#[expect(
+    dead_code,
+    unreachable_pub,
+    reason = "the tests of the whole share this file"
+)]
+#[path = "../../../tests/src/skip.rs"]
+mod skip;
+
 const HIGH: u8 = 0x69;
 
 type TestBus = Bus<ManualClock, Frame>;
@@ -329,8 +337,7 @@ fn a_bus_without_a_speed_is_drawn_one_behind_the_other() {
 /// Somebody else's decoder: sigrok's, which is PulseView's too.
 #[test]
 fn sigrok_decodes_the_lines() {
-    if std::env::var_os("GRIDEYE_WITHOUT_SIGROK").is_some() {
-        println!("left out: the i2c decoder of sigrok (GRIDEYE_WITHOUT_SIGROK is set)");
+    if skip::is_left_out("GRIDEYE_WITHOUT_SIGROK", "the i2c decoder of sigrok") {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

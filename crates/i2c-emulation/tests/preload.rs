@@ -14,7 +14,7 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{Bench, RegisterFile, fuse_works, left_out, python_works};
+use common::{Bench, RegisterFile, fuse_works_for_a_part, python_works, skip};
 use i2c_emulation::adapter::HalAdapter;
 use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::preload::{self, OPEN_FILES_MAX};
@@ -145,7 +145,7 @@ fn a_program_that_gains_rights_is_refused() {
     let program = folder.path().join("true");
     fs::copy("/bin/true", &program).unwrap();
     if std::os::unix::fs::chown(&program, Some(NOBODY), Some(NOBODY)).is_err() {
-        left_out("a set-user-ID program: only root can make one for another user");
+        skip::test("a set-user-ID program: only root can make one for another user");
         return;
     }
     for (mode, refused) in [(0o4755, true), (0o2755, true), (0o755, false)] {
@@ -199,7 +199,7 @@ fn the_way_is_chosen_by_what_works_and_says_why() {
             "{via}: {error}"
         );
     }
-    if fuse_works() {
+    if fuse_works_for_a_part() {
         let options = Options::default();
         let chosen = program::choose(&rack, &options, &Command::new("true")).unwrap();
         assert_eq!(chosen.way(), Way::Fuse);
@@ -429,7 +429,7 @@ fn two_buses_are_there_at_once_by_both_ways() {
         return;
     }
     for via in [Via::Fuse, Via::Preload] {
-        if via == Via::Fuse && !fuse_works() {
+        if via == Via::Fuse && !fuse_works_for_a_part() {
             continue;
         }
         let mut bench = Bench::new(via, AdapterMode::Pi);
@@ -458,7 +458,7 @@ fn two_buses_are_there_at_once_by_both_ways() {
 #[test]
 fn the_devices_that_were_opened_are_counted() {
     for via in [Via::Fuse, Via::Preload] {
-        if via == Via::Fuse && !fuse_works() {
+        if via == Via::Fuse && !fuse_works_for_a_part() {
             continue;
         }
         let bench = Bench::new(via, AdapterMode::Pi);
@@ -524,7 +524,7 @@ fn a_program_of_another_user_runs_without_the_device() {
         Err(RunError::Preload(preload::RunError::ProgramNotStarted { source, .. }))
             if source.raw_os_error() == Some(1) =>
         {
-            left_out("a program of another user: only root can start one");
+            skip::test("a program of another user: only root can start one");
         }
         Err(error) => panic!("{error}"),
     }

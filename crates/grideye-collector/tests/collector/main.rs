@@ -17,6 +17,14 @@ mod recordings;
 #[cfg(test)]
 mod settle;
 #[cfg(test)]
+#[expect(
+    dead_code,
+    unreachable_pub,
+    reason = "the tests of the whole share this file"
+)]
+#[path = "../../../../tests/src/skip.rs"]
+mod skip;
+#[cfg(test)]
 mod socket;
 #[cfg(test)]
 mod store;

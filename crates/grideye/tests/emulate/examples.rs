@@ -1,6 +1,7 @@
 //! The examples of EMULATE.md, run by a shell as they stand.
 
-use crate::support::{is_left_out, root, run};
+use crate::skip::{self, is_part_left_out};
+use crate::support::{root, run};
 use std::path::Path;
 use std::process::Command;
 
@@ -31,13 +32,13 @@ fn shell(text: &str) -> crate::support::Ended {
 
 fn is_to_be_left_out(needs: &str) -> bool {
     needs.split(' ').any(|need| match need {
-        "fuse" => is_left_out("GRIDEYE_WITHOUT_FUSE", "an example of EMULATE.md on FUSE"),
-        "i2c-tools" => is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "an example of EMULATE.md with i2c-tools"),
-        "python" => is_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "an example of EMULATE.md with Python"),
+        "fuse" => is_part_left_out("GRIDEYE_WITHOUT_FUSE", "an example of EMULATE.md on FUSE"),
+        "i2c-tools" => is_part_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "an example of EMULATE.md with i2c-tools"),
+        "python" => is_part_left_out("GRIDEYE_WITHOUT_I2C_TOOLS", "an example of EMULATE.md with Python"),
         "usbip" => {
             let is_missing = !Path::new("/sys/devices/platform/vhci_hcd.0").exists();
             if is_missing {
-                println!("left out: the example of EMULATE.md for way 4 (this kernel has no vhci-hcd; tests/guests runs way 4)");
+                skip::part("the example of EMULATE.md for way 4 (this kernel has no vhci-hcd; tests/guests runs way 4)");
             }
             is_missing
         }

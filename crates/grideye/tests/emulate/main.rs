@@ -10,5 +10,8 @@ mod examples;
 mod faults;
 mod rack;
 mod refusals;
+#[expect(unreachable_pub, reason = "the tests of the whole share this file")]
+#[path = "../../../../tests/src/skip.rs"]
+mod skip;
 mod support;
 mod time;

@@ -1,5 +1,6 @@
 //! Starting the program, reading the sensor over its socket, and files to show.
 
+use crate::skip::is_part_left_out;
 use embedded_hal::i2c::I2c as _;
 use i2c_emulation::socket::Client;
 use rustix::process::{Pid, Signal, kill_process};
@@ -42,19 +43,10 @@ pub(crate) fn run(command: &mut Command) -> Ended {
     }
 }
 
-/// Whether a tier is left out on this machine, by a variable that `tests/run` sets; says so.
-pub(crate) fn is_left_out(variable: &str, what: &str) -> bool {
-    let is_left_out = std::env::var_os(variable).is_some();
-    if is_left_out {
-        println!("left out: {what} ({variable} is set)");
-    }
-    is_left_out
-}
-
 /// The ways to a `/dev/i2c-N` that this machine has; those that it has not are named.
 pub(crate) fn ways(what: &str) -> Vec<&'static str> {
     let mut ways = vec!["preload"];
-    if !is_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
+    if !is_part_left_out("GRIDEYE_WITHOUT_FUSE", &format!("{what} by FUSE")) {
         ways.push("fuse");
     }
     ways

@@ -1,7 +1,14 @@
 //! A chip, and what the tests of both ways ask of a machine.
 
+#[expect(
+    dead_code,
+    unreachable_pub,
+    reason = "the tests of the whole share this file"
+)]
+#[path = "../../../../tests/src/skip.rs"]
+pub(crate) mod skip;
+
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -211,24 +218,25 @@ pub(crate) fn processes() -> impl Iterator<Item = PathBuf> {
         .filter(|path| path.join("stat").exists())
 }
 
-/// Writes past the test harness, which keeps what tests that pass print by `eprintln!` to itself.
-pub(crate) fn left_out(what: &str) {
-    let mut terminal = std::io::stderr();
-    terminal
-        .write_all(format!("LEFT OUT: {what}\n").as_bytes())
-        .unwrap();
-}
-
 pub(crate) fn excused(variable: &str) -> bool {
     std::env::var_os(variable).is_some_and(|value| value == "1")
 }
 
-/// Whether FUSE works here; a lack of it is an error unless it is excused.
+/// Whether FUSE works here, without which the calling test is skipped; a lack of it is an error unless it is excused.
 pub(crate) fn fuse_works() -> bool {
+    fuse_works_or(skip::test)
+}
+
+/// As [`fuse_works`], where only a part of the calling test needs it.
+pub(crate) fn fuse_works_for_a_part() -> bool {
+    fuse_works_or(skip::part)
+}
+
+fn fuse_works_or(report: fn(&str)) -> bool {
     match fuse::probe() {
         Ok(()) => true,
         Err(error) if excused("GRIDEYE_WITHOUT_FUSE") => {
-            left_out(&format!("a test of /dev/i2c-N by FUSE: {error}"));
+            report(&format!("/dev/i2c-N by FUSE: {error}"));
             false
         }
         Err(error) => panic!(
@@ -248,7 +256,7 @@ pub(crate) fn i2c_tools() -> Option<PathBuf> {
             excused("GRIDEYE_WITHOUT_I2C_TOOLS"),
             "i2c-tools is missing: apt-get install i2c-tools, or set GRIDEYE_WITHOUT_I2C_TOOLS=1 to leave this test out"
         );
-        left_out("a test with i2c-tools");
+        skip::test("i2c-tools are missing");
     }
     found
 }
@@ -261,7 +269,7 @@ pub(crate) fn python_works() -> bool {
             excused("GRIDEYE_WITHOUT_I2C_TOOLS"),
             "python3 is missing: apt-get install python3, or set GRIDEYE_WITHOUT_I2C_TOOLS=1 to leave this test out"
         );
-        left_out("a test with Python");
+        skip::test("python3 is missing");
     }
     found
 }

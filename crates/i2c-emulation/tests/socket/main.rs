@@ -14,3 +14,10 @@ mod hostile;
 mod place;
 mod python;
 mod readme;
+#[expect(
+    dead_code,
+    unreachable_pub,
+    reason = "the tests of the whole share this file"
+)]
+#[path = "../../../../tests/src/skip.rs"]
+mod skip;

@@ -11,14 +11,10 @@ use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::socket::Options;
 
 use crate::bench::{Bench, Log, RegisterFile};
+use crate::skip;
 
 /// The version that the recorded outputs were made with.
 const SMBUS2: &str = "smbus2==0.6.1";
-
-fn left_out(what: &str) {
-    // Past the test harness, which keeps what tests that pass print by `eprintln!` to itself.
-    let _ = std::io::stderr().write_all(format!("LEFT OUT: {what}\n").as_bytes());
-}
 
 fn excused(variable: &str) -> bool {
     std::env::var_os(variable).is_some_and(|value| value == "1")
@@ -35,7 +31,7 @@ pub(crate) fn python() -> Option<Command> {
             excused("GRIDEYE_WITHOUT_I2C_TOOLS"),
             "python3 is missing: install it, or set GRIDEYE_WITHOUT_I2C_TOOLS=1 to leave this test out"
         );
-        left_out("a test of the Python client");
+        skip::test("a test of the Python client");
         return None;
     }
     let mut command = Command::new("python3");
@@ -93,14 +89,14 @@ fn each_method_gives_what_smbus2_gives() {
 #[test]
 fn the_recorded_outputs_are_those_of_smbus2() {
     if excused("GRIDEYE_WITHOUT_PYTHON_DRIVERS") {
-        return left_out("smbus2 from PyPI on the emulated /dev/i2c-N");
+        return skip::test("smbus2 from PyPI on the emulated /dev/i2c-N");
     }
     if let Err(error) = fuse::probe() {
         assert!(
             excused("GRIDEYE_WITHOUT_FUSE"),
             "FUSE does not work here: {error}\nset GRIDEYE_WITHOUT_FUSE=1 to leave this test out"
         );
-        return left_out("smbus2 from PyPI on the emulated /dev/i2c-N: no FUSE");
+        return skip::test("smbus2 from PyPI on the emulated /dev/i2c-N: no FUSE");
     }
     let python = python_with_smbus2();
     for mode in AdapterMode::ALL {
