@@ -16,7 +16,8 @@
 //! number, and the buffers are fetched from the caller's memory.
 //!
 //! What a program can notice: `stat` says regular file; there is no `/sys/class/i2c-dev`, so `i2cdetect -l` lists nothing;
-//! a `write` or `read` of no bytes never reaches the bus; a program that starts others leaves them with ENOTCONN when
+//! a `write` or `read` of no bytes never reaches the bus; `lseek` succeeds without effect, and the pieces of a `readv` or `writev`
+//! reach the bus as one message; a program that starts others leaves them with ENOTCONN when
 //! it ends; a program that gives up being inspected (set-user-ID, `PR_SET_DUMPABLE`) gets EPERM from ioctl unless the server is root.
 
 mod caller;

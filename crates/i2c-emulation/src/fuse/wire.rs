@@ -18,8 +18,9 @@ const ROOT_INODE: u64 = 1;
 const ATTRIBUTES_VALID_S: u64 = 3600;
 const BLOCK_BYTES: u32 = 4096;
 const NAME_BYTES_MAX: u32 = 255;
-/// No page cache, no seeking, and no file position at all: what a character device is.
-const OPEN_FLAGS: u32 = 1 | 1 << 2 | 1 << 4;
+/// FOPEN_DIRECT_IO: no page cache. FOPEN_NONSEEKABLE and FOPEN_STREAM would make lseek() ESPIPE, as a character device
+/// does, but pread() and pwrite() with it, which i2c-dev takes.
+const OPEN_FLAGS: u32 = 1;
 const IOCTL_FROM_32_BIT: u32 = 1 << 3;
 const SETATTR_MODE_OR_OWNER: u32 = 0b111;
 

@@ -1,14 +1,13 @@
-//! The functions of the C library that are intercepted. What is not about a device goes on to the function that would
-//! have been called without this library, with the very same arguments.
+//! The functions of the C library that are intercepted, but for those that read and write (`transfers`).
 //!
 //! Functions that C declares with `...` are defined with the arguments they take here: on every machine that this is
 //! built for, such arguments are passed alike.
 
 use core::ffi::{CStr, c_char, c_int, c_uint, c_ulong, c_void};
-use core::sync::atomic::{AtomicUsize, Ordering};
 
 use super::super::protocol::Call;
-use super::system::{self, EACCES, EEXIST, EMFILE, ENOSYS, ENOTDIR, EOPNOTSUPP, Errno};
+use super::intercept::result;
+use super::system::{self, EACCES, EEXIST, EMFILE, ENOTDIR, EOPNOTSUPP, Errno};
 use super::{channel, descriptor, path, setting};
 
 const AT_FDCWD: c_int = -100;
@@ -31,63 +30,12 @@ const X_OK: c_int = 1;
 /// The file whose attributes are shown for a device: a character device that is always there.
 const LOOKS_LIKE: &CStr = c"/dev/null";
 
-/// `struct iovec`.
-#[repr(C)]
-pub(crate) struct Piece {
-    start: *mut c_void,
-    length: usize,
-}
-
-/// The function of this name that would have been called without this library.
-macro_rules! next {
-    ($name:ident: $type:ty) => {{
-        static ADDRESS: AtomicUsize = AtomicUsize::new(0);
-        let mut address = ADDRESS.load(Ordering::Relaxed);
-        if address == 0 {
-            let name = concat!(stringify!($name), "\0");
-            address = CStr::from_bytes_with_nul(name.as_bytes()).map_or(0, system::next);
-            ADDRESS.store(address, Ordering::Relaxed);
-        }
-        // SAFETY: the address is 0, which is `None`, or that of the C library's function of this name, whose type this is.
-        unsafe { core::mem::transmute::<usize, Option<$type>>(address) }
-    }};
-}
-
-/// Passes a call on; a function that the C library lacks is ENOSYS.
-macro_rules! pass_on {
-    ($name:ident: $type:ty, $($argument:expr),*) => {
-        match next!($name: $type) {
-            // SAFETY: these are the program's own arguments to this very function.
-            Some(function) => unsafe { function($($argument),*) },
-            None => {
-                system::set_errno(ENOSYS);
-                -1
-            }
-        }
-    };
-}
-
-/// Defines functions under their names in the C library. In the tests of this crate they are ordinary functions: there
-/// the C library's own must stay what they are.
-macro_rules! intercept {
-    ($($(#[$attribute:meta])* fn $name:ident($($argument:ident: $type:ty),*) -> $result:ty $body:block)*) => {
-        $(
-            $(#[$attribute])*
-            #[cfg_attr(not(test), unsafe(no_mangle))]
-            pub(crate) extern "C" fn $name($($argument: $type),*) -> $result $body
-        )*
-    };
-}
-
 type Path = *const c_char;
 type Open = unsafe extern "C" fn(Path, c_int, ...) -> c_int;
 type OpenAt = unsafe extern "C" fn(c_int, Path, c_int, ...) -> c_int;
 type OpenTwo = unsafe extern "C" fn(Path, c_int) -> c_int;
 type OpenAtTwo = unsafe extern "C" fn(c_int, Path, c_int) -> c_int;
 type OpenStream = unsafe extern "C" fn(Path, Path) -> *mut c_void;
-type Transfer = unsafe extern "C" fn(c_int, *mut c_void, usize) -> isize;
-type TransferChecked = unsafe extern "C" fn(c_int, *mut c_void, usize, usize) -> isize;
-type TransferPieces = unsafe extern "C" fn(c_int, *const Piece, c_int) -> isize;
 type Control = unsafe extern "C" fn(c_int, c_ulong, ...) -> c_int;
 type FileControl = unsafe extern "C" fn(c_int, c_int, ...) -> c_int;
 type OfDescriptor = unsafe extern "C" fn(c_int) -> c_int;
@@ -154,43 +102,6 @@ macro_rules! opens {
 opens! {
     open openat __open_2 __openat_2 fopen
     open64 openat64 __open64_2 __openat64_2 fopen64
-}
-
-intercept! {
-    fn read(file: c_int, buffer: *mut c_void, length: usize) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) => read_device(token, buffer, length),
-            None => pass_on!(read: Transfer, file, buffer, length),
-        }
-    }
-
-    fn __read_chk(file: c_int, buffer: *mut c_void, length: usize, room: usize) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) if length <= room => read_device(token, buffer, length),
-            _ => pass_on!(__read_chk: TransferChecked, file, buffer, length, room),
-        }
-    }
-
-    fn write(file: c_int, buffer: *mut c_void, length: usize) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) => write_device(token, buffer, length),
-            None => pass_on!(write: Transfer, file, buffer, length),
-        }
-    }
-
-    fn readv(file: c_int, pieces: *const Piece, count: c_int) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) => each_piece(pieces, count, |piece| read_device(token, piece.start, piece.length)),
-            None => pass_on!(readv: TransferPieces, file, pieces, count),
-        }
-    }
-
-    fn writev(file: c_int, pieces: *const Piece, count: c_int) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) => each_piece(pieces, count, |piece| write_device(token, piece.start, piece.length)),
-            None => pass_on!(writev: TransferPieces, file, pieces, count),
-        }
-    }
 }
 
 macro_rules! controls {
@@ -449,43 +360,6 @@ fn open_device(bus: u32, flags: c_int) -> c_int {
     }
 }
 
-fn read_device(file: u64, buffer: *mut c_void, length: usize) -> isize {
-    let (buffer, length) = span(buffer, length);
-    result(channel::perform(file, Call::Read { buffer, length }))
-}
-
-fn write_device(file: u64, buffer: *mut c_void, length: usize) -> isize {
-    let (buffer, length) = span(buffer, length);
-    result(channel::perform(file, Call::Write { buffer, length }))
-}
-
-fn span(buffer: *mut c_void, length: usize) -> (u64, u64) {
-    let address = u64::try_from(buffer.expose_provenance()).unwrap_or(0);
-    (address, u64::try_from(length).unwrap_or(u64::MAX))
-}
-
-/// One transfer for each piece, as the kernel does for a device that knows only read() and write().
-fn each_piece(
-    pieces: *const Piece,
-    count: c_int,
-    mut transfer: impl FnMut(&Piece) -> isize,
-) -> isize {
-    let mut total = 0;
-    for index in 0..usize::try_from(count).unwrap_or(0) {
-        // SAFETY: the program says that there are so many pieces.
-        let piece = unsafe { &*pieces.add(index) };
-        let done = transfer(piece);
-        if done < 0 {
-            return if total > 0 { total } else { done };
-        }
-        total += done;
-        if usize::try_from(done).unwrap_or(0) < piece.length {
-            break;
-        }
-    }
-    total
-}
-
 /// The open file, and the request as the kernel takes it, if this ioctl is for the emulator.
 fn controlled(file: c_int, request: c_ulong) -> Option<(u64, u32)> {
     // The kernel looks at 32 bits, whatever the C library lets through.
@@ -524,16 +398,6 @@ fn look_like(bus: Option<u32>, attributes: *mut c_void, outcome: c_int) -> c_int
         attributes::of_stat(attributes, bus);
     }
     outcome
-}
-
-fn result(outcome: Result<usize, Errno>) -> isize {
-    match outcome {
-        Ok(value) => isize::try_from(value).unwrap_or(isize::MAX),
-        Err(errno) => {
-            system::set_errno(errno);
-            -1
-        }
-    }
 }
 
 fn integer(value: isize) -> c_int {

@@ -9,12 +9,16 @@
     reason = "a library that stands between programs and the C library is handed addresses, not references"
 )]
 
+#[macro_use]
+mod intercept;
+
 mod calls;
 mod channel;
 mod descriptor;
 mod path;
 mod setting;
 mod system;
+mod transfers;
 
 #[cfg(not(test))]
 pub(crate) use system::abort;
