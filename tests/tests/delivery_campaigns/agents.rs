@@ -1,6 +1,7 @@
 //! An agent on an emulated sensor that is started again whenever it ends, as systemd does.
 
 use crate::CATCH_UP_MAX;
+use crate::delays::Delays;
 use crate::seeded::kills;
 use crate::spooled;
 use grideye_tests::emulated::{Words, recording};
@@ -28,6 +29,9 @@ pub(crate) struct Agents {
     /// What was on the spool's disk, by run and number, at the moments of all kills together.
     pub(crate) on_disk: BTreeSet<(String, u64)>,
     pub(crate) killed: u32,
+    delays: Delays,
+    /// At each kill: the looks of [`Delays::until_now`].
+    delayed: Vec<Vec<(f64, f64)>>,
 }
 
 impl Agents {
@@ -48,12 +52,15 @@ impl Agents {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
+        let delays = Delays::follow(folder.join("pid"), emulator.id());
         let agents = Self {
             emulator,
             folder: folder.to_owned(),
             spool: spool.to_owned(),
             on_disk: BTreeSet::new(),
             killed: 0,
+            delays,
+            delayed: Vec::new(),
         };
         agents.pid_other_than("");
         agents
@@ -80,6 +87,8 @@ impl Agents {
     pub(crate) fn kill(&mut self) {
         let pid = self.pid_other_than("");
         signal("STOP", &pid);
+        self.delayed
+            .push(self.delays.until_now(&pid, self.emulator.id()));
         self.on_disk.extend(self.spooled());
         signal("KILL", &pid);
         self.killed += 1;
@@ -100,6 +109,16 @@ impl Agents {
         let on_disk = last.split_once(" on disk; ").map(|(before, _)| before);
         let frames = on_disk.and_then(|before| before.rsplit(' ').next());
         frames.map_or(0, |frames| frames.parse().unwrap())
+    }
+
+    /// How long this machine delayed the agent within so many seconds before it was killed: the longest at any kill, as a run
+    /// that was killed before it read has no end in the trace.
+    pub(crate) fn delay_s(&self, within_s: f64) -> f64 {
+        let of_kill = |looks: &Vec<(f64, f64)>| {
+            let since = looks.iter().rev().find(|(ago_s, _)| *ago_s >= within_s);
+            since.or(looks.first()).map_or(0.0, |(_, delay_s)| *delay_s)
+        };
+        self.delayed.iter().map(of_kill).fold(0.0, f64::max)
     }
 
     /// What stands in the spool now, by run and number.

@@ -32,41 +32,58 @@ pub(crate) struct Books {
     pub(crate) at_ends: Vec<(u64, f64)>,
 }
 
-impl Books {
-    /// The longest of [`Books::at_ends`], and how many cost more than `guarantee`: frames, and seconds.
-    pub(crate) fn against(&self, guarantee: (u64, f64)) -> Ends {
-        let beyond =
-            |(frames, seconds): &&(u64, f64)| *frames > guarantee.0 && *seconds > guarantee.1;
-        Ends {
-            frames: self.at_ends.iter().map(|end| end.0).sum(),
-            frames_max: self.at_ends.iter().map(|end| end.0).max().unwrap_or(0),
-            seconds_max: self.at_ends.iter().map(|end| end.1).fold(0.0, f64::max),
-            beyond: self.at_ends.iter().filter(beyond).count(),
+/// The fastest that a sensor at its nominal 10 Hz may be, as the agent allows for it.
+const RATE_MAX_HZ: f64 = 10.6;
+
+/// What was in memory when runs were killed.
+#[derive(Debug)]
+pub(crate) struct Ends {
+    frames: u64,
+    frames_max: u64,
+    seconds_max: f64,
+    delay_max_s: f64,
+    guarantee: (u64, f64),
+    /// Frames, seconds and delay of each that cost more than is stated.
+    pub(crate) beyond: Vec<(u64, f64, f64)>,
+}
+
+impl Ends {
+    /// Holds what was in memory at each end, frames and seconds, to what is stated. What this machine kept an agent from
+    /// doing within so many seconds, as `delay_s` has measured it, is not the agent's fault.
+    pub(crate) fn of(
+        ends: &[(u64, f64)],
+        guarantee: (u64, f64),
+        delay_s: impl Fn(f64) -> f64,
+    ) -> Self {
+        let late =
+            |(frames, seconds): &(u64, f64)| (*frames, *seconds, delay_s(seconds.max(guarantee.1)));
+        let ends: Vec<_> = ends.iter().map(late).collect();
+        let is_beyond = |(frames, seconds, late_s): &(u64, f64, f64)| {
+            let frames_late = f64::from(u32::try_from(frames.saturating_sub(guarantee.0)).unwrap());
+            frames_late > (late_s * RATE_MAX_HZ).ceil() || *seconds > guarantee.1 + late_s
+        };
+        Self {
+            frames: ends.iter().map(|end| end.0).sum(),
+            frames_max: ends.iter().map(|end| end.0).max().unwrap_or(0),
+            seconds_max: ends.iter().map(|end| end.1).fold(0.0, f64::max),
+            delay_max_s: ends.iter().map(|end| end.2).fold(0.0, f64::max),
+            beyond: ends.iter().copied().filter(is_beyond).collect(),
             guarantee,
         }
     }
-}
-
-/// What was in memory when a run ended.
-#[derive(Debug)]
-pub(crate) struct Ends {
-    pub(crate) frames: u64,
-    pub(crate) frames_max: u64,
-    pub(crate) seconds_max: f64,
-    pub(crate) beyond: usize,
-    pub(crate) guarantee: (u64, f64),
 }
 
 impl fmt::Display for Ends {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,
-            "in memory at the ends of all runs: {} frames, at most {} and {:.2} s at one, where {} and {:.2} s are stated; ends beyond that: {}",
+            "in memory when runs were killed: {} frames, at most {} and {:.2} s at one, where {} and {:.2} s are stated and this machine delayed for at most {:.3} s; beyond that (frames, s, delay in s): {:?}",
             self.frames,
             self.frames_max,
             self.seconds_max,
             self.guarantee.0,
             self.guarantee.1,
+            self.delay_max_s,
             self.beyond
         )
     }
