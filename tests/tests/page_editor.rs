@@ -782,7 +782,7 @@ fn everything_is_done_by_keys_alone() -> Outcome {
     // New things, the same once more, a way, and away with it.
     browser.press("n")?;
     browser.press("s")?;
-    browser.wait_for_text("#fields-title", |title| title == "Sensor sensor 1")?;
+    browser.wait_for_text("#fields-title", |title| title == "Sensor sensor-1")?;
     let frames = || browser.execute("return document.querySelectorAll('#frames figure').length");
     browser.wait_for("three pictures", frames, |count| *count == 3)?;
     browser.press("d")?;

@@ -14,7 +14,7 @@ const NAMES_MAX = 5;
 /** Adds an object, a person or a sensor; answers whether there was room for it. */
 export async function newThing(draft, kind) {
   const { low_m: low, high_m: high } = draft.scene.room;
-  const name = freeName(draft.scene, STEMS[kind]);
+  const name = freeName(draft.scene, kind, STEMS[kind]);
   const level = (kind === "sensor" ? high[2] : low[2]) * 1000;
   const ways = SHARES.map((share) => {
     const [x, y] = share.map((part, axis) => Math.round((low[axis] + part * (high[axis] - low[axis])) * 100) * 10);
@@ -31,7 +31,7 @@ export async function newWay(draft, item, row) {
 /** The same once more, beside it, on a way of its own if it goes one; answers whether there was room for it. */
 export async function copyOf(draft, item) {
   const { kind, index, name } = item;
-  const copied = freeName(draft.scene, name.replace(/ \d+$/, ""));
+  const copied = freeName(draft.scene, kind, name.replace(/[ -]\d+$/, ""));
   const edit = { does: "copy", path: [kind, index], name: copied };
   const copy = [kind, draft.scene.items.filter((one) => one.kind === kind).length];
   const far = Math.max(ASIDE_MM, ...(item.keys.size_mm ?? []).slice(0, 2)) + GAP_MM;

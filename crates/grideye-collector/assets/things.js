@@ -113,9 +113,12 @@ export function titleOf(scene, chosen) {
 export const WORDS = { room: "room", object: "object", mosaic: "mosaic", agent: "person", sensor: "sensor" };
 
 /** A name that nothing in the scene has. */
-export function freeName(scene, stem) {
+export function freeName(scene, kind, stem) {
   const taken = new Set(scene.items.map(({ name }) => name));
+  // A sensor's name goes into its recordings, and has no blank.
+  const between = kind === "sensor" ? "-" : " ";
   for (let number = 1; ; number += 1) {
-    if (!taken.has(`${stem} ${number}`)) return `${stem} ${number}`;
+    const name = `${stem}${between}${number}`;
+    if (!taken.has(name)) return name;
   }
 }

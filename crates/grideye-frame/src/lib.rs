@@ -4,11 +4,13 @@
 #[cfg(test)]
 extern crate std;
 
+mod name;
 mod no_data;
 mod pixel;
 mod size;
 mod temperature;
 
+pub use name::{NAME_CHARS_MAX, NAME_RULE, is_name};
 pub use no_data::{NoData, Reading, UnknownNoData};
 pub use pixel::PixelIndex;
 pub use size::{COLUMNS, PIXELS, ROWS};

@@ -1,10 +1,11 @@
 //! One cell of a text layout, and what may stand in it.
 
 use crate::error::RecordingError;
-use crate::record::{COUNT_MAX, NAME_RULE, check_name};
+use crate::record::{COUNT_MAX, check_name};
 use crate::text::quoted;
 use amg8833::word::{self, OutOfRange};
 use core::fmt;
+use grideye_frame::NAME_RULE;
 use grideye_frame::{Celsius, PixelWord, ThermistorWord};
 
 /// The longest temperature in characters: few enough that double precision tells any two of that length apart.

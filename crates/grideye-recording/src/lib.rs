@@ -56,8 +56,8 @@ pub mod record;
 pub mod wire;
 
 pub use error::RecordingError;
+pub use grideye_frame::NAME_CHARS_MAX;
 pub use layout::{Layout, sniff};
 pub use record::{
-    COUNT_MAX, ClockState, NAME_CHARS_MAX, NameError, Record, Row, Stamp, StreamId,
-    UnknownClockState, check_name,
+    COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };

@@ -3,7 +3,7 @@
 use crate::text::quoted;
 use core::fmt;
 use core::str::FromStr;
-use grideye_frame::{RawFrame, Reading};
+use grideye_frame::{NAME_CHARS_MAX, NAME_RULE, RawFrame, Reading, is_name};
 
 /// Whose frames: the part of a frame's identity that a whole stream shares.
 ///
@@ -112,13 +112,9 @@ pub struct Record {
 /// SQLite, PostgreSQL and pandas keep integers as signed 64-bit numbers. At 10 frames a second this lasts for 29 billion years.
 pub const COUNT_MAX: u64 = i64::MAX.unsigned_abs();
 
-/// The longest name of a device, sensor, boot, or of a reason in an account, in characters.
-pub const NAME_CHARS_MAX: usize = 64;
-
 /// Whether a name of a device, a sensor or a boot can go onto the wire and into files.
 ///
-/// A name has 1 to [`NAME_CHARS_MAX`] characters out of `A-Z a-z 0-9 . _ : -` and begins with a letter or a digit. No
-/// such name needs quoting in CSV, JSON or a shell; none is a formula to a spreadsheet; none is a path out of a folder.
+/// The rule is [`is_name`]: 1 to [`NAME_CHARS_MAX`] characters out of `A-Z a-z 0-9 . _ : -`, the first a letter or a digit.
 ///
 /// ```
 /// assert!(grideye_recording::check_name("i2c-1:0x69").is_ok());
@@ -130,14 +126,7 @@ pub const NAME_CHARS_MAX: usize = 64;
 ///
 /// [`NameError`] with the name, cut when long.
 pub fn check_name(name: &str) -> Result<(), NameError> {
-    let begins_well = name
-        .bytes()
-        .next()
-        .is_some_and(|byte| byte.is_ascii_alphanumeric());
-    let goes_on_well = name
-        .bytes()
-        .all(|byte| byte.is_ascii_alphanumeric() || b"._:-".contains(&byte));
-    if begins_well && goes_on_well && name.len() <= NAME_CHARS_MAX {
+    if is_name(name) {
         return Ok(());
     }
     Err(NameError {
@@ -155,10 +144,6 @@ pub struct NameError {
     /// The name between quotation marks, cut when long.
     pub found: String,
 }
-
-/// What an error message expects in a name's place.
-pub(crate) const NAME_RULE: &str =
-    "a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit";
 
 /// One row of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 /// Bytes of a scene file, or of a trajectory.
 pub const TEXT_BYTES_MAX: usize = 16 * 1024 * 1024;
-/// Characters of a name.
+/// Characters of a name; a sensor's has at most `grideye_frame::NAME_CHARS_MAX`.
 pub const NAME_CHARACTERS_MAX: usize = 100;
 /// Objects of a scene; the paper's largest has 1,056.
 pub const OBJECTS_MAX: usize = 10_000;

@@ -2,10 +2,11 @@ use crate::csv::columns::header;
 use crate::csv::sequences::Sequences;
 use crate::error::RecordingError;
 use crate::record::Row;
-use crate::record::{COUNT_MAX, NAME_RULE, check_name};
+use crate::record::{COUNT_MAX, check_name};
 use crate::record::{Record, StreamId};
 use amg8833::word;
 use core::fmt::Write as _;
+use grideye_frame::NAME_RULE;
 use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
 use std::io::Write;
 

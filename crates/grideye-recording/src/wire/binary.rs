@@ -3,10 +3,11 @@
 //! `README.md` of this crate specifies the layout.
 
 use crate::packed;
-use crate::record::{ClockState, NAME_CHARS_MAX, Record, Stamp};
+use crate::record::{ClockState, Record, Stamp};
 use crate::text::quoted;
 use crate::wire::error::WireError;
 use crate::wire::types::{Account, Batch, Limits, SensorBatch};
+use grideye_frame::NAME_CHARS_MAX;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use std::collections::BTreeMap;
 

@@ -1,9 +1,10 @@
 //! What must hold between the fields of a body, whichever way it goes.
 
 use crate::record::Record;
-use crate::record::{COUNT_MAX, NAME_RULE, check_name};
+use crate::record::{COUNT_MAX, check_name};
 use crate::wire::error::WireError;
 use crate::wire::types::{Account, Acknowledgement, Batch, SensorBatch};
+use grideye_frame::NAME_RULE;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) fn batch(batch: &Batch) -> Result<(), WireError> {

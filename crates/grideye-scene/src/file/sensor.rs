@@ -27,7 +27,7 @@ pub(crate) fn sensor(
     files: &dyn Files,
 ) -> Result<Sensor, SceneError> {
     let keys = table.get_ref();
-    let name = source.name(&keys.name)?;
+    let name = source.sensor_name(&keys.name)?;
     let preset = preset(source, keys.preset.as_ref())?;
     let missing = |key| SceneError::MissingKey {
         place: source.place(table.span().start),

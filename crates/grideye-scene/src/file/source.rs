@@ -9,6 +9,7 @@ use crate::model::fit::FITS_MAX;
 use crate::model::scene::Model;
 use crate::text::{MM_PER_M, Place, Rule, excerpt};
 use glam::{DVec2, DVec3, USizeVec2};
+use grideye_frame::{NAME_RULE, is_name};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Component, Path};
@@ -147,6 +148,20 @@ impl Source<'_> {
             name.span(),
             &expected,
             "names appear in messages, reports and file names",
+        ))
+    }
+
+    /// A sensor is called in the scene as in its recordings.
+    pub(crate) fn sensor_name(&self, name: &Spanned<String>) -> Result<String, SceneError> {
+        let found = name.get_ref();
+        if is_name(found) {
+            return Ok(found.clone());
+        }
+        Err(self.refused(
+            "name",
+            name.span(),
+            NAME_RULE,
+            "a sensor's name goes into its recordings; write `-` for a blank, as in right-arm",
         ))
     }
 

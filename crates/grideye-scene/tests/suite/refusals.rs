@@ -277,6 +277,12 @@ const NAMES_AND_COUNTS: &[Case] = &[
          hint: names appear in messages, reports and file names",
     ),
     (
+        "name = \"ceiling\"",
+        "name = \"right arm\"",
+        "room.toml:19:8: `name` is \"right arm\", expected a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit\n\
+         hint: a sensor's name goes into its recordings; write `-` for a blank, as in right-arm",
+    ),
+    (
         "[[sensor]]\nname = \"ceiling\"\n",
         "[[sensor]]\nname = \"ceiling\"\npreset=\"grid-eye\"\nposition_mm=[1,1,1]\nelevation_deg=0\nazimuth_deg=0\n[[sensor]]\nname = \"ceiling\"\n",
         "room.toml:25:8: the name `ceiling` is taken by line 19\n\
@@ -764,7 +770,16 @@ fn every_bound_on_tables_and_text_is_reached() {
         ),
         "{too_long}"
     );
-    let name = |length: usize| format!("{ROOM}{}", CEILING.replace("ceiling", &"ü".repeat(length)));
+    let name = |length: usize| {
+        let named = object(
+            &"ü".repeat(length),
+            [500.0, 500.0, 0.0],
+            [100.0; 3],
+            0.0,
+            20.0,
+        );
+        format!("{ROOM}{named}")
+    };
     assert_eq!(refused(&name(limits::NAME_CHARACTERS_MAX)), None);
     let too_long = refused(&name(limits::NAME_CHARACTERS_MAX + 1)).unwrap();
     assert!(

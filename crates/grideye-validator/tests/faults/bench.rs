@@ -31,7 +31,7 @@ pub(crate) const CHOSEN_ON: [(&str, &str); 9] = [
 pub(crate) const HELD_OUT: [(&str, &str); 3] = [
     ("two-people", "wall"),
     ("three-motions", "ceiling"),
-    ("l-shaped-room", "right arm"),
+    ("l-shaped-room", "right-arm"),
 ];
 
 /// Whether all seeds are asked for, with `GRIDEYE_ALL_SEEDS=1`.

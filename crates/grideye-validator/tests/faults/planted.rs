@@ -90,7 +90,7 @@ const TURNED: [(&str, &str); 6] = [
     ("clothed-walk", "ceiling"),
     ("two-people", "wall"),
     ("attic", "ridge"),
-    ("l-shaped-room", "right arm"),
+    ("l-shaped-room", "right-arm"),
 ];
 /// Who walks along the middle row is the own mirror image from top to bottom, if there is nothing else in view.
 const SYMMETRIC: [&str; 1] = ["clothed-walk"];

@@ -10,6 +10,7 @@ mod examples;
 mod faults;
 mod rack;
 mod refusals;
+mod shipped;
 #[expect(unreachable_pub, reason = "the tests of the whole share this file")]
 #[path = "../../../../tests/src/skip.rs"]
 mod skip;

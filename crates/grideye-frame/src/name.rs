@@ -1,0 +1,27 @@
+/// The longest name of a device, a sensor, a boot, or of a reason in an account, in characters.
+pub const NAME_CHARS_MAX: usize = 64;
+
+/// What an error message expects where [`is_name`] does not hold.
+pub const NAME_RULE: &str =
+    "a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit";
+
+/// Whether a device, a sensor or a boot can be called so: in a scene, on the wire and in files.
+///
+/// A name has 1 to [`NAME_CHARS_MAX`] characters out of `A-Z a-z 0-9 . _ : -` and begins with a letter or a digit. No
+/// such name needs quoting in CSV, JSON or a shell; none is a formula to a spreadsheet; none is a path out of a folder.
+///
+/// ```
+/// assert!(grideye_frame::is_name("i2c-1:0x69"));
+/// assert!(!grideye_frame::is_name("right arm"));
+/// ```
+#[must_use]
+pub fn is_name(name: &str) -> bool {
+    let begins_well = name
+        .bytes()
+        .next()
+        .is_some_and(|byte| byte.is_ascii_alphanumeric());
+    let goes_on_well = name
+        .bytes()
+        .all(|byte| byte.is_ascii_alphanumeric() || b"._:-".contains(&byte));
+    begins_well && goes_on_well && name.len() <= NAME_CHARS_MAX
+}
