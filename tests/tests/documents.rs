@@ -89,8 +89,9 @@ const COMMANDS: &[(&str, Kept)] = &[
         Run(
             "",
             &[
-                "sudo grideye-agent join 'grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-",
+                "echo 'grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-",
                 ",pin=sha256-",
+                "' | sudo grideye-agent join -",
             ],
         ),
     ),
@@ -184,7 +185,10 @@ const COMMANDS: &[(&str, Kept)] = &[
         "grideye collect --listen 0.0.0.0:8833",
         Serves("grideye enroll pi-1", &["https://0.0.0.0:"]),
     ),
-    ("sudo grideye-agent join 'CODE'", By(JOINING, PASTED)),
+    (
+        "echo 'CODE' | sudo grideye-agent join -",
+        By(JOINING, PASTED),
+    ),
     // crates/grideye-agent/README.md
     (
         "grideye-agent check --config agent.toml",
@@ -446,6 +450,7 @@ fn is_call(line: &str) -> bool {
     let programs = [
         "grideye ",
         "grideye-agent ",
+        "echo 'CODE'",
         "sudo ",
         "cargo ",
         "i2c",

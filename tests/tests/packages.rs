@@ -414,7 +414,7 @@ fn check_pages_and_completions(unpacked: &Path) {
         "NAME",
         "--client-cert <FILE>",
         "EXAMPLE",
-        "sudo grideye-agent join 'CODE'",
+        "echo 'CODE' | sudo grideye-agent join -",
     ] {
         assert!(shown.stdout.contains(words), "{words}: {}", shown.stdout);
     }

@@ -1,7 +1,7 @@
 //! `grideye-agent check`: the sensors, and with a configuration the clock, the way to the collector and what a loss of
 //! power can cost.
 
-use crate::{FAILED, joining, read_config, write_stdout};
+use crate::{FAILED, host_name, joining, read_config, write_stdout};
 use grideye_agent::bus::LinuxBus;
 use grideye_agent::camera::{VideoDevice, check_camera};
 use grideye_agent::check::{self, Report};
@@ -143,13 +143,15 @@ fn the_collector(configured: &Configured, is_json: bool) -> (bool, String) {
     let asked = match (url, unreadable) {
         (_, Some(why)) => Err(why.clone()),
         (Some(url), None) => {
-            joining::whoami(url, &config.credentials).map_err(|error| format!("{error:#}"))
+            let device = config.device.clone().unwrap_or_else(host_name);
+            let taken = joining::prove(url, &config.credentials, &device);
+            taken.map(str::to_owned).map_err(|error| format!("{error:#}"))
         }
         (None, None) => Err("the configuration names none\nhint: paste the line that `grideye enroll DEVICE` prints on the collector's machine".to_owned()),
     };
     let is_asked = url.is_some() && unreadable.is_none();
     let (is_taken, said) = match asked {
-        Ok(scope) => (true, scope),
+        Ok(taken) => (true, taken),
         Err(error) => (false, error),
     };
     let (error, hint) = said.split_once("\nhint: ").unwrap_or((&said, ""));

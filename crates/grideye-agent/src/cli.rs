@@ -82,19 +82,20 @@ impl CheckArgs {
 /// Join a collector: `grideye enroll DEVICE` prints this command with its code there.
 ///
 /// In six steps, each told when it is done: reads the line; reaches the collector and believes its authority by the pin in
-/// the line; asks whether the token is taken; keeps address, token and authority in a file; enables and starts the service
+/// the line; posts a batch without frames to see that this device's frames are taken; keeps address, token and authority in a file; enables and starts the service
 /// where systemd runs and has it; waits until the collector has a frame. A step that fails is named, with what to do. Until
 /// the file nothing is changed; what is done then stays, and the line may be pasted again.
 ///
 /// Exit codes: 1 a step failed, 2 the line or a file is wrong, 3 no frame in time.
 ///
-/// Example: sudo grideye-agent join 'CODE'
+/// Example: echo 'CODE' | sudo grideye-agent join -
 #[derive(Debug, Args)]
 pub struct JoinArgs {
-    /// The code in that line, in quotation marks; `-` reads standard input.
+    /// The code in that line; `-` reads standard input [default: -].
     ///
-    /// It begins with `grideye:`; the whole line is understood as well.
-    /// On the command line other users of this machine may see it while the program runs.
+    /// It begins with `grideye:`; the whole line is understood as well. A terminal is asked for it. As an argument, in
+    /// quotation marks, other users of this machine can see it and its token in the list of processes.
+    #[arg(default_value = "-", hide_default_value = true)]
     pub code: String,
     /// Where to keep what joining leaves.
     ///

@@ -1,7 +1,7 @@
 //! How an agent comes to know its collector: the line that `grideye enroll` prints, and the file that joining leaves.
 //!
 //! ```text
-//! sudo grideye-agent join 'grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-…,pin=sha256-…'
+//! echo 'grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-…,pin=sha256-…' | sudo grideye-agent join -
 //! ```
 //!
 //! The line is the whole command, so that it can be pasted as it is; the part between the quotation marks is the code.
@@ -23,8 +23,11 @@ pub use handshake::authority_of;
 /// Length of a join line and of the file that joining leaves, at most, in bytes.
 pub const JOINED_BYTES_MAX: usize = 64 * 1024;
 const SCHEME: &str = "grideye:";
-/// What stands before the code in the line that a person pastes.
-const COMMAND: &str = "sudo grideye-agent join ";
+/// What stands around the code in the line that a person pastes: a shell's own `echo` hands the token on without showing it
+/// in the list of processes.
+const COMMAND: (&str, &str) = ("echo ", " | sudo grideye-agent join -");
+/// What stands before it where it is an argument.
+const COMMAND_WITH_ARGUMENT: &str = "sudo grideye-agent join ";
 /// Length of a token at most, in characters.
 const TOKEN_CHARS_MAX: usize = 256;
 
@@ -90,7 +93,8 @@ impl JoinLine {
     /// The command to paste on the device, token included. Nothing in a code has a meaning to a shell between these marks.
     #[must_use]
     pub fn command(&self) -> String {
-        format!("{COMMAND}'{}'", self.reveal())
+        let (before, after) = COMMAND;
+        format!("{before}'{}'{after}", self.reveal())
     }
 
     /// The code alone, token included.
@@ -303,7 +307,10 @@ impl Joined {
 /// The code in a whole command, with its quotation marks or without: a shell takes them off where the command stood
 /// between others.
 fn code_in(text: &str) -> &str {
-    text.strip_prefix(COMMAND)
+    let (before, after) = COMMAND;
+    text.strip_prefix(before)
+        .and_then(|rest| rest.strip_suffix(after))
+        .or_else(|| text.strip_prefix(COMMAND_WITH_ARGUMENT))
         .map_or(text, |quoted| quoted.trim_matches('\''))
 }
 
@@ -355,15 +362,20 @@ mod tests {
      {
         let read: JoinLine = line().parse().unwrap();
         let command = read.command();
-        assert_eq!(command, format!("sudo grideye-agent join '{}'", line()));
-        assert_eq!(format!("{command}\n").parse::<JoinLine>().unwrap(), read);
-        let (_, quoted) = command.split_once('\'').unwrap();
-        assert!(!quoted.trim_end_matches('\'').contains('\''));
-        // The whole line pasted between quotation marks, as a shell hands it on.
-        let bare = command.replace('\'', "");
-        assert_eq!(bare.parse::<JoinLine>().unwrap(), read);
-        let cut = &command[5..];
-        assert!(cut.parse::<JoinLine>().is_err(), "{cut}");
+        assert_eq!(
+            command,
+            format!("echo '{}' | sudo grideye-agent join -", line())
+        );
+        assert_eq!(command.matches('\'').count(), 2);
+        let as_argument = format!("sudo grideye-agent join '{}'", line());
+        for command in [command, as_argument] {
+            assert_eq!(format!("{command}\n").parse::<JoinLine>().unwrap(), read);
+            // The whole line pasted between quotation marks, as a shell hands it on.
+            let bare = command.replace('\'', "");
+            assert_eq!(bare.parse::<JoinLine>().unwrap(), read);
+            let cut = &command[3..];
+            assert!(cut.parse::<JoinLine>().is_err(), "{cut}");
+        }
     }
 
     #[test]

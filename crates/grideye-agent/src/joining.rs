@@ -5,7 +5,7 @@ mod first_frame;
 mod service;
 mod steps;
 
-pub(crate) use collector::whoami;
+pub(crate) use collector::prove;
 
 use crate::{BadUsage, host_name, read_config, read_text, write_stdout};
 use anyhow::Context as _;
@@ -17,7 +17,7 @@ use grideye_agent::join::{
 };
 use service::{Found, Service};
 use std::fs::{self, OpenOptions};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, BufRead as _, IsTerminal as _, Read as _, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -51,8 +51,11 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
             client,
         },
     };
-    let scope = Step::Token.take(|| whoami(&joined.collector, &joined.credentials))?;
-    Step::Token.told(&scope)?;
+    let taken = Step::Token.take(|| {
+        let device = device_posting(args, &joined);
+        prove(&joined.collector, &joined.credentials, &device)
+    })?;
+    Step::Token.told(taken)?;
     Step::File.take(|| write(&args.out, &joined))?;
     Step::File.told(&format!(
         "{} written, for its owner alone",
@@ -60,7 +63,7 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
     ))?;
     let device = start(args, &joined)?;
     write_stdout(&format!(
-        "joined {} as {device}: {scope}\n",
+        "joined {} as {device}: {taken}\n",
         joined.collector
     ))?;
     Ok(ExitCode::SUCCESS)
@@ -68,7 +71,7 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
 
 /// The service and the first frame, or what a person does instead. Gives the name under which the frames come.
 fn start(args: &JoinArgs, joined: &Joined) -> anyhow::Result<String> {
-    let config_path = args.out.with_file_name("agent.toml");
+    let config_path = config_beside(args);
     let found = Step::Service.take(|| find_service(args))?;
     let is_to_start = matches!(found, Found::Here(_));
     let named = Step::Service.take(|| device_named(&config_path, joined, is_to_start))?;
@@ -125,6 +128,17 @@ fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
     }
     let unit = args.service.as_deref().unwrap_or(SERVICE);
     Service::find(unit, &by_hand)
+}
+
+fn config_beside(args: &JoinArgs) -> PathBuf {
+    args.out.with_file_name("agent.toml")
+}
+
+/// The name under which the frames will come. A configuration that cannot be used is told of at its step.
+fn device_posting(args: &JoinArgs, joined: &Joined) -> String {
+    let enrolled = joined.device.clone();
+    let configured = || read_config(&config_beside(args)).ok()?.device;
+    enrolled.or_else(configured).unwrap_or_else(host_name)
 }
 
 /// The device's name, if it is said anywhere. What a service would be refused for is refused here, where a person reads
@@ -199,10 +213,17 @@ fn line(args: &JoinArgs) -> anyhow::Result<JoinLine> {
     if text == "-" {
         text.clear();
         let limit = u64::try_from(JOINED_BYTES_MAX).unwrap_or(u64::MAX);
-        io::stdin()
-            .take(limit)
-            .read_to_string(&mut text)
-            .context("standard input")?;
+        let stdin = io::stdin().lock();
+        let is_person = stdin.is_terminal();
+        let mut input = stdin.take(limit);
+        let read = if is_person {
+            let ask = "paste the line that `grideye enroll DEVICE` printed, and press Enter:\n";
+            io::stderr().write_all(ask.as_bytes())?;
+            input.read_line(&mut text)
+        } else {
+            input.read_to_string(&mut text)
+        };
+        read.context("standard input")?;
     }
     let line = text.parse::<JoinLine>();
     Ok(line.map_err(|error| BadUsage(error.to_string()))?)

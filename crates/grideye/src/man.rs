@@ -36,10 +36,7 @@ fn write_pages(command: &Command, folder: &Path) -> Result<usize> {
         .unwrap_or_else(|| command.get_name())
         .to_owned();
     let path = folder.join(format!("{name}.1"));
-    files::write_whole(&path, |file| {
-        write_page(command, &name, file)
-            .with_context(|| format!("{} cannot be written", path.display()))
-    })?;
+    files::write_whole(&path, |file| Ok(write_page(command, &name, file)?))?;
     let below = command
         .get_subcommands()
         .map(|below| write_pages(below, folder));
@@ -113,7 +110,10 @@ mod tests {
         ] {
             assert!(compare.contains(text), "{text}: {compare}");
         }
-        assert!(read("grideye-agent-join.1").contains("join \\(aqCODE\\(aq"));
+        assert!(
+            read("grideye-agent-join.1")
+                .contains("echo \\(aqCODE\\(aq | sudo grideye\\-agent join \\-")
+        );
         assert!(read("grideye-token-make.1").contains("grideye token make"));
     }
 }

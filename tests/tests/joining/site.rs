@@ -79,7 +79,7 @@ impl Site {
         let code = enrolled["code"].as_str().unwrap().to_owned();
         assert_eq!(
             enrolled["command"],
-            format!("sudo grideye-agent join '{code}'")
+            format!("echo '{code}' | sudo grideye-agent join -")
         );
         assert_eq!(enrolled["devices"], serde_json::json!([device]));
         code

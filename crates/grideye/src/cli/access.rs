@@ -118,6 +118,7 @@ pub(crate) struct Folder {
 /// Makes a token for its frames. The line is a whole command; the code in it holds the collector's address, the token, and the
 /// SHA-256 of the authority behind the collector's certificate. Whoever has it can post frames of that device: it is printed
 /// once, and the token is kept here only as a hash. `grideye enroll pi-1 | ssh pi sudo grideye-agent join -` pastes it.
+/// Either way the token goes through standard input, so that no list of processes shows it.
 ///
 /// Example: grideye enroll pi-1
 #[derive(Debug, Args)]
