@@ -99,8 +99,12 @@ fn make_token(options: &TokenMake) -> Result<Outcome> {
     let token = make(&folder, &options.name, scope)?;
     match out {
         Some((path, mut file)) => {
-            writeln!(file, "{}", token.reveal())
-                .with_context(|| format!("cannot write {}", path.display()))?;
+            let written = writeln!(file, "{}", token.reveal()).and_then(|()| file.sync_all());
+            if written.is_err() {
+                // Half a token is none.
+                drop(std::fs::remove_file(path));
+            }
+            written.with_context(|| format!("cannot write {}", path.display()))?;
             outln!("token {} written to {}", token.id(), path.display())?;
         }
         None => {

@@ -5,19 +5,29 @@ use crate::compare::command_line;
 use crate::exit::{Outcome, bad_input};
 use crate::output::out;
 use crate::{files, progress, recordings};
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::Result;
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
 use grideye_validator::calibrate::{Calibration, Options, Progress, calibrate_telling};
 use grideye_validator::characterize::characterize;
 use std::fs;
-use std::io::Write as _;
 use std::path::Path;
 
 /// Finds, prints, and writes the new scene and the profile that were asked for.
 pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
     let scene = files::read_scene(&options.sides.scene)?;
     let loaded = files::load_scene(Some(&options.sides.scene))?;
+    files::keep_apart(
+        [&options.sides.scene, &options.sides.recording]
+            .into_iter()
+            .chain(&loaded.trajectories)
+            .chain(&options.profile),
+        options
+            .out
+            .iter()
+            .chain(&options.write_profile)
+            .chain(&options.sides.json),
+    )?;
     let sensor = files::sensor_name(&loaded.scene, options.sides.sensor.as_deref())?;
     let records = recordings::load_stream(&options.sides.recording)?;
     let settings = Options {
@@ -42,7 +52,7 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
     let found = found.map_err(bad_input)?;
     if let Some(path) = &options.out {
         check_folder(path, &options.sides.scene)?;
-        write_text(path, &found.scene)?;
+        files::write_text(path, &found.scene)?;
     }
     if let Some(path) = &options.write_profile {
         write_profile(path, &found, &records, settings.profile.as_ref())?;
@@ -50,7 +60,7 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
     match &options.sides.json {
         Some(path) if path.as_os_str() == "-" => out!("{}", found.to_json())?,
         Some(path) => {
-            write_text(path, &found.to_json())?;
+            files::write_text(path, &found.to_json())?;
             out!("{}", found.text())?;
         }
         None => out!("{}", found.text())?,
@@ -82,12 +92,8 @@ fn check_folder(out: &Path, scene: &Path) -> Result<()> {
 }
 
 fn load_profile(path: &Path) -> Result<Profile> {
-    let text = fs::read_to_string(path).map_err(|error| {
-        bad_input(anyhow!(
-            "cannot read the profile {}: {error}\nhint: `grideye characterize` makes one; scenes/profiles/ holds some",
-            path.display()
-        ))
-    })?;
+    let hint = "`grideye characterize` makes one; scenes/profiles/ holds some";
+    let text = files::text(path, "the profile", hint)?;
     Profile::parse(&text, &path.display().to_string()).map_err(bad_input)
 }
 
@@ -110,12 +116,5 @@ fn write_profile(
         found.frames,
         command_line()
     );
-    write_text(path, &format!("{head}{}", profile.to_toml()))
-}
-
-fn write_text(path: &Path, text: &str) -> Result<()> {
-    files::write_whole(path, |out| {
-        out.write_all(text.as_bytes())
-            .with_context(|| format!("cannot write {}", path.display()))
-    })
+    files::write_text(path, &format!("{head}{}", profile.to_toml()))
 }

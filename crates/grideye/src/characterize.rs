@@ -16,6 +16,14 @@ use std::time::Duration;
 
 /// Measures, prints the table, and writes what was asked for.
 pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
+    files::keep_apart(
+        options.scene.iter().chain([&options.recording]),
+        options
+            .profile
+            .iter()
+            .chain(&options.report)
+            .chain(&options.json),
+    )?;
     let found = match characterize(&options.recording)? {
         Ok(found) => found,
         Err(error) => {

@@ -4,7 +4,7 @@ use crate::cli::Compare;
 use crate::exit::{Outcome, bad_input};
 use crate::output::{out, outln};
 use crate::{files, pdf, progress, recordings};
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Context as _, Result};
 use grideye_recording::Record;
 use grideye_scene::Scene;
 use grideye_scene::profile::Profile;
@@ -16,7 +16,7 @@ use grideye_validator::{
 };
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
-use std::io::{Read as _, Write as _};
+use std::io::Write as _;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -24,6 +24,19 @@ use std::time::Duration;
 /// Compares, prints the verdict with its scores, and writes the reports that were asked for.
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     let loaded = files::load_scene(Some(&options.sides.scene))?;
+    files::keep_apart(
+        [&options.sides.scene, &options.sides.recording]
+            .into_iter()
+            .chain(&loaded.trajectories)
+            .chain(&options.profile)
+            .chain(&options.thresholds),
+        options
+            .report
+            .iter()
+            .chain(&options.pdf)
+            .chain(&options.junit)
+            .chain(&options.sides.json),
+    )?;
     let scene = &loaded.scene;
     let sensor = files::sensor_name(scene, options.sides.sensor.as_deref())?;
     let given = Given::read(options)?;
@@ -63,6 +76,8 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     Ok(outcome(comparison.judgement.verdict))
 }
 
+const TOML_HINT: &str = "name a TOML file";
+
 /// The files beside scene and recording.
 struct Given {
     thresholds: ThresholdSet,
@@ -74,14 +89,14 @@ impl Given {
         let thresholds = match &options.thresholds {
             None => ThresholdSet::shipped(),
             Some(path) => {
-                let text = text_of(path)?;
+                let text = files::text(path, "the thresholds", TOML_HINT)?;
                 ThresholdSet::parse(&text, &path.display().to_string()).map_err(bad_input)?
             }
         };
         let unit = match &options.profile {
             None => None,
             Some(path) => {
-                let text = text_of(path)?;
+                let text = files::text(path, "the profile", TOML_HINT)?;
                 let profile =
                     Profile::parse(&text, &path.display().to_string()).map_err(bad_input)?;
                 Some(KnownUnit::of(&profile))
@@ -90,24 +105,6 @@ impl Given {
         Ok(Self { thresholds, unit })
     }
 }
-
-/// A small file of text.
-fn text_of(path: &Path) -> Result<String> {
-    let mut text = String::new();
-    files::open(path)?
-        .take(TEXT_BYTES_MAX)
-        .read_to_string(&mut text)
-        .map_err(|error| {
-            bad_input(anyhow!(
-                "cannot read {}: {error}\nhint: name a TOML file",
-                path.display()
-            ))
-        })?;
-    Ok(text)
-}
-
-/// More than any such file has: its reader says so.
-const TEXT_BYTES_MAX: u64 = 1 << 20;
 
 /// Every file that was asked for, then the verdict; where JSON goes to standard output, nothing else does.
 fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Result<()> {

@@ -3,7 +3,7 @@
 use crate::cli::Convert;
 use crate::exit::{Outcome, bad_input};
 use crate::export::recording;
-use crate::recordings;
+use crate::{files, recordings};
 use amg8833::word;
 use anyhow::{Result, anyhow};
 use grideye_frame::Celsius;
@@ -14,6 +14,7 @@ use std::time::Duration;
 
 /// Reads any recording and writes what the output's name asks for.
 pub(crate) fn run(options: &Convert) -> Result<Outcome> {
+    files::keep_apart([&options.input], [&options.output])?;
     let asked = |row: &Result<Row>| match (&options.sensor, row) {
         (Some(sensor), Ok(row)) => {
             sensor == &row.stream.sensor

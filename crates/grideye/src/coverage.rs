@@ -10,14 +10,13 @@ use crate::exit::{Outcome, bad_input};
 use crate::export::raster;
 use crate::output::out;
 use crate::{files, progress};
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Result, anyhow};
 use grideye_scene::coverage::{
     Candidate, CoverageError, Figure, Grain, Look, Map, Mount, Mounts, Pick, Picture, Posture,
     Rule, Sketch, Survey, Wish, candidates, pick, preset,
 };
 use grideye_scene::perceived::{ABSOLUTE_ZERO_C, Surface};
 use grideye_scene::{Scene, Sensor};
-use std::io::Write as _;
 use std::path::Path;
 
 /// All that was found.
@@ -44,7 +43,12 @@ struct Found<'a> {
 pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
     options.out.iter().try_for_each(|out| check_name(out))?;
     check_own(options)?;
-    let scene = files::load_scene(Some(&options.scene))?.scene;
+    let loaded = files::load_scene(Some(&options.scene))?;
+    files::keep_apart(
+        [&options.scene].into_iter().chain(&loaded.trajectories),
+        options.out.iter().chain(&options.write),
+    )?;
+    let scene = loaded.scene;
     let figure = figure(options, &scene)?;
     let wish = Wish {
         sigma_min: options.sigma,
@@ -87,7 +91,7 @@ fn tell(options: &Coverage, found: &Found<'_>) -> Result<()> {
         progress::say(&format!("wrote the map to {}", out.display()));
     }
     if let Some(path) = &options.write {
-        write_text(path, &table::tables(found))?;
+        files::write_text(path, &table::tables(found))?;
         progress::say(&format!("wrote the poses to {}", path.display()));
     }
     if options.json {
@@ -294,7 +298,7 @@ fn write(out: &Path, found: &Found<'_>) -> Result<()> {
     match extension(out) {
         Some("csv") => files::write_whole(out, |file| csv::write(found, file)),
         Some("png") => files::write_whole(out, |file| raster::write(&sketch(found), file)),
-        _ => write_text(out, &sketch(found).svg()),
+        _ => files::write_text(out, &sketch(found).svg()),
     }
 }
 
@@ -320,12 +324,6 @@ fn sketch(found: &Found<'_>) -> Sketch {
         sensors: &sensors,
     }
     .sketch()
-}
-
-fn write_text(path: &Path, text: &str) -> Result<()> {
-    files::write_whole(path, |file| {
-        file.write_all(text.as_bytes()).context("the text")
-    })
 }
 
 fn extension(path: &Path) -> Option<&str> {

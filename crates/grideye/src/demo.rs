@@ -16,14 +16,14 @@ use grideye_recording::{Record, Row};
 use grideye_validator::report::{self, Context};
 use grideye_validator::thresholds::ThresholdSet;
 use show::Show;
-use stage::{Delivered, Stage};
-use std::io::Write as _;
+use stage::{Delivered, STORE, Stage};
 use std::path::Path;
 
 /// Runs the loop once; then serves the page until Ctrl-C, unless `--once` asked for the exit code.
 pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     files::writable_folder(&options.out)?;
     let show = Show::prepare(options)?;
+    keep_apart(options, &show)?;
     let stage = Stage::open(options)?;
     progress::say(&format!("live page  {}", stage.page()));
     let (delivered, agent) = stage.perform(options, &show)?;
@@ -41,9 +41,20 @@ pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+const RECORDING: &str = "recording.csv";
+const PAGE: &str = "report.html";
+const JSON: &str = "report.json";
+
+/// What is shown may lie in the folder, but not under a name that is written there.
+fn keep_apart(options: &Demo, show: &Show) -> Result<()> {
+    let written = [RECORDING, PAGE, JSON, STORE].map(|name| options.out.join(name));
+    let shown = options.scene.iter().chain(&options.replay);
+    files::keep_apart(shown.chain(show.files()), &written)
+}
+
 /// Fetches the recording, judges it, and prints the three lines.
 fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -> Result<Outcome> {
-    let path = options.out.join("recording.csv");
+    let path = options.out.join(RECORDING);
     files::write_whole(&path, |out| {
         stage
             .client()
@@ -94,13 +105,13 @@ fn judge_scene(
         experiment: shown.experiment,
         thresholds: ThresholdSet::shipped().lines,
     };
-    let page = options.out.join("report.html");
-    let json = options.out.join("report.json");
+    let page = options.out.join(PAGE);
+    let json = options.out.join(JSON);
     for (path, text) in [
         (&page, report::html(&comparison, &context)),
         (&json, report::json(&comparison, &context)),
     ] {
-        files::write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))?;
+        files::write_text(path, &text)?;
     }
     let line = format!(
         "scores    {}: {}",

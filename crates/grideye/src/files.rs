@@ -1,11 +1,25 @@
 //! Reading what the user named, and writing results so that no half-written file ever carries its final name.
+//!
+//! | room | holds |
+//! |---|---|
+//! | `apart` | that no result comes to lie over what is read |
+//! | `text` | texts, bounded and in UTF-8 |
+//! | `whole` | write, sync and rename, for every file that a command writes |
+
+mod apart;
+mod text;
+mod whole;
+
+pub(crate) use apart::keep_apart;
+pub(crate) use text::{open_below, read_text, text};
+pub(crate) use whole::{Pending, fill, rename, replace, write_text, write_whole};
 
 use crate::exit::bad_input;
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Result, anyhow};
 use grideye_scene::{Files, Model, Scene, Simulator};
 use std::cell::RefCell;
 use std::fs::{self, File};
-use std::io::{self, BufReader, BufWriter, Write};
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 /// The scene that the demonstration shows unless another is named: the paper's experiment 1.
@@ -15,13 +29,19 @@ pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-
 #[derive(Default)]
 pub(crate) struct Beside {
     folder: PathBuf,
+    /// Whether no link may lead out of the folder: others ask for these scenes.
+    is_shut: bool,
     read: RefCell<Vec<PathBuf>>,
 }
 
 impl Files for Beside {
     fn read(&self, relative: &str) -> io::Result<String> {
         let path = self.folder.join(relative);
-        let text = fs::read_to_string(&path)?;
+        let file = match self.is_shut {
+            true => open_below(&self.folder, &path)?,
+            false => File::open(&path)?,
+        };
+        let text = read_text(file)?;
         self.read.borrow_mut().push(path);
         Ok(text)
     }
@@ -47,14 +67,27 @@ pub(crate) struct SceneText {
 
 /// The text of a scene file, and its place.
 pub(crate) fn read_scene(path: &Path) -> Result<SceneText> {
-    Ok(SceneText {
-        text: scene_text(path)?,
+    let folder = path.parent().unwrap_or(Path::new(""));
+    Ok(in_folder(folder, false, path, scene_text(path)?))
+}
+
+/// The same of a scene of a folder that others ask for: no link leads out of it.
+pub(crate) fn read_scene_below(folder: &Path, path: &Path) -> Result<SceneText> {
+    let read = open_below(folder, path).and_then(read_text);
+    let text = read.map_err(|error| text::unread(path, &error, SCENE, SCENE_HINT))?;
+    Ok(in_folder(folder, true, path, text))
+}
+
+fn in_folder(folder: &Path, is_shut: bool, path: &Path, text: String) -> SceneText {
+    SceneText {
+        text,
         origin: path.display().to_string(),
         files: Beside {
-            folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
+            folder: folder.to_path_buf(),
+            is_shut,
             read: RefCell::default(),
         },
-    })
+    }
 }
 
 /// The scene in `path`, or the built-in one; its warnings go to standard error.
@@ -96,10 +129,11 @@ pub(crate) fn parse_scene(model: Option<Model>, text: SceneText) -> Result<Loade
 
 /// The text of a scene file.
 pub(crate) fn scene_text(path: &Path) -> Result<String> {
-    fs::read_to_string(path).map_err(|error| {
-        bad_input(anyhow!("cannot read the scene {}: {error}\nhint: scenes/ holds some, and scenes/README.md describes the format", path.display()))
-    })
+    text(path, SCENE, SCENE_HINT)
 }
+
+const SCENE: &str = "the scene";
+const SCENE_HINT: &str = "scenes/ holds some, and scenes/README.md describes the format";
 
 /// The simulator of one sensor of the scene: the named one, or the only one.
 pub(crate) fn simulator(scene: &Scene, sensor: Option<&str>) -> Result<Simulator> {
@@ -148,71 +182,6 @@ pub(crate) fn writable_folder(folder: &Path) -> Result<()> {
         )
     };
     fs::create_dir_all(folder).map_err(refuse)?;
-    let probe = folder.join(".grideye-write-test");
-    fs::write(&probe, b"").map_err(refuse)?;
-    fs::remove_file(&probe).map_err(refuse)?;
+    Pending::of(&folder.join(".grideye-write-test")).map_err(refuse)?;
     Ok(())
-}
-
-/// Writes a file through a temporary one beside it, synced and renamed only when `write` has succeeded.
-pub(crate) fn write_whole(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
-) -> Result<()> {
-    let partial = partial_name(path);
-    let result = write_partial(&partial, write)
-        .and_then(|()| fs::rename(&partial, path).map_err(anyhow::Error::from))
-        .with_context(|| format!("cannot write {}", path.display()));
-    if result.is_err() {
-        // The first error is the one to report; a leftover that cannot be removed keeps its partial name.
-        drop(fs::remove_file(&partial));
-    }
-    result
-}
-
-fn write_partial(
-    partial: &Path,
-    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
-) -> Result<()> {
-    let file = File::create(partial)?;
-    let mut buffered = BufWriter::new(&file);
-    write(&mut buffered)?;
-    buffered.flush()?;
-    drop(buffered);
-    file.sync_all()?;
-    Ok(())
-}
-
-fn partial_name(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.partial", std::process::id()));
-    path.with_file_name(name)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_failed_write_leaves_neither_the_file_nor_a_leftover() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("recording.csv");
-        let error = write_whole(&path, |out| {
-            out.write_all(b"half a row")?;
-            Err(anyhow!("the source broke off"))
-        })
-        .unwrap_err();
-        assert!(format!("{error:#}").contains("the source broke off"));
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-    }
-
-    #[test]
-    fn a_whole_write_replaces_what_was_there() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("recording.csv");
-        fs::write(&path, b"old").unwrap();
-        write_whole(&path, |out| Ok(out.write_all(b"new")?)).unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"new");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
 }

@@ -4,11 +4,10 @@ use crate::cli::Fuse;
 use crate::exit::{Outcome, bad_input};
 use crate::output::{out, outln};
 use crate::{export, files};
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use grideye_scene::fusion::{Axis, Method, SensorArray};
 use grideye_scene::{Image, Scene, Sensor, Simulator};
 use serde_json::json;
-use std::io::Write as _;
 use std::time::Duration;
 
 const METHODS: [(Method, &str); 4] = [
@@ -34,7 +33,12 @@ struct Fused {
 
 /// Fuses the frames at the scene's start, prints the table, and writes what was asked for.
 pub(crate) fn run(options: &Fuse) -> Result<Outcome> {
-    let scene = files::load_scene(Some(&options.scene))?.scene;
+    let loaded = files::load_scene(Some(&options.scene))?;
+    files::keep_apart(
+        [&options.scene].into_iter().chain(&loaded.trajectories),
+        options.out.iter().chain(&options.json),
+    )?;
+    let scene = loaded.scene;
     let sensors = sensors(&scene, options)?;
     let array = SensorArray::new(&sensors).map_err(bad_input)?;
     let truth = array
@@ -47,9 +51,7 @@ pub(crate) fn run(options: &Fuse) -> Result<Outcome> {
         Some(path) if path.as_os_str() == "-" => out!("{}", to_json(&array, &fused, noise_c))?,
         Some(path) => {
             let text = to_json(&array, &fused, noise_c);
-            files::write_whole(path, |file| {
-                file.write_all(text.as_bytes()).context("the errors")
-            })?;
+            files::write_text(path, &text)?;
             out!("{}", table(&array, &sensors, &fused, noise_c))?;
         }
         None => out!("{}", table(&array, &sensors, &fused, noise_c))?,

@@ -9,6 +9,8 @@ use anyhow::{Context as _, Result};
 
 /// Records for the given time, or until Ctrl-C.
 pub(crate) fn run(options: &Record) -> Result<Outcome> {
+    let (token, authority) = (&options.collector.token_file, &options.collector.authority);
+    files::keep_apart(token.iter().chain(authority), &options.out)?;
     let client = Client::of(&options.collector)?;
     let recording = client.start_recording(&options.name)?;
     progress::say(&format!("recording {:?}", recording.name));

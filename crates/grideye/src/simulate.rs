@@ -5,10 +5,9 @@ use crate::exit::{Outcome, bad_input};
 use crate::export::{self, Film};
 use crate::output::outln;
 use crate::{files, progress};
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Result, anyhow};
 use grideye_scene::drawing::{self, Drawing};
 use grideye_scene::{Image, Model, Scene, Sensor, Simulator};
-use std::io::Write as _;
 use std::path::Path;
 use std::time::Duration;
 
@@ -17,7 +16,12 @@ const STATIC_FRAMES: u32 = 10;
 
 /// Writes the simulated frames and the view of the room; asked for neither, it prints the first frame.
 pub(crate) fn run(options: &Simulate) -> Result<Outcome> {
-    let scene = files::load_scene_as(options.model.map(model), Some(&options.scene))?.scene;
+    let loaded = files::load_scene_as(options.model.map(model), Some(&options.scene))?;
+    files::keep_apart(
+        [&options.scene].into_iter().chain(&loaded.trajectories),
+        options.out.iter().chain(&options.view),
+    )?;
+    let scene = loaded.scene;
     if let Some(view) = &options.view {
         check_extension(view, "svg")?;
         draw(options, &scene, view)?;
@@ -94,10 +98,7 @@ fn draw(options: &Simulate, scene: &Scene, view: &Path) -> Result<()> {
             ..Drawing::new(&title)
         },
     );
-    files::write_whole(view, |file| {
-        file.write_all(svg.as_bytes())
-            .context("the drawing of the room")
-    })?;
+    files::write_text(view, &svg)?;
     progress::say(&format!("wrote the view of the room to {}", view.display()));
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Where a store is, as the command line names it.
 
 use crate::exit::bad_input;
+use crate::files;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::StoreLocation;
 use std::os::unix::fs::PermissionsExt as _;
@@ -34,5 +35,9 @@ fn password_file(path: &Path) -> Result<String> {
             path.display()
         ));
     }
-    std::fs::read_to_string(path).with_context(named)
+    files::text(
+        path,
+        "the password file",
+        "PGPASSFILE names a file of lines HOST:PORT:DATABASE:USER:PASSWORD",
+    )
 }

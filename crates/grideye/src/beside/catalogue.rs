@@ -68,7 +68,7 @@ impl Catalogue {
                     Some(known) if known.is_fresh() => Arc::clone(known),
                     _ => {
                         let edition = known.map_or(0, |known| known.edition + 1);
-                        Arc::new(Shelved::read(path, name, edition))
+                        Arc::new(Shelved::read(&self.folder, path, name, edition))
                     }
                 }
             })
@@ -111,8 +111,8 @@ impl Catalogue {
 }
 
 impl Shelved {
-    fn read(path: &Path, name: String, edition: u64) -> Self {
-        let text = text_of(path);
+    fn read(folder: &Path, path: &Path, name: String, edition: u64) -> Self {
+        let text = text_of(folder, path);
         let title = text.as_ref().map(|text| title_of(&text.text));
         let title = title.unwrap_or_default();
         let loaded = text.and_then(|text| files::parse_scene(None, text));
@@ -134,7 +134,7 @@ impl Shelved {
     }
 }
 
-fn text_of(path: &Path) -> Result<SceneText> {
+fn text_of(folder: &Path, path: &Path) -> Result<SceneText> {
     let bytes = fs::metadata(path).map_or(0, |about| about.len());
     if bytes > SCENE_BYTES_MAX {
         return Err(anyhow!(
@@ -142,7 +142,7 @@ fn text_of(path: &Path) -> Result<SceneText> {
             path.display()
         ));
     }
-    files::read_scene(path)
+    files::read_scene_below(folder, path)
 }
 
 fn mark_of(path: &Path) -> Option<Mark> {

@@ -185,6 +185,12 @@ async fn scenes_are_listed_with_their_sensors_and_bad_ones_with_what_is_wrong() 
         ("notes.txt", "no scene"),
     ])
     .await;
+    let elsewhere = tempfile::tempdir().unwrap();
+    let secret = elsewhere.path().join("secret.toml");
+    std::fs::write(&secret, "secret").unwrap();
+    std::os::unix::fs::symlink(&secret, page.folder.path().join("linked.toml")).unwrap();
+    std::os::unix::fs::symlink(&secret, page.folder.path().join("linked.csv")).unwrap();
+    page.write("sly.toml", &WALK.replace("way.csv", "linked.csv"));
     let (status, list) = page.get("/v1/scenes").await;
     assert_eq!(status, 200);
     let scenes = list["scenes"].as_array().unwrap();
@@ -192,9 +198,15 @@ async fn scenes_are_listed_with_their_sensors_and_bad_ones_with_what_is_wrong() 
         .iter()
         .map(|scene| scene["name"].as_str().unwrap())
         .collect();
-    assert_eq!(names, ["broken", "still", "walk"]);
+    assert_eq!(names, ["broken", "linked", "sly", "still", "walk"]);
     let error = scenes[0]["error"].as_str().unwrap();
     assert!(error.contains("broken.toml:2"), "{error}");
+    for linked in &scenes[1..3] {
+        let error = linked["error"].as_str().unwrap();
+        let told = "it is no file below the scenes' folder";
+        assert!(error.contains(told), "{error}");
+    }
+    let scenes = &scenes[2..];
     assert_eq!(scenes[1]["title"], "A warm cube below the sensor.");
     assert_eq!(scenes[1]["moves"], false);
     let fits = |sensor: usize| scenes[1]["sensors"][sensor]["fits"].clone();

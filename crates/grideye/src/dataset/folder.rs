@@ -8,6 +8,7 @@ use super::part::Part;
 use super::plan::Plan;
 use crate::cli::Table;
 use crate::exit::bad_input;
+use crate::files;
 use anyhow::{Context as _, Result, anyhow};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File, OpenOptions};
@@ -39,7 +40,7 @@ impl Folder {
         match fs::metadata(&file) {
             Ok(metadata) if metadata.len() > PLAN_BYTES_MAX => Err(foreign(&file)),
             Ok(_) => check_plan(&file, plan),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => put_plan(path, &file, plan),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => put_plan(&file, plan),
             Err(error) => Err(error).with_context(|| format!("cannot look at {}", file.display())),
         }?;
         Ok(Self {
@@ -105,8 +106,7 @@ impl Folder {
             return Ok(fs::remove_file(&partial)?);
         }
         let written = write(&file, |out| part.write(table, plan, out))
-            .and_then(|()| Ok(fs::rename(&partial, path)?))
-            .and_then(|()| Ok(File::open(&self.path)?.sync_all()?));
+            .and_then(|()| Ok(files::rename(&partial, path)?));
         if written.is_err() {
             // The first error is the one to report; the next run writes over what cannot be removed.
             drop(fs::remove_file(&partial));
@@ -116,7 +116,7 @@ impl Folder {
 }
 
 /// Writes the plan, unless another process of the same dataset does.
-fn put_plan(folder: &Path, path: &Path, plan: &Plan) -> Result<()> {
+fn put_plan(path: &Path, plan: &Plan) -> Result<()> {
     let partial = partial_name(path);
     let put = || -> Result<bool> {
         let Some(file) = locked(&partial, FlockOperation::LockExclusive)? else {
@@ -130,8 +130,7 @@ fn put_plan(folder: &Path, path: &Path, plan: &Plan) -> Result<()> {
             serde_json::to_writer_pretty(&mut *out, plan)?;
             Ok(writeln!(out)?)
         })?;
-        fs::rename(&partial, path)?;
-        File::open(folder)?.sync_all()?;
+        files::rename(&partial, path)?;
         Ok(true)
     };
     if put().map_err(|error| unwritten(path, error))? {
@@ -149,11 +148,7 @@ fn partial_name(path: &Path) -> PathBuf {
 
 fn write(file: &File, write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>) -> Result<()> {
     file.set_len(0)?;
-    let mut out = BufWriter::new(file);
-    let written = write(&mut out).and_then(|()| Ok(out.flush()?));
-    // What is left in it after an error is not to be written on the way out.
-    drop(out.into_parts());
-    written?;
+    files::fill(file, write)?;
     Ok(file.sync_all()?)
 }
 

@@ -7,6 +7,7 @@ use anyhow::{Result, anyhow};
 use grideye_scene::variation::{Draw, Recipe, Value, VariationError};
 use grideye_scene::{Files, Loaded, Scene, Simulator, simulator};
 use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
 use std::io;
 use std::path::Path;
 use std::rc::Rc;
@@ -262,7 +263,7 @@ impl Files for Remembered<'_> {
         if let Some(text) = texts.get(relative) {
             return Ok(text.clone());
         }
-        let text = std::fs::read_to_string(self.folder.join(relative))?;
+        let text = files::read_text(File::open(self.folder.join(relative))?)?;
         texts.insert(relative.to_owned(), text.clone());
         Ok(text)
     }

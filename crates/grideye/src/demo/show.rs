@@ -7,6 +7,7 @@ use anyhow::Result;
 use grideye_frame::RawFrame;
 use grideye_scene::Scene;
 use grideye_validator::report::Input;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Frames recorded of a scene in which nothing moves: ten seconds.
@@ -30,6 +31,8 @@ pub(super) struct SceneShow {
     pub(super) sensor: String,
     pub(super) name: String,
     pub(super) inputs: Vec<Input>,
+    /// The files that the scene names.
+    files: Vec<PathBuf>,
     pub(super) warnings: Vec<String>,
     pub(super) experiment: Option<u8>,
 }
@@ -65,9 +68,18 @@ impl Show {
             sensor,
             name,
             inputs,
+            files: loaded.trajectories,
             warnings: loaded.warnings,
             experiment,
         })))
+    }
+
+    /// The files that the scene names.
+    pub(super) fn files(&self) -> &[PathBuf] {
+        match self {
+            Self::Scene(shown) => &shown.files,
+            Self::Replay(_) => &[],
+        }
     }
 
     /// How many frames are recorded.

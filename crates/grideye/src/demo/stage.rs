@@ -24,6 +24,8 @@ use tokio::task::JoinHandle;
 const DEVICE: &str = "demo";
 /// The bus that the emulated sensor pretends to be on.
 const BUS: &str = "/dev/i2c-1";
+/// The store's file in the folder.
+pub(super) const STORE: &str = "store.sqlite";
 /// How often the progress is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Longest time without a new frame before the demonstration gives up.
@@ -52,7 +54,7 @@ impl Stage {
     pub(super) fn open(options: &Demo) -> Result<Self> {
         let runtime =
             grideye_collector::runtime().context("cannot start the collector's threads")?;
-        let store = StoreLocation::File(options.out.join("store.sqlite"));
+        let store = StoreLocation::File(options.out.join(STORE));
         let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
         config.annexes = beside::annexes(&options.scenes)?;
         config.annexes.push(exports::annex());

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -86,7 +86,8 @@ impl Shelf {
     /// If it cannot be read, or lies elsewhere.
     pub(super) fn read(&self, relative: &str) -> io::Result<String> {
         let elsewhere = |_refusal| io::Error::other("it is no file below the scenes' folder");
-        fs::read_to_string(self.file_path(relative).map_err(elsewhere)?)
+        let path = self.file_path(relative).map_err(elsewhere)?;
+        files::read_text(files::open_below(&self.folder, &path)?)
     }
 
     /// Writes the trajectories that changed, and then the scene. What is replaced stays as `NAME.toml~`.
@@ -108,7 +109,7 @@ impl Shelf {
         };
         writes.push((scene, &of_scene));
         for (path, text) in &writes {
-            keep_old(path)
+            self.keep_old(path)
                 .and_then(|()| write(path, &text.text))
                 .map_err(|error| failed(path, &error))?;
         }
@@ -224,13 +225,17 @@ impl Shelf {
     }
 
     fn text_of(&self, path: &Path) -> Result<Option<String>, Refusal> {
-        let about = match fs::metadata(path) {
-            Ok(about) => about,
+        let opened = files::open_below(&self.folder, path);
+        let (bytes, file) = match opened.and_then(|file| Ok((file.metadata()?.len(), file))) {
+            Ok(opened) => opened,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => {
+                return Err(unusable("scene", format!("{}: {error}", path.display())));
+            }
             Err(error) => return Err(failed(path, &error)),
         };
-        let bytes = usize::try_from(about.len()).unwrap_or(usize::MAX);
-        if !about.is_file() || bytes > TEXT_BYTES_MAX {
+        let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
+        if bytes > TEXT_BYTES_MAX {
             let what = format!(
                 "{} has {bytes} bytes, and {TEXT_BYTES_MAX} are edited here",
                 path.display()
@@ -238,14 +243,30 @@ impl Shelf {
             return Err(unusable("scene", what)
                 .hint("use an editor for text, and put meshes into files of their own"));
         }
-        match fs::read_to_string(path) {
+        match files::read_text(file) {
             Ok(text) => Ok(Some(text)),
-            Err(error) if error.kind() == io::ErrorKind::InvalidData => Err(unusable(
-                "scene",
-                format!("{} is no text in UTF-8", path.display()),
-            )),
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                Err(unusable("scene", format!("{}: {error}", path.display())))
+            }
             Err(error) => Err(failed(path, &error)),
         }
+    }
+
+    /// Keeps what is about to be replaced beside it.
+    fn keep_old(&self, path: &Path) -> Result<(), io::Error> {
+        let mut old = match files::open_below(&self.folder, path) {
+            Ok(old) => old,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+            Err(error) => return Err(error),
+        };
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push("~");
+        let kept = path.with_file_name(name);
+        files::replace(&kept, |out| {
+            io::copy(&mut old, out)?;
+            Ok(())
+        })
+        .map_err(io::Error::other)
     }
 }
 
@@ -259,26 +280,9 @@ pub(super) fn version_of(text: &str) -> String {
         .collect()
 }
 
-/// Keeps what is about to be replaced beside it.
-fn keep_old(path: &Path) -> Result<(), io::Error> {
-    let old = match fs::read(path) {
-        Ok(old) => old,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(error),
-    };
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push("~");
-    let kept = path.with_file_name(name);
-    files::write_whole(&kept, |out| Ok(out.write_all(&old)?)).map_err(io::Error::other)
-}
-
 fn write(path: &Path, text: &str) -> Result<(), io::Error> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    fs::create_dir_all(folder)?;
-    files::write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))
-        .map_err(io::Error::other)?;
-    // The name as well is to outlast a power cut.
-    File::open(folder)?.sync_all()
+    fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))?;
+    files::replace(path, |out| Ok(out.write_all(text.as_bytes())?)).map_err(io::Error::other)
 }
 
 fn failed(path: &Path, error: &io::Error) -> Refusal {

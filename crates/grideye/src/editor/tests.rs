@@ -281,6 +281,61 @@ async fn what_somebody_else_wrote_is_never_written_over() {
 }
 
 #[tokio::test]
+async fn a_link_out_of_the_folder_is_followed_neither_to_read_nor_to_write() {
+    let page = Page::new().await;
+    let links = [
+        ("secret.toml", "linked.toml"),
+        ("secret.csv", "ways/linked.csv"),
+    ];
+    for (outside, link) in links {
+        fs::write(page.folder.path().join(outside), "secret").unwrap();
+        std::os::unix::fs::symlink(page.folder.path().join(outside), page.scene(link)).unwrap();
+    }
+    let version = super::version_of("secret");
+    let (status, said) = page.open("linked").await;
+    assert_eq!(status, 422, "{said}");
+    assert!(
+        said["error"]["message"]
+            .as_str()
+            .unwrap()
+            .ends_with("linked.toml: it is no file below the scenes' folder"),
+        "{said}"
+    );
+    for version in [json!(null), json!(version)] {
+        let text = json!({ "text": ROOM, "version": version });
+        assert_eq!(page.save("linked", text).await.0, 422);
+        let files = json!({ "ways/linked.csv": { "text": WAY, "version": version } });
+        let text = json!({ "text": ROOM, "version": null, "files": files });
+        assert_eq!(page.save("new", text).await.0, 422);
+    }
+    for (outside, _) in links {
+        let text = fs::read_to_string(page.folder.path().join(outside)).unwrap();
+        assert_eq!(text, "secret");
+    }
+    let sly = ROOM.replace("ways/way.csv", "ways/linked.csv");
+    let fault = page.draft(&sly, json!([])).await["fault"].clone();
+    assert!(
+        fault["message"]
+            .as_str()
+            .unwrap()
+            .contains("it is no file below the scenes' folder"),
+        "{fault}"
+    );
+    // A link to nothing is no way to make a file elsewhere, and one to another scene of the folder is fine.
+    std::os::unix::fs::symlink(
+        page.folder.path().join("made.toml"),
+        page.scene("made.toml"),
+    )
+    .unwrap();
+    let text = json!({ "text": ROOM, "version": null });
+    assert_eq!(page.save("made", text).await.0, 200);
+    assert!(!page.folder.path().join("made.toml").exists());
+    assert!(!page.scene("made.toml").is_symlink());
+    std::os::unix::fs::symlink("room.toml", page.scene("same.toml")).unwrap();
+    assert_eq!(page.open("same").await.0, 200);
+}
+
+#[tokio::test]
 async fn names_that_lead_out_of_the_folder_are_refused() {
     let page = Page::new().await;
     let secret = page.folder.path().join("secret.toml");

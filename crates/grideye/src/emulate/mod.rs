@@ -17,6 +17,7 @@ mod wires;
 
 use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
+use crate::files;
 use anyhow::{Result, anyhow};
 use clock::Timebase;
 use machine::Machine;
@@ -39,6 +40,11 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
             "nothing is to reach the sensors\nhint: end with -- PROGRAM ARGS, or give --socket PATH or --usbip"
         )));
     }
+    let inputs = options.scene.iter().chain(&options.recording);
+    files::keep_apart(
+        inputs.chain(&options.profile).chain(&options.faults),
+        &options.trace,
+    )?;
     let world = World::new();
     let prepared = parts::prepare(options, &world)?;
     let ahead = if options.power_on {
@@ -52,7 +58,7 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     let machine = Machine::new(base, &world, prepared.parts, &wiring);
     let outcome = keeping_up(&machine, || ways::serve(options, &machine, &voice));
     if let (Err(_), Some(trace)) = (&outcome, &wiring.trace) {
-        trace.discard_if_empty();
+        trace.keep_unless_empty();
     }
     let outcome = outcome?;
     if let Some(trace) = &wiring.trace {

@@ -70,12 +70,9 @@ pub(super) fn wiring(options: &Emulate, prepared: &Prepared) -> Result<Wiring> {
 }
 
 fn script(path: &Path) -> Result<Script> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        bad_input(anyhow!(
-            "cannot read the script of faults {}: {error}\nhint: name a file that you may read; crates/amg8833-emulator/scripts/README.md describes it",
-            path.display()
-        ))
-    })?;
+    let hint =
+        "name a file that you may read; crates/amg8833-emulator/scripts/README.md describes it";
+    let text = files::text(path, "the script of faults", hint)?;
     Script::from_toml(&text, &path.display().to_string()).map_err(bad_input)
 }
 
@@ -345,14 +342,9 @@ fn profile(named: &Path) -> Result<Profile> {
     if let Some((name, text)) = PROFILES.iter().find(|(name, _)| named == Path::new(name)) {
         return Profile::parse(text, name).map_err(bad_input);
     }
-    let text = std::fs::read_to_string(named).map_err(|error| {
-        let names: Vec<&str> = PROFILES.iter().map(|(name, _)| *name).collect();
-        bad_input(anyhow!(
-            "cannot read the profile {}: {error}\nhint: name a file, or one of the built-in profiles: {}",
-            named.display(),
-            names.join(", ")
-        ))
-    })?;
+    let names = PROFILES.map(|(name, _)| name).join(", ");
+    let hint = format!("name a file, or one of the built-in profiles: {names}");
+    let text = files::text(named, "the profile", &hint)?;
     Profile::parse(&text, &named.display().to_string()).map_err(bad_input)
 }
 

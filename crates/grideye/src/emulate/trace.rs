@@ -1,10 +1,11 @@
 //! `--trace`: the log of the buses, as a table or as the lines that a logic analyser shows.
 
 use crate::exit::bad_input;
+use crate::files::Pending;
 use amg8833_emulator::trace::{CsvTrace, TraceSummary, Transfer, VcdTrace};
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Result, anyhow};
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// How traces begin, as a table and as a value change dump.
@@ -15,6 +16,7 @@ const FRONT_BYTES: u64 = 8;
 /// A log under way.
 pub(super) struct TraceFile {
     path: PathBuf,
+    pending: Pending,
     format: Format,
 }
 
@@ -48,7 +50,9 @@ impl TraceFile {
                 path.display()
             )));
         }
-        let file = File::create(path).map_err(|error| {
+        let pending = Pending::of(path);
+        let opened = pending.and_then(|pending| Ok((pending.file().try_clone()?, pending)));
+        let (file, pending) = opened.map_err(|error| {
             bad_input(anyhow!(
                 "cannot write {}: {error}\nhint: name a file in a folder that you may write into",
                 path.display()
@@ -58,8 +62,11 @@ impl TraceFile {
             true => Format::Csv(CsvTrace::new(file)),
             false => Format::Vcd(VcdTrace::new(file)),
         };
-        let path = path.to_owned();
-        Ok(Self { path, format })
+        Ok(Self {
+            path: path.to_owned(),
+            pending,
+            format,
+        })
     }
 
     /// What the bus of this number tells its messages to.
@@ -72,23 +79,29 @@ impl TraceFile {
 
     /// Completes the file, and says what is in it.
     pub(super) fn finish(&self) -> Result<String> {
-        let summary: TraceSummary = match &self.format {
-            Format::Csv(trace) => trace.finish(),
-            Format::Vcd(trace) => trace.finish(),
-        }
-        .with_context(|| format!("cannot write the trace {}", self.path.display()))?;
-        Ok(format!("trace {}: {summary}", self.path.display()))
+        let put = || {
+            let summary = self.summary()?;
+            self.pending.put()?;
+            Ok(summary)
+        };
+        let path = self.path.display();
+        let summary =
+            put().map_err(|error: io::Error| anyhow!("cannot write the trace {path}: {error}"))?;
+        Ok(format!("trace {path}: {summary}"))
     }
 
-    /// Removes the file of a bus that nothing could reach.
-    pub(super) fn discard_if_empty(&self) {
-        let summary = match &self.format {
+    /// Completes the file after an error, unless nothing could reach the bus.
+    pub(super) fn keep_unless_empty(&self) {
+        if self.summary().is_ok_and(|summary| summary.messages > 0) {
+            // The error before is what the caller is told.
+            drop(self.pending.put());
+        }
+    }
+
+    fn summary(&self) -> io::Result<TraceSummary> {
+        match &self.format {
             Format::Csv(trace) => trace.finish(),
             Format::Vcd(trace) => trace.finish(),
-        };
-        if summary.is_ok_and(|summary| summary.messages == 0) {
-            // The error that made it useless is what the caller is told.
-            let _ = std::fs::remove_file(&self.path);
         }
     }
 }

@@ -266,9 +266,12 @@ fn a_program_beside_usbip_is_run_and_told_to_end() {
 fn the_trace_is_whole_when_the_program_has_ended() {
     let folder = tempfile::tempdir().unwrap();
     let trace = folder.path().join("bus.csv");
+    let old = "time_s,bus\n";
+    std::fs::write(&trace, old).unwrap();
     let server = Server::start(&["--constant", "21", "--trace", trace.to_str().unwrap()]);
     let mut client = server.client(1);
     pixels(&mut client, 0x69);
+    assert_eq!(std::fs::read_to_string(&trace).unwrap(), old);
     server.signal(Signal::TERM);
     let ended = server.wait();
     assert!(ended.stderr.contains("bus.csv: 2 messages"), "{ended:?}");
@@ -286,6 +289,7 @@ fn the_trace_is_whole_when_the_program_has_ended() {
     assert_eq!((rows[1][3], rows[1][5]), ("Sr", "read"));
     assert!(rows[1][6].starts_with("0x54 0x00 0x54 0x00"), "{text}");
     assert_eq!(rows[1][6].split(' ').count(), 128);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[test]

@@ -1,0 +1,114 @@
+//! Texts that the user named, or that a named one names: bounded, and in UTF-8.
+
+use crate::exit::bad_input;
+use anyhow::{Result, anyhow};
+use grideye_scene::limits::TEXT_BYTES_MAX;
+use rustix::fs::OFlags;
+use std::fmt;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read};
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::Path;
+
+const MIB: usize = 1 << 20;
+
+/// The place of the first byte that is no text, both from 1.
+#[derive(Debug)]
+struct NotUtf8 {
+    line: usize,
+    column: usize,
+    byte: u8,
+}
+
+impl fmt::Display for NotUtf8 {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { line, column, byte } = self;
+        write!(
+            formatter,
+            "line {line}, column {column}: the byte {byte:#04x} is not UTF-8"
+        )
+    }
+}
+
+impl std::error::Error for NotUtf8 {}
+
+/// A text of at most [`TEXT_BYTES_MAX`].
+pub(crate) fn read_text(input: impl Read) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    let limit = u64::try_from(TEXT_BYTES_MAX).unwrap_or(u64::MAX);
+    input
+        .take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)?;
+    if bytes.len() > TEXT_BYTES_MAX {
+        let told = format!("it has more than {} MiB", TEXT_BYTES_MAX / MIB);
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let (before, after) = error.as_bytes().split_at(at);
+        let before = String::from_utf8_lossy(before);
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        let place = NotUtf8 {
+            line: before.matches('\n').count() + 1,
+            column: line.chars().count() + 1,
+            byte: after.first().copied().unwrap_or_default(),
+        };
+        io::Error::new(io::ErrorKind::InvalidData, place)
+    })
+}
+
+/// The text of a file that the user named; `what` it is, and the hint, are for the error.
+pub(crate) fn text(path: &Path, what: &str, hint: &str) -> Result<String> {
+    let read = File::open(path).and_then(read_text);
+    read.map_err(|error| unread(path, &error, what, hint))
+}
+
+/// The error of a text that the user named.
+pub(super) fn unread(path: &Path, error: &io::Error, what: &str, hint: &str) -> anyhow::Error {
+    let shown = path.display();
+    let place = error
+        .get_ref()
+        .and_then(|error| error.downcast_ref::<NotUtf8>());
+    bad_input(match place {
+        Some(NotUtf8 { line, column, byte }) => anyhow!(
+            "{shown}:{line}:{column}: the byte {byte:#04x} is not UTF-8\nhint: save {what} as UTF-8"
+        ),
+        None => anyhow!("cannot read {what} {shown}: {error}\nhint: {hint}"),
+    })
+}
+
+/// Opens a file that lies below a folder, and none that a link leads to elsewhere.
+///
+/// # Errors
+/// [`io::ErrorKind::InvalidInput`] if it lies elsewhere, or is no file.
+pub(crate) fn open_below(folder: &Path, path: &Path) -> io::Result<File> {
+    let real = fs::canonicalize(path)?;
+    if !real.starts_with(fs::canonicalize(folder)?) || !real.is_file() {
+        let told = "it is no file below the scenes' folder";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
+    }
+    let no_follow = i32::try_from(OFlags::NOFOLLOW.bits()).unwrap_or_default();
+    OpenOptions::new()
+        .read(true)
+        .custom_flags(no_follow)
+        .open(real)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_is_read_to_its_limit_and_no_further() {
+        let longest = vec![b'a'; TEXT_BYTES_MAX];
+        assert_eq!(read_text(longest.as_slice()).unwrap().len(), TEXT_BYTES_MAX);
+        let error = read_text(io::repeat(0)).unwrap_err().to_string();
+        assert_eq!(error, "it has more than 16 MiB");
+    }
+
+    #[test]
+    fn the_first_byte_that_is_no_text_has_a_place() {
+        let error = read_text(&b"a\n\xc3\xa9\xc3"[..]).unwrap_err().to_string();
+        assert_eq!(error, "line 2, column 2: the byte 0xc3 is not UTF-8");
+    }
+}

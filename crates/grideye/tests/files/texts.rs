@@ -1,0 +1,96 @@
+//! Texts are bounded and in UTF-8, whatever a command takes them for.
+
+use crate::Desk;
+
+/// Commands that read IN, and what it is taken for.
+const COMMANDS: &[(&str, &str)] = &[
+    ("simulate IN", "the scene"),
+    ("dataset IN --out out --frames 1", "the scene"),
+    ("distinguish room.toml IN", "the scene"),
+    ("compare --scene IN --recording recording.csv", "the scene"),
+    (
+        "compare --scene room.toml --recording recording.csv --thresholds IN",
+        "the thresholds",
+    ),
+    (
+        "compare --scene room.toml --recording recording.csv --profile IN",
+        "the profile",
+    ),
+    (
+        "calibrate --scene IN --recording recording.csv",
+        "the scene",
+    ),
+    (
+        "calibrate --scene room.toml --recording recording.csv --profile IN",
+        "the profile",
+    ),
+    ("emulate --scene IN -- true", "the scene"),
+    ("emulate --constant 20 --profile IN -- true", "the profile"),
+    (
+        "emulate --constant 20 --faults IN -- true",
+        "the script of faults",
+    ),
+    ("demo --once --out out --scene IN", "the scene"),
+];
+
+/// Commands that read IN as a recording, which has no end that they wait for.
+const OF_RECORDINGS: &[&str] = &[
+    "convert IN x.csv",
+    "compare --scene room.toml --recording IN",
+    "calibrate --scene room.toml --recording IN",
+    "characterize IN",
+    "emulate --recording IN -- true",
+    "orient --recording IN",
+];
+
+/// Whoever reads on is ended, and not the machine.
+const LITTLE_MEMORY: &str = "ulimit -v 4000000";
+
+fn named<'a>(command: &'a str, input: &'a str) -> Vec<&'a str> {
+    let words = command.split(' ');
+    words
+        .map(|word| if word == "IN" { input } else { word })
+        .collect()
+}
+
+#[test]
+fn a_file_without_end_is_refused_after_16_mib() {
+    let desk = Desk::new();
+    for (command, what) in COMMANDS {
+        let ended = desk.run_limited(LITTLE_MEMORY, &named(command, "/dev/zero"));
+        assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
+        let told = format!("error: cannot read {what} /dev/zero: it has more than 16 MiB\nhint: ");
+        assert!(ended.stderr.starts_with(&told), "{command}: {ended:?}");
+    }
+    for command in OF_RECORDINGS {
+        let ended = desk.run_limited(LITTLE_MEMORY, &named(command, "/dev/zero"));
+        assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
+        let told = "error: /dev/zero is no recording that is known here: ";
+        assert!(ended.stderr.starts_with(told), "{command}: {ended:?}");
+    }
+    let endless = crate::ROOM.replace("way.csv", "zero.csv");
+    desk.put("endless.toml", endless);
+    std::os::unix::fs::symlink("/dev/zero", desk.path("zero.csv")).unwrap();
+    let ended = desk.run_limited(LITTLE_MEMORY, &["simulate", "endless.toml"]);
+    assert_eq!(ended.code, Some(2), "{ended:?}");
+    let told = "error: endless.toml:8:14: cannot read the trajectory `zero.csv`: it has more than 16 MiB\nhint: ";
+    assert!(ended.stderr.starts_with(told), "{ended:?}");
+}
+
+#[test]
+fn a_byte_that_is_no_text_is_told_with_its_line_and_column() {
+    let desk = Desk::new();
+    desk.put("latin-1.toml", b"# a room\n# K\xc3\xbcche, K\xfcche\n");
+    for (command, what) in COMMANDS {
+        let ended = desk.run(&named(command, "latin-1.toml"));
+        assert_eq!(ended.code, Some(2), "{command}: {ended:?}");
+        let told = format!(
+            "error: latin-1.toml:2:11: the byte 0xfc is not UTF-8\nhint: save {what} as UTF-8\n"
+        );
+        assert_eq!(ended.stderr, told, "{command}");
+    }
+    desk.put("way.csv", b"# K\xfcche\nx_mm,y_mm,z_mm\n");
+    let ended = desk.run(&["simulate", "room.toml"]);
+    let told = "error: room.toml:8:14: cannot read the trajectory `way.csv`: line 1, column 4: the byte 0xfc is not UTF-8\nhint: ";
+    assert!(ended.stderr.starts_with(told), "{ended:?}");
+}
