@@ -21,6 +21,7 @@ pub use recordings::attachment;
 
 use crate::access::{AccessFolder, Gatekeeper, TOKENS_MAX, TokenId};
 use crate::alarm::Alarm;
+use crate::clock::WallSteps;
 use crate::counters::Counters;
 use crate::live::{Event, Live};
 use crate::log::{Log, Seldom};
@@ -53,6 +54,7 @@ struct Shared {
     agents: devices::Agents,
     limits: Limits,
     clock: Arc<dyn Clock>,
+    wall_steps: WallSteps,
     hosts: Hosts,
     gatekeeper: Gatekeeper,
     /// Of each good token.
@@ -128,6 +130,7 @@ impl AppState {
             counters: door.counters,
             seldom: Seldom::new(door.log, limits.log_every),
             started_at: clock.monotonic(),
+            wall_steps: WallSteps::new(&*clock),
             clock,
             bodies: Arc::new(Semaphore::new(limits.bodies_bytes_max / ingest::BODY_UNIT)),
             live_clients: Arc::new(Semaphore::new(limits.live_clients_max)),

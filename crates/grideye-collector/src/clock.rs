@@ -1,5 +1,6 @@
 //! Time as the collector sees it: handed in, so that tests can hold it still.
 
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Where the collector takes its time from.
@@ -44,4 +45,29 @@ impl Clock for SystemClock {
     fn monotonic(&self) -> Duration {
         self.started.elapsed()
     }
+}
+
+/// The smallest step of the wall clock that is noticed.
+const STEP_MIN_NS: u64 = 1_000_000_000;
+
+/// Notices steps of the wall clock, against the monotonic one.
+#[derive(Debug)]
+pub(crate) struct WallSteps(AtomicI64);
+
+impl WallSteps {
+    pub(crate) fn new(clock: &dyn Clock) -> Self {
+        Self(AtomicI64::new(lead(clock.utc_ns(), clock.monotonic())))
+    }
+
+    /// By how many nanoseconds the wall clock stepped since it was last looked at; `None` if it did not.
+    pub(crate) fn look(&self, utc_ns: i64, monotonic: Duration) -> Option<i64> {
+        let lead = lead(utc_ns, monotonic);
+        let step = lead.saturating_sub(self.0.swap(lead, Ordering::Relaxed));
+        (step.unsigned_abs() >= STEP_MIN_NS).then_some(step)
+    }
+}
+
+/// How far the wall clock is ahead of the monotonic one.
+fn lead(utc_ns: i64, monotonic: Duration) -> i64 {
+    utc_ns.saturating_sub(i64::try_from(monotonic.as_nanos()).unwrap_or(i64::MAX))
 }

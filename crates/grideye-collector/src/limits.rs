@@ -85,11 +85,13 @@ pub struct Limits {
     pub json_depth_max: usize,
     /// Events of one kind are logged no oftener; those between are counted.
     pub log_every: Duration,
-    /// Rows in a file are sealed into segments when they arrived so long ago.
+    /// Rows in a file are sealed into segments when they were stored so long ago.
     pub seal_after: Duration,
-    /// Frames in a file that arrived longer ago, and belong to no recording, are let go. `None`: never.
+    /// Frames in a file that were stored longer ago, and belong to no recording, are deleted: at most a tenth of the store
+    /// in a fortieth of this time. Time without a collector does not count. `None`: never.
     pub keep_for: Option<Duration>,
-    /// When a file holds more bytes, the oldest frames that belong to no recording are let go. `None`: never.
+    /// When a file holds more bytes, the oldest frames that belong to no recording are deleted: in an hour at most a tenth of
+    /// the store, and twice what came. `None`: never.
     pub keep_bytes: Option<u64>,
     /// Clients that follow the live page's events. One more is answered 503.
     pub live_clients_max: usize,

@@ -233,8 +233,8 @@ fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), Collecto
 }
 
 async fn open(config: &Config, door: Door) -> Result<AppState, crate::StoreError> {
-    let store = store::open(&config.store, &config.limits).await?;
     let clock = Arc::clone(&config.clock);
+    let store = store::open(&config.store, &config.limits, &clock, &config.log).await?;
     AppState::with(store, config.limits.clone(), clock, door).await
 }
 

@@ -61,7 +61,7 @@ fn config(options: &Collect) -> Result<Config> {
     let is_retention_asked = options.keep_days.is_some() || options.keep_bytes.is_some();
     if is_retention_asked && !matches!(store, StoreLocation::File(_)) {
         return Err(bad_input(anyhow!(
-            "--keep-days and --keep-bytes are for a store in a file\nhint: in PostgreSQL, drop the partitions of the days that are to go"
+            "--keep-days and --keep-bytes are for a store in a file\nhint: a database deletes by SQL: see \"Old frames\" in crates/grideye-collector/README.md"
         )));
     }
     let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));

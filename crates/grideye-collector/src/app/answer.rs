@@ -145,6 +145,8 @@ impl From<StoreError> for Refusal {
             | StoreError::NotEmpty
             | StoreError::Newer { .. }
             | StoreError::Older { .. }
+            | StoreError::NoRoomForBackup { .. }
+            | StoreError::BackupInTheWay { .. }
             | StoreError::Unusable { .. }
             | StoreError::Failed(_) => (StatusCode::INTERNAL_SERVER_ERROR, "store_failed", None),
         };

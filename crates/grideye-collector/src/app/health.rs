@@ -92,6 +92,8 @@ pub(super) async fn health(State(state): State<AppState>) -> Response {
             "fault": fault.as_ref().map(ToString::to_string),
             "bytes": usage.as_ref().ok().map(|usage| usage.bytes),
             "bytes_max": usage.as_ref().ok().and_then(|usage| usage.bytes_max),
+            "deleted_by_age": usage.as_ref().ok().map(|usage| usage.deleted_by_age),
+            "deleted_by_size": usage.as_ref().ok().map(|usage| usage.deleted_by_size),
         },
         "frames": {
             "stored": load(&shared.counters.frames_stored),
@@ -207,6 +209,12 @@ fn of_the_store(text: &mut Text, is_failing: bool, usage: Option<StoreUsage>) {
     let Some(usage) = usage else { return };
     text.gauge("grideye_store_bytes", "Bytes that the store takes.");
     text.sample(&[], usage.bytes);
+    text.counter(
+        "grideye_frames_deleted_total",
+        "Frames that were deleted because they were too old, or the store was too large.",
+    );
+    text.sample(&[("reason", "age")], usage.deleted_by_age);
+    text.sample(&[("reason", "size")], usage.deleted_by_size);
     if let Some(bytes_max) = usage.bytes_max {
         text.gauge("grideye_store_bytes_max", "Bytes that the store may take.");
         text.sample(&[], bytes_max);

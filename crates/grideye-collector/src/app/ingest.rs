@@ -8,6 +8,7 @@ use crate::Limits;
 use crate::access::Caller;
 use crate::alarm::Alarm;
 use crate::counters::{Counters, add};
+use crate::log::{Level, LogEvent};
 use crate::store::Appended;
 use axum::BoxError;
 use axum::body::{Body, Bytes, HttpBody};
@@ -95,6 +96,12 @@ where
         return Err(too_many_sensors(shared.limits.sensors_max));
     }
     let t_arrival_ns = shared.clock.utc_ns();
+    let now = shared.clock.monotonic();
+    if let Some(step_ns) = shared.wall_steps.look(t_arrival_ns, now) {
+        let event = LogEvent::new(Level::Warning, "clock_stepped");
+        let event = event.with("by_s", step_ns / 1_000_000_000);
+        shared.seldom.say("", now, event);
+    }
     let (store, kept) = (&shared.store, Arc::clone(&batch));
     let appended = match compact {
         Some(compact) => store.append_compact(kept, compact, t_arrival_ns),

@@ -7,7 +7,7 @@
 //! sealed  a segment (`segment.rs`)
 //! ```
 //!
-//! All rows of a chunk have one epoch, and those of a plain one came within a minute, so that age is told by chunk. Chunks of one stream never overlap, because their numbers are consecutive and no
+//! All rows of a chunk have one epoch. Chunks of one stream never overlap, because their numbers are consecutive and no
 //! number is kept twice.
 
 use super::StoreError;
@@ -19,8 +19,6 @@ use grideye_recording::{ClockState, Record, Stamp, packed};
 
 /// Rows in a plain chunk at most, so that one is read quickly.
 const PLAIN_ROWS_MAX: usize = 256;
-/// How far the arrivals of a plain chunk's rows may lie apart.
-const PLAIN_SPAN_NS: u64 = 60_000_000_000;
 
 /// Its words are not packed: read, and no longer written.
 const KIND_FRAME: u8 = 0;
@@ -34,39 +32,33 @@ const ROW_BYTES: usize = 112;
 pub(super) struct Plain {
     pub(super) first_seq: u64,
     pub(super) last_seq: u64,
-    /// When the last of them came.
-    pub(super) t_arrival_ns: i64,
     /// How many carry pixels.
     pub(super) frames: i64,
     pub(super) rows: Vec<u8>,
 }
 
-/// Cuts what is new of a stream where numbers are left out, and where the time of arrival is quite another.
+/// Cuts what is new of a stream where numbers are left out.
 ///
 /// `fresh` is in ascending number.
 pub(super) fn cut<'f>(fresh: impl Iterator<Item = &'f Arrived>) -> Vec<Plain> {
     let mut chunks: Vec<Plain> = Vec::new();
-    let (mut rows_in_last, mut began_ns) = (0, 0);
+    let mut rows_in_last = 0;
     for (record, t_arrival_ns) in fresh {
         let seq = record.seq;
         let fits = chunks.last().is_some_and(|last| {
-            last.last_seq.checked_add(1) == Some(seq)
-                && t_arrival_ns.abs_diff(began_ns) < PLAIN_SPAN_NS
-                && rows_in_last < PLAIN_ROWS_MAX
+            last.last_seq.checked_add(1) == Some(seq) && rows_in_last < PLAIN_ROWS_MAX
         });
         if !fits {
-            (rows_in_last, began_ns) = (0, *t_arrival_ns);
+            rows_in_last = 0;
             chunks.push(Plain {
                 first_seq: seq,
                 last_seq: seq,
-                t_arrival_ns: *t_arrival_ns,
                 frames: 0,
                 rows: Vec::with_capacity(64 * ROW_BYTES),
             });
         }
         if let Some(chunk) = chunks.last_mut() {
             chunk.last_seq = seq;
-            chunk.t_arrival_ns = chunk.t_arrival_ns.max(*t_arrival_ns);
             chunk.frames += i64::from(record.reading.frame().is_some());
             chunk.rows.extend_from_slice(&t_arrival_ns.to_le_bytes());
             put(&mut chunk.rows, record);
@@ -244,15 +236,15 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_cut_at_gaps_at_arrivals_and_at_the_limit_and_come_back() {
-        let minute = i64::try_from(PLAIN_SPAN_NS).unwrap();
+    fn rows_are_cut_at_gaps_and_at_the_limit_and_come_back() {
         let seqs = (0..10)
             .chain(12..13)
-            .map(|seq| (seq, minute - i64::try_from(seq).unwrap()));
-        let fresh = fresh(seqs.chain((13..600).map(|seq| (seq, 2 * minute))));
+            .chain(14..600)
+            .map(|seq| (seq, -i64::try_from(seq).unwrap()));
+        let fresh = fresh(seqs);
         let chunks = cut(fresh.values());
         let spans: Vec<(u64, u64)> = chunks.iter().map(|c| (c.first_seq, c.last_seq)).collect();
-        assert_eq!(spans, [(0, 9), (12, 12), (13, 268), (269, 524), (525, 599)]);
+        assert_eq!(spans, [(0, 9), (12, 12), (14, 269), (270, 525), (526, 599)]);
         let mut back = BTreeMap::new();
         for chunk in &chunks {
             let rows = kept(chunk).open().unwrap();
@@ -260,8 +252,6 @@ mod tests {
                 .iter()
                 .filter(|row| row.record.reading.frame().is_some());
             assert_eq!(i64::try_from(frames.count()).unwrap(), chunk.frames);
-            let arrivals = rows.iter().map(|row| row.t_arrival_ns);
-            assert_eq!(arrivals.max(), Some(chunk.t_arrival_ns));
             for row in rows {
                 assert_eq!(row.arrival, 5);
                 back.insert(row.record.seq, (row.record, row.t_arrival_ns));

@@ -13,17 +13,20 @@ mod runs;
 mod schema;
 pub mod segment;
 mod sqlite;
+mod upgrade;
 
 pub use label::{KeptLabel, Label, LabelSpan};
 pub use location::{PostgresUrl, StoreLocation, UrlError};
 pub use postgres::PostgresStore;
 pub use sqlite::SqliteStore;
 
+use crate::{Clock, Log};
 use axum::body::Bytes;
 use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap, WireError};
 use grideye_recording::{Record, StreamId};
 use std::fmt;
 use std::future::Future;
+use std::path::PathBuf;
 use std::pin::Pin;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -32,18 +35,21 @@ use tokio::sync::mpsc;
 /// The answer of a store, when it comes.
 pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, StoreError>> + Send + 'a>>;
 
-/// Opens the store at a place, or makes it where none is. Must be called within a tokio runtime.
+/// Opens the store at a place, or makes it where none is. Frames in a file grow old by the clock's monotonic time; what is
+/// deleted is logged. Must be called within a tokio runtime.
 ///
 /// # Errors
 /// [`StoreError`] of the engine: the file or the database cannot be had, or holds something else.
 pub async fn open(
     location: &StoreLocation,
     limits: &crate::Limits,
+    clock: &Arc<dyn Clock>,
+    log: &Log,
 ) -> Result<Arc<dyn FrameStore>, StoreError> {
     Ok(match location {
         StoreLocation::Postgres(url) => Arc::new(PostgresStore::open(url, limits).await?),
         StoreLocation::File(_) | StoreLocation::Memory => {
-            Arc::new(SqliteStore::open(location, limits)?)
+            Arc::new(SqliteStore::open_tended(location, limits, clock, log)?)
         }
     })
 }
@@ -128,6 +134,10 @@ pub struct StoreUsage {
     pub bytes: u64,
     /// Bytes that it may take; `None` where the disk alone is the limit.
     pub bytes_max: Option<u64>,
+    /// Frames that this collector deleted because they were too old.
+    pub deleted_by_age: u64,
+    /// Frames that this collector deleted because the store was too large.
+    pub deleted_by_size: u64,
 }
 
 /// What became of a batch.
@@ -483,13 +493,37 @@ pub enum StoreError {
     },
     /// An earlier version of this program made the file.
     #[error(
-        "the store has layout {found}, which was in use before the first release; this program knows layout {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still give its recordings as CSV"
+        "the store has layout {found}, which was in use before the first release; this program knows layouts {oldest} to {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still give its recordings as CSV"
     )]
     Older {
         /// The layout found.
         found: i64,
-        /// The one that is known.
+        /// The oldest that is known.
+        oldest: i64,
+        /// The newest that is known.
         known: i64,
+    },
+    /// The store has an older layout, and no copy of it can be made before it is upgraded.
+    #[error(
+        "the store has layout {from}, and the disk has no room for {}, the copy of its {bytes} bytes that is made before it is upgraded\nhint: make room on this disk, or move the store to a larger one; nothing was changed", .backup.display()
+    )]
+    NoRoomForBackup {
+        /// The layout found.
+        from: i64,
+        /// The copy.
+        backup: PathBuf,
+        /// Bytes of the store.
+        bytes: u64,
+    },
+    /// The store has an older layout, and another copy stands where one is made before it is upgraded.
+    #[error(
+        "the store has layout {from}, and {} is a copy of another state of it, not of the present one\nhint: move that copy away; the store is then copied and upgraded; nothing was changed", .backup.display()
+    )]
+    BackupInTheWay {
+        /// The layout found.
+        from: i64,
+        /// The copy.
+        backup: PathBuf,
     },
     /// The file cannot be made or opened.
     #[error(

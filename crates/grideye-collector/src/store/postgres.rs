@@ -37,7 +37,7 @@
 //! Each table of frames begins its key with `device`; a stream's number counts within its device. So a distributed
 //! engine can keep all that one append touches in one place. `layout`, `lanes` and `recordings` are small and read by
 //! all. `frames` is cut by the day of arrival. CockroachDB does not know `PARTITION BY RANGE` in this form: there the
-//! same table is made whole, and retention deletes rows instead of partitions.
+//! same table is made whole.
 //!
 //! Tried against PostgreSQL 15. Not tried: Citus, YugabyteDB and CockroachDB, which are not to be had as Debian
 //! packages. What is used is in the dialect of each by its documentation: `unnest` with several arrays,
@@ -198,6 +198,8 @@ impl FrameStore for PostgresStore {
             Ok(StoreUsage {
                 bytes: read::bytes(&*self.reader.session().await?).await?,
                 bytes_max: self.limits.store_bytes_max,
+                deleted_by_age: 0,
+                deleted_by_size: 0,
             })
         })
     }

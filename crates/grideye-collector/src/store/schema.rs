@@ -1,18 +1,22 @@
 //! The tables, and how a file is recognised as a store of this program.
 
 use super::StoreError;
+use super::upgrade::{self, Upgraded};
 use rusqlite::{Connection, TransactionBehavior};
+use std::path::Path;
 
 /// Marks the file as ours: "GEYE".
 const APPLICATION_ID: i64 = 0x4745_5945;
 /// The layout below.
-const LAYOUT: i64 = 2;
+pub(super) const LAYOUT: i64 = 3;
 
 /// `pending` holds groups of posts as they came, one row each, until the other tables have them (`sqlite/known.rs`);
 /// `kept_group` of a stream is the last that they have.
 /// `chunks` holds the rows of one stream in ascending order, many in one (`chunk.rs`), and old ones sealed: so one stream is
 /// read in one sweep. `frames` of a chunk are those with pixels. It has a rowid, because a search among keys that lie
 /// beside such rows reads all the rows that it passes; files of before have none and are read and written alike.
+/// `t_store_ns` of a chunk is the store time (`sqlite/time.rs`) at which its last row was stored; that of `counters` is the
+/// last that was kept, and what came before `t_aged_from_ns` is as old as that.
 /// `runs` holds the received numbers as runs, so that gaps are known without walking the chunks, and for ever.
 /// `counters` has the epoch, which ends when a recording starts or stops or is read while it runs, and the number of groups
 /// that were kept. Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
@@ -44,13 +48,14 @@ CREATE TABLE chunks (
     first_seq INTEGER NOT NULL,
     last_seq INTEGER NOT NULL,
     epoch INTEGER NOT NULL,
-    t_arrival_ns INTEGER NOT NULL,
+    t_store_ns INTEGER NOT NULL,
     frames INTEGER NOT NULL,
     is_sealed INTEGER NOT NULL CHECK (is_sealed IN (0, 1)),
     rows BLOB NOT NULL,
     PRIMARY KEY (stream_id, first_seq),
     CHECK (first_seq <= last_seq)
 ) STRICT;
+CREATE INDEX chunks_by_age ON chunks (t_store_ns, stream_id, first_seq);
 CREATE TABLE runs (
     stream_id INTEGER NOT NULL REFERENCES streams (id),
     first INTEGER NOT NULL,
@@ -76,9 +81,11 @@ CREATE TABLE recordings (
 ) STRICT;
 CREATE TABLE counters (
     epoch INTEGER NOT NULL,
-    groups INTEGER NOT NULL
+    groups INTEGER NOT NULL,
+    t_store_ns INTEGER NOT NULL DEFAULT 0,
+    t_aged_from_ns INTEGER NOT NULL DEFAULT 0
 ) STRICT;
-INSERT INTO counters VALUES (1, 0);
+INSERT INTO counters (epoch, groups) VALUES (1, 0);
 ";
 
 /// Beside the layout: what an older version of this program neither needs nor touches.
@@ -99,21 +106,29 @@ CREATE TABLE IF NOT EXISTS labels (
 ) STRICT, WITHOUT ROWID;
 ";
 
-/// Makes the tables in an empty file, or makes sure that they are there.
-pub(super) fn prepare(connection: &mut Connection) -> Result<(), StoreError> {
+/// Makes the tables in an empty file, upgrades those of an older layout, or makes sure that they are there.
+pub(super) fn prepare(
+    connection: &mut Connection,
+    file: &Path,
+) -> Result<Option<Upgraded>, StoreError> {
     let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
-    if recognise(&transaction)? == Found::Nothing {
-        transaction.execute_batch(TABLES)?;
-        transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
-        transaction.pragma_update(None, "user_version", LAYOUT)?;
+    let mut upgraded = None;
+    match recognise(&transaction)? {
+        Found::Nothing => {
+            transaction.execute_batch(TABLES)?;
+            transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
+            transaction.pragma_update(None, "user_version", LAYOUT)?;
+        }
+        Found::Older(from) => upgraded = Some(upgrade::upgrade(&transaction, file, from)?),
+        Found::Store => {}
     }
     add_what_is_written(&transaction)?;
     transaction.commit()?;
-    Ok(())
+    Ok(upgraded)
 }
 
 /// Makes the tables of notes and labels in a store of a version that had none.
-pub(super) fn add_what_is_written(connection: &Connection) -> Result<(), StoreError> {
+fn add_what_is_written(connection: &Connection) -> Result<(), StoreError> {
     connection.execute_batch(NOTES)?;
     Ok(connection.execute_batch(LABELS)?)
 }
@@ -125,6 +140,8 @@ pub(super) enum Found {
     Nothing,
     /// The tables above.
     Store,
+    /// Those of an older layout that is read.
+    Older(i64),
 }
 
 /// Looks without changing anything, and refuses what is not ours to write.
@@ -135,10 +152,12 @@ pub(super) fn recognise(connection: &Connection) -> Result<Found, StoreError> {
     match (number("application_id")?, number("user_version")?) {
         (0, 0) if tables == 0 => Ok(Found::Nothing),
         (APPLICATION_ID, LAYOUT) => Ok(Found::Store),
-        (APPLICATION_ID, found) if found < LAYOUT => Err(StoreError::Older {
+        (APPLICATION_ID, found) if found < upgrade::OLDEST => Err(StoreError::Older {
             found,
+            oldest: upgrade::OLDEST,
             known: LAYOUT,
         }),
+        (APPLICATION_ID, found) if found < LAYOUT => Ok(Found::Older(found)),
         (APPLICATION_ID, found) => Err(StoreError::Newer {
             found,
             known: LAYOUT,

@@ -5,7 +5,9 @@ mod known;
 mod labels;
 mod pending;
 mod read;
+mod retain;
 mod tend;
+mod time;
 mod write;
 
 use super::plan::Taken;
@@ -14,10 +16,11 @@ use super::{
     Answer, Appended, FrameStore, KeptLabel, Label, Members, Recording, RecordingId, Span,
     StoreError, StoreLocation, StoreUsage, StoredRecord, StreamSummary, schema,
 };
-use crate::Limits;
+use crate::{Clock, Level, Limits, Log, LogEvent};
 use axum::body::Bytes;
 use grideye_recording::wire::Batch;
 pub(super) use read::rows_of;
+use retain::{DeletedCounts, Reason};
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use std::fs::OpenOptions;
 use std::io;
@@ -26,6 +29,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
+use time::StoreTime;
 use tokio::sync::Semaphore;
 use write::Writer;
 pub(super) use write::settle;
@@ -46,18 +50,53 @@ pub struct SqliteStore {
     readers: Arc<Mutex<Vec<Connection>>>,
     readers_free: Arc<Semaphore>,
     fault: WriteFault,
+    deleted: Arc<DeletedCounts>,
     limits: Limits,
 }
 
 impl SqliteStore {
-    /// Opens the store, or makes it where none is.
+    /// Opens the store, or makes it where none is. It has no clock: nothing grows old, so nothing is sealed or deleted.
     ///
     /// # Errors
-    /// [`StoreError::Unusable`], [`StoreError::NotADatabase`], [`StoreError::Foreign`], [`StoreError::Newer`].
+    /// As [`SqliteStore::open_tended`].
     pub fn open(location: &StoreLocation, limits: &Limits) -> Result<Self, StoreError> {
+        Self::open_with(location, limits, None, &Log::silent())
+    }
+
+    /// Opens the store, or makes it where none is. Frames grow old by the clock's monotonic time, which is kept in the file
+    /// and goes on from there; what is deleted is logged. A file of an older layout is copied and upgraded.
+    ///
+    /// # Errors
+    /// [`StoreError::Unusable`], [`StoreError::NotADatabase`], [`StoreError::Foreign`], [`StoreError::Newer`],
+    /// [`StoreError::Older`], [`StoreError::NoRoomForBackup`], [`StoreError::BackupInTheWay`].
+    pub fn open_tended(
+        location: &StoreLocation,
+        limits: &Limits,
+        clock: &Arc<dyn Clock>,
+        log: &Log,
+    ) -> Result<Self, StoreError> {
+        Self::open_with(location, limits, Some(Arc::clone(clock)), log)
+    }
+
+    fn open_with(
+        location: &StoreLocation,
+        limits: &Limits,
+        clock: Option<Arc<dyn Clock>>,
+        log: &Log,
+    ) -> Result<Self, StoreError> {
         let place = Place::of(location)?;
         let mut connection = place.connect(limits)?;
-        schema::prepare(&mut connection)?;
+        if let Some(upgraded) = schema::prepare(&mut connection, Path::new(&place.name))? {
+            log.say(
+                &LogEvent::new(Level::Info, "store_upgraded")
+                    .with("from", upgraded.from)
+                    .with("to", schema::LAYOUT)
+                    .with("backup", upgraded.backup.display()),
+            );
+        }
+        if let Some(bytes_max) = limits.store_bytes_max {
+            set_quota(&connection, bytes_max)?;
+        }
         connection.pragma_update(None, "wal_autocheckpoint", CHECKPOINT_PAGES)?;
         connection.pragma_update(None, "cache_size", -CACHE_KIB)?;
         let readers = (0..limits.readers_max.max(1))
@@ -65,7 +104,10 @@ impl SqliteStore {
             .collect::<Result<Vec<_>, _>>()?;
         let (queue, commands) = Queue::new(limits.writer_queue_max);
         let fault = WriteFault::default();
-        let writer = Writer::new(connection, limits.clone(), fault.clone());
+        let time = StoreTime::open(&connection, clock)?;
+        let writer = Writer::new(connection, limits.clone(), fault.clone(), time, log.clone());
+        writer.try_to_write();
+        let deleted = writer.deleted();
         let thread = std::thread::Builder::new()
             .name("store-writer".to_owned())
             .spawn(move || writer.run(commands))
@@ -76,6 +118,7 @@ impl SqliteStore {
             readers_free: Arc::new(Semaphore::new(readers.len())),
             readers: Arc::new(Mutex::new(readers)),
             fault,
+            deleted,
             limits: limits.clone(),
         })
     }
@@ -218,10 +261,14 @@ impl FrameStore for SqliteStore {
     }
 
     fn usage(&self) -> Answer<'_, StoreUsage> {
-        self.query(|connection, limits| {
+        let deleted = |reason| self.deleted.frames(reason);
+        let (deleted_by_age, deleted_by_size) = (deleted(Reason::Age), deleted(Reason::Size));
+        self.query(move |connection, limits| {
             Ok(StoreUsage {
                 bytes: read::bytes(connection)?,
                 bytes_max: limits.store_bytes_max,
+                deleted_by_age,
+                deleted_by_size,
             })
         })
     }
@@ -305,9 +352,6 @@ impl Place {
         }
         connection.pragma_update(None, "synchronous", "FULL")?;
         connection.pragma_update(None, "foreign_keys", true)?;
-        if let Some(bytes_max) = limits.store_bytes_max {
-            set_quota(&connection, bytes_max)?;
-        }
         Ok(connection)
     }
 }

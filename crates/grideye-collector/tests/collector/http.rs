@@ -84,7 +84,7 @@ impl Server {
         Self::on(store, limits).await
     }
 
-    async fn on(store: Arc<SqliteStore>, limits: Limits) -> Self {
+    pub(crate) async fn on(store: Arc<SqliteStore>, limits: Limits) -> Self {
         let clock = Arc::new(HandClock::default());
         let state = AppState::new(store.clone(), limits, clock.clone())
             .await
@@ -137,7 +137,7 @@ impl Server {
     }
 }
 
-fn request(method: Method, path: &str, body: Body) -> Request<Body> {
+pub(crate) fn request(method: Method, path: &str, body: Body) -> Request<Body> {
     Request::builder()
         .method(method)
         .uri(path)

@@ -7,13 +7,21 @@ mod annexes;
 #[cfg(test)]
 mod batches;
 #[cfg(test)]
+mod clocks;
+#[cfg(test)]
+mod disks;
+#[cfg(test)]
 mod http;
+#[cfg(test)]
+mod layouts;
 #[cfg(test)]
 #[expect(unreachable_pub, reason = "the tests of the whole share this file")]
 #[path = "../../../../tests/src/postgres.rs"]
 mod postgres;
 #[cfg(test)]
 mod recordings;
+#[cfg(test)]
+mod retain;
 #[cfg(test)]
 mod settle;
 #[cfg(test)]

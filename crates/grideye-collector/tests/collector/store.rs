@@ -842,9 +842,9 @@ fn what_is_no_store_is_refused_and_left_as_it_is() {
     drop(open(&StoreLocation::File(newer.clone())));
     rusqlite::Connection::open(&newer)
         .unwrap()
-        .pragma_update(None, "user_version", 3)
+        .pragma_update(None, "user_version", 4)
         .unwrap();
-    assert!(refusal(&newer).contains("layout 3"), "{}", refusal(&newer));
+    assert!(refusal(&newer).contains("layout 4"), "{}", refusal(&newer));
 
     assert!(
         refusal(folder.path()).contains("hint: "),

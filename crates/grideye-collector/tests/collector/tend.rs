@@ -1,8 +1,11 @@
-//! What becomes of rows in a file as they grow old: sealed, they read as before; let go, they are counted.
+//! What becomes of rows in a file as they grow old: sealed, they read as before; deleted, they are counted.
 
 use crate::batches::{account, batch, counted, frame, missing, numbered, part};
+use crate::clocks::{BEGIN_NS, Clocks, SECOND_NS};
 use grideye_collector::store::{Members, StoredRecord, StreamSummary};
-use grideye_collector::{FrameStore, Limits, SqliteStore, StoreError, StoreLocation};
+use grideye_collector::{
+    Clock as _, FrameStore, Limits, Log, SqliteStore, StoreError, StoreLocation,
+};
 use grideye_frame::{NoData, Reading};
 use grideye_recording::Record;
 use grideye_recording::linaige::{self, Date, stream_from_file_name};
@@ -11,21 +14,45 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-const SECOND_NS: i64 = 1_000_000_000;
-const BEGIN_NS: i64 = 1_700_000_000 * SECOND_NS;
-
-fn open(folder: &Path, limits: &Limits) -> SqliteStore {
-    let location = StoreLocation::File(folder.join("frames.sqlite"));
-    SqliteStore::open(&location, limits).unwrap()
+/// A store and its clocks.
+struct Tended {
+    store: SqliteStore,
+    clocks: Arc<Clocks>,
 }
 
-async fn append(store: &SqliteStore, batch: Batch, t_arrival_ns: i64) {
+impl std::ops::Deref for Tended {
+    type Target = SqliteStore;
+
+    fn deref(&self) -> &SqliteStore {
+        &self.store
+    }
+}
+
+fn open(folder: &Path, limits: &Limits) -> Tended {
+    let location = StoreLocation::File(folder.join("frames.sqlite"));
+    let clocks = Clocks::started_at(BEGIN_NS);
+    let store = SqliteStore::open_tended(&location, limits, &clocks.handed(), &Log::silent());
+    Tended {
+        store: store.unwrap(),
+        clocks,
+    }
+}
+
+/// Appends at this time, which the clocks come to.
+async fn append(store: &Tended, batch: Batch, t_arrival_ns: i64) {
+    let passed = t_arrival_ns.saturating_sub(store.clocks.utc_ns());
+    let passed = u64::try_from(passed).unwrap_or(0);
+    store.clocks.pass(Duration::from_nanos(passed));
     store.append(Arc::new(batch), t_arrival_ns).await.unwrap();
 }
 
-/// So many seconds pass in which nothing comes but an agent's empty post.
-async fn wait(store: &SqliteStore, from_ns: i64, seconds: i64) {
-    for second in 0..seconds {
+/// So many seconds pass in which nothing comes but an agent's empty posts.
+async fn wait(store: &Tended, from_ns: i64, seconds: i64) {
+    wait_in_steps(store, from_ns, seconds, 1).await;
+}
+
+async fn wait_in_steps(store: &Tended, from_ns: i64, seconds: i64, each: usize) {
+    for second in (0..seconds).step_by(each) {
         append(store, numbered([]), from_ns + second * SECOND_NS).await;
     }
 }
@@ -51,7 +78,7 @@ async fn everything(store: &SqliteStore, members: &Members, rows: usize) -> Vec<
 }
 
 /// Two sensors for ten minutes: posts of five, some missing frames, a gap that is filled late and one that stays.
-async fn ten_minutes(store: &SqliteStore) -> Vec<(Members, Vec<StoredRecord>)> {
+async fn ten_minutes(store: &Tended) -> Vec<(Members, Vec<StoredRecord>)> {
     let record = |seq: u64| match seq % 97 {
         13 => missing(
             seq,
@@ -130,7 +157,7 @@ async fn stream(store: &SqliteStore) -> StreamSummary {
 }
 
 #[tokio::test]
-async fn frames_that_are_too_old_are_let_go_and_counted_unless_they_are_recorded() {
+async fn frames_that_are_too_old_are_deleted_and_counted_unless_they_are_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let limits = Limits {
         seal_after: Duration::from_secs(60),
@@ -154,11 +181,11 @@ async fn frames_that_are_too_old_are_let_go_and_counted_unless_they_are_recorded
         let now_ns = BEGIN_NS + i64::try_from(post).unwrap() * SECOND_NS / 2;
         append(&store, all, now_ns).await;
     }
-    // An hour less a little later all are there; a little more than an hour later, those of the recording.
+    // An hour less a little later all are there; later, as fast as may be deleted, those of the recording.
     wait(&store, BEGIN_NS + 3500 * SECOND_NS, 60).await;
     let rows = "SELECT sum(last_seq - first_seq + 1) FROM chunks";
     assert_eq!(sql(folder.path(), rows), 2000);
-    wait(&store, BEGIN_NS + 3900 * SECOND_NS, 200).await;
+    wait_in_steps(&store, BEGIN_NS + 3900 * SECOND_NS, 4000, 10).await;
     assert_eq!(sql(folder.path(), rows), 500);
     let books = stream(&store).await;
     assert_eq!(
@@ -170,8 +197,8 @@ async fn frames_that_are_too_old_are_let_go_and_counted_unless_they_are_recorded
     let kept = everything(&store, &members, 512).await;
     let seqs: Vec<u64> = kept.iter().map(|stored| stored.record.seq).collect();
     assert!(seqs == (500..1000).collect::<Vec<_>>());
-    // A number that was let go stays known.
-    append(&store, numbered(0..10), BEGIN_NS + 4200 * SECOND_NS).await;
+    // A number that was deleted stays known.
+    append(&store, numbered(0..10), BEGIN_NS + 8000 * SECOND_NS).await;
     assert_eq!(sql(folder.path(), rows), 500);
     assert_eq!(stream(&store).await.stored, 2000);
     // And so it is found when the file is opened again.
@@ -181,7 +208,7 @@ async fn frames_that_are_too_old_are_let_go_and_counted_unless_they_are_recorded
 }
 
 #[tokio::test]
-async fn a_file_without_room_lets_go_of_the_oldest_frames() {
+async fn the_oldest_frames_of_a_file_without_room_are_deleted() {
     const ROOM: i64 = 1_500_000;
     let folder = tempfile::tempdir().unwrap();
     let limits = Limits {
@@ -200,6 +227,11 @@ async fn a_file_without_room_lets_go_of_the_oldest_frames() {
     let books = stream(&store).await;
     assert_eq!(books.stored, 20_000);
     assert!(books.expired > 5000, "{}", books.expired);
+    let usage = store.usage().await.unwrap();
+    assert_eq!(
+        (usage.deleted_by_age, usage.deleted_by_size),
+        (0, books.expired)
+    );
     // The newest are there.
     let kept = sql(
         folder.path(),

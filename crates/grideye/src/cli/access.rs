@@ -27,14 +27,16 @@ pub(crate) struct Collect {
     /// With k, M, G or T, powers of 1024; by default what the disk has.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub(crate) store_quota: Option<u64>,
-    /// Let go of older frames of no recording.
+    /// Delete older frames of no recording.
     ///
-    /// Those that arrived more days ago and belong to no recording, of a store in a file.
+    /// Of a store in a file. Days without a collector do not count; no clock can make frames old, and no more than a tenth
+    /// of the store is deleted in a fortieth of the time.
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u64).range(1..=36_500))]
     pub(crate) keep_days: Option<u64>,
-    /// Let go of the oldest beyond, with k, M, G, T.
+    /// Delete the oldest beyond, with k, M, G, T.
     ///
-    /// Of those that belong to no recording, when the file holds more.
+    /// Those that belong to no recording, when the file holds more; in an hour at most a tenth of the store, and twice what
+    /// came.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub(crate) keep_bytes: Option<u64>,
     #[command(flatten)]

@@ -97,13 +97,13 @@ impl SourceStream {
 impl Source {
     pub(super) fn open(file: &Path, limits: &Limits) -> Result<Self, StoreError> {
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        let connection = Connection::open_with_flags(file, flags)?;
+        let mut connection = Connection::open_with_flags(file, flags)?;
         connection.busy_timeout(limits.store_lock_time_max)?;
         if schema::recognise(&connection)? == schema::Found::Nothing {
             return Err(StoreError::Foreign);
         }
+        schema::prepare(&mut connection, file)?;
         sqlite::settle(&connection, limits)?;
-        schema::add_what_is_written(&connection)?;
         // The lock stays with the connection: nobody adds to the file while it is copied.
         connection.execute_batch("BEGIN IMMEDIATE")?;
         let streams = streams(&connection)?;

@@ -11,6 +11,7 @@
 //! stream's pages are written once for many posts. Whoever reads the tables asks for all to be settled first. A writer that
 //! finds rows in `pending`, after a crash or when another program has written, takes them in as if they came now.
 
+use super::retain::Deleted;
 use super::{pending, read};
 use crate::Limits;
 use crate::account;
@@ -52,6 +53,8 @@ pub(super) struct Known {
     /// Groups in `pending`, and the bytes of each.
     pending: VecDeque<(i64, u64)>,
     pending_bytes: u64,
+    /// The store time at which rows come into the tables.
+    now_ns: i64,
 }
 
 /// A stream that the tables lag behind.
@@ -70,8 +73,20 @@ impl Known {
         Ok(())
     }
 
-    /// Takes note of frames that were let go, by the number of their stream.
-    pub(super) fn expire(&mut self, frames: &HashMap<i64, i64>) {
+    /// From now on, rows come into the tables at this store time.
+    pub(super) fn set_time(&mut self, now_ns: i64) {
+        self.now_ns = now_ns;
+    }
+
+    /// Takes note of frames that were deleted.
+    pub(super) fn forget_deleted(&mut self, deleted: &[Deleted]) {
+        if deleted.is_empty() {
+            return;
+        }
+        let mut frames = HashMap::new();
+        for part in deleted {
+            *frames.entry(part.key).or_insert(0) += part.frames;
+        }
         for state in self.streams.values_mut() {
             state.expired += frames.get(&state.key).copied().unwrap_or(0);
         }
@@ -82,7 +97,10 @@ impl Known {
         let mut statement = connection.prepare_cached("PRAGMA data_version")?;
         let version = statement.query_row([], |row| row.get(0))?;
         if version != self.version {
-            *self = Self::default();
+            *self = Self {
+                now_ns: self.now_ns,
+                ..Self::default()
+            };
             let sql = "SELECT epoch, groups FROM counters";
             (self.epoch, self.group) =
                 connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;
@@ -335,8 +353,13 @@ impl Known {
         let Some(oldest) = self.unsettled.pop_front() else {
             return Ok(false);
         };
+        let now = Now {
+            epoch: self.epoch,
+            group: self.group,
+            t_store_ns: self.now_ns,
+        };
         if let Some(state) = self.streams.get_mut(&oldest.id) {
-            save(connection, state, self.epoch, self.group)?;
+            save(connection, state, now)?;
             self.rows -= state.rows_noted;
             state.settle();
         }
@@ -358,14 +381,18 @@ impl Known {
     }
 }
 
-/// Writes what changed of a stream.
-fn save(
-    connection: &Connection,
-    state: &StreamState,
+/// Where rows stand that come into the tables now.
+#[derive(Debug, Clone, Copy)]
+struct Now {
     epoch: i64,
     group: i64,
-) -> Result<(), StoreError> {
-    save_frames(connection, state, epoch)?;
+    t_store_ns: i64,
+}
+
+/// Writes what changed of a stream.
+fn save(connection: &Connection, state: &StreamState, now: Now) -> Result<(), StoreError> {
+    let Now { epoch, group, .. } = now;
+    save_frames(connection, state, now)?;
     save_runs(connection, state)?;
     if let Some((first, last, stored, missing)) = state.share() {
         connection
@@ -397,9 +424,9 @@ fn save(
     Ok(())
 }
 
-fn save_frames(connection: &Connection, state: &StreamState, epoch: i64) -> Result<(), StoreError> {
+fn save_frames(connection: &Connection, state: &StreamState, now: Now) -> Result<(), StoreError> {
     let mut insert = connection.prepare_cached(
-        "INSERT INTO chunks (stream_id, first_seq, last_seq, epoch, t_arrival_ns, frames, is_sealed, rows)
+        "INSERT INTO chunks (stream_id, first_seq, last_seq, epoch, t_store_ns, frames, is_sealed, rows)
          VALUES (?, ?, ?, ?, ?, ?, 0, ?)",
     )?;
     for chunk in chunk::cut(state.fresh.iter()) {
@@ -407,8 +434,8 @@ fn save_frames(connection: &Connection, state: &StreamState, epoch: i64) -> Resu
             state.key,
             fitting("seq", chunk.first_seq)?,
             fitting("seq", chunk.last_seq)?,
-            epoch,
-            chunk.t_arrival_ns,
+            now.epoch,
+            now.t_store_ns,
             chunk.frames,
             chunk.rows
         ])?;

@@ -374,7 +374,7 @@ fn stored_record(stream: &Arc<StreamId>, row: &SealedRow) -> StoredRecord {
     }
 }
 
-fn stream_id(row: &Row<'_>, first: usize) -> rusqlite::Result<StreamId> {
+pub(super) fn stream_id(row: &Row<'_>, first: usize) -> rusqlite::Result<StreamId> {
     Ok(StreamId {
         device: row.get(first)?,
         sensor: row.get(first + 1)?,

@@ -5,14 +5,17 @@
 //! written (`PRAGMA data_version`).
 
 use super::known::Known;
+use super::retain::DeletedCounts;
 use super::tend::Tender;
+use super::time::{self, StoreTime};
 use super::{labels, read};
-use crate::Limits;
 use crate::store::plan::Taken;
 use crate::store::queue::{Command, Reply, WriteFault};
 use crate::store::row::count;
 use crate::store::{Appended, Recording, RecordingId, StoreError};
+use crate::{Limits, Log};
 use rusqlite::{Connection, OptionalExtension as _, params};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc;
 
@@ -25,6 +28,11 @@ const GROUP_ROOM: u64 = 8 * 1024 * 1024;
 const GATHER: Duration = Duration::from_micros(150);
 const GATHER_FROM: usize = 4;
 
+/// Takes the room of a post, and gives it back.
+const TAKE_ROOM: &str =
+    "SAVEPOINT room; INSERT INTO pending (id, batches) VALUES (-1, zeroblob(65536));
+                         ROLLBACK TO room; RELEASE room";
+
 /// The thread's own state.
 pub(super) struct Writer {
     connection: Connection,
@@ -32,17 +40,46 @@ pub(super) struct Writer {
     fault: WriteFault,
     known: Known,
     tender: Tender,
+    time: StoreTime,
+    deleted: Arc<DeletedCounts>,
+    log: Log,
 }
 
 impl Writer {
-    pub(super) fn new(connection: Connection, limits: Limits, fault: WriteFault) -> Self {
+    pub(super) fn new(
+        connection: Connection,
+        limits: Limits,
+        fault: WriteFault,
+        time: StoreTime,
+        log: Log,
+    ) -> Self {
         Self {
             connection,
             limits,
             fault,
             known: Known::default(),
             tender: Tender::default(),
+            time,
+            deleted: Arc::default(),
+            log,
         }
+    }
+
+    /// What it deleted, in numbers.
+    pub(super) fn deleted(&self) -> Arc<DeletedCounts> {
+        Arc::clone(&self.deleted)
+    }
+
+    /// Tries whether a post would find room below the quota, and whether the disk takes a write: a store that cannot be
+    /// written is ill before the first post is refused.
+    pub(super) fn try_to_write(&self) {
+        let now_ns = self.time.now_ns();
+        let tried = transact(&self.connection, |transaction| {
+            transaction.execute_batch(TAKE_ROOM)?;
+            time::keep(transaction, now_ns)
+        });
+        let error = tried.err().map(|error| self.told_from_a_full_disk(error));
+        self.fault.set(error);
     }
 
     /// Serves until every sender is gone and the queue is empty, then folds the log into the file.
@@ -69,9 +106,8 @@ impl Writer {
             }
             len_before = group.len();
             if !group.is_empty() {
-                let now_ns = group.iter().map(|(taken, _)| taken.t_arrival_ns).max();
                 self.append(group);
-                self.tend(now_ns.unwrap_or(0));
+                self.tend();
             }
             if let Some(command) = boundary {
                 self.set_boundary(command);
@@ -79,7 +115,8 @@ impl Writer {
             next = queue.blocking_recv();
         }
         // Only tidies: what was acknowledged is in the file or its log already.
-        let _ = self.settled(|_| Ok(()));
+        let now_ns = self.time.now_ns();
+        let _ = self.settled(|transaction| time::keep(transaction, now_ns));
         let _ = self
             .connection
             .query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(()));
@@ -93,7 +130,12 @@ impl Writer {
         // Let go of first, so that who waits finds the post its own again.
         drop(taken);
         let outcome = outcome.map_err(|error| self.told_from_a_full_disk(error));
-        self.fault.set(outcome.as_ref().err().cloned());
+        match &outcome {
+            Err(error) => self.fault.set(Some(error.clone())),
+            // Where every batch was refused for what it says, nothing was written.
+            Ok(appended) if appended.iter().any(Result::is_ok) => self.fault.set(None),
+            Ok(_) => {}
+        }
         match outcome {
             Ok(appended) => {
                 for (reply, appended) in replies.into_iter().zip(appended) {
@@ -115,6 +157,7 @@ impl Writer {
         work: impl FnOnce(&Connection, &mut Known, &Limits) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
         let mut known = std::mem::take(&mut self.known);
+        known.set_time(self.time.now_ns());
         let limits = &self.limits;
         let done = transact(&self.connection, |transaction| {
             work(transaction, &mut known, limits)
@@ -136,8 +179,9 @@ impl Writer {
         })
     }
 
-    /// Seals and lets go of a little of what is old. The time is that of the newest arrival: no clock is read here.
-    fn tend(&mut self, now_ns: i64) {
+    /// Seals and deletes a little of what is old.
+    fn tend(&mut self) {
+        let now_ns = self.time.now_ns();
         if !self.tender.is_due(now_ns) {
             return;
         }
@@ -146,7 +190,13 @@ impl Writer {
             tender.step(transaction, now_ns, limits)
         });
         match tended {
-            Ok(expired) => self.known.expire(&expired),
+            Ok(deleted) => {
+                self.known.forget_deleted(&deleted);
+                for part in deleted {
+                    self.deleted.add(&part);
+                    self.log.say(&part.event());
+                }
+            }
             Err(error) => self.fault.set(Some(error)),
         }
     }
@@ -198,7 +248,10 @@ impl Writer {
             }
             Command::Settle { reply } => {
                 let settled = self.settled(|_| Ok(()));
-                self.note(settled.as_ref().err());
+                if settled.is_err() {
+                    // Where there was nothing to settle, nothing was written: that the store can write is not shown.
+                    self.note(settled.as_ref().err());
+                }
                 let _ = reply.send(settled);
             }
             // Appends are taken in groups, and never come here.
@@ -224,17 +277,20 @@ impl Writer {
             .is_ok_and(|bytes| bytes.saturating_add(GROUP_ROOM) >= bytes_max)
     }
 
-    /// A request that is refused for what it says is no fault of the store.
+    /// A request that is refused for what it says is no fault of the store, and writes nothing.
     fn note(&self, error: Option<&StoreError>) {
-        let fault = error.filter(|error| is_of_the_database(error));
-        self.fault.set(fault.cloned());
+        if error.is_none_or(is_of_the_database) {
+            self.fault.set(error.cloned());
+        }
     }
 }
 
 /// Brings the tables of a file up to all that was ever acknowledged, for a reader of its own.
 pub(in crate::store) fn settle(connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
     transact(connection, |transaction| {
-        Known::default().settle_all(transaction, limits)
+        let mut known = Known::default();
+        known.set_time(time::kept(transaction)?);
+        known.settle_all(transaction, limits)
     })
 }
 

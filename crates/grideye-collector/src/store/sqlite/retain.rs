@@ -1,0 +1,318 @@
+//! Deletes frames that are too old, or for which the file is too small; never those of a recording.
+//!
+//! Age is told by store time (`time.rs`). However far a clock or a person was wrong, only a share of the store is deleted
+//! in a time, and each deletion is reported: so there is time to notice. A number that was deleted stays known: the same
+//! frame again changes nothing.
+
+use super::read;
+use super::time::nanoseconds;
+use crate::Limits;
+use crate::log::{Level, LogEvent};
+use crate::store::StoreError;
+use grideye_recording::StreamId;
+use rusqlite::{Connection, params};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Of the frames in the store, one in so many is deleted at once at most, after a time in which nothing was deleted.
+const SHARE_AT_ONCE: i128 = 20;
+/// Frames are deleted at most so many times as fast as they grow old where they come evenly. With the share above: at most
+/// a tenth of the store in a fortieth of [`Limits::keep_for`].
+const TIMES_AS_FAST: i128 = 2;
+/// For want of room, a twentieth of the store is deleted in so long, and besides so many times what came.
+const SHARE_EVERY_NS: i128 = 3_600_000_000_000;
+/// Deletion waits until there is so much of it: a hundredth of the time or the room. So it is reported in few lines.
+const GRAINS: i64 = 100;
+/// Chunks that are deleted in a step at most, because posts wait meanwhile.
+const DELETED_MAX: usize = 64;
+/// Chunks that are looked at in a step at most.
+const VISITS_MAX: usize = 1024;
+
+/// Whether the chunk `c` belongs to a recording.
+const IS_RECORDED: &str = "EXISTS (
+    SELECT * FROM recordings r WHERE c.epoch > r.after_epoch AND c.epoch <= coalesce(r.through_epoch, c.epoch))";
+
+/// Why frames were deleted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reason {
+    /// They were older than [`Limits::keep_for`].
+    Age,
+    /// The file was larger than [`Limits::keep_bytes`].
+    Size,
+}
+
+impl Reason {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Age => "age",
+            Self::Size => "size",
+        }
+    }
+}
+
+/// Frames of one stream that were deleted together.
+#[derive(Debug)]
+pub(super) struct Deleted {
+    reason: Reason,
+    /// The number of the stream.
+    pub(super) key: i64,
+    id: StreamId,
+    first_seq: i64,
+    last_seq: i64,
+    pub(super) frames: i64,
+}
+
+impl Deleted {
+    pub(super) fn event(&self) -> LogEvent {
+        LogEvent::new(Level::Info, "frames_deleted")
+            .with("reason", self.reason.name())
+            .with("device", &self.id.device)
+            .with("sensor", &self.id.sensor)
+            .with("boot", &self.id.boot)
+            .with("first_seq", self.first_seq)
+            .with("last_seq", self.last_seq)
+            .with("frames", self.frames)
+    }
+}
+
+/// Frames that were deleted since the start, by reason.
+#[derive(Debug, Default)]
+pub(super) struct DeletedCounts {
+    by_age: AtomicU64,
+    by_size: AtomicU64,
+}
+
+impl DeletedCounts {
+    fn of(&self, reason: Reason) -> &AtomicU64 {
+        match reason {
+            Reason::Age => &self.by_age,
+            Reason::Size => &self.by_size,
+        }
+    }
+
+    pub(super) fn add(&self, deleted: &Deleted) {
+        let frames = deleted.frames.unsigned_abs();
+        self.of(deleted.reason).fetch_add(frames, Ordering::Relaxed);
+    }
+
+    pub(super) fn frames(&self, reason: Reason) -> u64 {
+        self.of(reason).load(Ordering::Relaxed)
+    }
+}
+
+/// How many frames may be deleted, in millionths: what is gained with time and spent on chunks. A chunk is deleted whole, so
+/// that it may be below 0 for a while.
+#[derive(Debug, Default)]
+struct Allowance(i128);
+
+impl Allowance {
+    const FRAME: i128 = 1_000_000;
+
+    fn gain(&mut self, millionths: i128, frames_max: i128) {
+        self.0 = self.0.saturating_add(millionths);
+        self.0 = self.0.min(frames_max.saturating_mul(Self::FRAME));
+    }
+
+    fn spend(&mut self, frames: i64) {
+        self.0 -= i128::from(frames) * Self::FRAME;
+    }
+}
+
+/// The place of a chunk in the order of age: store time, stream, first number.
+type Place = (i64, i64, i64);
+
+/// What is deleted, and how far that came.
+#[derive(Debug)]
+pub(super) struct Retention {
+    /// All chunks up to here that are left belong to recordings, for good.
+    looked_through: Place,
+    by_age: Allowance,
+    by_size: Allowance,
+    /// When it was last measured, and how many frames had ever been stored.
+    measured: Option<(i64, i64)>,
+    /// What was stored before this time was brought in from an older layout: it is as old as the end of this time.
+    aged_from_ns: i64,
+    /// The file is too large until it is no larger than this.
+    shrink_to: Option<u64>,
+}
+
+impl Default for Retention {
+    fn default() -> Self {
+        Self {
+            looked_through: (i64::MIN, i64::MIN, i64::MIN),
+            by_age: Allowance::default(),
+            by_size: Allowance::default(),
+            measured: None,
+            aged_from_ns: 0,
+            shrink_to: None,
+        }
+    }
+}
+
+impl Retention {
+    /// At the beginning of a round: how much may be deleted.
+    pub(super) fn measure(
+        &mut self,
+        connection: &Connection,
+        now_ns: i64,
+        limits: &Limits,
+    ) -> Result<(), StoreError> {
+        let sql = "SELECT coalesce(sum(stored), 0), coalesce(sum(expired), 0),
+                          (SELECT t_aged_from_ns FROM counters) FROM streams";
+        let (stored, deleted, aged_from_ns): (i64, i64, i64) = connection
+            .prepare_cached(sql)?
+            .query_row([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))?;
+        self.aged_from_ns = aged_from_ns;
+        let frames = i128::from(stored.saturating_sub(deleted)).max(1);
+        let at_once = (frames / SHARE_AT_ONCE).max(1);
+        if let Some((measured_ns, stored_then)) = self.measured.replace((now_ns, stored)) {
+            let passed = i128::from(now_ns.saturating_sub(measured_ns));
+            let came = TIMES_AS_FAST * i128::from(stored.saturating_sub(stored_then).max(0));
+            if let Some(keep_for) = limits.keep_for {
+                let grown_old = frames * TIMES_AS_FAST * passed * Allowance::FRAME;
+                let keep_ns = i128::from(nanoseconds(keep_for)).max(1);
+                self.by_age.gain(grown_old / keep_ns, at_once);
+            }
+            let share = at_once * passed * Allowance::FRAME / SHARE_EVERY_NS;
+            self.by_size.gain(share, at_once);
+            self.by_size
+                .gain(came * Allowance::FRAME, at_once.saturating_add(came));
+        }
+        if let Some(bytes_max) = limits.keep_bytes
+            && read::bytes_used(connection)? > bytes_max
+        {
+            self.shrink_to = Some(bytes_max - bytes_max / GRAINS.unsigned_abs());
+        }
+        Ok(())
+    }
+
+    /// Deletes a little; whether that is all for this round.
+    pub(super) fn delete(
+        &mut self,
+        connection: &Connection,
+        now_ns: i64,
+        limits: &Limits,
+    ) -> Result<(Vec<Deleted>, bool), StoreError> {
+        let mut step = Step {
+            connection,
+            deleted: Vec::new(),
+            chunks_left: DELETED_MAX,
+            visits_left: VISITS_MAX,
+        };
+        if let Some(before_ns) = self.too_old_before(now_ns, limits) {
+            while self.by_age.0 > 0
+                && let Some(place) = step.oldest(&mut self.looked_through, before_ns)?
+            {
+                step.delete(place, before_ns, Reason::Age, &mut self.by_age)?;
+            }
+        }
+        while let Some(bytes_max) = self.shrink_to {
+            if read::bytes_used(connection)? <= bytes_max {
+                self.shrink_to = None;
+                break;
+            }
+            if self.by_size.0 <= 0 {
+                break;
+            }
+            let Some(place) = step.oldest(&mut self.looked_through, i64::MAX)? else {
+                break;
+            };
+            let grain = now_ns.saturating_sub(place.0) / GRAINS;
+            let before_ns = place.0.saturating_add(grain.max(0)).saturating_add(1);
+            step.delete(place, before_ns, Reason::Size, &mut self.by_size)?;
+        }
+        let is_done = step.chunks_left > 0 && step.visits_left > 0;
+        Ok((step.deleted, is_done))
+    }
+
+    /// What was stored before this time is too old.
+    fn too_old_before(&self, now_ns: i64, limits: &Limits) -> Option<i64> {
+        let keep_ns = nanoseconds(limits.keep_for?);
+        let grain = (keep_ns / GRAINS).max(1);
+        let before_ns = now_ns.saturating_sub(keep_ns).div_euclid(grain) * grain;
+        (before_ns > self.aged_from_ns).then_some(before_ns)
+    }
+}
+
+/// One step of deletion.
+struct Step<'c> {
+    connection: &'c Connection,
+    deleted: Vec<Deleted>,
+    chunks_left: usize,
+    visits_left: usize,
+}
+
+impl Step<'_> {
+    /// The oldest chunk of no recording that was stored before this time, as far as this step goes.
+    fn oldest(
+        &mut self,
+        looked_through: &mut Place,
+        before_ns: i64,
+    ) -> Result<Option<Place>, StoreError> {
+        if self.chunks_left == 0 {
+            return Ok(None);
+        }
+        let mut statement = self.connection.prepare_cached(&format!(
+            "SELECT t_store_ns, stream_id, first_seq, {IS_RECORDED} FROM chunks c
+             WHERE (t_store_ns, stream_id, first_seq) > (?, ?, ?) AND t_store_ns < ?
+             ORDER BY t_store_ns, stream_id, first_seq"
+        ))?;
+        let (t_store_ns, key, first_seq) = *looked_through;
+        let mut rows = statement.query(params![t_store_ns, key, first_seq, before_ns])?;
+        while self.visits_left > 0 {
+            let Some(row) = rows.next()? else { break };
+            self.visits_left -= 1;
+            let place = (row.get(0)?, row.get(1)?, row.get(2)?);
+            if !row.get::<_, bool>(3)? {
+                return Ok(Some(place));
+            }
+            *looked_through = place;
+        }
+        Ok(None)
+    }
+
+    /// Deletes a chunk, and those of its stream that follow it and were stored before this time.
+    fn delete(
+        &mut self,
+        (_, key, first_seq): Place,
+        before_ns: i64,
+        reason: Reason,
+        allowance: &mut Allowance,
+    ) -> Result<(), StoreError> {
+        let mut statement = self.connection.prepare_cached(&format!(
+            "SELECT last_seq, frames, t_store_ns, {IS_RECORDED} FROM chunks c
+             WHERE stream_id = ? AND first_seq >= ? ORDER BY first_seq"
+        ))?;
+        let mut rows = statement.query(params![key, first_seq])?;
+        let (mut last_seq, mut frames) = (first_seq, 0);
+        while self.chunks_left > 0 && allowance.0 > 0 {
+            let Some(row) = rows.next()? else { break };
+            if row.get::<_, i64>(2)? >= before_ns || row.get::<_, bool>(3)? {
+                break;
+            }
+            last_seq = row.get(0)?;
+            let of_chunk: i64 = row.get(1)?;
+            frames += of_chunk;
+            allowance.spend(of_chunk);
+            self.chunks_left -= 1;
+        }
+        drop(rows);
+        self.connection
+            .prepare_cached("DELETE FROM chunks WHERE stream_id = ? AND first_seq BETWEEN ? AND ?")?
+            .execute(params![key, first_seq, last_seq])?;
+        let id = self
+            .connection
+            .prepare_cached(
+                "UPDATE streams SET expired = expired + ? WHERE id = ? RETURNING device, sensor, boot",
+            )?
+            .query_row(params![frames, key], |row| read::stream_id(row, 0))?;
+        self.deleted.push(Deleted {
+            reason,
+            key,
+            id,
+            first_seq,
+            last_seq,
+            frames,
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,60 @@
+//! The time by which frames in a file grow old.
+//!
+//! It is no wall clock: it runs with the collector's monotonic clock, stands still while no collector runs, and is kept in
+//! the file, so that a restart goes on from there. So no step of the wall clock, forward or back, makes a frame old.
+
+use crate::Clock;
+use crate::store::StoreError;
+use rusqlite::Connection;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The store time of one writer.
+pub(super) struct StoreTime {
+    /// Without one, the time stands still: nothing grows old.
+    clock: Option<Arc<dyn Clock>>,
+    opened_at: Duration,
+    opened_at_ns: i64,
+}
+
+impl StoreTime {
+    /// Goes on from what the file has.
+    pub(super) fn open(
+        connection: &Connection,
+        clock: Option<Arc<dyn Clock>>,
+    ) -> Result<Self, StoreError> {
+        Ok(Self {
+            opened_at: monotonic(clock.as_ref()),
+            opened_at_ns: kept(connection)?,
+            clock,
+        })
+    }
+
+    pub(super) fn now_ns(&self) -> i64 {
+        let passed = monotonic(self.clock.as_ref()).saturating_sub(self.opened_at);
+        self.opened_at_ns.saturating_add(nanoseconds(passed))
+    }
+}
+
+fn monotonic(clock: Option<&Arc<dyn Clock>>) -> Duration {
+    clock.map_or(Duration::ZERO, |clock| clock.monotonic())
+}
+
+pub(super) fn nanoseconds(time: Duration) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
+}
+
+/// The store time that the file has.
+pub(super) fn kept(connection: &Connection) -> Result<i64, StoreError> {
+    let mut statement = connection.prepare_cached("SELECT t_store_ns FROM counters")?;
+    Ok(statement.query_row([], |row| row.get(0))?)
+}
+
+/// Keeps the time in the file. It always grows, because SQLite writes nothing where nothing changes, and this is also how a
+/// writer finds out whether it can write.
+pub(super) fn keep(connection: &Connection, now_ns: i64) -> Result<(), StoreError> {
+    connection
+        .prepare_cached("UPDATE counters SET t_store_ns = max(t_store_ns + (t_store_ns < 9223372036854775807), ?)")?
+        .execute([now_ns])?;
+    Ok(())
+}

@@ -1,0 +1,363 @@
+//! What is deleted from a store because it is old or takes too much room, and what no clock can delete.
+
+use crate::batches::{frame, numbered};
+use crate::clocks::{BEGIN_NS, Clocks};
+use crate::http::{Server, request};
+use crate::postgres;
+use axum::body::Body;
+use axum::http::Method;
+use grideye_collector::access::AccessFolder;
+use grideye_collector::store::{self, StreamSummary};
+use grideye_collector::{
+    AppState, Clock as _, FrameStore, Limits, Log, LogEvent, SqliteStore, StoreError,
+    StoreLocation, app,
+};
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+use tower::ServiceExt as _;
+
+const SECOND: Duration = Duration::from_secs(1);
+const MINUTE: Duration = Duration::from_secs(60);
+const HOUR: Duration = Duration::from_secs(3600);
+const DAY: Duration = Duration::from_secs(86_400);
+const DAY_NS: i64 = 86_400_000_000_000;
+
+fn file(folder: &Path) -> StoreLocation {
+    StoreLocation::File(folder.join("frames.sqlite"))
+}
+
+fn keep_for(time: Duration) -> Limits {
+    Limits {
+        keep_for: Some(time),
+        ..Limits::default()
+    }
+}
+
+/// What was logged.
+#[derive(Clone, Default)]
+struct Lines(Arc<Mutex<Vec<LogEvent>>>);
+
+impl Lines {
+    fn log(&self) -> Log {
+        let lines = Arc::clone(&self.0);
+        Log::new(move |event| lines.lock().unwrap().push(event.clone()))
+    }
+
+    /// Those of one kind.
+    fn of(&self, event: &str) -> Vec<LogEvent> {
+        let lines = self.0.lock().unwrap();
+        let of_kind = lines.iter().filter(|line| line.event == event);
+        of_kind.cloned().collect()
+    }
+}
+
+fn field(event: &LogEvent, name: &str) -> String {
+    let found = event.fields.iter().find(|(known, _)| *known == name);
+    found.unwrap().1.clone()
+}
+
+fn number(event: &LogEvent, name: &str) -> u64 {
+    field(event, name).parse().unwrap()
+}
+
+fn tended(
+    location: &StoreLocation,
+    limits: &Limits,
+    clocks: &Arc<Clocks>,
+    log: &Log,
+) -> SqliteStore {
+    SqliteStore::open_tended(location, limits, &clocks.handed(), log).unwrap()
+}
+
+async fn append(store: &dyn FrameStore, seqs: std::ops::Range<u64>, clocks: &Clocks) {
+    let batch = Arc::new(numbered(seqs));
+    store.append(batch, clocks.utc_ns()).await.unwrap();
+}
+
+/// Time passes in which nothing comes but an agent's empty posts.
+async fn wait(store: &dyn FrameStore, clocks: &Clocks, times: u32, each: Duration) {
+    for _ in 0..times {
+        clocks.pass(each);
+        append(store, 0..0, clocks).await;
+    }
+}
+
+async fn stream(store: &dyn FrameStore) -> StreamSummary {
+    store.streams().await.unwrap().remove(0)
+}
+
+/// The frames before this number are stored and none was deleted.
+async fn audit(what: &str, store: &dyn FrameStore, frames: u64, readable: impl Fn() -> String) {
+    let books = stream(store).await;
+    assert_eq!((books.stored, books.expired), (frames, 0), "{what}");
+    assert_eq!((books.never_came, &books.gaps[..]), (0, &[][..]), "{what}");
+    assert_eq!(readable(), frames.to_string(), "{what}");
+}
+
+/// The wall clock is set while the collector runs, and while it is off: the frames that were there stay, and can be read.
+async fn set_the_wall_clock(location: &StoreLocation, readable: impl Fn() -> String) {
+    let limits = Limits {
+        seal_after: MINUTE,
+        ..keep_for(12 * HOUR)
+    };
+    let log = Log::silent();
+    let mut clocks = Clocks::started_at(BEGIN_NS);
+    let opened = store::open(location, &limits, &clocks.handed(), &log).await;
+    let mut store = opened.unwrap();
+    let mut frames = 0;
+    for (what, utc_ns) in [
+        ("a good clock", BEGIN_NS),
+        ("a day ahead", BEGIN_NS + DAY_NS),
+        ("ten years ahead", BEGIN_NS + 3653 * DAY_NS),
+        ("back", BEGIN_NS),
+        ("a day behind", BEGIN_NS - DAY_NS),
+        ("1970", 0),
+        ("back again", BEGIN_NS),
+    ] {
+        for is_restarted in [false, true] {
+            clocks.set_wall(utc_ns);
+            if is_restarted {
+                store.close().await.unwrap();
+                clocks = Clocks::started_at(utc_ns);
+                let opened = store::open(location, &limits, &clocks.handed(), &log).await;
+                store = opened.unwrap();
+            }
+            for _ in 0..10 {
+                clocks.pass(15 * SECOND);
+                append(&*store, frames..frames + 5, &clocks).await;
+                frames += 5;
+            }
+            let what = format!("{what}, restarted: {is_restarted}");
+            audit(&what, &*store, frames, &readable).await;
+            // All of it once more changes nothing.
+            append(&*store, 0..frames, &clocks).await;
+            audit(&what, &*store, frames, &readable).await;
+        }
+    }
+    // Each frame can be read: what comes with its number and other content is refused.
+    for seq in 0..frames {
+        let mut other = numbered([seq]);
+        other.sensors[0].frames[0] = frame(seq + 1);
+        other.sensors[0].frames[0].seq = seq;
+        let refused = store.append(Arc::new(other), clocks.utc_ns()).await;
+        let is_refused = matches!(refused, Err(StoreError::Conflict { seq: of, .. }) if of == seq);
+        assert!(is_refused, "frame {seq} cannot be read");
+    }
+    store.close().await.unwrap();
+}
+
+#[tokio::test]
+async fn no_step_of_the_wall_clock_deletes_a_frame_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frames.sqlite");
+    let readable = || {
+        let connection = rusqlite::Connection::open(&path).unwrap();
+        let sql = "SELECT sum(frames) FROM chunks";
+        let frames: i64 = connection.query_row(sql, [], |row| row.get(0)).unwrap();
+        frames.to_string()
+    };
+    set_the_wall_clock(&file(folder.path()), readable).await;
+}
+
+#[tokio::test]
+async fn no_step_of_the_wall_clock_deletes_a_frame_from_postgres() {
+    let Some(cluster) = postgres::shared("steps of the clock, with PostgreSQL") else {
+        return;
+    };
+    let url = cluster.database();
+    let readable = || postgres::sql(&url, "SELECT count(*) FROM grideye.frames");
+    set_the_wall_clock(&url.parse().unwrap(), readable).await;
+}
+
+#[tokio::test]
+async fn frames_grow_old_while_a_collector_runs_and_not_while_none_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let (location, limits) = (file(folder.path()), keep_for(DAY));
+    let log = Log::silent();
+    let clocks = Clocks::started_at(BEGIN_NS);
+    let store = tended(&location, &limits, &clocks, &log);
+    append(&store, 0..200, &clocks).await;
+    wait(&store, &clocks, 1, 10 * SECOND).await;
+    wait(&store, &clocks, 20, HOUR).await;
+    store.close().await.unwrap();
+    // A month later by the wall clock.
+    let clocks = Clocks::started_at(BEGIN_NS + 30 * DAY_NS);
+    let store = tended(&location, &limits, &clocks, &log);
+    wait(&store, &clocks, 24, 10 * MINUTE).await;
+    assert_eq!(stream(&store).await.expired, 0, "a day old, and no older");
+    // Deletion waits for a hundredth of the time more, 14.4 minutes.
+    wait(&store, &clocks, 2, 10 * MINUTE).await;
+    assert_eq!(stream(&store).await.expired, 200);
+    // Killed, it goes on from the last round: it may be late, never early.
+    append(&store, 200..400, &clocks).await;
+    wait(&store, &clocks, 1, 10 * SECOND).await;
+    wait(&store, &clocks, 12, HOUR).await;
+    drop(store);
+    let clocks = Clocks::started_at(0);
+    let store = tended(&location, &limits, &clocks, &log);
+    wait(&store, &clocks, 12, HOUR - SECOND).await;
+    assert_eq!(stream(&store).await.expired, 200);
+    wait(&store, &clocks, 2, 10 * MINUTE).await;
+    assert_eq!(stream(&store).await.expired, 400);
+}
+
+/// `--keep-days 1` where 100 was meant, on a store of ten days: there is time to notice.
+#[tokio::test]
+async fn no_more_than_a_share_is_deleted_in_a_time_and_every_frame_of_it_is_logged_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let location = file(folder.path());
+    let clocks = Clocks::started_at(BEGIN_NS);
+    let unsealed = Limits {
+        seal_after: 100 * DAY,
+        ..Limits::default()
+    };
+    let store = tended(&location, &unsealed, &clocks, &Log::silent());
+    let mut frames = 0;
+    for _ in 0..480 {
+        append(&store, frames..frames + 5, &clocks).await;
+        frames += 5;
+        clocks.pass(30 * MINUTE);
+    }
+    store.close().await.unwrap();
+    let lines = Lines::default();
+    let limits = Limits {
+        keep_for: Some(DAY),
+        ..unsealed
+    };
+    let store = tended(&location, &limits, &clocks, &lines.log());
+    let mut left = vec![frames];
+    for _ in 0..240 {
+        wait(&store, &clocks, 1, 2 * MINUTE).await;
+        left.push(frames - stream(&store).await.expired);
+    }
+    // In a fortieth of the time, 36 minutes, a tenth; a chunk is deleted whole.
+    for window in left.windows(19) {
+        assert!(window[0] - window[18] <= window[0] / 10 + 5, "{window:?}");
+    }
+    // At twice the pace of growing old: after eight hours exp(-2/3) of it is left.
+    assert!((1200..1260).contains(&left[240]), "{left:?}");
+    let events = lines.of("frames_deleted");
+    let mut next_seq = 0;
+    for event in &events {
+        let names = ["reason", "device", "sensor", "boot"].map(|name| field(event, name));
+        assert_eq!(names, ["age", "pi-1", "s1", "b1"]);
+        assert_eq!(number(event, "first_seq"), next_seq, "oldest first");
+        next_seq = number(event, "last_seq") + 1;
+        assert_eq!(number(event, "frames") % 5, 0);
+    }
+    assert!(events.len() <= 240, "more lines than rounds");
+    let logged: u64 = events.iter().map(|event| number(event, "frames")).sum();
+    let deleted = frames - left[240];
+    assert_eq!((logged, next_seq), (deleted, deleted));
+    let usage = store.usage().await.unwrap();
+    assert_eq!((usage.deleted_by_age, usage.deleted_by_size), (deleted, 0));
+    let server = Server::on(Arc::new(store), limits).await;
+    let metrics = server.get("/metrics").await.body;
+    let metrics = String::from_utf8(metrics.to_vec()).unwrap();
+    for (reason, count) in [("age", deleted), ("size", 0)] {
+        let line = format!("\ngrideye_frames_deleted_total{{reason=\"{reason}\"}} {count}\n");
+        assert!(metrics.contains(&line), "{metrics}");
+    }
+}
+
+#[tokio::test]
+async fn what_comes_evenly_is_deleted_as_fast_as_it_comes() {
+    let clocks = Clocks::started_at(BEGIN_NS);
+    let store = tended(
+        &StoreLocation::Memory,
+        &keep_for(DAY),
+        &clocks,
+        &Log::silent(),
+    );
+    for post in 0..4 * 288 {
+        append(&store, 5 * post..5 * post + 5, &clocks).await;
+        clocks.pass(5 * MINUTE);
+        if post > 288 + 6 {
+            let books = stream(&store).await;
+            let left = books.stored - books.expired;
+            assert!(
+                (1440..=1440 + 40).contains(&left),
+                "{left} after post {post}"
+            );
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_step_of_the_wall_clock_is_logged_once_with_its_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let clocks = Clocks::started_at(BEGIN_NS);
+    let limits = Limits::default();
+    let store = SqliteStore::open(&StoreLocation::Memory, &limits).unwrap();
+    let lines = Lines::default();
+    let access = AccessFolder::new(folder.path().join("access"));
+    let state = AppState::guarded(
+        Arc::new(store),
+        limits,
+        clocks.handed(),
+        access,
+        lines.log(),
+    );
+    let router = app(state.await.unwrap());
+    for seq in 0..12 {
+        clocks.pass(10 * SECOND);
+        match seq {
+            3 => clocks.set_wall(clocks.utc_ns() + DAY_NS),
+            6 => clocks.set_wall(clocks.utc_ns() - 3 * DAY_NS),
+            // As a clock that is slewed.
+            9 => clocks.set_wall(clocks.utc_ns() + 5_000_000),
+            _ => {}
+        }
+        let body = Body::from(numbered([seq]).to_json().unwrap());
+        let sent = request(Method::POST, "/v1/frames", body);
+        let reply = router.clone().oneshot(sent).await.unwrap();
+        assert_eq!(reply.status(), 200);
+    }
+    let steps = lines.of("clock_stepped");
+    let by_s: Vec<String> = steps.iter().map(|event| field(event, "by_s")).collect();
+    assert_eq!(by_s, ["86400", "-259200"]);
+}
+
+/// The README's way to delete from a database: by named days, without a clock, and not from a recording.
+#[tokio::test]
+async fn the_documented_sql_deletes_the_named_days_of_no_recording_and_counts_them() {
+    let Some(cluster) = postgres::shared("deletion by SQL") else {
+        return;
+    };
+    let text = include_str!("../../README.md");
+    let blocks = text.split("```sql\n").skip(1);
+    let blocks: Vec<&str> = blocks.filter_map(|rest| rest.split("```").next()).collect();
+    let [look, delete] = blocks[..] else {
+        panic!("{} pieces of SQL", blocks.len());
+    };
+    let url = cluster.database();
+    let (location, limits) = (url.parse().unwrap(), Limits::default());
+    let store = store::PostgresStore::open(&location, &limits)
+        .await
+        .unwrap();
+    // BEGIN_NS is on 2023-11-14; the recording holds the middle of that day's frames.
+    let clocks = Clocks::started_at(BEGIN_NS);
+    append(&store, 0..20, &clocks).await;
+    let recording = store.start_recording("r".to_owned(), 1).await.unwrap();
+    append(&store, 20..30, &clocks).await;
+    store.stop_recording(recording.id, 2).await.unwrap();
+    append(&store, 30..45, &clocks).await;
+    for (day, seqs) in [(BEGIN_NS + DAY_NS, 45..50), (0, 50..60)] {
+        clocks.set_wall(day);
+        append(&store, seqs, &clocks).await;
+    }
+    let days = ["1970-01-01|10", "2023-11-14|45", "2023-11-15|5"];
+    assert_eq!(postgres::sql(&url, look), days.join("\n"));
+    let named = delete
+        .replace("2026-01-01", "2023-11-14")
+        .replace("2026-02-01", "2023-11-15");
+    let _ = postgres::sql(&url, &named);
+    let days = ["1970-01-01|10", "2023-11-14|10", "2023-11-15|5"];
+    assert_eq!(postgres::sql(&url, look), days.join("\n"));
+    let books = stream(&store).await;
+    assert_eq!((books.stored, books.expired, books.never_came), (60, 35, 0));
+    // What was deleted stays known.
+    append(&store, 0..60, &clocks).await;
+    assert_eq!(stream(&store).await.stored, 60);
+}
