@@ -179,7 +179,7 @@ pub struct StreamSummary {
     pub id: Arc<StreamId>,
     /// Frames kept that carry pixels.
     pub stored: u64,
-    /// Of the frames in `stored`, those that were let go again because they were old, or the room was used up.
+    /// Of the frames in `stored`, those that were deleted because they were old, or the room was used up.
     pub expired: u64,
     /// Rows kept that say why there is no frame.
     pub missing: u64,

@@ -20,7 +20,7 @@ pub(super) const LAYOUT: i64 = 3;
 /// `runs` holds the received numbers as runs, so that gaps are known without walking the chunks, and for ever.
 /// `counters` has the epoch, which ends when a recording starts or stops or is read while it runs, and the number of groups
 /// that were kept. Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
-/// Rows that were let go are still in `stored`; how many of them carried pixels is `expired`.
+/// Rows that were deleted are still in `stored`; how many of them carried pixels is `expired`.
 const TABLES: &str = "
 CREATE TABLE pending (
     id INTEGER PRIMARY KEY,
@@ -119,7 +119,9 @@ pub(super) fn prepare(
             transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
             transaction.pragma_update(None, "user_version", LAYOUT)?;
         }
-        Found::Older(from) => upgraded = Some(upgrade::upgrade(&transaction, file, from)?),
+        Found::Older(from) => {
+            upgraded = Some(upgrade::upgrade(&transaction, file, (from, LAYOUT))?);
+        }
         Found::Store => {}
     }
     add_what_is_written(&transaction)?;

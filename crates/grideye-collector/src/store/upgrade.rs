@@ -3,7 +3,6 @@
 //! Killed or failing at any moment, the file stays as it was: the next program that opens it begins again.
 
 use super::StoreError;
-use super::schema::LAYOUT;
 use rusqlite::{Connection, OpenFlags};
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -35,17 +34,17 @@ pub(super) struct Upgraded {
     pub(super) backup: PathBuf,
 }
 
-/// Upgrades the file in the caller's transaction, which holds off all other writers, after a copy of it.
+/// Upgrades the file between two layouts in the caller's transaction, which holds off all other writers, after a copy of it.
 pub(super) fn upgrade(
     transaction: &Connection,
     file: &Path,
-    from: i64,
+    (from, to): (i64, i64),
 ) -> Result<Upgraded, StoreError> {
     let backup = back_up(transaction, file, from)?;
     for (_, step) in STEPS.iter().filter(|(layout, _)| *layout >= from) {
         transaction.execute_batch(step)?;
     }
-    transaction.pragma_update(None, "user_version", LAYOUT)?;
+    transaction.pragma_update(None, "user_version", to)?;
     Ok(Upgraded { from, backup })
 }
 

@@ -8,6 +8,7 @@
 use crate::batches::{account, batch, counted, frame, missing, numbered, part};
 use crate::clocks::{BEGIN_NS, Clocks};
 use crate::{disks, postgres};
+use grideye_collector::store::migrate::migrate;
 use grideye_collector::store::{
     KeptLabel, Label, LabelSpan, Recording, StoredRecord, StreamSummary,
 };
@@ -17,7 +18,7 @@ use grideye_collector::{
 use grideye_frame::NoData;
 use grideye_recording::wire::Batch;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 fn limits() -> Limits {
@@ -258,6 +259,45 @@ async fn an_upgrade_that_fails_leaves_the_file_as_it_was_and_its_backup_is_taken
     assert_is_whole(&backup);
 }
 
+/// The files as a program that is killed leaves them, at as many moments of an upgrade as there is time for.
+#[tokio::test]
+async fn killed_at_any_moment_an_upgrade_leaves_a_file_that_opens_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, backup) = copy_of(2, folder.path());
+    let other = rusqlite::Connection::open(&path).unwrap();
+    other.pragma_update(None, "journal_mode", "WAL").unwrap();
+    drop(other);
+    let at = path.clone();
+    let upgrading = std::thread::spawn(move || open(&at).unwrap());
+    let names = [
+        "frames.sqlite",
+        "frames.sqlite-wal",
+        "frames.sqlite.layout-2.backup-unfinished",
+        "frames.sqlite.layout-2.backup",
+    ];
+    let mut left = Vec::new();
+    while !upgrading.is_finished() {
+        let copy = tempfile::tempdir().unwrap();
+        for name in names {
+            // Not every file is there at every moment.
+            let _ = std::fs::copy(folder.path().join(name), copy.path().join(name));
+        }
+        left.push(copy);
+    }
+    let _upgraded = upgrading.join().unwrap();
+    let expected = expected().await;
+    let mut backups = 0;
+    for copy in &left {
+        backups += usize::from(copy.path().join(backup.file_name().unwrap()).exists());
+        let store = open(&copy.path().join("frames.sqlite")).unwrap();
+        assert!(seen(&store).await == expected);
+    }
+    println!(
+        "{} moments, {backups} of them with a whole backup",
+        left.len()
+    );
+}
+
 #[tokio::test]
 async fn a_copy_of_another_state_is_not_taken_for_the_backup() {
     let folder = tempfile::tempdir().unwrap();
@@ -299,11 +339,29 @@ async fn a_disk_without_room_for_the_backup_refuses_the_upgrade_and_changes_noth
     assert_is_whole(&backup);
 }
 
+#[tokio::test]
+async fn a_file_of_an_older_layout_is_migrated_into_a_database() {
+    let Some(cluster) = postgres::shared("migration of an older layout") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let (path, backup) = copy_of(2, folder.path());
+    let url = cluster.database().parse().unwrap();
+    let migrated = migrate(&path, &url, |_, _, _| {}).await.unwrap();
+    assert_eq!(
+        (migrated.frames, migrated.missing, migrated.difference),
+        (94, 6, None)
+    );
+    assert_is_whole(&backup);
+    let store = PostgresStore::open(&url, &limits()).await.unwrap();
+    assert_eq!(store.streams().await.unwrap(), expected().await.0);
+}
+
 /// Clocks that had jumped stand in files of layout 2: what was stored under them is as old as the upgrade.
 #[tokio::test]
 async fn times_of_arrival_of_before_make_no_frame_old() {
     let folder = tempfile::tempdir().unwrap();
-    let (path, _) = copy_of(2, folder.path());
+    let (path, backup) = copy_of(2, folder.path());
     let other = rusqlite::Connection::open(&path).unwrap();
     let jumped =
         "UPDATE chunks SET t_arrival_ns = t_arrival_ns + 315360000000000000 WHERE NOT is_sealed";
@@ -314,8 +372,15 @@ async fn times_of_arrival_of_before_make_no_frame_old() {
     };
     let clocks = Clocks::started_at(BEGIN_NS);
     let location = StoreLocation::File(path.clone());
-    let store = SqliteStore::open_tended(&location, &limits, &clocks.handed(), &Log::silent());
-    let store = store.unwrap();
+    let lines = Arc::new(Mutex::new(Vec::new()));
+    let said = Arc::clone(&lines);
+    let log = Log::new(move |event| said.lock().unwrap().push(event.to_string()));
+    let store = SqliteStore::open_tended(&location, &limits, &clocks.handed(), &log).unwrap();
+    let upgraded = format!(
+        "info: store_upgraded from=2 to=3 backup={}",
+        backup.display()
+    );
+    assert_eq!(lines.lock().unwrap()[..], [upgraded]);
     let wait = async |minutes: u64| {
         clocks.pass(Duration::from_secs(60 * minutes));
         store

@@ -111,7 +111,7 @@ impl Source {
         let sql = "SELECT epoch, groups FROM counters";
         let (epoch, groups) =
             connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;
-        // What was let go cannot be copied, and its numbers stay known.
+        // What was deleted cannot be copied, and its numbers stay known.
         let sql = "SELECT coalesce(sum(last_seq - first_seq + 1), 0), coalesce(sum(frames), 0) FROM chunks";
         let (rows, frames): (i64, i64) =
             connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?;

@@ -167,7 +167,7 @@ pub(in crate::store) fn rows_of(row: &Row<'_>) -> Result<Vec<SealedRow>, StoreEr
     .open()
 }
 
-/// What is kept under these numbers; nothing where it was let go.
+/// What is kept under these numbers; nothing where it was deleted.
 pub(super) fn records(
     connection: &Connection,
     key: i64,
