@@ -72,15 +72,18 @@ fn libfaketime() -> PathBuf {
         .unwrap_or_else(|| panic!("no libfaketime: install it, or set GRIDEYE_WITHOUT_FAKETIME"))
 }
 
-/// How often a later row arrived at an earlier time, and the hours from the earliest to the latest.
+/// How often a later chunk arrived at an earlier time, and the hours from the earliest to the latest.
 fn arrivals(store: &Path) -> (usize, f64) {
     let open = Connection::open_with_flags(store, OpenFlags::SQLITE_OPEN_READ_ONLY);
     let connection = open.unwrap();
     let mut statement = connection
-        .prepare("SELECT t_arrival_ns FROM chunks ORDER BY stream_id, first_seq")
+        .prepare("SELECT rows FROM chunks WHERE NOT is_sealed ORDER BY stream_id, first_seq")
         .unwrap();
-    let times = statement.query_map([], |row| row.get::<_, i64>(0)).unwrap();
-    let times: Vec<f64> = times.map(|time| hours(time.unwrap())).collect();
+    let chunks = statement.query_map([], |row| row.get::<_, Vec<u8>>(0));
+    // A plain chunk begins with the time of arrival of its first row.
+    let first = |rows: Vec<u8>| i64::from_le_bytes(*rows.first_chunk().unwrap());
+    let times = chunks.unwrap().map(|rows| hours(first(rows.unwrap())));
+    let times: Vec<f64> = times.collect();
     let back = times.windows(2).filter(|pair| pair[1] < pair[0]).count();
     let latest = times.iter().copied().fold(f64::MIN, f64::max);
     let earliest = times.iter().copied().fold(f64::MAX, f64::min);
