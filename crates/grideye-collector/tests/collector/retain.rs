@@ -202,35 +202,73 @@ async fn frames_grow_old_while_a_collector_runs_and_not_while_none_does() {
     assert_eq!(stream(&store).await.expired, 400);
 }
 
+/// Nothing is sealed, so that a chunk is five frames.
+fn unsealed() -> Limits {
+    Limits {
+        seal_after: 100 * DAY,
+        ..Limits::default()
+    }
+}
+
+/// Five frames every half hour, for ten days.
+async fn ten_days(location: &StoreLocation, clocks: &Arc<Clocks>) {
+    let store = tended(location, &unsealed(), clocks, &Log::silent());
+    for post in 0..480 {
+        append(&store, 5 * post..5 * post + 5, clocks).await;
+        clocks.pass(30 * MINUTE);
+    }
+    store.close().await.unwrap();
+}
+
+/// How many frames are left, at the beginning and every two minutes.
+async fn left(store: &SqliteStore, clocks: &Clocks, times: usize) -> Vec<u64> {
+    let mut left = vec![2400];
+    for _ in 0..times {
+        wait(store, clocks, 1, 2 * MINUTE).await;
+        left.push(2400 - stream(store).await.expired);
+    }
+    left
+}
+
+/// `--keep-bytes 2G` where 200 was meant.
+#[tokio::test]
+async fn no_more_than_a_share_is_deleted_in_an_hour_for_want_of_room() {
+    let folder = tempfile::tempdir().unwrap();
+    let location = file(folder.path());
+    let clocks = Clocks::started_at(BEGIN_NS);
+    ten_days(&location, &clocks).await;
+    let limits = Limits {
+        keep_bytes: Some(1),
+        ..unsealed()
+    };
+    let lines = Lines::default();
+    let store = tended(&location, &limits, &clocks, &lines.log());
+    let left = left(&store, &clocks, 120).await;
+    for window in left.windows(31) {
+        assert!(window[0] - window[30] <= window[0] / 10 + 5, "{window:?}");
+    }
+    // A twentieth in an hour: after four of them exp(-4/20) of it is left.
+    assert!((1950..1980).contains(&left[120]), "{left:?}");
+    let events = lines.of("frames_deleted");
+    let logged: u64 = events.iter().map(|event| number(event, "frames")).sum();
+    assert_eq!(logged, 2400 - left[120]);
+    assert!(events.iter().all(|event| field(event, "reason") == "size"));
+}
+
 /// `--keep-days 1` where 100 was meant, on a store of ten days: there is time to notice.
 #[tokio::test]
 async fn no_more_than_a_share_is_deleted_in_a_time_and_every_frame_of_it_is_logged_and_counted() {
     let folder = tempfile::tempdir().unwrap();
     let location = file(folder.path());
     let clocks = Clocks::started_at(BEGIN_NS);
-    let unsealed = Limits {
-        seal_after: 100 * DAY,
-        ..Limits::default()
-    };
-    let store = tended(&location, &unsealed, &clocks, &Log::silent());
-    let mut frames = 0;
-    for _ in 0..480 {
-        append(&store, frames..frames + 5, &clocks).await;
-        frames += 5;
-        clocks.pass(30 * MINUTE);
-    }
-    store.close().await.unwrap();
+    ten_days(&location, &clocks).await;
     let lines = Lines::default();
     let limits = Limits {
         keep_for: Some(DAY),
-        ..unsealed
+        ..unsealed()
     };
     let store = tended(&location, &limits, &clocks, &lines.log());
-    let mut left = vec![frames];
-    for _ in 0..240 {
-        wait(&store, &clocks, 1, 2 * MINUTE).await;
-        left.push(frames - stream(&store).await.expired);
-    }
+    let left = left(&store, &clocks, 240).await;
     // In a fortieth of the time, 36 minutes, a tenth; a chunk is deleted whole.
     for window in left.windows(19) {
         assert!(window[0] - window[18] <= window[0] / 10 + 5, "{window:?}");
@@ -248,7 +286,7 @@ async fn no_more_than_a_share_is_deleted_in_a_time_and_every_frame_of_it_is_logg
     }
     assert!(events.len() <= 240, "more lines than rounds");
     let logged: u64 = events.iter().map(|event| number(event, "frames")).sum();
-    let deleted = frames - left[240];
+    let deleted = 2400 - left[240];
     assert_eq!((logged, next_seq), (deleted, deleted));
     let usage = store.usage().await.unwrap();
     assert_eq!((usage.deleted_by_age, usage.deleted_by_size), (deleted, 0));

@@ -177,10 +177,10 @@ impl Retention {
             self.by_size
                 .gain(came * Allowance::FRAME, at_once.saturating_add(came));
         }
-        if let Some(bytes_max) = limits.keep_bytes
-            && read::bytes_used(connection)? > bytes_max
-        {
-            self.shrink_to = Some(bytes_max - bytes_max / GRAINS.unsigned_abs());
+        if let Some(bytes_max) = limits.keep_bytes {
+            if read::bytes_used(connection)? > bytes_max {
+                self.shrink_to = Some(bytes_max - bytes_max / GRAINS.unsigned_abs());
+            }
         }
         Ok(())
     }
@@ -199,9 +199,10 @@ impl Retention {
             visits_left: VISITS_MAX,
         };
         if let Some(before_ns) = self.too_old_before(now_ns, limits) {
-            while self.by_age.0 > 0
-                && let Some(place) = step.oldest(&mut self.looked_through, before_ns)?
-            {
+            while self.by_age.0 > 0 {
+                let Some(place) = step.oldest(&mut self.looked_through, before_ns)? else {
+                    break;
+                };
                 step.delete(place, before_ns, Reason::Age, &mut self.by_age)?;
             }
         }
