@@ -176,6 +176,12 @@ fn count<B>(state: &AppState, response: &Response<B>, began: Duration, peer: IpA
 /// A page of another site must neither read here by a name that it controls (DNS rebinding), nor write.
 fn check_origin(hosts: &Hosts, asked: Asked<'_>) -> Result<(), Refusal> {
     let host = host_of(asked.uri, asked.headers)?;
+    let mut origins = asked.headers.get_all(header::ORIGIN).iter();
+    let origin = origins.next();
+    if origins.next().is_some() {
+        let what = "the request must name its origin at most once";
+        return Err(Refusal::new(StatusCode::BAD_REQUEST, "two_origins", what).field("origin"));
+    }
     if !hosts.accepts(host) {
         let what = format!("this server does not answer for the host {host:?}");
         return Err(Refusal::new(StatusCode::FORBIDDEN, "unknown_host", what)
@@ -185,7 +191,7 @@ fn check_origin(hosts: &Hosts, asked: Asked<'_>) -> Result<(), Refusal> {
     if matches!(*asked.method, Method::GET | Method::HEAD | Method::OPTIONS) {
         return Ok(());
     }
-    let Some(origin) = asked.headers.get(header::ORIGIN) else {
+    let Some(origin) = origin else {
         return Ok(());
     };
     let scheme = if asked.line.is_encrypted {

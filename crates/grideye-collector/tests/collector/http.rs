@@ -1245,6 +1245,25 @@ async fn pages_of_other_sites_cannot_write() {
     );
 }
 
+/// Programs on the way may look at the one, and this one at the other.
+#[tokio::test]
+async fn a_request_that_names_two_origins_is_refused_whichever_they_are() {
+    let server = Server::new().await;
+    for method in [Method::GET, Method::POST] {
+        for second in ["http://127.0.0.1:8080", "http://evil.example"] {
+            let body = Body::from(r#"{"name":"mine"}"#);
+            let mut two = request(method.clone(), "/v1/recordings", body);
+            for origin in ["http://127.0.0.1:8080", second] {
+                let origin = origin.parse().unwrap();
+                two.headers_mut().append(header::ORIGIN, origin);
+            }
+            let refused = server.send(two).await.error();
+            let expected = (400, "two_origins".to_owned(), Some("origin".to_owned()));
+            assert_eq!(refused, expected, "{method} {second}");
+        }
+    }
+}
+
 #[tokio::test]
 async fn the_page_is_made_of_its_own_files_alone() {
     let server = Server::new().await;
