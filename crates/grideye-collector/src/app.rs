@@ -22,9 +22,11 @@ pub use recordings::attachment;
 use crate::access::{AccessFolder, Gatekeeper, TOKENS_MAX, TokenId};
 use crate::alarm::Alarm;
 use crate::clock::WallSteps;
+use crate::connections::Connection;
 use crate::counters::Counters;
 use crate::live::{Event, Live};
 use crate::log::{Log, Seldom};
+use crate::peer::AddressGroup;
 use crate::rates::Rates;
 use crate::store::{FrameStore, News, StoreError};
 use crate::{Annex, Clock, Inside, Limits, NewestFrames};
@@ -60,7 +62,7 @@ struct Shared {
     /// Of each good token.
     rates: Rates<TokenId>,
     /// Of each address from which somebody came without one.
-    unknown_rates: Rates<IpAddr>,
+    unknown_rates: Rates<AddressGroup>,
     counters: Arc<Counters>,
     seldom: Seldom,
     /// On the monotonic clock.
@@ -222,13 +224,15 @@ impl Entrance {
         &self,
         line: Line,
         alarm: &Alarm,
+        connection: &Arc<Connection>,
         request: Request<Incoming>,
     ) -> Answer {
         if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
-            return ingest::guarded_frames(&self.state, line, alarm, request).await;
+            return ingest::guarded_frames(&self.state, line, alarm, connection, request).await;
         }
         let mut request = request.map(Body::new);
         request.extensions_mut().insert(line);
+        request.extensions_mut().insert(Arc::clone(connection));
         // In a box, so that what a post takes along stays small.
         let routed = Box::pin(self.router.clone().oneshot(request));
         routed.await.into_response().map(Either::Right)

@@ -26,6 +26,8 @@ pub(crate) struct Counters {
     pub(crate) connections_open: AtomicU64,
     /// Connections taken.
     pub(crate) connections: AtomicU64,
+    /// Connections closed to make room for a newer one.
+    pub(crate) displaced: AtomicU64,
     /// Connections turned away at the door.
     pub(crate) turned_away: AtomicU64,
     /// Connections that ended before TLS was agreed on.

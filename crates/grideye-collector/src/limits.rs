@@ -6,9 +6,12 @@ use std::time::Duration;
 /// What the collector takes, holds and waits for at most. Each field has a test that reaches it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
-    /// Connections open at once, all peers together. One more is answered 503 and closed.
+    /// Connections open at once, all peers together; fewer where the process may not open as many files. One more displaces the
+    /// oldest that has not sent a complete header, or else the oldest that has not shown a good token (where none is required:
+    /// has had no request answered without an error). If there is none, it is answered 503 and closed.
     pub connections_max: usize,
-    /// Connections open at once from one address. One more is answered 503 and closed.
+    /// Connections open at once from one address (IPv6: one /64) that is not a trusted proxy. One more displaces one from the
+    /// same address, or is answered 503 and closed.
     pub connections_per_peer_max: usize,
     /// From the first byte awaited to the end of the request's headers. Then the connection is closed.
     pub header_time_max: Duration,

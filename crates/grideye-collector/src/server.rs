@@ -1,17 +1,18 @@
 //! The socket: an accept loop of our own, because `axum::serve` waits for slow peers for ever.
 
-mod admission;
+mod descriptors;
 mod stall;
 
 use crate::access::{AccessFolder, Gatekeeper};
 use crate::alarm::Alarm;
-use crate::app::{AppState, Door, Entrance, Hosts, Line};
+use crate::app::{Answer, AppState, Door, Entrance, Hosts, Line};
+use crate::connections::{Admitted, Connection, Connections};
 use crate::counters::Counters;
 use crate::log::{Level, Log, LogEvent, Seldom};
+use crate::peer::TrustedProxies;
 use crate::store::{self, StoreLocation};
 use crate::tls::{Acceptors, Tls};
 use crate::{Annex, Clock, CollectorError, Limits};
-use admission::{Admission, Doorkeeper};
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
@@ -19,6 +20,7 @@ use hyper::service::service_fn;
 use hyper_util::rt::TokioIo;
 use stall::StallGuard;
 use std::convert::Infallible;
+use std::fmt;
 use std::future::Future;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
@@ -28,7 +30,7 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::runtime::Runtime;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -67,6 +69,9 @@ pub struct Config {
     /// Whether an address may be listened on that other machines reach though there is no token, or no TLS. Tokens are
     /// asked for all the same where there are any.
     pub network_trusted: bool,
+    /// Proxies in front of the collector. The address that they name in `x-forwarded-for` counts as the sender's; from anyone
+    /// else that header is ignored.
+    pub trusted_proxies: Vec<IpAddr>,
     /// Who hears what happens.
     pub log: Log,
     /// Routes that the program brings along, behind the same guard.
@@ -86,6 +91,7 @@ impl Config {
             access: None,
             tls: None,
             network_trusted: false,
+            trusted_proxies: Vec::new(),
             log: Log::silent(),
             annexes: Vec::new(),
         }
@@ -99,6 +105,7 @@ pub struct Collector {
     state: AppState,
     acceptors: Option<Arc<Acceptors>>,
     counters: Arc<Counters>,
+    trusted_proxies: TrustedProxies,
     log: Log,
     annexes: Vec<Annex>,
 }
@@ -108,7 +115,8 @@ impl Collector {
     ///
     /// # Errors
     /// [`CollectorError`] when the address or the store cannot be had; neither is held then.
-    pub async fn bind(config: Config) -> Result<Self, CollectorError> {
+    pub async fn bind(mut config: Config) -> Result<Self, CollectorError> {
+        fit_to_descriptors(&mut config);
         let address = config.listen;
         let limits = &config.limits;
         let gatekeeper = match &config.access {
@@ -122,11 +130,12 @@ impl Collector {
             .as_ref()
             .map(|tls| Acceptors::new(tls, config.access.as_ref(), &config.host_names))
             .transpose()?;
-        let listener = TcpListener::bind(address)
-            .await
-            .map_err(|reason| match reason.kind() {
-                io::ErrorKind::AddrInUse => CollectorError::AddressInUse { address },
-                _ => CollectorError::Listen { address, reason },
+        let listener =
+            listen(address, config.limits.connections_max).map_err(|reason| {
+                match reason.kind() {
+                    io::ErrorKind::AddrInUse => CollectorError::AddressInUse { address },
+                    _ => CollectorError::Listen { address, reason },
+                }
             })?;
         let local_addr = listener
             .local_addr()
@@ -156,6 +165,7 @@ impl Collector {
             state,
             acceptors: acceptors.map(Arc::new),
             counters,
+            trusted_proxies: TrustedProxies::new(&config.trusted_proxies),
             log: config.log,
             annexes: config.annexes,
         })
@@ -188,19 +198,24 @@ impl Collector {
         let limits = self.state.limits().clone();
         let server = Server {
             entrance: Arc::new(Entrance::new(self.state.clone(), &self.annexes)),
-            doorkeeper: Doorkeeper::new(&limits, self.counters),
+            open: Arc::new(Connections::new(&limits, self.counters)),
+            proxies: Arc::new(self.trusted_proxies),
             acceptors: self.acceptors,
             seldom: Seldom::new(self.log.clone(), limits.log_every),
             clock: self.state.clock(),
             stopping: watch::Sender::new(false),
             limits,
         };
+        // A displaced connection keeps its descriptor until its task has ended: so many may be late, then no more are accepted.
+        let tasks_max = server.limits.connections_max + descriptors::LEAVING_MAX;
         let mut connections = JoinSet::new();
         let mut shutdown = pin!(shutdown);
         loop {
             tokio::select! {
                 () = &mut shutdown => break,
-                accepted = self.listener.accept() => server.accept(accepted, &mut connections).await,
+                accepted = self.listener.accept(), if connections.len() < tasks_max => {
+                    server.accept(accepted, &mut connections).await;
+                }
                 Some(_ended) = connections.join_next() => {}
             }
         }
@@ -215,6 +230,35 @@ impl Collector {
         self.log.say(&LogEvent::new(Level::Info, "stopped"));
         closed.map_err(|reason| CollectorError::Close { reason })
     }
+}
+
+/// With a queue as long as the limit of connections, as far as the system allows. The default of 128 overflows: then some
+/// clients retry after a second, and others believe that they are connected and are not.
+fn listen(address: SocketAddr, queue: usize) -> io::Result<TcpListener> {
+    let socket = match address {
+        SocketAddr::V4(_) => TcpSocket::new_v4()?,
+        SocketAddr::V6(_) => TcpSocket::new_v6()?,
+    };
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(u32::from(u16::try_from(queue).unwrap_or(u16::MAX)))
+}
+
+/// Raises the number of files that this process may open. If that is too few, it takes fewer connections and logs it.
+fn fit_to_descriptors(config: &mut Config) {
+    let Some(descriptors) = descriptors::raise(&config.limits) else {
+        return;
+    };
+    let Some(fitted) = descriptors::fit(&config.limits, descriptors) else {
+        return;
+    };
+    config.log.say(
+        &LogEvent::new(Level::Warning, "few_descriptors")
+            .with("open_files_max", descriptors)
+            .with("connections_wanted", config.limits.connections_max)
+            .with("connections_max", fitted.connections_max),
+    );
+    config.limits = fitted;
 }
 
 /// Beyond loopback nobody is let in without a token and nothing is sent in the clear, unless that was asked for.
@@ -243,7 +287,8 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
 struct Server {
     entrance: Arc<Entrance>,
-    doorkeeper: Doorkeeper,
+    open: Arc<Connections>,
+    proxies: Arc<TrustedProxies>,
     acceptors: Option<Arc<Acceptors>>,
     seldom: Seldom,
     clock: Arc<dyn Clock>,
@@ -261,44 +306,74 @@ impl Server {
             tokio::time::sleep(ACCEPT_PAUSE).await;
             return;
         };
-        let Some(admission) = self.doorkeeper.admit(peer.ip()) else {
-            let event = LogEvent::new(Level::Warning, "turned_away").with("peer", peer.ip());
-            self.seldom.say("", self.clock.monotonic(), event);
+        let is_proxy = self.proxies.contains(peer.ip());
+        let Some(admitted) = self.open.admit(peer.ip(), is_proxy) else {
+            self.log("turned_away", peer.ip());
             // Who waits for TLS does not understand this, and is told enough by the end of the connection.
             if self.acceptors.is_none() {
-                admission::turn_away(&stream);
+                turn_away(&stream);
             }
             return;
         };
+        let Admitted {
+            connection,
+            displaced,
+        } = admitted;
+        if let Some(group) = displaced {
+            self.log("displaced", group);
+        }
         // Small answers go out at once; that it may fail on a dead socket is found at the next read.
         let _ = stream.set_nodelay(true);
+        let number = connection.number();
         let serving = Serving {
             peer: peer.ip().to_canonical(),
+            proxies: is_proxy.then(|| Arc::clone(&self.proxies)),
             entrance: Arc::clone(&self.entrance),
             limits: self.limits.clone(),
             stopping: self.stopping.subscribe(),
-            admission,
+            connection,
         };
-        let Some(acceptors) = self.acceptors.clone() else {
-            let guarded = StallGuard::new(stream, self.limits.write_stall_max);
-            connections.spawn(serving.run(guarded, false));
-            return;
-        };
-        connections.spawn(async move {
-            if let Some(stream) = serving.encrypt(&acceptors, stream).await {
-                serving.run(stream, true).await;
+        let task = match self.acceptors.clone() {
+            None => {
+                let guarded = StallGuard::new(stream, self.limits.write_stall_max);
+                connections.spawn(serving.run(guarded, false))
             }
-        });
+            Some(acceptors) => connections.spawn(async move {
+                if let Some(stream) = serving.encrypt(&acceptors, stream).await {
+                    serving.run(stream, true).await;
+                }
+            }),
+        };
+        self.open.serve_by(number, task);
     }
+
+    /// Logs what happened to a connection, and from where it came.
+    fn log(&self, event: &'static str, peer: impl fmt::Display) {
+        let event = LogEvent::new(Level::Warning, event).with("peer", peer);
+        self.seldom.say("", self.clock.monotonic(), event);
+    }
+}
+
+/// Answers why, without waiting for anything; the connection is closed afterwards.
+fn turn_away(stream: &TcpStream) {
+    const BODY: &str = r#"{"error":{"code":"too_many_connections","message":"too many connections are open","field":null,"hint":"close some, or come again in a second"}}"#;
+    let answer = format!(
+        "HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/json\r\ncontent-length: {}\r\nretry-after: 1\r\nconnection: close\r\n\r\n{BODY}",
+        BODY.len()
+    );
+    // A new socket has room for this; if not, the closed connection says enough.
+    let _ = stream.try_write(answer.as_bytes());
 }
 
 /// What it takes to serve one connection.
 struct Serving {
     peer: IpAddr,
+    /// All trusted proxies, where the peer is one of them.
+    proxies: Option<Arc<TrustedProxies>>,
     entrance: Arc<Entrance>,
     limits: Limits,
     stopping: watch::Receiver<bool>,
-    admission: Admission,
+    connection: Connection,
 }
 
 impl Serving {
@@ -320,7 +395,7 @@ impl Serving {
             _stop = stopping.wait_for(|stopping| *stopping) => return None,
         };
         if agreed.is_none() {
-            self.admission.tls_failed();
+            self.connection.tls_failed();
         }
         agreed
     }
@@ -331,10 +406,11 @@ impl Serving {
     {
         let Self {
             peer,
+            proxies,
             entrance,
             limits,
             mut stopping,
-            admission: _admission,
+            connection,
         } = self;
         let alarm = Alarm::default();
         let mut builder = http1::Builder::new();
@@ -347,10 +423,16 @@ impl Serving {
             .writev(false)
             .header_read_timeout(limits.header_time_max)
             .max_header_size(limits.header_bytes_max);
-        let line = Line { peer, is_encrypted };
+        let client = Arc::new(Client {
+            line: Line { peer, is_encrypted },
+            proxies,
+            entrance,
+            alarm,
+            connection: Arc::new(connection),
+        });
         let service = service_fn(move |request: Request<Incoming>| {
-            let (entrance, alarm) = (Arc::clone(&entrance), alarm.clone());
-            async move { Ok::<_, Infallible>(entrance.answer(line, &alarm, request).await) }
+            let client = Arc::clone(&client);
+            async move { Ok::<_, Infallible>(client.answer(request).await) }
         });
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
         // How a connection ended is the peer's business: it sees the same end. The connection is asked first and not by lot,
@@ -362,5 +444,28 @@ impl Serving {
         }
         connection.as_mut().graceful_shutdown();
         let _ended = connection.await;
+    }
+}
+
+/// The other end of a connection, and what answers its requests.
+struct Client {
+    line: Line,
+    proxies: Option<Arc<TrustedProxies>>,
+    entrance: Arc<Entrance>,
+    alarm: Alarm,
+    connection: Arc<Connection>,
+}
+
+impl Client {
+    async fn answer(&self, request: Request<Incoming>) -> Answer {
+        let mut line = self.line;
+        if let Some(proxies) = &self.proxies {
+            line.peer = proxies.client(line.peer, request.headers());
+        }
+        let (alarm, connection) = (&self.alarm, &self.connection);
+        connection.asks();
+        let answer = self.entrance.answer(line, alarm, connection, request).await;
+        connection.is_answered();
+        answer
     }
 }

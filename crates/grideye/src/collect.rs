@@ -66,6 +66,7 @@ fn config(options: &Collect) -> Result<Config> {
     }
     let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
     config.network_trusted = options.trust_network;
+    config.trusted_proxies.clone_from(&options.trusted_proxies);
     config.host_names = options.host_names.clone();
     config.access = Some(AccessFolder::new(&options.folder.path));
     config.tls = tls(options);

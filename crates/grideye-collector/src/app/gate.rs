@@ -3,13 +3,14 @@
 use super::AppState;
 use super::answer::Refusal;
 use crate::access::{Caller, Presented, Scope, Unknown};
+use crate::peer::AddressGroup;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
 
-/// From where a request came, and whether by TLS.
+/// From where a request came, behind a trusted proxy too, and whether by TLS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Line {
     pub(crate) peer: IpAddr,
@@ -273,7 +274,8 @@ pub(super) fn unknown_peer_may(state: &AppState, peer: IpAddr) -> Result<(), Ref
     if !state.0.gatekeeper.is_closed(now) {
         return Ok(());
     }
-    state.0.unknown_rates.take(peer, now).map_err(|wait| {
+    let group = AddressGroup::of(peer);
+    state.0.unknown_rates.take(group, now).map_err(|wait| {
         too_many("too many requests without a good token", wait)
             .hint("see that the token is right: `grideye token list` shows those that are known")
     })

@@ -5,6 +5,7 @@ use super::answer::{Refusal, RefusedCode};
 use super::gate::{self, Asked, Line, Need};
 use crate::access::Caller;
 use crate::alarm::Alarm;
+use crate::connections::Connection;
 use crate::log::{Level, LogEvent};
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, Uri, header};
@@ -12,7 +13,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::future::Future;
 use std::net::IpAddr;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 /// Nothing but what this server itself serves, and no script or style inside the page.
@@ -61,7 +62,8 @@ pub(super) async fn guard(
 ) -> Response {
     let route = request.extensions().get::<MatchedPath>();
     let need = Need::of(request.method(), route.map(MatchedPath::as_str));
-    let passing = Passing::of(&state, Line::of(&request));
+    let connection = request.extensions().get::<Arc<Connection>>().cloned();
+    let passing = Passing::of(&state, Line::of(&request), connection.as_deref());
     match passing.admit(need, Asked::of(&request)) {
         Err(refusal) => passing.finish(*refusal),
         Ok(caller) => {
@@ -82,14 +84,17 @@ pub(super) struct Passing<'s> {
     peer: IpAddr,
     /// On the monotonic clock.
     began: Duration,
+    /// The connection that it came by; none without a server.
+    connection: Option<&'s Connection>,
 }
 
 impl<'s> Passing<'s> {
-    pub(super) fn of(state: &'s AppState, line: Line) -> Self {
+    pub(super) fn of(state: &'s AppState, line: Line, connection: Option<&'s Connection>) -> Self {
         Self {
             state,
             peer: line.peer,
             began: state.0.clock.monotonic(),
+            connection,
         }
     }
 
@@ -101,7 +106,11 @@ impl<'s> Passing<'s> {
     ) -> Result<Option<Caller>, Box<Response>> {
         check_origin(&self.state.0.hosts, asked)
             .map_err(|refusal| Box::new(refusal.into_response()))?;
-        gate::pass(self.state, need, asked, self.began)
+        let caller = gate::pass(self.state, need, asked, self.began)?;
+        if let (Some(connection), Some(Caller::Holder { .. })) = (self.connection, &caller) {
+            connection.establish();
+        }
+        Ok(caller)
     }
 
     /// What the work gives, or that it took too long.
@@ -121,6 +130,14 @@ impl<'s> Passing<'s> {
 
     /// The answer as it goes out.
     pub(super) fn finish<B>(self, mut response: Response<B>) -> Response<B> {
+        // Where no tokens are required, a request without an error is all that can be known of a sender.
+        let unproven = self.connection.filter(|found| !found.is_established());
+        if let Some(connection) = unproven {
+            let is_good = response.status() < StatusCode::BAD_REQUEST;
+            if is_good && !self.state.0.gatekeeper.is_closed(self.began) {
+                connection.establish();
+            }
+        }
         protect(&mut response);
         count(self.state, &response, self.began, self.peer);
         response

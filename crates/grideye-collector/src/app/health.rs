@@ -104,6 +104,7 @@ pub(super) async fn health(State(state): State<AppState>) -> Response {
         "connections": {
             "open": load(&shared.counters.connections_open),
             "max": limits.connections_max,
+            "displaced": load(&shared.counters.displaced),
             "turned_away": load(&shared.counters.turned_away),
             "tls_failed": load(&shared.counters.tls_failed),
         },
@@ -184,6 +185,11 @@ fn of_the_program(text: &mut Text, state: &AppState) {
     text.sample(&[], load(&counters.connections_open));
     text.counter("grideye_connections_total", "Connections that were taken.");
     text.sample(&[], load(&counters.connections));
+    text.counter(
+        "grideye_connections_displaced_total",
+        "Connections that were closed to make room for a newer one.",
+    );
+    text.sample(&[], load(&counters.displaced));
     text.counter(
         "grideye_connections_turned_away_total",
         "Connections above a limit.",

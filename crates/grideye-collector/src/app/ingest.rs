@@ -7,6 +7,7 @@ use super::{Answer, AppState};
 use crate::Limits;
 use crate::access::Caller;
 use crate::alarm::Alarm;
+use crate::connections::Connection;
 use crate::counters::{Counters, add};
 use crate::log::{Level, LogEvent};
 use crate::store::Appended;
@@ -32,6 +33,7 @@ pub(super) async fn guarded_frames(
     state: &AppState,
     line: Line,
     alarm: &Alarm,
+    connection: &Connection,
     request: http::Request<Incoming>,
 ) -> Answer {
     let (parts, body) = request.into_parts();
@@ -41,7 +43,7 @@ pub(super) async fn guarded_frames(
         uri: &parts.uri,
         headers: &parts.headers,
     };
-    let passing = Passing::of(state, line);
+    let passing = Passing::of(state, line, Some(connection));
     let caller = match passing.admit(Need::Ingest, asked) {
         Err(refusal) => return passing.finish(*refusal).map(Either::Right),
         Ok(caller) => caller,

@@ -11,6 +11,8 @@ mod clocks;
 #[cfg(test)]
 mod disks;
 #[cfg(test)]
+mod displacing;
+#[cfg(test)]
 mod http;
 #[cfg(test)]
 mod layouts;

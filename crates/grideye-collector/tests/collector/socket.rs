@@ -22,7 +22,7 @@ pub(crate) fn at(address: SocketAddr, store: StoreLocation) -> Config {
     Config::new(address, store, Arc::new(SystemClock::new()))
 }
 
-fn config(limits: Limits) -> Config {
+pub(crate) fn config(limits: Limits) -> Config {
     Config {
         limits,
         ..at(anywhere(), StoreLocation::Memory)
@@ -51,7 +51,7 @@ impl Running {
         }
     }
 
-    async fn connect(&self) -> TcpStream {
+    pub(crate) async fn connect(&self) -> TcpStream {
         TcpStream::connect(self.address).await.unwrap()
     }
 
@@ -69,12 +69,19 @@ impl Running {
     }
 }
 
-async fn send(stream: &mut TcpStream, text: &str) {
+/// From another address of this machine.
+pub(crate) async fn connect_from(from: [u8; 4], server: &Running) -> TcpStream {
+    let socket = TcpSocket::new_v4().unwrap();
+    socket.bind(SocketAddr::from((from, 0))).unwrap();
+    socket.connect(server.address).await.unwrap()
+}
+
+pub(crate) async fn send(stream: &mut TcpStream, text: &str) {
     stream.write_all(text.as_bytes()).await.unwrap();
 }
 
 /// All that comes until the other side closes. A reset is an end as well.
-async fn until_closed(stream: &mut TcpStream) -> String {
+pub(crate) async fn until_closed(stream: &mut TcpStream) -> String {
     let mut answer = Vec::new();
     let read = async {
         let mut piece = [0; 4096];
@@ -89,7 +96,7 @@ async fn until_closed(stream: &mut TcpStream) -> String {
 }
 
 /// One answer of a connection that stays open: as long as its content-length says.
-async fn one_answer(stream: &mut TcpStream) -> String {
+pub(crate) async fn one_answer(stream: &mut TcpStream) -> String {
     let mut text = String::new();
     let read = async {
         let mut piece = [0; 4096];
@@ -113,7 +120,7 @@ async fn one_answer(stream: &mut TcpStream) -> String {
     text
 }
 
-fn get(path: &str) -> String {
+pub(crate) fn get(path: &str) -> String {
     format!("GET {path} HTTP/1.1\r\nhost: localhost\r\n\r\n")
 }
 
@@ -340,9 +347,7 @@ async fn one_peer_cannot_take_every_connection() {
             .await
             .starts_with("HTTP/1.1 503")
     );
-    let other = TcpSocket::new_v4().unwrap();
-    other.bind(SocketAddr::from(([127, 0, 0, 2], 0))).unwrap();
-    let mut other = other.connect(server.address).await.unwrap();
+    let mut other = connect_from([127, 0, 0, 2], &server).await;
     send(&mut other, &get("/healthz")).await;
     assert!(one_answer(&mut other).await.starts_with("HTTP/1.1 200"));
     server.stop().await;

@@ -15,13 +15,13 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
 
-struct Place {
+pub(crate) struct Place {
     folder: AccessFolder,
     around: tempfile::TempDir,
 }
 
 impl Place {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let around = tempfile::tempdir().unwrap();
         Self {
             folder: AccessFolder::new(around.path().join("access")),
@@ -29,13 +29,13 @@ impl Place {
         }
     }
 
-    fn token(&self, scope: Scope) -> Token {
+    pub(crate) fn token(&self, scope: Scope) -> Token {
         self.folder
             .change(|book| book.add("ana", scope, 1))
             .unwrap()
     }
 
-    fn config(&self, listen: SocketAddr, tls: Option<Tls>) -> Config {
+    pub(crate) fn config(&self, listen: SocketAddr, tls: Option<Tls>) -> Config {
         Config {
             access: Some(self.folder.clone()),
             tls,
@@ -43,11 +43,11 @@ impl Place {
         }
     }
 
-    fn encrypted(&self) -> Config {
+    pub(crate) fn encrypted(&self) -> Config {
         self.config(anywhere(), Some(own()))
     }
 
-    fn authority(&self) -> String {
+    pub(crate) fn authority(&self) -> String {
         self.folder
             .authority()
             .unwrap()
@@ -77,7 +77,7 @@ fn roots(authority: &str) -> RootCertStore {
     roots
 }
 
-fn believing(authority: &str) -> ClientConfig {
+pub(crate) fn believing(authority: &str) -> ClientConfig {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     ClientConfig::builder_with_provider(provider)
         .with_safe_default_protocol_versions()
@@ -87,7 +87,7 @@ fn believing(authority: &str) -> ClientConfig {
 }
 
 /// One request over TLS; the whole answer, or why there is none.
-async fn ask(
+pub(crate) async fn ask(
     address: SocketAddr,
     config: ClientConfig,
     name: &str,
@@ -110,7 +110,7 @@ async fn ask(
         .map_err(|error| error.to_string())
 }
 
-fn get(path: &str, more: &str) -> String {
+pub(crate) fn get_once(path: &str, more: &str) -> String {
     format!("GET {path} HTTP/1.1\r\nhost: 127.0.0.1\r\nconnection: close\r\n{more}\r\n")
 }
 
@@ -154,7 +154,7 @@ async fn who_knows_the_authority_is_served_and_the_cookie_never_travels_in_the_c
     let server = Running::new(place.encrypted()).await;
     let authority = place.authority();
     let bearer = format!("authorization: Bearer {}\r\n", token.reveal());
-    let request = get("/v1/sensors", &bearer);
+    let request = get_once("/v1/sensors", &bearer);
     for name in ["127.0.0.1", "localhost"] {
         let answer = ask(server.address, believing(&authority), name, &request)
             .await
@@ -193,7 +193,7 @@ async fn another_authority_another_name_and_no_tls_at_all_come_to_nothing() {
     let place = Place::new();
     place.token(Scope::Read);
     let server = Running::new(place.encrypted()).await;
-    let request = get("/healthz", "");
+    let request = get_once("/healthz", "");
     let other = Place::new().authority();
     let error = ask(server.address, believing(&other), "127.0.0.1", &request)
         .await
@@ -224,7 +224,7 @@ async fn a_name_that_it_answers_for_stands_in_its_certificate() {
     };
     let server = Running::new(config).await;
     for name in ["pc.local", "10.0.2.2"] {
-        let request = get("/healthz", "").replace("host: 127.0.0.1", &format!("host: {name}"));
+        let request = get_once("/healthz", "").replace("host: 127.0.0.1", &format!("host: {name}"));
         let answer = ask(
             server.address,
             believing(&place.authority()),
@@ -257,7 +257,7 @@ async fn a_handshake_that_does_not_come_to_an_end_is_cut_off_and_counted() {
     }
     assert!(began.elapsed() >= Duration::from_millis(200));
     let bearer = format!("authorization: Bearer {}\r\n", token.reveal());
-    let health = get("/v1/health", &bearer);
+    let health = get_once("/v1/health", &bearer);
     let answer = ask(
         server.address,
         believing(&place.authority()),
@@ -307,7 +307,7 @@ async fn a_fleets_clients_show_a_certificate_of_its_authority_beside_the_token()
     let server = Running::new(place.config(anywhere(), Some(tls))).await;
     let authority = place.authority();
     let bearer = format!("authorization: Bearer {}\r\n", token.reveal());
-    let request = get("/v1/sensors", &bearer);
+    let request = get_once("/v1/sensors", &bearer);
     let showing = |site: &Site| {
         let (certificate, key) = site.sign("pi-1");
         let provider = Arc::new(rustls::crypto::ring::default_provider());
@@ -330,7 +330,7 @@ async fn a_fleets_clients_show_a_certificate_of_its_authority_beside_the_token()
         address,
         showing(&site),
         "127.0.0.1",
-        &get("/v1/sensors", ""),
+        &get_once("/v1/sensors", ""),
     )
     .await;
     assert!(
@@ -367,7 +367,7 @@ async fn the_sites_own_certificate_is_shown_and_a_wrong_file_is_named() {
         server.address,
         believing(&site.pem),
         "127.0.0.1",
-        &get("/healthz", ""),
+        &get_once("/healthz", ""),
     )
     .await;
     assert!(answer.unwrap().starts_with("HTTP/1.1 200"));

@@ -2,7 +2,7 @@
 
 use super::BridgeOptions;
 use clap::{Args, Subcommand};
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
 /// Serve agents and the live page, and store what arrives.
@@ -72,6 +72,12 @@ pub(crate) struct Collect {
     /// And, while there is no token, let everybody in who reaches the address.
     #[arg(long)]
     pub(crate) trust_network: bool,
+    /// Address of a proxy in front; repeatable.
+    ///
+    /// The address that it names in `x-forwarded-for` counts as the sender's, for the limits of requests and sign-ins and in the
+    /// log. From anyone else the header is ignored. The proxy is exempt from the limit of connections for one address.
+    #[arg(long = "trusted-proxy", value_name = "ADDR", hide_short_help = true)]
+    pub(crate) trusted_proxies: Vec<IpAddr>,
     /// Requests a second of each token.
     ///
     /// A tenth as many of an address without one.

@@ -1,0 +1,435 @@
+//! Which connections are open, and which one a new connection displaces when there is no room.
+//!
+//! ```text
+//!  silent ──▶ asking ◀──▶ idle     displaced in the order silent, idle, asking; the oldest first
+//!               └──▶ established    never displaced
+//! ```
+//!
+//! A silent connection has not sent a complete header, or has not finished its TLS handshake. An established one has shown a
+//! good token or, where no tokens are required, has had a request answered without an error. If the newcomer's address group is
+//! at its limit, it displaces a connection of that group; otherwise one of the group that has the most of that kind.
+
+use crate::Limits;
+use crate::counters::{Counters, add};
+use crate::peer::AddressGroup;
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, HashMap};
+use std::net::IpAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::task::AbortHandle;
+
+/// How far a connection has come, in the order in which connections are displaced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Standing {
+    Silent,
+    Idle,
+    Asking,
+    Established,
+}
+
+/// Standings that are displaced.
+const TIERS: usize = 3;
+
+impl Standing {
+    const fn tier(self) -> Option<usize> {
+        match self {
+            Self::Silent => Some(0),
+            Self::Idle => Some(1),
+            Self::Asking => Some(2),
+            Self::Established => None,
+        }
+    }
+}
+
+/// All open connections.
+pub(crate) struct Connections {
+    places: Mutex<Places>,
+    counters: Arc<Counters>,
+}
+
+/// A connection that was let in.
+pub(crate) struct Admitted {
+    pub(crate) connection: Connection,
+    /// The group whose connection it displaced.
+    pub(crate) displaced: Option<AddressGroup>,
+}
+
+impl Connections {
+    pub(crate) fn new(limits: &Limits, counters: Arc<Counters>) -> Self {
+        Self {
+            places: Mutex::new(Places::new(limits)),
+            counters,
+        }
+    }
+
+    /// A place for one connection; `None` when all are taken and none can be displaced. A trusted proxy is exempt from the limit
+    /// for one address.
+    pub(crate) fn admit(
+        self: &Arc<Self>,
+        peer: IpAddr,
+        is_trusted_proxy: bool,
+    ) -> Option<Admitted> {
+        let group = AddressGroup::of(peer);
+        let (number, displaced) = self.lock().admit(group, is_trusted_proxy).or_else(|| {
+            add(&self.counters.turned_away, 1);
+            None
+        })?;
+        add(&self.counters.connections, 1);
+        match &displaced {
+            None => add(&self.counters.connections_open, 1),
+            Some(place) => {
+                add(&self.counters.displaced, 1);
+                place.end();
+            }
+        }
+        Some(Admitted {
+            connection: Connection {
+                all: Arc::clone(self),
+                number,
+                is_established: AtomicBool::new(false),
+            },
+            displaced: displaced.map(|place| place.group),
+        })
+    }
+
+    /// The task that serves a connection, to be ended when the connection is displaced.
+    pub(crate) fn serve_by(&self, number: u64, task: AbortHandle) {
+        if let Some(place) = self.lock().open.get_mut(&number) {
+            place.task = Some(task);
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Places> {
+        self.places.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// One open connection. Its place is freed when this is dropped, or at once when it is displaced.
+pub(crate) struct Connection {
+    all: Arc<Connections>,
+    number: u64,
+    /// Read without the lock: requests of an established connection never take it.
+    is_established: AtomicBool,
+}
+
+impl Connection {
+    pub(crate) fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Counts that this connection ended before TLS was agreed on.
+    pub(crate) fn tls_failed(&self) {
+        add(&self.all.counters.tls_failed, 1);
+    }
+
+    pub(crate) fn is_established(&self) -> bool {
+        self.is_established.load(Ordering::Relaxed)
+    }
+
+    /// A complete header came.
+    pub(crate) fn asks(&self) {
+        self.comes_to(Standing::Asking);
+    }
+
+    /// The request was answered.
+    pub(crate) fn is_answered(&self) {
+        self.comes_to(Standing::Idle);
+    }
+
+    /// It is never displaced from now on.
+    pub(crate) fn establish(&self) {
+        self.comes_to(Standing::Established);
+        self.is_established.store(true, Ordering::Relaxed);
+    }
+
+    fn comes_to(&self, standing: Standing) {
+        if !self.is_established() {
+            self.all.lock().move_to(self.number, standing);
+        }
+    }
+}
+
+impl Drop for Connection {
+    fn drop(&mut self) {
+        if self.all.lock().remove(self.number).is_some() {
+            let open = &self.all.counters.connections_open;
+            open.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+}
+
+struct Places {
+    connections_max: usize,
+    per_group_max: usize,
+    /// Number of the next connection: they are numbered as they come.
+    next: u64,
+    open: HashMap<u64, Place>,
+    by_group: HashMap<AddressGroup, usize>,
+    tiers: [Tier; TIERS],
+}
+
+struct Place {
+    group: AddressGroup,
+    standing: Standing,
+    task: Option<AbortHandle>,
+}
+
+impl Place {
+    fn end(&self) {
+        if let Some(task) = &self.task {
+            task.abort();
+        }
+    }
+}
+
+impl Places {
+    fn new(limits: &Limits) -> Self {
+        Self {
+            connections_max: limits.connections_max,
+            per_group_max: limits.connections_per_peer_max,
+            next: 0,
+            open: HashMap::new(),
+            by_group: HashMap::new(),
+            tiers: Default::default(),
+        }
+    }
+
+    /// The number of a new connection, and the place that it displaced.
+    fn admit(
+        &mut self,
+        group: AddressGroup,
+        is_trusted_proxy: bool,
+    ) -> Option<(u64, Option<Place>)> {
+        let of_group = self.by_group.get(&group).copied().unwrap_or(0);
+        let oldest = if !is_trusted_proxy && of_group >= self.per_group_max {
+            Some(self.tiers.iter().find_map(|tier| tier.oldest_of(group))?)
+        } else if self.open.len() >= self.connections_max {
+            Some(self.tiers.iter().find_map(Tier::oldest_of_largest)?)
+        } else {
+            None
+        };
+        let displaced = oldest.and_then(|oldest| self.remove(oldest));
+        let number = self.next;
+        self.next += 1;
+        let place = Place {
+            group,
+            standing: Standing::Silent,
+            task: None,
+        };
+        self.open.insert(number, place);
+        *self.by_group.entry(group).or_default() += 1;
+        self.tiers[0].change(group, |numbers| numbers.insert(number));
+        Some((number, displaced))
+    }
+
+    fn move_to(&mut self, number: u64, standing: Standing) {
+        // It may have been displaced meanwhile.
+        let Some(place) = self.open.get_mut(&number) else {
+            return;
+        };
+        let before = std::mem::replace(&mut place.standing, standing);
+        if let Some(tier) = before.tier() {
+            self.tiers[tier].change(place.group, |numbers| numbers.remove(&number));
+        }
+        if let Some(tier) = standing.tier() {
+            self.tiers[tier].change(place.group, |numbers| numbers.insert(number));
+        }
+    }
+
+    fn remove(&mut self, number: u64) -> Option<Place> {
+        let place = self.open.remove(&number)?;
+        if let Some(tier) = place.standing.tier() {
+            self.tiers[tier].change(place.group, |numbers| numbers.remove(&number));
+        }
+        let left = self.by_group.get_mut(&place.group)?;
+        *left -= 1;
+        if *left == 0 {
+            self.by_group.remove(&place.group);
+        }
+        Some(place)
+    }
+}
+
+/// Connections of one standing.
+#[derive(Default)]
+struct Tier {
+    by_group: HashMap<AddressGroup, BTreeSet<u64>>,
+    /// The last is the group that has the most; among equals, the one with the oldest connection.
+    by_size: BTreeSet<(usize, Reverse<u64>, AddressGroup)>,
+}
+
+impl Tier {
+    fn change(&mut self, group: AddressGroup, change: impl FnOnce(&mut BTreeSet<u64>) -> bool) {
+        let numbers = self.by_group.entry(group).or_default();
+        if let Some(oldest) = numbers.first() {
+            self.by_size
+                .remove(&(numbers.len(), Reverse(*oldest), group));
+        }
+        change(numbers);
+        match numbers.first() {
+            Some(oldest) => {
+                self.by_size
+                    .insert((numbers.len(), Reverse(*oldest), group));
+            }
+            None => {
+                self.by_group.remove(&group);
+            }
+        }
+    }
+
+    fn oldest_of(&self, group: AddressGroup) -> Option<u64> {
+        self.by_group.get(&group)?.first().copied()
+    }
+
+    fn oldest_of_largest(&self) -> Option<u64> {
+        self.by_size.last().map(|(_, Reverse(oldest), _)| *oldest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const A: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 1));
+    const B: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 2));
+    const C: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 3));
+
+    /// Connections by number, as long as they are not displaced.
+    struct Scene {
+        all: Arc<Connections>,
+        counters: Arc<Counters>,
+        open: Vec<Connection>,
+    }
+
+    impl Scene {
+        fn new(connections_max: usize, connections_per_peer_max: usize) -> Self {
+            let limits = Limits {
+                connections_max,
+                connections_per_peer_max,
+                ..Limits::default()
+            };
+            let counters = Arc::<Counters>::default();
+            Self {
+                all: Arc::new(Connections::new(&limits, Arc::clone(&counters))),
+                counters,
+                open: Vec::new(),
+            }
+        }
+
+        /// Lets one in, or not; the numbers that are no longer there afterwards.
+        fn comes(&mut self, from: IpAddr) -> Option<Vec<u64>> {
+            let before = self.numbers();
+            self.open.push(self.all.admit(from, false)?.connection);
+            let after = self.numbers();
+            Some(before.difference(&after).copied().collect())
+        }
+
+        fn numbers(&self) -> BTreeSet<u64> {
+            self.all.lock().open.keys().copied().collect()
+        }
+
+        fn of(&self, number: usize) -> &Connection {
+            &self.open[number]
+        }
+    }
+
+    #[test]
+    fn the_oldest_silent_one_makes_room_then_the_oldest_idle_one_then_the_oldest_asking_one() {
+        let mut scene = Scene::new(6, 6);
+        for _ in 0..6 {
+            assert_eq!(scene.comes(A), Some(vec![]));
+        }
+        scene.of(0).asks();
+        for number in [1, 2] {
+            scene.of(number).asks();
+            scene.of(number).is_answered();
+        }
+        scene.of(4).asks();
+        scene.of(4).establish();
+        scene.of(4).is_answered();
+        for makes_room in [3, 5] {
+            assert_eq!(scene.comes(A), Some(vec![makes_room]));
+            scene.open.last().unwrap().establish();
+        }
+        // Who asks again is not idle.
+        scene.of(1).asks();
+        for makes_room in [2, 0, 1] {
+            assert_eq!(scene.comes(A), Some(vec![makes_room]));
+            scene.open.last().unwrap().establish();
+        }
+        assert_eq!(scene.comes(A), None, "all are established");
+        assert_eq!(scene.comes(B), None, "all are established");
+        let of = |counter| crate::counters::load(counter);
+        assert_eq!(of(&scene.counters.displaced), 5);
+        assert_eq!(of(&scene.counters.turned_away), 2);
+        assert_eq!(of(&scene.counters.connections_open), 6);
+        assert_eq!(of(&scene.counters.connections), 11);
+    }
+
+    #[test]
+    fn who_has_as_many_as_one_address_may_displaces_an_own_one() {
+        let mut scene = Scene::new(100, 2);
+        for from in [B, A, A, B] {
+            assert_eq!(scene.comes(from), Some(vec![]));
+        }
+        assert_eq!(scene.comes(A), Some(vec![1]));
+        scene.of(2).establish();
+        assert_eq!(scene.comes(A), Some(vec![4]));
+        scene.open.last().unwrap().establish();
+        assert_eq!(scene.comes(A), None);
+        assert_eq!(scene.comes(C), Some(vec![]));
+        assert!(scene.all.admit(A, true).is_some(), "a trusted proxy");
+    }
+
+    #[test]
+    fn where_all_places_are_taken_the_address_with_the_most_silent_ones_makes_room() {
+        let mut scene = Scene::new(6, 6);
+        for from in [C, A, A, A, B, B] {
+            assert_eq!(scene.comes(from), Some(vec![]));
+        }
+        // Two of A's are no attack: the most silent ones are B's now.
+        scene.of(1).establish();
+        scene.of(2).asks();
+        assert_eq!(scene.comes(A), Some(vec![4]));
+        // A has two silent ones, B and C one each.
+        assert_eq!(scene.comes(B), Some(vec![3]));
+        // B has two now.
+        assert_eq!(scene.comes(C), Some(vec![5]));
+        assert_eq!(scene.comes(C), Some(vec![0]));
+    }
+
+    #[test]
+    fn a_place_is_given_back_once_whether_it_made_room_or_ended() {
+        let mut scene = Scene::new(2, 2);
+        for from in [A, A] {
+            assert_eq!(scene.comes(from), Some(vec![]));
+        }
+        assert_eq!(scene.comes(B), Some(vec![0]));
+        let of = |counter| crate::counters::load(counter);
+        // It learns of it only now, and takes nobody's place along.
+        scene.of(0).asks();
+        scene.of(0).establish();
+        drop(scene.open.remove(0));
+        assert_eq!(of(&scene.counters.connections_open), 2);
+        assert_eq!(scene.numbers(), BTreeSet::from([1, 2]));
+        scene.open.clear();
+        assert_eq!(of(&scene.counters.connections_open), 0);
+        let places = scene.all.lock();
+        assert!(places.open.is_empty() && places.by_group.is_empty());
+        for tier in &places.tiers {
+            assert!(tier.by_group.is_empty() && tier.by_size.is_empty());
+        }
+    }
+
+    #[tokio::test]
+    async fn what_serves_a_connection_that_makes_room_is_ended() {
+        let mut scene = Scene::new(1, 1);
+        let mut tasks = tokio::task::JoinSet::new();
+        scene.comes(A);
+        let task = tasks.spawn(std::future::pending::<()>());
+        scene.all.serve_by(0, task);
+        assert_eq!(scene.comes(A), Some(vec![0]));
+        assert!(tasks.join_next().await.unwrap().unwrap_err().is_cancelled());
+    }
+}
