@@ -3,6 +3,7 @@
 mod answer;
 mod assets;
 mod audit;
+mod bodies;
 mod devices;
 mod events;
 mod gate;
@@ -37,6 +38,7 @@ use axum::http::{Method, Request, StatusCode, header};
 use axum::middleware::{from_fn_with_state, map_response};
 use axum::response::{IntoResponse as _, Json, Response};
 use axum::routing::{delete, get, post};
+use bodies::Bodies;
 use http_body_util::{Either, Full};
 use hyper::body::Incoming;
 use serde_json::json;
@@ -67,8 +69,7 @@ struct Shared {
     seldom: Seldom,
     /// On the monotonic clock.
     started_at: Duration,
-    /// Room for bodies of frames, in units of [`ingest::BODY_UNIT`] bytes.
-    bodies: Arc<Semaphore>,
+    bodies: Bodies,
     live_clients: Arc<Semaphore>,
     stopping: watch::Sender<bool>,
 }
@@ -134,7 +135,7 @@ impl AppState {
             started_at: clock.monotonic(),
             wall_steps: WallSteps::new(&*clock),
             clock,
-            bodies: Arc::new(Semaphore::new(limits.bodies_bytes_max / ingest::BODY_UNIT)),
+            bodies: Bodies::new(&limits),
             live_clients: Arc::new(Semaphore::new(limits.live_clients_max)),
             stopping: watch::Sender::new(false),
             limits,

@@ -23,9 +23,11 @@ pub struct Limits {
     pub body_bytes_max: usize,
     /// Bytes of any other body. More is answered 413.
     pub small_body_bytes_max: usize,
-    /// Bytes of all bodies of frames that are being taken at once, until they are on disk. A request that finds no room is
-    /// answered 503.
+    /// Bytes of all bodies of frames that have arrived and are not on disk yet. A request that finds no room is answered 503.
     pub bodies_bytes_max: usize,
+    /// The same for one token, or where none is required for one address (IPv6: one /64). A request that finds no room is
+    /// answered 429. Bodies of up to 4 KiB do not count.
+    pub bodies_bytes_per_sender_max: usize,
     /// How much one body of frames may hold.
     pub batch: grideye_recording::wire::Limits,
     /// From the end of the headers to the first byte of the answer. Then 504.
@@ -123,6 +125,7 @@ impl Default for Limits {
             body_bytes_max: FRAMES_MAX * FRAME_BYTES_MAX + 64 * 1024,
             small_body_bytes_max: 16 * 1024,
             bodies_bytes_max: 64 * 1024 * 1024,
+            bodies_bytes_per_sender_max: 8 * 1024 * 1024,
             batch: grideye_recording::wire::Limits::default(),
             handler_time_max: Duration::from_secs(20),
             write_stall_max: Duration::from_secs(20),

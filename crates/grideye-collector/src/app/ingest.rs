@@ -1,6 +1,7 @@
 //! `POST /v1/frames`: taken whole or not at all, and answered after it is on disk.
 
 use super::answer::Refusal;
+use super::bodies::{self, Room, too_large};
 use super::gate::{Asked, Line, Need, check_device};
 use super::guard::{OF_NO_PAGE, Passing};
 use super::{Answer, AppState};
@@ -17,15 +18,12 @@ use axum::extract::{Request, State};
 use axum::http::{self, HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse as _, Response};
 use grideye_recording::wire::{self, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, JSON_TYPE, WireError};
-use http_body_util::{BodyExt as _, Either, Full, LengthLimitError, Limited};
+use http_body_util::{Either, Full};
 use hyper::body::Incoming;
-use std::future::{Future as _, poll_fn};
+use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::sync::Arc;
 use std::task::Poll;
-
-/// Memory for bodies is handed out in pieces of so many bytes.
-pub(super) const BODY_UNIT: usize = 4096;
 
 /// Answers, and passes the guard by itself: on the way through the router, which looks for the route and boxes every layer,
 /// a post costs an eighth more.
@@ -49,7 +47,8 @@ pub(super) async fn guarded_frames(
         Ok(caller) => caller,
     };
     // Held here and lent on: every function that took it would have room for it of its own.
-    let taken = pin!(take(state, caller.as_ref(), &parts.headers, body));
+    let room = state.0.bodies.room(caller.as_ref(), line.peer);
+    let taken = pin!(take(state, caller.as_ref(), &parts.headers, body, room));
     match passing.in_time(alarm, taken).await {
         Ok(Ok(acknowledgement)) => passing
             .finish(acknowledge(acknowledgement))
@@ -64,8 +63,11 @@ pub(super) async fn frames(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
+    let line = Line::of(&request);
     let (parts, body) = request.into_parts();
-    let taken = take(&state, parts.extensions.get(), &parts.headers, body).await?;
+    let caller = parts.extensions.get();
+    let room = state.0.bodies.room(caller, line.peer);
+    let taken = take(&state, caller, &parts.headers, body, room).await?;
     Ok(acknowledge(taken).map(Body::new))
 }
 
@@ -83,16 +85,18 @@ async fn take<B>(
     caller: Option<&Caller>,
     headers: &HeaderMap,
     body: B,
+    mut room: Room<'_>,
 ) -> Result<Vec<u8>, Refusal>
 where
     B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
 {
     let form = Form::of(headers)?;
-    let body = read_frames_body(state, headers, body).await?;
     let shared = &state.0;
-    let limits = &shared.limits.batch;
-    let HeldBody { bytes, room } = body;
-    let (batch, compact) = form.read(bytes, limits)?;
+    let bytes_max = shared.limits.body_bytes_max;
+    check_announced(headers, bytes_max)?;
+    let body = bodies::collect(body, bytes_max, |bytes| room.grow(bytes));
+    let body = in_body_time(&shared.limits, body).await?;
+    let (batch, compact) = form.read(body, &shared.limits.batch)?;
     check_device(caller, &batch.device)?;
     if !shared.live.has_room_for(&batch) {
         return Err(too_many_sensors(shared.limits.sensors_max));
@@ -161,43 +165,14 @@ impl Form {
     }
 }
 
-/// A body, and the room it takes.
-struct HeldBody {
-    bytes: Bytes,
-    room: tokio::sync::OwnedSemaphorePermit,
-}
-
-async fn read_frames_body<B>(
-    state: &AppState,
-    headers: &HeaderMap,
-    body: B,
-) -> Result<HeldBody, Refusal>
-where
-    B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
-{
-    let limits = state.limits();
-    let size = announced_size(headers, limits)?;
-    let units = u32::try_from(size.div_ceil(BODY_UNIT)).unwrap_or(u32::MAX);
-    let room = Arc::clone(&state.0.bodies)
-        .try_acquire_many_owned(units)
-        .map_err(|_none_left| {
-            let what = "as many frames are being taken as there is memory for";
-            Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "busy", what)
-                .hint("send again in a second; nothing of this request was stored")
-        })?;
-    let bytes = read_body(state, body, limits.body_bytes_max).await?;
-    Ok(HeldBody { bytes, room })
-}
-
-/// The size that the headers announce, or the largest allowed.
-fn announced_size(headers: &HeaderMap, limits: &Limits) -> Result<usize, Refusal> {
+/// Refuses a body that is announced as too large before it arrives.
+fn check_announced(headers: &HeaderMap, bytes_max: usize) -> Result<(), Refusal> {
     let announced = headers
         .get(header::CONTENT_LENGTH)
         .and_then(|length| length.to_str().ok()?.parse::<usize>().ok());
     match announced {
-        Some(length) if length > limits.body_bytes_max => Err(too_large(limits.body_bytes_max)),
-        Some(length) => Ok(length),
-        None => Ok(limits.body_bytes_max),
+        Some(length) if length > bytes_max => Err(too_large(bytes_max)),
+        Some(_) | None => Ok(()),
     }
 }
 
@@ -208,34 +183,28 @@ pub(super) async fn read_json_body(
     bytes_max: usize,
 ) -> Result<Bytes, Refusal> {
     check_is_json(request.headers())?;
-    read_body(state, request.into_body(), bytes_max).await
+    let body = bodies::collect(request.into_body(), bytes_max, |_bytes| Ok(()));
+    in_body_time(state.limits(), body).await
 }
 
-async fn read_body<B>(state: &AppState, body: B, bytes_max: usize) -> Result<Bytes, Refusal>
-where
-    B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
-{
-    let limits = state.limits();
-    let mut read = pin!(Limited::new(body, bytes_max).collect());
+/// The body, or a refusal because it comes too slowly.
+async fn in_body_time(
+    limits: &Limits,
+    body: impl Future<Output = Result<Bytes, Refusal>>,
+) -> Result<Bytes, Refusal> {
+    let mut body = pin!(body);
     // Nearly every body came with its head, and needs no timer.
-    let read = match poll_fn(|cx| Poll::Ready(read.as_mut().poll(cx))).await {
-        Poll::Ready(read) => Ok(read),
-        Poll::Pending => tokio::time::timeout(limits.body_time_max, read).await,
+    let read = match poll_fn(|cx| Poll::Ready(body.as_mut().poll(cx))).await {
+        Poll::Ready(read) => return read,
+        Poll::Pending => tokio::time::timeout(limits.body_time_max, body).await,
     };
-    match read {
-        Ok(Ok(body)) => Ok(body.to_bytes()),
-        Ok(Err(error)) if error.is::<LengthLimitError>() => Err(too_large(bytes_max)),
-        Ok(Err(error)) => Err(Refusal::new(
-            StatusCode::BAD_REQUEST,
-            "body_cut",
-            format!("the body could not be read: {error}"),
-        )),
-        Err(_elapsed) => Err(Refusal::new(
+    read.unwrap_or_else(|_elapsed| {
+        Err(Refusal::new(
             StatusCode::REQUEST_TIMEOUT,
             "body_too_slow",
             format!("the body did not come within {:?}", limits.body_time_max),
-        )),
-    }
+        ))
+    })
 }
 
 /// Another type may mean another format; none at all is taken as JSON.
@@ -258,12 +227,6 @@ fn essence(headers: &HeaderMap) -> Option<&str> {
     let whole = headers.get(header::CONTENT_TYPE)?;
     let whole = whole.to_str().unwrap_or_default();
     Some(whole.split(';').next().unwrap_or_default().trim())
-}
-
-fn too_large(bytes_max: usize) -> Refusal {
-    let what = format!("the body is larger than {bytes_max} bytes");
-    Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, "body_too_large", what)
-        .hint("send less at once; nothing of this request was stored")
 }
 
 fn too_many_sensors(limit: usize) -> Refusal {

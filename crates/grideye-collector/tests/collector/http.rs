@@ -365,33 +365,69 @@ fn endless() -> Body {
     Body::from_stream(tokio_stream::pending::<Result<Bytes, std::io::Error>>())
 }
 
+/// A body of which so much comes at once, and then nothing.
+fn begun(bytes: usize) -> Body {
+    let first = tokio_stream::once(Ok::<_, std::io::Error>(Bytes::from(vec![b' '; bytes])));
+    Body::from_stream(first.chain(tokio_stream::pending()))
+}
+
 #[tokio::test]
-async fn the_memory_for_bodies_is_limited_and_given_back() {
+async fn the_memory_for_bodies_goes_by_what_arrived_is_shared_out_and_is_given_back() {
     let limits = Limits {
         body_bytes_max: 40_000,
-        bodies_bytes_max: 50_000,
+        bodies_bytes_max: 60_000,
+        bodies_bytes_per_sender_max: 50_000,
         ..Limits::default()
     };
     let server = Server::with(limits).await;
-    let held = tokio::spawn(server.router.clone().oneshot(request(
-        Method::POST,
-        "/v1/frames",
-        endless(),
-    )));
-    tokio::task::yield_now().await;
-    let mut second = request(Method::POST, "/v1/frames", endless());
-    second
-        .headers_mut()
-        .insert(header::CONTENT_LENGTH, 20_000.into());
-    let reply = server.send(second).await;
+    let post = |body| request(Method::POST, "/v1/frames", body);
+    let mut open = tokio::task::JoinSet::new();
+    let mut open_more = async |bytes: usize| {
+        let mut begun = post(begun(bytes));
+        begun
+            .headers_mut()
+            .insert(header::CONTENT_LENGTH, 40_000.into());
+        open.spawn(server.router.clone().oneshot(begun));
+        tokio::task::yield_now().await;
+    };
+    // Announced ten times what there is, of which next to nothing came.
+    for _ in 0..15 {
+        open_more(1).await;
+    }
+    open_more(40_000).await;
+    let reply = server.send(post(begun(10_001))).await;
+    assert_eq!(reply.error(), (429, "too_much_at_once".to_owned(), None));
+    assert_eq!(reply.headers[header::RETRY_AFTER], "1");
+    for _ in 0..4 {
+        open_more(4096).await;
+    }
+    let reply = server.send(post(begun(4000))).await;
     assert_eq!(reply.error(), (503, "busy".to_owned(), None));
     assert_eq!(reply.headers[header::RETRY_AFTER], "1");
-    held.abort();
-    let _ = held.await;
-    // Each takes all that there is, for want of an announced length, and gives it back.
+    open.shutdown().await;
     for first in (0..50).step_by(5) {
         let reply = server.frames(&numbered(first..first + 5)).await;
         assert_eq!(reply.status, StatusCode::OK, "{first}");
+    }
+}
+
+/// However it is cut into pieces, as when it comes through the net.
+#[tokio::test]
+async fn a_body_in_pieces_is_the_same_body() {
+    let server = Server::new().await;
+    let whole = numbered(0..5).to_json().unwrap();
+    for size in [1, 7, whole.len() / 2] {
+        let pieces: Vec<_> = whole
+            .chunks(size)
+            .map(|piece| Ok::<_, std::io::Error>(Bytes::copy_from_slice(piece)))
+            .collect();
+        let body = Body::from_stream(tokio_stream::iter(pieces));
+        let reply = server.post("/v1/frames", body).await;
+        assert_eq!(
+            reply.json()["durable_through"],
+            json!({ "s1": 4 }),
+            "{size}"
+        );
     }
 }
 
