@@ -4,25 +4,25 @@
 //! seed; the same seed makes the same requests.
 
 #[cfg(test)]
+mod agent;
+#[cfg(test)]
+mod collector_process;
+#[cfg(test)]
 mod made_up;
 #[cfg(test)]
 mod router;
 #[cfg(test)]
+mod silent;
+#[cfg(test)]
+mod slow_bodies;
+#[cfg(test)]
 mod sockets;
+
+/// Who measures is alone; the others may run beside one another.
+#[cfg(test)]
+static ALONE: tokio::sync::RwLock<()> = tokio::sync::RwLock::const_new(());
 
 #[cfg(test)]
 fn from_environment(name: &str, otherwise: u64) -> u64 {
     std::env::var(name).map_or(otherwise, |text| text.parse().unwrap())
-}
-
-/// Memory of this process that is resident now, in KiB.
-#[cfg(test)]
-fn resident_kib() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    line.unwrap()
-        .trim()
-        .trim_end_matches(" kB")
-        .parse()
-        .unwrap()
 }

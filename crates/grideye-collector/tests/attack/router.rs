@@ -1,7 +1,8 @@
 //! Every request that is made up goes through the router; a device delivers all the while.
 
+use crate::collector_process;
 use crate::made_up::{self, Dice, METHODS};
-use crate::{from_environment, resident_kib};
+use crate::{ALONE, from_environment};
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, Response, header};
@@ -9,6 +10,7 @@ use grideye_collector::access::{AccessFolder, Scope, Token};
 use grideye_collector::{AppState, Limits, Log, SqliteStore, StoreLocation, SystemClock, app};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::sync::Arc;
 use tower::ServiceExt as _;
 
@@ -192,8 +194,13 @@ async fn check(answer: Response<Body>, told: &str, secrets: &[String]) -> u16 {
     status
 }
 
+fn resident_kib() -> u64 {
+    collector_process::resident_kib(Path::new("/proc/self/status"))
+}
+
 #[tokio::test]
 async fn made_up_requests_do_no_harm_and_a_device_delivers_all_the_while() {
+    let _beside = ALONE.read().await;
     let otherwise = if std::env::var_os("GRIDEYE_ALL_SEEDS").is_some() {
         1_000_000
     } else {
