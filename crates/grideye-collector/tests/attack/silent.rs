@@ -34,6 +34,8 @@ const OPENING: usize = 32;
 /// The pause before the next one is opened in place of one that opened, where the crowd stays. Without it the system's queue
 /// overflows, and nobody can tell which connections there are.
 const OPENING_PAUSE: Duration = Duration::from_millis(8);
+/// Longer than any of these tests takes on a machine that does much else.
+const PATIENCE: Duration = Duration::from_secs(120);
 /// How often whoever waits looks.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
@@ -168,7 +170,8 @@ fn run(test: impl Future<Output = ()>) {
     runtime.unwrap().block_on(async {
         let _alone = ALONE.write().await;
         raise_open_files();
-        test.await;
+        let ended = tokio::time::timeout(PATIENCE, test).await;
+        ended.expect("somebody waits without end");
     });
 }
 
