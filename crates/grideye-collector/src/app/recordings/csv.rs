@@ -7,7 +7,8 @@ use crate::app::answer::Refusal;
 use crate::store::{Members, StoredRecord};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use grideye_recording::csv::{Row, STREAMS_MAX, Writer};
+use grideye_recording::Row;
+use grideye_recording::csv::{STREAMS_MAX, Writer};
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
