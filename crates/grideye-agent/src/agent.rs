@@ -10,7 +10,7 @@ use crate::keeper::Keeper;
 use crate::log::{Level, Log};
 use crate::ring::Ring;
 use crate::shared::Shared;
-use crate::spool::{Folder, FolderError, Limits, Spool};
+use crate::spool::{Folder, FolderError, Limits, OpenError, Spool};
 use crate::transport;
 use crate::upload::{Http, Uploader};
 use crate::watch::{HUNG_AFTER, Watched};
@@ -108,7 +108,7 @@ pub enum StartError {
         /// What the system said.
         source: io::Error,
     },
-    /// Another agent uses the spool's folder, or no folder was named.
+    /// Another agent uses the spool's folder, or a later version wrote it.
     #[error("{0}")]
     Spool(#[from] FolderError),
     /// No folder was named for the spool.
@@ -594,9 +594,10 @@ fn open_spool(
     keeper.open(Box::new(move || {
         let disk = Box::new(Folder::open(&folder)?);
         let spool = Spool::open(disk, limits, &device, &boot, &sensors);
-        spool.map_err(|source| FolderError::Unusable {
-            folder: folder.clone(),
-            source,
+        let folder = folder.clone();
+        spool.map_err(|error| match error {
+            OpenError::Disk(source) => FolderError::Unusable { folder, source },
+            error => FolderError::Newer { folder, error },
         })
     }))?;
     log.line(Level::Info, format!("spool: {}", config.guarantee()));

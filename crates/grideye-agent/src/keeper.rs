@@ -72,7 +72,7 @@ impl Keeper {
     /// Opens the spool, or, where the disk does not work, says so and tries again later.
     ///
     /// # Errors
-    /// [`FolderError::Locked`] if another agent uses it.
+    /// [`FolderError::Locked`] if another agent uses it, [`FolderError::Newer`] if a later version wrote it.
     pub fn open(&mut self, mut opener: Opener) -> Result<(), FolderError> {
         match opener() {
             Ok(spool) => {
@@ -83,7 +83,6 @@ impl Keeper {
                 }
                 Ok(())
             }
-            Err(locked @ FolderError::Locked { .. }) => Err(locked),
             Err(FolderError::Unusable { folder, source }) => {
                 let what = format!("{}: {source}", folder.display());
                 self.failed(self.shared.now(), &io::Error::new(source.kind(), what));
@@ -91,6 +90,7 @@ impl Keeper {
                 self.opener = Some(opener);
                 Ok(())
             }
+            Err(refused) => Err(refused),
         }
     }
 
@@ -99,8 +99,8 @@ impl Keeper {
             return;
         }
         if let Some(opener) = self.opener.take() {
-            if let Err(locked) = self.open(opener) {
-                self.log.error(locked.to_string());
+            if let Err(refused) = self.open(opener) {
+                self.log.error(refused.to_string());
             }
         }
     }

@@ -15,6 +15,7 @@
 //! * After a failed write or sync the segment is given up and the records, which are still in memory, go to a new one.
 //! * When it is full the oldest segment goes, and its frames are counted as [`SPOOL_FULL`].
 //! * A run that was killed is spoken for by the next one: its records go first, with an account that says that it ended.
+//! * What a later version of this program wrote is refused by name, and nothing of the folder is changed.
 //! * A run whose records the collector does not let this agent send is held, and those behind it go on.
 
 mod aside;
@@ -27,7 +28,7 @@ pub mod segment;
 mod state;
 mod writing;
 
-pub use disk::{Disk, Folder, FolderError, LOCK, QUARANTINE};
+pub use disk::{Disk, Folder, FolderError, LOCK, OpenError, QUARANTINE};
 pub use state::RUNS_MAX;
 
 use grideye_recording::StreamId;
@@ -192,14 +193,14 @@ impl Spool {
     /// at later, by [`Spool::recover`].
     ///
     /// # Errors
-    /// What the disk said. A disk that cannot be read is not taken; one that cannot be written is, and fails later.
+    /// [`OpenError`]. A disk that cannot be read is not taken; one that cannot be written is, and fails later.
     pub fn open(
         disk: Box<dyn Disk>,
         limits: Limits,
         device: &str,
         boot: &str,
         sensors: &[String],
-    ) -> io::Result<Self> {
+    ) -> Result<Self, OpenError> {
         let mut spool = Self {
             disk,
             limits,

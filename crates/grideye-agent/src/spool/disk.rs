@@ -78,6 +78,27 @@ pub trait Disk: Send {
     fn free_bytes(&self) -> io::Result<u64>;
 }
 
+/// Why a disk is not taken as a spool.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OpenError {
+    /// A later version of this program wrote it.
+    #[error(
+        "{name} has layout {found}, and this program knows layouts up to {known}\nhint: start the version of grideye-agent that wrote it, or a newer one; or name an empty spool.folder: this folder stays as it is, and that version can deliver it"
+    )]
+    Newer {
+        /// The file.
+        name: String,
+        /// Its layout.
+        found: u32,
+        /// The newest that is known.
+        known: u32,
+    },
+    /// The disk cannot be read.
+    #[error(transparent)]
+    Disk(#[from] io::Error),
+}
+
 /// Why a folder cannot be a spool.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -89,6 +110,14 @@ pub enum FolderError {
     Locked {
         /// The folder.
         folder: PathBuf,
+    },
+    /// A later version of this program wrote in it.
+    #[error("{}/{error}", .folder.display())]
+    Newer {
+        /// The folder.
+        folder: PathBuf,
+        /// The file, and its layout.
+        error: OpenError,
     },
     /// It cannot be made, opened or locked.
     #[error(

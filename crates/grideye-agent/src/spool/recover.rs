@@ -1,11 +1,10 @@
 //! What a start makes of what the runs before left on the disk.
 
-use super::segment::{Entries, Entry, Fault, HEADER_BYTES};
-use super::state::{Count, RUNS_MAX, Run, STATE, STATE_BYTES_MAX, State};
-use super::{Place, QUARANTINE, SEGMENT_READ_MAX, Segment, Spool, name_of, number_of};
+use super::segment::{Entries, Entry, Fault, HEADER_BYTES, VERSION, check_header};
+use super::state::{Count, RUNS_MAX, Run, STATE, STATE_BYTES_MAX, STATE_VERSION, State};
+use super::{OpenError, Place, QUARANTINE, SEGMENT_READ_MAX, Segment, Spool, name_of, number_of};
 use grideye_recording::StreamId;
 use grideye_recording::wire::Account;
-use std::io;
 use std::sync::Arc;
 
 impl Spool {
@@ -39,10 +38,11 @@ impl Spool {
     }
 
     /// Reads the names and the state.
-    pub(super) fn load(&mut self) -> io::Result<()> {
+    pub(super) fn load(&mut self) -> Result<(), OpenError> {
         let names = self.disk.list()?;
         let mut numbers: Vec<u64> = names.iter().filter_map(|name| number_of(name)).collect();
         numbers.sort_unstable();
+        self.refuse_newer(&numbers)?;
         let quarantined = names.iter().filter(|name| name.starts_with(QUARANTINE));
         self.quarantine_bytes = quarantined
             .map(|name| self.disk.size(name).unwrap_or(0))
@@ -69,6 +69,28 @@ impl Spool {
         Ok(())
     }
 
+    /// Before anything is changed: what a later version of this program wrote is not ours to write over. What cannot be
+    /// read here is told of later.
+    fn refuse_newer(&self, numbers: &[u64]) -> Result<(), OpenError> {
+        let check = |name: String, found: Option<u32>, known: u32| match found {
+            Some(found) if found > known => Err(OpenError::Newer { name, found, known }),
+            _ => Ok(()),
+        };
+        let state = self.disk.read(STATE, 0, STATE_BYTES_MAX).ok();
+        let found = state.and_then(|state| State::version(&state));
+        check(STATE.to_owned(), found, STATE_VERSION)?;
+        for number in numbers {
+            let name = name_of(*number);
+            let header = self.disk.read(&name, 0, HEADER_BYTES).unwrap_or_default();
+            let found = match check_header(*number, &header) {
+                Err(Fault::OtherVersion { found }) => Some(found),
+                _ => None,
+            };
+            check(name, found, VERSION)?;
+        }
+        Ok(())
+    }
+
     fn load_state(&mut self) {
         let bytes = self.disk.read(STATE, 0, STATE_BYTES_MAX);
         let state = bytes.ok().and_then(|bytes| State::from_bytes(&bytes));
@@ -86,7 +108,7 @@ impl Spool {
             "left where it is".to_owned()
         };
         self.say(&format!(
-            "state is damaged, or of another version: {what}; some frames may be sent a second time, which changes nothing"
+            "state is damaged: {what}; some frames may be sent a second time, which changes nothing"
         ));
     }
 
@@ -220,13 +242,7 @@ impl Spool {
             Ok(()) => format!("set aside as {aside}"),
             Err(error) => format!("and it cannot be set aside: {error}"),
         };
-        let hint = match fault {
-            Fault::OtherVersion { .. } => {
-                "\nhint: the version of grideye-agent that wrote it can deliver it, with quarantine as its spool.folder"
-            }
-            _ => "",
-        };
-        self.say(&format!("{name}: {fault}; {what}{hint}"));
+        self.say(&format!("{name}: {fault}; {what}"));
     }
 
     /// The rest is kept under a name that says where it was, so that setting it aside twice is setting it aside once.

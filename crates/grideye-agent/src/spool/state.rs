@@ -1,6 +1,7 @@
 //! The file `state` of a spool: from where on its segments are needed, and which runs have not been heard to the end.
 //!
-//! One line with version and checksum, then JSON, so that a person can read it. It is replaced as a whole.
+//! One line with version and checksum, then JSON, so that a person can read it. It is replaced as a whole. The line keeps
+//! its form in every version.
 
 use super::segment::crc32c;
 use grideye_recording::wire::Account;
@@ -14,7 +15,9 @@ pub(super) const STATE_BYTES_MAX: usize = 16 << 20;
 /// Ended runs that are remembered; of more, the oldest that have nothing on disk are forgotten, and that is said.
 pub const RUNS_MAX: usize = 1000;
 
-const BEGINNING: &str = "grideye-spool-state 1 crc32c ";
+/// The version of the state that is written, and the only one that is read.
+pub(super) const STATE_VERSION: u32 = 1;
+const BEGINNING: &str = "grideye-spool-state ";
 
 /// From where on the segments are needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
@@ -96,16 +99,31 @@ impl State {
         // Strings and numbers alone: this cannot fail.
         let json = serde_json::to_string_pretty(self).unwrap_or_default();
         let crc = crc32c(&[json.as_bytes()]);
-        format!("{BEGINNING}{crc:08x}\n{json}").into_bytes()
+        format!("{BEGINNING}{STATE_VERSION} crc32c {crc:08x}\n{json}").into_bytes()
     }
 
     /// `None` for what this version did not write whole.
     pub(super) fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let text = std::str::from_utf8(bytes).ok()?;
-        let (crc, json) = text.strip_prefix(BEGINNING)?.split_once('\n')?;
-        let is_whole = u32::from_str_radix(crc, 16).ok()? == crc32c(&[json.as_bytes()]);
-        is_whole.then(|| serde_json::from_str(json).ok()).flatten()
+        let (version, json) = whole(bytes)?;
+        if version != STATE_VERSION {
+            return None;
+        }
+        serde_json::from_str(json).ok()
     }
+
+    /// The version of a state that is whole.
+    pub(super) fn version(bytes: &[u8]) -> Option<u32> {
+        whole(bytes).map(|(version, _)| version)
+    }
+}
+
+/// Version and content of a state whose checksum is right.
+fn whole(bytes: &[u8]) -> Option<(u32, &str)> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let (version, rest) = text.strip_prefix(BEGINNING)?.split_once(" crc32c ")?;
+    let (crc, content) = rest.split_once('\n')?;
+    let is_whole = u32::from_str_radix(crc, 16).ok()? == crc32c(&[content.as_bytes()]);
+    is_whole.then_some((version.parse().ok()?, content))
 }
 
 #[cfg(test)]

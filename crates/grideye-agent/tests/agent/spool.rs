@@ -1,6 +1,7 @@
 //! The spool over a disk that loses power, fills, fails and holds what others left there.
 
 mod bad_disks;
+mod layouts;
 mod model;
 mod power;
 

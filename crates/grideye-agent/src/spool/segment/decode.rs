@@ -19,15 +19,15 @@ pub fn check_header(number: u64, bytes: &[u8]) -> Result<(), Fault> {
     if reader.take::<8>() != Some(MAGIC) {
         return Err(Fault::NoHeader);
     }
-    // A later format may have a longer header and another checksum, so the version is looked at first.
     let version = reader.u32().ok_or(Fault::NoHeader)?;
-    if version != VERSION {
-        return Err(Fault::OtherVersion { found: version });
-    }
     let found = reader.u64().ok_or(Fault::NoHeader)?;
     let crc = reader.u32().ok_or(Fault::NoHeader)?;
+    // The header keeps its form and its checksum in every version: so a later version is told from a damaged one.
     if crc32c(&[&bytes[..HEADER_BYTES - 4]]) != crc {
         return Err(Fault::NoHeader);
+    }
+    if version != VERSION {
+        return Err(Fault::OtherVersion { found: version });
     }
     if found != number {
         return Err(Fault::OtherNumber { found });

@@ -167,6 +167,13 @@ fn a_header_that_is_not_this_segments_is_told_apart() {
     newer[8] = 2;
     assert_eq!(
         check_header(5, &newer),
+        Err(Fault::NoHeader),
+        "a flipped bit"
+    );
+    let crc = crc32c(&[&newer[..HEADER_BYTES - 4]]).to_le_bytes();
+    newer[HEADER_BYTES - 4..].copy_from_slice(&crc);
+    assert_eq!(
+        check_header(5, &newer),
         Err(Fault::OtherVersion { found: 2 })
     );
     let mut damaged = header;
