@@ -6,7 +6,7 @@ use crate::output::outln;
 use crate::{progress, store};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::StoreLocation;
-use grideye_collector::store::migrate::{Migrated, Stage, migrate};
+use grideye_collector::store::migrate::{Migrated, migrate};
 use serde_json::json;
 
 /// Copies, then holds the copy against the file.
@@ -27,14 +27,9 @@ pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
         .enable_all()
         .build()
         .context("cannot start")?;
-    let mut bar: Option<(Stage, indicatif::ProgressBar)> = None;
+    let mut bars = progress::Bars::default();
     let migrated = runtime.block_on(migrate(&options.file, &url, |stage, done, total| {
-        if bar.as_ref().is_none_or(|(shown, _)| *shown != stage) {
-            bar = Some((stage, progress::bar(total, stage.name())));
-        }
-        if let Some((_, bar)) = &bar {
-            bar.set_position(done);
-        }
+        bars.show(stage.name(), done, total);
     }))?;
     if options.json {
         outln!("{}", serde_json::to_string_pretty(&counts(&migrated))?)?;

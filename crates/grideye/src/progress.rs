@@ -15,6 +15,22 @@ pub(crate) fn bar(total: u64, what: &'static str) -> ProgressBar {
     bar
 }
 
+/// The bars of what is done in stages, one after the other.
+#[derive(Default)]
+pub(crate) struct Bars(Option<(&'static str, ProgressBar)>);
+
+impl Bars {
+    /// Shows how far this stage is.
+    pub(crate) fn show(&mut self, stage: &'static str, done: u64, total: u64) {
+        if self.0.as_ref().is_none_or(|(shown, _)| *shown != stage) {
+            self.0 = Some((stage, bar(total, stage)));
+        }
+        if let Some((_, bar)) = &self.0 {
+            bar.set_position(done);
+        }
+    }
+}
+
 /// What is read, with a bar over its bytes until it is dropped; invisible unless standard error is a terminal.
 pub(crate) fn reading<R: Read>(input: R, bytes: u64) -> ProgressBarIter<R> {
     let bar = ProgressBar::new(bytes).with_finish(ProgressFinish::AndClear);

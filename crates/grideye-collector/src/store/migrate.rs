@@ -8,7 +8,9 @@
 mod source;
 mod target;
 
-use super::{FrameStore, PostgresStore, PostgresUrl, SqliteStore, StoreError, StoreLocation};
+use super::{
+    FrameStore, PostgresStore, PostgresUrl, SqliteStore, Stage, StoreError, StoreLocation,
+};
 use crate::Limits;
 use source::Source;
 use std::path::Path;
@@ -18,26 +20,6 @@ use target::Target;
 pub(in crate::store) const UNFINISHED: i32 = 0;
 /// Frames in one transaction of the copy, and in one comparison.
 const PAGE_ROWS: usize = 5_000;
-
-/// What is being done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// Frames are copied.
-    Copying,
-    /// The copy is held against the file.
-    Comparing,
-}
-
-impl Stage {
-    /// For the progress bar.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Copying => "copying",
-            Self::Comparing => "comparing",
-        }
-    }
-}
 
 /// What was migrated.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -13,12 +13,14 @@ mod runs;
 mod schema;
 pub mod segment;
 mod sqlite;
+mod stage;
 mod upgrade;
 
 pub use label::{KeptLabel, Label, LabelSpan};
 pub use location::{PostgresUrl, StoreLocation, UrlError};
 pub use postgres::PostgresStore;
-pub use sqlite::SqliteStore;
+pub use sqlite::{BackedUp, BackupError, SqliteStore, backup};
+pub use stage::Stage;
 
 use crate::{Clock, Log};
 use axum::body::Bytes;

@@ -147,7 +147,11 @@ impl StreamState {
         Some((number(first), number(last), stored, missing))
     }
 
-    fn summary(&self, id: &Arc<StreamId>, limits: &Limits) -> Result<StreamSummary, StoreError> {
+    pub(super) fn summary(
+        &self,
+        id: &Arc<StreamId>,
+        limits: &Limits,
+    ) -> Result<StreamSummary, StoreError> {
         let (stored, missing) = (
             unsigned("stored", self.stored)?,
             unsigned("missing", self.missing)?,

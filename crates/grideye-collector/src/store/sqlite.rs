@@ -1,6 +1,7 @@
 //! The store in one SQLite file: a thread that writes and shares each sync among all who wait, and connections
 //! that read beside it.
 
+mod backup;
 mod known;
 mod labels;
 mod pending;
@@ -19,6 +20,7 @@ use super::{
 use crate::{Clock, Level, Limits, Log, LogEvent};
 use axum::body::Bytes;
 use grideye_recording::wire::Batch;
+pub use backup::{BackedUp, BackupError, backup};
 pub(super) use read::rows_of;
 use retain::{DeletedCounts, Reason};
 use rusqlite::{Connection, ErrorCode, OpenFlags};

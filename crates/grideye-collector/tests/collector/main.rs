@@ -5,6 +5,8 @@ mod access;
 #[cfg(test)]
 mod annexes;
 #[cfg(test)]
+mod backup;
+#[cfg(test)]
 mod batches;
 #[cfg(test)]
 mod clocks;

@@ -17,7 +17,7 @@ use crate::Limits;
 use crate::account;
 use crate::store::plan::{Contents, Plan, StreamState, Streams, Taken};
 use crate::store::row::{count, fitting};
-use crate::store::{Appended, StoreError, chunk};
+use crate::store::{Appended, StoreError, StreamSummary, chunk};
 use grideye_recording::StreamId;
 use rusqlite::{Connection, params};
 use std::collections::{BTreeSet, HashMap, VecDeque};
@@ -76,6 +76,24 @@ impl Known {
     /// From now on, rows come into the tables at this store time.
     pub(super) fn set_time(&mut self, now_ns: i64) {
         self.now_ns = now_ns;
+    }
+
+    /// Every stream as it will be once all is settled, and how many of its frames are not: for a reader, which writes nothing.
+    pub(super) fn books(
+        connection: &Connection,
+        limits: &Limits,
+    ) -> Result<Vec<(StreamSummary, u64)>, StoreError> {
+        let mut known = Self::default();
+        known.refresh(connection, limits)?;
+        let streams = read::streams_within(connection, limits)?.into_iter();
+        let with_pending = |stream: StreamSummary| match known.streams.get(&stream.id) {
+            Some(state) if state.is_touched => {
+                let unsettled = state.share().map_or(0, |(_, _, stored, _)| stored);
+                Ok((state.summary(&stream.id, limits)?, unsettled.unsigned_abs()))
+            }
+            _ => Ok((stream, 0)),
+        };
+        streams.map(with_pending).collect()
     }
 
     /// Takes note of frames that were deleted.

@@ -43,14 +43,22 @@ pub(super) fn streams(
     limits: &Limits,
 ) -> Result<Vec<StreamSummary>, StoreError> {
     // One snapshot, so that counts and gaps belong together.
-    let connection = connection.unchecked_transaction()?;
+    let snapshot = connection.unchecked_transaction()?;
+    streams_within(&snapshot, limits)
+}
+
+/// The same, within the snapshot of a transaction.
+pub(super) fn streams_within(
+    connection: &Connection,
+    limits: &Limits,
+) -> Result<Vec<StreamSummary>, StoreError> {
     let mut statement = connection.prepare_cached(&format!(
         "SELECT {STREAM_COLUMNS} FROM streams ORDER BY device, sensor, boot"
     ))?;
     let mut rows = statement.query([])?;
     let mut streams = Vec::new();
     while let Some(row) = rows.next()? {
-        streams.push(summary(&connection, row, limits)?);
+        streams.push(summary(connection, row, limits)?);
     }
     Ok(streams)
 }
@@ -165,6 +173,14 @@ pub(in crate::store) fn rows_of(row: &Row<'_>) -> Result<Vec<SealedRow>, StoreEr
             .map_err(|error| damaged(&error.to_string()))?,
     }
     .open()
+}
+
+/// Every chunk of the stream of a device, sensor and boot, for [`rows_of`].
+pub(super) fn chunks_of_a_stream() -> String {
+    format!(
+        "SELECT {CHUNK_COLUMNS} FROM chunks WHERE stream_id =
+             (SELECT id FROM streams WHERE device = ? AND sensor = ? AND boot = ?)"
+    )
 }
 
 /// What is kept under these numbers; nothing where it was deleted.

@@ -1,0 +1,444 @@
+//! A copy of a store in a file, also while a collector writes to it: SQLite's online backup of one snapshot.
+//!
+//! The copy is written to `OUT.partial`, synced, checked, and only then named `OUT`. A run that was killed leaves
+//! `OUT.partial`, which the next one overwrites. The snapshot is held by a read transaction: without it the copy would
+//! begin again whenever the collector commits. Meanwhile the log of the store (`-wal`) is not folded in, and grows by what
+//! is committed.
+
+use super::known::Known;
+use super::read;
+use crate::Limits;
+use crate::store::row::count;
+use crate::store::{Stage, StoreError, StreamSummary, schema};
+use rusqlite::backup::{Backup, StepResult};
+use rusqlite::{Connection, ErrorCode, OpenFlags, params};
+use rustix::fs::{CWD, FlockOperation, RenameFlags, flock, renameat_with};
+use rustix::io::Errno;
+use std::fs::{File, OpenOptions, Permissions};
+use std::io;
+use std::os::unix::ffi::OsStrExt as _;
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _, PermissionsExt as _};
+use std::path::{Path, PathBuf};
+
+/// Pages between two reports of the progress: 4 MiB.
+const PAGES_A_STEP: i32 = 1024;
+
+/// What was backed up.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BackedUp {
+    /// Every stream of the copy, including posts that wait to be settled.
+    pub streams: Vec<StreamSummary>,
+    /// Recordings.
+    pub recordings: u64,
+    /// Bytes of the copy.
+    pub bytes: u64,
+}
+
+/// Why there is no backup. Nothing is left under its name.
+#[derive(Debug, thiserror::Error)]
+pub enum BackupError {
+    /// No such file.
+    #[error("there is no store {}\nhint: name the file that `grideye collect --store` names", .file.display())]
+    Missing {
+        /// The file asked for.
+        file: PathBuf,
+    },
+    /// The store cannot be read.
+    #[error("cannot back up {}: {reason}", .file.display())]
+    Source {
+        /// The store.
+        file: PathBuf,
+        /// What is wrong with it.
+        reason: StoreError,
+    },
+    /// The store itself was named as its backup.
+    #[error("{} is the store itself\nhint: name another file for the backup", .out.display())]
+    Itself {
+        /// The file asked for.
+        out: PathBuf,
+    },
+    /// There is a file of that name.
+    #[error("{} exists already, and a backup replaces no file\nhint: name another file, or move this one away", .out.display())]
+    Exists {
+        /// The file asked for.
+        out: PathBuf,
+    },
+    /// Another run writes the same backup.
+    #[error("another backup is being written to {}\nhint: wait for it, or name another file", .out.display())]
+    Taken {
+        /// The file asked for.
+        out: PathBuf,
+    },
+    /// The disk is full.
+    #[error("no room for {}: the store takes {bytes} bytes\nhint: make room, or name a file on another disk; what was written was deleted", .out.display())]
+    NoRoom {
+        /// The file asked for.
+        out: PathBuf,
+        /// Bytes of the store.
+        bytes: u64,
+    },
+    /// The copy cannot be written.
+    #[error("cannot write {}: {reason}\nhint: the folder must exist and be writable for this user", .out.display())]
+    Write {
+        /// The file asked for.
+        out: PathBuf,
+        /// What the system said.
+        reason: String,
+    },
+    /// The copy is not what the store is.
+    #[error(
+        "the copy of the store is not whole: {what}\nhint: it was deleted; if a second run fails as well, the store or a disk is damaged (`sqlite3 STORE 'PRAGMA integrity_check'`)"
+    )]
+    Differs {
+        /// The first difference.
+        what: String,
+    },
+}
+
+/// Copies the store in `file` to a new file `out`, and compares the two. `progress` hears the stage, what is done, and all.
+///
+/// # Errors
+/// [`BackupError`]; nothing is named `out` then, unless it was before.
+pub fn backup(
+    file: &Path,
+    out: &Path,
+    mut progress: impl FnMut(Stage, u64, u64),
+) -> Result<BackedUp, BackupError> {
+    let found = std::fs::metadata(file).map_err(|_| BackupError::Missing {
+        file: file.to_owned(),
+    })?;
+    if std::fs::metadata(out).is_ok_and(|out| (out.dev(), out.ino()) == (found.dev(), found.ino()))
+    {
+        return Err(BackupError::Itself {
+            out: out.to_owned(),
+        });
+    }
+    let unreadable = |reason| BackupError::Source {
+        file: file.to_owned(),
+        reason,
+    };
+    let limits = Limits {
+        streams_max: usize::MAX,
+        ..Limits::default()
+    };
+    let source = open(file, &limits).map_err(unreadable)?;
+    let snapshot = source
+        .unchecked_transaction()
+        .map_err(|error| unreadable(error.into()))?;
+    // The first read begins the snapshot.
+    let books = Books::of(&snapshot, &limits).map_err(unreadable)?;
+    let bytes = read::bytes(&snapshot).map_err(unreadable)?;
+    copy(&snapshot, out, &mut progress, |copy, progress| {
+        compare(copy, &books, &limits, progress)
+    })?;
+    let Books {
+        streams,
+        recordings,
+    } = books;
+    Ok(BackedUp {
+        streams: streams.into_iter().map(|(stream, _)| stream).collect(),
+        recordings,
+        bytes,
+    })
+}
+
+/// Copies all that `source` reads to a new file at `out`, which appears whole or not at all: its integrity is checked, and
+/// `check` hears it read-only before it is named.
+///
+/// `source` must be in a read transaction where another connection writes, and in no write transaction.
+pub(in crate::store) fn copy<P: FnMut(Stage, u64, u64)>(
+    source: &Connection,
+    out: &Path,
+    progress: &mut P,
+    check: impl FnOnce(&Connection, &mut P) -> Result<(), BackupError>,
+) -> Result<(), BackupError> {
+    let partial = Partial::create(out)?;
+    fill(source, &partial, progress)?;
+    partial
+        .file
+        .sync_all()
+        .map_err(|error| match error.kind() {
+            io::ErrorKind::StorageFull => partial.no_room(source),
+            _ => partial.unwritable(error),
+        })?;
+    let copy = partial.read()?;
+    check_integrity(&copy)?;
+    check(&copy, progress)?;
+    drop(copy);
+    partial.name_it()
+}
+
+fn open(file: &Path, limits: &Limits) -> Result<Connection, StoreError> {
+    // A reader of a log writes its index beside the file.
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(file, flags)?;
+    connection.busy_timeout(limits.store_lock_time_max)?;
+    match schema::recognise(&connection)? {
+        schema::Found::Store => Ok(connection),
+        schema::Found::Nothing => Err(StoreError::Foreign),
+    }
+}
+
+fn fill(
+    source: &Connection,
+    partial: &Partial,
+    progress: &mut impl FnMut(Stage, u64, u64),
+) -> Result<(), BackupError> {
+    let told = |error: rusqlite::Error| match error.sqlite_error_code() {
+        Some(ErrorCode::DiskFull) => partial.no_room(source),
+        _ => partial.unwritable(error),
+    };
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    // Nobody else knows the file, and disks on a network lock badly.
+    let mut copy =
+        Connection::open_with_flags_and_vfs(&partial.path, flags, c"unix-none").map_err(told)?;
+    for pragma in ["journal_mode", "synchronous"] {
+        copy.pragma_update(None, pragma, "OFF").map_err(told)?;
+    }
+    let copying = Backup::new(source, &mut copy).map_err(told)?;
+    loop {
+        let step = copying.step(PAGES_A_STEP).map_err(told)?;
+        let pages = |pages: i32| u64::try_from(pages).unwrap_or(0);
+        let (left, all) = (copying.progress().remaining, copying.progress().pagecount);
+        progress(Stage::Copying, pages(all - left), pages(all));
+        match step {
+            StepResult::Done => return Ok(()),
+            StepResult::More => {}
+            _ => {
+                return Err(BackupError::Source {
+                    file: source.path().unwrap_or_default().into(),
+                    reason: StoreError::Locked,
+                });
+            }
+        }
+    }
+}
+
+fn check_integrity(copy: &Connection) -> Result<(), BackupError> {
+    let found = |sql: &str| -> rusqlite::Result<Option<String>> {
+        let mut statement = copy.prepare(sql)?;
+        let mut rows = statement.query([])?;
+        Ok(match rows.next()? {
+            Some(row) => Some(row.get(0)?),
+            None => None,
+        })
+    };
+    let integrity = found("PRAGMA integrity_check(1)").map_err(|error| differs(&error))?;
+    if integrity.as_deref() != Some("ok") {
+        return Err(differs(&integrity.unwrap_or_default()));
+    }
+    match found("PRAGMA foreign_key_check").map_err(|error| differs(&error))? {
+        Some(table) => Err(differs(&format!("a row of {table} refers to nothing"))),
+        None => Ok(()),
+    }
+}
+
+/// What a store says that it holds.
+struct Books {
+    /// Each stream, and how many of its frames wait to be settled.
+    streams: Vec<(StreamSummary, u64)>,
+    recordings: u64,
+}
+
+impl Books {
+    fn of(connection: &Connection, limits: &Limits) -> Result<Self, StoreError> {
+        let recordings: i64 =
+            connection.query_row("SELECT count(*) FROM recordings", [], |row| row.get(0))?;
+        Ok(Self {
+            streams: Known::books(connection, limits)?,
+            recordings: recordings.unsigned_abs(),
+        })
+    }
+}
+
+/// Compares the copy's books with the store's, then decodes every frame of the copy and counts.
+fn compare(
+    copy: &Connection,
+    books: &Books,
+    limits: &Limits,
+    progress: &mut impl FnMut(Stage, u64, u64),
+) -> Result<(), BackupError> {
+    schema::recognise(copy).map_err(|error| differs(&error))?;
+    let found = Books::of(copy, limits).map_err(|error| differs(&error))?;
+    let pairs = books.streams.iter().zip(&found.streams);
+    if let Some((stored, copied)) = pairs.clone().find(|(stored, copied)| stored != copied) {
+        return Err(differs(&format!("{stored:?} became {copied:?}")));
+    }
+    let counts = |books: &Books| (books.streams.len(), books.recordings);
+    if counts(books) != counts(&found) {
+        let (before, after) = (counts(books), counts(&found));
+        let what = format!("streams and recordings {before:?} became {after:?}");
+        return Err(differs(&what));
+    }
+    let all = found
+        .streams
+        .iter()
+        .map(|(stream, _)| readable(stream))
+        .sum();
+    let mut done = 0;
+    for (stream, unsettled) in &found.streams {
+        let settled = count_frames(copy, stream, |frames| {
+            done += frames;
+            progress(Stage::Comparing, done, all);
+        })
+        .map_err(|error| differs(&error))?;
+        done += unsettled;
+        if settled + unsettled != readable(stream) {
+            let (id, expected) = (&stream.id, readable(stream));
+            let what = format!("{id:?} has {} frames, not {expected}", settled + unsettled);
+            return Err(differs(&what));
+        }
+    }
+    progress(Stage::Comparing, done, all);
+    Ok(())
+}
+
+/// Frames that were stored and not deleted since.
+fn readable(stream: &StreamSummary) -> u64 {
+    stream.stored.saturating_sub(stream.expired)
+}
+
+/// Decodes every chunk of a stream, and counts the frames with pixels.
+fn count_frames(
+    copy: &Connection,
+    stream: &StreamSummary,
+    mut each: impl FnMut(u64),
+) -> Result<u64, StoreError> {
+    let (sql, id) = (read::chunks_of_a_stream(), &stream.id);
+    let mut statement = copy.prepare_cached(&sql)?;
+    let mut chunks = statement.query(params![id.device, id.sensor, id.boot])?;
+    let mut all = 0;
+    while let Some(chunk) = chunks.next()? {
+        let rows = read::rows_of(chunk)?;
+        let frames = rows
+            .iter()
+            .filter(|row| row.record.reading.frame().is_some());
+        let frames = count(frames.count()).unsigned_abs();
+        all += frames;
+        each(frames);
+    }
+    Ok(all)
+}
+
+fn differs(what: &impl ToString) -> BackupError {
+    BackupError::Differs {
+        what: what.to_string(),
+    }
+}
+
+/// The copy while it is written: `OUT.partial`, which nobody else can read and which is deleted unless it is named.
+struct Partial {
+    path: PathBuf,
+    out: PathBuf,
+    /// Locked against another run.
+    file: File,
+}
+
+impl Partial {
+    fn create(out: &Path) -> Result<Self, BackupError> {
+        let (out, mut path) = (out.to_owned(), out.as_os_str().to_owned());
+        path.push(".partial");
+        if out.symlink_metadata().is_ok() {
+            return Err(BackupError::Exists { out });
+        }
+        let opened = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .open(&path);
+        let path = PathBuf::from(path);
+        let unwritable = |error: io::Error| BackupError::Write {
+            out: out.clone(),
+            reason: error.to_string(),
+        };
+        let file = opened.map_err(unwritable)?;
+        match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+            Err(Errno::WOULDBLOCK) => return Err(BackupError::Taken { out }),
+            Err(error) => return Err(unwritable(error.into())),
+            Ok(()) => {}
+        }
+        // The other run may have named it meanwhile.
+        let is_ours = std::fs::symlink_metadata(&path).and_then(|there| {
+            let held = file.metadata()?;
+            Ok((there.dev(), there.ino()) == (held.dev(), held.ino()))
+        });
+        if !is_ours.unwrap_or(false) {
+            return Err(BackupError::Taken { out });
+        }
+        // Of one that was left, too.
+        file.set_permissions(Permissions::from_mode(0o600))
+            .map_err(unwritable)?;
+        file.set_len(0).map_err(unwritable)?;
+        Ok(Self { path, out, file })
+    }
+
+    /// Opens what was written, without a lock or a log beside it.
+    fn read(&self) -> Result<Connection, BackupError> {
+        let path = std::path::absolute(&self.path).map_err(|error| self.unwritable(error))?;
+        let escaped: String =
+            path.as_os_str()
+                .as_bytes()
+                .iter()
+                .fold(String::new(), |escaped, byte| match byte {
+                    b'/' | b'.' | b'-' | b'_' => escaped + &char::from(*byte).to_string(),
+                    byte if byte.is_ascii_alphanumeric() => {
+                        escaped + &char::from(*byte).to_string()
+                    }
+                    byte => format!("{escaped}%{byte:02X}"),
+                });
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
+            | OpenFlags::SQLITE_OPEN_NO_MUTEX
+            | OpenFlags::SQLITE_OPEN_URI;
+        Connection::open_with_flags(format!("file://{escaped}?immutable=1"), flags)
+            .map_err(|error| self.unwritable(error))
+    }
+
+    /// Gives it its name, unless there is a file of that name, and syncs the folder.
+    fn name_it(self) -> Result<(), BackupError> {
+        let exists = || BackupError::Exists {
+            out: self.out.clone(),
+        };
+        match renameat_with(CWD, &self.path, CWD, &self.out, RenameFlags::NOREPLACE) {
+            Ok(()) => {}
+            Err(Errno::EXIST) => return Err(exists()),
+            // Some file systems cannot: then the look and the renaming are two steps.
+            Err(Errno::INVAL | Errno::NOSYS) => {
+                if self.out.symlink_metadata().is_ok() {
+                    return Err(exists());
+                }
+                std::fs::rename(&self.path, &self.out).map_err(|error| self.unwritable(error))?;
+            }
+            Err(error) => return Err(self.unwritable(error)),
+        }
+        let folder = match self.out.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        File::open(folder)
+            .and_then(|folder| folder.sync_all())
+            .map_err(|error| self.unwritable(error))
+    }
+
+    fn unwritable(&self, reason: impl ToString) -> BackupError {
+        BackupError::Write {
+            out: self.out.clone(),
+            reason: reason.to_string(),
+        }
+    }
+
+    fn no_room(&self, source: &Connection) -> BackupError {
+        BackupError::NoRoom {
+            out: self.out.clone(),
+            bytes: read::bytes(source).unwrap_or(0),
+        }
+    }
+}
+
+impl Drop for Partial {
+    fn drop(&mut self) {
+        // Nothing is there once it was named.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
