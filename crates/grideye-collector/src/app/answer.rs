@@ -133,6 +133,7 @@ impl From<StoreError> for Refusal {
                 (StatusCode::INSUFFICIENT_STORAGE, "quota_reached", None)
             }
             StoreError::Locked => (StatusCode::SERVICE_UNAVAILABLE, "store_locked", None),
+            StoreError::Gone { .. } => (StatusCode::SERVICE_UNAVAILABLE, "store_gone", None),
             StoreError::Unreachable { .. } => {
                 (StatusCode::SERVICE_UNAVAILABLE, "store_unreachable", None)
             }

@@ -447,6 +447,16 @@ pub enum StoreError {
         "the store's file is locked by another program\nhint: close what holds it, for example a database browser with changes that are not written; nothing of this request was stored"
     )]
     Locked,
+    /// The path of the store names another file than the one that is written, or none.
+    #[error(
+        "the store's {part} was {fate} while it was in use, and nothing is acknowledged until it is back\nhint: the collector's log has what to do; agents keep their frames until then and send them again"
+    )]
+    Gone {
+        /// `file`, or `log`: the file beside it whose name ends in `-wal`.
+        part: &'static str,
+        /// What became of it.
+        fate: &'static str,
+    },
     /// The database cannot be reached, or does not let this program in.
     #[error(
         "the database cannot be reached: {message}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames until then and send them again"

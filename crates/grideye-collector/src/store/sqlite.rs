@@ -2,6 +2,7 @@
 //! that read beside it.
 
 mod backup;
+mod held;
 mod known;
 mod labels;
 mod pending;
@@ -19,12 +20,13 @@ use super::{
 };
 use crate::{Clock, Level, Limits, Log, LogEvent};
 use axum::body::Bytes;
-use grideye_recording::wire::Batch;
 pub use backup::{BackedUp, BackupError, backup};
+use grideye_recording::wire::Batch;
+use held::{Held, Presence};
 pub(super) use read::rows_of;
 use retain::{DeletedCounts, Reason};
 use rusqlite::{Connection, ErrorCode, OpenFlags};
-use std::fs::OpenOptions;
+use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
@@ -48,12 +50,14 @@ const CACHE_KIB: i64 = 32 * 1024;
 #[derive(Debug)]
 pub struct SqliteStore {
     queue: Queue,
-    writer: Mutex<Option<JoinHandle<()>>>,
+    writer: Mutex<Option<JoinHandle<Result<(), StoreError>>>>,
     readers: Arc<Mutex<Vec<Connection>>>,
     readers_free: Arc<Semaphore>,
     fault: WriteFault,
     deleted: Arc<DeletedCounts>,
     limits: Limits,
+    /// Closed last: to close any descriptor of a file ends SQLite's locks on it.
+    held: Option<Arc<Held>>,
 }
 
 impl SqliteStore {
@@ -86,7 +90,7 @@ impl SqliteStore {
         clock: Option<Arc<dyn Clock>>,
         log: &Log,
     ) -> Result<Self, StoreError> {
-        let place = Place::of(location)?;
+        let mut place = Place::of(location)?;
         let mut connection = place.connect(limits)?;
         if let Some(upgraded) = schema::prepare(&mut connection, Path::new(&place.name))? {
             log.say(
@@ -104,10 +108,18 @@ impl SqliteStore {
         let readers = (0..limits.readers_max.max(1))
             .map(|_| place.connect(limits))
             .collect::<Result<Vec<_>, _>>()?;
+        let held = place.hold(&connection)?.map(Arc::new);
         let (queue, commands) = Queue::new(limits.writer_queue_max);
         let fault = WriteFault::default();
         let time = StoreTime::open(&connection, clock)?;
-        let writer = Writer::new(connection, limits.clone(), fault.clone(), time, log.clone());
+        let presence = Presence::new(held.clone(), log.clone());
+        let writer = Writer::new(
+            (connection, presence),
+            limits.clone(),
+            fault.clone(),
+            time,
+            log.clone(),
+        );
         writer.try_to_write();
         let deleted = writer.deleted();
         let thread = std::thread::Builder::new()
@@ -122,6 +134,7 @@ impl SqliteStore {
             fault,
             deleted,
             limits: limits.clone(),
+            held,
         })
     }
 
@@ -279,7 +292,12 @@ impl FrameStore for SqliteStore {
         let readable = self.query(|connection, _| read::ping(connection));
         Box::pin(async move {
             readable.await?;
-            self.fault.get().map_or(Ok(()), Err)
+            self.held.as_ref().map_or(Ok(()), |held| held.check())?;
+            match self.fault.get() {
+                // It is there again.
+                None | Some(StoreError::Gone { .. }) => Ok(()),
+                Some(fault) => Err(fault),
+            }
         })
     }
 
@@ -292,7 +310,7 @@ impl FrameStore for SqliteStore {
             .take();
         Box::pin(async move {
             let Some(writer) = writer else { return Ok(()) };
-            tokio::task::spawn_blocking(move || writer.join())
+            let ended = tokio::task::spawn_blocking(move || writer.join())
                 .await
                 .map_err(|error| StoreError::Failed(error.to_string()))?
                 .map_err(|_panic| StoreError::Failed("the writer's thread panicked".to_owned()))?;
@@ -301,7 +319,7 @@ impl FrameStore for SqliteStore {
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
                 .clear();
-            Ok(())
+            ended
         })
     }
 }
@@ -310,7 +328,8 @@ impl FrameStore for SqliteStore {
 struct Place {
     name: String,
     flags: OpenFlags,
-    on_disk: bool,
+    /// Not of a store in memory.
+    file: Option<File>,
 }
 
 impl Place {
@@ -318,14 +337,14 @@ impl Place {
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         match location {
             StoreLocation::File(path) => {
-                make_file(path)?;
+                let file = make_file(path)?;
                 let name = path.to_str().ok_or_else(|| StoreError::Unusable {
                     message: "the path is not UTF-8".to_owned(),
                 })?;
                 Ok(Self {
                     name: name.to_owned(),
                     flags,
-                    on_disk: true,
+                    file: Some(file),
                 })
             }
             StoreLocation::Postgres(url) => Err(StoreError::Unusable {
@@ -337,17 +356,27 @@ impl Place {
                 Ok(Self {
                     name: format!("file:/grideye-{number}?vfs=memdb"),
                     flags: flags | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_CREATE,
-                    on_disk: false,
+                    file: None,
                 })
             }
         }
+    }
+
+    /// Takes note of which file the connections have opened.
+    fn hold(&mut self, connection: &Connection) -> Result<Option<Held>, StoreError> {
+        let Some(file) = self.file.take() else {
+            return Ok(None);
+        };
+        let held = Held::new(Path::new(&self.name), file, connection).map_err(unusable)?;
+        held.check()?;
+        Ok(Some(held))
     }
 
     fn connect(&self, limits: &Limits) -> Result<Connection, StoreError> {
         let connection = Connection::open_with_flags(&self.name, self.flags)?;
         connection.busy_timeout(limits.store_lock_time_max)?;
         connection.set_prepared_statement_cache_capacity(STATEMENTS_MAX);
-        if self.on_disk {
+        if self.file.is_some() {
             // The change to WAL is written into the file, so it must be ours.
             schema::recognise(&connection)?;
             connection.pragma_update(None, "journal_mode", "WAL")?;
@@ -372,7 +401,7 @@ fn set_quota(connection: &Connection, bytes_max: u64) -> Result<(), StoreError> 
 }
 
 /// Makes an empty file that only this user may read, or finds that the one there may be written.
-fn make_file(path: &Path) -> Result<(), StoreError> {
+fn make_file(path: &Path) -> Result<File, StoreError> {
     let opened = OpenOptions::new()
         .read(true)
         .write(true)
@@ -380,16 +409,19 @@ fn make_file(path: &Path) -> Result<(), StoreError> {
         .truncate(false)
         .mode(0o600)
         .open(path);
-    let unusable = |error: io::Error| StoreError::Unusable {
-        message: error.to_string(),
-    };
     let file = opened.map_err(unusable)?;
     if file.metadata().map_err(unusable)?.is_file() {
-        return Ok(());
+        return Ok(file);
     }
     Err(StoreError::Unusable {
         message: "it is not a plain file".to_owned(),
     })
+}
+
+fn unusable(error: io::Error) -> StoreError {
+    StoreError::Unusable {
+        message: error.to_string(),
+    }
 }
 
 impl From<rusqlite::Error> for StoreError {

@@ -15,6 +15,8 @@ mod disks;
 #[cfg(test)]
 mod displacing;
 #[cfg(test)]
+mod gone;
+#[cfg(test)]
 mod http;
 #[cfg(test)]
 mod layouts;

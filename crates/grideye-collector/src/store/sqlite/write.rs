@@ -4,6 +4,7 @@
 //! forgotten whenever the file may hold something else: after a transaction that failed, and when another program has
 //! written (`PRAGMA data_version`).
 
+use super::held::Presence;
 use super::known::Known;
 use super::retain::DeletedCounts;
 use super::tend::Tender;
@@ -36,6 +37,7 @@ const TAKE_ROOM: &str =
 /// The thread's own state.
 pub(super) struct Writer {
     connection: Connection,
+    presence: Presence,
     limits: Limits,
     fault: WriteFault,
     known: Known,
@@ -47,7 +49,7 @@ pub(super) struct Writer {
 
 impl Writer {
     pub(super) fn new(
-        connection: Connection,
+        (connection, presence): (Connection, Presence),
         limits: Limits,
         fault: WriteFault,
         time: StoreTime,
@@ -55,6 +57,7 @@ impl Writer {
     ) -> Self {
         Self {
             connection,
+            presence,
             limits,
             fault,
             known: Known::default(),
@@ -83,7 +86,10 @@ impl Writer {
     }
 
     /// Serves until every sender is gone and the queue is empty, then folds the log into the file.
-    pub(super) fn run(mut self, mut queue: mpsc::Receiver<Command>) {
+    ///
+    /// # Errors
+    /// [`StoreError::Gone`] if what was acknowledged will not be found at the store's path.
+    pub(super) fn run(mut self, mut queue: mpsc::Receiver<Command>) -> Result<(), StoreError> {
         let mut next = queue.blocking_recv();
         let mut len_before = 0;
         while let Some(first) = next.take() {
@@ -117,9 +123,7 @@ impl Writer {
         // Only tidies: what was acknowledged is in the file or its log already.
         let now_ns = self.time.now_ns();
         let _ = self.settled(|transaction| time::keep(transaction, now_ns));
-        let _ = self
-            .connection
-            .query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(()));
+        self.presence.check_at_end(&self.connection)
     }
 
     /// One transaction and one sync for the whole group; answers only after it.
@@ -159,7 +163,7 @@ impl Writer {
         let mut known = std::mem::take(&mut self.known);
         known.set_time(self.time.now_ns());
         let limits = &self.limits;
-        let done = transact(&self.connection, |transaction| {
+        let done = commit(&self.connection, &mut self.presence, |transaction| {
             work(transaction, &mut known, limits)
         })?;
         self.known = known;
@@ -186,7 +190,7 @@ impl Writer {
             return;
         }
         let (tender, limits) = (&mut self.tender, &self.limits);
-        let tended = transact(&self.connection, |transaction| {
+        let tended = commit(&self.connection, &mut self.presence, |transaction| {
             tender.step(transaction, now_ns, limits)
         });
         match tended {
@@ -197,7 +201,11 @@ impl Writer {
                     self.log.say(&part.event());
                 }
             }
-            Err(error) => self.fault.set(Some(error)),
+            Err(error) => {
+                // It may have been done all the same.
+                self.known = Known::default();
+                self.fault.set(Some(error));
+            }
         }
     }
 
@@ -230,14 +238,14 @@ impl Writer {
             }
             Command::AddLabel { id, label, reply } => {
                 let labels_max = self.limits.labels_max;
-                let added = transact(&self.connection, |transaction| {
+                let added = commit(&self.connection, &mut self.presence, |transaction| {
                     labels::add(transaction, id, label, labels_max)
                 });
                 self.note(added.as_ref().err());
                 let _ = reply.send(added);
             }
             Command::RemoveLabel { id, number, reply } => {
-                let removed = transact(&self.connection, |transaction| {
+                let removed = commit(&self.connection, &mut self.presence, |transaction| {
                     labels::remove(transaction, id, number)
                 });
                 self.note(removed.as_ref().err());
@@ -294,6 +302,18 @@ pub(in crate::store) fn settle(connection: &Connection, limits: &Limits) -> Resu
     })
 }
 
+/// Does the work in a transaction, in a file that is where it was, before and after.
+fn commit<T>(
+    connection: &Connection,
+    presence: &mut Presence,
+    work: impl FnOnce(&Connection) -> Result<T, StoreError>,
+) -> Result<T, StoreError> {
+    presence.check_before(connection)?;
+    let done = transact(connection, work)?;
+    presence.check(connection)?;
+    Ok(done)
+}
+
 /// Does the work in a transaction: all of it, or on an error nothing.
 fn transact<T>(
     connection: &Connection,
@@ -321,6 +341,7 @@ fn is_of_the_database(error: &StoreError) -> bool {
             | StoreError::Locked
             | StoreError::NotADatabase
             | StoreError::Unusable { .. }
+            | StoreError::Gone { .. }
             | StoreError::Closed
             | StoreError::Failed(_)
     )
