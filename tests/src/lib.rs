@@ -21,6 +21,12 @@ pub mod emulated;
     clippy::unwrap_used,
     reason = "what fails here fails the test that asked for it"
 )]
+pub mod mounted;
+
+#[expect(
+    clippy::unwrap_used,
+    reason = "what fails here fails the test that asked for it"
+)]
 pub mod programs;
 
 #[expect(

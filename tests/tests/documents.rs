@@ -356,6 +356,27 @@ const COMMANDS: &[(&str, Kept)] = &[
         ),
     ),
     (
+        "grideye backup --store frames.sqlite monday.sqlite",
+        By(
+            "tests/tests/careless_store.rs",
+            "a_backup_has_every_frame_that_was_acknowledged_before_it_and_is_restored_by_its_name",
+        ),
+    ),
+    (
+        "pg_dump --format=custom --schema=grideye --file=frames.dump postgres://grideye@db.local/frames",
+        By(
+            "tests/tests/several_collectors.rs",
+            "a_database_that_is_dumped_and_restored_is_the_same_store",
+        ),
+    ),
+    (
+        "pg_restore --no-owner --dbname=postgres://grideye@db.local/restored frames.dump",
+        By(
+            "tests/tests/several_collectors.rs",
+            "a_database_that_is_dumped_and_restored_is_the_same_store",
+        ),
+    ),
+    (
         "grideye migrate frames.sqlite postgres://grideye@db.local/frames",
         By(
             "tests/tests/several_collectors.rs",

@@ -398,3 +398,49 @@ fn a_migration_that_is_killed_goes_on_where_it_was_and_ends_with_the_same_books_
     assert!(post(&http, new.url(), &body(3, 0, 50)).is_some());
     assert_eq!(new.json("/v1/audit")["streams"][3]["stored"], BATCHES * 50);
 }
+
+/// The two lines of the documents: the database of a running collector, into a new one.
+#[test]
+fn a_database_that_is_dumped_and_restored_is_the_same_store() {
+    let Some(cluster) = postgres::shared("a dump of a store in PostgreSQL") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let (database, restored) = (cluster.database(), cluster.database());
+    let old = RunningCollector::start_on(&database);
+    let http = http();
+    let recording = old.start_recording("all");
+    for device in 0..4 {
+        assert!(post(&http, old.url(), &body(device, 0, 50)).is_some());
+    }
+    let out = folder.path().join("frames.dump");
+    let dumped = Command::new("pg_dump")
+        .args(["--format=custom", "--schema=grideye"])
+        .arg(format!("--file={}", out.display()))
+        .arg(&database)
+        .status();
+    assert!(dumped.unwrap().success());
+    let books = old.json("/v1/audit");
+    let csv = old.recording_csv(recording);
+    let list = old.json("/v1/recordings");
+    let done = Command::new("pg_restore")
+        .arg("--no-owner")
+        .arg(format!("--dbname={restored}"))
+        .arg(&out)
+        .status();
+    assert!(done.unwrap().success());
+    let new = RunningCollector::start_on(&restored);
+    assert_eq!(new.json("/v1/audit"), books);
+    assert_eq!(new.recording_csv(recording), csv);
+    let name = |list: &Value| {
+        (
+            list["recordings"][0]["name"].clone(),
+            list["recordings"][0]["frames"].clone(),
+        )
+    };
+    assert_eq!(name(&new.json("/v1/recordings")), name(&list));
+    // The same frames again change nothing, and new ones are taken.
+    assert!(post(&http, new.url(), &body(3, 0, 50)).is_some());
+    assert_eq!(post(&http, new.url(), &body(3, 50, 50)), Some(99));
+    assert_eq!(new.json("/v1/audit")["streams"][3]["stored"], 100);
+}

@@ -74,6 +74,7 @@ pub(crate) enum Command {
     Characterize(Characterize),
     Audit(Audit),
     Migrate(Migrate),
+    Backup(Backup),
     Mqtt(MqttCommand),
     Completions(Completions),
     Man(Man),
@@ -472,6 +473,26 @@ pub(crate) struct Migrate {
     ///
     /// The password may stand in the file that PGPASSFILE names.
     pub(crate) url: String,
+    /// Print the counts as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Copy a store to a new file, also while a collector writes to it.
+///
+/// The copy is checked against the store before it gets its name: every frame, the counts, the recordings. To restore it,
+/// name it: `grideye collect --store OUT`. A run that is killed leaves OUT.partial, which the next one overwrites.
+///
+/// Do not copy the file of a running collector with `cp`: the newest frames are in its log (FILE-wal), and a copy made during a write is torn.
+///
+/// Example: grideye backup --store frames.sqlite monday.sqlite
+#[derive(Debug, Args)]
+pub(crate) struct Backup {
+    /// Store to copy: the SQLite file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) store: String,
+    /// File to write; must not exist.
+    pub(crate) out: PathBuf,
     /// Print the counts as JSON.
     #[arg(long)]
     pub(crate) json: bool,

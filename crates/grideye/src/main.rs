@@ -19,6 +19,7 @@
 
 mod access;
 mod audit;
+mod backup;
 mod beside;
 mod calibrate;
 mod characterize;
@@ -82,6 +83,7 @@ fn main() -> ExitCode {
         Command::Characterize(options) => characterize::run(&options),
         Command::Audit(options) => audit::run(&options),
         Command::Migrate(options) => migrate::run(&options),
+        Command::Backup(options) => backup::run(&options),
         Command::Mqtt(options) => match &options.command {
             MqttWhat::Forget(options) => mqtt::forget(options),
         },

@@ -4,10 +4,10 @@
 use crate::agents::{Agents, config};
 use crate::collector::Collector;
 use crate::{CATCH_UP_MAX, OUTAGE, end, spooled};
+use grideye_tests::mounted::Mounted;
 use grideye_tests::programs::{grideye_agent, is_left_out, run, terminate, wait};
 use std::collections::BTreeMap;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -59,7 +59,7 @@ fn d_a_disk_whose_syncs_fail_and_that_turns_read_only_costs_nothing_while_there_
 
 /// An agent whose collector is away, once something is in its spool on this disk: before, it has nothing to lose there.
 fn write_to(disk: &Mounted, folder: &Path) -> (Collector, Agents) {
-    let spool = disk.0.join("spool");
+    let spool = disk.path().join("spool");
     std::fs::create_dir(&spool).unwrap();
     let mut collector = Collector::start(folder);
     collector.kill();
@@ -84,53 +84,6 @@ fn end_whole(what: &str, kind: &str, folder: &Path, agents: Agents, collector: C
     assert_eq!((books.read, books.dropped), (whole, BTreeMap::new()));
     assert_eq!(books.at_ends.len(), 1);
     assert_eq!(books.at_ends[0].0, books.spooled);
-}
-
-/// A file system, until it is dropped.
-struct Mounted(PathBuf);
-
-impl Mounted {
-    /// So many MiB of memory.
-    fn tmpfs(path: PathBuf, mib: u32) -> Self {
-        let size = format!("size={mib}m");
-        Self::mount(&["-t", "tmpfs", "-o", &size, "grideye-test"], path)
-    }
-
-    /// A file in `behind` as a disk of twice its size.
-    fn ext4(behind: &Self, path: PathBuf) -> Self {
-        let image = behind.0.join("image");
-        let file = std::fs::File::create(&image).unwrap();
-        file.set_len(16 << 20).unwrap();
-        let made = Command::new("mkfs.ext4")
-            .args(["-q", "-F"])
-            .arg(&image)
-            .status();
-        assert!(made.unwrap().success());
-        let image = image.to_str().unwrap();
-        Self::mount(&["-o", "loop,errors=remount-ro", image], path)
-    }
-
-    fn mount(arguments: &[&str], path: PathBuf) -> Self {
-        std::fs::create_dir(&path).unwrap();
-        let done = Command::new("mount").args(arguments).arg(&path).status();
-        assert!(done.unwrap().success(), "mount {arguments:?}");
-        Self(path)
-    }
-
-    fn fill(&self) {
-        let mut file = std::fs::File::create(self.0.join("filler")).unwrap();
-        while file.write_all(&[0; 1024]).is_ok() {}
-    }
-
-    fn empty(&self) {
-        std::fs::remove_file(self.0.join("filler")).unwrap();
-    }
-}
-
-impl Drop for Mounted {
-    fn drop(&mut self) {
-        let _ = Command::new("umount").arg("-l").arg(&self.0).status();
-    }
 }
 
 #[test]

@@ -64,7 +64,7 @@ impl Held {
             let hint = "stop this program and start it again, or put the log back if it was moved";
             (at_risk, hint.to_owned())
         } else if self.file.is_linked() {
-            let at_risk = format!("the newest frames, for who opens the file without {log}");
+            let at_risk = format!("the newest frames, for whoever opens the file without {log}");
             let hint = format!(
                 "put it back to {file}: this program then goes on by itself; to leave it where it is, stop this program, which folds {log} into it"
             );
