@@ -367,7 +367,8 @@ impl Place {
         let Some(file) = self.file.take() else {
             return Ok(None);
         };
-        let held = Held::new(Path::new(&self.name), file, connection).map_err(unusable)?;
+        let held =
+            Held::new(Path::new(&self.name), file, connection).map_err(|error| unusable(&error))?;
         held.check()?;
         Ok(Some(held))
     }
@@ -409,8 +410,8 @@ fn make_file(path: &Path) -> Result<File, StoreError> {
         .truncate(false)
         .mode(0o600)
         .open(path);
-    let file = opened.map_err(unusable)?;
-    if file.metadata().map_err(unusable)?.is_file() {
+    let file = opened.map_err(|error| unusable(&error))?;
+    if file.metadata().map_err(|error| unusable(&error))?.is_file() {
         return Ok(file);
     }
     Err(StoreError::Unusable {
@@ -418,7 +419,7 @@ fn make_file(path: &Path) -> Result<File, StoreError> {
     })
 }
 
-fn unusable(error: io::Error) -> StoreError {
+fn unusable(error: &io::Error) -> StoreError {
     StoreError::Unusable {
         message: error.to_string(),
     }

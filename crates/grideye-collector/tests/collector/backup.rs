@@ -67,7 +67,7 @@ async fn a_backup_of_a_store_in_use_is_the_store_with_the_posts_that_wait() {
     fs::write(partial(&out), vec![7; 1 << 20]).unwrap();
     let mut heard = Vec::new();
     let backed_up = backup(&file, &out, |stage, done, all| {
-        heard.push((stage, done, all))
+        heard.push((stage, done, all));
     })
     .unwrap();
     assert_eq!(heard.first().unwrap().0, Stage::Copying);

@@ -104,8 +104,16 @@ pub fn backup(
     out: &Path,
     mut progress: impl FnMut(Stage, u64, u64),
 ) -> Result<BackedUp, BackupError> {
-    let found = std::fs::metadata(file).map_err(|_| BackupError::Missing {
-        file: file.to_owned(),
+    let found = std::fs::metadata(file).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => BackupError::Missing {
+            file: file.to_owned(),
+        },
+        _ => BackupError::Source {
+            file: file.to_owned(),
+            reason: StoreError::Unusable {
+                message: error.to_string(),
+            },
+        },
     })?;
     if std::fs::metadata(out).is_ok_and(|out| (out.dev(), out.ino()) == (found.dev(), found.ino()))
     {
@@ -159,7 +167,7 @@ pub(in crate::store) fn copy<P: FnMut(Stage, u64, u64)>(
         .sync_all()
         .map_err(|error| match error.kind() {
             io::ErrorKind::StorageFull => partial.no_room(source),
-            _ => partial.unwritable(error),
+            _ => partial.unwritable(&error),
         })?;
     let copy = partial.read()?;
     check_integrity(&copy)?;
@@ -186,7 +194,7 @@ fn fill(
 ) -> Result<(), BackupError> {
     let told = |error: rusqlite::Error| match error.sqlite_error_code() {
         Some(ErrorCode::DiskFull) => partial.no_room(source),
-        _ => partial.unwritable(error),
+        _ => partial.unwritable(&error),
     };
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     // Nobody else knows the file, and disks on a network lock badly.
@@ -376,7 +384,7 @@ impl Partial {
 
     /// Opens what was written, without a lock or a log beside it.
     fn read(&self) -> Result<Connection, BackupError> {
-        let path = std::path::absolute(&self.path).map_err(|error| self.unwritable(error))?;
+        let path = std::path::absolute(&self.path).map_err(|error| self.unwritable(&error))?;
         let escaped: String =
             path.as_os_str()
                 .as_bytes()
@@ -392,7 +400,7 @@ impl Partial {
             | OpenFlags::SQLITE_OPEN_NO_MUTEX
             | OpenFlags::SQLITE_OPEN_URI;
         Connection::open_with_flags(format!("file://{escaped}?immutable=1"), flags)
-            .map_err(|error| self.unwritable(error))
+            .map_err(|error| self.unwritable(&error))
     }
 
     /// Gives it its name, unless there is a file of that name, and syncs the folder.
@@ -408,9 +416,9 @@ impl Partial {
                 if self.out.symlink_metadata().is_ok() {
                     return Err(exists());
                 }
-                std::fs::rename(&self.path, &self.out).map_err(|error| self.unwritable(error))?;
+                std::fs::rename(&self.path, &self.out).map_err(|error| self.unwritable(&error))?;
             }
-            Err(error) => return Err(self.unwritable(error)),
+            Err(error) => return Err(self.unwritable(&error)),
         }
         let folder = match self.out.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -418,10 +426,10 @@ impl Partial {
         };
         File::open(folder)
             .and_then(|folder| folder.sync_all())
-            .map_err(|error| self.unwritable(error))
+            .map_err(|error| self.unwritable(&error))
     }
 
-    fn unwritable(&self, reason: impl ToString) -> BackupError {
+    fn unwritable(&self, reason: &impl ToString) -> BackupError {
         BackupError::Write {
             out: self.out.clone(),
             reason: reason.to_string(),
