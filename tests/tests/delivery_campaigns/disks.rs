@@ -8,7 +8,7 @@ use grideye_tests::mounted::Mounted;
 use grideye_tests::programs::{grideye_agent, is_left_out, run, terminate, wait};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 #[test]
