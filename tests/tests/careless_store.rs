@@ -1,11 +1,7 @@
 //! The file of a running collector, handled carelessly: moved, covered by another disk, on a disk that turns read-only,
 //! and backed up while frames come in.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "what fails in a helper fails the test"
-)]
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use grideye_tests::mounted::Mounted;
 use grideye_tests::programs::{Ended, RunningCollector, grideye, is_left_out, run, wait, wait_for};
