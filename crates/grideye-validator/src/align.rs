@@ -480,3 +480,6 @@ impl Bounds {
 const BEYOND: f64 = 1.6;
 /// A law both of whose ends are at more than this share of their bound is held back by it.
 const LAW_WITHIN: f64 = 0.98;
+
+#[cfg(test)]
+mod tests;

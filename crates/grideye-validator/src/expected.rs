@@ -192,3 +192,15 @@ fn mean_frame(frames: &[Vec<f64>]) -> Vec<f64> {
         .for_each(|sum| *sum /= count(frames.len().max(1)));
     mean
 }
+
+#[cfg(test)]
+impl Expected {
+    /// What is known already of drawn units: where the claim is right, where its people are not there, where nothing is.
+    pub(crate) fn known([right, nobody, blank]: [Vec<Statistics>; 3]) -> Self {
+        Self {
+            right,
+            nobody,
+            blank,
+        }
+    }
+}

@@ -494,4 +494,54 @@ mod tests {
     fn a_constant_frame_of_an_odd_value_has_no_correlation() {
         assert_eq!(correlation(&[0.1; 64], &[20.3; 64]), None);
     }
+
+    /// By hand: two bins of two on either side. In step they are two pairs, 1 bit, and the bias is
+    /// (2 + 2 - 2 - 1) / (2 * 4 ln 2) = 0.180337; crossed they are four pairs, 0 bits, and it is (2 + 2 - 4 - 1) / (8 ln 2).
+    #[test]
+    fn the_bias_of_few_pixels_is_taken_out_of_mutual_information() {
+        let step = Binning::Step { width_c: 1.0 };
+        let corrected = |real, simulated| mutual_information_corrected(real, simulated, step);
+        close(
+            corrected(&[1.0, 1.0, 2.0, 2.0], &[9.0, 9.0, 8.0, 8.0]),
+            1.180_336_880_111,
+        );
+        close(
+            corrected(&[1.0, 1.0, 2.0, 2.0], &[5.0, 6.0, 5.0, 6.0]),
+            -0.180_336_880_111,
+        );
+    }
+
+    /// By hand: differences of 3 and -4 are marked, the root of 25 / 2.
+    #[test]
+    fn the_foreground_is_what_the_mask_marks() {
+        let (real, simulated) = ([20.0; 4], [23.0, 16.0, 20.0, 90.0]);
+        let foreground = |mask: &[bool]| foreground_rmse(&real, &simulated, mask);
+        close(foreground(&[true, true, false, false]), 3.535_533_905_933);
+        assert_eq!(foreground(&[false; 4]), None);
+        assert_eq!(foreground(&[true; 3]), None);
+    }
+
+    /// 1, -2, 3 … 11: squares add up to 506, absolute values to 66, the numbers to 6. Eleven are more than one round.
+    #[test]
+    fn sums_of_differences_take_in_what_is_left_of_a_round() {
+        let x = [20.0; 11];
+        let y: [f64; 11] = std::array::from_fn(|index| {
+            let number = count(index + 1);
+            20.0 + if index % 2 == 0 { number } else { -number }
+        });
+        assert_eq!(difference_sums(&x, &y), [506.0, 66.0, 6.0]);
+        assert_eq!(sum_of(&x, &y, |x, y| y - x), 6.0);
+        assert_eq!(extremes(&y), (10.0, 31.0));
+        assert_eq!(extremes(&y[..2]), (18.0, 21.0));
+    }
+
+    /// By hand: products add up to 6, squares to 2; noise of 0.25 in five pixels is 4 / 16 of them, of 0.5 it is half.
+    #[test]
+    fn noise_on_the_other_side_does_not_flatten_the_slope() {
+        let steep = Centred::new(&[23.0, 17.0, 20.0, 20.0, 20.0]);
+        let noisy = Centred::new(&[1.0, -1.0, 0.0, 0.0, 0.0]);
+        close(steep.slope_over_noisy(&noisy, 0.0), 3.0);
+        close(steep.slope_over_noisy(&noisy, 0.25), 6.0 / 1.75);
+        assert_eq!(steep.slope_over_noisy(&noisy, 0.5), None);
+    }
 }

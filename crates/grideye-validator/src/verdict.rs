@@ -192,3 +192,6 @@ pub struct WarmPixels {
     /// none. The gain asks less of the claim than of the real side, so that the right scene does not reach 1.
     pub overlap: Option<f64>,
 }
+
+#[cfg(test)]
+mod tests;

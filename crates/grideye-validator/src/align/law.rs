@@ -163,4 +163,37 @@ mod tests {
         assert!((law(0.0, 0.4).scene_s(5.0) - 6.0).abs() < 1e-12);
         assert!(!law(1.0, 0.4).rises() && !law(0.0, 1.5).rises());
     }
+
+    /// A step of 0.25 is half a second of ends that may be 2 s late: at one end, at both, at both against each other; then
+    /// the shape.
+    #[test]
+    fn neighbours_are_one_step_away_and_within_the_bounds() {
+        let of = |law: Law, most_s: f64| -> Vec<[f64; 4]> {
+            neighbours(&law, 0.25, most_s)
+                .map(|law| [law.begins_late_s, law.ends_late_s, law.ease, law.lean])
+                .collect()
+        };
+        assert_eq!(
+            of(law(0.5, -0.25), 2.0),
+            [
+                [1.0, -0.5, 0.5, -0.25],
+                [0.0, -0.5, 0.5, -0.25],
+                [0.5, 0.0, 0.5, -0.25],
+                [0.5, -1.0, 0.5, -0.25],
+                [1.0, 0.0, 0.5, -0.25],
+                [0.0, -1.0, 0.5, -0.25],
+                [1.0, -1.0, 0.5, -0.25],
+                [0.0, 0.0, 0.5, -0.25],
+                [0.5, -0.5, 0.75, -0.25],
+                [0.5, -0.5, 0.25, -0.25],
+                [0.5, -0.5, 0.5, 0.0],
+                [0.5, -0.5, 0.5, -0.5],
+            ]
+        );
+        let bounded = of(law(1.0, -1.0), 0.5);
+        assert_eq!(bounded[0], [0.5, -0.5, 1.0, -1.0]);
+        assert_eq!(bounded[3], [0.5, -0.5, 1.0, -1.0]);
+        assert_eq!(bounded[8], [0.5, -0.5, 1.0, -1.0]);
+        assert_eq!(bounded[11], [0.5, -0.5, 1.0, -1.0]);
+    }
 }

@@ -183,4 +183,16 @@ mod tests {
             (None, None, Some(1.0))
         );
     }
+
+    #[test]
+    fn independent_frames_add_up() {
+        let mut all = ChiSquared::default();
+        for (value, degrees_of_freedom) in [(2.5, 3), (1.5, 4)] {
+            all.add(ChiSquared {
+                value,
+                degrees_of_freedom,
+            });
+        }
+        assert_eq!((all.value, all.degrees_of_freedom), (4.0, 7));
+    }
 }
