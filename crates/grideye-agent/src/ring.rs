@@ -534,6 +534,8 @@ mod tests {
     use grideye_recording::{ClockState, Stamp};
     use proptest::prelude::*;
 
+    mod on_disk;
+
     const SENSORS: [&str; 2] = ["i2c-1:0x68", "i2c-1:0x69"];
 
     fn record(seq: u64, is_frame: bool) -> Record {

@@ -86,7 +86,7 @@ pub struct Place {
     /// The byte behind the last.
     pub to: u64,
     /// The stream's index in the segment.
-    stream: u16,
+    pub(crate) stream: u16,
 }
 
 /// Frames, and rows that say why there is none.

@@ -12,6 +12,7 @@ mod clocks;
 mod delivery;
 mod faults;
 mod files;
+mod folder;
 mod held;
 mod hung;
 mod model_disk;
