@@ -248,4 +248,52 @@ mod tests {
         assert!((smooth[4].1 - 1.0 / 3.0 * 2.0).abs() < 1e-12, "{smooth:?}");
         assert!((smooth[0].1 - 0.5).abs() < 1e-12);
     }
+
+    /// A pixel that is warm by a hump of a second and a half, and two seconds of nothing at either end.
+    fn hump(time_s: f64) -> Pixels {
+        let mut frame = [0.0; PIXELS];
+        frame[27] = 4.0 * (-((time_s - 3.0) / 0.75).powi(2)).exp();
+        frame
+    }
+
+    fn film_and_walk(late_s: f64) -> (Track, Walk) {
+        let times_s: Vec<f64> = (0..=60_u32).map(|step| f64::from(step) / 10.0).collect();
+        let film: Vec<Pixels> = times_s.iter().map(|&time_s| hump(time_s)).collect();
+        let seen = times_s
+            .iter()
+            .map(|&time_s| hump(time_s - late_s))
+            .collect();
+        (Track::of_frames(&times_s, &film), Walk::new(times_s, seen))
+    }
+
+    const STRAIGHT: Line = Line {
+        shift_s: 0.0,
+        rate: 0.0,
+        origin_s: 0.0,
+    };
+
+    /// What is recorded as the scene has it leaves nothing where it is not moved, whatever the mean of the scene.
+    #[test]
+    fn a_walk_that_is_the_scene_costs_nothing_at_its_own_time() {
+        let (track, walk) = film_and_walk(0.0);
+        let fit = walk.fit(&track, |time_s| time_s);
+        for (row, costs) in costs(&walk, &track, STRAIGHT, &fit, &[-0.3, 0.0, 0.3])
+            .into_iter()
+            .enumerate()
+        {
+            assert!(costs[1].abs() < 1e-6, "row {row}: {costs:?}");
+        }
+    }
+
+    /// Seen 0.2 s late, the hump is where the scene had it 0.2 s before.
+    #[test]
+    fn a_walk_that_is_late_all_along_departs_by_as_much() {
+        let (track, walk) = film_and_walk(0.2);
+        let fit = walk.fit(&track, |time_s| time_s - 0.2);
+        let warp = best_warp(&walk, &track, STRAIGHT, &fit, 0.5);
+        for time_s in [2.5, 3.0, 3.5] {
+            let by_s = warp.by_s(time_s);
+            assert!((by_s + 0.2).abs() < 0.05, "{time_s} s: {by_s} s");
+        }
+    }
 }
