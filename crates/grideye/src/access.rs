@@ -91,27 +91,24 @@ fn make_token(options: &TokenMake) -> Result<Outcome> {
         PageScope::Read => Scope::Read,
         PageScope::Admin => Scope::Admin,
     };
-    let out = options
-        .out
-        .as_deref()
-        .map(|path| create(path).map(|file| (path, file)));
-    let out = out.transpose()?;
-    let token = make(&folder, &options.name, scope)?;
-    match out {
-        Some((path, mut file)) => {
-            let written = writeln!(file, "{}", token.reveal()).and_then(|()| file.sync_all());
-            if written.is_err() {
-                // Half a token is none.
-                drop(std::fs::remove_file(path));
-            }
-            written.with_context(|| format!("cannot write {}", path.display()))?;
-            outln!("token {} written to {}", token.id(), path.display())?;
-        }
-        None => {
-            progress::say(&format!("token {} made; it is shown this once", token.id()));
-            outln!("{}", token.reveal())?;
-        }
+    let Some(path) = &options.out else {
+        let token = make(&folder, &options.name, scope)?;
+        progress::say(&format!("token {} made; it is shown this once", token.id()));
+        outln!("{}", token.reveal())?;
+        return Ok(Outcome::Done);
+    };
+    let mut file = create(path)?;
+    let written = make(&folder, &options.name, scope).and_then(|token| {
+        writeln!(file, "{}", token.reveal())
+            .and_then(|()| file.sync_all())
+            .with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(token)
+    });
+    if written.is_err() {
+        // A file without its token is none. The first error is the one to report.
+        drop(std::fs::remove_file(path));
     }
+    outln!("token {} written to {}", written?.id(), path.display())?;
     Ok(Outcome::Done)
 }
 

@@ -12,7 +12,7 @@ mod whole;
 
 pub(crate) use apart::keep_apart;
 pub(crate) use text::{open_below, read_text, text};
-pub(crate) use whole::{Pending, fill, rename, replace, write_text, write_whole};
+pub(crate) use whole::{Pending, fill, rename, replace, target, write_text, write_whole};
 
 use crate::exit::bad_input;
 use anyhow::{Result, anyhow};

@@ -1,7 +1,7 @@
 //! `--trace`: the log of the buses, as a table or as the lines that a logic analyser shows.
 
 use crate::exit::bad_input;
-use crate::files::Pending;
+use crate::files::{self, Pending};
 use amg8833_emulator::trace::{CsvTrace, TraceSummary, Transfer, VcdTrace};
 use anyhow::{Result, anyhow};
 use std::fs::File;
@@ -50,7 +50,7 @@ impl TraceFile {
                 path.display()
             )));
         }
-        let pending = Pending::of(path);
+        let pending = Pending::of(&files::target(path));
         let opened = pending.and_then(|pending| Ok((pending.file().try_clone()?, pending)));
         let (file, pending) = opened.map_err(|error| {
             bad_input(anyhow!(
@@ -106,10 +106,12 @@ impl TraceFile {
     }
 }
 
-/// Whether a file is there that no trace began: a recording has the same ending.
+/// Whether something is there that no trace began: a recording has the same ending.
 fn holds_something_else(path: &Path) -> bool {
-    let is_file = path.metadata().is_ok_and(|it| it.is_file() && it.len() > 0);
+    let Ok(there) = path.metadata() else {
+        return false;
+    };
     let mut front = Vec::new();
     let mut read = || File::open(path)?.take(FRONT_BYTES).read_to_end(&mut front);
-    is_file && read().is_ok() && !FRONTS.contains(&front.as_slice())
+    !there.is_file() || (there.len() > 0 && read().is_ok() && !FRONTS.contains(&front.as_slice()))
 }

@@ -15,9 +15,14 @@ pub(crate) fn write_whole(
         let stream = || fill(&OpenOptions::new().write(true).open(path)?, write);
         return stream().with_context(|| format!("cannot write {}", path.display()));
     }
+    replace(&target(path), write)
+}
+
+/// What a link leads to, and any other path itself.
+pub(crate) fn target(path: &Path) -> PathBuf {
     match fs::canonicalize(path) {
-        Ok(target) if path.is_symlink() => replace(&target, write),
-        _ => replace(path, write),
+        Ok(target) if path.is_symlink() => target,
+        _ => path.to_owned(),
     }
 }
 

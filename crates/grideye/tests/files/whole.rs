@@ -68,3 +68,11 @@ fn a_write_that_fails_midway_leaves_the_old_file_and_no_other() {
         fs::remove_file(desk.path(out)).unwrap();
     }
 }
+
+#[test]
+fn a_token_that_is_not_made_leaves_no_file() {
+    let desk = Desk::new();
+    let ended = desk.run(&["token", "make", "a b", "--scope", "read", "--out", "x"]);
+    assert_eq!(ended.code, Some(2), "{ended:?}");
+    assert!(!desk.path("x").exists());
+}
