@@ -210,3 +210,190 @@ pub(crate) fn standard_errors(
         (variance * ones / determinant).sqrt(),
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::track::Pixels;
+    use super::*;
+    use grideye_frame::PIXELS;
+
+    fn walk(seconds: f64) -> Walk {
+        Walk::new(vec![0.0, seconds], vec![[0.0; PIXELS]; 2])
+    }
+
+    fn grid(seconds: f64, shift_max_s: f64, rate_max: f64) -> Grid {
+        let bounds = Bounds {
+            origin_s: 2.0,
+            shift_max_s,
+            rate_max,
+        };
+        Grid::new(&walk(seconds), &bounds)
+    }
+
+    #[track_caller]
+    fn is_near(found: &[(f64, f64)], expected: &[(f64, f64)]) {
+        let near = |(left, right): (&(f64, f64), &(f64, f64))| {
+            (left.0 - right.0).abs() < 1e-12 && (left.1 - right.1).abs() < 1e-12
+        };
+        let is_near = found.len() == expected.len() && found.iter().zip(expected).all(near);
+        assert!(is_near, "{found:?}, not {expected:?}");
+    }
+
+    fn shift_and_rate(line: Line) -> (f64, f64) {
+        (line.shift_s, line.rate)
+    }
+
+    #[test]
+    fn a_line_is_shifted_and_turned_about_its_origin() {
+        let line = Line {
+            shift_s: 0.2,
+            rate: 0.01,
+            origin_s: 10.0,
+        };
+        assert!((line.scene_s(10.0) - 10.2).abs() < 1e-12);
+        assert!((line.scene_s(30.0) - 30.4).abs() < 1e-12);
+    }
+
+    /// By hand: half a second in steps of 0.1 s; 6 % of a minute is 3.6 s, in steps of 0.3 s. Of a grid of more than 20,000
+    /// places, as many fewer frames are taken as keep the work, down to 48.
+    #[test]
+    fn the_grid_has_the_stated_places_and_frames() {
+        let usual = grid(60.0, 0.5, 0.06);
+        assert_eq!((usual.shifts, usual.rates), (5, 12));
+        assert_eq!((usual.places(), usual.frames()), (11 * 25, 256));
+        let wide = grid(60.0, 60.0, 0.06);
+        assert_eq!((wide.places(), wide.frames()), (1_201 * 25, 170));
+        assert_eq!(grid(60.0, 600.0, 0.06).frames(), 48);
+        let centre = usual.centre();
+        assert_eq!(
+            (centre.shift_s, centre.rate, centre.origin_s),
+            (0.0, 0.0, 2.0)
+        );
+    }
+
+    #[test]
+    fn the_grid_reaches_both_bounds_and_nothing_beyond() {
+        let lines: Vec<(f64, f64)> = grid(10.0, 0.2, 0.03).lines().map(shift_and_rate).collect();
+        let shifts = [-0.2, -0.1, 0.0, 0.1, 0.2];
+        let expected: Vec<(f64, f64)> = [-0.03, 0.0, 0.03]
+            .iter()
+            .flat_map(|&rate| shifts.map(|shift_s| (shift_s, rate)))
+            .collect();
+        is_near(&lines, &expected);
+        let still: Vec<(f64, f64)> = grid(10.0, 0.0, 0.0).lines().map(shift_and_rate).collect();
+        is_near(&still, &[(0.0, 0.0)]);
+    }
+
+    /// A minute: to turn the line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift at the first frame by
+    /// 0.1 s the other way.
+    #[test]
+    fn neighbours_are_shifted_or_turned_about_the_middle_within_the_bounds() {
+        let grid = grid(60.0, 0.5, 0.06);
+        let about = |shift_s, rate| -> Vec<(f64, f64)> {
+            let line = Line {
+                shift_s,
+                rate,
+                origin_s: 2.0,
+            };
+            let neighbours = grid.neighbours(line, 0.1);
+            neighbours
+                .inspect(|line| assert_eq!(line.origin_s, 2.0))
+                .map(shift_and_rate)
+                .collect()
+        };
+        let turn = 0.1 / 30.0;
+        is_near(
+            &about(0.0, 0.0),
+            &[(0.1, 0.0), (-0.1, 0.0), (-0.1, turn), (0.1, -turn)],
+        );
+        is_near(
+            &about(0.5, 0.06),
+            &[(0.5, 0.06), (0.4, 0.06), (0.5, 0.06), (0.5, 0.06 - turn)],
+        );
+        let timed = self::grid(60.0, 0.5, 0.0);
+        let still = timed.neighbours(grid.centre(), 0.1);
+        is_near(
+            &still.map(shift_and_rate).collect::<Vec<_>>(),
+            &[(0.1, 0.0), (-0.1, 0.0), (0.0, 0.0), (0.0, 0.0)],
+        );
+    }
+
+    /// Something warm that crosses the pixels, one a second.
+    fn film(time_s: f64) -> Pixels {
+        std::array::from_fn(|pixel| (-(time_s - count(pixel % 16) - 2.0).powi(2)).exp())
+    }
+
+    fn filmed(late_s: f64) -> (Walk, Track) {
+        let times = |number: usize, step_s: f64, from_s: f64| -> Vec<f64> {
+            (0..number)
+                .map(|index| from_s + count(index) * step_s)
+                .collect()
+        };
+        let scene_s = times(401, 0.05, 0.0);
+        let frames: Vec<Pixels> = scene_s.iter().map(|&time_s| film(time_s)).collect();
+        let recorded_s = times(150, 0.1, 2.0);
+        let recorded = recorded_s
+            .iter()
+            .map(|&time_s| film(time_s + late_s))
+            .collect();
+        (
+            Walk::new(recorded_s, recorded),
+            Track::of_frames(&scene_s, &frames),
+        )
+    }
+
+    /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step, and the best places
+    /// of the grid are the two beside it.
+    #[test]
+    fn a_delay_is_found_as_finely_as_is_stated() {
+        let (walk, track) = filmed(0.137);
+        let bounds = Bounds {
+            origin_s: 2.0,
+            shift_max_s: 0.5,
+            rate_max: 0.0,
+        };
+        let (line, fit) = best_line(&walk, &track, &bounds);
+        assert!((line.shift_s - 0.137).abs() <= 0.001, "{line:?}");
+        assert!(fit.likeness > 0.9999, "{fit:?}");
+        let (likeness, rough) = rough_line(&walk, &track, &bounds);
+        assert!((rough.shift_s - 0.137).abs() <= 0.025, "{rough:?}");
+        assert_eq!(likeness, rough_likeness(&walk, &track, &bounds));
+        let best = Grid::new(&walk, &bounds).best(&walk, &track, 3);
+        let shifts: Vec<f64> = best.iter().map(|(_, line)| line.shift_s).collect();
+        assert!(best[0].0 > best[1].0 && best[1].0 > best[2].0, "{best:?}");
+        for (shift, expected) in shifts.iter().zip([0.1, 0.2, 0.0]) {
+            assert!((shift - expected).abs() < 1e-9, "{shifts:?}");
+        }
+    }
+
+    /// By hand: every pixel grows by 1 °C a second, twice as fast as fitted: 64 squares of 2 a frame, 0, 1 and 2 s after the
+    /// origin. With a variance of 1: sums 768, 768 and 1,280, determinant 393,216.
+    #[test]
+    fn standard_errors_are_those_of_a_line_through_three_frames() {
+        let track = Track::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
+        let walk = Walk::new(vec![1.0, 2.0, 3.0], vec![[0.0; PIXELS]; 3]);
+        let line = Line {
+            shift_s: 0.0,
+            rate: 0.0,
+            origin_s: 1.0,
+        };
+        let fit = Fit {
+            likeness: 0.0,
+            amplitude: 2.0,
+            left_c2: 192.0,
+        };
+        let (shift_s, rate) = standard_errors(&walk, &track, line, &fit).unwrap();
+        assert!(
+            (shift_s - (1_280.0_f64 / 393_216.0).sqrt()).abs() < 1e-9,
+            "{shift_s}"
+        );
+        assert!(
+            (rate - (768.0_f64 / 393_216.0).sqrt()).abs() < 1e-9,
+            "{rate}"
+        );
+        let one = Walk::new(vec![1.0], vec![[0.0; PIXELS]]);
+        assert_eq!(standard_errors(&one, &track, line, &fit), None);
+        let elsewhere = Walk::new(vec![30.0, 31.0], vec![[0.0; PIXELS]; 2]);
+        assert_eq!(standard_errors(&elsewhere, &track, line, &fit), None);
+    }
+}

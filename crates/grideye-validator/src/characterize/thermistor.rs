@@ -80,3 +80,79 @@ impl ThermistorSums {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{Celsius, PIXELS};
+
+    const SECOND_NS: u64 = 1_000_000_000;
+
+    /// One pixel is far from the scene: the middle one does not see it.
+    fn frame(thermistor_c: f32, scene_c: f32) -> Frame {
+        let mut pixels = [Celsius::new(scene_c); PIXELS];
+        pixels[5] = Celsius::new(80.0);
+        Frame {
+            thermistor: Celsius::new(thermistor_c),
+            pixels,
+        }
+    }
+
+    fn pushed(at_ns: [u64; 3]) -> ThermistorSums {
+        let mut sums = ThermistorSums::default();
+        let values = [(25.0, 20.0), (26.0, 21.0), (27.0, 20.0)];
+        for (at_ns, (thermistor_c, scene_c)) in at_ns.into_iter().zip(values) {
+            sums.push(&frame(thermistor_c, scene_c), at_ns, true);
+        }
+        sums
+    }
+
+    /// By hand: times 0, 20 and 60 s, 25, 26 and 27 °C. Products about the means add up to 60, squares of time to
+    /// 5,600 / 3.
+    #[test]
+    fn means_offset_and_trend_are_those_of_least_squares() {
+        let at_ns = [7, 27, 67].map(|at_s| at_s * SECOND_NS);
+        let found = pushed(at_ns).finish(0);
+        assert!((found.mean_c - 26.0).abs() < 1e-12);
+        assert!((found.scene_c - 61.0 / 3.0).abs() < 1e-12);
+        assert!((found.offset_c - 17.0 / 3.0).abs() < 1e-12);
+        let trend = found.drift_c_per_hour.unwrap();
+        assert!(
+            (trend - 60.0 * 3.0 / 5_600.0 * 3_600.0).abs() < 1e-9,
+            "{trend}"
+        );
+        assert_eq!(pushed(at_ns).finish(1).drift_c_per_hour, None, "a jump");
+    }
+
+    #[test]
+    fn a_minute_has_a_trend_and_less_has_none() {
+        let trend = |last_ns| {
+            pushed([0, 20 * SECOND_NS, last_ns])
+                .finish(0)
+                .drift_c_per_hour
+        };
+        assert!(trend(60 * SECOND_NS).is_some());
+        assert_eq!(trend(60 * SECOND_NS - 1), None);
+    }
+
+    /// Steps of an eighth of a degree up and down have that root of the mean square; the fit gives back what a cut at three
+    /// standard deviations takes from a normal distribution, and a difference has two values' noise.
+    #[test]
+    fn noise_is_that_of_frames_that_follow_one_another() {
+        let sigma = |follows: bool| {
+            let mut sums = ThermistorSums::default();
+            for index in 0..21_u8 {
+                let celsius = 25.0 + 0.125 * f32::from(index % 2);
+                sums.push(
+                    &frame(celsius, 20.0),
+                    u64::from(index),
+                    follows && index > 0,
+                );
+            }
+            sums.finish(0).sigma_c
+        };
+        let expected = 0.125 / 0.973_337_f64.sqrt() / 2.0_f64.sqrt();
+        assert!((sigma(true) - expected).abs() < 1e-9, "{}", sigma(true));
+        assert_eq!(sigma(false), 0.0);
+    }
+}

@@ -1,7 +1,9 @@
 use crate::toy::{AMBIENT_C, Blob, PERSON, SHAPE, UNIT, recording, settings, simulation};
 use grideye_validator::report::{Context, Input, html, json, table};
 use grideye_validator::thresholds::ThresholdSet;
-use grideye_validator::{Better, Comparison, FILM_FRAMES_MAX, Measure, Protocol, compare};
+use grideye_validator::{
+    Better, Comparison, Criterion, FILM_FRAMES_MAX, Measure, Protocol, State, compare,
+};
 use serde_json::Value;
 
 fn comparison(claimed: &[Blob]) -> Comparison {
@@ -83,6 +85,82 @@ fn the_page_says_the_verdict_first_and_what_it_rests_on() {
         "{text}"
     );
     holds(&text, &["warmer than the scene has it there or nearby"]);
+}
+
+/// Each state has its mark, its word and its class, and a criterion with a score has its line.
+#[test]
+fn every_criterion_is_a_row_with_its_state() {
+    let mut comparison = comparison(&[PERSON]);
+    let asked = comparison
+        .judgement
+        .criteria
+        .iter()
+        .find_map(|criterion| criterion.asked);
+    let states = [State::Met, State::Failed, State::Open, State::NotAsked];
+    comparison.judgement.criteria = states
+        .into_iter()
+        .map(|state| Criterion {
+            name: "one",
+            title: "One & all",
+            state,
+            sentence: "1 < 2.".to_owned(),
+            keys: &[],
+            asked: asked.filter(|_| state == State::Failed),
+        })
+        .collect();
+    let page = html(&comparison, &context());
+    let (_, rest) = page
+        .split_once("<h2>What the verdict rests on</h2>")
+        .unwrap();
+    let (section, _) = rest.split_once("</table>").unwrap();
+    assert!(
+        section.contains("what 100 drawn units score where the scene is right"),
+        "{section}"
+    );
+    let rows: Vec<&str> = section
+        .lines()
+        .filter(|line| line.starts_with("<tr"))
+        .collect();
+    let expected = [
+        ("met", "✓", "met"),
+        ("failed", "✗", "failed"),
+        ("open", "?", "cannot tell"),
+        ("not_asked", "–", "not asked"),
+    ];
+    assert_eq!(rows.len(), expected.len(), "{section}");
+    for (row, (class, mark, word)) in rows.iter().zip(expected) {
+        let begin = format!(
+            "<tr class=\"{class}\"><th scope=\"row\">One &amp; all</th><td class=\"state\"><span aria-hidden=\"true\">{mark}</span> {word}</td><td>1 &lt; 2."
+        );
+        let end = row
+            .strip_prefix(begin.as_str())
+            .unwrap_or_else(|| panic!("{row}"));
+        let has_line = end.starts_with("<svg class=\"ruler\"") && end.ends_with("</svg></td></tr>");
+        assert_eq!(
+            (has_line, end == "</td></tr>"),
+            (class == "failed", class != "failed"),
+            "{end}"
+        );
+    }
+}
+
+#[test]
+fn every_threshold_is_a_row_with_its_number_and_its_source() {
+    let mut context = context();
+    let all = context.thresholds.len();
+    context.thresholds.truncate(1);
+    context.thresholds[0].source = "Nine & a < b.".to_owned();
+    let page = html(&comparison(&[PERSON]), &context);
+    let line = &context.thresholds[0];
+    let row = format!(
+        "<tbody>\n<tr><th scope=\"row\"><code>correlation_skill_min</code></th><td>0.6</td><td>Nine &amp; a &lt; b.<br><span class=\"soft\">{}</span></td></tr>\n</tbody>",
+        line.file
+    );
+    assert!(page.contains(&row), "{row}");
+    assert_eq!(all, 15);
+    context.thresholds.clear();
+    let page = html(&comparison(&[PERSON]), &context);
+    assert!(!page.contains("where they come from</h2>") && !page.contains("list thresholds"));
 }
 
 #[test]
