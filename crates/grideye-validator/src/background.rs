@@ -12,9 +12,9 @@
 //! anybody are a stretch; the first and the last, in which somebody may be about to come, are not used. The levels are
 //! then taken from the stretches, and the search is done again.
 
-use crate::characterize::{mean_between, median, middle_mean};
+use crate::characterize::{Characterization, mean_between, median, middle_mean, two_by_two};
 use crate::metrics::count;
-use grideye_frame::{COLUMNS, PIXELS, ROWS};
+use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use grideye_scene::profile::Profile;
 use std::fmt;
@@ -74,7 +74,7 @@ pub struct Background {
 pub enum BackgroundError {
     /// Somebody is always there, or the recording is too short.
     #[error(
-        "no empty stretch of five seconds was found\nhint: name one, as in --empty 12s..40s, or record the empty room"
+        "no empty stretch of five seconds was found\nhint: name one, as in --empty 12s..40s; say --empty yes if nobody is there at all; or record the empty room"
     )]
     NoneFound,
     /// The stretch that was named has no frames.
@@ -129,6 +129,20 @@ pub fn background(records: &[Record], empty: &Empty) -> Result<Background, Backg
 }
 
 impl Background {
+    /// The whole of a recording in which nobody is; `None` without a hundred frames in a row.
+    #[must_use]
+    pub fn whole(found: &Characterization) -> Option<Self> {
+        let whole = Stretch {
+            from: Duration::ZERO,
+            to: Duration::try_from_secs_f64(found.timing.span_s).unwrap_or_default(),
+        };
+        Some(Self {
+            celsius: found.pattern?.mean_c,
+            stretches: vec![whole],
+            frames: usize::try_from(found.frames).unwrap_or(usize::MAX),
+        })
+    }
+
     /// Puts the background into a profile's pattern: as what each pixel has above `empty_room`, the noise-free image of
     /// the scene without its people (64 values, °C); without one, above the middle pixel. Rounded to 0.0001 °C.
     pub fn put_into(&self, profile: &mut Profile, empty_room: Option<&[f64]>) {
@@ -286,17 +300,6 @@ fn empty_blocks(blocks: &[Block], levels: &Degrees) -> Vec<usize> {
         .chunk_by(|one, next| is_empty[*one] == is_empty[*next] && blocks[*next].follows)
         .filter(|run| is_empty[run[0]] && run.len() >= STRETCH_BLOCKS)
         .flat_map(|run| run[1..run.len() - 1].iter().copied())
-        .collect()
-}
-
-/// The mean of every two by two pixels.
-fn two_by_two(pixels: &Degrees) -> Vec<f64> {
-    let corners =
-        (0..ROWS - 1).flat_map(|row| (0..COLUMNS - 1).map(move |column| row * COLUMNS + column));
-    corners
-        .map(|at| {
-            (pixels[at] + pixels[at + 1] + pixels[at + COLUMNS] + pixels[at + COLUMNS + 1]) / 4.0
-        })
         .collect()
 }
 

@@ -4,7 +4,7 @@
 //!  records ──▶ Characterizer ──┬─ times     rate, jitter, stalls, bursts, gaps, jumps of the clock
 //!   of one      (memory does   ├─ words     steps, torn frames, duplicates, glitches
 //!   stream       not grow)     ├─ pairs     noise of each pixel, people walking through left out
-//!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation
+//!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation, whether somebody is there
 //!                              └─▶ Characterization ──▶ text · page · JSON · a sensor profile for simulator and emulator
 //! ```
 //!
@@ -40,6 +40,7 @@ mod histogram;
 mod number;
 mod page;
 mod pattern;
+mod presence;
 mod segment;
 mod show;
 mod steps;
@@ -52,6 +53,7 @@ pub use cycle::Cycle;
 pub(crate) use faults::{FaultFinder, Standing};
 pub use faults::{Faults, TORN_RUN_MIN};
 pub use found::{Characterization, CommonMode, NoiseMap, Pattern, Thermistor};
+pub use presence::{Presence, Spot};
 pub use show::Line;
 pub use steps::Steps;
 pub use timing::{JUMPS_LISTED_MAX, Jump, Timing};
@@ -60,7 +62,7 @@ pub use wander::Flicker;
 use grideye_frame::{NoData, PIXELS, Reading};
 use grideye_recording::Record;
 use histogram::Histogram;
-pub(crate) use number::{mean_between, median, middle_mean};
+pub(crate) use number::{mean_between, median, middle_mean, two_by_two};
 use segment::Segments;
 use std::collections::BTreeMap;
 use steps::StepFinder;
@@ -222,6 +224,7 @@ impl Characterizer {
             noise: NoiseMap { sigma_c },
             common_mode: segments.common_mode,
             pattern: segments.pattern,
+            presence: segments.presence,
             allan: segments.allan,
             faults,
             thermistor,

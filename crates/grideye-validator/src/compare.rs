@@ -283,6 +283,8 @@ impl Outcome {
             timeline: self.timeline,
             warm: self.warm,
             settings: *settings,
+            background: None,
+            warnings: Vec::new(),
             notes: Vec::new(),
             alignment: None,
             scores: self.scores,

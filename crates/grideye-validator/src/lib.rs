@@ -74,7 +74,8 @@ pub use compare::{
 pub use error::{Side, ValidatorError};
 pub use expected::{DRAWS, Law};
 pub use scene_comparison::{
-    DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene, sensor_step_c,
+    BackgroundFit, DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES,
+    compare_scene, sensor_step_c,
 };
 pub use score::{Better, Measure, Score, Scores, Shuffled};
 pub use verdict::{

@@ -1,8 +1,10 @@
+mod background_fit;
 mod beside;
 mod choice;
 mod notes;
 mod pictures;
 
+pub use background_fit::BackgroundFit;
 pub use beside::KnownUnit;
 
 use crate::align::{
@@ -123,7 +125,7 @@ pub fn compare_scene(
     );
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
     let mut pictures = Pictures::new(scene, &simulator, sensor, options)?;
-    let room = pictures.learned_room(records, &aligned, protocol, options);
+    let (room, background) = pictures.learned_room(records, &aligned, protocol, options);
     let pattern = match (options.unit, &room) {
         (Some(unit), _) => Some(KnownPattern::of(&unit)),
         (None, room) => room.as_ref().and_then(|room| pictures.learn(room, options)),
@@ -155,7 +157,10 @@ pub fn compare_scene(
         .any(|criterion| (criterion.name, criterion.state) == ("orientation", State::Failed));
     let lies = aligned.found.orientation.as_ref();
     notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
+    let warning = background.as_ref().and_then(BackgroundFit::warning);
     Ok(Comparison {
+        warnings: Vec::from_iter(warning),
+        background,
         notes,
         alignment: Some(aligned.found),
         ..comparison

@@ -1,14 +1,25 @@
 //! The background of an empty room: found on real recordings whose people were counted, and on planted ones.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "what fails in a helper fails the test, and its numbers are small"
+)]
 
 use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::linaige::{Date, Reader, stream_from_file_name};
 use grideye_recording::{ClockState, Record, Stamp};
 use grideye_scene::profile::Profile;
 use grideye_validator::background::{Background, BackgroundError, Empty, Stretch, background};
+use grideye_validator::characterize::{Presence, characterize};
 use std::fs::File;
 use std::path::Path;
 use std::time::Duration;
+
+const SESSION_2: &str = "Session2_2021-07-01_RoomB_v2.csv";
+const SESSION_3: &str = "Session3_2021-07-06_RoomA_v2.csv";
 
 /// The records, and how many people were counted in each.
 fn session(name: &str) -> (Vec<Record>, Vec<u32>) {
@@ -34,10 +45,7 @@ fn is_in(found: &Background, records: &[Record], record: &Record) -> bool {
 /// Of the frames that were taken for empty, and of those that people counted as empty.
 #[test]
 fn what_is_found_empty_was_counted_as_empty() {
-    for name in [
-        "Session2_2021-07-01_RoomB_v2.csv",
-        "Session3_2021-07-06_RoomA_v2.csv",
-    ] {
+    for name in [SESSION_2, SESSION_3] {
         let (records, people) = session(name);
         let found = background(&records, &Empty::Find).unwrap();
         let taken: Vec<u32> = records
@@ -255,4 +263,176 @@ fn who_stands_still_most_of_the_time_is_not_the_room() {
         found.stretches
     );
     assert_is_the_room(&found);
+}
+
+/// Of both sessions people were counted in all but a few stretches. Of session 3 these are the longest in which nobody was,
+/// minutes apart, without the one in which its clock jumps.
+#[test]
+fn a_real_room_is_occupied_or_empty_as_people_counted_it() {
+    for name in [SESSION_2, SESSION_3] {
+        let presence = characterize(session(name).0).unwrap().presence;
+        let Presence::Somebody(spot) = presence else {
+            panic!("{name}: {presence:?}");
+        };
+        assert!((1.0..3.0).contains(&spot.celsius), "{name}: {spot:?}");
+    }
+    let (rows, _) = session(SESSION_3);
+    let empty = [323..434, 605..694, 715..795, 823..938, 1569..1672]
+        .into_iter()
+        .flat_map(|run| rows[run].to_vec());
+    let found = characterize(empty.clone()).unwrap();
+    assert_eq!(found.presence, Presence::Nobody);
+    // The whole of it is the mean of all its frames, and what is looked for is nearly the same.
+    let whole = Background::whole(&found).unwrap();
+    let mean: Vec<f64> = (0..PIXELS)
+        .map(|pixel| {
+            let sum: f64 = empty.clone().map(|record| pixels(&record)[pixel]).sum();
+            sum / empty.clone().count() as f64
+        })
+        .collect();
+    let apart = |left: &[f64], right: &[f64]| {
+        let level = left.iter().zip(right).map(|(l, r)| l - r).sum::<f64>() / 64.0;
+        let squares = left.iter().zip(right).map(|(l, r)| (l - r - level).powi(2));
+        (squares.sum::<f64>() / 64.0).sqrt()
+    };
+    assert!(apart(&whole.celsius, &mean) < 0.02);
+    let stretches = background(&rows, &Empty::Find).unwrap();
+    assert!(apart(&whole.celsius, &stretches.celsius) < 0.08);
+    // The pattern alone, beyond a smooth surface, leaves an eighth of a degree of it.
+    let smooth = found.profile("smooth").fixed_pattern.offset_c;
+    assert!(apart(&smooth, &mean) > 0.1, "{}", apart(&smooth, &mean));
+}
+
+/// A room with a slope across it, all of whose pixels drift together by half a degree; and what else `warms` which pixel.
+fn drifting(frames: u32, warms: impl Fn(u32, usize) -> f64) -> Vec<Record> {
+    let mut records = room(frames, |_| false, &[]);
+    for (index, record) in (0..).zip(&mut records) {
+        let Reading::Frame(frame) = &mut record.reading else {
+            continue;
+        };
+        for (pixel, word) in frame.pixels.iter_mut().enumerate() {
+            let slope = 0.15 * (pixel % 8) as f64;
+            let drift = f64::from(index) / f64::from(frames) / 2.0;
+            word.0 += ((slope + drift + warms(index, pixel)) * 4.0).round() as u16;
+        }
+    }
+    records
+}
+
+fn presence(frames: u32, warms: impl Fn(u32, usize) -> f64) -> Presence {
+    characterize(drifting(frames, warms)).unwrap().presence
+}
+
+const MIDDLE: [usize; 4] = [27, 28, 35, 36];
+
+#[test]
+fn nobody_is_told_from_who_moves_and_neither_from_who_keeps_still() {
+    assert_eq!(presence(600, |_, _| 0.0), Presence::Nobody);
+    let is_there = |seq: u32, pixel: usize, warm: &dyn Fn(u32) -> bool| {
+        if MIDDLE.contains(&pixel) && warm(seq) {
+            1.5
+        } else {
+            0.0
+        }
+    };
+    // For three seconds, all but three seconds, a second at the end, half of the time: whoever comes or goes is somebody.
+    let cases: [&dyn Fn(u32) -> bool; 4] = [
+        &|seq| (300..330).contains(&seq),
+        &|seq| !(300..330).contains(&seq),
+        &|seq| seq >= 580,
+        &|seq| seq >= 300,
+    ];
+    for (case, warm) in cases.into_iter().enumerate() {
+        let found = presence(600, |seq, pixel| is_there(seq, pixel, warm));
+        let Presence::Somebody(spot) = found else {
+            panic!("{case}: {found:?}");
+        };
+        assert_eq!((spot.row, spot.column), (3, 3), "{case}");
+        assert!((spot.celsius - 1.5).abs() < 0.3, "{case}: {spot:?}");
+    }
+    let still = presence(600, |seq, pixel| is_there(seq, pixel, &|_| true));
+    let Presence::Still(spot) = still else {
+        panic!("{still:?}");
+    };
+    assert_eq!((spot.row, spot.column), (3, 3));
+    assert!((1.0..1.6).contains(&spot.celsius), "{spot:?}");
+}
+
+/// Thirty means of ten frames each are half a minute; a gap in each hundred leaves no hundred in a row.
+#[test]
+fn half_a_minute_without_gaps_tells_and_less_does_not() {
+    assert_eq!(presence(300, |_, _| 0.0), Presence::Nobody);
+    assert_eq!(presence(299, |_, _| 0.0), Presence::TooShort);
+    let mut gapped = drifting(900, |_, _| 0.0);
+    gapped.retain(|record| record.seq % 90 != 0);
+    let found = characterize(gapped).unwrap();
+    assert_eq!(found.presence, Presence::TooShort);
+    assert_eq!(Background::whole(&found), None);
+}
+
+#[test]
+fn who_is_in_view_stands_in_the_table_and_in_the_json() {
+    let of = |frames: u32, warms: &dyn Fn(u32, usize) -> f64| {
+        let found = characterize(drifting(frames, warms)).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&found.to_json()).unwrap();
+        let lines = found.lines();
+        let line = lines
+            .iter()
+            .find(|line| line.label == "somebody in view")
+            .unwrap();
+        (
+            format!("{} {}", line.value, line.note),
+            json["presence"].clone(),
+        )
+    };
+    let (line, json) = of(600, &|_, _| 0.0);
+    assert_eq!(line, "no ");
+    assert_eq!(
+        (json["somebody"].clone(), json["why"].clone()),
+        (false.into(), "nothing_moves".into())
+    );
+    let (line, json) = of(200, &|_, _| 0.0);
+    assert_eq!(line, "unknown less than half a minute");
+    assert_eq!(
+        (json["somebody"].is_null(), json["why"].clone()),
+        (true, "too_short".into())
+    );
+    let (line, json) = of(600, &|seq, pixel| {
+        if seq > 400 && MIDDLE.contains(&pixel) {
+            2.0
+        } else {
+            0.0
+        }
+    });
+    assert!(
+        line.starts_with("yes rows 4 and 5, columns 4 and 5 change by "),
+        "{line}"
+    );
+    assert!(line.ends_with(" °C"), "{line}");
+    assert_eq!(
+        (
+            json["somebody"].clone(),
+            json["row"].clone(),
+            json["column"].clone()
+        ),
+        (true.into(), 4.into(), 4.into())
+    );
+    let (line, json) = of(600, &|_, pixel| {
+        if MIDDLE.contains(&pixel) { 2.0 } else { 0.0 }
+    });
+    assert!(
+        line.starts_with("unknown rows 4 and 5, columns 4 and 5 stay "),
+        "{line}"
+    );
+    assert!(line.ends_with(" °C warm"), "{line}");
+    assert_eq!(
+        (json["somebody"].is_null(), json["why"].clone()),
+        (true, "stays_warm".into())
+    );
+}
+
+/// Of the record's frame, °C; both sessions are above zero.
+fn pixels(record: &Record) -> [f64; PIXELS] {
+    let frame = record.reading.frame().unwrap();
+    frame.pixels.map(|word| f64::from(word.0 & 0xFFF) * 0.25)
 }

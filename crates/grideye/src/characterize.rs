@@ -9,7 +9,9 @@ use anyhow::{Context as _, Result, anyhow};
 use grideye_frame::PIXELS;
 use grideye_recording::StreamId;
 use grideye_validator::background::{Background, background};
-use grideye_validator::characterize::{Characterization, CharacterizeError, Characterizer};
+use grideye_validator::characterize::{
+    Characterization, CharacterizeError, Characterizer, Presence,
+};
 use std::io::Write as _;
 use std::path::Path;
 use std::time::Duration;
@@ -31,26 +33,14 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
             return Ok(Outcome::NoAnswer);
         }
     };
-    let background = learned(options)?;
-    if let Some(path) = &options.profile {
-        let profile = profile(&found, options, background.as_ref())?;
-        write_text(path, &profile)?;
-    }
+    let room = room(options, &found)?;
+    let outcome = match &options.profile {
+        Some(path) => write_profile(path, &found, options, &room)?,
+        None => Outcome::Done,
+    };
     if let Some(path) = &options.report {
         let recording = options.recording.display().to_string();
         write_text(path, &found.to_html(&recording, &command_line()))?;
-    }
-    if let Some(background) = &background {
-        let stretches: Vec<String> = background
-            .stretches
-            .iter()
-            .map(ToString::to_string)
-            .collect();
-        progress::say(&format!(
-            "empty room: {} frames, {}",
-            background.frames,
-            stretches.join(", ")
-        ));
     }
     match &options.json {
         Some(path) if path.as_os_str() == "-" => out!("{}", found.to_json())?,
@@ -59,6 +49,101 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
             out!("{}", found.text())?;
         }
         None => out!("{}", found.text())?,
+    }
+    Ok(outcome)
+}
+
+/// What the recording shows of the room.
+enum Room {
+    /// The background of the room without anybody.
+    Empty(Background),
+    /// Nothing that can be told from the people in it, and why.
+    Occupied(String),
+    /// One or the other, and what leaves it open.
+    Open(String),
+}
+
+/// What was asked for, or else what the recording itself shows.
+fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
+    let whole = || {
+        Background::whole(found).map(Room::Empty).ok_or_else(|| {
+            bad_input(anyhow!(
+                "{} has no hundred frames in a row\nhint: record the empty room for a minute",
+                options.recording.display()
+            ))
+        })
+    };
+    match &options.empty {
+        Some(Nobody::Throughout) => whole(),
+        Some(Nobody::Nowhere) if options.scene.is_some() => Err(bad_input(anyhow!(
+            "--scene needs an empty room to take the scene's off\nhint: say where nobody is with --empty yes, auto or FROM..TO, or leave out --scene"
+        ))),
+        Some(Nobody::Nowhere) => Ok(Room::Occupied("--empty no".to_owned())),
+        Some(Nobody::In(empty)) => {
+            let records = recordings::load_stream(&options.recording)?;
+            background(&records, empty)
+                .map(Room::Empty)
+                .map_err(|error| bad_input(anyhow!("{}: {error}", options.recording.display())))
+        }
+        None => match found.presence {
+            Presence::Nobody => whole(),
+            Presence::Somebody(spot) => Ok(Room::Occupied(format!(
+                "somebody is in view ({spot} change by {:.2} °C)",
+                spot.celsius
+            ))),
+            Presence::Still(spot) => Ok(Room::Open(format!(
+                "{spot} stay {:.2} °C warmer than the room, by a warm object or by somebody who keeps still",
+                spot.celsius
+            ))),
+            Presence::TooShort => Ok(Room::Open(
+                "half a minute without a gap is needed".to_owned(),
+            )),
+        },
+    }
+}
+
+/// Writes the profile, or asks for what it depends on.
+fn write_profile(
+    path: &Path,
+    found: &Characterization,
+    options: &Characterize,
+    room: &Room,
+) -> Result<Outcome> {
+    let (background, kept) = match room {
+        Room::Empty(background) => {
+            let stretches: Vec<String> = background
+                .stretches
+                .iter()
+                .map(ToString::to_string)
+                .collect();
+            let kept = format!(
+                "empty room: {} frames, {}; the pattern is its whole background",
+                background.frames,
+                stretches.join(", ")
+            );
+            (Some(background), kept)
+        }
+        Room::Occupied(why) => {
+            let kept = format!(
+                "no empty room: {why}; the pattern is only what is not smooth in the background"
+            );
+            (None, kept)
+        }
+        Room::Open(why) => {
+            eprintln!(
+                "error: {}: cannot tell whether the room is empty: {why}\nhint: say --empty yes if nobody is in view, --empty no if somebody may be; {} was not written",
+                options.recording.display(),
+                path.display()
+            );
+            return Ok(Outcome::NoAnswer);
+        }
+    };
+    write_text(path, &profile(found, options, background, &kept)?)?;
+    progress::say(&kept);
+    if let (Room::Occupied(_), None) = (room, &options.empty) {
+        progress::say(
+            "hint: --empty auto takes the whole background from the stretches in which nobody is; --empty yes, if nobody is in view at all",
+        );
     }
     Ok(Outcome::Done)
 }
@@ -83,22 +168,12 @@ fn characterize(path: &Path) -> Result<Result<Characterization, CharacterizeErro
     Ok(characterizer.finish())
 }
 
-/// The background of the empty room, if it is asked for.
-fn learned(options: &Characterize) -> Result<Option<Background>> {
-    let Some(Nobody(empty)) = &options.empty else {
-        return Ok(None);
-    };
-    let records = recordings::load_stream(&options.recording)?;
-    background(&records, empty)
-        .map(Some)
-        .map_err(|error| bad_input(anyhow!("{}: {error}", options.recording.display())))
-}
-
 /// The profile, with a head that says where it came from.
 fn profile(
     found: &Characterization,
     options: &Characterize,
     background: Option<&Background>,
+    kept: &str,
 ) -> Result<String> {
     let name = options
         .recording
@@ -109,7 +184,7 @@ fn profile(
         background.put_into(&mut profile, empty_room(options)?.as_deref());
     }
     Ok(format!(
-        "# Measured from {} frames by\n#   {}\n# scenes/profiles/README.md describes every key.\n{}",
+        "# Measured from {} frames by\n#   {}\n# {kept}.\n# scenes/profiles/README.md describes every key.\n{}",
         found.frames,
         command_line(),
         profile.to_toml()

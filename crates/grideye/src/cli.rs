@@ -392,7 +392,8 @@ pub(crate) struct Calibrate {
 ///
 /// Noise, common mode, pattern, drift, clock, glitches.
 ///
-/// Exit code 3: the recording is too short to say anything.
+/// Exit code 3: the recording is too short to say anything, or leaves open whether somebody is in view where a profile
+/// depends on it.
 ///
 /// Example: grideye characterize empty-room.csv --profile my-sensor.toml
 #[derive(Debug, Args)]
@@ -402,11 +403,13 @@ pub(crate) struct Characterize {
     /// Profile to write, for emulate and compare.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
-    /// Where nobody is: auto, or from and to.
+    /// Where nobody is in view [default: decided by the recording].
     ///
-    /// From and to are seconds since the first frame. The profile's pattern is then the whole background of the empty room,
-    /// not only what is not smooth in it.
-    #[arg(long, value_name = "auto|FROM..TO")]
+    /// `yes`: throughout. `auto`: in stretches that are looked for. FROM..TO: in that one, in seconds since the first frame.
+    /// The profile's pattern is then the whole background of the empty room. `no`: nowhere; the pattern is only what is not
+    /// smooth in the background, which holds in another room too. Without the option it is `yes` where nothing moves and
+    /// nothing warm stands, `no` where something moves; where neither is sure, no profile is written.
+    #[arg(long, value_name = "yes|no|auto|FROM..TO")]
     pub(crate) empty: Option<Nobody>,
     /// Scene whose empty room is taken off.
     ///
@@ -428,16 +431,33 @@ pub(crate) struct Characterize {
 
 /// Where nobody is in a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Nobody(pub(crate) Empty);
+pub(crate) enum Nobody {
+    /// In all of it.
+    Throughout,
+    /// In none of it, or in none that matters.
+    Nowhere,
+    /// In stretches.
+    In(Empty),
+}
 
 impl std::str::FromStr for Nobody {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        if text == "auto" {
-            return Ok(Self(Empty::Find));
+        match text {
+            "yes" => Ok(Self::Throughout),
+            "no" => Ok(Self::Nowhere),
+            "auto" => Ok(Self::In(Empty::Find)),
+            _ => text
+                .parse()
+                .map(|stretch| Self::In(Empty::Named(stretch)))
+                .map_err(|expected: String| {
+                    format!(
+                        "expected yes, no or auto, or {}",
+                        expected.trim_start_matches("expected ")
+                    )
+                }),
         }
-        text.parse().map(|stretch| Self(Empty::Named(stretch)))
     }
 }
 

@@ -243,6 +243,9 @@ fn write_text(path: &Path, text: &str) -> Result<()> {
 /// Verdict, reasons and the scores with what they are worth.
 pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) -> Result<()> {
     outln!("{}", comparison.judgement.headline)?;
+    for warning in &comparison.warnings {
+        outln!("warning: {warning}")?;
+    }
     for reason in &comparison.judgement.reasons {
         outln!("  {reason}")?;
     }

@@ -2,6 +2,7 @@ use super::allan::AllanPoint;
 use super::cycle::Cycle;
 use super::faults::Faults;
 use super::number::median;
+use super::presence::Presence;
 use super::steps::Steps;
 use super::timing::Timing;
 use super::wander::Flicker;
@@ -39,6 +40,8 @@ pub struct Characterization {
     pub common_mode: Option<CommonMode>,
     /// What does not change; `None` without a hundred frames in a row.
     pub pattern: Option<Pattern>,
+    /// Whether somebody was there.
+    pub presence: Presence,
     /// Allan deviations, as long as the recording reaches.
     pub allan: Vec<AllanPoint>,
     /// What went wrong between sensor and recording.
@@ -69,6 +72,8 @@ pub struct CommonMode {
 /// What does not change from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pattern {
+    /// The mean of each pixel, °C: with whoever was there.
+    pub mean_c: [f64; PIXELS],
     /// The smooth part, of second order in place, °C above the middle pixel: taken for the scene's.
     pub surface_c: [f64; PIXELS],
     /// What each pixel has beyond it, °C: taken for the sensor's.
@@ -127,6 +132,9 @@ impl Characterization {
     }
 
     /// The sensor as a profile that simulator and emulator load.
+    ///
+    /// Its pattern is what is not smooth in the background, which holds in any room. `Background::put_into` puts the whole
+    /// background of an empty room in its place.
     ///
     /// The sensor's own rounding is taken out of the pixels' sigmas, since whoever uses the profile rounds again; not out
     /// of the thermistor's, whose noise is smaller than its step, where rounding adds no such share. Numbers are

@@ -51,6 +51,13 @@ impl Histogram {
         self.total
     }
 
+    /// The lowest and the highest bin that hold something.
+    pub(crate) fn extent(&self) -> Option<(f64, f64)> {
+        let (_, low) = self.bins().next()?;
+        let (_, high) = self.bins().last()?;
+        Some((low, high))
+    }
+
     /// The value below which this share of the values lies, as if those of a bin were spread over it.
     pub(crate) fn quantile(&self, share: f64) -> Option<f64> {
         let wanted = share * long_float(self.total);

@@ -1,6 +1,7 @@
 //! Small statistics.
 
 use super::Degrees;
+use grideye_frame::{COLUMNS, ROWS};
 
 /// A count as a float.
 #[expect(
@@ -26,6 +27,17 @@ pub(crate) const fn long_float(count: u64) -> f64 {
 /// median it is not bound to the sensor's steps.
 pub(crate) fn middle_mean(values: &Degrees) -> f64 {
     mean_between(&mut values.to_vec(), values.len() / 8)
+}
+
+/// The mean of every two by two pixels.
+pub(crate) fn two_by_two(pixels: &Degrees) -> Vec<f64> {
+    let corners =
+        (0..ROWS - 1).flat_map(|row| (0..COLUMNS - 1).map(move |column| row * COLUMNS + column));
+    corners
+        .map(|at| {
+            (pixels[at] + pixels[at + 1] + pixels[at + COLUMNS] + pixels[at + COLUMNS + 1]) / 4.0
+        })
+        .collect()
 }
 
 /// The mean of what is left without so many of the smallest and of the largest; the median if that is nothing.

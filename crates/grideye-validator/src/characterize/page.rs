@@ -86,7 +86,7 @@ impl Characterization {
             map(
                 &pattern.surface_c,
                 "Smooth surface, °C",
-                "Taken for the scene's, above the middle pixel; in no profile.",
+                "Taken for the scene's, above the middle pixel; in the profile of an empty room alone.",
                 &|level| colour(&INFERNO, (level - low) / (high - low).max(1e-9)),
                 &|level| signed(level, 2),
             )

@@ -24,7 +24,8 @@ impl PatternFinder {
     }
 
     /// The middle of all segments, in which someone who sits in some of them does not show.
-    pub(crate) fn finish(self) -> Option<Pattern> {
+    /// `mean_c` is the mean of each pixel.
+    pub(crate) fn finish(self, mean_c: Degrees) -> Option<Pattern> {
         if self.0.first().is_none_or(|pixel| pixel.total() == 0) {
             return None;
         }
@@ -34,6 +35,7 @@ impl PatternFinder {
         let offset_c: Degrees = std::array::from_fn(|pixel| levels[pixel] - surface_c[pixel]);
         let squares: f64 = offset_c.iter().map(|offset| offset * offset).sum();
         Some(Pattern {
+            mean_c,
             surface_c,
             offset_c,
             sd_c: (squares / float(PIXELS - SURFACES)).sqrt(),
@@ -106,7 +108,7 @@ mod tests {
             }
             finder.push(&base);
         }
-        let pattern = finder.finish().unwrap();
+        let pattern = finder.finish([21.0; PIXELS]).unwrap();
         assert!(
             (pattern.offset_c[27] - 0.5).abs() < 0.06,
             "{:?}",

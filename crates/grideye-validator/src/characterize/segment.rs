@@ -8,6 +8,7 @@ use super::faults::Faults;
 use super::found::{CommonMode, Pattern};
 use super::number::{Spread, float, mean_between, median, middle_mean};
 use super::pattern::PatternFinder;
+use super::presence::{Presence, PresenceFinder};
 use super::timing::Timing;
 use super::wander;
 use grideye_frame::PIXELS;
@@ -26,6 +27,7 @@ pub(crate) struct Segments {
     /// Levels of the common mode.
     levels: Spread,
     pattern: PatternFinder,
+    presence: PresenceFinder,
     allan: Allan,
 }
 
@@ -33,6 +35,7 @@ pub(crate) struct Segments {
 pub(crate) struct FromSegments {
     pub(crate) common_mode: Option<CommonMode>,
     pub(crate) pattern: Option<Pattern>,
+    pub(crate) presence: Presence,
     pub(crate) allan: Vec<AllanPoint>,
 }
 
@@ -60,7 +63,10 @@ impl Segments {
     ) -> FromSegments {
         self.take_rest();
         let own_share = 1.0 - faults.duplicate_share();
-        let pattern = self.pattern.finish();
+        let pattern = self
+            .presence
+            .mean_c()
+            .and_then(|mean_c| self.pattern.finish(mean_c));
         let allan = self.allan.finish(timing.period_s / own_share);
         let frame_noise = median(sigma_c).powi(2) / float(PIXELS);
         let level_noise = frame_noise / float(LEVEL_FRAMES);
@@ -72,6 +78,7 @@ impl Segments {
         FromSegments {
             common_mode,
             pattern,
+            presence: self.presence.finish(sigma_c),
             allan,
         }
     }
@@ -86,19 +93,20 @@ impl Segments {
         let about_base: Vec<f64> = frames.iter().map(|frame| level(frame, &base)).collect();
         self.cycle.push(&about_base);
         self.average(frames, &reference);
-        for tenth in frames.chunks_exact(LEVEL_FRAMES) {
-            let mean: Degrees = std::array::from_fn(|pixel| {
-                tenth.iter().map(|frame| frame[pixel]).sum::<f64>() / float(LEVEL_FRAMES)
-            });
+        for mean in means(frames) {
             self.levels.push(level(&mean, &reference));
+            self.presence.push(&mean, &reference);
         }
     }
 
-    /// What is too short for a segment still has averages that follow on one another.
+    /// What is too short for a segment still has averages that follow on one another, and may show somebody.
     fn take_rest(&mut self) {
         let mut frames = std::mem::take(&mut self.frames);
         if let Some(reference) = self.reference {
             self.average(&frames, &reference);
+            for mean in means(&frames) {
+                self.presence.push(&mean, &reference);
+            }
         }
         frames.clear();
         self.frames = frames;
@@ -109,6 +117,15 @@ impl Segments {
             self.allan.push(frame, level(frame, reference));
         }
     }
+}
+
+/// Means over ten frames; what is left at the end is in none.
+fn means(frames: &[Degrees]) -> impl Iterator<Item = Degrees> {
+    frames.chunks_exact(LEVEL_FRAMES).map(|tenth| {
+        std::array::from_fn(|pixel| {
+            tenth.iter().map(|frame| frame[pixel]).sum::<f64>() / float(LEVEL_FRAMES)
+        })
+    })
 }
 
 /// How far a frame as a whole is above another.

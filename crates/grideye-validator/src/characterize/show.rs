@@ -1,9 +1,11 @@
 //! What was found, for people and for programs.
 
 use super::found::Characterization;
+use super::presence::{Presence, Spot};
 use crate::text::fixed;
 use grideye_frame::COLUMNS;
 use serde_json::{Map, Value, json};
+use std::fmt;
 
 /// One line of the table: what, how much, and what belongs to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,6 +26,7 @@ impl Characterization {
         self.say_frames(&mut lines);
         self.say_timing(&mut lines);
         self.say_noise(&mut lines);
+        self.say_presence(&mut lines);
         self.say_common_mode(&mut lines);
         self.say_faults(&mut lines);
         self.say_thermistor(&mut lines);
@@ -95,7 +98,9 @@ impl Characterization {
                 "surface_c": pattern.surface_c.to_vec(),
                 "offset_c": pattern.offset_c.to_vec(),
                 "sd_c": pattern.sd_c,
+                "mean_c": pattern.mean_c.to_vec(),
             })),
+            "presence": self.presence_json(),
             "allan": self.allan.iter().map(|point| json!({
                 "tau_s": point.tau_s,
                 "pixel_c": point.pixel_c,
@@ -128,6 +133,22 @@ impl Characterization {
             "bursts": timing.bursts,
             "jumps": timing.jumps,
             "listed_jumps": timing.listed_jumps.iter().map(jump).collect::<Vec<_>>(),
+        })
+    }
+
+    fn presence_json(&self) -> Value {
+        let (somebody, why, spot) = match &self.presence {
+            Presence::Nobody => (Some(false), "nothing_moves", None),
+            Presence::Somebody(spot) => (Some(true), "moves", Some(spot)),
+            Presence::Still(spot) => (None, "stays_warm", Some(spot)),
+            Presence::TooShort => (None, "too_short", None),
+        };
+        json!({
+            "somebody": somebody,
+            "why": why,
+            "celsius": spot.map(|spot| spot.celsius),
+            "row": spot.map(|spot| spot.row + 1),
+            "column": spot.map(|spot| spot.column + 1),
         })
     }
 
@@ -270,6 +291,22 @@ impl Characterization {
         );
     }
 
+    fn say_presence(&self, lines: &mut Vec<Line>) {
+        let (somebody, note) = match &self.presence {
+            Presence::Nobody => ("no", String::new()),
+            Presence::Somebody(spot) => (
+                "yes",
+                format!("{spot} change by {} °C", fixed(spot.celsius, 2)),
+            ),
+            Presence::Still(spot) => (
+                "unknown",
+                format!("{spot} stay {} °C warm", fixed(spot.celsius, 2)),
+            ),
+            Presence::TooShort => ("unknown", "less than half a minute".to_owned()),
+        };
+        say(lines, "somebody in view", somebody.to_owned(), &note);
+    }
+
     fn say_common_mode(&self, lines: &mut Vec<Line>) {
         let Some(common) = &self.common_mode else {
             say(
@@ -366,6 +403,19 @@ impl Characterization {
             fixed(thermistor.sigma_c, 3),
             &trend,
         );
+    }
+}
+
+impl fmt::Display for Spot {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "rows {} and {}, columns {} and {}",
+            self.row + 1,
+            self.row + 2,
+            self.column + 1,
+            self.column + 2
+        )
     }
 }
 

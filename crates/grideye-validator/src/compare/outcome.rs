@@ -3,6 +3,7 @@
 use super::{FrameScores, PixelMaps, Settings, Shape};
 use crate::align::Alignment;
 use crate::metrics::ChiSquared;
+use crate::scene_comparison::BackgroundFit;
 use crate::score::{Measure, Score, Scores};
 use crate::verdict::{AboveRoom, Judgement, Nobody, RoomFrom, WarmPixels};
 use std::time::Duration;
@@ -86,6 +87,10 @@ pub struct Comparison {
     pub pattern_c: f64,
     /// What leaves so much of it unknown; where it is the scene, nothing is known of this unit.
     pub pattern_from: RoomFrom,
+    /// How well the profile explains the empty room that the recording shows, where there are both.
+    pub background: Option<BackgroundFit>,
+    /// What spoils the verdict and can be mended, each a sentence and, on a line of its own, a hint.
+    pub warnings: Vec<String>,
     /// What was assumed or left out on the way here, each a sentence.
     pub notes: Vec<String>,
     /// How recording and scene were brought into step, if they were.

@@ -35,8 +35,8 @@ pub(crate) struct RoomMap {
     pub(crate) left_c: Vec<f64>,
     /// Where the simulated room claims nothing warm.
     pub(crate) cold: Vec<bool>,
-    /// The warmest block of two by two of these pixels, above the slope of the room, °C.
-    pub(crate) warmest_c: Option<f64>,
+    /// The warmest block of two by two of these pixels, above the slope of the room.
+    warmest: Option<Block>,
 }
 
 impl RoomMap {
@@ -47,12 +47,22 @@ impl RoomMap {
         let left_c: Vec<f64> = pixels.map(|(a, b)| a - b - level_c).collect();
         let warmest = places.warmest(&places.without_slope(&left_c), &places.still_c, None);
         Self {
-            warmest_c: warmest.map(|block| block.celsius),
+            warmest,
             cold: places.cold,
             left_c,
         }
     }
+
+    /// The warmest block, if it is warmer than the pattern of a unit makes one.
+    pub(crate) fn beyond_pattern(&self, spread_c: f64) -> Option<Block> {
+        self.warmest
+            .filter(|block| block.celsius > PATTERN_BLOCK_MAX * spread_c)
+    }
 }
+
+/// The warmest of 49 blocks of two by two pixels is this many standard deviations of a single one warmer than the room in
+/// less than one pattern of 1,000 (4.3 standard deviations of a block, by Gumbel's law).
+const PATTERN_BLOCK_MAX: f64 = 2.2;
 
 /// A block of two by two pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -300,9 +310,9 @@ mod tests {
         let map = RoomMap::new(&learned, &simulated, COLUMNS, warmth());
         assert!((map.left_c[60] - 0.3).abs() < 1e-9 && map.left_c[30].abs() < 1e-9);
         assert!(!map.cold[0] && !map.cold[9] && map.cold[60]);
-        assert!(map.warmest_c.unwrap() < 0.1);
+        assert!(map.warmest.unwrap().celsius < 0.1);
         let stove = frame(&[(0, 25.0), (26, 23.0), (27, 21.0), (34, 22.0), (35, 22.0)]);
         let map = RoomMap::new(&stove, &simulated, COLUMNS, warmth());
-        assert!(map.warmest_c.unwrap() > 1.5);
+        assert!(map.warmest.unwrap().celsius > 1.5);
     }
 }

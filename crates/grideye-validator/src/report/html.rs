@@ -45,9 +45,14 @@ fn verdict(comparison: &Comparison) -> String {
         Verdict::CannotTell => "?",
     };
     let reasons = list(judgement.reasons.iter());
+    let warnings: String = comparison
+        .warnings
+        .iter()
+        .map(|warning| format!("<p><b>Warning:</b> {}</p>\n", escape(warning)))
+        .collect();
     format!(
         "<section class=\"verdict {}\">\n<div class=\"badge\"><span aria-hidden=\"true\">{mark}</span> Verdict: {}</div>\n\
-         <h1>{}</h1>\n{reasons}<p class=\"small\"><b>What would change it:</b> {}</p>\n</section>\n",
+         <h1>{}</h1>\n{warnings}{reasons}<p class=\"small\"><b>What would change it:</b> {}</p>\n</section>\n",
         judgement.verdict.name(),
         judgement.verdict,
         escape(&judgement.headline),

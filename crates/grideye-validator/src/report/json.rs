@@ -28,6 +28,12 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
             "ceiling": above.ceiling,
             "room": above.from.in_words(),
         })),
+        "warnings": comparison.warnings,
+        "background": comparison.background.as_ref().map(|fit| json!({
+            "profile_rms_c": fit.profile_c,
+            "own_rms_c": fit.own_c,
+            "own_stretches": fit.stretches.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        })),
         "level_max_c": comparison.level_max_c,
         "units": {
             "drawn": crate::DRAWS,

@@ -1,9 +1,10 @@
 //! The frames of the simulated side, and what the real side shows of the room.
 
+use super::background_fit::BackgroundFit;
 use super::beside::{KnownPattern, Learned};
 use super::{Aligned, Options, Timed, pixels, seconds};
 use crate::align::{Clock, OFFSET_MAX_PX, SAMPLE_MAX, moved};
-use crate::background::{Empty, background};
+use crate::background::{Empty, Stretch, background};
 use crate::compare::{Protocol, RealFrame, SimulatedFrame, evenly};
 use crate::error::ValidatorError;
 use crate::expected::RoomMap;
@@ -55,32 +56,55 @@ impl<'a> Pictures<'a> {
             .unzip()
     }
 
-    /// What the recording shows while neither it nor the scene shows anybody.
-    ///
-    /// Of a scene that stands still, no stretch is known to be empty: who stands there from first to last would be taken
-    /// for the room.
+    /// What the recording shows while neither it nor the scene shows anybody; with a profile, how well that explains it.
     pub(super) fn learned_room(
         &self,
         records: &[Record],
         aligned: &Aligned,
         protocol: Protocol,
         options: &Options,
-    ) -> Option<Learned> {
-        if protocol == Protocol::Static || self.pattern_c.is_some() {
-            return None;
+    ) -> (Option<Learned>, Option<BackgroundFit>) {
+        let (frames, stretches) = self.empty_frames(records, aligned, protocol, options);
+        if frames.len() < EMPTY_FRAMES_MIN {
+            return (None, None);
         }
-        let found = background(records, &Empty::Find).ok()?;
+        if self.pattern_c.is_none() {
+            return (Some(Learned::of(&frames)), None);
+        }
+        let (first, second) = frames.split_at(frames.len() / 2);
+        let expected = self.shown(&self.empty.image(options.start).celsius, aligned);
+        let halves = [&Learned::of(first), &Learned::of(second)];
+        (None, Some(BackgroundFit::new(halves, &expected, stretches)))
+    }
+
+    /// The frames while neither the recording nor the scene shows anybody, and the recording's stretches they are from.
+    ///
+    /// Of a scene that stands still, no stretch is known to be empty: who stands there from first to last would be taken
+    /// for the room.
+    fn empty_frames<'b>(
+        &self,
+        records: &[Record],
+        aligned: &'b Aligned,
+        protocol: Protocol,
+        options: &Options,
+    ) -> (Vec<&'b Timed>, Vec<Stretch>) {
+        if protocol == Protocol::Static {
+            return Default::default();
+        }
+        let stretches = background(records, &Empty::Find)
+            .map(|found| found.stretches)
+            .unwrap_or_default();
         let is_empty = |frame: &&Timed| {
             let since = frame.time.saturating_sub(options.start);
-            found.stretches.iter().any(|stretch| stretch.holds(since))
+            stretches.iter().any(|stretch| stretch.holds(since))
                 && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
         };
-        let within: Vec<&Timed> = evenly(aligned.frames.len(), SAMPLE_MAX)
+        let frames = evenly(aligned.frames.len(), SAMPLE_MAX)
             .into_iter()
             .map(|index| &aligned.frames[index])
             .filter(is_empty)
             .collect();
-        (within.len() >= EMPTY_FRAMES_MIN).then(|| Learned::of(&within))
+        (frames, stretches)
     }
 
     /// Takes what the learned room has beside the simulated one for the unit's pattern, where that claims nothing warm:
@@ -91,10 +115,7 @@ impl<'a> Pictures<'a> {
         let nobody = self.empty.image(options.start).celsius;
         let warmth = Warmth::new(self.simulator.ambient_c(), thresholds.unclaimed_min_c);
         let map = RoomMap::new(&learned.celsius, &nobody, COLUMNS, warmth);
-        if map
-            .warmest_c
-            .is_some_and(|warmest| warmest > PATTERN_BLOCK_MAX * thresholds.pattern_spread_c)
-        {
+        if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {
             return None;
         }
         let place = |pixel: usize| {
@@ -196,10 +217,6 @@ pub(super) fn shows_people(simulated: &[SimulatedFrame], nobody: &[Vec<f64>]) ->
     let mut frames = simulated.iter().zip(nobody);
     frames.any(|(with, without)| !is_same(&with.noise_free, without))
 }
-
-/// The warmest of 49 blocks of two by two pixels is this many standard deviations of a single one warmer than the room in
-/// less than one pattern of 1,000 (4.3 standard deviations of a block, by Gumbel's law).
-const PATTERN_BLOCK_MAX: f64 = 2.2;
 
 /// Less of somebody than this is nobody, °C: a fifth of the sensor's step.
 const NOBODY_C: f64 = 0.05;

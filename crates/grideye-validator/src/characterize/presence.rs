@@ -1,0 +1,129 @@
+//! Whether somebody was there: what moves beyond noise and drift, and what stands there warm.
+//!
+//! Looked at are means over ten frames and two by two pixels, less what all pixels do together. Somebody changes one of
+//! them by a degree or more. Noise changes it by six of its standard deviations once in a hundred days, and the slow drift
+//! of a room stays below [`Thresholds::unclaimed_min_c`], less than which no warmth counts in a verdict either.
+//!
+//! Who keeps still cannot be told from a heater by anything in the frames. So what stays warm beyond the pattern that
+//! units have is neither taken for somebody nor for the room.
+
+use super::DIFFERENCE_BIN_C;
+use super::Degrees;
+use super::histogram::Histogram;
+use super::number::{float, middle_mean, two_by_two};
+use crate::Thresholds;
+use crate::expected::RoomMap;
+use crate::union::Warmth;
+use grideye_frame::{COLUMNS, PIXELS, ROWS};
+
+/// Means below which nobody's absence is known, half a minute: in every half minute of both LINAIGE sessions in which
+/// somebody was counted, something moved by 0.65 °C or more; in ten seconds by as little as 0.2 °C.
+const MEANS_MIN: usize = 30;
+/// So many standard deviations are no noise.
+const MOVED_SIGMAS: f64 = 6.0;
+/// Two by two pixels over ten frames have the noise of one value over the root of so many.
+const VALUES: f64 = 40.0;
+
+/// Whether somebody was there while it was recorded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Presence {
+    /// Nothing moves, and nothing warm stands there: the recording is of an empty room.
+    Nobody,
+    /// Something comes, goes or moves.
+    Somebody(Spot),
+    /// Nothing moves, but something warm stands there: an object, or somebody who keeps still.
+    Still(Spot),
+    /// Less than half a minute in stretches of a hundred frames or more, in which nothing moves.
+    TooShort,
+}
+
+/// Two by two pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// How far their mean changes, or stands out, °C.
+    pub celsius: f64,
+    /// Row of the upper ones, counted from 0.
+    pub row: usize,
+    /// Column of the left ones, counted from 0.
+    pub column: usize,
+}
+
+/// Takes means of ten frames.
+#[derive(Debug)]
+pub(crate) struct PresenceFinder {
+    squares: Vec<Histogram>,
+    sums: Degrees,
+    means: usize,
+}
+
+impl Default for PresenceFinder {
+    fn default() -> Self {
+        Self {
+            squares: vec![Histogram::new(DIFFERENCE_BIN_C); (ROWS - 1) * (COLUMNS - 1)],
+            sums: [0.0; PIXELS],
+            means: 0,
+        }
+    }
+}
+
+impl PresenceFinder {
+    /// `reference` is any fixed image of the room.
+    pub(crate) fn push(&mut self, mean: &Degrees, reference: &Degrees) {
+        let above: Degrees = std::array::from_fn(|pixel| mean[pixel] - reference[pixel]);
+        let level = middle_mean(&above);
+        let squares = two_by_two(&above.map(|pixel| pixel - level));
+        for (histogram, square) in self.squares.iter_mut().zip(squares) {
+            histogram.push(square);
+        }
+        for (sum, pixel) in self.sums.iter_mut().zip(mean) {
+            *sum += pixel;
+        }
+        self.means += 1;
+    }
+
+    /// The mean of each pixel, °C; `None` of nothing.
+    pub(crate) fn mean_c(&self) -> Option<Degrees> {
+        (self.means > 0).then(|| self.sums.map(|sum| sum / float(self.means)))
+    }
+
+    pub(crate) fn finish(&self, sigma_c: &Degrees) -> Presence {
+        let thresholds = Thresholds::default();
+        if let Some(spot) = self.moved(sigma_c, thresholds.unclaimed_min_c) {
+            return Presence::Somebody(spot);
+        }
+        let Some(mean_c) = self.mean_c().filter(|_| self.means >= MEANS_MIN) else {
+            return Presence::TooShort;
+        };
+        // Beside a room of one temperature, nothing is claimed to be warm.
+        let level = middle_mean(&mean_c);
+        let warmth = Warmth::new(level, thresholds.unclaimed_min_c);
+        RoomMap::new(&mean_c, &[level; PIXELS], COLUMNS, warmth)
+            .beyond_pattern(thresholds.pattern_spread_c)
+            .map_or(Presence::Nobody, |block| {
+                Presence::Still(Spot {
+                    celsius: block.celsius,
+                    row: block.row,
+                    column: block.column,
+                })
+            })
+    }
+
+    /// The two by two pixels that changed most beyond what noise and drift do.
+    fn moved(&self, sigma_c: &Degrees, drift_c: f64) -> Option<Spot> {
+        let noise = two_by_two(&sigma_c.map(|sigma| sigma * sigma));
+        let spots = self.squares.iter().zip(noise).enumerate();
+        spots
+            .filter_map(|(place, (square, variance))| {
+                let (middle, (low, high)) = (square.quantile(0.5)?, square.extent()?);
+                // Who was there for most of the time left, and that is a change downwards.
+                let celsius = (high - middle).max(middle - low);
+                let limit = drift_c.max(MOVED_SIGMAS * (variance / VALUES).sqrt());
+                (celsius > limit).then_some(Spot {
+                    celsius,
+                    row: place / (COLUMNS - 1),
+                    column: place % (COLUMNS - 1),
+                })
+            })
+            .max_by(|left, right| left.celsius.total_cmp(&right.celsius))
+    }
+}
