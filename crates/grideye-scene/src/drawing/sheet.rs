@@ -321,3 +321,6 @@ fn round_step(length: f64) -> f64 {
 
 /// Faces smaller than this on the page have no edges.
 const TINY: f64 = 5.0;
+
+#[cfg(test)]
+mod tests;

@@ -367,6 +367,11 @@ fn what_is_asked_for_wrongly_is_named() {
         ("agent.nobody.position=floor", "no agent `nobody`"),
         ("time_s=-1..5", "0 to 31622400 seconds"),
         ("time_s=any", "0 to 31622400 seconds"),
+        ("time_s=0..31622401", "0 to 31622400 seconds"),
+        (
+            "agent.person.temperature_c=-9000..28",
+            "with agent.person.temperature_c = -9000.0: room.toml:",
+        ),
         ("sensor.ceiling.present=on,off", "unknown field `present`"),
     ] {
         let refusal = refusal(asked);
@@ -387,10 +392,122 @@ fn what_is_asked_for_wrongly_is_named() {
             "agent.walker.position=floor",
             "agent.walker.motion=constant",
         ],
+        ["agent.walker.position=floor", "agent.walker.position=floor"],
     ] {
         let error = recipe(&pair).unwrap_err().to_string();
         assert!(error.contains("overlaps"), "{pair:?}: {error}");
     }
+}
+
+#[test]
+fn a_moment_is_taken_as_drawn_and_reaches_both_ends_of_its_range() {
+    assert_eq!(refusal("time_s=0..31622400"), "accepted");
+    let recipe = recipe(&["time_s=1.25"]).unwrap();
+    let scene = scene_of(&recipe, 7);
+    let sensor = scene.sensor("ceiling").unwrap();
+    let time = recipe.time(7, &recipe.draw(1, 7), &scene, sensor);
+    assert_eq!(time, Duration::from_millis(1_250));
+}
+
+/// What is drawn beside what is written: numbers as numbers, true and false as 1 and 0, lists by their places, all else as
+/// text without its quotes.
+#[test]
+fn columns_and_values_are_those_of_the_choices() {
+    let asked = [
+        "object.table.present=on",
+        "law=B",
+        "agent.person.position_mm=[500, 2000..2000, 0]",
+        "agent.person.faces=fixed",
+    ];
+    let recipe = recipe(&asked).unwrap();
+    let columns: Vec<(&str, bool)> = recipe
+        .columns()
+        .iter()
+        .map(|column| (column.name.as_str(), column.is_number))
+        .collect();
+    let expected = [
+        ("object.table.present", true),
+        ("law", false),
+        ("agent.person.position_mm[0]", true),
+        ("agent.person.position_mm[1]", true),
+        ("agent.person.position_mm[2]", true),
+        ("agent.person.faces", false),
+    ];
+    assert_eq!(columns, expected);
+    let draw = recipe.draw(1, 0);
+    let text = |text: &str| Value::Text(text.to_owned());
+    let numbers = [1.0, 500.0, 2000.0, 0.0].map(Value::Number);
+    let [on, x, y, z] = numbers;
+    assert_eq!(draw.values, [on, text("B"), x, y, z, text("fixed")]);
+    for line in [
+        "\npresent = true",
+        "law = \"B\"\n",
+        "position_mm = [500, 2000.0, 0]\n",
+        "\nfaces = \"fixed\"",
+    ] {
+        assert!(draw.text.contains(line), "{line}:\n{}", draw.text);
+    }
+    assert!(!recipe.places_agents());
+}
+
+#[test]
+fn two_keys_may_be_added_in_one_place() {
+    let recipe = recipe(&["agent.person.yaw_deg=45", "agent.person.emissivity=0.9"]).unwrap();
+    let scene = scene_of(&recipe, 0);
+    assert_eq!(scene.agents()[0].parts[0].surface.emissivity, 0.9);
+}
+
+/// Beside a dotted key, another one would be the table's above.
+#[test]
+fn a_key_that_would_arrive_elsewhere_is_not_added() {
+    let text = format!(
+        "{ROOM}{CEILING}\n[[object]]\nname = \"box\"\nposition_mm = [2000, 1000, 0]\nsize_mm = [500, 500, 500]\nfaces_c.top = 30\n"
+    );
+    let asked = ["object.box.faces_c.left=25".to_owned()];
+    let error = Recipe::new(&text, "room.toml", &asked).unwrap_err();
+    let words = "cannot be added to its table";
+    assert!(error.to_string().contains(words), "{error}");
+}
+
+/// A table that fills the room: whoever is tried in vain is named, not whoever else is put on the floor.
+#[test]
+fn who_finds_no_place_is_named() {
+    let full = text().replace("size_mm = [1600, 1600, 750]", "size_mm = [3700, 5600, 750]");
+    for agents in [["person", "walker"], ["walker", "person"]] {
+        let asked = agents.map(|agent| format!("agent.{agent}.position=floor"));
+        let recipe = Recipe::new(&full, "room.toml", &asked).unwrap();
+        assert!(recipe.places_agents());
+        let error = recipe
+            .scene(1, 5, &recipe.draw(1, 5), &files())
+            .unwrap_err();
+        let VariationError::NoPlace { agent, tries, .. } = &error else {
+            panic!("{error}");
+        };
+        // The first in the scene is tried first, in whatever order they were asked for.
+        assert_eq!((agent.as_str(), *tries), ("person", 10_000));
+    }
+}
+
+#[test]
+fn a_frame_that_is_refused_is_told_with_its_values() {
+    let of = |asked: &[&str]| {
+        let recipe = recipe(asked).unwrap();
+        let draw = recipe.draw(1, 4);
+        recipe
+            .scene(1, 4, &draw, &no_files)
+            .unwrap_err()
+            .to_string()
+    };
+    let values = of(&["law=A", "room.ambient_c=21.5"]);
+    assert!(
+        values.starts_with("frame 4 (law = A, room.ambient_c = 21.5)"),
+        "{values}"
+    );
+    let places = of(&["agent.person.position=floor"]);
+    assert!(
+        places.starts_with("frame 4 (nothing varies but places)"),
+        "{places}"
+    );
 }
 
 #[test]
