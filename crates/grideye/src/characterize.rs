@@ -56,7 +56,7 @@ pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
 /// What the recording shows of the room.
 enum Room {
     /// The background of the room without anybody.
-    Empty(Background),
+    Empty(Box<Background>),
     /// Nothing that can be told from the people in it, and why.
     Occupied(String),
     /// One or the other, and what leaves it open.
@@ -65,14 +65,15 @@ enum Room {
 
 /// What was asked for, or else what the recording itself shows.
 fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
-    let whole = || {
-        Background::whole(found).map(Room::Empty).ok_or_else(|| {
+    let whole =
+        || {
+            Background::whole(found).map(Box::new).map(Room::Empty).ok_or_else(|| {
             bad_input(anyhow!(
                 "{} has no hundred frames in a row\nhint: record the empty room for a minute",
                 options.recording.display()
             ))
         })
-    };
+        };
     match &options.empty {
         Some(Nobody::Throughout) => whole(),
         Some(Nobody::Nowhere) if options.scene.is_some() => Err(bad_input(anyhow!(
@@ -82,6 +83,7 @@ fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
         Some(Nobody::In(empty)) => {
             let records = recordings::load_stream(&options.recording)?;
             background(&records, empty)
+                .map(Box::new)
                 .map(Room::Empty)
                 .map_err(|error| bad_input(anyhow!("{}: {error}", options.recording.display())))
         }
@@ -121,7 +123,7 @@ fn write_profile(
                 background.frames,
                 stretches.join(", ")
             );
-            (Some(background), kept)
+            (Some(background.as_ref()), kept)
         }
         Room::Occupied(why) => {
             let kept = format!(

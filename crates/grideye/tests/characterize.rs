@@ -284,12 +284,8 @@ fn grideye(folder: &Path, arguments: &str) -> Output {
         .unwrap()
 }
 
-/// With its whole background the right scene agrees; with the pattern alone, as `characterize` wrote it before, it is
-/// said that the recording itself knows better.
-#[test]
-fn a_profile_that_explains_the_background_badly_is_warned_of() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
+/// Scenes, the recordings of a walk and of the empty room, and the profile of the latter with and without what is smooth.
+fn prepare(folder: &Path) {
     let slope: Vec<String> = (0..64)
         .map(|pixel| {
             format!(
@@ -327,19 +323,34 @@ fn a_profile_that_explains_the_background_badly_is_warned_of() {
             text(&output.stderr)
         );
     }
-    let compare = |scene: &str, profile: &str| {
-        let output = grideye(
-            folder,
-            &format!(
-                "compare --scene {scene} --recording walk.csv --profile {profile} --json out.json --report out.html"
-            ),
-        );
-        let json = fs::read_to_string(folder.join("out.json")).unwrap();
-        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-        let page = fs::read_to_string(folder.join("out.html")).unwrap();
-        (output.status.code(), text(&output.stdout), json, page)
-    };
-    let (code, table, json, page) = compare("claim.toml", "whole.toml");
+}
+
+/// Code, table, JSON and page of a comparison with the walk.
+fn compare(
+    folder: &Path,
+    scene: &str,
+    profile: &str,
+) -> (Option<i32>, String, serde_json::Value, String) {
+    let output = grideye(
+        folder,
+        &format!(
+            "compare --scene {scene} --recording walk.csv --profile {profile} --json out.json --report out.html"
+        ),
+    );
+    let json = fs::read_to_string(folder.join("out.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let page = fs::read_to_string(folder.join("out.html")).unwrap();
+    (output.status.code(), text(&output.stdout), json, page)
+}
+
+/// With its whole background the right scene agrees; with the pattern alone, as `characterize` wrote it before, it is
+/// said that the recording itself knows better.
+#[test]
+fn a_profile_that_explains_the_background_badly_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    prepare(folder);
+    let (code, table, json, page) = compare(folder, "claim.toml", "whole.toml");
     assert_eq!(code, Some(0), "{table}");
     assert!(
         !table.contains("warning: ") && !page.contains("Warning:"),
@@ -352,12 +363,12 @@ fn a_profile_that_explains_the_background_badly_is_warned_of() {
         json["background"]
     );
     assert_eq!(
-        compare("nobody.toml", "whole.toml").0,
+        compare(folder, "nobody.toml", "whole.toml").0,
         Some(1),
         "nobody is refused all the same"
     );
 
-    let (_, table, json, page) = compare("claim.toml", "pattern.toml");
+    let (_, table, json, page) = compare(folder, "claim.toml", "pattern.toml");
     let fit = &json["background"];
     let (left, own) = (
         fit["profile_rms_c"].as_f64().unwrap(),

@@ -29,11 +29,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
             "room": above.from.in_words(),
         })),
         "warnings": comparison.warnings,
-        "background": comparison.background.as_ref().map(|fit| json!({
-            "profile_rms_c": fit.profile_c,
-            "own_rms_c": fit.own_c,
-            "own_stretches": fit.stretches.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        })),
+        "background": comparison.background.as_ref().map(background),
         "level_max_c": comparison.level_max_c,
         "units": {
             "drawn": crate::DRAWS,
@@ -122,6 +118,15 @@ fn criteria(comparison: &Comparison) -> Vec<Value> {
         .iter()
         .map(criterion)
         .collect()
+}
+
+fn background(fit: &crate::BackgroundFit) -> Value {
+    let stretches: Vec<String> = fit.stretches.iter().map(ToString::to_string).collect();
+    json!({
+        "profile_rms_c": fit.profile_c,
+        "own_rms_c": fit.own_c,
+        "own_stretches": stretches,
+    })
 }
 
 /// Of what drawn units score.
