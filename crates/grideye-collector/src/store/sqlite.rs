@@ -20,6 +20,7 @@ use super::{
 };
 use crate::{Clock, Level, Limits, Log, LogEvent};
 use axum::body::Bytes;
+pub(super) use backup::copy;
 pub use backup::{BackedUp, BackupError, backup};
 use grideye_recording::wire::Batch;
 use held::{Held, Presence};

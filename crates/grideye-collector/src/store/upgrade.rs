@@ -3,10 +3,8 @@
 //! Killed or failing at any moment, the file stays as it was: the next program that opens it begins again.
 
 use super::StoreError;
+use super::sqlite::{BackupError, copy};
 use rusqlite::{Connection, OpenFlags};
-use std::fs::{self, File, OpenOptions};
-use std::io;
-use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
 /// From each layout that is read to the next one. The first is the oldest that a released program wrote.
@@ -51,12 +49,9 @@ pub(super) fn upgrade(
 /// Copies the file as it is now, whole and synced, under a name that appears last. A copy of the same state that an
 /// interrupted upgrade left is taken as it is.
 fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf, StoreError> {
-    let beside = |ending: &str| {
-        let mut name = file.as_os_str().to_owned();
-        name.push(format!(".layout-{from}.{ending}"));
-        PathBuf::from(name)
-    };
-    let (backup, unfinished) = (beside("backup"), beside("backup-unfinished"));
+    let mut name = file.as_os_str().to_owned();
+    name.push(format!(".layout-{from}.backup"));
+    let backup = PathBuf::from(name);
     if backup.exists() {
         let found = Connection::open_with_flags(&backup, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
         return if state(&found).ok() == Some(state(transaction)?) {
@@ -65,19 +60,19 @@ fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf, 
             Err(StoreError::BackupInTheWay { from, backup })
         };
     }
-    match copy(file, &unfinished).and_then(|()| publish(&unfinished, &backup)) {
+    // On a connection of its own, because the other one is within its transaction.
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let source = Connection::open_with_flags(file, flags)?;
+    match copy(&source, &backup, &mut |_, _, _| (), |_, _| Ok(())) {
         Ok(()) => Ok(backup),
-        Err(error) => {
-            let _ = fs::remove_file(&unfinished);
-            Err(match error {
-                StoreError::Full => StoreError::NoRoomForBackup {
-                    from,
-                    backup,
-                    bytes: fs::metadata(file).map_or(0, |found| found.len()),
-                },
-                other => other,
-            })
-        }
+        Err(BackupError::NoRoom { bytes, .. }) => Err(StoreError::NoRoomForBackup {
+            from,
+            backup,
+            bytes,
+        }),
+        Err(error) => Err(StoreError::Unusable {
+            message: error.to_string(),
+        }),
     }
 }
 
@@ -85,40 +80,4 @@ fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf, 
 fn state(connection: &Connection) -> Result<(i64, i64), StoreError> {
     let sql = "SELECT epoch, max(groups, (SELECT coalesce(max(id), 0) FROM pending)) FROM counters";
     Ok(connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?)
-}
-
-/// A copy by SQLite, on a connection of its own, because the other one is within its transaction.
-fn copy(file: &Path, to: &Path) -> Result<(), StoreError> {
-    // What a copy that was killed left.
-    let _ = fs::remove_file(to);
-    let mut options = OpenOptions::new();
-    // SQLite takes an empty file; so nobody else can ever read it.
-    options.write(true).create_new(true).mode(0o600);
-    options.open(to).map_err(|error| failed(&error))?;
-    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let to = to.to_str().ok_or_else(|| StoreError::Unusable {
-        message: "the path is not UTF-8".to_owned(),
-    })?;
-    Connection::open_with_flags(file, flags)?.execute("VACUUM INTO ?", [to])?;
-    Ok(())
-}
-
-/// Syncs a file that is whole, gives it its name, and syncs that.
-fn publish(whole: &Path, name: &Path) -> Result<(), StoreError> {
-    let done = || {
-        File::open(whole)?.sync_all()?;
-        fs::rename(whole, name)?;
-        let folder = name.parent().filter(|folder| *folder != Path::new(""));
-        File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
-    };
-    done().map_err(|error| failed(&error))
-}
-
-fn failed(error: &io::Error) -> StoreError {
-    match error.kind() {
-        io::ErrorKind::StorageFull => StoreError::Full,
-        _ => StoreError::Unusable {
-            message: error.to_string(),
-        },
-    }
 }

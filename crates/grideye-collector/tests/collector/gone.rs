@@ -28,7 +28,8 @@ impl Site {
         let sink = Arc::clone(&events);
         let log = Log::new(move |event| sink.lock().unwrap().push(event.clone()));
         let location = StoreLocation::File(path(folder.path()));
-        let store = SqliteStore::open_with_log(&location, &Limits::default(), log).unwrap();
+        let store =
+            SqliteStore::open_tended(&location, &Limits::default(), &clock(), &log).unwrap();
         store.start_recording("all".to_owned(), 1).await.unwrap();
         Self {
             folder,
@@ -290,4 +291,8 @@ async fn agents_are_told_to_keep_their_frames_while_the_file_is_gone() {
     assert_eq!(server.get("/v1/health").await.status, 200);
     let audit = server.get("/v1/audit").await.json();
     assert_eq!(audit["streams"][0]["stored"], 10);
+}
+
+fn clock() -> Arc<dyn grideye_collector::Clock> {
+    Arc::new(grideye_collector::SystemClock::new())
 }

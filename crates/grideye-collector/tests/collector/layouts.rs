@@ -223,7 +223,7 @@ async fn the_backup_beside_an_upgraded_file_is_the_file_of_before_and_only_this_
     let folder = tempfile::tempdir().unwrap();
     let (path, backup) = copy_of(2, folder.path());
     // An upgrade that was killed may have left this.
-    let unfinished = backup.with_extension("backup-unfinished");
+    let unfinished = backup.with_extension("backup.partial");
     std::fs::write(&unfinished, "cut").unwrap();
     drop(open(&path).unwrap());
     assert!(!unfinished.exists());
@@ -272,7 +272,7 @@ async fn killed_at_any_moment_an_upgrade_leaves_a_file_that_opens_whole() {
     let names = [
         "frames.sqlite",
         "frames.sqlite-wal",
-        "frames.sqlite.layout-2.backup-unfinished",
+        "frames.sqlite.layout-2.backup.partial",
         "frames.sqlite.layout-2.backup",
     ];
     let mut left = Vec::new();
@@ -332,7 +332,7 @@ async fn a_disk_without_room_for_the_backup_refuses_the_upgrade_and_changes_noth
         "{error}"
     );
     assert!(error.to_string().contains("\nhint: make room"), "{error}");
-    assert!(!backup.exists() && !backup.with_extension("backup-unfinished").exists());
+    assert!(!backup.exists() && !backup.with_extension("backup.partial").exists());
     assert_is_whole(&path);
     disk.make_room();
     assert!(seen(&open(&path).unwrap()).await == expected().await);

@@ -182,7 +182,8 @@ fn open(file: &Path, limits: &Limits) -> Result<Connection, StoreError> {
     let connection = Connection::open_with_flags(file, flags)?;
     connection.busy_timeout(limits.store_lock_time_max)?;
     match schema::recognise(&connection)? {
-        schema::Found::Store => Ok(connection),
+        // What is read of an older layout is as it was: its copy is upgraded when a collector opens it.
+        schema::Found::Store | schema::Found::Older(_) => Ok(connection),
         schema::Found::Nothing => Err(StoreError::Foreign),
     }
 }
