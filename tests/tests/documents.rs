@@ -107,7 +107,7 @@ const COMMANDS: &[(&str, Kept)] = &[
         ),
     ),
     (
-        "sudo grideye-agent join 'grideye:https://192.168.1.20:8833,device=pi-1,token=…,pin=…'",
+        "echo 'grideye:https://192.168.1.20:8833,device=pi-1,token=…,pin=…' | sudo grideye-agent join -",
         By(JOINING, PASTED),
     ),
     (
