@@ -24,7 +24,10 @@ mod log;
 mod message;
 
 pub(crate) use log::Log;
+#[cfg(feature = "alloc")]
 pub use message::Acknowledge;
+#[cfg(not(feature = "alloc"))]
+pub(crate) use message::Acknowledge;
 pub(crate) use message::Ending;
 #[cfg(feature = "std")]
 mod csv;
