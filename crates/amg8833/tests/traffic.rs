@@ -383,7 +383,7 @@ fn the_async_driver_is_the_blocking_one_with_await() {
 /// A source file without what the formatter may choose, and without the line that says what the file is.
 fn bare(source: &str) -> String {
     let squeezed: String = source.split_whitespace().collect();
-    let start = squeezed.find("usecrate::Address;").unwrap();
+    let start = squeezed.find("usecrate::address::Address;").unwrap();
     squeezed[start..].replace(",)", ")")
 }
 

@@ -752,9 +752,9 @@ fn a_picked_pose_is_the_same_sensor_in_a_scene_file() {
     poses.push(special);
     let mut mounts = Vec::new();
     for pose in &poses {
-        let text = format!("{ROOM}{}", pose.toml("a \"quoted\" name"));
+        let text = format!("{ROOM}{}", pose.toml("a-name.of:its_own"));
         let again = &scene(&text).sensors()[0].clone();
-        assert_eq!(again.name, "a \"quoted\" name");
+        assert_eq!(again.name, "a-name.of:its_own");
         let mut expected = pose.sensor.clone();
         expected.name.clone_from(&again.name);
         let (one, other) = (again.field_of_view_rad, expected.field_of_view_rad);

@@ -229,7 +229,9 @@ fn what_is_below_is_painted_first_and_an_agent_is_drawn_where_it_is() {
 
 #[test]
 fn the_page_stands_alone_and_no_name_can_break_it() {
-    let text = format!("{ROOM}{}", CEILING.replace("\"ceiling\"", "'<script>&\"x'"));
+    let named = object("named", [1000.0, 1000.0, 0.0], [500.0; 3], 0.0, 30.0);
+    let named = named.replace("\"named\"", "'<script>&\"x'");
+    let text = format!("{ROOM}{CEILING}{named}");
     let page = svg(&scene(&text), &Drawing::new("</svg> & \"more\""));
     assert!(page.contains("&lt;script&gt;&amp;&quot;x"));
     assert!(page.contains("&lt;/svg&gt; &amp; &quot;more&quot;"));
