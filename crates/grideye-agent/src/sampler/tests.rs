@@ -569,4 +569,5 @@ fn a_bus_of_unknown_speed_is_not_read_more_often_than_its_reads_can_tell_anythin
 }
 
 mod gaps;
+mod pace;
 mod starved;

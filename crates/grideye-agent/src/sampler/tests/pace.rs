@@ -1,0 +1,139 @@
+//! When the next read is set, and which frame a read is taken for: each rule by itself, by hand.
+
+use super::*;
+use crate::phase::Window;
+
+const PERIOD: Ns = 100 * MS;
+
+/// Follows a sensor whose update of frame 0 lay in `window`.
+fn following(window: Window) -> Sampler {
+    let mut sampler = Sampler::new(duration(PERIOD), Duration::ZERO, None);
+    sampler.phase = Some(Phase::new(PERIOD, 0, window));
+    sampler.state = State::Follow;
+    sampler.quickest_read = 0;
+    sampler
+}
+
+fn between(after: Ns, until: Ns) -> Window {
+    Window { after, until }
+}
+
+fn window(sampler: &Sampler, seq: u64) -> Window {
+    sampler.phase.as_ref().unwrap().window(seq)
+}
+
+fn read(at: Ns, content: u64) -> Read {
+    let frame = frame(content);
+    Read {
+        before: at,
+        latched_until: at + 1,
+        after: at + 1,
+        frame,
+        content: Content::of(&frame),
+    }
+}
+
+/// The first row and its number.
+fn first_row(sampler: &mut Sampler) -> Option<u64> {
+    std::iter::from_fn(|| sampler.next_event()).find_map(|event| match event {
+        Event::Record { seq, .. } => Some(seq),
+        Event::Fault(_) => None,
+    })
+}
+
+#[test]
+fn a_window_counts_as_narrow_up_to_2_ms_and_twice_what_a_read_takes_of_the_host() {
+    let mut sampler = following(between(0, MS));
+    (sampler.quickest_read, sampler.transfer_min) = (13 * MS, 12 * MS);
+    assert_eq!(sampler.narrow(), 4 * MS);
+}
+
+#[test]
+fn the_seventeenth_frame_without_a_proof_is_read_before_its_window_and_no_earlier_one() {
+    let mut sampler = following(between(0, MS));
+    for frame in 1..=17 {
+        sampler.plan(Ns::MIN);
+        let expected = if frame == 17 { -MS } else { MS + MS / 2 };
+        assert_eq!(sampler.next_at, expected, "frame {frame}");
+    }
+    sampler.plan(Ns::MIN);
+    assert_eq!(sampler.next_at, -MS, "until a read has proved it");
+}
+
+#[test]
+fn an_update_that_is_near_is_waited_for_to_its_end_and_half_a_millisecond_more() {
+    let mut sampler = following(between(0, MS));
+    let read = read(50 * MS, 1);
+    sampler.wait_for_update(&read, read.after + 2 * MS);
+    assert_eq!(sampler.next_at, read.after + 2 * MS + MS / 2);
+}
+
+#[test]
+fn a_still_scene_whose_bounds_are_lost_is_waited_for_up_to_half_a_period_behind_the_estimate() {
+    let mut sampler = following(between(0, 95 * MS));
+    sampler.next_seq = 1;
+    sampler.repeats = STILL_FRAMES;
+    let expected = window(&sampler, 1);
+    assert!(sampler.is_lost(1), "{expected:?}");
+    let read = read(expected.middle(), 1);
+    sampler.unchanged(&read);
+    // Half of what is left of half a period.
+    assert_eq!(sampler.next_at, read.after + (50 * MS - 1) / 2);
+}
+
+#[test]
+fn after_faults_within_one_frame_the_next_try_comes_behind_the_window_of_the_frame_after() {
+    let mut sampler = following(between(0, MS));
+    sampler.next_seq = 1;
+    sampler.retries = RETRIES_PER_FRAME;
+    let behind = window(&sampler, 2).until + MS / 2;
+    let now = behind - 150 * MS;
+    assert_eq!(sampler.retry_pause(now), 150 * MS);
+    assert_eq!(sampler.retry_pause(now), PERIOD / 8, "and then soon again");
+    sampler.retries = RETRIES_PER_FRAME;
+    assert_eq!(sampler.retry_pause(behind - 250 * MS), 2 * PERIOD);
+}
+
+#[test]
+fn a_new_start_takes_the_frame_whose_estimate_is_nearest() {
+    for (at, seq) in [(149, 1), (151, 2)] {
+        let mut sampler = following(between(0, 0));
+        sampler.next_seq = 1;
+        let read = read(at * MS, 7);
+        sampler.start(&read, between(at * MS, at * MS));
+        assert_eq!(sampler.next_seq, seq + 1, "an update at {at} ms");
+        assert_eq!(first_row(&mut sampler), Some(1));
+    }
+}
+
+#[test]
+fn only_in_a_scene_that_lives_an_equal_read_tells_which_frame_a_change_was() {
+    for is_lively in [true, false] {
+        let mut sampler = following(between(0, MS));
+        sampler.next_seq = 1;
+        sampler.changes_in_a_row = if is_lively { LIVELY_FRAMES } else { 0 };
+        let shown = window(&sampler, 2);
+        let pending = Pending {
+            read: read(shown.middle(), 5),
+            seen_before: MS,
+            low: 1,
+            high: 2,
+        };
+        let next = read(shown.until + MS, 5);
+        assert!(sampler.is_before_next(2, &next));
+        sampler.resolve(&pending, Some(&next));
+        assert_eq!(sampler.next_seq, if is_lively { 3 } else { 1 });
+    }
+}
+
+#[test]
+fn a_read_that_is_quicker_than_the_bus_can_be_shows_how_quick_it_is() {
+    let mut sampler = following(between(0, MS));
+    sampler.set_transfer_min(duration(12 * MS));
+    let span = Span {
+        before: duration(1000 * MS),
+        after: duration(1010 * MS),
+    };
+    sampler.frame_read(span, Ok(frame(3)));
+    assert_eq!(sampler.transfer_min, 10 * MS);
+}
