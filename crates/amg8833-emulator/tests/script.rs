@@ -199,7 +199,7 @@ fn a_fault_by_the_number_of_a_frame_is_there_with_it() {
 #[test]
 fn frames_count_from_the_script_and_on_with_a_new_sensor() {
     let rule = Rule {
-        when: When::Frame(3),
+        when: When::Frame(4),
         lasting: Lasting::Frames(1),
         address: Some(Address::High),
         ..Rule::new(Fault::PixelGlitch {
@@ -216,9 +216,11 @@ fn frames_count_from_the_script_and_on_with_a_new_sensor() {
     bus.clock().set(ms(1_250));
     bus.plug(Address::High, COUNTING, Options::default());
     bus.clock().set(ms(1_350));
-    assert_eq!(pixels(&mut bus).unwrap()[0], 0xFFF, "its first, our third");
+    assert_eq!(pixels(&mut bus).unwrap()[0], 13, "its first, our third");
     bus.clock().set(ms(1_450));
-    assert_eq!(pixels(&mut bus).unwrap()[0], 14);
+    assert_eq!(pixels(&mut bus).unwrap()[0], 0xFFF, "its second, our fourth");
+    bus.clock().set(ms(1_550));
+    assert_eq!(pixels(&mut bus).unwrap()[0], 15);
 }
 
 #[test]
