@@ -199,7 +199,7 @@ fn a_fault_by_the_number_of_a_frame_is_there_with_it() {
 #[test]
 fn frames_count_from_the_script_and_on_with_a_new_sensor() {
     let rule = Rule {
-        when: When::Frame(4),
+        when: When::Frame(5),
         lasting: Lasting::Frames(1),
         address: Some(Address::High),
         ..Rule::new(Fault::PixelGlitch {
@@ -218,9 +218,11 @@ fn frames_count_from_the_script_and_on_with_a_new_sensor() {
     bus.clock().set(ms(1_350));
     assert_eq!(pixels(&mut bus).unwrap()[0], 13, "its first, our third");
     bus.clock().set(ms(1_450));
-    assert_eq!(pixels(&mut bus).unwrap()[0], 0xFFF, "its second, our fourth");
+    assert_eq!(pixels(&mut bus).unwrap()[0], 14, "its second, our fourth");
     bus.clock().set(ms(1_550));
-    assert_eq!(pixels(&mut bus).unwrap()[0], 15);
+    assert_eq!(pixels(&mut bus).unwrap()[0], 0xFFF, "its third, our fifth");
+    bus.clock().set(ms(1_650));
+    assert_eq!(pixels(&mut bus).unwrap()[0], 16);
 }
 
 #[test]
