@@ -392,8 +392,7 @@ pub(crate) struct Calibrate {
 ///
 /// Noise, common mode, pattern, drift, clock, glitches.
 ///
-/// Exit code 3: the recording is too short to say anything, or leaves open whether somebody is in view where a profile
-/// depends on it.
+/// Exit code 3: the recording is too short, or leaves open whether somebody is in view.
 ///
 /// Example: grideye characterize empty-room.csv --profile my-sensor.toml
 #[derive(Debug, Args)]
@@ -403,13 +402,13 @@ pub(crate) struct Characterize {
     /// Profile to write, for emulate and compare.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
-    /// Where nobody is in view [default: decided by the recording].
+    /// Where nobody is in view: yes, no, auto or FROM..TO [default: the recording decides].
     ///
     /// `yes`: throughout. `auto`: in stretches that are looked for. FROM..TO: in that one, in seconds since the first frame.
     /// The profile's pattern is then the whole background of the empty room. `no`: nowhere; the pattern is only what is not
     /// smooth in the background, which holds in another room too. Without the option it is `yes` where nothing moves and
     /// nothing warm stands, `no` where something moves; where neither is sure, no profile is written.
-    #[arg(long, value_name = "yes|no|auto|FROM..TO")]
+    #[arg(long, value_name = "WHERE")]
     pub(crate) empty: Option<Nobody>,
     /// Scene whose empty room is taken off.
     ///

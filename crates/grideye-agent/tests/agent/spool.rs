@@ -1,5 +1,6 @@
 //! The spool over a disk that loses power, fills, fails and holds what others left there.
 
+mod backlog;
 mod bad_disks;
 mod layouts;
 mod model;

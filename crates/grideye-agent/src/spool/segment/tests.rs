@@ -216,6 +216,11 @@ fn a_record_of_a_stream_that_was_never_declared_or_a_length_beyond_the_limit_is_
     let mut bytes = encoder.header();
     encoder.push(&mut bytes, &vec![STREAM; PAYLOAD_BYTES_MAX + 1]);
     assert!(matches!(read_all(5, &bytes).1, Some(Fault::Damaged { .. })));
+    // A length that nothing can have, with nothing after it.
+    let mut bytes = encoder.header();
+    bytes.extend([0xFF; 8]);
+    let offset = HEADER_BYTES;
+    assert_eq!(read_all(5, &bytes).1, Some(Fault::Damaged { offset }));
     let mut bytes = encoder.header();
     encoder.declare(&mut bytes, &id("b"));
     let declared = bytes.len();
