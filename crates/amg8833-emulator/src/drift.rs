@@ -1,14 +1,14 @@
 use core::fmt;
 use core::time::Duration;
 
-/// Beyond this, in parts per million either way, [`Options::clock_error_ppm`] has no further effect: 50 %.
+/// Beyond this, in parts per million either way, [`Options::clock_error_ppm`](crate::Options::clock_error_ppm) has no further effect: 50 %.
 pub const CLOCK_ERROR_PPM_MAX: i32 = 500_000;
 
 /// The longest stretch between two points of a [`DriftCurve`]: 100 days.
 pub const DRIFT_STRETCH_MAX: Duration = Duration::from_secs(100 * 86_400);
 
 /// How the error of the sensor's clock changes from power-on on, beside
-/// [`Options::clock_error_ppm`](crate::Options::clock_error_ppm), to which it is added.
+/// [`Options::clock_error_ppm`](crate::Options::clock_error_ppm)(crate::Options::clock_error_ppm), to which it is added.
 ///
 /// The sum is held within [`CLOCK_ERROR_PPM_MAX`] either way. The time of every tick is counted in whole numbers:
 /// what is rounded off is less than a millionth of a nanosecond each time that the drift, or the error by call, changes.
