@@ -127,7 +127,7 @@ fn cases() -> Vec<Case> {
         ),
         glitch("kind = \"pixel-glitch\"\nword = 0x000"),
         glitch("kind = \"pixel-glitch\"\nword = 0xFFF"),
-        // Somebody else's bit in the register of the frame rate, as it is read back after five seconds.
+        // A flipped bit in the register of the frame rate, as it is read back after five seconds.
         case(
             "kind = \"bit-flip\"\nregister = 0x02\nbit = 0",
             8.0,

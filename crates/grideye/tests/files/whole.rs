@@ -42,7 +42,7 @@ const COMMANDS: &[(&str, &str)] = &[
     ("out/grideye.1", "man out"),
 ];
 
-/// 512 bytes a file, and an error instead of a signal: as on a disk that fills up in the midst of it.
+/// 512 bytes a file, and an error instead of a signal: as on a disk that fills up while it is written.
 const NO_ROOM: &str = "trap '' XFSZ; ulimit -f 1";
 
 #[test]

@@ -1,3 +1,5 @@
+//! What a sheet writes, element by element.
+
 use super::*;
 
 /// A room of 4 x 6 x 2.7 m as a map of 100 pixels a metre, its front left corner at 36, 636.
