@@ -50,6 +50,9 @@ impl Clock for SystemClock {
 /// The smallest step of the wall clock that is noticed.
 const STEP_MIN_NS: u64 = 1_000_000_000;
 
+/// What the clocks part from each other before the new difference is stored: every post reads it, few write it.
+const DRIFT_MIN_NS: u64 = 1_000_000;
+
 /// Notices steps of the wall clock, against the monotonic one.
 #[derive(Debug)]
 pub(crate) struct WallSteps(AtomicI64);
@@ -62,6 +65,10 @@ impl WallSteps {
     /// By how many nanoseconds the wall clock stepped since it was last looked at; `None` if it did not.
     pub(crate) fn look(&self, utc_ns: i64, monotonic: Duration) -> Option<i64> {
         let lead = lead(utc_ns, monotonic);
+        let drift = lead.saturating_sub(self.0.load(Ordering::Relaxed));
+        if drift.unsigned_abs() < DRIFT_MIN_NS {
+            return None;
+        }
         let step = lead.saturating_sub(self.0.swap(lead, Ordering::Relaxed));
         (step.unsigned_abs() >= STEP_MIN_NS).then_some(step)
     }
