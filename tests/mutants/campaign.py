@@ -139,16 +139,18 @@ class Campaign:
         output = self.target / "log" / log
         output.mkdir(parents=True, exist_ok=True)
         packages = re.findall(r"-p (\S+)", command)
-        tests = re.sub(r"-p \S+ ", "", command).split()
+        targets, _, filters = re.sub(r"-p \S+ ", "", command).partition(" -- ")
         files = sorted({name.split(":", 1)[0] for name in names})
         arguments = [argument for name in names for argument in ("--re", f"^{rust_escape(name)}$")]
         arguments += [argument for package in packages for argument in ("--test-package", package)]
         arguments += ["--in-place", "--timeout-multiplier", "4", "--minimum-test-timeout", "60"]
         arguments += ["--output", str(output), "--colors", "never"]
         arguments += [f"--cargo-arg=--config={setting}" for setting in profile(command)]
+        # Handed to the build too, which would else build every test of the package for every mutant.
+        arguments += [f"--cargo-arg={target}" for target in targets.split()]
         with open(output / "log", "wb") as file:
             run = subprocess.run(
-                self.cargo_mutants(files, *arguments, "--", *tests),
+                self.cargo_mutants(files, *arguments, "--", "--", *filters.split()),
                 cwd=self.tree,
                 env=self.environment,
                 stdout=file,
