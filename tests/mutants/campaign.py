@@ -20,8 +20,7 @@ AREAS = {
     "driver": (
         ["crates/amg8833/src/**"],
         [
-            # One test holds the text of the two drivers side by side, and would notice any change of either.
-            "-p amg8833 --lib --test traffic -- --skip the_async_driver_is_the_blocking_one_with_await",
+            "-p amg8833 --lib --test traffic",
             "-p amg8833-emulator --test driver",
         ],
     ),

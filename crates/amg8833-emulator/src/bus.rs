@@ -1,3 +1,5 @@
+//! A bus with up to two sensors, as a controller sees it.
+
 pub(crate) mod sensors;
 pub(crate) mod wire;
 

@@ -1,3 +1,5 @@
+//! The time that a bus is handed, and clocks that tests move on.
+
 use core::time::Duration;
 
 /// Where an emulated bus takes its time from.

@@ -1,3 +1,5 @@
+//! One sensor: what it answers, what it refuses, and what it does as time passes.
+
 use crate::edge::{Edges, PinEdge};
 use crate::fault::FaultSet;
 use crate::fault::active::{Condition, Spoil};

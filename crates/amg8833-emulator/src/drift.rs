@@ -1,3 +1,5 @@
+//! How the sensor's clock strays from its nominal speed.
+
 use core::fmt;
 use core::time::Duration;
 

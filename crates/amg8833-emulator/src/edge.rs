@@ -1,3 +1,5 @@
+//! Changes of the interrupt pin, and the few of them that are kept.
+
 use core::time::Duration;
 
 /// The most changes of the INT pin that a sensor keeps for [`Device::take_edge`](crate::Device::take_edge).

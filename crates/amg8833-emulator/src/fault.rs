@@ -1,3 +1,5 @@
+//! What can be broken about a sensor and its bus: the kinds of faults, their chances and their counts.
+
 pub(crate) mod active;
 
 use core::fmt;

@@ -1,3 +1,5 @@
+//! Where the datasheet and parts in the field disagree: what an emulated sensor does there.
+
 use crate::drift::Drift;
 use core::time::Duration;
 

@@ -1,3 +1,5 @@
+//! A handle of a bus that several drivers share.
+
 use crate::bus::Bus;
 use crate::clock::Clock;
 use crate::pin::IntPin;

@@ -1,3 +1,5 @@
+//! Where a sensor gets its frames from.
+
 use core::time::Duration;
 use grideye_frame::Frame;
 

@@ -1,3 +1,5 @@
+//! The sensor's own clock: which tick falls at what time.
+
 use crate::drift::{CLOCK_ERROR_PPM_MAX, Drift};
 use core::time::Duration;
 

@@ -1,3 +1,5 @@
+//! The two addresses that the sensor can have on the bus.
+
 use core::error::Error;
 use core::fmt;
 

@@ -1,3 +1,5 @@
+//! Why a call of the driver failed.
+
 use crate::power::UndefinedPowerMode;
 use core::fmt;
 

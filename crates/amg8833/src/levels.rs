@@ -1,3 +1,5 @@
+//! The temperatures at which a pixel enters and leaves the interrupt table.
+
 use crate::word::{self, OutOfRange};
 use core::error::Error;
 use core::fmt;

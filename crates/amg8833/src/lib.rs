@@ -5,8 +5,7 @@
 extern crate std;
 
 mod address;
-pub mod asynch;
-mod blocking;
+mod driver;
 mod error;
 mod levels;
 mod pixel_set;
@@ -19,7 +18,7 @@ pub mod timing;
 pub mod word;
 
 pub use address::{Address, UnknownAddress};
-pub use blocking::Amg8833;
+pub use driver::{asynch, blocking::Amg8833};
 pub use error::Error;
 pub use levels::{InterruptLevels, InvalidLevels};
 pub use pixel_set::PixelSet;

@@ -1,3 +1,5 @@
+//! The pixels of an interrupt table.
+
 use grideye_frame::{PIXELS, PixelIndex};
 
 /// A set of pixels: those whose interrupt bit is set (AMG88 spec §4-11-10).

@@ -1,3 +1,5 @@
+//! The power modes, and the bytes that stand for them.
+
 use crate::register::power;
 use core::error::Error;
 use core::fmt;

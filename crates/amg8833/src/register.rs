@@ -1,3 +1,5 @@
+//! The registers by name, and the bits in them.
+
 /// A register that the driver writes, or from which it starts to read (AMG88 spec §4-11).
 ///
 /// Addresses are 8 bits and step by one after each byte read (AMG88 spec §4-11-11 speaks of reading 0x80 to 0xFF at

@@ -1,3 +1,5 @@
+//! What a program sets, what it reads back, and how the two differ.
+
 use crate::levels::InterruptLevels;
 use crate::power::PowerMode;
 use crate::register::{average, frame_rate, interrupt};

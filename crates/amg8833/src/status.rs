@@ -1,3 +1,5 @@
+//! The flags of the status register.
+
 use crate::register::status;
 
 /// The sensor's flags (AMG88 spec §4-11-5); also names those to clear (AMG88 spec §4-11-6).

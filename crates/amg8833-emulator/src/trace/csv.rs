@@ -1,3 +1,5 @@
+//! A bus trace as CSV, one line for each message.
+
 use crate::signal::BusError;
 use crate::trace::file::{Shared, TRACE_BYTES_MAX, TraceSummary};
 use crate::trace::log::{Start, Transfer};

@@ -1,3 +1,5 @@
+//! A sensor with its bus and clock, and the words of these tests.
+
 use amg8833_emulator::{Address, Bus, Device, ManualClock, Options};
 use core::time::Duration;
 use embedded_hal::i2c::I2c;

@@ -1,0 +1,422 @@
+//! The driver, written once for its two faces: blocking, and async.
+
+use crate::address::Address;
+use crate::error::Error;
+use crate::levels::InterruptLevels;
+use crate::pixel_set::PixelSet;
+use crate::power::{PowerMode, Standby};
+use crate::protocol::{self, Step, Write};
+use crate::register::Register;
+use crate::settings::{Configuration, FrameRate, InterruptControl, MovingAverage, Settings};
+use crate::status::Status;
+use grideye_frame::{PIXELS, PixelWord, RawFrame, ThermistorWord};
+
+/// Makes both faces of one body, which has every method as an async one and `wait!` around each call of the bus or of a
+/// clock: the async face awaits it, the blocking one takes its answer, and its methods are not async.
+macro_rules! faces {
+    ($wait:ident, {
+        $driver:item
+        $owner:item
+        impl<I2C: I2c> Amg8833<I2C> {
+            $(
+                $(#[$attribute:meta])*
+                $visibility:vis async fn $method:ident $(<const $count:ident: usize>)? (
+                    &mut $this:ident $(, $argument:ident: $kind:ty)* $(,)?
+                ) -> $answer:ty $body:block
+            )*
+        }
+    }) => {
+        /// The driver that waits for the bus.
+        pub(crate) mod blocking {
+            use super::*;
+            use embedded_hal::{delay::DelayNs, i2c::I2c};
+
+            macro_rules! $wait {
+                ($call:expr) => {
+                    $call
+                };
+            }
+
+            $driver
+            $owner
+            impl<I2C: I2c> Amg8833<I2C> {
+                $(
+                    $(#[$attribute])*
+                    $visibility fn $method $(<const $count: usize>)? (
+                        &mut $this $(, $argument: $kind)*
+                    ) -> $answer $body
+                )*
+            }
+        }
+
+        /// The same driver on [`embedded_hal_async`]: the same methods and the same bytes, with `.await`.
+        ///
+        /// A future that is dropped half-way leaves a sequence half done: call the method again from the start.
+        pub mod asynch {
+            use super::*;
+            use embedded_hal_async::{delay::DelayNs, i2c::I2c};
+
+            macro_rules! $wait {
+                ($call:expr) => {
+                    $call.await
+                };
+            }
+
+            $driver
+            $owner
+            impl<I2C: I2c> Amg8833<I2C> {
+                $(
+                    $(#[$attribute])*
+                    $visibility async fn $method $(<const $count: usize>)? (
+                        &mut $this $(, $argument: $kind)*
+                    ) -> $answer $body
+                )*
+            }
+        }
+    };
+}
+
+faces!(wait, {
+    /// An AMG8833 on a bus that is its own, until [`release`](Self::release) gives it back.
+    ///
+    /// Every method is safe to repeat after an error. The driver keeps no state of the sensor: what a getter returns was
+    /// read at that moment.
+    #[derive(Debug)]
+    pub struct Amg8833<I2C> {
+        i2c: I2C,
+        address: Address,
+    }
+
+    impl<I2C> Amg8833<I2C> {
+        /// A driver for the sensor at this address. Nothing is sent yet: go on with [`init`](Self::init).
+        pub const fn new(i2c: I2C, address: Address) -> Self {
+            Self { i2c, address }
+        }
+
+        /// The bus, given back; the sensor goes on as it is.
+        pub fn release(self) -> I2C {
+            self.i2c
+        }
+
+        /// The sensor's address.
+        pub const fn address(&self) -> Address {
+            self.address
+        }
+    }
+
+    impl<I2C: I2c> Amg8833<I2C> {
+        /// Wakes and resets the sensor, whatever it was doing, and sets it up (AMG88 spec §4-11-1, §4-11-2).
+        ///
+        /// Takes 52 ms. Then wait for [`FrameRate::settling_time`] before the first read: until two frames have passed the
+        /// pixels may read 0 (AMG88 spec §4-11-2). The output is stable 15 s after power-on
+        /// ([`timing::STABLE_OUTPUT`](crate::timing::STABLE_OUTPUT)).
+        ///
+        /// If the sensor was put to sleep by other means than [`sleep`](Self::sleep), wait for
+        /// [`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY) before, or it may freeze.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn init(
+            &mut self,
+            delay: &mut impl DelayNs,
+            settings: &Settings,
+        ) -> Result<(), Error<I2C::Error>> {
+            wait!(self.run(&protocol::WAKE, delay))?;
+            wait!(self.write_all(&protocol::settings(settings)))
+        }
+
+        /// From sleep or stand-by to normal mode with the resets that belong to it (AMG88 spec §4-11-1, §4-11-2).
+        ///
+        /// Normal mode, 50 ms, initial reset, 2 ms, flag reset. The 2016 datasheet has the settings survive this, the 2011
+        /// one has the reset undo them: [`init`](Self::init) leaves no doubt. What it says of waiting holds here too.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn wake(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<I2C::Error>> {
+            wait!(self.run(&protocol::WAKE, delay))
+        }
+
+        /// To sleep: 0.2 mA instead of 4.5 (AMG88 spec §4-4, §4-11-1). Then nothing but [`wake`](Self::wake) and
+        /// [`init`](Self::init) has an effect, and reads are invalid.
+        ///
+        /// Takes 100 ms ([`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY)), because a sensor that is woken sooner may
+        /// never renew its registers again.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn sleep(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<I2C::Error>> {
+            wait!(self.run(&protocol::SLEEP, delay))
+        }
+
+        /// From normal mode to stand-by: one measurement every 10 or 60 s (AMG88 spec §4-11-1).
+        ///
+        /// From sleep it has no effect: [`wake`](Self::wake) first.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn standby(&mut self, interval: Standby) -> Result<(), Error<I2C::Error>> {
+            wait!(self.write(protocol::power_mode(PowerMode::Standby(interval))))
+        }
+
+        /// The power mode (AMG88 spec §4-11-1). Not to be relied on in sleep, when reads are invalid.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was;
+        /// [`Error::UndefinedPowerMode`] with the value found, if the power register holds none of the four defined.
+        pub async fn power_mode(&mut self) -> Result<PowerMode, Error<I2C::Error>> {
+            let [byte] = wait!(self.read(Register::PowerControl))?;
+            Ok(PowerMode::from_byte(byte)?)
+        }
+
+        /// The initial reset by itself, with its wait of 2 ms (AMG88 spec §4-11-2).
+        ///
+        /// The 2016 datasheet wants it used only as [`wake`](Self::wake) does, after going to normal mode.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn initial_reset(
+            &mut self,
+            delay: &mut impl DelayNs,
+        ) -> Result<(), Error<I2C::Error>> {
+            wait!(self.run(&protocol::INITIAL_RESET, delay))
+        }
+
+        /// Clears the flags and the interrupt table, and keeps settings and temperatures (AMG88 spec §4-11-2).
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn flag_reset(&mut self) -> Result<(), Error<I2C::Error>> {
+            wait!(self.write(protocol::FLAG_RESET))
+        }
+
+        /// The 64 pixels in ONE transaction: only then does the datasheet promise that they are of one frame (AMG88 spec
+        /// §4-11-11). 131 bytes on the wire.
+        ///
+        /// The words are kept as they came; [`word`](crate::word) says what they mean.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn read_pixels(&mut self) -> Result<[PixelWord; PIXELS], Error<I2C::Error>> {
+            let bytes = wait!(self.read(Register::Pixels))?;
+            Ok(protocol::pixels(&bytes))
+        }
+
+        /// The chip's own temperature (AMG88 spec §4-11-9). 5 bytes on the wire.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn read_thermistor(&mut self) -> Result<ThermistorWord, Error<I2C::Error>> {
+            let bytes = wait!(self.read(Register::Thermistor))?;
+            Ok(protocol::thermistor(bytes))
+        }
+
+        /// The pixels and then the thermistor: two transactions, 136 bytes on the wire, 12.3 ms at 100 kHz and 3.1 ms at
+        /// 400 kHz.
+        ///
+        /// Two, not one, because the Raspberry Pi's controller takes a read only as the last message of a transaction, and
+        /// because one read across both would be 242 bytes, over addresses that the datasheet leaves out.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn read_frame(&mut self) -> Result<RawFrame, Error<I2C::Error>> {
+            let pixels = wait!(self.read_pixels())?;
+            let thermistor = wait!(self.read_thermistor())?;
+            Ok(RawFrame { thermistor, pixels })
+        }
+
+        /// The flags (AMG88 spec §4-11-5).
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn status(&mut self) -> Result<Status, Error<I2C::Error>> {
+            let [byte] = wait!(self.read(Register::Status))?;
+            Ok(Status::from_byte(byte))
+        }
+
+        /// Clears the given flags and no others (AMG88 spec §4-11-6). Hand in what [`status`](Self::status) returned, so
+        /// that a flag set since then stays.
+        ///
+        /// The datasheet's table has this clear the interrupt table as well; parts in the field keep it until
+        /// [`flag_reset`](Self::flag_reset).
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn clear_flags(&mut self, flags: Status) -> Result<(), Error<I2C::Error>> {
+            wait!(self.write(Register::StatusClear.set(flags.byte())))
+        }
+
+        /// Sets the interrupt's mode and its pin (AMG88 spec §4-11-4). Set the levels first.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn set_interrupt(
+            &mut self,
+            control: InterruptControl,
+        ) -> Result<(), Error<I2C::Error>> {
+            wait!(self.write(protocol::interrupt(control)))
+        }
+
+        /// The interrupt's mode and pin (AMG88 spec §4-11-4).
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn interrupt(&mut self) -> Result<InterruptControl, Error<I2C::Error>> {
+            let [byte] = wait!(self.read(Register::InterruptControl))?;
+            Ok(InterruptControl::from_byte(byte))
+        }
+
+        /// Sets upper level, lower level and hysteresis (AMG88 spec §4-11-8), byte by byte: while it lasts, a level may be
+        /// half old and half new. Turn the pin off before if that matters.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn set_interrupt_levels(
+            &mut self,
+            levels: &InterruptLevels,
+        ) -> Result<(), Error<I2C::Error>> {
+            wait!(self.write_all(&protocol::levels(levels)))
+        }
+
+        /// Upper level, lower level and hysteresis (AMG88 spec §4-11-8).
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn interrupt_levels(&mut self) -> Result<InterruptLevels, Error<I2C::Error>> {
+            let bytes = wait!(self.read(Register::UpperLevelLow))?;
+            Ok(protocol::levels_from(bytes))
+        }
+
+        /// The pixels that are beyond a level, renewed together with the temperatures (AMG88 spec §4-11-10).
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn interrupt_table(&mut self) -> Result<PixelSet, Error<I2C::Error>> {
+            let bytes = wait!(self.read(Register::InterruptTable))?;
+            Ok(PixelSet::from_table(bytes))
+        }
+
+        /// Turns the moving average on or off, with the key that the sensor asks for: 0x50, 0x45, 0x57 before, 0x00 after
+        /// (AMG88 spec §4-11-7). After an error do it again, so that the key does not stay in.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn set_moving_average(
+            &mut self,
+            average: MovingAverage,
+        ) -> Result<(), Error<I2C::Error>> {
+            wait!(self.write_all(&protocol::moving_average(average)))
+        }
+
+        /// Whether the moving average is on (AMG88 spec §4-11-7). Doubtful: a user saw it read as off for ever, though
+        /// after writing it without the key.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn moving_average(&mut self) -> Result<MovingAverage, Error<I2C::Error>> {
+            let [byte] = wait!(self.read(Register::Average))?;
+            Ok(MovingAverage::from_byte(byte))
+        }
+
+        /// Sets the frame rate (AMG88 spec §4-11-3).
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus.
+        pub async fn set_frame_rate(&mut self, rate: FrameRate) -> Result<(), Error<I2C::Error>> {
+            wait!(self.write(protocol::frame_rate(rate)))
+        }
+
+        /// The frame rate (AMG88 spec §4-11-3).
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        pub async fn frame_rate(&mut self) -> Result<FrameRate, Error<I2C::Error>> {
+            let [byte] = wait!(self.read(Register::FrameRate))?;
+            Ok(FrameRate::from_byte(byte))
+        }
+
+        /// Every setting in one transaction of 17 bytes on the wire, to be compared every few seconds with what was asked
+        /// for ([`Configuration::deviation`]): a sensor that lost its supply for a moment comes back by itself, measuring
+        /// with its power-on settings.
+        ///
+        /// # Errors
+        ///
+        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was;
+        /// [`Error::UndefinedPowerMode`] with the value found, if the power register holds none of the four defined.
+        pub async fn configuration(&mut self) -> Result<Configuration, Error<I2C::Error>> {
+            let bytes = wait!(self.read(Register::PowerControl))?;
+            Ok(protocol::configuration(bytes)?)
+        }
+
+        async fn write(&mut self, bytes: Write) -> Result<(), Error<I2C::Error>> {
+            wait!(self.i2c.write(self.address.get(), &bytes)).map_err(Error::Bus)
+        }
+
+        async fn write_all(&mut self, writes: &[Write]) -> Result<(), Error<I2C::Error>> {
+            for bytes in writes {
+                wait!(self.write(*bytes))?;
+            }
+            Ok(())
+        }
+
+        async fn run(
+            &mut self,
+            steps: &[Step],
+            delay: &mut impl DelayNs,
+        ) -> Result<(), Error<I2C::Error>> {
+            for step in steps {
+                match *step {
+                    Step::Write(bytes) => wait!(self.write(bytes))?,
+                    Step::WaitMs(milliseconds) => wait!(delay.delay_ms(milliseconds)),
+                }
+            }
+            Ok(())
+        }
+
+        /// Reads from a register on, in one transaction; in two if the first looks as if it had not taken place
+        /// ([`protocol::POISONS`]).
+        async fn read<const N: usize>(
+            &mut self,
+            first: Register,
+        ) -> Result<[u8; N], Error<I2C::Error>> {
+            let mut found = 0;
+            for poison in protocol::POISONS {
+                let mut bytes = [poison; N];
+                let register = [first.address()];
+                let read = self
+                    .i2c
+                    .write_read(self.address.get(), &register, &mut bytes);
+                wait!(read).map_err(Error::Bus)?;
+                found = protocol::delivered(&bytes, poison);
+                if found == N {
+                    return Ok(bytes);
+                }
+            }
+            Err(Error::ShortRead {
+                register: first.address(),
+                expected: N,
+                found,
+            })
+        }
+    }
+});
