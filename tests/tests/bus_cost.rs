@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
+use amg8833::timing::{READ_BITS, read_time};
 use amg8833::{Amg8833, Settings};
 use amg8833_emulator::{Address, Bus, Clock as _, ManualClock, Traffic};
 use embedded_hal::delay::DelayNs;
@@ -63,16 +64,15 @@ fn pixel_by_pixel(mut bus: Sensor<'_>) -> Traffic {
     bus.traffic()
 }
 
-/// The floor is arithmetic: two transactions of START, repeated START and STOP, and 136 bytes of nine bits.
+/// The floor is arithmetic: see [`READ_BITS`].
 #[test]
 fn the_driver_reads_a_frame_at_the_floor_of_the_bus() {
-    let floor_bits = 2 * 3 + 136 * 9;
-    assert_eq!(floor_bits, 1230);
+    assert_eq!(READ_BITS, 1230);
     println!(
         "way                        SCL       transactions  bytes  bits   time       floor      floor/time"
     );
     for scl_hz in [100_000, 400_000] {
-        let floor = Duration::from_secs(floor_bits) / scl_hz;
+        let floor = read_time(scl_hz.try_into().unwrap());
         let ways: [(&str, Way); 2] = [
             ("this driver", with_the_driver),
             ("64 pixels one by one", pixel_by_pixel),

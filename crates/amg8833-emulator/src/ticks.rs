@@ -2,9 +2,10 @@
 
 use crate::drift::{CLOCK_ERROR_PPM_MAX, Drift};
 use core::time::Duration;
+use grideye_frame::TICK;
 
 /// The array always measures ten times a second (AMG88 spec §4-11-3 with the users' reports on 1 fps).
-const PERIOD_NS: u128 = 100_000_000;
+const PERIOD_NS: u128 = TICK.as_nanos();
 const MILLION: i128 = 1_000_000;
 /// What the sensor's clock has to run through for one tick, in nanoseconds times half millionths of its nominal speed:
 /// the mean of two whole speeds is a whole number of halves.

@@ -6,6 +6,7 @@ use crate::register::{average, frame_rate, interrupt};
 use crate::timing::{SETTLING_FRAMES, SLOW_CLOCK_PERCENT};
 use core::fmt;
 use core::time::Duration;
+use grideye_frame::TICK;
 
 /// Everything about the sensor that a program chooses, but for its power mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -65,7 +66,7 @@ impl FrameRate {
     #[must_use]
     pub const fn period(self) -> Duration {
         match self {
-            Self::Ten => Duration::from_millis(100),
+            Self::Ten => TICK,
             Self::One => Duration::from_secs(1),
         }
     }

@@ -7,14 +7,13 @@ use crate::config::{BusConfig, SensorConfig};
 use crate::log::Log;
 use crate::sampler::{Due, Event, OUT_OF_STEP, Sampler, Span, Task};
 use crate::watch::Watched;
-use amg8833::{Amg8833, Error, Settings};
+use amg8833::{Amg8833, Error, Settings, timing};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 use grideye_frame::{NoData, RawFrame, Reading};
 use grideye_recording::Record;
 use std::collections::BTreeSet;
 use std::fmt;
-use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -28,9 +27,6 @@ pub(crate) const REOPEN_PAUSE_MAX: Duration = Duration::from_secs(10);
 const FAULTS_BEFORE_SAID: u32 = 3;
 /// Failed operations in a row, of all sensors of the bus, after which the bus is opened anew.
 pub(crate) const FAULTS_BEFORE_REOPEN: u32 = 30;
-
-/// What a frame takes of the bus: two transactions of START, repeated START and STOP, and 136 bytes of nine bits.
-const READ_BITS: u32 = 2 * 3 + 136 * 9;
 
 /// What a released line reads as.
 const ONES: u8 = u8::MAX;
@@ -131,7 +127,9 @@ impl<O: OpenBus> Worker<O> {
         log: Log,
     ) -> Self {
         for sensor in &mut sensors {
-            let quickest = opener.scl_hz_max().map_or(Duration::ZERO, read_time);
+            let quickest = opener
+                .scl_hz_max()
+                .map_or(Duration::ZERO, timing::read_time);
             sensor.sampler.set_transfer_min(quickest);
         }
         Self {
@@ -433,11 +431,6 @@ fn has_its_settings<B: I2c>(
         Err(Error::UndefinedPowerMode(mode)) if mode.found != ONES => Ok(false),
         Err(error) => Err(error),
     }
-}
-
-/// The least that a frame takes on a bus of this clock.
-fn read_time(scl_hz: NonZeroU32) -> Duration {
-    Duration::from_secs(READ_BITS.into()) / scl_hz.get()
 }
 
 /// What an error of the driver means for the frame.

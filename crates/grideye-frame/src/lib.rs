@@ -13,5 +13,5 @@ mod temperature;
 pub use name::{NAME_CHARS_MAX, NAME_RULE, is_name};
 pub use no_data::{NoData, Reading, UnknownNoData};
 pub use pixel::PixelIndex;
-pub use size::{COLUMNS, PIXELS, ROWS};
+pub use size::{COLUMNS, PIXELS, ROWS, TICK};
 pub use temperature::{Celsius, Frame, PixelWord, RawFrame, ThermistorWord};

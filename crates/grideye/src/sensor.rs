@@ -8,7 +8,7 @@ use amg8833_emulator::{Address, Bus, BusError, Clock, FrameSource};
 use anyhow::{Result, anyhow};
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 use grideye_agent::bus::{OpenBus, OpenError};
-use grideye_frame::{COLUMNS, Celsius, Frame, NoData, ROWS};
+use grideye_frame::{COLUMNS, Celsius, Frame, NoData, ROWS, TICK};
 use grideye_recording::ClockState;
 use grideye_scene::{Scene, Simulator};
 use std::num::NonZeroU32;
@@ -20,9 +20,6 @@ pub(crate) const SCL_HZ: Option<NonZeroU32> = NonZeroU32::new(400_000);
 
 /// How much warmer than the room the emulated chip is: real ones sit 3.5 to 6 °C above the scene by self-heating.
 const SELF_HEATING_C: f32 = 4.5;
-
-/// The sensor's internal period, in which a recording's frames follow one another.
-const TICK: Duration = Duration::from_millis(100);
 
 /// What an emulated sensor sees.
 pub(crate) type Source = Box<dyn FrameSource + Send>;
@@ -81,7 +78,7 @@ pub(crate) fn self_heated(ambient: Celsius) -> Celsius {
     Celsius::new(ambient.get() + SELF_HEATING_C)
 }
 
-/// A recording as a source of frames: one a sensor period from the first measurement on; the last one stays.
+/// A recording as a source of frames: one a tick of the sensor from the first measurement on; the last one stays.
 struct ReplaySource {
     frames: Vec<Frame>,
     origin: Duration,
@@ -103,7 +100,7 @@ impl FrameSource for ReplaySource {
     }
 }
 
-/// The frames of a recording, in order, one each sensor period.
+/// The frames of a recording, in order, one each tick.
 pub(crate) fn replay_source(frames: &[grideye_frame::RawFrame]) -> Source {
     let frames = frames.iter().map(word::frame).collect();
     Box::new(ReplaySource {

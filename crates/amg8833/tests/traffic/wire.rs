@@ -2,6 +2,7 @@
 
 use crate::buses::{Event, Tape, Yielding, block_on, waits};
 use crate::settings;
+use amg8833::timing::READ_BITS;
 use amg8833::{Address, Amg8833, asynch};
 
 #[test]
@@ -76,6 +77,7 @@ fn a_frame_is_two_transactions_and_136_bytes_on_the_wire() {
     assert_eq!(tape.transactions(), 2);
     assert_eq!(tape.wire_bytes(), 136);
     assert_eq!(tape.wire_bits(), 1230);
+    assert_eq!(READ_BITS, 1230);
 
     let tape = Tape::default();
     let bus = Yielding::new(tape.clone());

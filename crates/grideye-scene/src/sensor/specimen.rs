@@ -4,11 +4,8 @@ use crate::count;
 use crate::model::sensor::Sensor;
 use crate::picture::image::Image;
 use crate::profile::Profile;
-use grideye_frame::Celsius;
+use grideye_frame::{Celsius, TICK};
 use std::time::Duration;
-
-/// Time from one internal measurement of the sensor to the next.
-const TICK: Duration = Duration::from_millis(100);
 
 /// Ticks of the slowest frame: the sensor's own mean at 1 frame a second.
 const TICKS_MAX: f64 = 10.0;
@@ -27,7 +24,8 @@ pub(crate) fn measure(
     // A nanosecond is what a frame's time may be rounded down by.
     let first = (time + Duration::from_nanos(1)).as_nanos() / TICK.as_nanos();
     let first = u64::try_from(first).unwrap_or(u64::MAX);
-    let ticks = (TICK_HZ / sensor.sampling_hz).round().clamp(1.0, TICKS_MAX);
+    let tick_hz = 1.0 / TICK.as_secs_f64();
+    let ticks = (tick_hz / sensor.sampling_hz).round().clamp(1.0, TICKS_MAX);
     let mut sums = vec![0.0; image.celsius.len()];
     for tick in 0..count::floor(ticks) {
         let tick = u32::try_from(tick).unwrap_or(0);
@@ -41,9 +39,6 @@ pub(crate) fn measure(
         *celsius = sum / ticks;
     }
 }
-
-/// The sensor's internal rate.
-const TICK_HZ: f64 = 10.0;
 
 /// The nearest multiples of a step; anything if it is 0.
 pub(crate) fn quantise(celsius: &mut [f64], step_c: f64) {

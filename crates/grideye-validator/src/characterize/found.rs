@@ -6,14 +6,14 @@ use super::presence::Presence;
 use super::steps::Steps;
 use super::timing::Timing;
 use super::wander::Flicker;
-use grideye_frame::{NoData, PIXELS};
+use grideye_frame::{NoData, PIXELS, TICK};
 use grideye_scene::profile::{self, Profile};
 use std::collections::BTreeMap;
 
 /// The variance that rounding to the sensor's step of 0.25 °C adds: a twelfth of its square (Sheppard).
 const STEP_VARIANCE: f64 = 0.25 * 0.25 / 12.0;
 /// What the sensor's frame rate is, when its clock is right, frames a second.
-const NOMINAL_HZ: f64 = 10.0;
+pub(super) const NOMINAL_HZ: f64 = 1.0 / TICK.as_secs_f64();
 /// Digits behind the point in a profile made of measurements: a tenth of a thousandth is far below what is known.
 const PROFILE_STEP: f64 = 1e4;
 /// The clock is given in steps of so many parts per million.

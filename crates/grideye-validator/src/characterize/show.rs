@@ -1,6 +1,6 @@
 //! What was found, for people and for programs.
 
-use super::found::Characterization;
+use super::found::{Characterization, NOMINAL_HZ};
 use super::presence::{Presence, Spot};
 use crate::text::fixed;
 use grideye_frame::COLUMNS;
@@ -250,7 +250,7 @@ impl Characterization {
                 fixed(rate, 2),
                 format!(
                     "clock {} %",
-                    crate::text::signed(100.0 * (rate / 10.0 - 1.0), 1)
+                    crate::text::signed(100.0 * (rate / NOMINAL_HZ - 1.0), 1)
                 ),
             ),
             None => ("unknown".to_owned(), String::new()),

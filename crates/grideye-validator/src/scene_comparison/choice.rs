@@ -5,10 +5,11 @@ use crate::align::Pixels;
 use crate::compare::{Protocol, RealFrame, evenly};
 use crate::error::ValidatorError;
 use crate::metrics::count;
+use grideye_frame::TICK;
 use std::time::Duration;
 
-/// The repeat under the dynamic protocol is to be this much later: new noise at 10 Hz, and too short to walk away.
-const DYNAMIC_LAG: Duration = Duration::from_millis(100);
+/// The repeat under the dynamic protocol is to be this much later: new noise, and too short to walk away.
+const DYNAMIC_LAG: Duration = TICK;
 const STATIC_LAG_FRAMES: usize = 3;
 
 pub(super) fn lag(

@@ -3,12 +3,11 @@
 use super::catalogue::{Catalogue, Shelved};
 use crate::files::LoadedScene;
 use anyhow::Result;
+use grideye_frame::TICK;
 use grideye_scene::Agent;
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// Between one simulated frame and the next.
-const STEP: Duration = Duration::from_millis(100);
 /// Frames of one piece.
 pub(super) const PIECE_FRAMES: u64 = 50;
 
@@ -16,7 +15,7 @@ pub(super) const PIECE_FRAMES: u64 = 50;
 pub(super) fn piece_at(seconds: f64, loaded: &LoadedScene) -> u64 {
     let asked = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO);
     let within = asked.min(loaded.scene.duration());
-    steps(within.saturating_add(STEP / 2)) / PIECE_FRAMES
+    steps(within.saturating_add(TICK / 2)) / PIECE_FRAMES
 }
 
 /// One piece of the scene: frames without noise in °C, rounded to a hundredth; the last one is the scene's last moment.
@@ -32,11 +31,11 @@ pub(super) fn piece(
 ) -> Result<Value> {
     let simulator = catalogue.simulator(scene, loaded, sensor)?;
     let duration = loaded.scene.duration();
-    let last = steps(duration.saturating_add(STEP - Duration::from_nanos(1)));
+    let last = steps(duration.saturating_add(TICK - Duration::from_nanos(1)));
     let first = piece * PIECE_FRAMES;
     let times: Vec<Duration> = (first..first + PIECE_FRAMES)
         .take_while(|index| *index <= last)
-        .filter_map(|index| STEP.checked_mul(u32::try_from(index).ok()?))
+        .filter_map(|index| TICK.checked_mul(u32::try_from(index).ok()?))
         .map(|time| time.min(duration))
         .collect();
     let frames: Vec<Vec<f64>> = times
@@ -51,7 +50,7 @@ pub(super) fn piece(
         "sensor": sensor,
         "edition": scene.edition,
         "seconds": duration.as_secs_f64(),
-        "step_s": STEP.as_secs_f64(),
+        "step_s": TICK.as_secs_f64(),
         "first": first,
         "frames": frames,
         "agents": agents,
@@ -69,7 +68,7 @@ fn places(agent: &Agent, times: &[Duration]) -> Value {
 
 /// Whole steps in a time.
 fn steps(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos() / STEP.as_nanos()).unwrap_or(u64::MAX)
+    u64::try_from(time.as_nanos() / TICK.as_nanos()).unwrap_or(u64::MAX)
 }
 
 fn hundredths(celsius: f64) -> f64 {

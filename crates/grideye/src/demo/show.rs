@@ -4,18 +4,15 @@ use crate::cli::Demo;
 use crate::sensor::{self, Source};
 use crate::{compare, files, recordings};
 use anyhow::Result;
-use grideye_frame::RawFrame;
+use grideye_frame::{RawFrame, TICK};
 use grideye_scene::Scene;
 use grideye_validator::report::Input;
 use std::path::PathBuf;
-use std::time::Duration;
 
 /// Frames recorded of a scene in which nothing moves: ten seconds.
 const STATIC_FRAMES: u64 = 100;
 /// Longest walk that is recorded, in frames: ten minutes.
 const FRAMES_MAX: u64 = 6_000;
-/// The emulated sensor's period.
-const PERIOD: Duration = Duration::from_millis(100);
 
 /// What is shown.
 pub(super) enum Show {
@@ -87,8 +84,8 @@ impl Show {
         match self {
             Self::Scene(shown) if shown.scene.is_static() => STATIC_FRAMES,
             Self::Scene(shown) => {
-                let periods = shown.scene.duration().as_nanos() / PERIOD.as_nanos();
-                u64::try_from(periods + 1).map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
+                let ticks = shown.scene.duration().as_nanos() / TICK.as_nanos();
+                u64::try_from(ticks + 1).map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
             }
             Self::Replay(replay) => u64::try_from(replay.frames.len()).unwrap_or(u64::MAX),
         }

@@ -9,16 +9,13 @@
 
 use amg8833_emulator::FrameSource;
 use clap::ValueEnum;
-use grideye_frame::{Celsius, Frame};
+use grideye_frame::{Celsius, Frame, TICK};
 use grideye_scene::Simulator;
 use grideye_scene::profile::Profile;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// The sensor's internal period: for so long a recording's last frame is seen at least, and half of it is how far a
-/// recorded time may be off a tick and still belong to it.
-const TICK: Duration = Duration::from_millis(100);
 /// The world has not begun.
 const NOT_BEGUN: u64 = u64::MAX;
 
@@ -198,12 +195,12 @@ impl Show {
     }
 }
 
-/// The time from the first frame to the end of the last.
+/// The time from the first frame to the end of the last, which is seen for a tick at least.
 pub(super) fn length(frames: &[(Duration, Frame)]) -> Duration {
     frames.last().map_or(Duration::ZERO, |(at, _)| *at + TICK)
 }
 
-/// The last frame that was recorded until half a period after this time.
+/// The last frame that was recorded until half a tick after this time: so far off a recorded time may be.
 fn nearest(frames: &[(Duration, Frame)], at: Duration) -> Frame {
     let begun = frames.partition_point(|(recorded, _)| *recorded <= at + TICK / 2);
     frames
