@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod adapter;
+mod ended;
 pub mod fuse;
 pub mod ioctl;
 pub mod preload;

@@ -14,7 +14,8 @@ use std::process::{Command, ExitStatus};
 use std::str::FromStr;
 use std::sync::Mutex;
 
-use crate::fuse::{self, Device, Ended as EndedBy};
+use crate::ended::Ended as EndedBy;
+use crate::fuse::{self, Device};
 use crate::ioctl::AdapterMode;
 use crate::preload;
 use crate::rack::{Rack, SharedAdapter};

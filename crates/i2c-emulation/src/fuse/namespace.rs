@@ -16,7 +16,8 @@ use std::os::fd::{AsRawFd, OwnedFd, RawFd};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
-use super::{RunError, wire};
+use super::error::RunError;
+use super::wire;
 use crate::sys;
 
 /// Most entries of a `/dev` that is rebuilt.

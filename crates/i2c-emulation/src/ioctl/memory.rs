@@ -1,6 +1,7 @@
 //! How the ioctl layer reaches the calling program's buffers.
 
-use super::{Errno, PointerWidth};
+use super::errno::Errno;
+use super::uapi::PointerWidth;
 
 /// The calling program's memory, wherever it is.
 ///

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use super::Errno;
+use super::errno::Errno;
 use super::uapi::functionality as func;
 use crate::adapter::{Fault, Message, is_read};
 

@@ -1,7 +1,12 @@
 //! I2C_SMBUS, made out of plain messages as the kernel's `i2c_smbus_xfer_emulated` does.
 
-use super::uapi::{SMBUS_DATA_BYTES, SmbusArgument, smbus_size as size};
-use super::{CallerMemory, Errno, OpenFile, SMBUS_BLOCK_MAX, Segment, functionality};
+use super::errno::Errno;
+use super::memory::CallerMemory;
+use super::open_file::OpenFile;
+use super::segment::Segment;
+use super::uapi::{
+    SMBUS_BLOCK_MAX, SMBUS_DATA_BYTES, SmbusArgument, functionality, smbus_size as size,
+};
 use crate::adapter::EmulatedAdapter;
 
 const WRITE: u8 = 0;

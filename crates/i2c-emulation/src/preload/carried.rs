@@ -3,7 +3,7 @@
 use std::io;
 use std::os::fd::{AsRawFd, OwnedFd};
 
-use super::RunError;
+use super::error::RunError;
 use crate::sys;
 
 #[cfg(preload_library)]

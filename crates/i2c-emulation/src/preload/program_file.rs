@@ -8,7 +8,8 @@ use std::os::unix::fs::{FileExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::{RunError, carried};
+use super::carried;
+use super::error::RunError;
 use crate::sys;
 
 /// Most scripts that name another script as their interpreter, as in the kernel.

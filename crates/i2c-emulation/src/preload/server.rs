@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::Scope;
 
-use super::RunError;
+use super::error::RunError;
 use super::protocol::{
     Answer, BUSES_MAX, CHUNK_BYTES_MAX, Call, HELLO_BYTES, Hello, Purpose, REGION_BYTES,
     REQUEST_BYTES, REQUEST_BYTES_MAX, Request, SECRET_BYTES, TOKEN_MARK, number_of, u64_at,

@@ -14,10 +14,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use super::SocketError;
-
-/// Most bytes of a socket's path: `sun_path` has 108, the last of which is zero.
-pub const PATH_BYTES_MAX: usize = 107;
+use super::error::{PATH_BYTES_MAX, SocketError};
 
 /// As much of a name as fits behind the folder's numbers in an abstract socket's address.
 const CLAIM_NAME_BYTES: usize = 56;

@@ -11,7 +11,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::SocketError;
+use super::error::SocketError;
 use super::inbox::{Inbox, NoPacket, Patience};
 use super::place::{self, Place};
 use super::session::{Next, Session};

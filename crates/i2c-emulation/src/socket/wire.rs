@@ -20,14 +20,14 @@ const MESSAGE_HEAD_BYTES: usize = 6;
 
 /// The first byte of a packet.
 pub(super) mod kind {
-    pub(in crate::socket) const HELLO: u8 = 1;
-    pub(in crate::socket) const TRANSFER: u8 = 2;
-    pub(in crate::socket) const SMBUS: u8 = 3;
-    pub(in crate::socket) const WELCOME: u8 = 0x81;
-    pub(in crate::socket) const DONE: u8 = 0x82;
-    pub(in crate::socket) const FAULT: u8 = 0x83;
-    pub(in crate::socket) const REFUSED: u8 = 0x84;
-    pub(in crate::socket) const BYE: u8 = 0x85;
+    pub(crate) const HELLO: u8 = 1;
+    pub(crate) const TRANSFER: u8 = 2;
+    pub(crate) const SMBUS: u8 = 3;
+    pub(crate) const WELCOME: u8 = 0x81;
+    pub(crate) const DONE: u8 = 0x82;
+    pub(crate) const FAULT: u8 = 0x83;
+    pub(crate) const REFUSED: u8 = 0x84;
+    pub(crate) const BYE: u8 = 0x85;
 }
 
 /// Who judges a transfer.
@@ -43,10 +43,10 @@ pub(super) enum Judge {
 
 /// Flags of an SMBus call.
 pub(super) mod smbus_flag {
-    pub(in crate::socket) const FORCE: u16 = 0x0001;
-    pub(in crate::socket) const PEC: u16 = 0x0004;
-    pub(in crate::socket) const TEN_BIT: u16 = 0x0010;
-    pub(in crate::socket) const ALL: u16 = FORCE | PEC | TEN_BIT;
+    pub(crate) const FORCE: u16 = 0x0001;
+    pub(crate) const PEC: u16 = 0x0004;
+    pub(crate) const TEN_BIT: u16 = 0x0010;
+    pub(crate) const ALL: u16 = FORCE | PEC | TEN_BIT;
 }
 
 /// Why the server ends a connection.

@@ -1,8 +1,11 @@
 //! USB/IP over TCP: another machine or guest fetches the adapters with `usbip attach`.
 
+use super::device::Device;
+use super::error::UsbipError;
+use super::identity::{check_number, identity};
 use super::session::{self, SessionError};
+use super::sys;
 use super::wire::{self, BUS_ID_BYTES, Described, OP_BYTES, Refusal, Request};
-use super::{UsbipError, check_number, device_of, identity, sys};
 use crate::rack::{Rack, SharedAdapter};
 use std::io::{self, Read as _, Write as _};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
@@ -12,8 +15,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// The port that `usbip` asks unless told otherwise.
-pub const PORT_DEFAULT: u16 = 3240;
 /// Most connections at a time. One more is closed at once.
 pub const CONNECTIONS_MAX: usize = 32;
 /// Longest wait for a client to say what it wants, and for it to take an answer.
@@ -222,7 +223,8 @@ impl Shared {
                     Ok(taken) => {
                         stream.write_all(&wire::imported(Ok(&taken.0.described)))?;
                         stream.set_read_timeout(None)?;
-                        let mut device = device_of(taken.0.adapter.clone(), &taken.0.described);
+                        let mut device =
+                            Device::new(taken.0.adapter.clone(), taken.0.described.clone());
                         session::serve(&mut stream, &mut device)
                     }
                     Err(refusal) => Ok(stream.write_all(&wire::imported(Err(refusal)))?),

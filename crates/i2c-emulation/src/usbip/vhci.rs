@@ -1,9 +1,10 @@
 //! The kernel's virtual USB host controller, by its files in sysfs.
 
-use super::device::SPEED_LOW;
+use super::device::{Device, SPEED_LOW};
+use super::error::UsbipError;
+use super::identity::{check_number, identity};
 use super::session::{self, SessionError};
 use super::wire::Described;
-use super::{Options, UsbipError, check_number, device_of, identity};
 use crate::rack::{Rack, SharedAdapter};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
@@ -20,6 +21,30 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 const PORT_FREE: u32 = 4;
 /// The hub for devices of USB 2 and slower.
 const HIGH_SPEED_HUB: &str = "hs";
+
+/// Where the kernel's files are, and how long to wait for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Where sysfs is mounted, `/sys`.
+    pub sysfs: PathBuf,
+    /// Where device files are, `/dev`.
+    pub dev: PathBuf,
+    /// Longest wait for the kernel to make an adapter out of the USB device, for each bus.
+    pub driver_wait: Duration,
+    /// Longest wait for the kernel to let go of a device that was unplugged, for each bus.
+    pub detach_wait: Duration,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            sysfs: PathBuf::from("/sys"),
+            dev: PathBuf::from("/dev"),
+            driver_wait: Duration::from_secs(10),
+            detach_wait: Duration::from_secs(2),
+        }
+    }
+}
 
 /// One bus that has become an adapter of this machine's kernel.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -179,7 +204,7 @@ impl Controller {
         let (ours, kernels) = UnixStream::pair().map_err(resources("make a pair of sockets"))?;
         let port = self.give_to_a_free_port(&kernels, described)?;
         let mut stream = ours.try_clone().map_err(resources("duplicate a socket"))?;
-        let mut device = device_of(bus, described);
+        let mut device = Device::new(bus, described.clone());
         let thread = thread::Builder::new()
             .name(format!("usbip port {port}"))
             .spawn(move || session::serve(&mut stream, &mut device))

@@ -1,0 +1,96 @@
+//! The messages of a transfer on their way: fetched from the caller, carried out, and handed back.
+
+use embedded_hal::i2c::Operation;
+
+use super::errno::Errno;
+use super::memory::CallerMemory;
+use super::mode::AdapterMode;
+use super::uapi::{MESSAGE_BYTES_MAX, RdwrMessage, SMBUS_BLOCK_MAX, functionality, message_flag};
+use crate::adapter::Message;
+
+/// One message on its way: the kernel's copy of the caller's buffer.
+pub(super) struct Segment {
+    pub(super) address: u16,
+    pub(super) ten_bit: bool,
+    pub(super) read: bool,
+    pub(super) bytes: Vec<u8>,
+    /// Where the bytes that arrive go; unused by SMBus transfers.
+    pub(super) buffer: u64,
+    /// Bytes beside the block, if the first byte tells the block's length.
+    pub(super) length_first: Option<usize>,
+}
+
+impl Segment {
+    pub(super) fn as_message(&mut self) -> Message<'_> {
+        let operation = if self.read {
+            Operation::Read(&mut self.bytes)
+        } else {
+            Operation::Write(&self.bytes)
+        };
+        Message {
+            address: self.address,
+            ten_bit: self.ten_bit,
+            operation,
+        }
+    }
+
+    /// The bytes that the target meant: all, or as many as its first byte tells.
+    pub(super) fn arrived(&self) -> Result<&[u8], Errno> {
+        let Some(extra) = self.length_first else {
+            return Ok(&self.bytes);
+        };
+        match self.bytes.first().copied().map(usize::from) {
+            // The buffer has room for the longest block and not a byte more: a longer one is not there.
+            Some(told) if told > 0 => self.bytes.get(..extra + told).ok_or(Errno::EPROTO),
+            _ => Err(Errno::EPROTO),
+        }
+    }
+}
+
+/// Copies each message's buffer, as the kernel does also for those that will be read into.
+pub(super) fn fetch_segments(
+    messages: &[RdwrMessage],
+    mode: AdapterMode,
+    memory: &mut dyn CallerMemory,
+) -> Result<Vec<Segment>, Errno> {
+    messages
+        .iter()
+        .map(|message| fetch_segment(message, mode, memory))
+        .collect()
+}
+
+fn fetch_segment(
+    message: &RdwrMessage,
+    mode: AdapterMode,
+    memory: &mut dyn CallerMemory,
+) -> Result<Segment, Errno> {
+    let length = usize::from(message.length);
+    if length > MESSAGE_BYTES_MAX {
+        return Err(Errno::EINVAL);
+    }
+    let mut bytes = vec![0; length];
+    if length > 0 {
+        memory.read(message.buffer, &mut bytes)?;
+    }
+    let read = message.flags & message_flag::READ != 0;
+    let mut length_first = None;
+    if message.flags & message_flag::LENGTH_FIRST != 0 {
+        let extra = bytes.first().copied().map_or(0, usize::from);
+        if !read || extra == 0 || length < extra + SMBUS_BLOCK_MAX {
+            return Err(Errno::EINVAL);
+        }
+        if !mode.offers(functionality::SMBUS_READ_BLOCK) {
+            return Err(Errno::EOPNOTSUPP);
+        }
+        bytes.truncate(extra + SMBUS_BLOCK_MAX);
+        length_first = Some(extra);
+    }
+    Ok(Segment {
+        address: message.address,
+        ten_bit: message.flags & message_flag::TEN_BIT != 0,
+        read,
+        bytes,
+        buffer: message.buffer,
+        length_first,
+    })
+}

@@ -1,0 +1,7 @@
+//! The layer against a chip of 256 registers and a caller's memory that is a plain array.
+
+mod bench;
+mod calls;
+mod hostile;
+mod modes;
+mod smbus;

@@ -1,0 +1,238 @@
+//! How the adapters differ: what each refuses, and the errno of each fault.
+
+use super::bench::*;
+use crate::adapter::Fault;
+use crate::ioctl::request::*;
+use crate::ioctl::{AdapterMode, Errno, OpenFile, RETRIES_DONE_MAX, smbus_size};
+
+#[test]
+fn only_a_raspberry_pi_refuses_a_read_that_is_not_last() {
+    let write = (TARGET, 0, 1, DATA);
+    let read = (TARGET, READ, 1, BUFFER);
+    for (messages, fits_a_pi) in [
+        (vec![write], true),
+        (vec![read], true),
+        (vec![write, read], true),
+        (vec![write, write, read], true),
+        (vec![read, write], false),
+        (vec![read, read], false),
+        (vec![write, read, write], false),
+        (vec![write, read, write, read], false),
+    ] {
+        let count = i32::try_from(messages.len()).unwrap();
+        for mode in [AdapterMode::Pi, AdapterMode::Busy] {
+            let mut bench = Bench::new(mode);
+            let expected = if fits_a_pi {
+                Ok(count)
+            } else {
+                Err(Errno::EOPNOTSUPP)
+            };
+            assert_eq!(bench.rdwr(&messages), expected, "{mode} {messages:?}");
+            assert_eq!(
+                bench.seen().is_empty(),
+                !fits_a_pi,
+                "what is refused does not reach the bus"
+            );
+        }
+        for mode in [AdapterMode::Pi5, AdapterMode::Usb, AdapterMode::Virtio] {
+            assert_eq!(
+                Bench::new(mode).rdwr(&messages),
+                Ok(count),
+                "{mode} {messages:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_usb_adapter_refuses_a_read_of_no_bytes() {
+    let mut usb = Bench::new(AdapterMode::Usb);
+    assert_eq!(usb.rdwr(&[(TARGET, READ, 0, 0)]), Err(Errno::EOPNOTSUPP));
+    assert_eq!(usb.smbus(1, 0, smbus_size::QUICK), Err(Errno::EOPNOTSUPP));
+    assert_eq!(usb.smbus(0, 0, smbus_size::QUICK), Ok(0));
+    assert_eq!(
+        Bench::new(AdapterMode::Pi).rdwr(&[(TARGET, READ, 0, 0)]),
+        Ok(1)
+    );
+}
+
+/// Each fault by each of the four ways to the bus. The numbers are those of the kernel's drivers.
+#[test]
+fn a_fault_has_the_errno_of_the_mode_by_every_way() {
+    use Fault::{Bus, Gone, NackAddress, NackData, Timeout};
+    for (mode, fault, errno) in [
+        (AdapterMode::Pi, NackAddress, 121),
+        (AdapterMode::Pi, NackData, 121),
+        (AdapterMode::Pi, Timeout, 110),
+        (AdapterMode::Pi, Bus, 5),
+        (AdapterMode::Pi, Gone, 19),
+        (AdapterMode::Pi5, NackAddress, 121),
+        (AdapterMode::Usb, NackAddress, 6),
+        (AdapterMode::Usb, Timeout, 5),
+        (AdapterMode::Gone, NackAddress, 19),
+    ] {
+        let failing = |way: fn(&mut Bench) -> Result<usize, Errno>| {
+            let mut bench = Bench::new(mode);
+            bench.fail_with(&[fault; 1]);
+            way(&mut bench).map_err(Errno::raw)
+        };
+        assert_eq!(
+            failing(|bench| bench.file.read(&mut [0; 4], &mut bench.adapter)),
+            Err(errno),
+            "{mode} {fault:?}"
+        );
+        assert_eq!(
+            failing(|bench| bench.file.write(&[0; 4], &mut bench.adapter)),
+            Err(errno),
+            "{mode} {fault:?}"
+        );
+        let messages = [(TARGET, 0, 1, DATA), (TARGET, READ, 4, BUFFER)];
+        let mut bench = Bench::new(mode);
+        bench.fail_with(&[fault]);
+        assert_eq!(
+            bench.rdwr(&messages).map_err(Errno::raw),
+            Err(errno),
+            "{mode} {fault:?}"
+        );
+        assert_eq!(
+            bench.memory.at(BUFFER, 4),
+            [0xEE; 4],
+            "after an errno no buffer is touched"
+        );
+        bench.fail_with(&[fault]);
+        assert_eq!(
+            bench
+                .smbus(1, 0x10, smbus_size::BYTE_DATA)
+                .map_err(Errno::raw),
+            Err(errno),
+            "{mode} {fault:?}"
+        );
+        assert_eq!(bench.memory.at(DATA, 1), [0xEE]);
+    }
+}
+
+#[test]
+fn a_working_adapter_that_is_gone_reaches_nothing() {
+    let mut bench = Bench::new(AdapterMode::Gone);
+    assert_eq!(bench.rdwr(&[(TARGET, READ, 1, BUFFER)]), Err(Errno::ENODEV));
+    assert_eq!(bench.seen(), [""; 0]);
+}
+
+/// The trap of i2c-virtio: no errno, a smaller count, and the caller's old bytes in the buffer.
+#[test]
+fn virtio_hides_a_fault_in_the_count() {
+    let mut bench = Bench::new(AdapterMode::Virtio);
+    let missing = 0x10;
+    assert_eq!(
+        bench.rdwr(&[(missing, 0, 1, DATA), (missing, READ, 4, BUFFER)]),
+        Ok(0)
+    );
+    assert_eq!(bench.memory.at(BUFFER, 4), [0xEE; 4]);
+    assert_eq!(
+        bench.rdwr(&[(TARGET, READ, 2, BUFFER), (missing, READ, 2, BUFFER + 2)]),
+        Ok(1)
+    );
+    assert_eq!(
+        bench.memory.at(BUFFER, 4),
+        [0xFF, 0xFE, 0xEE, 0xEE],
+        "what did arrive is handed over"
+    );
+    bench.call(I2C_SLAVE, missing.into()).unwrap();
+    assert_eq!(bench.file.read(&mut [0; 4], &mut bench.adapter), Ok(0));
+    assert_eq!(bench.file.write(&[1, 2], &mut bench.adapter), Ok(0));
+    assert_eq!(
+        bench.smbus(1, 0, smbus_size::BYTE_DATA),
+        Err(Errno::EIO),
+        "SMBus does count"
+    );
+}
+
+#[test]
+fn an_smbus_only_adapter_has_no_plain_messages() {
+    let mut bench = Bench::new(AdapterMode::SmbusOnly);
+    assert_eq!(
+        bench.rdwr(&[(TARGET, READ, 1, BUFFER)]),
+        Err(Errno::EOPNOTSUPP)
+    );
+    assert_eq!(
+        bench.rdwr(&[]),
+        Err(Errno::EINVAL),
+        "values are looked at first"
+    );
+    assert_eq!(
+        bench.file.read(&mut [0], &mut bench.adapter),
+        Err(Errno::EOPNOTSUPP)
+    );
+    assert_eq!(
+        bench.file.write(&[0], &mut bench.adapter),
+        Err(Errno::EOPNOTSUPP)
+    );
+    assert_eq!(bench.seen(), [""; 0]);
+    assert_eq!(bench.smbus(1, 0x10, smbus_size::BYTE_DATA), Ok(0));
+    assert_eq!(bench.memory.at(DATA, 1), [0xEF]);
+}
+
+#[test]
+fn lost_arbitration_is_tried_again_where_the_driver_says_so() {
+    let lost = Fault::ArbitrationLost;
+    let mut bench = Bench::new(AdapterMode::Pi5);
+    bench.fail_with(&[lost; 3]);
+    assert_eq!(
+        bench.rdwr(&[(TARGET, READ, 1, BUFFER)]),
+        Ok(1),
+        "three retries by default"
+    );
+    bench.fail_with(&[lost; 4]);
+    assert_eq!(bench.rdwr(&[(TARGET, READ, 1, BUFFER)]), Err(Errno::EAGAIN));
+    bench.call(I2C_RETRIES, 0).unwrap();
+    bench.fail_with(&[lost]);
+    assert_eq!(bench.rdwr(&[(TARGET, READ, 1, BUFFER)]), Err(Errno::EAGAIN));
+
+    let mut pi = Bench::new(AdapterMode::Pi);
+    pi.call(I2C_RETRIES, 3).unwrap();
+    pi.fail_with(&[lost]);
+    assert_eq!(
+        pi.rdwr(&[(TARGET, READ, 1, BUFFER)]),
+        Err(Errno::EIO),
+        "a Raspberry Pi knows no arbitration"
+    );
+}
+
+#[test]
+fn retries_are_bounded() {
+    let mut bench = Bench::new(AdapterMode::Pi5);
+    bench
+        .call(I2C_RETRIES, u64::try_from(i32::MAX).unwrap())
+        .unwrap();
+    bench.fail_with(&[Fault::ArbitrationLost; 5000]);
+    assert_eq!(bench.rdwr(&[(TARGET, READ, 1, BUFFER)]), Err(Errno::EAGAIN));
+    assert_eq!(
+        bench.seen().len(),
+        usize::try_from(RETRIES_DONE_MAX).unwrap() + 1
+    );
+}
+
+#[test]
+fn plain_read_and_write_are_one_message_of_at_most_8192_bytes() {
+    let mut bench = Bench::new(AdapterMode::Pi);
+    assert_eq!(bench.file.write(&[0x20, 1, 2], &mut bench.adapter), Ok(3));
+    let mut buffer = [0xEE; 9000];
+    assert_eq!(bench.file.read(&mut buffer, &mut bench.adapter), Ok(8192));
+    assert_eq!(bench.file.write(&[0; 9000], &mut bench.adapter), Ok(8192));
+    assert_eq!(bench.file.read(&mut [], &mut bench.adapter), Ok(0));
+    let seen = bench.seen();
+    assert_eq!(seen[..2], ["W 20 01 02", "R 8192"]);
+    assert_eq!(seen[2].len(), 1 + 3 * 8192);
+    assert_eq!(buffer[8192..], [0xEE; 808]);
+}
+
+/// A fresh file has the address 0, the general call, to which this chip does not listen.
+#[test]
+fn a_fresh_file_has_no_target() {
+    let mut bench = Bench::new(AdapterMode::Pi);
+    bench.file = OpenFile::new(AdapterMode::Pi);
+    assert_eq!(
+        bench.file.read(&mut [0], &mut bench.adapter),
+        Err(Errno::EREMOTEIO)
+    );
+}

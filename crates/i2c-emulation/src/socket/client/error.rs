@@ -1,0 +1,170 @@
+//! Why a client has no answer, as a person, a driver and the bus behind it see it.
+
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use embedded_hal::i2c::{self, ErrorKind, NoAcknowledgeSource};
+
+use crate::adapter::{BusFault, Fault};
+use crate::socket::wire::ByeReason;
+
+/// Why a client has no answer, or not the one it hoped for.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// The bus failed.
+    #[error("{}", fault_text(*fault))]
+    Fault {
+        /// What went wrong on the bus.
+        fault: Fault,
+        /// Messages that were carried out in full before.
+        completed: usize,
+        /// The errno that a program at `/dev/i2c-N` would see; `None` where the adapter hides the fault.
+        errno: Option<i32>,
+    },
+    /// Nothing reached the bus: the adapter, or the server, refused the transfer.
+    #[error("refused: {text}")]
+    Refused {
+        /// The errno that a program at `/dev/i2c-N` would see.
+        errno: i32,
+        /// The reason in words.
+        text: String,
+    },
+    /// The adapter carried out fewer messages than asked, and calls that no error (mode `virtio`).
+    #[error("the adapter carried out {completed} of {messages} messages")]
+    Short {
+        /// Messages that were carried out.
+        completed: usize,
+        /// Messages that were asked for.
+        messages: usize,
+    },
+    /// A transfer of more messages or bytes than any adapter takes.
+    #[error(
+        "{found} {unit}, at most {most} are possible\nhint: cut the transfer into several, if the target allows it"
+    )]
+    TooLong {
+        /// "messages" or "bytes in a message".
+        unit: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// No server answers at the path.
+    #[error("cannot connect to {}: {source}\nhint: start the server first: grideye emulate --scene SCENE --socket {}", path.display(), path.display())]
+    NoServer {
+        /// The socket's path.
+        path: PathBuf,
+        /// What the kernel said.
+        source: io::Error,
+    },
+    /// Whoever answers does not speak the protocol.
+    #[error(
+        "{} does not speak the protocol of i2c-emulation: {what}\nhint: is that the right socket?",
+        path.display()
+    )]
+    NotOurs {
+        /// The socket's path.
+        path: PathBuf,
+        /// What was wrong.
+        what: String,
+    },
+    /// The server turned the client away.
+    #[error("the server at {} turned this client away: {text}{}", path.display(), hint_of(*reason))]
+    TurnedAway {
+        /// The socket's path.
+        path: PathBuf,
+        /// The reason for programs.
+        reason: ByeReason,
+        /// The reason in words.
+        text: String,
+    },
+    /// The server has no bus of this number.
+    #[error("the server at {} has no bus {bus}\nhint: it has {}", path.display(), list(buses))]
+    NoSuchBus {
+        /// The socket's path.
+        path: PathBuf,
+        /// The bus that was asked for.
+        bus: u32,
+        /// The buses that are there.
+        buses: Vec<u32>,
+    },
+    /// No answer came in time. The connection is given up: the answer may still come, and would be taken for another's.
+    #[error(
+        "no answer from {} within {waited:?}\nhint: is the server stopped, or the bus held by another client?",
+        path.display()
+    )]
+    Timeout {
+        /// The socket's path.
+        path: PathBuf,
+        /// How long the client waited.
+        waited: Duration,
+    },
+    /// The connection has ended.
+    #[error("the server at {} went away{}\nhint: start it again, and connect again", path.display(), said.as_ref().map(|text| format!(": {text}")).unwrap_or_default())]
+    ServerGone {
+        /// The socket's path.
+        path: PathBuf,
+        /// What the server said at the end, if it said something.
+        said: Option<String>,
+    },
+}
+
+impl ClientError {
+    pub(super) fn ends_connection(&self) -> bool {
+        matches!(
+            self,
+            Self::NotOurs { .. } | Self::Timeout { .. } | Self::ServerGone { .. }
+        )
+    }
+}
+
+impl BusFault for ClientError {
+    fn fault(&self) -> Fault {
+        match self {
+            Self::Fault { fault, .. } => *fault,
+            Self::Timeout { .. } => Fault::Timeout,
+            Self::Refused { .. } | Self::TooLong { .. } | Self::Short { .. } => Fault::Bus,
+            _ => Fault::Gone,
+        }
+    }
+}
+
+impl i2c::Error for ClientError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Fault { fault, .. } => match fault {
+                Fault::NackAddress => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address),
+                Fault::NackData => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data),
+                Fault::ArbitrationLost => ErrorKind::ArbitrationLoss,
+                Fault::Bus => ErrorKind::Bus,
+                Fault::Timeout | Fault::Gone => ErrorKind::Other,
+            },
+            _ => ErrorKind::Other,
+        }
+    }
+}
+
+const fn fault_text(fault: Fault) -> &'static str {
+    match fault {
+        Fault::NackAddress => "nobody acknowledged the address",
+        Fault::NackData => "the target did not acknowledge a byte",
+        Fault::Bus => "the bus failed",
+        Fault::ArbitrationLost => "another controller won the bus",
+        Fault::Timeout => "the bus was held for too long",
+        Fault::Gone => "the adapter is gone",
+    }
+}
+
+const fn hint_of(reason: ByeReason) -> &'static str {
+    match reason {
+        ByeReason::Version => "\nhint: take client and server of one release",
+        ByeReason::TooManyClients => "\nhint: close clients that are no longer used",
+        _ => "",
+    }
+}
+
+fn list(buses: &[u32]) -> String {
+    let numbers: Vec<String> = buses.iter().map(|number| format!("bus {number}")).collect();
+    numbers.join(", ")
+}

@@ -1,0 +1,69 @@
+//! Why no server could be started, and what to do about it.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Most bytes of a socket's path: `sun_path` has 108, the last of which is zero.
+pub const PATH_BYTES_MAX: usize = 107;
+
+/// Why no server could be started.
+#[derive(Debug, thiserror::Error)]
+pub enum SocketError {
+    /// A live server has this socket.
+    #[error(
+        "{} is in use: another server answers or starts there\nhint: stop that server, or choose another path",
+        path.display()
+    )]
+    InUse {
+        /// The socket's path.
+        path: PathBuf,
+    },
+    /// Something else than a socket has this name.
+    #[error("{} is there already and is no socket\nhint: choose another path; nothing was changed", path.display())]
+    NotASocket {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The folder of the socket is missing.
+    #[error("there is no folder {}\nhint: make it with `mkdir -p`, or choose another path", folder.display())]
+    NoFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A socket's path must be short.
+    #[error(
+        "the path is {bytes} bytes long, a socket's may have {PATH_BYTES_MAX}: {}\nhint: choose a shorter one, such as /tmp/grideye.sock",
+        path.display()
+    )]
+    PathTooLong {
+        /// The path.
+        path: PathBuf,
+        /// Its bytes.
+        bytes: usize,
+    },
+    /// The folder, or the socket that is there already, is not for this user.
+    #[error(
+        "not permitted to make {}: {source}\nhint: choose a folder in which you may make files, such as /tmp or $XDG_RUNTIME_DIR",
+        path.display()
+    )]
+    NotPermitted {
+        /// The socket's path.
+        path: PathBuf,
+        /// What the kernel said.
+        source: io::Error,
+    },
+    /// There is no bus to serve.
+    #[error("no bus to serve\nhint: put at least one into the rack")]
+    NoBus,
+    /// A step failed for another reason.
+    #[error(
+        "cannot make {}: {source}\nhint: the folder must be on a file system with sockets and links, and /proc must be mounted",
+        path.display()
+    )]
+    Failed {
+        /// The socket's path.
+        path: PathBuf,
+        /// What the kernel said.
+        source: io::Error,
+    },
+}

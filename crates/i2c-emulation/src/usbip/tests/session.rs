@@ -1,0 +1,136 @@
+//! Transfers that no kernel sends: malformed, almost right, and arbitrary.
+
+use super::host::*;
+use crate::usbip::{session, wire};
+use proptest::prelude::*;
+use std::io;
+
+/// Everything that a client can get wrong about a header ends the session with its name.
+#[test]
+fn malformed_headers_end_the_session() {
+    let good = submit_bytes(1, OUT, 0, 0, [0; 8]);
+    let with = |at: usize, word: u32| {
+        let mut bytes = good.clone();
+        bytes[at..at + 4].copy_from_slice(&word.to_be_bytes());
+        bytes
+    };
+    for (bytes, expected) in [
+        (with(0, 5), "unknown command 5"),
+        (
+            with(24, 65_536),
+            "a transfer of 65536 bytes, at most 65535 are possible",
+        ),
+        (
+            with(32, 1),
+            "an isochronous transfer of 1 packets to a device that has none",
+        ),
+    ] {
+        let mut stream = Recorded::new(bytes);
+        let mut device = device_on(Registers::default());
+        let error = session::serve(&mut stream, &mut device).unwrap_err();
+        assert_eq!(error.to_string(), expected);
+        assert!(stream.answered.is_empty());
+    }
+    for length in [0, 1, 47] {
+        let mut stream = Recorded::new(good[..length].to_vec());
+        let mut device = device_on(Registers::default());
+        let outcome = session::serve(&mut stream, &mut device);
+        assert_eq!(outcome.is_ok(), length == 0, "{length} bytes and the end");
+    }
+}
+
+/// What a client sent, and what it was answered.
+struct Recorded {
+    sent: io::Cursor<Vec<u8>>,
+    answered: Vec<u8>,
+}
+
+impl Recorded {
+    fn new(sent: Vec<u8>) -> Self {
+        Self {
+            sent: io::Cursor::new(sent),
+            answered: Vec::new(),
+        }
+    }
+}
+
+impl io::Read for Recorded {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.sent.read(buffer)
+    }
+}
+
+impl io::Write for Recorded {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.answered.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Transfers that are almost right: known commands and requests, arbitrary everything else.
+fn almost_a_transfer() -> impl Strategy<Value = Vec<u8>> {
+    let request_type =
+        prop::sample::select(vec![0x00, 0x01, 0x40, 0x41, 0x80, 0x81, 0xA1, 0xC0, 0xC1]);
+    let lengths = (0_u16..40, any::<bool>());
+    (
+        1_u32..4,
+        0_u32..3,
+        request_type,
+        0_u8..12,
+        any::<u16>(),
+        any::<u16>(),
+        lengths,
+    )
+        .prop_map(
+            |(command, direction, request_type, request, value, index, (length, agrees))| {
+                let told = u32::from(length) + u32::from(!agrees);
+                let setup = setup(request_type, request, value & 0x0311, index & 0x1FF, length);
+                let mut bytes = submit_bytes(3, direction, 0, told, setup);
+                bytes[3] = u8::try_from(command).unwrap();
+                if direction != IN && command == 1 {
+                    bytes.resize(bytes.len() + usize::try_from(told).unwrap(), 0x55);
+                }
+                bytes
+            },
+        )
+}
+
+proptest! {
+    #[test]
+    fn arbitrary_bytes_end_in_an_error_and_never_in_a_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let mut stream = Recorded::new(bytes.clone());
+        let mut device = device_on(Registers::default());
+        let outcome = session::serve(&mut stream, &mut device);
+        prop_assert!(outcome.is_err() || bytes.is_empty() || bytes[3] == 1 || bytes[3] == 2);
+        let mut start = [0; 8];
+        start.iter_mut().zip(&bytes).for_each(|(to, from)| *to = *from);
+        let is_request = start[..2] == VERSION && [OP_REQ_IMPORT, OP_REQ_DEVLIST].iter().any(|code| start[2..4] == *code);
+        prop_assert_eq!(wire::Request::parse(&start).is_ok(), is_request);
+    }
+
+    #[test]
+    fn every_transfer_is_answered_once_whatever_it_asks(
+        transfers in prop::collection::vec(almost_a_transfer(), 0..30)
+    ) {
+        let known = transfers.iter().take_while(|bytes| bytes[3] != 3).count();
+        let mut stream = Recorded::new(transfers.concat());
+        let mut device = device_on(Registers::default());
+        let outcome = session::serve(&mut stream, &mut device);
+        prop_assert_eq!(outcome.is_ok(), known == transfers.len());
+        let mut in_order = transfers[..known].iter();
+        let mut answered = stream.answered.as_slice();
+        let mut answers = 0;
+        while !answered.is_empty() {
+            let asked = in_order.next().unwrap();
+            let sends = asked[3] == 1 && asked[15] == 1;
+            let actual = u32::from_be_bytes(answered[24..28].try_into().unwrap());
+            let data = if sends { usize::try_from(actual).unwrap() } else { 0 };
+            answered = &answered[48 + data..];
+            answers += 1;
+        }
+        prop_assert_eq!(answers, known);
+    }
+}
