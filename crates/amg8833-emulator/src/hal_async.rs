@@ -15,9 +15,10 @@ use core::time::Duration;
 use embedded_hal::i2c::{I2c as Blocking, Operation};
 use embedded_hal_async::digital::Wait;
 use embedded_hal_async::i2c::I2c;
+use grideye_frame::TICK;
 
 /// The step in which an emulated clock moves while a sensor that measures nothing is waited for: the sensor's period.
-const IDLE_STEP: Duration = Duration::from_millis(100);
+const IDLE_STEP: Duration = TICK;
 
 /// Ready at once: the emulated bus does its work, and lets its clock pass, within one poll.
 impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {

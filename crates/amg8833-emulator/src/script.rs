@@ -31,6 +31,8 @@ mod error;
 mod parse;
 mod rules;
 mod run;
+#[cfg(feature = "script")]
+mod text;
 
 pub use error::{Place, RULES_MAX, ScriptError};
 #[cfg(feature = "script")]

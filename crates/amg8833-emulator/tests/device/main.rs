@@ -14,6 +14,7 @@ mod interrupts;
 mod power;
 mod properties;
 mod resets;
+mod spoilt;
 mod support;
 mod timing;
 mod wire;

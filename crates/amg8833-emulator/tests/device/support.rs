@@ -1,6 +1,6 @@
 //! A sensor with its bus and clock, and the words of these tests.
 
-use amg8833_emulator::{Address, Bus, Device, ManualClock, Options};
+use amg8833_emulator::{Address, Bus, Device, Fault, ManualClock, Options};
 use core::time::Duration;
 use embedded_hal::i2c::I2c;
 use grideye_frame::{Celsius, Frame};
@@ -135,4 +135,16 @@ pub(crate) fn with_pixel(celsius: f32, number: usize, other: f32) -> Frame {
     let mut frame = uniform(celsius);
     frame.pixels[number - 1] = Celsius::new(other);
     frame
+}
+
+pub(crate) fn broken(fault: Fault) -> Rig {
+    let mut rig = Rig::new(counting);
+    rig.set(300);
+    assert!(rig.bus.set_fault(Address::High, fault));
+    rig
+}
+
+pub(crate) fn mended(rig: &mut Rig) {
+    assert!(rig.bus.clear_fault(Address::High));
+    assert!(rig.bus.faults(Address::High).is_empty());
 }

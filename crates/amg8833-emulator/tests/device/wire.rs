@@ -1,7 +1,8 @@
 //! Reference section 1.2 and 1.3: the transactions of drivers that were run on the real part, byte by byte.
 
 use crate::support::*;
-use amg8833_emulator::{Ack, Device, Options, PastTheEnd, UnspecifiedBits};
+use amg8833_emulator::{Ack, Clock, Device, Options, PastTheEnd, UnspecifiedBits};
+use core::time::Duration;
 use embedded_hal::i2c::{I2c, Operation};
 
 type Sensor = Device<Source>;
@@ -237,4 +238,85 @@ fn probes_are_acknowledged_in_every_mode() {
             .transaction(HIGH, &mut [Operation::Write(&[]), Operation::Read(&mut [])])
             .unwrap();
     }
+}
+
+/// Section 5: bytes, bits and time of one frame with its thermistor.
+#[test]
+fn a_frame_costs_what_the_reference_says() {
+    for (hz, microseconds) in [(100_000, 12_300), (400_000, 3_075)] {
+        let mut rig = Rig::new(constant(20.0)).at_scl(hz);
+        rig.read(0x80, 128);
+        rig.read(0x0E, 2);
+        let traffic = rig.bus.traffic();
+        assert_eq!(
+            (traffic.transactions, traffic.bytes, traffic.bits),
+            (2, 136, 1_230)
+        );
+        assert_eq!(now(&rig), Duration::from_micros(microseconds));
+    }
+
+    let mut rig = Rig::new(constant(20.0)).at_scl(100_000);
+    for register in (0x80..=0xFF).step_by(2).chain([0x0E]) {
+        rig.read(register, 2);
+    }
+    let traffic = rig.bus.traffic();
+    assert_eq!(
+        (traffic.transactions, traffic.bytes, traffic.bits),
+        (65, 325, 3_120)
+    );
+    assert_eq!(now(&rig), Duration::from_micros(31_200));
+
+    let mut rig = Rig::new(constant(20.0)).at_scl(100_000);
+    let (mut thermistor, mut pixels) = ([0; 2], [0; 128]);
+    rig.bus
+        .transaction(
+            HIGH,
+            &mut [
+                Operation::Write(&[0x0E]),
+                Operation::Read(&mut thermistor),
+                Operation::Write(&[0x80]),
+                Operation::Read(&mut pixels),
+            ],
+        )
+        .unwrap();
+    let traffic = rig.bus.traffic();
+    assert_eq!(
+        (traffic.transactions, traffic.bytes, traffic.bits),
+        (1, 136, 1_229)
+    );
+}
+
+/// Section 5, the row of write, STOP, read: 4 transactions, 1,232 bits.
+#[test]
+fn a_stop_in_between_costs_a_bit() {
+    let mut rig = Rig::new(constant(20.0));
+    for (register, count) in [(0x80, 128), (0x0E, 2)] {
+        rig.write(&[register]);
+        rig.bus.read(HIGH, &mut vec![0; count]).unwrap();
+    }
+    let traffic = rig.bus.traffic();
+    assert_eq!(
+        (traffic.transactions, traffic.bytes, traffic.bits),
+        (4, 136, 1_232)
+    );
+    assert_eq!(
+        now(&rig),
+        Duration::ZERO,
+        "without an SCL frequency no time passes"
+    );
+}
+
+#[test]
+fn odd_frequencies_lose_no_time_over_many_transfers() {
+    let mut rig = Rig::new(constant(20.0)).at_scl(333_333);
+    for _ in 0..100 {
+        rig.read(0x80, 128);
+    }
+    let bits = u128::from(rig.bus.traffic().bits);
+    assert_eq!(now(&rig).as_nanos(), bits * 1_000_000_000 / 333_333);
+}
+
+fn now(rig: &Rig) -> Duration {
+    use amg8833_emulator::Clock;
+    rig.bus.clock().now()
 }
