@@ -7,9 +7,9 @@ use crate::bus::sensors::Sensors;
 use crate::bus::wire::{Nobody, Wire, is_read};
 use crate::clock::Clock;
 use crate::device::Device;
+use crate::device::options::Options;
 use crate::fault::active::controller_error;
 use crate::fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet};
-use crate::options::Options;
 use crate::signal::{Address, BusError, InterruptPin, Traffic};
 use crate::source::FrameSource;
 use core::num::NonZeroU32;
@@ -20,9 +20,9 @@ pub use sensors::STEPS_MAX;
 /// A bus with up to two sensors behind `embedded_hal::i2c::I2c`.
 ///
 /// Without an SCL frequency, transactions take no time. With one, every bit is handed to [`Clock::pass`], so that a
-/// frame can fall due in the midst of a transaction, or between two.
+/// frame can fall due within a transaction, or between two.
 ///
-/// Faults come to pass between transactions: one that falls due in the midst of one comes with its STOP. A sensor that is
+/// Faults come to pass between transactions: one that falls due within one comes with its STOP. A sensor that is
 /// let on through [`device_mut`](Self::device_mut) with a time of one's own knows nothing of the faults that fall due
 /// meanwhile; [`advance`](Self::advance) keeps all in order.
 #[derive(Debug)]

@@ -1,14 +1,21 @@
 //! One sensor: what it answers, what it refuses, and what it does as time passes.
 
-use crate::edge::{Edges, PinEdge};
+pub(crate) mod drift;
+pub(crate) mod edge;
+pub(crate) mod measurement;
+pub(crate) mod options;
+pub(crate) mod registers;
+pub(crate) mod ticks;
+
+use crate::device::edge::{Edges, PinEdge};
+use crate::device::measurement::{Averaging, Degrees, FRAMES_AT_ONE_FPS, Progress};
+use crate::device::options::{Options, PastTheEnd, ThermistorUpdate, WarmUp};
+use crate::device::registers::{Effect, Mode, Refusal, Registers};
+use crate::device::ticks::Ticks;
 use crate::fault::FaultSet;
 use crate::fault::active::{Condition, Spoil};
-use crate::measurement::{Averaging, Degrees, FRAMES_AT_ONE_FPS, Progress};
-use crate::options::{Options, PastTheEnd, ThermistorUpdate, WarmUp};
-use crate::registers::{Effect, Mode, Refusal, Registers};
 use crate::signal::{Ack, InterruptPin};
 use crate::source::FrameSource;
-use crate::ticks::Ticks;
 use crate::word;
 use core::time::Duration;
 use grideye_frame::{Frame, PixelIndex};

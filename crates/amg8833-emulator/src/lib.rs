@@ -9,49 +9,36 @@ extern crate std;
 mod bus;
 mod clock;
 mod device;
-mod drift;
-mod edge;
 mod fault;
-#[cfg(feature = "hal-0-2")]
-mod hal_02;
-#[cfg(feature = "async")]
-mod hal_async;
-mod measurement;
+mod hal;
 mod mux;
-mod options;
-mod pin;
-mod registers;
 #[cfg(feature = "alloc")]
 pub mod script;
 mod shared;
 mod signal;
 mod source;
-mod ticks;
 #[cfg(feature = "alloc")]
 pub mod trace;
 #[cfg(not(feature = "alloc"))]
 mod trace;
-mod wait;
 mod word;
-mod words;
 
 pub use bus::{Bus, STEPS_MAX};
 pub use clock::Clock;
 #[cfg(target_has_atomic = "64")]
 pub use clock::ManualClock;
-pub use device::{Device, Refusals, SILENT_START, SLEEP_MIN};
-pub use drift::{CLOCK_ERROR_PPM_MAX, DRIFT_STRETCH_MAX, Drift, DriftCurve, DriftError};
-pub use edge::{EDGES_MAX, Edge, PinEdge};
-pub use fault::active::FAULTS_MAX;
-pub use fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet, Unit};
-pub use mux::{CHANNELS, Mux, MuxAddress};
-pub use options::{
+pub use device::drift::{CLOCK_ERROR_PPM_MAX, DRIFT_STRETCH_MAX, Drift, DriftCurve, DriftError};
+pub use device::edge::{EDGES_MAX, Edge, PinEdge};
+pub use device::options::{
     AfterWake, AverageReadback, CATCH_UP_FRAMES_MAX, InitialReset, InterruptFlag, InterruptOutput,
     Options, OverflowFlag, PastTheEnd, SleepImage, StandBy, StatusClear, ThermistorUpdate,
     UnspecifiedBits, WarmUp, ZeroLevels,
 };
-pub use pin::{IntPin, PinError, WAIT_MAX};
-pub use shared::SharedBus;
+pub use device::{Device, Refusals, SILENT_START, SLEEP_MIN};
+pub use fault::active::FAULTS_MAX;
+pub use fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet, Unit};
+pub use mux::{CHANNELS, Mux, MuxAddress};
+pub use shared::pin::{IntPin, PinError, WAIT_MAX};
+pub use shared::{PinEdges, SharedBus};
 pub use signal::{Ack, Address, BusError, HANG_TIMEOUT, InterruptPin, Traffic};
 pub use source::FrameSource;
-pub use wait::PinEdges;

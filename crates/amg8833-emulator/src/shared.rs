@@ -1,12 +1,17 @@
 //! A handle of a bus that several drivers share.
 
+pub(crate) mod pin;
+mod wait;
+
 use crate::bus::Bus;
 use crate::clock::Clock;
-use crate::pin::IntPin;
+use crate::shared::pin::IntPin;
 use crate::signal::{Address, BusError};
 use crate::source::FrameSource;
 use core::cell::RefCell;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
+
+pub use wait::PinEdges;
 
 /// A bus that a driver holds while a test goes on looking at the sensor, breaking it, or watching its INT pin.
 #[derive(Debug)]

@@ -14,7 +14,7 @@ pub trait FrameSource {
     /// not-a-number counts as an overflow of the converter.
     fn frame_at(&mut self, t: Duration) -> Frame;
 
-    /// The sensor measures anew, and `t` is the time of the first tick whose frame will reach the registers, alone or
+    /// The sensor starts to measure, and `t` is the time of the first tick whose frame will reach the registers, alone or
     /// as part of a mean.
     ///
     /// Called once after power-on and after every initial reset (0x3F), as things stand then: the next

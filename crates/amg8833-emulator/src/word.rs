@@ -1,5 +1,7 @@
 //! How temperatures become register words: AMG88 spec §4-11-9 (thermistor), §4-11-11 (pixels), §4-11-8 (levels).
 
+use grideye_frame::PIXELS;
+
 /// The largest magnitude of both formats: eleven bits.
 const MAGNITUDE_MAX: i32 = 0x7FF;
 /// The twelve bits that carry a value; the upper four of a pair of registers are unspecified and read 0.
@@ -12,6 +14,15 @@ const SIGN: u16 = 0x800;
 pub(crate) struct Word {
     pub(crate) bits: u16,
     pub(crate) overflow: bool,
+}
+
+/// A frame as the registers hold it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Words {
+    pub(crate) pixels: [u16; PIXELS],
+    pub(crate) thermistor: u16,
+    pub(crate) pixel_overflow: bool,
+    pub(crate) thermistor_overflow: bool,
 }
 
 /// 12-bit two's complement in steps of a quarter degree, nearest step, saturating at -512.00 and +511.75.

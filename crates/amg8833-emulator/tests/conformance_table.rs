@@ -88,7 +88,7 @@ fn every_line_of_the_matrix_and_every_section_is_there() {
 /// An option is there because sources or specimens differ, and the page says in what.
 #[test]
 fn every_option_has_its_line() {
-    let source = std::fs::read_to_string("src/options.rs").unwrap();
+    let source = std::fs::read_to_string("src/device/options.rs").unwrap();
     let fields = source.split("pub struct Options {").nth(1).unwrap();
     let fields = fields.split("\n}").next().unwrap();
     let options: BTreeSet<&str> = fields

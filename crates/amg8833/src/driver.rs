@@ -325,7 +325,7 @@ faces!(wait, {
             wait!(self.write_all(&protocol::moving_average(average)))
         }
 
-        /// Whether the moving average is on (AMG88 spec §4-11-7). Doubtful: a user saw it read as off for ever, though
+        /// Whether the moving average is on (AMG88 spec §4-11-7). Doubtful: a user saw it read as off forever, though
         /// after writing it without the key.
         ///
         /// # Errors

@@ -103,7 +103,7 @@ pub enum InvalidLevels {
     Lower(OutOfRange),
     /// The hysteresis does not fit into its register.
     Hysteresis(OutOfRange),
-    /// The lower level is above the upper one: every pixel would be in the table for ever.
+    /// The lower level is above the upper one: every pixel would be in the table forever.
     LowerAboveUpper {
         /// The lower level, rounded to its step.
         lower: Celsius,

@@ -197,7 +197,7 @@ pub struct Configuration {
     pub power: PowerMode,
     /// Frames a second.
     pub frame_rate: FrameRate,
-    /// The moving average as read back; on parts in the field it was seen to read as off for ever.
+    /// The moving average as read back; on parts in the field it was seen to read as off forever.
     pub moving_average: MovingAverage,
     /// The interrupt's pin and mode.
     pub interrupt: InterruptControl,

@@ -83,7 +83,7 @@ pub(crate) fn readable(descriptor: BorrowedFd<'_>) -> libc::pollfd {
     }
 }
 
-/// Waits until one of the descriptors has something to say, for ever or for so many milliseconds; `revents` tells which.
+/// Waits until one of the descriptors has something to say, forever or for so many milliseconds; `revents` tells which.
 pub(crate) fn wait_for_any(
     descriptors: &mut [libc::pollfd],
     timeout_ms: Option<u16>,

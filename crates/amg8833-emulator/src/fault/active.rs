@@ -1,8 +1,8 @@
 //! Which faults are active on one bus, and what they do to one transaction, one byte, one frame.
 
-use crate::fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet, Unit, draw};
+use crate::fault::kind::{Chance, Fault, FaultCounts, FaultKind, FaultSet, Unit, draw};
 use crate::signal::{Address, BusError};
-use crate::words::Words;
+use crate::word::Words;
 use core::num::NonZeroU32;
 use grideye_frame::{PIXELS, PixelIndex};
 

@@ -217,7 +217,7 @@ impl Reader<'_> {
         let word = self
             .number("word", raw.word.as_ref(), 0..=WORD_MAX, hint_for("word"))?
             .unwrap_or_default();
-        let limit = i64::from(crate::drift::CLOCK_ERROR_PPM_MAX);
+        let limit = i64::from(crate::device::drift::CLOCK_ERROR_PPM_MAX);
         let ppm = self.number("ppm", raw.ppm.as_ref(), -limit..=limit, hint_for("ppm"))?;
         let hz = self.number("hz", raw.hz.as_ref(), 1..=u32::MAX.into(), hint_for("hz"))?;
         Ok(match kind {

@@ -97,7 +97,7 @@ fn the_table_belongs_to_the_same_snapshot() {
     assert_eq!(rig.read(0x10, 8), [0xFF; 8]);
 }
 
-/// A flag that is cleared in the transaction in which it rises anew must not be lost.
+/// A flag that is cleared in the transaction in which it rises again must not be lost.
 #[test]
 fn a_frame_that_trips_during_the_clearing_trips_after_it() {
     let mut rig = Rig::new(counting);

@@ -281,7 +281,7 @@ fn faults_act_together_and_the_first_on_the_wire_hides_the_rest() {
     );
     assert_eq!(rig.bus.faults(Address::High).iter().count(), 9);
     mended(&mut rig);
-    assert_eq!(rig.register(0x80), 0x00, "powered on anew");
+    assert_eq!(rig.register(0x80), 0x00, "powered on again");
     assert!(
         !rig.bus.set_fault(Address::Low, Fault::Hang),
         "nobody there"

@@ -125,7 +125,7 @@ fn the_flag_does_not_need_the_pin_and_the_pin_needs_the_flag() {
     assert_eq!(
         pin(&mut rig),
         InterruptPin::Low,
-        "asserted anew by the next frame"
+        "asserted again by the next frame"
     );
     rig.write(&SLEEP);
     assert_eq!(pin(&mut rig), InterruptPin::HighZ);
@@ -154,7 +154,7 @@ fn the_status_clear_register_clears_what_is_selected_and_reads_zero() {
     assert_eq!(rig.word(), 0x7FF, "pixels hold");
     rig.write(&[0x01, 0x31]);
     rig.set(200);
-    assert_eq!(rig.register(0x04), 0x06, "still so: asserted anew");
+    assert_eq!(rig.register(0x04), 0x06, "still so: asserted again");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Faults that spoil what is read: lost pulses, flipped bits, glitches, torn registers; and chances.
 
 use crate::support::*;
-use amg8833_emulator::{Address, BusError, Chance, Clock, Fault, FaultKind};
+use amg8833_emulator::{Address, BusError, Chance, Fault, FaultKind};
 use embedded_hal::i2c::{I2c, NoAcknowledgeSource};
 use grideye_frame::PixelIndex;
 

@@ -1,7 +1,7 @@
 //! Reference section 1.2 and 1.3: the transactions of drivers that were run on the real part, byte by byte.
 
 use crate::support::*;
-use amg8833_emulator::{Ack, Clock, Device, Options, PastTheEnd, UnspecifiedBits};
+use amg8833_emulator::{Ack, Device, Options, PastTheEnd, UnspecifiedBits};
 use core::time::Duration;
 use embedded_hal::i2c::{I2c, Operation};
 

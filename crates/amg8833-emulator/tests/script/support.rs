@@ -18,7 +18,7 @@ pub(crate) const fn ms(milliseconds: u64) -> Duration {
     Duration::from_millis(milliseconds)
 }
 
-/// The tick of number n shows n quarter degrees, up to 2000 and anew.
+/// The tick of number n shows n quarter degrees, up to 2000 and over again.
 pub(crate) fn counting(t: Duration) -> Frame {
     let tick = t.as_millis() / 100 % 2_000;
     Frame::uniform(Celsius::new(f32::from(u16::try_from(tick).unwrap()) / 4.0))

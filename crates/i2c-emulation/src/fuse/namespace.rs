@@ -381,7 +381,7 @@ enum DevEntryKind {
 }
 
 impl DevEntry {
-    /// A folder or file is bound with all that is mounted on it; a link is made anew.
+    /// A folder or file is bound with all that is mounted on it; a link is made again.
     fn steps(self, old_dev: RawFd) -> Result<Vec<Step>, RunError> {
         let path = c_text_of(&[DEV.as_bytes(), b"/", self.name.as_bytes()])?;
         let make = match self.kind {

@@ -157,7 +157,7 @@ impl EmulatedAdapter for EmptyBus {
     }
 }
 
-/// What is to be made, and who is told of it.
+/// What to make, and whom to tell.
 struct Setting<'a> {
     paths: Vec<&'a Path>,
     fuse_device: &'a Path,

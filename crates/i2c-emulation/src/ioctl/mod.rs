@@ -1,6 +1,6 @@
 //! The strict i2c-dev layer: what `/dev/i2c-N` does, without knowing how a caller reaches it.
 //!
-//! It follows the kernel's `i2c-dev.c` and `i2c-core-smbus.c` errno by errno, over any [`EmulatedAdapter`] and any
+//! It follows the kernel's `i2c-dev.c` and `i2c-core-smbus.c` errno by errno, over any [`EmulatedAdapter`](crate::adapter::EmulatedAdapter) and any
 //! [`CallerMemory`]. Three things differ from the kernel, each on purpose:
 //!
 //! * Retries and timeout belong to the open file. The kernel keeps them with the adapter, so that one program changes

@@ -221,7 +221,7 @@ impl Server {
                 let outcome = self.open(file, bus, flags);
                 tell(&stream, outcome).ok()?;
                 outcome.ok()?;
-                // Who reads the token past the library finds its end, instead of waiting for ever.
+                // Who reads the token past the library finds its end, instead of waiting forever.
                 stream.shutdown(Shutdown::Write).ok()?;
                 Some(Guest::Token { stream, file })
             }

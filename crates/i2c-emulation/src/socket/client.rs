@@ -135,7 +135,8 @@ impl Client {
 }
 
 impl EmulatedAdapter for Client {
-    /// A transfer that a bus behind a socket cannot tell from one in its own process; a server that went away is [`Fault::Gone`].
+    /// A transfer that a bus behind a socket cannot tell from one in its own process; a server that went away is
+    /// [`Fault::Gone`](crate::adapter::Fault::Gone).
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
         self.transfer_messages(messages)
             .map_err(|error| TransferError {

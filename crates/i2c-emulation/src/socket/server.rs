@@ -351,7 +351,7 @@ fn write_within(mut stream: &UnixStream, bytes: &[u8], wait: Duration) -> io::Re
     let begin = Instant::now();
     let mut rest = bytes;
     while !rest.is_empty() {
-        // The kernel's time limit starts anew with each part that finds room.
+        // The kernel's time limit starts over with each part that finds room.
         let part = rest.get(..WRITE_BYTES).unwrap_or(rest);
         match stream.write(part) {
             Ok(0) => return Err(io::ErrorKind::WriteZero.into()),

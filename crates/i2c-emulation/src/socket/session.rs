@@ -480,7 +480,7 @@ mod tests {
         }
     }
 
-    /// An adapter that lost arbitration for good ends, as I2C_RETRIES says, and does not try for ever.
+    /// An adapter that lost arbitration for good ends, as I2C_RETRIES says, and does not try forever.
     #[test]
     fn a_lost_arbitration_is_retried_by_the_adapter_and_not_by_the_bare_bus() {
         use std::sync::Arc;

@@ -66,7 +66,7 @@ pub enum UsbipError {
         /// How long was waited.
         waited: Duration,
     },
-    /// The kernel did not let go of a device that was unplugged.
+    /// The kernel did not release a device that was unplugged.
     #[error(
         "port {port} is still in use {waited:?} after the device was unplugged\nhint: end the programs that hold the adapter open, then `usbip detach -p {port}`"
     )]

@@ -31,7 +31,7 @@ pub struct Options {
     pub dev: PathBuf,
     /// Longest wait for the kernel to make an adapter out of the USB device, for each bus.
     pub driver_wait: Duration,
-    /// Longest wait for the kernel to let go of a device that was unplugged, for each bus.
+    /// Longest wait for the kernel to release a device that was unplugged, for each bus.
     pub detach_wait: Duration,
 }
 
@@ -114,7 +114,7 @@ impl Attached {
         outcomes.into_iter().collect()
     }
 
-    /// Unplugs all devices, and waits until the kernel has let go of them. Dropping does the same, and tells no error.
+    /// Unplugs all devices, and waits until the kernel has released them. Dropping does the same, and tells no error.
     ///
     /// # Errors
     /// [`UsbipError::StillAttached`] if it does not.

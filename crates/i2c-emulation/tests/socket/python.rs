@@ -85,7 +85,7 @@ fn each_method_gives_what_smbus2_gives() {
     }
 }
 
-/// With GRIDEYE_RECORD=1 the outputs are recorded anew.
+/// With GRIDEYE_RECORD=1 the outputs are recorded again.
 #[test]
 fn the_recorded_outputs_are_those_of_smbus2() {
     if excused("GRIDEYE_WITHOUT_PYTHON_DRIVERS") {
@@ -200,11 +200,11 @@ fn an_import_line_is_enough_to_replace_smbus2() {
 }
 
 #[test]
-fn trouble_around_the_bus_is_an_error_with_a_number() {
+fn every_error_around_the_bus_has_a_number() {
     let Some(mut python) = python() else { return };
     let mut bench = Bench::new(Options::default());
     let mut child = python
-        .arg(folder("tests/socket/trouble.py"))
+        .arg(folder("tests/socket/errors.py"))
         .arg(&bench.path)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

@@ -2,7 +2,7 @@
 //!
 //! It holds no state of a chip or an open file, only which descriptors may be tokens and a few connections: every call on
 //! a token is handed to the emulator, where the one ioctl layer is. It allocates nothing, takes no lock that a fork or a
-//! signal handler could find taken for ever, and works with the kernel directly, so that it never meets its own
+//! signal handler could find taken forever, and works with the kernel directly, so that it never meets its own
 //! interception or a point of cancellation.
 #![expect(
     unsafe_code,

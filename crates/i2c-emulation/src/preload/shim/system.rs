@@ -149,7 +149,7 @@ fn descriptor_of(result: usize) -> Result<c_int, Errno> {
     c_int::try_from(result).map_err(|_too_large| EBADF)
 }
 
-/// This process's number; asked anew each time, so that it is right after a fork.
+/// This process's number; asked again each time, so that it is right after a fork.
 pub(super) fn own_pid() -> i32 {
     // SAFETY: there are no arguments.
     let pid = unsafe { call(number::GETPID, [0; 6]) };

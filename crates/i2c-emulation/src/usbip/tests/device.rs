@@ -144,7 +144,7 @@ fn a_missing_target_is_told_by_the_status() {
     assert_eq!((read.status, read.actual_length), (0, 128));
     assert_eq!(client.status(), 2);
     assert_eq!(client.write_message(WHOLE, 0x69, &[]), 0);
-    assert_eq!(client.status(), 1, "the next message begins anew");
+    assert_eq!(client.status(), 1, "the next message starts over");
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! The register file: what each address reads, and what a byte written to it asks for (AMG88 spec §4-10, §4-11).
 
-use crate::options::{
+use crate::device::options::{
     AfterWake, AverageReadback, InterruptFlag, InterruptOutput, Options, OverflowFlag, SleepImage,
     StandBy, StatusClear, ThermistorUpdate, UnspecifiedBits, ZeroLevels,
 };
 use crate::signal::InterruptPin;
 use crate::word;
-use crate::words::Words;
+use crate::word::Words;
 use grideye_frame::{PIXELS, PixelIndex};
 
 mod address {
@@ -458,7 +458,7 @@ impl Registers {
     /// The thermistor holds, the pixels go (AMG88 spec of 2016, table of resets in §4-11-2).
     fn reset_initially(&mut self, options: &Options) {
         self.reset_flags();
-        if options.initial_reset == crate::options::InitialReset::RestoresDefaults {
+        if options.initial_reset == crate::device::options::InitialReset::RestoresDefaults {
             *self = Self {
                 thermistor: self.thermistor,
                 ..Self::new(options)

@@ -1,6 +1,6 @@
 //! The sensor's own clock: which tick falls at what time.
 
-use crate::drift::{CLOCK_ERROR_PPM_MAX, Drift};
+use crate::device::drift::{CLOCK_ERROR_PPM_MAX, Drift};
 use core::time::Duration;
 use grideye_frame::TICK;
 
@@ -42,7 +42,7 @@ struct Stretch {
     rise: i32,
     /// ... in this many nanoseconds.
     over_ns: u128,
-    /// How long it lasts; `None` for ever.
+    /// How long it lasts; `None` forever.
     length_ns: Option<u128>,
 }
 

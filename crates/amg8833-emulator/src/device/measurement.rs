@@ -1,8 +1,8 @@
 //! What the array does between two frames in the registers: ticks, the mean of ten, the moving average of two.
 
-use crate::ticks::Ticks;
+use crate::device::ticks::Ticks;
 use crate::word;
-use crate::words::Words;
+use crate::word::Words;
 use core::time::Duration;
 use grideye_frame::{Frame, PIXELS};
 

@@ -3,10 +3,10 @@
 use crate::bus::Bus;
 use crate::clock::Clock;
 use crate::device::Device;
-use crate::edge::Edge;
+use crate::device::edge::Edge;
 use crate::mux::Mux;
-use crate::pin::{IntPin, PinError, WAIT_MAX};
 use crate::shared::SharedBus;
+use crate::shared::pin::{IntPin, PinError, WAIT_MAX};
 use crate::signal::{BusError, InterruptPin};
 use crate::source::FrameSource;
 use core::future::poll_fn;

@@ -3,8 +3,8 @@
 use crate::bus::Bus;
 use crate::clock::Clock;
 use crate::mux::Mux;
-use crate::pin::{IntPin, PinError};
 use crate::shared::SharedBus;
+use crate::shared::pin::{IntPin, PinError};
 use crate::signal::BusError;
 use crate::source::FrameSource;
 use alloc::vec::Vec;

@@ -1,6 +1,6 @@
 //! Where the datasheet and parts in the field disagree: what an emulated sensor does there.
 
-use crate::drift::Drift;
+use crate::device::drift::Drift;
 use core::time::Duration;
 
 /// The default of [`Options::catch_up_frames_max`], a little more than a day's.
@@ -181,7 +181,7 @@ pub enum StandBy {
 pub enum ThermistorUpdate {
     /// It is renewed and averaged with the pixels, and stands still with them during a transaction.
     WithFrame,
-    /// It is renewed with every tick, never averaged, and also in the midst of a transaction, once in each.
+    /// It is renewed with every tick, never averaged, and also within a transaction, once in each.
     EveryTick,
 }
 

@@ -1,4 +1,4 @@
-"""What goes wrong around the bus: `trouble.py SOCKET`. Asks for a stop of the server by a line on standard output."""
+"""What goes wrong around the bus: `errors.py SOCKET`. Asks for a stop of the server by a line on standard output."""
 
 import errno
 import os

@@ -2,8 +2,8 @@
 
 use crate::bus::Bus;
 use crate::clock::Clock;
-use crate::edge::PinEdge;
-use crate::pin::{IntPin, PinError};
+use crate::device::edge::PinEdge;
+use crate::shared::pin::{IntPin, PinError};
 use crate::source::FrameSource;
 use core::time::Duration;
 

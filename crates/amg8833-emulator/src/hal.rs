@@ -1,0 +1,6 @@
+//! The same bus for drivers on other traits than those of `embedded-hal` 1.0.
+
+#[cfg(feature = "async")]
+mod asynchronous;
+#[cfg(feature = "hal-0-2")]
+mod v0_2;
