@@ -325,7 +325,7 @@ fn line_9_the_moving_average_needs_its_key() {
     assert_eq!(
         rig.register(0x07),
         0x00,
-        "another write within the key"
+        "another write between those of the key"
     );
 
     for pair in AVERAGE_KEY {
