@@ -32,6 +32,12 @@ pub fn grideye_agent() -> Command {
     command("grideye-agent")
 }
 
+/// A command that runs `grideye-hardware`, the suite for a real sensor, in the repository's root.
+#[must_use]
+pub fn grideye_hardware() -> Command {
+    command("grideye-hardware")
+}
+
 fn command(name: &str) -> Command {
     let mut command = Command::new(folder().join(name));
     command.current_dir(root());
@@ -74,6 +80,8 @@ pub fn folder() -> &'static Path {
                 "grideye",
                 "-p",
                 "grideye-agent",
+                "-p",
+                "grideye-hardware",
             ])
             .current_dir(root())
             .output()

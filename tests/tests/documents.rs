@@ -61,6 +61,13 @@ const COMMANDS: &[(&str, Kept)] = &[
             "the_demonstration_ends_with_delivery_scores_and_report",
         ),
     ),
+    (
+        "cargo run --release -p grideye-hardware -- device.toml",
+        By(
+            "tests/tests/hardware.rs",
+            "every_check_passes_on_the_emulated_sensor",
+        ),
+    ),
     ("tests/run", Not("it is what runs this test")),
     (
         "cargo run --release -- demo --replay recordings/linaige/Session2_2021-07-01_RoomB_v2.csv --once --speed 20",
@@ -423,6 +430,7 @@ fn documents() -> Vec<PathBuf> {
         "scenes/profiles",
         "recordings",
         "tests/examples/driver-ci",
+        "tests/hardware",
     ];
     let mut documents: Vec<PathBuf> = folders
         .iter()
