@@ -1,7 +1,6 @@
 //! The agent as a whole: a thread for each bus, one for the uploads, and the account of what they did.
 
 use crate::bus::OpenBus;
-use crate::camera::{OpenCamera, read_camera};
 use crate::clock::Clock;
 use crate::config::{BusConfig, Config, SpoolMode};
 use crate::courier::Pace;
@@ -82,11 +81,6 @@ impl AnyBus {
     /// From something that opens a bus. The bus itself is opened on its thread and stays there.
     pub fn new(opener: impl OpenBus + Send + 'static) -> Self {
         Self(Box::new(move |thread| thread.run(opener)))
-    }
-
-    /// From something that opens a camera. The camera itself is opened on its thread and stays there.
-    pub fn camera(opener: impl OpenCamera + Send + 'static) -> Self {
-        Self(Box::new(move |thread| thread.run_camera(opener)))
     }
 }
 
@@ -228,22 +222,16 @@ fn http(
 
 /// What a person who looks at the device wants to know of its configuration.
 fn set_up(agent: &Config, names: &[String], buses: &[(BusConfig, AnyBus)]) -> serde_json::Value {
-    let sensors = buses.iter().flat_map(|(bus, _)| {
-        let is_camera = bus.camera().is_some();
-        bus.sensors.iter().map(move |sensor| (is_camera, sensor))
-    });
+    let sensors = buses.iter().flat_map(|(bus, _)| &bus.sensors);
     let sensors: serde_json::Map<_, _> = names
         .iter()
         .zip(sensors)
-        .map(|(name, (is_camera, sensor))| {
-            let mut set_up = serde_json::json!({
+        .map(|(name, sensor)| {
+            let set_up = serde_json::json!({
                 "part": "AMG8833",
                 "rate_hz": sensor.rate.fps(),
                 "moving_average": sensor.moving_average,
             });
-            if is_camera {
-                set_up["source"] = "v4l2".into();
-            }
             (name.clone(), set_up)
         })
         .collect();
@@ -440,24 +428,6 @@ impl BusThread {
             let _over = Over(&watched);
             worker.run(&self);
         });
-    }
-}
-
-impl BusThread {
-    /// Without a watchdog: a camera is waited for no longer than a stop may take.
-    fn run_camera(self, opener: impl OpenCamera) {
-        let _ended = Ended {
-            running: &self.running,
-            index: self.index,
-        };
-        let what = (&self.config, self.frames_limit);
-        read_camera(
-            opener,
-            what,
-            Arc::clone(&self.clock),
-            self.log.clone(),
-            &self,
-        );
     }
 }
 

@@ -3,7 +3,6 @@
 
 use crate::{FAILED, host_name, joining, read_config, write_stdout};
 use grideye_agent::bus::LinuxBus;
-use grideye_agent::camera::{VideoDevice, check_camera};
 use grideye_agent::check::{self, Report};
 use grideye_agent::cli::{BUS, CONFIG_FILE, CheckArgs};
 use grideye_agent::clock::{Clock, SystemClock};
@@ -100,10 +99,6 @@ fn the_configuration(path: &Path, is_json: bool) -> String {
 
 fn the_sensor(bus: &BusConfig, sensor: &SensorConfig, clock: &Arc<dyn Clock>) -> Report {
     let name = bus.sensor_id(sensor);
-    if let Some(camera) = bus.camera() {
-        let opener = VideoDevice::new(camera, sensor.rate);
-        return check_camera(opener, &name, sensor.rate, clock.as_ref());
-    }
     let opener = LinuxBus::new(&bus.path, [sensor.address.get()]);
     let other = sensor.address.other();
     let is_taken = bus.sensors.iter().any(|sensor| sensor.address == other);

@@ -171,12 +171,12 @@ impl std::fmt::Display for Guarantee {
     }
 }
 
-/// One I2C bus and the sensors on it, or the camera that a driver of the kernel makes of one sensor.
+/// One I2C bus and the sensors on it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BusConfig {
-    /// The bus' device file, or `v4l2:` and that of the camera.
+    /// The bus' device file.
     pub path: PathBuf,
-    /// The sensors, at different addresses; of a camera the one, whose address is the driver's to know.
+    /// The sensors, at different addresses.
     pub sensors: Vec<SensorConfig>,
 }
 
@@ -282,19 +282,9 @@ impl BusConfig {
         }
     }
 
-    /// The camera's device file, if it is one.
-    #[must_use]
-    pub fn camera(&self) -> Option<&Path> {
-        self.path.to_str()?.strip_prefix(CAMERA).map(Path::new)
-    }
-
-    /// The sensor's name among all of this device: `i2c-1:0x69`, or `v4l2-video0` of a camera, so that every record says
-    /// where it comes from.
+    /// The sensor's name among all of this device: `i2c-1:0x69`.
     #[must_use]
     pub fn sensor_id(&self, sensor: &SensorConfig) -> String {
-        if let Some(name) = self.camera().and_then(Path::file_name) {
-            return format!("v4l2-{}", name.to_string_lossy());
-        }
         let bus = self.path.file_name().map_or_else(
             || self.path.to_string_lossy(),
             |name| name.to_string_lossy(),
@@ -315,11 +305,8 @@ impl SensorConfig {
     }
 }
 
-/// Before the device file of a camera.
-const CAMERA: &str = "v4l2:";
-
 const KEYS_HINT: &str = "the keys are device, collector, joined, body, post_every_ms, ring_frames, request_timeout_ms, \
-    [spool], [health] listen, [[bus]] path (and rate_hz of a camera) and [[bus.sensor]] address, rate_hz, moving_average; see firmware-config/agent.toml";
+    [spool], [health] listen, [[bus]] path and [[bus.sensor]] address, rate_hz, moving_average; see firmware-config/agent.toml";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -358,8 +345,6 @@ struct RawHealth {
 #[serde(deny_unknown_fields)]
 struct RawBus {
     path: toml::Spanned<PathBuf>,
-    /// Of a camera alone.
-    rate_hz: Option<toml::Spanned<u64>>,
     #[serde(default)]
     sensor: Vec<RawSensor>,
 }
@@ -669,20 +654,6 @@ fn check_health(
 }
 
 fn check_bus(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, ConfigError> {
-    if raw
-        .path
-        .get_ref()
-        .as_os_str()
-        .as_encoded_bytes()
-        .starts_with(CAMERA.as_bytes())
-    {
-        return check_camera(raw, at, place);
-    }
-    if let Some(rate_hz) = &raw.rate_hz {
-        let hint = "write rate_hz below [[bus.sensor]]: each sensor of a bus has its own";
-        let message = "rate_hz: expected of a camera alone (v4l2:/dev/video0)".to_owned();
-        return Err(place.refuse(rate_hz.span().start, message, hint));
-    }
     if raw.path.get_ref().file_name().is_none() || !Path::new(raw.path.get_ref()).is_absolute() {
         let message = format!(
             "path: expected a device file, found {:?}",
@@ -716,34 +687,6 @@ fn check_bus(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, Con
         path: raw.path.into_inner(),
         sensors,
     })
-}
-
-/// A camera is one sensor, at an address that its driver knows.
-fn check_camera(raw: RawBus, at: usize, place: &Place<'_>) -> Result<BusConfig, ConfigError> {
-    let bus = BusConfig {
-        path: raw.path.get_ref().clone(),
-        sensors: vec![SensorConfig {
-            rate: check_rate(raw.rate_hz, place)?,
-            ..SensorConfig::at(Address::High)
-        }],
-    };
-    if !bus
-        .camera()
-        .is_some_and(|camera| camera.is_absolute() && camera.file_name().is_some())
-    {
-        let message = format!(
-            "path: expected v4l2: and a device file, found {:?}",
-            bus.path
-        );
-        let hint = "for example v4l2:/dev/video0; `v4l2-ctl --list-devices` names the cameras";
-        return Err(place.refuse(raw.path.span().start, message, hint));
-    }
-    if !raw.sensor.is_empty() {
-        let message = "expected no [[bus.sensor]] of a camera".to_owned();
-        let hint = "the kernel's driver knows the address; write rate_hz below [[bus]]";
-        return Err(place.refuse(at, message, hint));
-    }
-    Ok(bus)
 }
 
 fn check_sensor(raw: RawSensor, place: &Place<'_>) -> Result<SensorConfig, ConfigError> {
@@ -815,7 +758,7 @@ mod tests {
     }
 
     /// Found, replaced with, and how the message begins.
-    const REFUSALS: [(&str, &str, &str); 29] = [
+    const REFUSALS: [(&str, &str, &str); 31] = [
         (
             "[[bus]]",
             "health.listen = \"0.0.0.0:8834\"\n[[bus]]",
@@ -895,6 +838,17 @@ mod tests {
             "/dev/i2c-1",
             "i2c-1",
             "agent.toml:3:8: path: expected a device file, found \"i2c-1\"\nhint: on a Raspberry Pi it is /dev/i2c-1",
+        ),
+        // A camera is no bus, and a rate is of a sensor.
+        (
+            "/dev/i2c-1",
+            "v4l2:/dev/video0",
+            "agent.toml:3:8: path: expected a device file, found \"v4l2:/dev/video0\"\nhint: on a Raspberry Pi it is /dev/i2c-1",
+        ),
+        (
+            "[[bus.sensor]]",
+            "rate_hz = 10\n[[bus.sensor]]",
+            "agent.toml:4:1: unknown field `rate_hz`",
         ),
         (
             "address = 0x69",
@@ -1049,49 +1003,6 @@ mod tests {
         );
         let bare = SMALLEST.replace("[[bus.sensor]]\naddress = 0x69", "sensor = []");
         assert!(refusal(&bare).contains("expected at least one [[bus.sensor]]"));
-    }
-
-    #[test]
-    fn a_camera_is_a_bus_of_one_sensor_without_an_address() {
-        let camera = |lines: &str| format!("collector = \"http://c:1\"\n[[bus]]\n{lines}");
-        let text = camera("path = \"v4l2:/dev/video0\"\nrate_hz = 1\n");
-        let config = Config::parse(&text, "agent.toml").unwrap();
-        let bus = &config.buses[0];
-        assert_eq!(bus.camera(), Some(Path::new("/dev/video0")));
-        assert_eq!(
-            (bus.sensors.len(), bus.sensors[0].rate),
-            (1, FrameRate::One)
-        );
-        assert_eq!(bus.sensor_id(&bus.sensors[0]), "v4l2-video0");
-        assert_eq!(
-            BusConfig::with_one_sensor("/dev/i2c-1", Address::High).camera(),
-            None
-        );
-        for (lines, expected) in [
-            (
-                "path = \"v4l2:video0\"\n",
-                "agent.toml:3:8: path: expected v4l2: and a device file",
-            ),
-            (
-                "path = \"v4l2:/\"\n",
-                "path: expected v4l2: and a device file",
-            ),
-            (
-                "path = \"v4l2:/dev/video0\"\n[[bus.sensor]]\naddress = 0x69\n",
-                "expected no [[bus.sensor]] of a camera",
-            ),
-            (
-                "path = \"v4l2:/dev/video0\"\nrate_hz = 5\n",
-                "rate_hz: expected 10 or 1, found 5",
-            ),
-            (
-                "path = \"/dev/i2c-1\"\nrate_hz = 1\n[[bus.sensor]]\naddress = 0x69\n",
-                "rate_hz: expected of a camera alone",
-            ),
-        ] {
-            let said = refusal(&camera(lines));
-            assert!(said.contains(expected), "{said}");
-        }
     }
 
     #[test]

@@ -16,7 +16,6 @@
 //! * [`sampler`] follows the sensor's own clock: it finds the moment of update from what it reads, keeps its reads
 //!   behind it and counts the sensor's frames, so that none is recorded twice and a missed one is a row of its own.
 //! * [`bus`] opens a bus and says what its errors mean; [`bus::LinuxBus`] is `/dev/i2c-N`, an emulated bus is another.
-//! * [`camera`] takes frames from a driver of the kernel that holds the sensor, `/dev/videoN`.
 //! * [`ring`] holds what is not yet known to be durable and keeps the account: read = acknowledged + dropped + spooled.
 //! * [`worker`] is the thread of one bus: it does what the samplers of its sensors want done.
 //! * [`watch`] sees that a transfer does not come back, and lists what is missed meanwhile.
@@ -54,7 +53,6 @@
 
 pub mod agent;
 pub mod bus;
-pub mod camera;
 pub mod check;
 pub mod cli;
 pub mod clock;

@@ -6,7 +6,6 @@ mod joining;
 use anyhow::Context as _;
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError, Summary};
 use grideye_agent::bus::LinuxBus;
-use grideye_agent::camera::VideoDevice;
 use grideye_agent::cli::{self, Command, LogFormat, RunArgs};
 use grideye_agent::clock::SystemClock;
 use grideye_agent::config::{BusConfig, CONFIG_BYTES_MAX, Config, SpoolMode};
@@ -154,9 +153,6 @@ fn exit_code(summary: &Summary) -> ExitCode {
 }
 
 fn linux_bus(bus: &BusConfig) -> AnyBus {
-    if let (Some(camera), Some(sensor)) = (bus.camera(), bus.sensors.first()) {
-        return AnyBus::camera(VideoDevice::new(camera, sensor.rate));
-    }
     let addresses = bus.sensors.iter().map(|sensor| sensor.address.get());
     AnyBus::new(LinuxBus::new(&bus.path, addresses))
 }
