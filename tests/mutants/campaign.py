@@ -29,15 +29,15 @@ AREAS = {
         ["-p amg8833-emulator --lib --test device", "-p amg8833-emulator --tests"],
     ),
     "sampler": (
-        [AGENT + "sampler.rs", AGENT + "sampler/**"],
-        ["-p grideye-agent --lib -- sampler phase", "-p grideye-agent --test agent -- acquisition faults hung clocks"],
+        [AGENT + "sampler/**"],
+        ["-p grideye-agent --lib -- sampler", "-p grideye-agent --test agent -- acquisition faults hung clocks"],
     ),
     "ring": (
-        [AGENT + "ring.rs"],
+        [AGENT + "queue/ring.rs", AGENT + "queue/stream.rs"],
         ["-p grideye-agent --lib -- ring", "-p grideye-agent --test agent -- delivery held spool"],
     ),
     "spool": (
-        [AGENT + "spool.rs", AGENT + "spool/**"],
+        [AGENT + "spool/**"],
         ["-p grideye-agent --lib -- spool", "-p grideye-agent --test agent -- spool files outage"],
     ),
     "store": (

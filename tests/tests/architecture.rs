@@ -189,6 +189,7 @@ const WITHOUT_CIRCLES: &[&str] = &[
     "i2c-emulation",
     "grideye-recording",
     "grideye-scene",
+    "grideye-agent",
 ];
 
 /// A module's path within its crate; the root's is empty.

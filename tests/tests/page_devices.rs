@@ -1,6 +1,6 @@
 //! The page's view of the devices: how each one does, and what to do about it.
 
-use grideye_agent::{courier, keeper, ring, sampler, spool};
+use grideye_agent::{deliver, queue, sampler, spool};
 use grideye_frame::NoData;
 use grideye_recording::wire::LOST_IN_MEMORY;
 use grideye_tests::live_page::{
@@ -12,14 +12,14 @@ use std::cell::Cell;
 
 /// What an agent counts beside the reasons of missing frames.
 const COUNTED: [&str; 17] = [
-    courier::BACKLOG_FORBIDDEN,
-    keeper::SPOOL_DISK_FULL,
-    keeper::SPOOL_FAILED,
-    keeper::SPOOL_READ_ONLY,
-    keeper::SPOOL_SLOW,
-    ring::OTHER_FAULTS,
-    ring::RING_FULL,
-    ring::ROWS_DROPPED,
+    deliver::BACKLOG_FORBIDDEN,
+    deliver::SPOOL_DISK_FULL,
+    deliver::SPOOL_FAILED,
+    deliver::SPOOL_READ_ONLY,
+    deliver::SPOOL_SLOW,
+    queue::OTHER_FAULTS,
+    queue::RING_FULL,
+    queue::ROWS_DROPPED,
     sampler::BUS_HUNG,
     sampler::COUNT_ESTIMATED,
     sampler::GAP_NOT_LISTED,

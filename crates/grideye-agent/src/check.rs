@@ -1,11 +1,11 @@
 //! The one-shot self-test: is the sensor there, does it measure, and if not, what to do about it.
 
-use crate::bus::OpenBus;
+use crate::advice;
+use crate::bus::{Delay, OpenBus, Sensor, Sink, Worker, reason, settings};
 use crate::clock::Clock;
 use crate::config::SensorConfig;
 use crate::log::Log;
-use crate::worker::{self, Delay, Sensor, Sink, Worker};
-use amg8833::{Address, Amg8833, word};
+use amg8833::{Address, Amg8833, FrameRate, word};
 use embedded_hal::i2c::ErrorType;
 use grideye_frame::{COLUMNS, NoData, RawFrame, Reading};
 use grideye_recording::Record;
@@ -106,45 +106,6 @@ pub fn check<O: OpenBus>(
     report
 }
 
-/// What to do about a fault of this kind.
-#[must_use]
-pub fn hint(reason: NoData) -> &'static str {
-    match reason {
-        NoData::Nack => {
-            "nobody answers at this address: most boards are 0x69, with AD_SELECT at GND 0x68 (`i2cdetect -y 1` shows it); \
-             check 3.3 V, GND, SDA on pin 3 and SCL on pin 5: or are SDA and SCL exchanged?"
-        }
-        NoData::BusTimeout => {
-            "SDA or SCL is held low: look for a short circuit, for SDA and SCL exchanged, or for a board without supply; take \
-             other devices off the bus, and switch the sensor's supply off and on. The pull-ups go to 3.3 V, never to 5 V"
-        }
-        NoData::Unplugged => {
-            "the bus adapter is gone: plug it in again, or enable I2C (dtparam=i2c_arm=on) and restart"
-        }
-        NoData::ShortTransfer => {
-            "the adapter transferred less than asked for: no device answers, or the adapter's driver is at fault"
-        }
-        NoData::StuckHigh => {
-            "every byte reads 0xff: SDA is not connected, or the sensor has no supply"
-        }
-        NoData::AllZero => {
-            "every pixel reads zero: the sensor sleeps or does not measure; switch its supply off and on"
-        }
-        NoData::Frozen => "the sensor answers but measures no more: switch its supply off and on",
-        NoData::WrongConfiguration | NoData::NotReady => {
-            "the sensor loses its settings: its supply fails for moments; check the 3.3 V line and its wires"
-        }
-        NoData::HostStalled => {
-            "this computer was too busy to read in time; the sensor itself is well"
-        }
-        NoData::BusError => {
-            "the transfer broke down: shorten the wires, check the pull-ups (2.2 to 10 kOhm, to 3.3 V and never to 5 V: power \
-             the board from pin 1, not from pins 2 or 4), lower i2c_arm_baudrate; \
-             an adapter that knows SMBus only cannot read this sensor"
-        }
-    }
-}
-
 /// Opens the bus and sets the sensor up.
 fn answers<O: OpenBus>(
     opener: &mut O,
@@ -157,21 +118,21 @@ fn answers<O: OpenBus>(
     let mut last = None;
     for _ in 0..SET_UP_ATTEMPTS {
         let mut driver = Amg8833::new(&mut bus, config.address);
-        let settings = worker::settings(config);
+        let settings = settings(config);
         let outcome = driver
             .init(&mut Delay(clock), &settings)
             .and_then(|()| driver.configuration());
         match outcome {
             Ok(_) => return Ok(()),
             Err(error) => {
-                let reason = worker::reason(opener, &error);
+                let reason = reason(opener, &error);
                 let trouble = Trouble {
                     error: format!(
                         "the sensor at {} does not answer: {reason} ({})",
                         config.address,
                         first_line(&said(opener, &error))
                     ),
-                    hint: hint(reason).to_owned(),
+                    hint: advice::sensor::hint(reason).to_owned(),
                 };
                 last = Some((reason, trouble));
             }
@@ -244,7 +205,7 @@ fn watch<O: OpenBus>(
     config: &SensorConfig,
     clock: &Arc<dyn Clock>,
 ) -> Watched {
-    let frames = if config.rate == amg8833::FrameRate::One {
+    let frames = if config.rate == FrameRate::One {
         FRAMES_AT_1_HZ
     } else {
         FRAMES
@@ -294,7 +255,7 @@ fn trouble_with(records: &[Record], errors: &BTreeMap<String, u64>) -> Option<Tr
     };
     Some(Trouble {
         error: format!("{error}: {reason}"),
-        hint: hint(reason).to_owned(),
+        hint: advice::sensor::hint(reason).to_owned(),
     })
 }
 

@@ -159,6 +159,11 @@ pub(crate) fn signed_ns(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
+/// The time that so many nanoseconds are; none where they are negative.
+pub(crate) fn duration(ns: i64) -> Duration {
+    Duration::from_nanos(u64::try_from(ns).unwrap_or(0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,23 +7,27 @@
 //!   /dev/i2c-3 ── bus thread ──┘            └──────┘ ◀───────── └──────────┘ ◀────────────────
 //!                 sampler c                 bounded   durable                 durable_through
 //!                                             │  ▲
-//!                                      keeper ▼  │ backlog
+//!                                     spooler ▼  │ backlog
 //!                                           ┌───────┐
 //!                                           │ spool │ segments on a disk: what waits too long, or everything
 //!                                           └───────┘
 //! ```
 //!
+//! Each folder is a floor, and imports go down only. From the bottom:
+//!
+//! * [`limits`], [`advice`] (what to do about a failure), [`log`] and [`clock`] are what all the others use.
+//! * [`join`] is how the agent comes to know its collector: token, and the authority of its certificate.
+//! * [`config`] is what the agent is told to do.
 //! * [`sampler`] follows the sensor's own clock: it finds the moment of update from what it reads, keeps its reads
 //!   behind it and counts the sensor's frames, so that none is recorded twice and a missed one is a row of its own.
-//! * [`bus`] opens a bus and says what its errors mean; [`bus::LinuxBus`] is `/dev/i2c-N`, an emulated bus is another.
-//! * [`ring`] holds what is not yet known to be durable and keeps the account: read = acknowledged + dropped + spooled.
-//! * [`worker`] is the thread of one bus: it does what the samplers of its sensors want done.
-//! * [`watch`] sees that a transfer does not come back, and lists what is missed meanwhile.
-//! * [`spool`] keeps on a disk what waits too long for the collector, and [`keeper`] brings it there.
-//! * [`join`] is how the agent comes to know its collector: token, and the authority of its certificate.
-//! * [`courier`] decides what goes to the collector when; [`upload`] posts it and is not stopped by a hung bus.
+//! * [`bus`] opens a bus and reads its sensors on a thread of its own, with a watchdog for a transfer that does not come
+//!   back; [`bus::LinuxBus`] is `/dev/i2c-N`, an emulated bus is another.
+//! * [`batch`] is what goes to the collector in one post.
+//! * [`spool`] stores on a disk what waits too long for the collector.
+//! * [`queue`] is what waits in memory, in a [`queue::Ring`] with the account: read = acknowledged + dropped + spooled.
+//! * [`deliver`] decides what goes to the collector when, posts it, and writes to the spool what has to wait.
 //! * [`health`] tells supervisors on this machine how all that goes.
-//! * [`agent`] puts them together; [`check`] is the one-shot self-test for a person with a soldering iron.
+//! * [`check`] is the one-shot self-test for a person with a soldering iron, [`agent`] puts everything together.
 //! * [`cli`] is the command line of the program, for whoever parses it and for whoever documents it.
 //!
 //! Time comes from a [`clock::Clock`] that is handed in: the system's in the program, an emulated one in tests.
@@ -51,24 +55,20 @@
 //! # Ok::<(), grideye_agent::config::ConfigError>(())
 //! ```
 
+mod address;
+pub mod advice;
 pub mod agent;
+pub mod batch;
 pub mod bus;
 pub mod check;
 pub mod cli;
 pub mod clock;
 pub mod config;
-pub mod courier;
+pub mod deliver;
 pub mod health;
 pub mod join;
-pub mod keeper;
+pub mod limits;
 pub mod log;
-pub mod parcel;
-mod phase;
-pub mod ring;
+pub mod queue;
 pub mod sampler;
-pub mod shared;
 pub mod spool;
-pub mod transport;
-pub mod upload;
-pub mod watch;
-pub mod worker;

@@ -1,6 +1,6 @@
 //! The figures as Prometheus' families.
 
-use super::{Look, SensorLook};
+use super::look::{Look, SensorLook};
 use grideye_recording::ClockState;
 use grideye_recording::prometheus::Text;
 use std::collections::BTreeMap;

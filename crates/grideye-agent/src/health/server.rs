@@ -1,6 +1,6 @@
 //! Two pages over HTTP/1.1, for one caller after the other, on this machine alone.
 
-use super::Health;
+use super::status::Health;
 use grideye_recording::prometheus::CONTENT_TYPE;
 use std::io::{self, Read as _, Write as _};
 use std::net::{IpAddr, TcpListener, TcpStream};

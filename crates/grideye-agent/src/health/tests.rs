@@ -1,10 +1,16 @@
+//! What the pages show, and how they are asked.
+
+use super::look::{Look, SensorLook};
 use super::*;
-use crate::ring::Ring;
+use crate::queue::{Delivery, Observed, Ring, Seen, Shared};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::wire::Account;
 use grideye_recording::{ClockState, Record, Stamp};
+use serde_json::Value;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::time::Instant;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 const NAMES: [&str; 2] = ["i2c-1:0x68", "i2c-1:0x69"];
 

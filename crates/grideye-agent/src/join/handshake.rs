@@ -1,7 +1,10 @@
 //! One handshake with a collector that is known by its pin alone, to learn its authority's certificate.
 
-use super::{ClientCertificate, NotJoined, Pin, base64};
-use crate::transport::{certificate_hint, in_handshake};
+use super::base64;
+use super::credentials::ClientCertificate;
+use super::error::NotJoined;
+use super::pin::Pin;
+use crate::advice::network::{certificate_hint, in_handshake};
 use rustls::client::WebPkiServerVerifier;
 use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
 use rustls::crypto::CryptoProvider;

@@ -1,11 +1,11 @@
 //! One row for each frame of the sensor: the frames that were read, and the reasons for those that were not.
 
-use super::{
-    COUNT_ESTIMATED, Event, FROZEN_FRAMES, GAP_NOT_LISTED, GLITCH_PIXEL, ROWS_PER_GAP_MAX, Read,
-    SET_UP_PAUSE, SETTINGS_EVERY, Sampler, Seen, State, THERMISTOR_LATE, duration,
-};
-use crate::clock::signed_ns;
-use crate::phase::Ns;
+use super::event::{COUNT_ESTIMATED, Event, GAP_NOT_LISTED, GLITCH_PIXEL, THERMISTOR_LATE};
+use super::limits::{FROZEN_FRAMES, ROWS_PER_GAP_MAX, SET_UP_PAUSE, SETTINGS_EVERY};
+use super::machine::{Sampler, State};
+use super::phase::Ns;
+use super::read::{Read, Seen};
+use crate::clock::{duration, signed_ns};
 use grideye_frame::{NoData, Reading};
 use std::time::Duration;
 

@@ -1,10 +1,10 @@
 //! Which frame is it that was read: an old one, a new one, and which new one.
 
-use super::{
-    Event, FIRST_FRAME_PERIODS, GUARD, LATE_READS, LIVELY_FRAMES, OUT_OF_STEP, Pending, Read,
-    STILL_FRAMES, Sampler, Seen, State,
-};
-use crate::phase::{Ns, OutOfStep, Period, Phase, Window};
+use super::event::{Event, OUT_OF_STEP};
+use super::limits::{FIRST_FRAME_PERIODS, GUARD, LATE_READS, LIVELY_FRAMES, STILL_FRAMES};
+use super::machine::{Sampler, State};
+use super::phase::{Ns, OutOfStep, Period, Phase, Window};
+use super::read::{Pending, Read, Seen};
 use grideye_frame::NoData;
 
 impl Sampler {

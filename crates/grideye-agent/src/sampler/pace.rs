@@ -1,11 +1,12 @@
 //! When to read next.
 
-use super::{
+use super::limits::{
     FAULTS_BEFORE_SET_UP, GUARD, NARROW, PROBE_EVERY, PROBE_LEAD, RETRIES_PER_FRAME,
-    RETRY_PAUSE_MAX, SET_UP_PAUSE_MAX, Sampler, State,
+    RETRY_PAUSE_MAX, SET_UP_PAUSE_MAX,
 };
+use super::machine::{Sampler, State};
+use super::phase::Ns;
 use crate::clock::signed_ns;
-use crate::phase::Ns;
 use grideye_frame::NoData;
 
 impl Sampler {

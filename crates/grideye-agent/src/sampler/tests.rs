@@ -1,9 +1,17 @@
 //! The sampler against a model of a sensor's registers: updates on a clock of its own, held back while a read is
 //! under way, and a host that is late.
 
-use super::*;
+use super::content::Content;
+use super::event::*;
+use super::limits::*;
+use super::machine::{Sampler, State};
+use super::phase::{Ns, Phase, Window};
+use super::read::{Pending, Read};
+use crate::clock::{duration, signed_ns};
+use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
 use grideye_frame::{PIXELS, PixelWord};
 use proptest::prelude::*;
+use std::time::Duration;
 
 const MS: Ns = 1_000_000;
 

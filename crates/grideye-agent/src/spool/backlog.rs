@@ -1,10 +1,11 @@
 //! The backlog: which records wait on the disk, and how they come out again, oldest first.
 
+use super::index::Spool;
+use super::limits::{EXTENTS_MAX, READS_MAX, SEGMENT_READ_MAX, SPOOL_FULL};
+use super::name::name_of;
 use super::segment::{Entries, Entry};
-use super::{
-    Content, Dropped, EXTENTS_MAX, Place, READS_MAX, SEGMENT_READ_MAX, SPOOL_FULL, Spool, name_of,
-};
-use crate::parcel::{Item, Lane, Parcel};
+use super::types::{Content, Dropped};
+use crate::batch::{Batch, Item, Lane, Place};
 use grideye_recording::StreamId;
 use std::io;
 use std::sync::Arc;
@@ -29,7 +30,7 @@ impl Spool {
     /// # Errors
     /// What the disk said. After [`READS_MAX`] of them the segment is set aside and its frames are counted as
     /// [`SPOOL_DAMAGED`](super::SPOOL_DAMAGED), so that the rest goes on.
-    pub fn next_parcel(&mut self, records_max: usize) -> io::Result<Option<Parcel>> {
+    pub fn next_batch(&mut self, records_max: usize) -> io::Result<Option<Batch>> {
         if !self.unread.is_empty() {
             return Ok(None);
         }
@@ -48,14 +49,14 @@ impl Spool {
             let items = self.items(segment, from, &bytes, records_max);
             if let Some(first) = items.first() {
                 let (device, boot) = (first.stream.device.clone(), first.stream.boot.clone());
-                return Ok(Some(Parcel {
+                return Ok(Some(Batch {
                     lane: Lane::Disk,
                     device,
                     boot,
                     items,
                 }));
             }
-            self.give_up(segment, "what was written is not what is read");
+            self.quarantine_unreadable(segment, "what was written is not what is read");
         }
         Ok(None)
     }
@@ -177,7 +178,7 @@ impl Spool {
             segment.failed_reads
         });
         if failed.is_some_and(|failed| failed >= READS_MAX) {
-            self.give_up(segment, &error.to_string());
+            self.quarantine_unreadable(segment, &error.to_string());
         }
     }
 

@@ -1,8 +1,9 @@
 //! Where the backlog begins: noted on the disk before anything in front of it is removed.
 
 use super::disk::replace;
+use super::index::Spool;
 use super::state::{Cursor, STATE, State};
-use super::{Place, Spool};
+use crate::batch::Place;
 use grideye_recording::StreamId;
 use grideye_recording::wire::Account;
 use std::collections::BTreeSet;

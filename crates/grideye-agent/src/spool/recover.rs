@@ -1,8 +1,13 @@
 //! What a start makes of what the runs before left on the disk.
 
+use super::disk::{OpenError, QUARANTINE};
+use super::index::Spool;
+use super::limits::{RUNS_MAX, SEGMENT_READ_MAX};
+use super::name::{name_of, number_of};
 use super::segment::{Entries, Entry, Fault, HEADER_BYTES, VERSION, check_header};
-use super::state::{Count, RUNS_MAX, Run, STATE, STATE_BYTES_MAX, STATE_VERSION, State};
-use super::{OpenError, Place, QUARANTINE, SEGMENT_READ_MAX, Segment, Spool, name_of, number_of};
+use super::state::{Count, Run, STATE, STATE_BYTES_MAX, STATE_VERSION, State};
+use super::types::Segment;
+use crate::batch::Place;
 use grideye_recording::StreamId;
 use grideye_recording::wire::Account;
 use std::sync::Arc;
@@ -133,7 +138,7 @@ impl Spool {
                 return;
             }
             Err(fault) => {
-                self.set_segment_aside(number, &fault);
+                self.quarantine_segment(number, &fault);
                 return;
             }
         };
@@ -155,7 +160,7 @@ impl Spool {
                     whole = end;
                 }
                 Err(fault) => {
-                    self.set_rest_aside(number, whole, &bytes[whole..], &fault);
+                    self.quarantine_rest(number, whole, &bytes[whole..], &fault);
                     break;
                 }
             }
@@ -233,7 +238,7 @@ impl Spool {
         let _ = self.disk.remove(&name_of(number));
     }
 
-    fn set_segment_aside(&mut self, number: u64, fault: &Fault) {
+    fn quarantine_segment(&mut self, number: u64, fault: &Fault) {
         let name = name_of(number);
         let aside = format!("{QUARANTINE}/{name}");
         let moved = self.disk.rename(&name, &aside);
@@ -246,7 +251,7 @@ impl Spool {
     }
 
     /// The rest is kept under a name that says where it was, so that setting it aside twice is setting it aside once.
-    fn set_rest_aside(&mut self, number: u64, whole: usize, rest: &[u8], fault: &Fault) {
+    fn quarantine_rest(&mut self, number: u64, whole: usize, rest: &[u8], fault: &Fault) {
         let name = name_of(number);
         let aside = format!("{QUARANTINE}/{name}-from-byte-{whole}");
         let kept = self.check_quarantine_room(rest.len()).and_then(|()| {

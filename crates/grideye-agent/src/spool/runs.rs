@@ -1,8 +1,9 @@
 //! The runs that are over, and what the collector has not yet heard of them.
 
+use super::index::Spool;
 use super::state::{Count, Run};
-use super::{Content, Spool};
-use crate::parcel::{Lane, Parcel};
+use super::types::Content;
+use crate::batch::{Batch, Lane};
 use grideye_recording::StreamId;
 use grideye_recording::wire::Account;
 use std::collections::BTreeMap;
@@ -21,9 +22,9 @@ impl Spool {
         Some(run.sensors.iter().map(account).collect())
     }
 
-    /// An empty parcel of a run that is over, has nothing on disk, and has not been told of yet.
+    /// An empty batch of a run that is over, has nothing on disk, and has not been told of yet.
     #[must_use]
-    pub fn ended_run(&self) -> Option<Parcel> {
+    pub fn ended_run(&self) -> Option<Batch> {
         if !self.unread.is_empty() {
             return None;
         }
@@ -31,7 +32,7 @@ impl Spool {
             .runs
             .iter()
             .find(|run| !self.holds_any_of(run) && !self.held.contains(&run.boot))?;
-        Some(Parcel {
+        Some(Batch {
             lane: Lane::Disk,
             device: run.device.clone(),
             boot: run.boot.clone(),

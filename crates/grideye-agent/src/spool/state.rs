@@ -12,8 +12,6 @@ use std::collections::BTreeMap;
 pub(super) const STATE: &str = "state";
 /// The longest state that is read.
 pub(super) const STATE_BYTES_MAX: usize = 16 << 20;
-/// Ended runs that are remembered; of more, the oldest that have nothing on disk are forgotten, and that is said.
-pub const RUNS_MAX: usize = 1000;
 
 /// The version of the state that is written, and the only one that is read.
 pub(super) const STATE_VERSION: u32 = 1;

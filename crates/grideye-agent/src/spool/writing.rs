@@ -1,20 +1,16 @@
 //! Writing: groups of records into the segment that is being written, and room for them.
 
-use super::segment::{self, Encoder};
+use super::index::Spool;
+use super::limits::SPOOL_FULL;
+use super::name::name_of;
+use super::segment::{Encoder, HEADER_BYTES};
 use super::state::Cursor;
-use super::{Place, SPOOL_FULL, Spool, Written, name_of};
+use super::types::{Writing, Written};
+use crate::batch::Place;
 use grideye_recording::wire::Account;
 use grideye_recording::{Record, StreamId};
 use std::io;
 use std::sync::Arc;
-
-/// The segment that is being written.
-#[derive(Debug)]
-pub(super) struct Writing {
-    encoder: Encoder,
-    pub(super) end: u64,
-    is_named_on_disk: bool,
-}
 
 impl Spool {
     /// Writes records, oldest first, behind the accounts of their streams, and syncs them.
@@ -107,7 +103,7 @@ impl Spool {
         }
         let mut places = Vec::new();
         // The first record's place takes in what stands before it, so that the places of two groups adjoin.
-        let mut from = begin.max(segment::HEADER_BYTES_U64);
+        let mut from = begin.max(u64::try_from(HEADER_BYTES).unwrap_or(u64::MAX));
         for (id, record) in records {
             let (_, stream) = writing.encoder.record(&mut bytes, id, record);
             let to = at(&bytes);

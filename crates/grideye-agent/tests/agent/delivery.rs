@@ -204,7 +204,7 @@ fn batches_are_bounded_a_backlog_is_sent_without_pauses_and_the_connection_is_ke
             .batches
             .iter()
             .all(|batch| batch.sensors[0].frames.len()
-                <= grideye_agent::courier::BACKLOG_RECORDS_MAX)
+                <= grideye_agent::deliver::BACKLOG_RECORDS_MAX)
     );
     assert!(
         store
@@ -430,7 +430,7 @@ fn an_agent_with_nothing_to_say_still_shows_that_it_is_there() {
         posts,
         1,
         "one account at the start, the next after {:?}",
-        grideye_agent::courier::HEARTBEAT_EVERY
+        grideye_agent::deliver::HEARTBEAT_EVERY
     );
     assert!(agent.stop(Duration::from_secs(5)).is_complete());
     let store = collector.store.lock().unwrap();

@@ -3,11 +3,11 @@
 use crate::model_disk::ModelDisk;
 use crate::spool::record;
 use grideye_agent::config::SpoolMode;
-use grideye_agent::courier::{BACKLOG_FORBIDDEN, Courier, HELD_FOR, Pace, Post, Posted};
-use grideye_agent::keeper::Keeper;
+use grideye_agent::deliver::Spooler;
+use grideye_agent::deliver::{BACKLOG_FORBIDDEN, HELD_FOR, Pace, Post, Posted, Scheduler};
 use grideye_agent::log::{Level, Log};
-use grideye_agent::ring::Ring;
-use grideye_agent::shared::Shared;
+use grideye_agent::queue::Ring;
+use grideye_agent::queue::Shared;
 use grideye_agent::spool::{Limits, Spool};
 use grideye_recording::wire::{Acknowledgement, Batch};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -57,8 +57,8 @@ impl Post for Line {
 struct Agent {
     ns: Arc<AtomicU64>,
     shared: Arc<Shared>,
-    keeper: Keeper,
-    courier: Courier<Line>,
+    spooler: Spooler,
+    scheduler: Scheduler<Line>,
     lines: Arc<Mutex<Vec<(Level, String)>>>,
 }
 
@@ -89,8 +89,8 @@ impl Agent {
         let log = Log::new(move |level, line| written.lock().unwrap().push((level, line.into())));
         let mode = SpoolMode::Outage { after: AFTER };
         Self {
-            keeper: Keeper::new(Arc::clone(&shared), mode, Log::silent()),
-            courier: Courier::new(line.clone(), pace, Arc::clone(&shared), Box::new(now), log),
+            spooler: Spooler::new(Arc::clone(&shared), mode, Log::silent()),
+            scheduler: Scheduler::new(line.clone(), pace, Arc::clone(&shared), Box::new(now), log),
             ns,
             shared,
             lines,
@@ -103,8 +103,8 @@ impl Agent {
             let ns = self.ns.fetch_add(100_000_000, Ordering::SeqCst);
             let now = Duration::from_nanos(ns);
             self.shared.with_ring(|ring| ring.push(0, record(seq), now));
-            self.keeper.step(now);
-            self.courier.step();
+            self.spooler.step(now);
+            self.scheduler.step();
         }
     }
 
@@ -112,8 +112,8 @@ impl Agent {
     fn wait(&mut self, time: Duration) {
         for _ in 0..time.as_secs() * 2 {
             let ns = self.ns.fetch_add(500_000_000, Ordering::SeqCst);
-            self.keeper.step(Duration::from_nanos(ns));
-            self.courier.step();
+            self.spooler.step(Duration::from_nanos(ns));
+            self.scheduler.step();
         }
     }
 
@@ -135,7 +135,7 @@ fn a_disk_of_the_old_name(line: &Line) -> ModelDisk {
     line.0.lock().unwrap().forbids = Some("old");
     let mut agent = Agent::start(&disk, line, "old", "b1");
     agent.run(0..100);
-    agent.keeper.finish(Duration::from_secs(20));
+    agent.spooler.finish(Duration::from_secs(20));
     disk
 }
 
@@ -208,7 +208,7 @@ fn a_token_that_is_good_for_nothing_is_a_failure_like_any_other_and_holds_nothin
     let mut agent = Agent::start(&disk, &line, "pi", "b1");
     agent.run(0..300);
     assert_eq!(agent.errors(), None);
-    assert!(agent.courier.failures() > 0);
+    assert!(agent.scheduler.failures() > 0);
     let said = agent.said(Level::Warning);
     assert!(
         said.len() == 1 && said[0].contains("records wait: the collector forbids it, status 403"),

@@ -9,6 +9,7 @@
 mod acquisition;
 mod check;
 mod clocks;
+mod config;
 mod delivery;
 mod faults;
 mod files;

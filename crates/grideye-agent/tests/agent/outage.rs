@@ -1,13 +1,15 @@
-//! Days without a collector (hours, unless `GRIDEYE_ALL_SEEDS` is set), and the catching up, in virtual time: ring, keeper, spool and courier as the agent runs them.
+//! Days without a collector (hours, unless `GRIDEYE_ALL_SEEDS` is set), and the catching up, in virtual time: ring, spooler, spool and scheduler as the agent runs them.
 
 use crate::model_disk::ModelDisk;
 use crate::spool::record;
 use grideye_agent::config::SpoolMode;
-use grideye_agent::courier::{BACKLOG_RECORDS_MAX, BATCH_RECORDS_MAX, Courier, Pace, Post, Posted};
-use grideye_agent::keeper::Keeper;
+use grideye_agent::deliver::Spooler;
+use grideye_agent::deliver::{
+    BACKLOG_RECORDS_MAX, BATCH_RECORDS_MAX, Pace, Post, Posted, Scheduler,
+};
 use grideye_agent::log::Log;
-use grideye_agent::ring::Ring;
-use grideye_agent::shared::Shared;
+use grideye_agent::queue::Ring;
+use grideye_agent::queue::Shared;
 use grideye_agent::spool::{Limits, SPOOL_FULL, Spool};
 use grideye_recording::wire::{Acknowledgement, Batch, Gap};
 use std::collections::BTreeMap;
@@ -159,10 +161,10 @@ impl Books {
 struct Agent {
     time: Time,
     shared: Arc<Shared>,
-    keeper: Keeper,
-    courier: Courier<Collector>,
+    spooler: Spooler,
+    scheduler: Scheduler<Collector>,
     books: Arc<Mutex<Books>>,
-    courier_at: u64,
+    scheduler_at: u64,
     next: u64,
 }
 
@@ -190,25 +192,25 @@ impl Agent {
         let timed = time.clone();
         let now = Box::new(move || (timed.now(), timed.ns()));
         Self {
-            keeper: Keeper::new(Arc::clone(&shared), mode, Log::silent()),
-            courier: Courier::new(collector, pace, Arc::clone(&shared), now, Log::silent()),
+            spooler: Spooler::new(Arc::clone(&shared), mode, Log::silent()),
+            scheduler: Scheduler::new(collector, pace, Arc::clone(&shared), now, Log::silent()),
             time,
             shared,
             books,
-            courier_at: 0,
+            scheduler_at: 0,
             next: 0,
         }
     }
 
-    /// Reads a frame every 100 ms, looks at the spool every 500 ms, and lets the courier do what is due.
+    /// Reads a frame every 100 ms, looks at the spool every 500 ms, and lets the scheduler do what is due.
     fn run(&mut self, seconds: u64) {
         let until = self.next + 10 * seconds;
         while self.next < until {
             let at = self.next * 100 * MS;
-            while self.courier_at <= at {
-                self.time.0.fetch_max(self.courier_at, Ordering::SeqCst);
-                let pause = self.courier.step();
-                self.courier_at = self.time.ns() + u64::try_from(pause.as_nanos()).unwrap();
+            while self.scheduler_at <= at {
+                self.time.0.fetch_max(self.scheduler_at, Ordering::SeqCst);
+                let pause = self.scheduler.step();
+                self.scheduler_at = self.time.ns() + u64::try_from(pause.as_nanos()).unwrap();
             }
             self.time.0.fetch_max(at, Ordering::SeqCst);
             let now = self.time.now();
@@ -216,7 +218,7 @@ impl Agent {
             self.shared
                 .with_ring(|ring| ring.push(0, record(next), now));
             if self.next % 5 == 0 {
-                self.keeper.step(now);
+                self.spooler.step(now);
             }
             self.next += 1;
         }
@@ -357,7 +359,7 @@ fn an_account_in_doubt_when_the_agent_stops_is_not_taken_for_the_last_word() {
     let after = Duration::from_secs(10);
     let mut agent = Agent::new(SpoolMode::Outage { after }, Limits::new(1 << 30, 0), 4);
     agent.with_books(|books| books.loses_every = Some(1));
-    agent.courier.step();
+    agent.scheduler.step();
     agent.with_books(|books| books.loses_every = None);
     agent.time.0.fetch_max(S, Ordering::SeqCst);
     let now = agent.time.now();
@@ -367,7 +369,7 @@ fn an_account_in_doubt_when_the_agent_stops_is_not_taken_for_the_last_word() {
             .with_ring(|ring| ring.push(0, record(seq), now));
     }
     let left = Duration::from_secs(9);
-    let rounds = (0..9).take_while(|_| !agent.courier.flush(left)).count();
+    let rounds = (0..9).take_while(|_| !agent.scheduler.flush(left)).count();
     assert_eq!(
         rounds, 2,
         "the account in doubt, the frames, and the last account"

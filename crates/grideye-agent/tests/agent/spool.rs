@@ -7,11 +7,11 @@ mod model;
 mod power;
 
 use crate::model_disk::{Failure, ModelDisk, Tear};
-use grideye_agent::parcel::{Item, Parcel};
+use grideye_agent::batch::{Batch, Item};
 use grideye_agent::spool::segment::{Encoder, FRAME_BYTES};
 use grideye_agent::spool::{Limits, QUARANTINE, READS_MAX, SPOOL_DAMAGED, SPOOL_FULL, Spool};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
-use grideye_recording::wire::{Account, Batch};
+use grideye_recording::wire::{self, Account};
 use grideye_recording::{ClockState, Record, Stamp, StreamId};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -122,16 +122,16 @@ type Delivered = Vec<(String, String, u64)>;
 /// Takes everything out, batch by batch, and checks every record.
 fn drain(spool: &mut Spool, records_max: usize) -> Delivered {
     let mut delivered = Vec::new();
-    while let Some(parcel) = spool.next_parcel(records_max).unwrap() {
-        assert!(parcel.items.len() <= records_max);
+    while let Some(batch) = spool.next_batch(records_max).unwrap() {
+        assert!(batch.items.len() <= records_max);
         assert!(
-            parcel
+            batch
                 .items
                 .iter()
-                .all(|item| item.stream.boot == parcel.boot)
+                .all(|item| item.stream.boot == batch.boot)
         );
-        delivered.extend(parcel.items.iter().map(checked));
-        let (_, returned) = spool.release(parcel.items);
+        delivered.extend(batch.items.iter().map(checked));
+        let (_, returned) = spool.release(batch.items);
         assert!(returned.is_empty());
         spool.tidy(&BTreeSet::new(), false).unwrap();
     }
@@ -178,7 +178,7 @@ fn the_next_run_delivers_what_is_left_first_and_speaks_for_the_run_that_ended() 
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..30);
-    let first = spool.next_parcel(10).unwrap().unwrap();
+    let first = spool.next_batch(10).unwrap().unwrap();
     spool.release(first.items);
     spool.checkpoint(&BTreeSet::new(), &[]).unwrap();
     drop(spool);
@@ -186,7 +186,7 @@ fn the_next_run_delivers_what_is_left_first_and_speaks_for_the_run_that_ended() 
     let mut spool = open(&disk, "b2");
     // Until it is known what is there, nothing is said of it.
     assert!(!spool.is_recovered() && !spool.is_empty());
-    assert_eq!(spool.next_parcel(10).unwrap(), None);
+    assert_eq!(spool.next_batch(10).unwrap(), None);
     assert_eq!(spool.ended_run(), None);
     while spool.recover() {}
     spool_group(&mut spool, "b2", 0, 0..5);
@@ -226,8 +226,8 @@ fn a_run_that_left_nothing_on_the_disk_is_told_of_all_the_same_and_only_once() {
     let disk = ModelDisk::default();
     drop(reopen(&disk, "b1"));
     let mut spool = reopen(&disk, "b2");
-    let parcel = spool.ended_run().unwrap();
-    assert_eq!((parcel.boot.as_str(), parcel.items.len()), ("b1", 0));
+    let batch = spool.ended_run().unwrap();
+    assert_eq!((batch.boot.as_str(), batch.items.len()), ("b1", 0));
     assert_eq!(spool.ended_accounts("b1").unwrap().len(), 2);
     spool.told("b1");
     assert_eq!(spool.ended_run(), None);
@@ -274,7 +274,7 @@ fn a_cursor_into_a_segment_that_is_gone_costs_the_next_run_nothing() {
     let disk = ModelDisk::default();
     let mut spool = reopen(&disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..9);
-    let first = spool.next_parcel(6).unwrap().unwrap();
+    let first = spool.next_batch(6).unwrap().unwrap();
     spool.release(first.items);
     spool.checkpoint(&BTreeSet::new(), &[]).unwrap();
     assert_eq!(drain(&mut spool, 100).len(), 3);
@@ -295,15 +295,12 @@ fn what_the_collector_refuses_is_kept_as_it_can_be_posted_and_the_rest_goes_on()
         spool_group(&mut spool, "b1", 0, 0..3);
     }
     let mut spool = reopen(&disk, "b2");
-    let parcel = spool.next_parcel(1).unwrap().unwrap();
-    spool.set_aside(&parcel.items[0], "refused-422").unwrap();
+    let batch = spool.next_batch(1).unwrap().unwrap();
+    spool.quarantine(&batch.items[0], "refused-422").unwrap();
     assert_eq!(of(&drain(&mut spool, 9), "b1", 0), [1, 2]);
     let line = disk.bytes("quarantine/refused-b1.jsonl");
-    let batch = Batch::from_json(
-        line.strip_suffix(b"\n").unwrap(),
-        &grideye_recording::wire::Limits::default(),
-    )
-    .unwrap();
+    let batch = wire::Batch::from_json(line.strip_suffix(b"\n").unwrap(), &wire::Limits::default())
+        .unwrap();
     assert_eq!(
         (batch.boot.as_str(), batch.sensors[0].frames[0]),
         ("b1", record(0))

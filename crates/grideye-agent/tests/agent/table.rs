@@ -6,10 +6,10 @@ use amg8833_emulator::{
 };
 use embedded_hal::i2c::I2c as _;
 use grideye_agent::bus::{OpenBus, OpenError};
+use grideye_agent::bus::{Sink, read_bus};
 use grideye_agent::clock::Clock;
 use grideye_agent::config::{BusConfig, SensorConfig};
 use grideye_agent::log::Log;
-use grideye_agent::worker::{Sink, read_bus};
 use grideye_frame::{Celsius, Frame, NoData, PIXELS, PixelWord, RawFrame, Reading};
 use grideye_recording::{ClockState, Record};
 use std::cell::{Cell, RefCell};

@@ -1,7 +1,6 @@
 //! When the next read is set, and which frame a read is taken for: each rule by itself, by hand.
 
 use super::*;
-use crate::phase::Window;
 
 const PERIOD: Ns = 100 * MS;
 

@@ -1,6 +1,6 @@
 //! How a segment is read, whatever is in it.
 
-use super::{
+use super::layout::{
     ACCOUNT, Entry, FRAME, Fault, HEADER_BYTES, MAGIC, PAYLOAD_BYTES_MAX, PREFIX_BYTES, STREAM,
     VERSION, crc32c,
 };

@@ -1,6 +1,6 @@
 //! How a segment is written.
 
-use super::{
+use super::layout::{
     ACCOUNT, COUNTS_MAX, FRAME, FRAME_BYTES, HEADER_BYTES, MAGIC, STREAM, VERSION, crc32c,
 };
 use grideye_frame::Reading;

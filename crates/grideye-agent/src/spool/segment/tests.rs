@@ -1,7 +1,12 @@
+//! What is written into a segment is read back, and what was damaged is not.
+
+use super::layout::{ACCOUNT, FRAME, STREAM};
 use super::*;
-use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
-use grideye_recording::{ClockState, Stamp};
+use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::wire::Account;
+use grideye_recording::{ClockState, Record, Stamp, StreamId};
 use proptest::prelude::*;
+use std::sync::Arc;
 
 fn id(boot: &str) -> Arc<StreamId> {
     Arc::new(StreamId {

@@ -2,10 +2,11 @@
 
 use super::*;
 use grideye_agent::config::SpoolMode;
-use grideye_agent::keeper::{Keeper, SPOOL_SLOW, SYNC_MAX};
+use grideye_agent::deliver::{SPOOL_SLOW, Spooler};
+use grideye_agent::limits::SYNC_MAX;
 use grideye_agent::log::{Level, Log};
-use grideye_agent::ring::Ring;
-use grideye_agent::shared::Shared;
+use grideye_agent::queue::Ring;
+use grideye_agent::queue::Shared;
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -118,15 +119,15 @@ fn a_segment_that_cannot_be_read_is_set_aside_after_some_attempts_and_the_rest_g
     assert_eq!(group.len(), 30);
     disk.fail(Some(Failure::Io));
     for _ in 1..READS_MAX {
-        assert!(spool.next_parcel(9).is_err());
+        assert!(spool.next_batch(9).is_err());
     }
     disk.fail(None);
     assert!(
-        spool.next_parcel(9).unwrap().is_some(),
+        spool.next_batch(9).unwrap().is_some(),
         "a read that works again is no reason"
     );
     disk.fail(Some(Failure::Io));
-    assert!(spool.next_parcel(9).is_err());
+    assert!(spool.next_batch(9).is_err());
     disk.fail(None);
     let lost: u64 = spool
         .take_dropped()
@@ -151,7 +152,7 @@ fn the_dropped_part_of_a_post_in_doubt_comes_back_into_the_count() {
     let sensors = SENSORS.map(String::from);
     let mut spool = Spool::open(Box::new(disk), small, "pi", "b1", &sensors).unwrap();
     spool_group(&mut spool, "b1", 0, 0..5);
-    let posted: Parcel = spool.next_parcel(5).unwrap().unwrap();
+    let posted: Batch = spool.next_batch(5).unwrap().unwrap();
     spool_group(&mut spool, "b1", 0, 5..40);
     let dropped: u64 = spool
         .take_dropped()
@@ -176,7 +177,7 @@ fn so_does_that_of_a_run_that_is_over() {
     drop(spool);
     let mut spool = Spool::open(Box::new(disk), small, "pi", "b2", &sensors).unwrap();
     while spool.recover() {}
-    let posted = spool.next_parcel(5).unwrap().unwrap();
+    let posted = spool.next_batch(5).unwrap().unwrap();
     spool_group(&mut spool, "b2", 0, 0..40);
     let dropped = |spool: &Spool| {
         let accounts = spool.ended_accounts("b1").unwrap();
@@ -204,14 +205,14 @@ fn a_disk_slower_than_what_is_stated_is_counted_and_said_once_until_it_gets_wors
     let mode = SpoolMode::Always {
         sync_every: Duration::from_secs(1),
     };
-    let mut keeper = Keeper::new(Arc::clone(&shared), mode, log);
+    let mut spooler = Spooler::new(Arc::clone(&shared), mode, log);
     let mut seqs = 0..;
     let mut write = |sync_takes: Duration, times: u32| {
         disk.slow_down(sync_takes);
         for seq in seqs.by_ref().take(usize::try_from(times).unwrap()) {
             let now = Duration::from_secs(seq);
             shared.with_ring(|ring| ring.push(1, record(seq), now));
-            keeper.step(now);
+            spooler.step(now);
         }
         let accounts = shared.with_ring(|ring| ring.accounts());
         // It is the disk of all sensors, of those that gave nothing too.

@@ -17,7 +17,7 @@ fn leave_a_spool(disk: &ModelDisk) {
     let mut spool = reopen(disk, "b1");
     spool_group(&mut spool, "b1", 0, 0..9);
     spool_group(&mut spool, "b1", 1, 0..4);
-    let first = spool.next_parcel(3).unwrap().unwrap();
+    let first = spool.next_batch(3).unwrap().unwrap();
     spool.release(first.items);
     spool.checkpoint(&BTreeSet::new(), &[]).unwrap();
     drop(spool);

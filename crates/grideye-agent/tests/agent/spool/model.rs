@@ -66,8 +66,8 @@ proptest! {
                     model.durable.extend(spool_group(&mut spool, &boot, sensor, from..to));
                 }
                 Action::Deliver { records_max } => {
-                    if let Ok(Some(parcel)) = spool.next_parcel(records_max) {
-                        for item in &parcel.items {
+                    if let Ok(Some(batch)) = spool.next_batch(records_max) {
+                        for item in &batch.items {
                             let (boot, sensor, seq) = checked(item);
                             let sensor = SENSORS.iter().position(|name| *name == sensor).unwrap();
                             let model = models.get_mut(&(boot, sensor)).unwrap();
@@ -75,7 +75,7 @@ proptest! {
                             *model.delivered.entry(seq).or_default() += 1;
                             model.order.push(seq);
                         }
-                        let (_, returned) = spool.release(parcel.items);
+                        let (_, returned) = spool.release(batch.items);
                         prop_assert!(returned.is_empty());
                     }
                 }

@@ -19,11 +19,11 @@ fn live(disk: &ModelDisk) -> (Vec<u64>, Vec<u64>) {
         }
         next += 7;
         if round % 2 == 1 {
-            let Ok(Some(parcel)) = spool.next_parcel(9) else {
+            let Ok(Some(batch)) = spool.next_batch(9) else {
                 return (durable, delivered);
             };
-            delivered.extend(parcel.items.iter().map(|item| item.record.seq));
-            spool.release(parcel.items);
+            delivered.extend(batch.items.iter().map(|item| item.record.seq));
+            spool.release(batch.items);
             if spool.tidy(&BTreeSet::new(), round == 3).is_err() {
                 return (durable, delivered);
             }

@@ -1,0 +1,61 @@
+//! What to do about a collector that gives no answer.
+
+use std::io;
+
+/// What a person can do where no answer came. Begins with a line break; empty where there is nothing to say.
+#[must_use]
+pub fn hint(error: &ureq::Error) -> &'static str {
+    use std::io::ErrorKind;
+    match error {
+        ureq::Error::HostNotFound => NAME_HINT,
+        // The resolver's failures are an `io::Error` without a number or a kind of their own.
+        ureq::Error::Io(error) if error.to_string().contains("lookup") => NAME_HINT,
+        ureq::Error::Io(error) if error.kind() == ErrorKind::ConnectionRefused => {
+            "\nhint: is `grideye collect` running there, on this port? On its own it listens on loopback alone; other machines \
+             reach it with --listen 0.0.0.0:8833, and this agent joins it with the line that `grideye enroll DEVICE` prints"
+        }
+        // What the handshake fails with comes as an `io::Error` too.
+        ureq::Error::Io(error) if in_handshake(error).is_some() => in_handshake(error)
+            .and_then(certificate_hint)
+            .unwrap_or(TLS_HINT),
+        ureq::Error::Io(_) | ureq::Error::Timeout(_) | ureq::Error::ConnectionFailed => {
+            "\nhint: is the network up, is this the collector's address, and does its firewall let the port through?"
+        }
+        ureq::Error::Rustls(error) => certificate_hint(error).unwrap_or(TLS_HINT),
+        ureq::Error::Tls(_) => TLS_HINT,
+        _ => "",
+    }
+}
+
+/// What TLS says, where that is why reading or writing failed.
+pub(crate) fn in_handshake(error: &io::Error) -> Option<&rustls::Error> {
+    error.get_ref()?.downcast_ref()
+}
+
+/// What a person can do about a certificate of the right authority that is refused all the same. Begins with a line break.
+pub(crate) fn certificate_hint(error: &rustls::Error) -> Option<&'static str> {
+    use rustls::CertificateError as Refused;
+    let rustls::Error::InvalidCertificate(refused) = error else {
+        return None;
+    };
+    match refused {
+        Refused::Expired
+        | Refused::ExpiredContext { .. }
+        | Refused::NotValidYet
+        | Refused::NotValidYetContext { .. } => Some(CLOCK_HINT),
+        Refused::NotValidForName | Refused::NotValidForNameContext { .. } => {
+            Some(CERTIFICATE_NAME_HINT)
+        }
+        _ => None,
+    }
+}
+
+const CLOCK_HINT: &str = "\nhint: what this machine's clock says decides that: see `timedatectl`. A Raspberry Pi has no battery clock, \
+     and wants a network with NTP; if the clock is right, the collector needs a certificate that is valid now";
+
+const CERTIFICATE_NAME_HINT: &str = "\nhint: the collector's certificate is for another name than the agent calls it by: start it with \
+     `--host-name NAME`, or print a line with a name that stands in it: `grideye enroll DEVICE --url https://NAME:PORT`";
+
+const TLS_HINT: &str = "\nhint: the collector must show a certificate of the authority that this agent joined; if that was made anew, join again";
+
+const NAME_HINT: &str = "\nhint: is the host's name right, and the network up? An address such as 192.168.1.20 needs no name";

@@ -1,0 +1,114 @@
+//! A batch: the records of one post to the collector, and where they are stored until it has them.
+
+use grideye_frame::Reading;
+use grideye_recording::wire::{self, Account, Acknowledgement, SensorBatch};
+use grideye_recording::{Record, StreamId};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Where a record is on the disk: its bytes, and those before it since the record before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// The segment.
+    pub segment: u64,
+    /// The first byte.
+    pub from: u64,
+    /// The byte behind the last.
+    pub to: u64,
+    /// The stream's index in the segment.
+    pub(crate) stream: u16,
+}
+
+/// Where a batch's records are held until they are acknowledged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lane {
+    /// In memory, and what a person at the page waits for.
+    Live,
+    /// In memory, left over from an outage.
+    Late,
+    /// On the spool's disk.
+    Disk,
+}
+
+/// One record, and where it is on the disk if it is there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Item {
+    /// Whose.
+    pub stream: Arc<StreamId>,
+    /// The record.
+    pub record: Record,
+    /// Its bytes in the spool.
+    pub place: Option<Place>,
+}
+
+impl Item {
+    /// Whether it carries pixels; otherwise it says why there are none.
+    #[must_use]
+    pub fn is_frame(&self) -> bool {
+        matches!(self.record.reading, Reading::Frame(_))
+    }
+}
+
+/// The records of one post, all of one run, oldest first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Batch {
+    /// Where they are held.
+    pub lane: Lane,
+    /// The agent's name in that run.
+    pub device: String,
+    /// The run.
+    pub boot: String,
+    /// The records.
+    pub items: Vec<Item>,
+}
+
+impl Batch {
+    /// The body of the post, with these accounts: a sensor without records has its account alone.
+    #[must_use]
+    pub fn to_wire(&self, accounts: &BTreeMap<String, Account>) -> wire::Batch {
+        let mut sensors: BTreeMap<&str, SensorBatch> = BTreeMap::new();
+        let empty = |sensor: &str, account| SensorBatch {
+            sensor: sensor.to_owned(),
+            account,
+            frames: Vec::new(),
+        };
+        for (sensor, account) in accounts {
+            sensors.insert(sensor, empty(sensor, Some(account.clone())));
+        }
+        for item in &self.items {
+            let sensor = item.stream.sensor.as_str();
+            let batch = sensors.entry(sensor).or_insert_with(|| empty(sensor, None));
+            batch.frames.push(item.record);
+        }
+        wire::Batch {
+            device: self.device.clone(),
+            boot: self.boot.clone(),
+            t_sent_boot_ns: None,
+            sensors: sensors.into_values().collect(),
+        }
+    }
+
+    /// The two halves, of which the first is to go first.
+    #[must_use]
+    pub fn halves(mut self) -> (Self, Self) {
+        let rest = self.items.split_off(self.items.len() / 2);
+        let second = Self {
+            lane: self.lane,
+            device: self.device.clone(),
+            boot: self.boot.clone(),
+            items: rest,
+        };
+        (self, second)
+    }
+}
+
+/// Whether this answer says that the record, which was in the post, is on the collector's disk.
+///
+/// It vouches for nothing that was not in the post: its list of gaps is bounded.
+#[must_use]
+pub fn is_durable(answer: &Acknowledgement, item: &Item) -> bool {
+    let (sensor, seq) = (&item.stream.sensor, item.record.seq);
+    let through = answer.durable_through.get(sensor);
+    let is_gap = |gap: &wire::Gap| gap.sensor == *sensor && (gap.from..=gap.to).contains(&seq);
+    through.is_some_and(|through| seq <= *through) && !answer.gaps.iter().any(is_gap)
+}

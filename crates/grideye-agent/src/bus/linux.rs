@@ -1,0 +1,283 @@
+//! A bus of Linux, `/dev/i2c-N`.
+
+use super::errno::{EACCES, EBUSY, ENOENT, EPERM, by_errno};
+use super::open::{OpenBus, OpenError};
+use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, Operation};
+use grideye_frame::NoData;
+use i2cdev::core::{I2CMessage as _, I2CTransfer as _};
+use i2cdev::linux::{LinuxI2CError, LinuxI2CMessage};
+use linux_embedded_hal::I2cdev;
+use std::fmt;
+use std::io;
+use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
+
+/// Where the kernel shows its adapters, each under its device file's name.
+const ADAPTERS: &str = "/sys/class/i2c-adapter";
+/// How much faster than the device tree says the clock may be.
+const SCL_MARGIN: NonZeroU32 = match NonZeroU32::new(2) {
+    Some(margin) => margin,
+    None => NonZeroU32::MIN,
+};
+
+/// Opens `/dev/i2c-N`.
+#[derive(Debug, Clone)]
+pub struct LinuxBus {
+    path: PathBuf,
+    addresses: Vec<u8>,
+}
+
+impl LinuxBus {
+    /// The bus behind a device file, for the sensors at these 7-bit addresses.
+    pub fn new(path: impl Into<PathBuf>, addresses: impl IntoIterator<Item = u8>) -> Self {
+        Self {
+            path: path.into(),
+            addresses: addresses.into_iter().collect(),
+        }
+    }
+}
+
+impl OpenBus for LinuxBus {
+    type Bus = LinuxI2c;
+
+    fn open(&mut self) -> Result<LinuxI2c, OpenError> {
+        let devices = self.addresses.iter().map(|address| {
+            let refused = |error| open_error(&self.path, *address, error);
+            let mut device = I2cdev::new(&self.path).map_err(refused)?;
+            device
+                .set_slave_address(u16::from(*address))
+                .map_err(refused)?;
+            Ok((*address, device))
+        });
+        Ok(LinuxI2c {
+            devices: devices.collect::<Result<_, OpenError>>()?,
+        })
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// What the device tree says, and twice that to be sure: on a Raspberry Pi the clock that SCL is divided from may
+    /// be raised after the divider was set. Adapters without a device tree say nothing.
+    fn scl_hz_max(&self) -> Option<NonZeroU32> {
+        let name = self.path.file_name()?.to_str()?;
+        scl_hz_in(Path::new(ADAPTERS), name).map(|hz| hz.saturating_mul(SCL_MARGIN))
+    }
+
+    /// A USB adapter that was pulled out fails with EIO for as long as it is held open; that its device file is gone
+    /// tells it from a bus in trouble. Letting go at once matters: until then, the kernel takes no other USB device on.
+    fn classify(&self, error: &LinuxError) -> NoData {
+        match error.reason() {
+            NoData::BusError if !self.path.exists() => NoData::Unplugged,
+            reason => reason,
+        }
+    }
+
+    fn describe(&self, error: &LinuxError) -> String {
+        error.to_string()
+    }
+}
+
+/// An open `/dev/i2c-N`: the device file once for each address, as the kernel's interface wants it.
+///
+/// The transfers go past [`I2cdev`]'s own `I2c` to the device in it: that one drops the number of messages which the
+/// kernel really transferred, so that a stale buffer passes as a fresh frame, and opens the file anew at each change
+/// of address.
+pub struct LinuxI2c {
+    devices: Vec<(u8, I2cdev)>,
+}
+
+impl fmt::Debug for LinuxI2c {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let addresses = self.devices.iter().map(|(address, _)| address);
+        formatter.debug_list().entries(addresses).finish()
+    }
+}
+
+/// Why a transfer on `/dev/i2c-N` failed.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum LinuxError {
+    /// The system call failed.
+    System(io::Error),
+    /// The system call succeeded, but fewer messages were transferred than asked for, as virtio's adapter does where
+    /// no device answers.
+    ShortTransfer {
+        /// Messages asked for.
+        expected: usize,
+        /// Messages transferred.
+        found: u32,
+    },
+    /// The bus was not opened for this address.
+    UnknownAddress(u8),
+}
+
+impl LinuxError {
+    fn reason(&self) -> NoData {
+        match self {
+            Self::System(error) => error.raw_os_error().map_or(NoData::BusError, by_errno),
+            Self::ShortTransfer { .. } => NoData::ShortTransfer,
+            Self::UnknownAddress(_) => NoData::BusError,
+        }
+    }
+}
+
+impl fmt::Display for LinuxError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::System(error) => error.fmt(formatter),
+            Self::ShortTransfer { expected, found } => {
+                write!(
+                    formatter,
+                    "short transfer: expected {expected} messages, found {found}"
+                )
+            }
+            Self::UnknownAddress(address) => {
+                write!(formatter, "bus not opened for address {address:#04x}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for LinuxError {}
+
+impl embedded_hal::i2c::Error for LinuxError {
+    fn kind(&self) -> ErrorKind {
+        use embedded_hal::i2c::NoAcknowledgeSource::Unknown;
+        match self.reason() {
+            NoData::Nack => ErrorKind::NoAcknowledge(Unknown),
+            NoData::ShortTransfer => ErrorKind::Overrun,
+            NoData::BusError => ErrorKind::Bus,
+            _ => ErrorKind::Other,
+        }
+    }
+}
+
+impl ErrorType for LinuxI2c {
+    type Error = LinuxError;
+}
+
+impl I2c for LinuxI2c {
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), LinuxError> {
+        let device = self.devices.iter_mut().find(|(of, _)| *of == address);
+        let Some((_, device)) = device else {
+            return Err(LinuxError::UnknownAddress(address));
+        };
+        let mut messages: Vec<_> = operations
+            .iter_mut()
+            .map(|operation| match operation {
+                Operation::Write(bytes) => LinuxI2CMessage::write(bytes),
+                Operation::Read(bytes) => LinuxI2CMessage::read(bytes),
+            })
+            .collect();
+        let expected = messages.len();
+        let found = device
+            .transfer(&mut messages)
+            .map_err(|error| LinuxError::System(error.into()))?;
+        if usize::try_from(found) == Ok(expected) {
+            return Ok(());
+        }
+        Err(LinuxError::ShortTransfer { expected, found })
+    }
+}
+
+/// The frequency of SCL in the device tree's node of an adapter: one big-endian cell.
+fn scl_hz_in(adapters: &Path, name: &str) -> Option<NonZeroU32> {
+    let cell = std::fs::read(adapters.join(name).join("of_node/clock-frequency")).ok()?;
+    NonZeroU32::new(u32::from_be_bytes(cell.try_into().ok()?))
+}
+
+fn open_error(path: &Path, address: u8, error: LinuxI2CError) -> OpenError {
+    let path = path.display().to_string();
+    let source = io::Error::from(error);
+    match source.raw_os_error() {
+        Some(ENOENT) => OpenError::NoSuchBus { path },
+        Some(EPERM | EACCES) => OpenError::PermissionDenied { path },
+        Some(EBUSY) => OpenError::AddressInUse { path, address },
+        _ => OpenError::Unusable { path, source },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bus::open::by_kind;
+    use embedded_hal::i2c::NoAcknowledgeSource;
+
+    #[test]
+    fn errno_means_what_the_adapters_of_a_raspberry_pi_mean_by_it() {
+        let meanings = [
+            (121, NoData::Nack),
+            (6, NoData::Nack),
+            (110, NoData::BusTimeout),
+            (5, NoData::BusError),
+            (11, NoData::BusError),
+            (95, NoData::BusError),
+            (19, NoData::Unplugged),
+            (107, NoData::Unplugged),
+        ];
+        for (errno, meaning) in meanings {
+            assert_eq!(by_errno(errno), meaning, "errno {errno}");
+            let error = LinuxError::System(io::Error::from_raw_os_error(errno));
+            assert_eq!(LinuxBus::new("/dev/null", [0x69]).classify(&error), meaning);
+        }
+        assert_eq!(
+            by_kind(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address)),
+            NoData::Nack
+        );
+        assert_eq!(by_kind(ErrorKind::ArbitrationLoss), NoData::BusError);
+    }
+
+    /// i2c-tiny-usb makes EIO of every transfer after its device was pulled out; seen in the guest of tests/guests.
+    #[test]
+    fn an_adapter_whose_file_is_gone_is_unplugged_whatever_the_errno() {
+        let gone = LinuxBus::new("/nonexistent/i2c-9", [0x69]);
+        let classify =
+            |errno| gone.classify(&LinuxError::System(io::Error::from_raw_os_error(errno)));
+        assert_eq!(classify(5), NoData::Unplugged);
+        assert_eq!(classify(121), NoData::Nack, "somebody drives the bus");
+    }
+
+    #[test]
+    fn each_reason_why_a_bus_does_not_open_has_its_own_hint() {
+        let message = |errno| {
+            let error = LinuxI2CError::from(io::Error::from_raw_os_error(errno));
+            open_error(Path::new("/dev/i2c-1"), 0x69, error).to_string()
+        };
+        assert!(message(2).starts_with("/dev/i2c-1: no such bus\nhint: enable I2C"));
+        assert!(message(13).contains("permission denied\nhint: add the user to the group"));
+        assert!(message(16).contains("a kernel driver owns address 0x69\nhint: unbind it"));
+        assert!(message(25).contains("cannot be used as an I2C bus: Inappropriate ioctl"));
+    }
+
+    #[test]
+    fn the_clock_of_a_bus_is_what_the_device_tree_says_or_unknown() {
+        let adapters = tempfile::tempdir().unwrap();
+        let node = adapters.path().join("i2c-1/of_node");
+        std::fs::create_dir_all(&node).unwrap();
+        let found = || scl_hz_in(adapters.path(), "i2c-1").map(NonZeroU32::get);
+        assert_eq!(found(), None);
+        std::fs::write(node.join("clock-frequency"), [0, 0x01, 0x86, 0xA0]).unwrap();
+        assert_eq!(found(), Some(100_000));
+        std::fs::write(node.join("clock-frequency"), [0; 4]).unwrap();
+        assert_eq!(found(), None);
+        std::fs::write(node.join("clock-frequency"), [1; 5]).unwrap();
+        assert_eq!(found(), None);
+    }
+
+    #[test]
+    fn a_file_that_is_no_bus_is_refused_and_a_missing_one_is_named() {
+        let mut missing = LinuxBus::new("/nonexistent/i2c-9", [0x69]);
+        assert!(
+            matches!(missing.open(), Err(OpenError::NoSuchBus { path }) if path == "/nonexistent/i2c-9")
+        );
+        let error = LinuxBus::new("/dev/null", [0x69]).open().unwrap_err();
+        assert!(matches!(error, OpenError::Unusable { .. }), "{error}");
+        assert_eq!(missing.open().unwrap_err().reason(), NoData::Unplugged);
+    }
+}

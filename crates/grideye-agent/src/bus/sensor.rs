@@ -1,0 +1,138 @@
+//! One sensor of a bus, and where its records go.
+
+use super::driver::settings;
+use crate::advice;
+use crate::clock::{Clock, Stamper};
+use crate::config::SensorConfig;
+use crate::log::Log;
+use crate::sampler::{Event, OUT_OF_STEP, Sampler};
+use amg8833::Settings;
+use grideye_frame::{NoData, RawFrame, Reading};
+use grideye_recording::Record;
+use std::collections::BTreeSet;
+use std::fmt;
+use std::time::Duration;
+
+/// Faults of a sensor without a good frame between them after which the log says, with what to do, that no frame comes.
+const FAULTS_BEFORE_SAID: u32 = 3;
+
+/// Where a bus thread hands on what it has, and whether it shall go on. Sensors are numbered as in their bus'
+/// configuration, from 0.
+pub trait Sink {
+    /// A frame, or the reason why there is none.
+    fn record(&self, sensor: usize, record: Record);
+    /// A fault, by the name under which it is counted.
+    fn fault(&self, sensor: usize, kind: &'static str);
+    /// Whether to end. Asked before every task, and five times a second while there is none.
+    fn is_stopping(&self) -> bool;
+}
+
+/// One sensor as its bus thread sees it.
+pub(crate) struct Sensor {
+    id: String,
+    pub(super) settings: Settings,
+    pub(super) config: SensorConfig,
+    pub(crate) sampler: Sampler,
+    stamper: Stamper,
+    /// Whether the log has said that something fails.
+    is_failing: bool,
+    /// Whether the log has said that frames are missing, or, before the first one, that none comes.
+    is_missing: bool,
+    /// Faults since the last good frame.
+    faults: u32,
+    /// What cost no frame and has been said once.
+    said: BTreeSet<&'static str>,
+}
+
+impl Sensor {
+    pub(crate) fn new(
+        id: String,
+        config: SensorConfig,
+        now: Duration,
+        frames_limit: Option<u64>,
+    ) -> Self {
+        Self {
+            id,
+            settings: settings(&config),
+            config,
+            sampler: Sampler::new(config.rate.period(), now, frames_limit),
+            stamper: Stamper::default(),
+            is_failing: false,
+            is_missing: false,
+            faults: 0,
+            said: BTreeSet::new(),
+        }
+    }
+
+    /// Hands on what there is of it. `index` is its place on the bus.
+    pub(crate) fn hand_on(&mut self, index: usize, sink: &impl Sink, clock: &dyn Clock, log: &Log) {
+        while let Some(event) = self.sampler.next_event() {
+            match event {
+                Event::Fault(kind) => {
+                    sink.fault(index, kind);
+                    self.say_failing(kind, log);
+                }
+                Event::Record { seq, at, reading } => {
+                    let stamp = self.stamper.stamp(at, clock);
+                    let record = Record {
+                        seq,
+                        stamp,
+                        reading,
+                    };
+                    sink.record(index, record);
+                    self.say_what_became(seq, &reading, log);
+                }
+            }
+        }
+    }
+
+    fn say_failing(&mut self, kind: &'static str, log: &Log) {
+        let costs_frames = kind == OUT_OF_STEP || kind.parse::<NoData>().is_ok();
+        if !costs_frames {
+            if self.said.insert(kind) {
+                log.warning(format!("{}: {kind}, said once and counted", self.id));
+            }
+            return;
+        }
+        if !self.is_failing {
+            self.is_failing = true;
+            log.warning(format!("{}: {kind}", self.id));
+        }
+        self.faults = self.faults.saturating_add(1);
+        // Before the first frame there is no number for the ones that are missing, so the faults have to speak.
+        match kind.parse() {
+            Ok(reason) if self.faults == FAULTS_BEFORE_SAID => {
+                self.say_missing(format_args!("no frame comes"), reason, log);
+            }
+            _ => {}
+        }
+    }
+
+    fn say_missing(&mut self, what: fmt::Arguments<'_>, reason: NoData, log: &Log) {
+        if !self.is_missing {
+            self.is_missing = true;
+            let hint = advice::sensor::hint(reason);
+            log.error(format!("{}: {what}: {reason}\nhint: {hint}", self.id));
+        }
+    }
+
+    fn say_what_became(&mut self, seq: u64, reading: &Reading<RawFrame>, log: &Log) {
+        match reading {
+            Reading::NoData(reason) => {
+                self.say_missing(
+                    format_args!("frames are missing from {seq} on"),
+                    *reason,
+                    log,
+                );
+                self.is_failing = true;
+            }
+            Reading::Frame(_) if self.is_failing => {
+                self.is_failing = false;
+                self.is_missing = false;
+                self.faults = 0;
+                log.info(format!("{}: reading again from frame {seq} on", self.id));
+            }
+            Reading::Frame(_) => {}
+        }
+    }
+}

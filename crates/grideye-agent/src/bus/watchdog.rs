@@ -1,0 +1,165 @@
+//! The watchdog of a bus: a transfer that never comes back keeps its thread, and must keep nothing else.
+//!
+//! The kernel ends a transfer on a bus that is held low after a second or so. An adapter or a driver that hangs does
+//! not, and a thread in the kernel cannot be called back. So the sensors of a bus lie open to a second thread, which
+//! sees that the first one is at work for too long, says so, and lists the frames that are missed.
+
+use super::sensor::{Sensor, Sink};
+use crate::clock::Clock;
+use crate::log::Log;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How long an operation on a bus may take until it counts as hung: a set-up of ten transfers on a bus that times each
+/// of them out fails with the first.
+pub const HUNG_AFTER: Duration = Duration::from_secs(5);
+/// How often the watchdog looks, as a part of the time after which a bus counts as hung.
+const LOOKS: u32 = 10;
+
+/// The sensors of one bus, and since when its thread has been at work.
+pub(crate) struct Watched {
+    sensors: Mutex<Vec<Sensor>>,
+    work: Mutex<Work>,
+    is_over: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Work {
+    since: Option<Instant>,
+    hangs: bool,
+    is_over: bool,
+}
+
+/// What the watchdog found.
+enum Look {
+    Well,
+    Hangs { is_new: bool, since: Duration },
+}
+
+impl Watched {
+    pub(crate) fn new(sensors: Vec<Sensor>) -> Self {
+        Self {
+            sensors: Mutex::new(sensors),
+            work: Mutex::default(),
+            is_over: Condvar::new(),
+        }
+    }
+
+    /// Works on the sensors. Never while the bus is at work.
+    pub(crate) fn with<T>(&self, work: impl FnOnce(&mut Vec<Sensor>) -> T) -> T {
+        work(&mut lock(&self.sensors))
+    }
+
+    /// Hands on what there is of all sensors, in order.
+    pub(crate) fn hand_on(&self, sink: &impl Sink, clock: &dyn Clock, log: &Log) {
+        self.with(|sensors| {
+            for (index, sensor) in sensors.iter_mut().enumerate() {
+                sensor.hand_on(index, sink, clock, log);
+            }
+        });
+    }
+
+    /// An operation on the bus begins.
+    pub(crate) fn begin(&self) {
+        lock(&self.work).since = Some(Instant::now());
+    }
+
+    /// It has come back. Whether it had counted as hung.
+    pub(crate) fn end(&self) -> bool {
+        let mut work = lock(&self.work);
+        work.since = None;
+        std::mem::take(&mut work.hangs)
+    }
+
+    /// Nothing more is to be watched.
+    pub(crate) fn over(&self) {
+        lock(&self.work).is_over = true;
+        self.is_over.notify_all();
+    }
+
+    /// Watches until [`over`](Self::over).
+    pub(crate) fn watch(
+        &self,
+        (bus, hung_after): (&str, Duration),
+        sink: &impl Sink,
+        clock: &dyn Clock,
+        log: &Log,
+    ) {
+        while let Some(look) = self.look(hung_after) {
+            let Look::Hangs { is_new, since } = look else {
+                continue;
+            };
+            if is_new {
+                log.error(format!(
+                    "{bus}: hangs in a transfer since {:.0} s\nhint: the other buses and the uploads go on; if it stays so, \
+                     look at the wires and the adapter, and restart the device",
+                    since.as_secs_f64()
+                ));
+            }
+            let now = clock.boot();
+            self.with(|sensors| {
+                for sensor in sensors {
+                    if is_new {
+                        sensor.sampler.hung(now);
+                    }
+                    sensor.sampler.catch_up(now);
+                }
+            });
+            self.hand_on(sink, clock, log);
+        }
+    }
+
+    /// Waits for a while, and looks; `None` when all is over.
+    fn look(&self, hung_after: Duration) -> Option<Look> {
+        let goes_on = |work: &mut Work| !work.is_over;
+        let waited = self
+            .is_over
+            .wait_timeout_while(lock(&self.work), hung_after / LOOKS, goes_on);
+        let (mut work, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        if work.is_over {
+            return None;
+        }
+        let since = work.since.map(|since| since.elapsed());
+        Some(match since.filter(|since| *since >= hung_after) {
+            None => Look::Well,
+            Some(since) => Look::Hangs {
+                is_new: !std::mem::replace(&mut work.hangs, true),
+                since,
+            },
+        })
+    }
+}
+
+/// A panic of the other thread would be a defect; going on loses less than stopping.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HUNG_AFTER: Duration = Duration::from_millis(10);
+
+    #[test]
+    fn what_has_come_back_does_not_hang_however_long_ago_and_what_has_not_hangs_once_anew() {
+        let watched = Watched::new(Vec::new());
+        watched.begin();
+        assert!(!watched.end());
+        for _ in 0..2 * LOOKS {
+            assert!(matches!(watched.look(HUNG_AFTER), Some(Look::Well)));
+        }
+        watched.begin();
+        let looks: Vec<Look> = (0..2 * LOOKS)
+            .filter_map(|_| watched.look(HUNG_AFTER))
+            .collect();
+        let hangs = |look: &&Look| matches!(look, Look::Hangs { .. });
+        let anew = |look: &&Look| matches!(look, Look::Hangs { is_new: true, .. });
+        assert_eq!(looks.iter().filter(anew).count(), 1);
+        assert!(looks.iter().filter(hangs).count() > 1);
+        assert!(watched.end(), "it had counted as hung");
+        assert!(matches!(watched.look(HUNG_AFTER), Some(Look::Well)));
+        watched.over();
+        assert!(watched.look(HUNG_AFTER).is_none());
+    }
+}

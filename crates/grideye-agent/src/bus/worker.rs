@@ -1,0 +1,279 @@
+//! The thread of one bus: opens it, does what its sensors' samplers want done, and hands the records on.
+
+use super::driver::{Delay, has_its_settings, reason};
+use super::open::OpenBus;
+use super::sensor::{Sensor, Sink};
+use super::watchdog::Watched;
+use crate::clock::Clock;
+use crate::config::{BusConfig, SensorConfig};
+use crate::log::Log;
+use crate::sampler::{Due, Sampler, Span, Task};
+use amg8833::{Amg8833, Error, timing};
+use grideye_frame::{NoData, RawFrame};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The longest sleep at a stretch: how long a stop may have to wait for the thread.
+const SLEEP_MAX: Duration = Duration::from_millis(200);
+/// The pause before a bus that cannot be opened is tried again; doubles up to [`REOPEN_PAUSE_MAX`].
+const REOPEN_PAUSE: Duration = Duration::from_millis(500);
+/// The longest pause between two attempts to open a bus.
+const REOPEN_PAUSE_MAX: Duration = Duration::from_secs(10);
+
+/// Failed operations in a row, of all sensors of the bus, after which the bus is opened anew.
+const FAULTS_BEFORE_REOPEN: u32 = 30;
+
+/// Reads the sensors of one bus on this thread, without a watchdog, until the sink says that it is enough.
+pub fn read_bus(
+    opener: impl OpenBus,
+    config: &BusConfig,
+    clock: Arc<dyn Clock>,
+    log: Log,
+    sink: &impl Sink,
+) {
+    Worker::of_bus(opener, (config, None), clock, log).run(sink);
+}
+
+/// One bus and its sensors.
+pub(crate) struct Worker<O: OpenBus> {
+    pub(crate) opener: O,
+    pub(crate) watched: Arc<Watched>,
+    pub(crate) clock: Arc<dyn Clock>,
+    pub(crate) log: Log,
+    bus: Option<O::Bus>,
+    reopen_at: Duration,
+    reopen_pause: Duration,
+    /// Why the bus did not open when the log last said it.
+    said: Option<String>,
+    faults_in_a_row: u32,
+}
+
+impl<O: OpenBus> Worker<O> {
+    pub(crate) fn new(
+        opener: O,
+        mut sensors: Vec<Sensor>,
+        clock: Arc<dyn Clock>,
+        log: Log,
+    ) -> Self {
+        for sensor in &mut sensors {
+            let quickest = opener
+                .scl_hz_max()
+                .map_or(Duration::ZERO, timing::read_time);
+            sensor.sampler.set_transfer_min(quickest);
+        }
+        Self {
+            opener,
+            watched: Arc::new(Watched::new(sensors)),
+            clock,
+            log,
+            bus: None,
+            reopen_at: Duration::ZERO,
+            reopen_pause: REOPEN_PAUSE,
+            said: None,
+            faults_in_a_row: 0,
+        }
+    }
+
+    /// For all sensors of a bus, each up to so many frames read if there is a limit.
+    pub(crate) fn of_bus(
+        opener: O,
+        (config, frames_limit): (&BusConfig, Option<u64>),
+        clock: Arc<dyn Clock>,
+        log: Log,
+    ) -> Self {
+        let now = clock.boot();
+        let sensor = |sensor: &SensorConfig| {
+            Sensor::new(config.sensor_id(sensor), *sensor, now, frames_limit)
+        };
+        let sensors = config.sensors.iter().map(sensor).collect();
+        Self::new(opener, sensors, clock, log)
+    }
+
+    /// Runs until told to stop or until every sensor has reached its limit of frames.
+    pub(crate) fn run(&mut self, sink: &impl Sink) {
+        while let Some((index, due)) = self.next_due() {
+            if !self.wait(due.at, sink) {
+                return;
+            }
+            if self.open() {
+                self.perform(index, due.task);
+            }
+            self.hand_on(sink);
+        }
+    }
+
+    /// The sensor whose turn is next. A set-up takes the bus for some 60 ms, less than a frame of the others.
+    fn next_due(&self) -> Option<(usize, Due)> {
+        self.watched.with(|sensors| {
+            let dues = sensors.iter().enumerate();
+            let dues = dues.filter_map(|(index, sensor)| Some((index, sensor.sampler.due()?)));
+            dues.min_by_key(|(_, due)| due.at)
+        })
+    }
+
+    /// Sleeps until `at`, and counts what is missed meanwhile; false if the agent is stopping.
+    fn wait(&mut self, at: Duration, sink: &impl Sink) -> bool {
+        loop {
+            if sink.is_stopping() {
+                return false;
+            }
+            let now = self.clock.boot();
+            if now >= at {
+                return true;
+            }
+            self.clock.sleep_until(at.min(now + SLEEP_MAX));
+            if self.bus.is_none() {
+                let now = self.clock.boot();
+                self.watched.with(|sensors| {
+                    sensors
+                        .iter_mut()
+                        .for_each(|sensor| sensor.sampler.catch_up(now));
+                });
+                self.hand_on(sink);
+            }
+        }
+    }
+
+    /// Whether the bus is open, after opening it if it was not and is due. If not, every sensor has been told.
+    fn open(&mut self) -> bool {
+        if self.bus.is_some() {
+            return true;
+        }
+        let now = self.clock.boot();
+        if now < self.reopen_at {
+            self.tell_bus_lost(now, NoData::Unplugged);
+            return false;
+        }
+        match self.opener.open() {
+            Ok(bus) => {
+                self.bus = Some(bus);
+                self.faults_in_a_row = 0;
+                self.said = None;
+                self.log.info(format!("{}: opened", self.opener.name()));
+                true
+            }
+            Err(error) => {
+                // A bus may be missing first and forbidden then: each reason is said, but none at each attempt.
+                let why = error.to_string();
+                if self.said.as_ref() != Some(&why) {
+                    self.log.error(&why);
+                    self.said = Some(why);
+                }
+                self.reopen_at = now + self.reopen_pause;
+                self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
+                self.tell_bus_lost(now, error.reason());
+                false
+            }
+        }
+    }
+
+    fn tell_bus_lost(&mut self, now: Duration, reason: NoData) {
+        let retry_at = self.reopen_at;
+        self.watched.with(|sensors| {
+            for sensor in sensors {
+                sensor.sampler.bus_lost(now, reason, retry_at);
+            }
+        });
+    }
+
+    fn perform(&mut self, index: usize, task: Task) {
+        let place = self.watched.with(|sensors| {
+            let sensor = sensors.get(index)?;
+            Some((sensor.config.address, sensor.settings))
+        });
+        let (Some(bus), Some((address, settings))) = (&mut self.bus, place) else {
+            return;
+        };
+        let mut driver = Amg8833::new(bus, address);
+        let clock = self.clock.as_ref();
+        let failed = |error: Error<_>| reason(&self.opener, &error);
+        // The sensors stay free for the watchdog while the bus is at work, and may never come back.
+        self.watched.begin();
+        let (span, outcome) = match task {
+            Task::SetUp => timed(clock, || {
+                Outcome::SetUp(driver.init(&mut Delay(clock), &settings).map_err(failed))
+            }),
+            Task::CheckSettings => timed(clock, || {
+                Outcome::Settings(has_its_settings(&mut driver, &settings).map_err(failed))
+            }),
+            Task::ReadFrame => timed(clock, || {
+                Outcome::Frame(Box::new(driver.read_frame().map_err(failed)))
+            }),
+        };
+        let reason = outcome.reason();
+        if self.watched.end() {
+            let name = self.opener.name();
+            self.log
+                .warning(format!("{name}: the transfer that hung has ended"));
+        }
+        self.watched.with(|sensors| {
+            if let Some(sensor) = sensors.get_mut(index) {
+                outcome.tell(&mut sensor.sampler, span);
+            }
+        });
+        self.judge_bus(reason);
+    }
+
+    /// Closes a bus that is gone, or that fails whatever is asked of it, so that it is opened anew.
+    fn judge_bus(&mut self, reason: Option<NoData>) {
+        let Some(reason) = reason else {
+            self.faults_in_a_row = 0;
+            self.reopen_pause = REOPEN_PAUSE;
+            return;
+        };
+        self.faults_in_a_row += 1;
+        if reason == NoData::Unplugged || self.faults_in_a_row >= FAULTS_BEFORE_REOPEN {
+            self.bus = None;
+            self.faults_in_a_row = 0;
+            let now = self.clock.boot();
+            self.reopen_at = now + self.reopen_pause;
+            self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
+            self.log.warning(format!(
+                "{}: closed after {reason}, to be opened again",
+                self.opener.name()
+            ));
+            self.tell_bus_lost(now, reason);
+        }
+    }
+
+    fn hand_on(&self, sink: &impl Sink) {
+        self.watched.hand_on(sink, self.clock.as_ref(), &self.log);
+    }
+}
+
+/// What came of a task.
+enum Outcome {
+    SetUp(Result<(), NoData>),
+    Settings(Result<bool, NoData>),
+    Frame(Box<Result<RawFrame, NoData>>),
+}
+
+impl Outcome {
+    fn reason(&self) -> Option<NoData> {
+        match self {
+            Self::SetUp(outcome) => outcome.err(),
+            Self::Settings(outcome) => outcome.err(),
+            Self::Frame(outcome) => outcome.err(),
+        }
+    }
+
+    fn tell(self, sampler: &mut Sampler, span: Span) {
+        match self {
+            Self::SetUp(outcome) => sampler.set_up(span, outcome),
+            Self::Settings(outcome) => sampler.settings_checked(span, outcome),
+            Self::Frame(outcome) => sampler.frame_read(span, *outcome),
+        }
+    }
+}
+
+fn timed<T>(clock: &dyn Clock, operation: impl FnOnce() -> T) -> (Span, T) {
+    let before = clock.boot();
+    let outcome = operation();
+    (
+        Span {
+            before,
+            after: clock.boot(),
+        },
+        outcome,
+    )
+}

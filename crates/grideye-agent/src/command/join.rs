@@ -1,0 +1,224 @@
+//! `grideye-agent join`, step by step.
+
+mod first_frame;
+mod service;
+mod steps;
+
+use super::collector::{self, TIMEOUT, prove};
+use super::config::{host_name, read_config, read_text, with_joined};
+use super::exit::{BadUsage, write_stdout};
+use anyhow::Context as _;
+use first_frame::FirstFrame;
+use grideye_agent::cli::{JOINED_FILE, JoinArgs};
+use grideye_agent::join::{ClientCertificate, Credentials, JoinLine, Joined, Secret, authority_of};
+use grideye_agent::limits::JOINED_BYTES_MAX;
+use service::{Found, Service};
+use std::fs::{self, OpenOptions};
+use std::io::{self, BufRead as _, IsTerminal as _, Read as _, Write as _};
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+use steps::Step;
+
+/// The unit of `firmware-config/grideye-agent.service`.
+const SERVICE: &str = "grideye-agent";
+
+/// Joins: line, collector, token, file, service, first frame. Each step is told when it is done; one that fails ends the
+/// program with its number, and leaves what the steps before it did.
+pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
+    let (line, client) = Step::Line.take(|| Ok((line(args)?, client(args)?)))?;
+    Step::Line.told(&of_line(&line))?;
+    let authority = Step::Collector.take(|| reach(&line, client.as_ref()))?;
+    Step::Collector.told(match &authority {
+        Some(_) => "reached, and its authority is the one that the line pins",
+        None => "reached, without encryption",
+    })?;
+    let joined = Joined {
+        collector: line.collector,
+        device: line.device,
+        credentials: Credentials {
+            token: line.token,
+            authority,
+            client,
+        },
+    };
+    let taken = Step::Token.take(|| {
+        let device = device_posting(args, &joined);
+        prove(&joined.collector, &joined.credentials, &device)
+    })?;
+    Step::Token.told(taken)?;
+    Step::File.take(|| write(&args.out, &joined))?;
+    Step::File.told(&format!(
+        "{} written, for its owner alone",
+        args.out.display()
+    ))?;
+    let device = start(args, &joined)?;
+    write_stdout(&format!(
+        "joined {} as {device}: {taken}\n",
+        joined.collector
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The service and the first frame, or what a person does instead. Gives the name under which the frames come.
+fn start(args: &JoinArgs, joined: &Joined) -> anyhow::Result<String> {
+    let config_path = config_beside(args);
+    let found = Step::Service.take(|| find_service(args))?;
+    let is_to_start = matches!(found, Found::Here(_));
+    let named = Step::Service.take(|| device_named(&config_path, joined, is_to_start))?;
+    let device = named.unwrap_or_else(host_name);
+    let service = match found {
+        Found::Here(service) => service,
+        Found::Not(why) => {
+            Step::Service.told(&format!("not started: {why}"))?;
+            let instead = "not waited for; the collector's page shows it when the agent runs";
+            Step::FirstFrame.told(instead)?;
+            return Ok(device);
+        }
+    };
+    let first = FirstFrame::of(joined, &device);
+    Step::Service.take(|| service.start())?;
+    Step::Service.told(&format!("{} enabled and started", service.unit()))?;
+    let limit = Duration::from_secs(args.wait);
+    let seen = Step::FirstFrame.take(|| first.wait(&service, limit))?;
+    Step::FirstFrame.told(&seen)?;
+    Ok(device)
+}
+
+fn of_line(line: &JoinLine) -> String {
+    match &line.device {
+        Some(device) => format!("read: {device} joins {}", line.collector),
+        None => format!("read: this device joins {}", line.collector),
+    }
+}
+
+/// The pinned authority's certificate from the collector; none where nothing is encrypted.
+fn reach(line: &JoinLine, client: Option<&ClientCertificate>) -> anyhow::Result<Option<String>> {
+    match &line.pin {
+        Some(pin) => Ok(Some(authority_of(&line.collector, pin, client, TIMEOUT)?)),
+        None => {
+            collector::get(&line.collector, &Credentials::default(), "/healthz")?;
+            Ok(None)
+        }
+    }
+}
+
+/// The service, where there is one that reads the file that was written.
+fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
+    let by_hand = format!(
+        "start the agent with: grideye-agent run --config {}",
+        args.out.with_file_name("agent.toml").display()
+    );
+    if args.no_start {
+        return Ok(Found::Not(format!("--no-start says so; {by_hand}")));
+    }
+    if args.service.is_none() && args.out != Path::new(JOINED_FILE) {
+        return Ok(Found::Not(format!(
+            "the service {SERVICE} reads {JOINED_FILE}, and this is another file; {by_hand}"
+        )));
+    }
+    let unit = args.service.as_deref().unwrap_or(SERVICE);
+    Service::find(unit, &by_hand)
+}
+
+fn config_beside(args: &JoinArgs) -> PathBuf {
+    args.out.with_file_name("agent.toml")
+}
+
+/// The name under which the frames will come. A configuration that cannot be used is told of at its step.
+fn device_posting(args: &JoinArgs, joined: &Joined) -> String {
+    let enrolled = joined.device.clone();
+    let configured = || read_config(&config_beside(args)).ok()?.device;
+    enrolled.or_else(configured).unwrap_or_else(host_name)
+}
+
+/// The device's name, if it is said anywhere. What a service would be refused for is refused here, where a person reads
+/// it; a configuration that nothing is started with may be missing.
+fn device_named(
+    config_path: &Path,
+    joined: &Joined,
+    is_to_start: bool,
+) -> anyhow::Result<Option<String>> {
+    if !is_to_start && !config_path.exists() {
+        return Ok(joined.device.clone());
+    }
+    let config = read_config(config_path)?;
+    if let (Some(named), Some(enrolled)) = (&config.device, &joined.device) {
+        if named != enrolled {
+            let path = config_path.display();
+            return Err(BadUsage(format!(
+                "{path} calls this device {named}, and the line is for {enrolled}\nhint: take `device` out of {path}, or print a line with `grideye enroll {named}`"
+            ))
+            .into());
+        }
+    }
+    Ok(with_joined(config, config_path)?.device)
+}
+
+fn line(args: &JoinArgs) -> anyhow::Result<JoinLine> {
+    let mut text = args.code.clone();
+    if text == "-" {
+        text.clear();
+        let limit = u64::try_from(JOINED_BYTES_MAX).unwrap_or(u64::MAX);
+        let stdin = io::stdin().lock();
+        let is_person = stdin.is_terminal();
+        let mut input = stdin.take(limit);
+        let read = if is_person {
+            let ask = "paste the line that `grideye enroll DEVICE` printed, and press Enter:\n";
+            io::stderr().write_all(ask.as_bytes())?;
+            input.read_line(&mut text)
+        } else {
+            input.read_to_string(&mut text)
+        };
+        read.context("standard input")?;
+    }
+    let line = text.parse::<JoinLine>();
+    Ok(line.map_err(|error| BadUsage(error.to_string()))?)
+}
+
+fn client(args: &JoinArgs) -> anyhow::Result<Option<ClientCertificate>> {
+    let (Some(chain), Some(key)) = (&args.client_cert, &args.client_key) else {
+        return Ok(None);
+    };
+    let read = |path: &Path| {
+        read_text(path, JOINED_BYTES_MAX).map_err(|error| {
+            let hint = "name a PEM file that you may read";
+            BadUsage(format!("{}: {error}\nhint: {hint}", path.display()))
+        })
+    };
+    Ok(Some(ClientCertificate {
+        chain: read(chain)?,
+        key: Secret::pem(read(key)?),
+    }))
+}
+
+/// For its owner alone; whole or not at all.
+fn write(path: &Path, joined: &Joined) -> anyhow::Result<()> {
+    let text = joined.to_toml()?;
+    let beside = path.with_extension("new");
+    let write = || -> io::Result<()> {
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        // A file that was left over may be readable for others.
+        match fs::remove_file(&beside) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let mut file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .mode(0o600)
+            .open(&beside)?;
+        file.write_all(text.as_bytes())?;
+        file.sync_all()?;
+        fs::rename(&beside, path)
+    };
+    write().map_err(|error| {
+        anyhow::anyhow!(
+            "{}: {error}\nhint: run this as root (sudo), or name a file of your own with --out",
+            path.display()
+        )
+    })
+}

@@ -1,0 +1,134 @@
+//! `grideye-agent run`: reads and delivers until it is told to stop.
+
+use super::config::{host_name, read_config, with_joined};
+use super::exit::{BadUsage, DATA_LOST, write_stdout};
+use anyhow::Context as _;
+use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError, Summary};
+use grideye_agent::bus::LinuxBus;
+use grideye_agent::cli::{LogFormat, RunArgs};
+use grideye_agent::clock::SystemClock;
+use grideye_agent::config::{BusConfig, Config, SpoolMode};
+use grideye_agent::health::serve;
+use grideye_agent::log::{Level, Log};
+use std::net::{SocketAddr, TcpListener};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long the last frames may take to the collector when the agent is told to stop.
+const FLUSH_FOR: Duration = Duration::from_secs(10);
+
+/// The same of a run that ended by itself and has waited for that long already.
+const FLUSH_FOR_LEAST: Duration = Duration::from_secs(1);
+
+/// How soon a signal is noticed.
+const SIGNAL_EVERY: Duration = Duration::from_millis(100);
+
+pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
+    let config = with_joined(read_config(&args.config)?, &args.config)?;
+    let stopping = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        // In this order: the first signal asks the agent to stop, and a second one ends it at once.
+        let at_once = i32::from(DATA_LOST);
+        signal_hook::flag::register_conditional_shutdown(signal, at_once, Arc::clone(&stopping))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stopping)))
+            .context("no handler for signals")?;
+    }
+    let config = with_spool_folder(config)?;
+    let mut start = Start::new(config, host_name());
+    start.frames_limit = args.frames;
+    let buses = start
+        .config
+        .buses
+        .iter()
+        .map(|bus| (bus.clone(), linux_bus(bus)))
+        .collect();
+    let log = match args.log {
+        LogFormat::Text => Log::to_stderr(),
+        LogFormat::Json => Log::to_stderr_as_json(),
+    };
+    let health = start.config.health.map(listen).transpose()?;
+    let agent =
+        Agent::start(start, buses, Arc::new(SystemClock::new()), log.clone()).map_err(|error| {
+            match error {
+                StartError::NoCollector | StartError::Credentials(_) => {
+                    anyhow::Error::new(BadUsage(error.to_string()))
+                }
+                other => other.into(),
+            }
+        })?;
+    if let Some(listener) = health {
+        let health = agent.health();
+        std::thread::Builder::new()
+            .name("health".to_owned())
+            .spawn(move || serve(&listener, &health))
+            .context("no thread for [health]")?;
+    }
+    wait(&agent, &stopping);
+    let idle = deliver_rest(&agent, &stopping);
+    if stopping.load(Ordering::SeqCst) {
+        let held = agent.held();
+        log.line(
+            Level::Info,
+            format!(
+                "stopping; {held} records are being delivered, for {} s at most (a second signal ends at once and loses them)",
+                FLUSH_FOR.as_secs()
+            ),
+        );
+    }
+    let summary = agent.stop(FLUSH_FOR.saturating_sub(idle).max(FLUSH_FOR_LEAST));
+    write_stdout(&format!("{summary}\n"))?;
+    Ok(exit_code(&summary))
+}
+
+/// The folder that systemd makes for the service, where the configuration names none.
+fn with_spool_folder(mut config: Config) -> Result<Config, BadUsage> {
+    let given = std::env::var_os("STATE_DIRECTORY");
+    let first = given
+        .as_ref()
+        .and_then(|given| std::env::split_paths(given).next());
+    let given = first.map(|folder| folder.join("spool"));
+    config.spool.folder = config.spool.folder.or(given);
+    if config.spool.mode != SpoolMode::Ram && config.spool.folder.is_none() {
+        return Err(BadUsage(StartError::NoSpoolFolder.to_string()));
+    }
+    Ok(config)
+}
+
+fn listen(address: SocketAddr) -> anyhow::Result<TcpListener> {
+    TcpListener::bind(address).map_err(|error| {
+        anyhow::anyhow!("[health] listen = \"{address}\": {error}\nhint: does another agent run? Choose another port")
+    })
+}
+
+fn wait(agent: &AgentHandle, stopping: &AtomicBool) {
+    while !stopping.load(Ordering::SeqCst) && !agent.wait_finished(SIGNAL_EVERY) {}
+}
+
+/// A run that ends by itself takes the time that the delivery of its last frames takes, while it goes on. Returns for
+/// how long nothing has arrived.
+fn deliver_rest(agent: &AgentHandle, stopping: &AtomicBool) -> Duration {
+    let (mut held, mut since) = (agent.held(), Instant::now());
+    while held > 0 && since.elapsed() < FLUSH_FOR && !stopping.load(Ordering::SeqCst) {
+        std::thread::sleep(SIGNAL_EVERY);
+        let left = agent.held();
+        if left < held {
+            (held, since) = (left, Instant::now());
+        }
+    }
+    since.elapsed()
+}
+
+fn exit_code(summary: &Summary) -> ExitCode {
+    if summary.is_complete() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(DATA_LOST)
+    }
+}
+
+fn linux_bus(bus: &BusConfig) -> AnyBus {
+    let addresses = bus.sensors.iter().map(|sensor| sensor.address.get());
+    AnyBus::new(LinuxBus::new(&bus.path, addresses))
+}

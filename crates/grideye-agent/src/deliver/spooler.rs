@@ -1,0 +1,324 @@
+//! The spooler: brings what waits too long in memory to the disk, and clears up there. A thread of its own, so that a slow
+//! card keeps neither the buses nor the posts.
+
+use crate::config::SpoolMode;
+use crate::limits::{LIVE_FOR, LOOK_EVERY, SYNC_MAX};
+use crate::log::Log;
+use crate::queue::{Ring, Shared};
+use crate::spool::{FolderError, Spool, Written};
+use grideye_recording::{Record, StreamId};
+use std::fmt;
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Records of one group at most, written and synced at once.
+pub const WRITE_RECORDS_MAX: usize = 5000;
+/// Groups that are written in a row at most, before anything else is looked at.
+pub const WRITES_MAX: usize = 4;
+/// The pause after a write that failed.
+pub const DISK_RETRY: Duration = Duration::from_secs(5);
+/// The pause before a spool is opened again that could not be.
+pub const OPEN_RETRY: Duration = Duration::from_secs(60);
+
+/// Left to others that wait for the spool where the disk takes longer than from one look to the next.
+const BREATH: Duration = Duration::from_millis(10);
+/// How old a record is when it leaves the memory for the disk's lane, where it is on the disk from the start.
+pub const EVICT_AFTER: Duration = LIVE_FOR;
+
+/// Keeps the spool of a running agent.
+pub struct Spooler {
+    shared: Arc<Shared>,
+    mode: SpoolMode,
+    log: Log,
+    retry_at: Duration,
+    said: Option<String>,
+    synced_at: Option<Duration>,
+    /// The longest write that was spoken of.
+    slowest: Duration,
+    opener: Option<Opener>,
+}
+
+/// Opens a spool.
+pub type Opener = Box<dyn FnMut() -> Result<Spool, FolderError> + Send>;
+
+impl fmt::Debug for Spooler {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Spooler")
+            .field("mode", &self.mode)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Spooler {
+    /// A spooler of the spool that is shared, if one is.
+    #[must_use]
+    pub fn new(shared: Arc<Shared>, mode: SpoolMode, log: Log) -> Self {
+        Self {
+            shared,
+            mode,
+            log,
+            retry_at: Duration::ZERO,
+            said: None,
+            synced_at: None,
+            slowest: SYNC_MAX,
+            opener: None,
+        }
+    }
+
+    /// Opens the spool, or, where the disk does not work, says so and tries again later.
+    ///
+    /// # Errors
+    /// [`FolderError::Locked`] if another agent uses it, [`FolderError::Newer`] if a later version wrote it.
+    pub fn open(&mut self, mut opener: Opener) -> Result<(), FolderError> {
+        match opener() {
+            Ok(spool) => {
+                *self.shared.spool() = Some(spool);
+                self.opener = None;
+                if self.said.take().is_some() {
+                    self.log.info("the spool takes frames again");
+                }
+                Ok(())
+            }
+            Err(FolderError::Unusable { folder, source }) => {
+                let what = format!("{}: {source}", folder.display());
+                self.failed(self.shared.now(), &io::Error::new(source.kind(), what));
+                self.retry_at = self.shared.now() + OPEN_RETRY;
+                self.opener = Some(opener);
+                Ok(())
+            }
+            Err(refused) => Err(refused),
+        }
+    }
+
+    fn open_again(&mut self, now: Duration) {
+        if now < self.retry_at {
+            return;
+        }
+        if let Some(opener) = self.opener.take() {
+            if let Err(refused) = self.open(opener) {
+                self.log.error(refused.to_string());
+            }
+        }
+    }
+
+    /// Works until it is told to end, and then brings all that is left to the disk.
+    pub fn run(&mut self) {
+        let mut pause = self.pause();
+        while !self.shared.waits_for_spooler(pause) {
+            let began = self.shared.now();
+            self.step(began);
+            // From look to look, however long the disk took: else its time would be lost twice.
+            let took = self.shared.now().saturating_sub(began);
+            pause = self.pause().saturating_sub(took).max(BREATH);
+        }
+        self.finish(self.shared.now());
+    }
+
+    fn pause(&self) -> Duration {
+        match self.mode {
+            SpoolMode::Always { sync_every } => LOOK_EVERY.min(sync_every),
+            SpoolMode::Outage { after } => LOOK_EVERY.min(after),
+            SpoolMode::Ram => LOOK_EVERY,
+        }
+    }
+
+    /// Does what is due at `now`.
+    pub fn step(&mut self, now: Duration) {
+        let older_than = match self.mode {
+            SpoolMode::Ram => return,
+            SpoolMode::Outage { after } => after,
+            SpoolMode::Always { .. } => Duration::ZERO,
+        };
+        self.open_again(now);
+        let shared = Arc::clone(&self.shared);
+        let mut spool = shared.spool();
+        let Some(spool) = spool.as_mut() else { return };
+        if now >= self.retry_at && self.is_sync_due(now) {
+            self.write(spool, now, older_than);
+        }
+        spool.recover();
+        self.clear_up(spool, now);
+    }
+
+    fn is_sync_due(&self, now: Duration) -> bool {
+        match (self.mode, self.synced_at) {
+            (SpoolMode::Always { sync_every }, Some(at)) => now >= at + sync_every,
+            _ => true,
+        }
+    }
+
+    /// Writes the groups that are due. Each goes to the backlog before the next is written, so that in a spool that is
+    /// full the older ones make room for the newer.
+    fn write(&mut self, spool: &mut Spool, now: Duration, older_than: Duration) {
+        for _ in 0..WRITES_MAX {
+            let (records, accounts) = self.shared.with_ring(|ring| {
+                let records = ring.unwritten(now, older_than, WRITE_RECORDS_MAX);
+                (records, ring.stream_accounts())
+            });
+            if records.is_empty() {
+                return;
+            }
+            self.synced_at = Some(now);
+            let began = self.shared.now();
+            let written = spool.write(&records, &accounts);
+            self.hold_to_time(self.shared.now().saturating_sub(began));
+            let is_done = written.error.is_some() || records.len() < WRITE_RECORDS_MAX;
+            self.take_in(spool, now, &records, written);
+            self.evict(spool, now);
+            if is_done {
+                return;
+            }
+        }
+    }
+
+    /// Counts a write that took longer than what is stated allows. It is said once, and again when it gets twice as bad.
+    fn hold_to_time(&mut self, took: Duration) {
+        if took <= SYNC_MAX {
+            return;
+        }
+        self.shared
+            .with_ring(|ring| ring.count_fault_of_all(SPOOL_SLOW));
+        if self.slowest > SYNC_MAX && took < 2 * self.slowest {
+            return;
+        }
+        self.slowest = took;
+        self.log.warning(format!(
+            "the spool's disk took {:.2} s for a write: a loss of power then costs the frames of so long, where {:.3} s are stated\nhint: see what else writes to the card; one that often takes so long is worn",
+            took.as_secs_f64(),
+            SYNC_MAX.as_secs_f64()
+        ));
+    }
+
+    fn take_in(
+        &mut self,
+        spool: &mut Spool,
+        now: Duration,
+        records: &[(Arc<StreamId>, Record)],
+        written: Written,
+    ) {
+        let removed = spool.take_removed();
+        let dropped = spool.take_dropped();
+        let frames: u64 = dropped.iter().map(|dropped| dropped.content.frames).sum();
+        self.shared.with_ring(|ring| {
+            ring.written(records, &written.places);
+            ring.unplace(&removed);
+            dropped
+                .iter()
+                .for_each(|dropped| ring.dropped_from_disk(dropped));
+        });
+        if frames > 0 {
+            self.log.error(format!(
+                "the spool is full: the oldest {frames} frames of the backlog were dropped\nhint: raise spool.mib_max, or look why the collector is away"
+            ));
+        }
+        match written.error {
+            Some(error) => self.failed(now, &error),
+            None if self.said.take().is_some() => self.log.info("the spool takes frames again"),
+            None => {}
+        }
+    }
+
+    fn failed(&mut self, now: Duration, error: &io::Error) {
+        self.retry_at = now + DISK_RETRY;
+        let (kind, hint) = kind_and_hint(error);
+        self.shared.with_ring(|ring| ring.count_fault_of_all(kind));
+        let why = error.to_string();
+        if self.said.as_ref() != Some(&why) {
+            self.log.error(format!(
+                "the spool cannot be written: {why}; the frames stay in memory\nhint: {hint}"
+            ));
+            self.said = Some(why);
+        }
+    }
+
+    /// Takes out of memory what the disk has and what is no longer for the live lane.
+    fn evict(&self, spool: &mut Spool, now: Duration) {
+        let older_than = match self.mode {
+            SpoolMode::Always { .. } => EVICT_AFTER,
+            // What was written was too old for memory, or came after that.
+            SpoolMode::Outage { .. } | SpoolMode::Ram => Duration::ZERO,
+        };
+        self.shared
+            .with_ring(|ring| evict_older(spool, ring, now, older_than));
+    }
+
+    /// Removes what nothing refers to, and says what is to be said.
+    fn clear_up(&mut self, spool: &mut Spool, now: Duration) {
+        self.evict(spool, now);
+        let places = self.shared.with_ring(|ring| ring.places());
+        let keeps_writing = matches!(self.mode, SpoolMode::Always { .. });
+        if let Err(error) = spool.tidy(&places, keeps_writing) {
+            self.failed(now, &error);
+        }
+        for message in spool.take_messages() {
+            self.log.warning(message);
+        }
+    }
+
+    /// Brings everything in memory to the disk, and notes where the next start begins.
+    pub fn finish(&mut self, now: Duration) {
+        if self.mode == SpoolMode::Ram {
+            return;
+        }
+        let shared = Arc::clone(&self.shared);
+        let mut spool = shared.spool();
+        let Some(spool) = spool.as_mut() else { return };
+        let rounds = shared.with_ring(|ring| ring.len()) / (WRITES_MAX * WRITE_RECORDS_MAX);
+        for _ in 0..=rounds {
+            self.write(spool, now, Duration::ZERO);
+        }
+        shared.with_ring(|ring| {
+            ring.doubt(None);
+            evict_older(spool, ring, now, Duration::ZERO);
+        });
+        let (places, accounts) = shared.with_ring(|ring| (ring.places(), ring.stream_accounts()));
+        if spool
+            .tidy(&places, false)
+            .and_then(|()| spool.close(&places, &accounts))
+            .is_err()
+        {
+            self.log.warning("the spool's state could not be written: the next start may send frames a second time, which changes nothing");
+        }
+    }
+}
+
+fn evict_older(spool: &mut Spool, ring: &mut Ring, now: Duration, older_than: Duration) {
+    let found = ring.evictable(now, older_than);
+    let items: Vec<_> = found
+        .iter()
+        .map(|found| (found.place, found.is_frame))
+        .collect();
+    if spool.add_backlog(&items) {
+        ring.evict(&found);
+    }
+}
+
+/// The count of writes for which the spool's disk had no room.
+pub const SPOOL_DISK_FULL: &str = "spool-disk-full";
+/// The count of writes that the spool's folder did not take.
+pub const SPOOL_READ_ONLY: &str = "spool-read-only";
+/// The count of writes at which the spool's disk failed in another way.
+pub const SPOOL_FAILED: &str = "spool-failed";
+
+/// The count of writes that took longer than [`SYNC_MAX`].
+pub const SPOOL_SLOW: &str = "spool-slow";
+
+/// Under which name a failure of the disk is counted, and what can be done about it.
+fn kind_and_hint(error: &io::Error) -> (&'static str, &'static str) {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => (
+            SPOOL_DISK_FULL,
+            "make room on the disk, or lower spool.free_mib_min",
+        ),
+        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => (
+            SPOOL_READ_ONLY,
+            "make the folder writable; a card that has turned read-only is at its end (`dmesg` says so)",
+        ),
+        _ => (
+            SPOOL_FAILED,
+            "look at `dmesg`: a card that gives errors is at its end",
+        ),
+    }
+}

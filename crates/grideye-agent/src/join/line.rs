@@ -1,0 +1,197 @@
+//! The line that `grideye enroll` prints.
+
+use super::credentials::Secret;
+use super::error::NotJoined;
+use super::pin::Pin;
+use crate::address::check_url;
+use crate::limits::JOINED_BYTES_MAX;
+use grideye_recording::check_name;
+use std::str::FromStr;
+
+const SCHEME: &str = "grideye:";
+
+/// What stands around the code in the line that a person pastes: a shell's own `echo` hands the token on without showing it
+/// in the list of processes.
+const COMMAND: (&str, &str) = ("echo ", " | sudo grideye-agent join -");
+
+/// What stands before it where it is an argument.
+const COMMAND_WITH_ARGUMENT: &str = "sudo grideye-agent join ";
+
+/// What `grideye enroll` prints for one agent.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JoinLine {
+    /// `https://HOST:PORT` or `http://HOST:PORT`.
+    pub collector: String,
+    /// The device's name, when the token speaks for one alone.
+    pub device: Option<String>,
+    /// The token for its frames; `None` where the collector asks for none.
+    pub token: Option<Secret>,
+    /// SHA-256 of the certificate of the collector's authority; there with `https` alone.
+    pub pin: Option<Pin>,
+}
+
+impl JoinLine {
+    /// The command to paste on the device, token included. Nothing in a code has a meaning to a shell between these marks.
+    #[must_use]
+    pub fn command(&self) -> String {
+        let (before, after) = COMMAND;
+        format!("{before}'{}'{after}", self.reveal())
+    }
+
+    /// The code alone, token included.
+    #[must_use]
+    pub fn reveal(&self) -> String {
+        let mut line = format!("{SCHEME}{}", self.collector);
+        let token = self.token.as_ref().map(Secret::reveal);
+        let pin = self.pin.as_ref().map(Pin::as_str);
+        let fields = [
+            ("device", self.device.as_deref()),
+            ("token", token),
+            ("pin", pin),
+        ];
+        for (name, value) in fields {
+            if let Some(value) = value {
+                line.push_str(&format!(",{name}={value}"));
+            }
+        }
+        line
+    }
+}
+
+impl FromStr for JoinLine {
+    type Err = NotJoined;
+
+    /// From the code, or from the whole command around it.
+    fn from_str(text: &str) -> Result<Self, NotJoined> {
+        let refuse = |what: &str| {
+            NotJoined(format!(
+                "this is no join line: {what}\nhint: copy the whole line that `grideye enroll DEVICE` printed, with its quotation marks, and paste it as it is"
+            ))
+        };
+        let text = code_in(text.trim());
+        let rest = text
+            .strip_prefix(SCHEME)
+            .filter(|_| text.len() <= JOINED_BYTES_MAX)
+            .ok_or_else(|| refuse("it does not begin with `grideye:`"))?;
+        let mut parts = rest.split(',');
+        let collector = parts.next().unwrap_or_default();
+        check_url(collector).map_err(|what| refuse(&what))?;
+        let mut line = Self {
+            collector: collector.to_owned(),
+            device: None,
+            token: None,
+            pin: None,
+        };
+        for part in parts {
+            let (name, value) = part
+                .split_once('=')
+                .ok_or_else(|| refuse("a part of it has no `=`"))?;
+            let is_new = match name {
+                "device" => {
+                    check_name(value).map_err(|_no_name| refuse("its device has no name"))?;
+                    line.device.replace(value.to_owned()).is_none()
+                }
+                "token" => {
+                    let token = Secret::new(value).map_err(|error| refuse(&error.0))?;
+                    line.token.replace(token).is_none()
+                }
+                "pin" => {
+                    let pin = value.parse().map_err(|error: NotJoined| refuse(&error.0))?;
+                    line.pin.replace(pin).is_none()
+                }
+                _ => {
+                    return Err(refuse(
+                        "a part of it is not known: is the agent older than the collector?",
+                    ));
+                }
+            };
+            if !is_new {
+                return Err(refuse("a part of it is there twice"));
+            }
+        }
+        let is_encrypted = line.collector.starts_with("https://");
+        if is_encrypted != line.pin.is_some() {
+            return Err(refuse("https goes with a pin, and http without"));
+        }
+        Ok(line)
+    }
+}
+
+/// The code in a whole command, with its quotation marks or without: a shell takes them off where the command stood
+/// between others.
+fn code_in(text: &str) -> &str {
+    let (before, after) = COMMAND;
+    text.strip_prefix(before)
+        .and_then(|rest| rest.strip_suffix(after))
+        .or_else(|| text.strip_prefix(COMMAND_WITH_ARGUMENT))
+        .map_or(text, |quoted| quoted.trim_matches('\''))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PIN: &str = "sha256-00112233445566778899aabbccddeeff00112233445566778899aabbccddeeff";
+
+    fn line() -> String {
+        format!("grideye:https://192.168.1.20:8833,device=pi-1,token=grideye-12-34,pin={PIN}")
+    }
+
+    #[test]
+    fn a_line_reads_back_and_hides_its_token() {
+        let read: JoinLine = line().parse().unwrap();
+        assert_eq!(read.reveal(), line());
+        assert_eq!(read.collector, "https://192.168.1.20:8833");
+        assert_eq!(read.device.as_deref(), Some("pi-1"));
+        assert!(!format!("{read:?}").contains("grideye-12-34"));
+        let plain = "grideye:http://pc.local:8833,token=t";
+        assert_eq!(plain.parse::<JoinLine>().unwrap().reveal(), plain);
+        assert_eq!(format!(" {}\n", line()).parse::<JoinLine>().unwrap(), read);
+    }
+
+    #[test]
+    fn the_command_to_paste_reads_back_as_the_code_in_it_and_holds_nothing_that_a_shell_understands()
+     {
+        let read: JoinLine = line().parse().unwrap();
+        let command = read.command();
+        assert_eq!(
+            command,
+            format!("echo '{}' | sudo grideye-agent join -", line())
+        );
+        assert_eq!(command.matches('\'').count(), 2);
+        let as_argument = format!("sudo grideye-agent join '{}'", line());
+        for command in [command, as_argument] {
+            assert_eq!(format!("{command}\n").parse::<JoinLine>().unwrap(), read);
+            // The whole line pasted between quotation marks, as a shell hands it on.
+            let bare = command.replace('\'', "");
+            assert_eq!(bare.parse::<JoinLine>().unwrap(), read);
+            let cut = &command[3..];
+            assert!(cut.parse::<JoinLine>().is_err(), "{cut}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_was_cut_or_changed_is_refused_with_the_fix_and_without_its_token() {
+        let whole = line();
+        let cuts = (0..whole.len()).map(|at| whole[..at].to_owned());
+        let changed = [
+            whole.replace("https", "http"),
+            whole.replace(":8833", ""),
+            whole.replace("token=", "token"),
+            whole.replace("token=", "secret="),
+            whole.replace("device=pi-1", "token=x"),
+            whole.replace(PIN, "sha256-00"),
+            whole.replace("grideye-12-34", ""),
+            whole.replace("grideye-12-34", "a b"),
+        ];
+        for bad in cuts.chain(changed) {
+            // Cut before the pin it is plainly a line without one.
+            let error = bad.parse::<JoinLine>().unwrap_err().to_string();
+            assert!(
+                error.contains("\nhint: copy the whole line"),
+                "{bad}: {error}"
+            );
+            assert!(!error.contains("grideye-12"), "{error}");
+        }
+    }
+}

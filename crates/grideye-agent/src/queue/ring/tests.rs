@@ -1,0 +1,226 @@
+//! The ring's account holds whatever comes and goes.
+
+use super::*;
+use crate::limits::LIVE_FOR;
+use crate::queue::stream::{FAULT_KINDS_MAX, OTHER_FAULTS};
+use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, ThermistorWord};
+use grideye_recording::{ClockState, Stamp};
+use proptest::prelude::*;
+
+mod on_disk;
+
+const SENSORS: [&str; 2] = ["i2c-1:0x68", "i2c-1:0x69"];
+
+fn record(seq: u64, is_frame: bool) -> Record {
+    let frame = RawFrame {
+        thermistor: ThermistorWord(400),
+        pixels: [PixelWord(80); PIXELS],
+    };
+    Record {
+        seq,
+        stamp: Stamp {
+            t_boot_ns: seq,
+            t_utc_ns: 0,
+            clock: ClockState::Unsynced,
+        },
+        reading: if is_frame {
+            Reading::Frame(frame)
+        } else {
+            Reading::NoData(NoData::Nack)
+        },
+    }
+}
+
+fn ring(limit: usize) -> Ring {
+    Ring::new(limit, "pi", "b", SENSORS.map(String::from))
+}
+
+fn push(ring: &mut Ring, stream: usize, record: Record) -> usize {
+    ring.push(stream, record, Duration::ZERO)
+}
+
+fn live(ring: &Ring, records_max: usize) -> Batch {
+    ring.batch(Lane::Live, Duration::ZERO, records_max)
+}
+
+fn seqs(batch: &Batch) -> [Vec<u64>; 2] {
+    let of = |sensor: &str| {
+        let items = batch.items.iter();
+        let of_sensor = items.filter(|item| item.stream.sensor == sensor);
+        of_sensor.map(|item| item.record.seq).collect()
+    };
+    SENSORS.map(of)
+}
+
+#[test]
+fn a_full_ring_drops_the_oldest_of_all_sensors_and_says_so() {
+    let mut ring = ring(3);
+    for (stream, seq) in [(0, 0), (1, 0), (0, 1)] {
+        assert_eq!(push(&mut ring, stream, record(seq, true)), 0);
+    }
+    assert_eq!(push(&mut ring, 1, record(1, true)), 1);
+    assert_eq!(push(&mut ring, 1, record(2, false)), 1);
+    let accounts = ring.accounts();
+    assert_eq!(
+        accounts[SENSORS[0]].dropped,
+        BTreeMap::from([(RING_FULL.to_owned(), 1)])
+    );
+    assert_eq!(
+        accounts[SENSORS[1]].dropped,
+        BTreeMap::from([(RING_FULL.to_owned(), 1)])
+    );
+    assert_eq!(seqs(&live(&ring, 10)), [vec![1], vec![1, 2]]);
+    assert_eq!(push(&mut ring, 0, record(2, true)), 1);
+    assert_eq!(push(&mut ring, 0, record(3, true)), 1);
+    assert_eq!(push(&mut ring, 0, record(4, true)), 1);
+    assert_eq!(
+        ring.accounts()[SENSORS[1]].errors,
+        BTreeMap::from([(ROWS_DROPPED.to_owned(), 1)])
+    );
+}
+
+#[test]
+fn a_batch_takes_the_oldest_of_all_sensors_and_no_more_than_asked() {
+    let mut ring = ring(100);
+    for (stream, seq) in [(0, 0), (0, 1), (1, 0), (0, 2), (1, 1)] {
+        push(&mut ring, stream, record(seq, true));
+    }
+    assert_eq!(seqs(&live(&ring, 3)), [vec![0, 1], vec![0]]);
+    assert!(seqs(&live(&ring, 0)).iter().all(Vec::is_empty));
+    assert_eq!(ring.len(), 5);
+}
+
+#[test]
+fn what_is_old_goes_in_a_lane_of_its_own() {
+    let mut ring = ring(100);
+    for seq in 0..5 {
+        ring.push(0, record(seq, true), Duration::from_secs(seq));
+    }
+    let now = Duration::from_secs(2) + LIVE_FOR;
+    assert_eq!(seqs(&ring.batch(Lane::Late, now, 9))[0], [0, 1, 2]);
+    assert_eq!(seqs(&ring.batch(Lane::Late, now, 2))[0], [0, 1]);
+    assert_eq!(seqs(&ring.batch(Lane::Live, now, 9))[0], [3, 4]);
+}
+
+#[test]
+fn what_was_dropped_while_its_post_was_in_doubt_is_counted_as_delivered_after_all() {
+    let mut ring = ring(3);
+    for seq in 0..3 {
+        push(&mut ring, 0, record(seq, seq != 1));
+    }
+    let posted = live(&ring, 9);
+    ring.doubt(Some(&posted));
+    push(&mut ring, 0, record(3, true));
+    push(&mut ring, 0, record(4, true));
+    let account = |ring: &Ring| ring.accounts()[SENSORS[0]].clone();
+    assert_eq!(
+        account(&ring).dropped,
+        BTreeMap::from([(RING_FULL.to_owned(), 1)])
+    );
+    assert_eq!(ring.acknowledge(&posted.items), 3);
+    ring.doubt(None);
+    assert_eq!(account(&ring).dropped, BTreeMap::new());
+    assert_eq!(account(&ring).errors, BTreeMap::new());
+    assert_eq!(
+        (ring.acknowledged(SENSORS[0]), account(&ring).spooled),
+        (2, 2)
+    );
+    // A second answer to the same post counts nothing.
+    assert_eq!(ring.acknowledge(&posted.items), 0);
+    assert_eq!(ring.acknowledged(SENSORS[0]), 2);
+}
+
+#[test]
+fn fault_kinds_beyond_the_limit_are_counted_together() {
+    let mut ring = ring(1);
+    for kind in 0..FAULT_KINDS_MAX + 5 {
+        ring.count_fault(0, &kind.to_string());
+    }
+    let errors = &ring.accounts()[SENSORS[0]].errors;
+    assert_eq!(
+        (errors.len(), errors[OTHER_FAULTS]),
+        (FAULT_KINDS_MAX + 1, 5)
+    );
+}
+
+#[derive(Debug, Clone)]
+enum Action {
+    Push {
+        stream: usize,
+        is_frame: bool,
+        skip: u64,
+    },
+    Batch {
+        records_max: usize,
+    },
+    Acknowledge {
+        through: usize,
+    },
+    LoseTheAnswer {
+        records_max: usize,
+    },
+    SetAside {
+        records_max: usize,
+    },
+}
+
+fn action() -> impl Strategy<Value = Action> {
+    prop_oneof![
+        6 => (0..2_usize, prop::bool::weighted(0.8), 0..3_u64)
+            .prop_map(|(stream, is_frame, skip)| Action::Push { stream, is_frame, skip }),
+        2 => (0..9_usize).prop_map(|records_max| Action::Batch { records_max }),
+        2 => (0..60_usize).prop_map(|through| Action::Acknowledge { through }),
+        1 => (0..9_usize).prop_map(|records_max| Action::LoseTheAnswer { records_max }),
+        1 => (0..4_usize).prop_map(|records_max| Action::SetAside { records_max }),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn read_equals_acknowledged_plus_dropped_plus_spooled(
+        limit in 1..12_usize,
+        actions in prop::collection::vec(action(), 1..200),
+    ) {
+        let mut ring = ring(limit);
+        let mut next = [0, 0];
+        let mut read = [0, 0];
+        let mut posted = live(&ring, 0);
+        for action in actions {
+            match action {
+                Action::Push { stream, is_frame, skip } => {
+                    next[stream] += skip;
+                    push(&mut ring, stream, record(next[stream], is_frame));
+                    next[stream] += 1;
+                    read[stream] += u64::from(is_frame);
+                }
+                Action::Batch { records_max } => {
+                    posted = live(&ring, records_max);
+                    prop_assert!(posted.items.len() <= records_max);
+                    ring.doubt(None);
+                }
+                Action::LoseTheAnswer { records_max } => {
+                    posted = live(&ring, records_max);
+                    ring.doubt(Some(&posted));
+                }
+                Action::Acknowledge { through } => {
+                    ring.acknowledge(posted.items.iter().take(through));
+                }
+                Action::SetAside { records_max } => {
+                    let refused = live(&ring, records_max);
+                    ring.drop_refused(&refused.items, "refused-422");
+                }
+            }
+            prop_assert!(ring.len() <= limit);
+            let everything = live(&ring, usize::MAX);
+            prop_assert_eq!(everything.items.len(), ring.len());
+            for (sensor, read) in SENSORS.iter().zip(read) {
+                let account = &ring.accounts()[*sensor];
+                let dropped: u64 = account.dropped.values().sum();
+                prop_assert_eq!(account.read, read);
+                prop_assert_eq!(account.read, ring.acknowledged(sensor) + dropped + account.spooled);
+                let held = everything.items.iter().filter(|item| item.is_frame() && item.stream.sensor == *sensor).count();
+                prop_assert_eq!(account.spooled, u64::try_from(held).unwrap());
+            }
+        }
+    }
+}

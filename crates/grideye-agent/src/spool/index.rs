@@ -1,0 +1,175 @@
+//! The spool's index in memory: which segments there are, what waits in them, and what is said of it.
+
+use super::disk::{Disk, OpenError};
+use super::limits::Limits;
+use super::name::name_of;
+use super::state::{Count, Cursor, Run};
+use super::types::{Content, Dropped, Extent, Segment, Writing};
+use grideye_recording::StreamId;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::fmt;
+use std::io;
+use std::sync::Arc;
+
+/// The spool of one agent.
+pub struct Spool {
+    pub(super) disk: Box<dyn Disk>,
+    pub(super) limits: Limits,
+    pub(super) own: (String, String),
+    pub(super) segments: BTreeMap<u64, Segment>,
+    /// Segments of runs before, that are yet to be looked at.
+    pub(super) unread: VecDeque<u64>,
+    pub(super) writing: Option<(u64, Writing)>,
+    pub(super) next_number: u64,
+    /// By segment and first byte.
+    pub(super) backlog: BTreeMap<(u64, u64), Extent>,
+    pub(super) waiting: BTreeMap<Arc<StreamId>, Content>,
+    /// The highest number found on disk, while the segments of runs before are looked at.
+    pub(super) found_through: BTreeMap<Arc<StreamId>, u64>,
+    /// Runs that are over, in the order of their ends.
+    pub(super) runs: Vec<Run>,
+    pub(super) own_run: Run,
+    /// Runs of which nothing is to be sent for the time being.
+    pub(super) held: BTreeSet<String>,
+    pub(super) cursor: Cursor,
+    pub(super) dropped: Vec<Dropped>,
+    pub(super) removed: BTreeSet<u64>,
+    pub(super) messages: Vec<String>,
+    pub(super) quarantine_bytes: u64,
+}
+
+impl fmt::Debug for Spool {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Spool")
+            .field("segments", &self.segments.len())
+            .field("waiting", &self.waiting)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Spool {
+    /// Takes over a disk for the run `boot` of `device`, and notes that run on it. The segments that it holds are looked
+    /// at later, by [`Spool::recover`].
+    ///
+    /// # Errors
+    /// [`OpenError`]. A disk that cannot be read is not taken; one that cannot be written is, and fails later.
+    pub fn open(
+        disk: Box<dyn Disk>,
+        limits: Limits,
+        device: &str,
+        boot: &str,
+        sensors: &[String],
+    ) -> Result<Self, OpenError> {
+        let mut spool = Self {
+            disk,
+            limits,
+            own: (device.to_owned(), boot.to_owned()),
+            segments: BTreeMap::new(),
+            unread: VecDeque::new(),
+            writing: None,
+            next_number: 1,
+            backlog: BTreeMap::new(),
+            waiting: BTreeMap::new(),
+            found_through: BTreeMap::new(),
+            runs: Vec::new(),
+            own_run: Run {
+                device: device.to_owned(),
+                boot: boot.to_owned(),
+                sensors: sensors
+                    .iter()
+                    .map(|sensor| (sensor.clone(), Count::default()))
+                    .collect(),
+            },
+            held: BTreeSet::new(),
+            cursor: Cursor::default(),
+            dropped: Vec::new(),
+            removed: BTreeSet::new(),
+            messages: Vec::new(),
+            quarantine_bytes: 0,
+        };
+        spool.load()?;
+        if let Err(error) = spool.save() {
+            spool.say(&format!("state not written: {error}"));
+        }
+        Ok(spool)
+    }
+
+    /// What was dropped since this was last asked.
+    pub fn take_dropped(&mut self) -> Vec<Dropped> {
+        std::mem::take(&mut self.dropped)
+    }
+
+    /// The segments that are gone since this was last asked: what memory believes to be in them is on no disk.
+    pub fn take_removed(&mut self) -> BTreeSet<u64> {
+        std::mem::take(&mut self.removed)
+    }
+
+    /// What a person should know, since this was last asked.
+    pub fn take_messages(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.messages)
+    }
+
+    /// Frames of this run, then frames of runs before, that wait on the disk.
+    #[must_use]
+    pub fn waiting_frames(&self) -> (u64, u64) {
+        let mut frames = (0, 0);
+        for (id, content) in &self.waiting {
+            if id.boot == self.own.1 {
+                frames.0 += content.frames;
+            } else {
+                frames.1 += content.frames;
+            }
+        }
+        frames
+    }
+
+    /// Frames of this run that wait on the disk, by sensor.
+    #[must_use]
+    pub fn waiting_by_sensor(&self) -> BTreeMap<String, u64> {
+        let own = self.waiting.iter().filter(|(id, _)| id.boot == self.own.1);
+        own.map(|(id, content)| (id.sensor.clone(), content.frames))
+            .collect()
+    }
+
+    /// Whether every segment of the runs before has been looked at.
+    #[must_use]
+    pub fn is_recovered(&self) -> bool {
+        self.unread.is_empty()
+    }
+
+    /// Whether nothing waits on the disk.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.unread.is_empty() && self.backlog.is_empty()
+    }
+
+    /// Bytes of all segments.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.segments.values().map(|segment| segment.bytes).sum()
+    }
+
+    pub(super) fn say(&mut self, message: &str) {
+        /// Messages that wait to be logged.
+        const MESSAGES_MAX: usize = 100;
+        if self.messages.len() < MESSAGES_MAX {
+            self.messages.push(format!("spool: {message}"));
+        }
+    }
+
+    pub(super) fn remove(&mut self, number: u64) -> io::Result<()> {
+        self.segments.remove(&number);
+        self.removed.insert(number);
+        match self.disk.remove(&name_of(number)) {
+            // A segment whose first write failed has no file.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            other => other,
+        }
+    }
+
+    pub(super) fn stream(&self, segment: u64, index: u16) -> Option<Arc<StreamId>> {
+        let streams = &self.segments.get(&segment)?.streams;
+        streams.get(usize::from(index)).map(Arc::clone)
+    }
+}
