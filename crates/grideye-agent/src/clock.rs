@@ -1,5 +1,6 @@
 //! The agent's clocks: one that only runs forward, and the wall clock that a Raspberry Pi has to be told.
 
+use crate::lock::lock;
 use grideye_recording::{ClockState, Stamp};
 use rustix::thread::clock_nanosleep_absolute;
 use rustix::time::{ClockId, Timespec, clock_gettime};
@@ -63,10 +64,7 @@ impl SystemClock {
     /// plausible year must do.
     fn has_been_set(&self) -> bool {
         let now = self.boot();
-        let mut answer = self
-            .synchronized
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut answer = lock(&self.synchronized);
         match *answer {
             Some((asked, said)) if now.saturating_sub(asked) < SYNC_ANSWER_VALID => said,
             _ => {

@@ -68,6 +68,7 @@ pub mod deliver;
 pub mod health;
 pub mod join;
 pub mod limits;
+mod lock;
 pub mod log;
 pub mod queue;
 pub mod sampler;

@@ -8,7 +8,6 @@ pub const RING_FRAMES_MAX: usize = 200_000;
 pub const LIVE_FOR: Duration = Duration::from_secs(10);
 /// How often the spooler looks, unless it syncs more often.
 pub const LOOK_EVERY: Duration = Duration::from_millis(125);
-
 /// How long the disk may take to sync for what is stated to hold ([`Guarantee`](crate::config::Guarantee)).
 pub const SYNC_MAX: Duration = Duration::from_millis(125);
 /// Length of a join line and of the file that joining leaves, at most, in bytes.

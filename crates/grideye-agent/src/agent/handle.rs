@@ -13,10 +13,8 @@ use std::time::{Duration, Instant};
 
 /// How long [`AgentHandle::stop`] waits for the bus threads; one that hangs longer in a transfer is left behind.
 pub const BUS_STOP_MAX: Duration = Duration::from_secs(3);
-
 /// How long [`AgentHandle::stop`] waits beyond its time for the uploader; one that hangs in a post is left behind.
 pub const UPLOAD_STOP_MAX: Duration = Duration::from_secs(1);
-
 /// How long [`AgentHandle::stop`] waits for what is left in memory to be on the disk.
 pub const SPOOLER_STOP_MAX: Duration = Duration::from_secs(5);
 

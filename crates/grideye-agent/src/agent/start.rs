@@ -56,7 +56,7 @@ impl Start {
 }
 
 impl Agent {
-    /// Starts a thread for each bus, one that delivers, and one that keeps the spool.
+    /// Starts a thread for each bus, one that delivers, and one that writes the spool.
     ///
     /// A spool whose disk does not work is no reason not to start: the frames stay in memory, and that is said.
     ///

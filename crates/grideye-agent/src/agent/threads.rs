@@ -1,6 +1,7 @@
 //! The agent's threads: how they are started, and which of them still run.
 
 use super::error::StartError;
+use crate::lock::lock;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
@@ -12,8 +13,8 @@ pub(super) const STACK_BYTES: usize = 1 << 20;
 #[derive(Debug)]
 pub(super) struct Running {
     pub(super) is_stopping: AtomicBool,
-    pub(super) is_running: Mutex<Vec<bool>>,
-    pub(super) ended: Condvar,
+    is_running: Mutex<Vec<bool>>,
+    ended: Condvar,
 }
 
 impl Running {
@@ -26,28 +27,20 @@ impl Running {
     }
 
     pub(super) fn left(&self) -> usize {
-        let is_running = self
-            .is_running
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let is_running = lock(&self.is_running);
         is_running.iter().filter(|is_running| **is_running).count()
     }
 
     pub(super) fn wait(&self, timeout: Duration) -> bool {
-        let is_running = self
-            .is_running
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
         let some_run = |is_running: &mut Vec<bool>| is_running.contains(&true);
-        let waited = self.ended.wait_timeout_while(is_running, timeout, some_run);
+        let waited = self
+            .ended
+            .wait_timeout_while(lock(&self.is_running), timeout, some_run);
         !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
     pub(super) fn still_running(&self, names: &[String]) -> Vec<String> {
-        let is_running = self
-            .is_running
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let is_running = lock(&self.is_running);
         let running = names
             .iter()
             .zip(is_running.iter())
@@ -64,12 +57,7 @@ pub(super) struct Ended<'a> {
 
 impl Drop for Ended<'_> {
     fn drop(&mut self) {
-        let mut is_running = self
-            .running
-            .is_running
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        if let Some(is_running) = is_running.get_mut(self.index) {
+        if let Some(is_running) = lock(&self.running.is_running).get_mut(self.index) {
             *is_running = false;
         }
         self.running.ended.notify_all();

@@ -6,8 +6,9 @@
 
 use super::sensor::{Sensor, Sink};
 use crate::clock::Clock;
+use crate::lock::lock;
 use crate::log::Log;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How long an operation on a bus may take until it counts as hung: a set-up of ten transfers on a bus that times each
@@ -128,11 +129,6 @@ impl Watched {
             },
         })
     }
-}
-
-/// A panic of the other thread would be a defect; going on loses less than stopping.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

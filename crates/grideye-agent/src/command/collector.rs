@@ -2,7 +2,7 @@
 
 use super::exit::BadUsage;
 use grideye_agent::advice;
-use grideye_agent::deliver::transport;
+use grideye_agent::deliver::transport::{self, signed};
 use grideye_agent::join::Credentials;
 use grideye_recording::wire::{Batch, JSON_TYPE};
 use serde_json::Value;
@@ -22,25 +22,18 @@ pub(super) fn get(
 ) -> anyhow::Result<(u16, Value)> {
     let client = transport::client(credentials, TIMEOUT).map_err(BadUsage)?;
     let request = client.get(format!("{collector}{path}"));
-    answer(collector, signed(request, credentials).call())
+    answer(
+        collector,
+        signed(request, credentials.token.as_ref()).call(),
+    )
 }
 
 /// Status and answer of a post of frames.
 fn post(collector: &str, credentials: &Credentials, batch: &Batch) -> anyhow::Result<(u16, Value)> {
     let client = transport::client(credentials, TIMEOUT).map_err(BadUsage)?;
     let request = client.post(format!("{collector}/v1/frames"));
-    let request = signed(request, credentials).header("content-type", JSON_TYPE);
+    let request = signed(request, credentials.token.as_ref()).header("content-type", JSON_TYPE);
     answer(collector, request.send(batch.to_json()?))
-}
-
-fn signed<B>(
-    request: ureq::RequestBuilder<B>,
-    credentials: &Credentials,
-) -> ureq::RequestBuilder<B> {
-    match &credentials.token {
-        Some(token) => request.header("authorization", format!("Bearer {}", token.reveal())),
-        None => request,
-    }
 }
 
 fn answer(

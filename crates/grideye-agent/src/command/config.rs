@@ -50,7 +50,6 @@ pub(super) fn host_name() -> String {
 }
 
 const FILE: &str = "collector.toml";
-
 /// The same file as systemd hands it to the unit (`LoadCredential=grideye:/etc/grideye`).
 const CREDENTIAL: &str = "grideye_collector.toml";
 

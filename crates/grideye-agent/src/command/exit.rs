@@ -4,9 +4,7 @@ use std::io::Write as _;
 use std::process::ExitCode;
 
 pub(super) const FAILED: u8 = 1;
-
 const BAD_USAGE: u8 = 2;
-
 pub(super) const DATA_LOST: u8 = 3;
 
 /// The caller's mistake: exit code 2.

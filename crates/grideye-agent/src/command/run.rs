@@ -18,10 +18,8 @@ use std::time::{Duration, Instant};
 
 /// How long the last frames may take to the collector when the agent is told to stop.
 const FLUSH_FOR: Duration = Duration::from_secs(10);
-
 /// The same of a run that ended by itself and has waited for that long already.
 const FLUSH_FOR_LEAST: Duration = Duration::from_secs(1);
-
 /// How soon a signal is noticed.
 const SIGNAL_EVERY: Duration = Duration::from_millis(100);
 

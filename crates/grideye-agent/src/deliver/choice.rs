@@ -68,7 +68,8 @@ impl<P: Post> Scheduler<P> {
                     }
                 }
                 Err(error) => {
-                    self.say_failure(Lane::Disk, &format!("the spool cannot be read: {error}"));
+                    let why = format!("the spool cannot be read: {error}");
+                    self.say_failure(Lane::Disk, &why, &why);
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! Posts over HTTP, and what the collector's answers mean.
 
 use super::post::{Post, Posted};
+use super::transport::signed;
 use crate::advice;
 use crate::config::Body;
 use crate::join::Secret;
@@ -73,13 +74,8 @@ impl Http {
         content_type: &str,
         timeout: Duration,
     ) -> Result<(u16, Posted), ureq::Error> {
-        let mut request = self
-            .agent
-            .post(&self.url)
+        let mut request = signed(self.agent.post(&self.url), self.token.as_ref())
             .header("content-type", content_type);
-        if let Some(token) = &self.token {
-            request = request.header("authorization", format!("Bearer {}", token.reveal()));
-        }
         let now = Instant::now();
         let due = self.configuration.as_mut().filter(|configuration| {
             configuration

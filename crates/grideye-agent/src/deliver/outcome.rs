@@ -175,7 +175,7 @@ impl<P: Post> Scheduler<P> {
         });
         match spool.as_mut().map(|spool| spool.quarantine(item, &reason)) {
             None => String::new(),
-            Some(Ok(())) => format!(" in {}", QUARANTINE),
+            Some(Ok(())) => format!(" in {QUARANTINE}"),
             Some(Err(error)) => format!(", but not kept: {error}"),
         }
     }
@@ -202,10 +202,7 @@ impl<P: Post> Scheduler<P> {
         let held = self.shared.with_ring(|ring| ring.len());
         let collector = &self.pace.collector;
         let line = format!("delivery to {collector} failed, {held} records wait: {why}");
-        if self.turn_of(lane).said.as_deref() != Some(why) {
-            self.log.warning(line);
-            self.turn(lane).said = Some(why.to_owned());
-        }
+        self.say_failure(lane, why, &line);
         let random = self.next_random();
         let now = self.time();
         self.shared.observed().failed(why);
@@ -222,9 +219,10 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    pub(super) fn say_failure(&mut self, lane: Lane, why: &str) {
+    /// Logs a failure, unless it is the one that was last logged for this lane.
+    pub(super) fn say_failure(&mut self, lane: Lane, why: &str, line: &str) {
         if self.turn_of(lane).said.as_deref() != Some(why) {
-            self.log.warning(why);
+            self.log.warning(line);
             self.turn(lane).said = Some(why.to_owned());
         }
     }

@@ -12,9 +12,9 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Records of one group at most, written and synced at once.
+/// Records of one write at most, which is synced at once.
 pub const WRITE_RECORDS_MAX: usize = 5000;
-/// Groups that are written in a row at most, before anything else is looked at.
+/// Writes in a row at most, before anything else is looked at.
 pub const WRITES_MAX: usize = 4;
 /// The pause after a write that failed.
 pub const DISK_RETRY: Duration = Duration::from_secs(5);
@@ -149,7 +149,7 @@ impl Spooler {
         }
     }
 
-    /// Writes the groups that are due. Each goes to the backlog before the next is written, so that in a spool that is
+    /// Writes what is due, piece by piece. Each goes to the backlog before the next is written, so that in a spool that is
     /// full the older ones make room for the newer.
     fn write(&mut self, spool: &mut Spool, now: Duration, older_than: Duration) {
         for _ in 0..WRITES_MAX {

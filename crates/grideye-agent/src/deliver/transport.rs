@@ -1,9 +1,10 @@
 //! HTTP with the collector: time limits, and TLS with the one authority that is believed.
 
-use crate::join::{ClientCertificate, Credentials};
+use crate::join::{ClientCertificate, Credentials, Secret};
 use rustls::crypto::ring::default_provider;
 use std::sync::Arc;
 use std::time::Duration;
+use ureq::RequestBuilder;
 use ureq::tls::{Certificate, ClientCert, PrivateKey, RootCerts, TlsConfig, TlsProvider};
 
 /// How long connecting may take, beside the time for the whole request.
@@ -27,6 +28,14 @@ pub fn client(credentials: &Credentials, request_timeout: Duration) -> Result<ur
         .user_agent(concat!("grideye-agent/", env!("CARGO_PKG_VERSION")))
         .build();
     Ok(config.new_agent())
+}
+
+/// The request with this token, if there is one.
+pub fn signed<B>(request: RequestBuilder<B>, token: Option<&Secret>) -> RequestBuilder<B> {
+    match token {
+        Some(token) => request.header("authorization", format!("Bearer {}", token.reveal())),
+        None => request,
+    }
 }
 
 /// Without an authority nobody is believed, and https goes nowhere.

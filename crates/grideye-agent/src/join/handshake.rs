@@ -5,6 +5,7 @@ use super::credentials::ClientCertificate;
 use super::error::NotJoined;
 use super::pin::Pin;
 use crate::advice::network::{certificate_hint, in_handshake};
+use crate::lock::lock;
 use rustls::client::WebPkiServerVerifier;
 use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
 use rustls::crypto::CryptoProvider;
@@ -16,7 +17,7 @@ use rustls::{
 };
 use std::io;
 use std::net::{TcpStream, ToSocketAddrs as _};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Fetches the certificate with this pin from the collector at `https://HOST:PORT`, in PEM. The collector must prove in
@@ -64,11 +65,7 @@ pub fn authority_of(
             .complete_io(&mut stream)
             .map_err(|error| refuse(format!("no TLS: {error}"), hint(&error)))?;
     }
-    let found = verifier
-        .found
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .take();
+    let found = lock(&verifier.found).take();
     found
         .map(|der| base64::certificate_pem(&der))
         .ok_or_else(|| {
@@ -166,7 +163,7 @@ impl ServerCertVerifier for Pinned {
             ocsp_response,
             now,
         )?;
-        *self.found.lock().unwrap_or_else(PoisonError::into_inner) = Some(pinned.to_vec());
+        *lock(&self.found) = Some(pinned.to_vec());
         Ok(verified)
     }
 

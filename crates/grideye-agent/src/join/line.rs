@@ -9,11 +9,9 @@ use grideye_recording::check_name;
 use std::str::FromStr;
 
 const SCHEME: &str = "grideye:";
-
 /// What stands around the code in the line that a person pastes: a shell's own `echo` hands the token on without showing it
 /// in the list of processes.
 const COMMAND: (&str, &str) = ("echo ", " | sudo grideye-agent join -");
-
 /// What stands before it where it is an argument.
 const COMMAND_WITH_ARGUMENT: &str = "sudo grideye-agent join ";
 

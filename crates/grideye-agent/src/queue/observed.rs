@@ -1,9 +1,10 @@
 //! What the agent's threads note of their work. Each note is short and waits for no disk and no network.
 
+use crate::lock::lock;
 use grideye_frame::{NoData, Reading};
 use grideye_recording::{ClockState, Record};
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
 /// Notes of all threads. Times are those of [`Shared::now`](super::Shared::now).
@@ -106,6 +107,6 @@ impl Observed {
     }
 
     fn notes(&self) -> MutexGuard<'_, Notes> {
-        self.notes.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.notes)
     }
 }

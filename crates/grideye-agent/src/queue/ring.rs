@@ -145,7 +145,7 @@ impl Ring {
             };
             let seq = item.record.seq;
             if let Some(held) = stream.index_of(seq).and_then(|at| stream.held.remove(at)) {
-                stream.settle(&held.record, None);
+                stream.settle(held.is_frame(), None);
                 self.len -= 1;
                 freed += 1;
             } else if stream.dropped_in_doubt.remove(&seq) {
@@ -165,7 +165,7 @@ impl Ring {
             };
             let index = stream.index_of(item.record.seq);
             if let Some(held) = index.and_then(|at| stream.held.remove(at)) {
-                stream.settle(&held.record, Some(reason));
+                stream.settle(held.is_frame(), Some(reason));
                 self.len -= 1;
                 gone += 1;
             }
@@ -177,7 +177,7 @@ impl Ring {
     pub fn delivered_from_disk(&mut self, items: &[Item]) {
         for item in items {
             if let Some(stream) = self.stream_mut(&item.stream) {
-                stream.settle(&item.record, None);
+                stream.settle(item.is_frame(), None);
             }
         }
     }
@@ -202,7 +202,7 @@ impl Ring {
     /// Counts records from the disk that the collector refuses for ever.
     pub fn refused_from_disk(&mut self, item: &Item, reason: &str) {
         if let Some(stream) = self.stream_mut(&item.stream) {
-            stream.settle(&item.record, Some(reason));
+            stream.settle(item.is_frame(), Some(reason));
         }
     }
 
@@ -262,11 +262,15 @@ impl Ring {
         if removed.is_empty() {
             return;
         }
-        let (gone, kept) = std::mem::take(&mut self.spilled)
+        let (gone, kept): (Vec<OnDisk>, Vec<OnDisk>) = std::mem::take(&mut self.spilled)
             .into_iter()
             .partition(|spilled| removed.contains(&spilled.place.segment));
         self.spilled = kept;
-        self.count_spilled_as_dropped(gone);
+        for spilled in gone {
+            if let Some(stream) = self.stream_mut(&spilled.id) {
+                stream.settle(spilled.is_frame, Some(RING_FULL));
+            }
+        }
         for held in self.streams.iter_mut().flat_map(|stream| &mut stream.held) {
             if held
                 .place
@@ -293,7 +297,7 @@ impl Ring {
                     id: Arc::clone(&stream.id),
                     seq,
                     place,
-                    is_frame: held.record.reading.frame().is_some(),
+                    is_frame: held.is_frame(),
                 })
             }));
         }
@@ -359,28 +363,6 @@ impl Ring {
         stream.map_or(0, |stream| stream.acknowledged)
     }
 
-    fn count_spilled_as_dropped(&mut self, gone: Vec<OnDisk>) {
-        for spilled in gone {
-            let Some(stream) = self.stream_mut(&spilled.id) else {
-                continue;
-            };
-            if spilled.is_frame {
-                stream.account.spooled = stream.account.spooled.saturating_sub(1);
-            }
-            let counts = if spilled.is_frame {
-                &mut stream.account.dropped
-            } else {
-                &mut stream.account.errors
-            };
-            let reason = if spilled.is_frame {
-                RING_FULL
-            } else {
-                ROWS_DROPPED
-            };
-            count(counts, reason, 1);
-        }
-    }
-
     fn stream_mut(&mut self, id: &Arc<StreamId>) -> Option<&mut Stream> {
         self.streams.iter_mut().find(|stream| stream.id == *id)
     }
@@ -403,19 +385,15 @@ impl Ring {
             self.len -= 1;
             let seq = held.record.seq;
             if let Some(place) = held.place {
-                let (id, is_frame) = (
-                    Arc::clone(&stream.id),
-                    held.record.reading.frame().is_some(),
-                );
                 self.spilled.push(OnDisk {
-                    id,
+                    id: Arc::clone(&stream.id),
                     seq,
                     place,
-                    is_frame,
+                    is_frame: held.is_frame(),
                 });
                 continue;
             }
-            stream.settle(&held.record, Some(RING_FULL));
+            stream.settle(held.is_frame(), Some(RING_FULL));
             if stream.in_doubt.contains(&seq) {
                 stream.dropped_in_doubt.insert(seq);
             }

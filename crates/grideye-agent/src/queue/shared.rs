@@ -2,6 +2,7 @@
 
 use super::observed::Observed;
 use super::ring::Ring;
+use crate::lock::lock;
 use crate::spool::Spool;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -64,7 +65,7 @@ impl Shared {
 
     /// The spool. May be held as long as the disk takes.
     pub fn spool(&self) -> MutexGuard<'_, Option<Spool>> {
-        self.spool.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.spool)
     }
 
     /// The spool, unless the spooler is at work in it.
@@ -126,8 +127,7 @@ impl Shared {
         }
     }
 
-    /// A panic of another thread in the middle of a count would be a defect; going on loses less than stopping.
     fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state)
     }
 }

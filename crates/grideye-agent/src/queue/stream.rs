@@ -2,7 +2,6 @@
 
 use crate::batch::{Lane, Place};
 use crate::limits::LIVE_FOR;
-use grideye_frame::Reading;
 use grideye_recording::wire::Account;
 use grideye_recording::{Record, StreamId};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -11,16 +10,14 @@ use std::time::Duration;
 
 /// The reason under which frames are dropped because the ring was full.
 pub const RING_FULL: &str = "ring-full";
-
 /// The count of rows of missing frames that were dropped, which are no frames that were read.
 pub const ROWS_DROPPED: &str = "missing-rows-dropped";
-
 /// Kinds of faults that one account tells apart at most; the rest are counted together.
 pub const FAULT_KINDS_MAX: usize = 32;
-
 /// The count of faults beyond [`FAULT_KINDS_MAX`] kinds.
 pub const OTHER_FAULTS: &str = "other";
 
+/// One sensor of a ring.
 #[derive(Debug)]
 pub(super) struct Stream {
     pub(super) id: Arc<StreamId>,
@@ -53,19 +50,25 @@ pub struct OnDisk {
     pub is_frame: bool,
 }
 
+impl Held {
+    pub(super) fn is_frame(&self) -> bool {
+        self.record.reading.frame().is_some()
+    }
+}
+
 impl Stream {
-    pub(super) fn settle(&mut self, record: &Record, reason: Option<&str>) {
-        match (record.reading, reason) {
-            (Reading::Frame(_), None) => {
-                self.account.spooled = self.account.spooled.saturating_sub(1);
-                self.acknowledged += 1;
-            }
-            (Reading::Frame(_), Some(reason)) => {
-                self.account.spooled = self.account.spooled.saturating_sub(1);
+    /// Counts what became of a record: acknowledged, or dropped for a reason.
+    pub(super) fn settle(&mut self, is_frame: bool, reason: Option<&str>) {
+        if is_frame {
+            self.account.spooled = self.account.spooled.saturating_sub(1);
+        }
+        match (is_frame, reason) {
+            (true, None) => self.acknowledged += 1,
+            (true, Some(reason)) => {
                 *self.account.dropped.entry(reason.to_owned()).or_default() += 1;
             }
-            (Reading::NoData(_), None) => {}
-            (Reading::NoData(_), Some(_)) => count(&mut self.account.errors, ROWS_DROPPED, 1),
+            (false, None) => {}
+            (false, Some(_)) => count(&mut self.account.errors, ROWS_DROPPED, 1),
         }
     }
 

@@ -50,21 +50,16 @@ pub enum Event {
 
 /// The count of moments at which the sensor's updates did not come where they had to.
 pub const OUT_OF_STEP: &str = "out-of-step";
-
 /// The count of moments at which the number of frames since the last one had to be estimated: after a set-up, or after
 /// so long a time without frames that the sensor's period is not known well enough. `seq` may be off from there on.
 pub const COUNT_ESTIMATED: &str = "count-estimated";
-
 /// The count of frames whose thermistor, a transfer of its own, may be that of the frame after, because the read was
 /// that late.
 pub const THERMISTOR_LATE: &str = "thermistor-late";
-
 /// The count of frames with a pixel that reads what a failed one does, far from all around it. They are recorded as
 /// they are.
 pub const GLITCH_PIXEL: &str = "glitch-pixel";
-
 /// The count of transfers that did not come back.
 pub const BUS_HUNG: &str = "bus-hung";
-
 /// The count of gaps that were too long to be listed row by row.
 pub const GAP_NOT_LISTED: &str = "gap-not-listed";

@@ -2,22 +2,16 @@
 
 /// The reason under which frames are dropped because the spool was full.
 pub const SPOOL_FULL: &str = "spool-full";
-
 /// The reason under which frames are dropped that the disk held and could not give back.
 pub const SPOOL_DAMAGED: &str = "spool-damaged";
-
 /// Bytes of a segment, from which on another one is begun: some ten minutes of one sensor at 10 Hz.
 pub const SEGMENT_BYTES: u64 = 1 << 20;
-
 /// Bytes that the quarantine may hold; beyond, what is set aside is counted and said, but not kept.
 pub const QUARANTINE_BYTES_MAX: u64 = 16 << 20;
-
 /// Runs of records on disk, each without a gap, that are remembered. While there are more, records stay in memory.
 pub const EXTENTS_MAX: usize = 10_000;
-
 /// Attempts to read a segment, after which its frames are given up.
 pub const READS_MAX: u32 = 3;
-
 /// The largest segment that is read: this program writes none that is larger.
 pub(super) const SEGMENT_READ_MAX: usize = 16 << 20;
 

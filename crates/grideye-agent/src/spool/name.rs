@@ -1,11 +1,11 @@
 //! The names of the segments' files.
 
+const SEGMENT_PREFIX: &str = "segment-";
+
 /// The name of a segment's file.
 pub(super) fn name_of(number: u64) -> String {
     format!("{SEGMENT_PREFIX}{number:016x}")
 }
-
-const SEGMENT_PREFIX: &str = "segment-";
 
 /// The number in the name of a segment's file.
 pub(super) fn number_of(name: &str) -> Option<u64> {

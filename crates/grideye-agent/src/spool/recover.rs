@@ -179,7 +179,7 @@ impl Spool {
                 let Some(id) = self.stream(scan.number, stream) else {
                     return;
                 };
-                // A group whose sync failed was written once more.
+                // What was not synced was written once more.
                 let is_new = self
                     .found_through
                     .get(&id)

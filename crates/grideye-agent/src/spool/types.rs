@@ -45,7 +45,7 @@ pub struct Dropped {
     pub reason: &'static str,
 }
 
-/// What became of a group of records that was to be written.
+/// What became of records that were to be written.
 #[derive(Debug, Default)]
 pub struct Written {
     /// Where the first so many of them are on the disk.

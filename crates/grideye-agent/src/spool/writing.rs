@@ -1,4 +1,4 @@
-//! Writing: groups of records into the segment that is being written, and room for them.
+//! Writing: records into the segment that is being written, and room for them.
 
 use super::index::Spool;
 use super::limits::SPOOL_FULL;
@@ -102,7 +102,7 @@ impl Spool {
             writing.encoder.account(&mut bytes, id, account);
         }
         let mut places = Vec::new();
-        // The first record's place takes in what stands before it, so that the places of two groups adjoin.
+        // The first record's place takes in what stands before it, so that the places of two writes adjoin.
         let mut from = begin.max(u64::try_from(HEADER_BYTES).unwrap_or(u64::MAX));
         for (id, record) in records {
             let (_, stream) = writing.encoder.record(&mut bytes, id, record);
