@@ -3,7 +3,7 @@
 use std::net::Ipv6Addr;
 
 /// Whether this is HOST:PORT. An address that cannot be right is refused at the start: as a failed delivery it would be
-/// tried again for ever.
+/// retried without end.
 pub(crate) fn is_host_and_port(authority: &str) -> bool {
     let Some((host, port)) = authority.rsplit_once(':') else {
         return false;

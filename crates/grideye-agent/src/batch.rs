@@ -33,7 +33,7 @@ pub enum Lane {
 /// One record, and where it is on the disk if it is there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
-    /// Whose.
+    /// The stream that it belongs to.
     pub stream: Arc<StreamId>,
     /// The record.
     pub record: Record,

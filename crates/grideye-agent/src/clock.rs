@@ -22,7 +22,7 @@ pub trait Clock: Send + Sync {
     fn sleep_until(&self, boot: Duration);
 }
 
-/// A wall clock that moved by more than this against the boot clock between two frames was set anew: more than NTP
+/// A wall clock that moved by more than this against the boot clock between two frames was set: more than NTP
 /// slews away in a second, and less than what it prefers to step (128 ms).
 pub const STEP_MIN: Duration = Duration::from_millis(100);
 

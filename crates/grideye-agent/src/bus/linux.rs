@@ -82,7 +82,7 @@ impl OpenBus for LinuxBus {
 /// An open `/dev/i2c-N`: the device file once for each address, as the kernel's interface wants it.
 ///
 /// The transfers go past [`I2cdev`]'s own `I2c` to the device in it: that one drops the number of messages which the
-/// kernel really transferred, so that a stale buffer passes as a fresh frame, and opens the file anew at each change
+/// kernel really transferred, so that a stale buffer passes as a fresh frame, and reopens the file at each change
 /// of address.
 pub struct LinuxI2c {
     devices: Vec<(u8, I2cdev)>,

@@ -72,7 +72,7 @@ impl Watched {
         std::mem::take(&mut work.hangs)
     }
 
-    /// Nothing more is to be watched.
+    /// The watch ends.
     pub(crate) fn over(&self) {
         lock(&self.work).is_over = true;
         self.is_over.notify_all();

@@ -20,7 +20,7 @@ const REOPEN_PAUSE: Duration = Duration::from_millis(500);
 /// The longest pause between two attempts to open a bus.
 const REOPEN_PAUSE_MAX: Duration = Duration::from_secs(10);
 
-/// Failed operations in a row, of all sensors of the bus, after which the bus is opened anew.
+/// Failed operations in a row, of all sensors of the bus, after which the bus is reopened.
 const FAULTS_BEFORE_REOPEN: u32 = 30;
 
 /// Reads the sensors of one bus on this thread, without a watchdog, until the sink says that it is enough.
@@ -214,7 +214,7 @@ impl<O: OpenBus> Worker<O> {
         self.judge_bus(reason);
     }
 
-    /// Closes a bus that is gone, or that fails whatever is asked of it, so that it is opened anew.
+    /// Closes a bus that is gone, or that fails whatever is asked of it, so that it is reopened.
     fn judge_bus(&mut self, reason: Option<NoData>) {
         let Some(reason) = reason else {
             self.faults_in_a_row = 0;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// Length of an answer at most, in bytes.
 pub const ANSWER_BYTES_MAX: u64 = 1 << 20;
-/// How often the agent says how it is set up: a collector that was started anew knows it after so long.
+/// How often the agent says how it is set up: a collector that was restarted knows it after so long.
 pub const CONFIGURATION_EVERY: Duration = Duration::from_secs(60);
 /// Bytes of that at most; an agent that has more to say does not say it.
 pub const CONFIGURATION_BYTES_MAX: usize = 4096;

@@ -67,7 +67,7 @@ pub struct Scheduler<P> {
 pub(super) struct Turn {
     pub(super) due: Duration,
     pub(super) failures: u32,
-    /// The failure that the log has last said; another one is said anew, the same one is not.
+    /// The failure that was logged last; the same one is not logged again.
     pub(super) said: Option<String>,
 }
 

@@ -26,7 +26,7 @@ const BREATH: Duration = Duration::from_millis(10);
 /// How old a record is when it leaves the memory for the disk's lane, where it is on the disk from the start.
 pub const EVICT_AFTER: Duration = LIVE_FOR;
 
-/// Keeps the spool of a running agent.
+/// Writes the spool of a running agent.
 pub struct Spooler {
     shared: Arc<Shared>,
     mode: SpoolMode,
@@ -244,7 +244,7 @@ impl Spooler {
             .with_ring(|ring| evict_older(spool, ring, now, older_than));
     }
 
-    /// Removes what nothing refers to, and says what is to be said.
+    /// Removes what nothing refers to, and logs what the spool has to say.
     fn clear_up(&mut self, spool: &mut Spool, now: Duration) {
         self.evict(spool, now);
         let places = self.shared.with_ring(|ring| ring.places());

@@ -199,7 +199,7 @@ impl Ring {
         count(&mut account.errors, ROWS_DROPPED, dropped.content.rows);
     }
 
-    /// Counts records from the disk that the collector refuses for ever.
+    /// Counts records from the disk as dropped that the collector refuses.
     pub fn refused_from_disk(&mut self, item: &Item, reason: &str) {
         if let Some(stream) = self.stream_mut(&item.stream) {
             stream.settle(item.is_frame(), Some(reason));

@@ -35,7 +35,7 @@ pub trait Disk: Send {
     /// What the system said.
     fn read(&self, name: &str, offset: u64, len: usize) -> io::Result<Vec<u8>>;
 
-    /// Makes the file anew with these bytes, whether it was there or not.
+    /// Writes a file of these bytes, in place of the one that was there.
     ///
     /// # Errors
     /// What the system said; the file may then hold a part of the bytes.

@@ -29,7 +29,7 @@ pub struct Spool {
     /// Runs that are over, in the order of their ends.
     pub(super) runs: Vec<Run>,
     pub(super) own_run: Run,
-    /// Runs of which nothing is to be sent for the time being.
+    /// Runs of which nothing is sent for the time being.
     pub(super) held: BTreeSet<String>,
     pub(super) cursor: Cursor,
     pub(super) dropped: Vec<Dropped>,

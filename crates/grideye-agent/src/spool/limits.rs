@@ -6,7 +6,7 @@ pub const SPOOL_FULL: &str = "spool-full";
 pub const SPOOL_DAMAGED: &str = "spool-damaged";
 /// Bytes of a segment, from which on another one is begun: some ten minutes of one sensor at 10 Hz.
 pub const SEGMENT_BYTES: u64 = 1 << 20;
-/// Bytes that the quarantine may hold; beyond, what is set aside is counted and said, but not kept.
+/// Bytes that the quarantine may hold; beyond, what belongs there is counted and logged, but not stored.
 pub const QUARANTINE_BYTES_MAX: u64 = 16 << 20;
 /// Runs of records on disk, each without a gap, that are remembered. While there are more, records stay in memory.
 pub const EXTENTS_MAX: usize = 10_000;

@@ -1,4 +1,4 @@
-//! Quarantine: what the collector refuses for ever, and segments that cannot be read.
+//! Quarantine: records that the collector refuses, and segments that cannot be read.
 
 use super::disk::QUARANTINE;
 use super::index::Spool;
@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::io;
 
 impl Spool {
-    /// Keeps a record in quarantine that the collector refuses for ever, and lets go of it. What is kept can be posted as
-    /// it is, one line a record.
+    /// Moves a record that the collector refuses to the quarantine, where it can be posted from as it is, one line a
+    /// record.
     ///
     /// # Errors
-    /// What the disk said, or that the quarantine is full; the record is let go of all the same.
+    /// What the disk said, or that the quarantine is full; the record leaves the spool all the same.
     pub fn quarantine(&mut self, item: &Item, reason: &str) -> io::Result<()> {
         if let Some(place) = item.place {
             self.dequeue(place, item.is_frame());
@@ -41,7 +41,7 @@ impl Spool {
         self.disk.sync_folder()
     }
 
-    /// Sets a segment aside that cannot be read, so that the rest goes on.
+    /// Moves a segment that cannot be read to the quarantine, so that the rest goes on.
     pub(super) fn quarantine_unreadable(&mut self, number: u64, why: &str) {
         self.drop_backlog_of(number, SPOOL_DAMAGED);
         let name = name_of(number);

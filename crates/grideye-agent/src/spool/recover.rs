@@ -23,7 +23,7 @@ impl Spool {
         match self.disk.read(&name, 0, SEGMENT_READ_MAX) {
             Ok(bytes) => {
                 // What a run before wrote and could not sync can be read, and can still be lost; and where it was written
-                // once more, the copy that was synced is let go of for this one.
+                // once more, the copy that was synced is dropped for this one.
                 if let Err(error) = self.disk.sync(&name) {
                     self.say(&format!("{name} cannot be synced: {error}"));
                 }

@@ -37,7 +37,7 @@ impl Content {
 /// What left the spool in another way than to the collector.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dropped {
-    /// Whose.
+    /// The stream that it belongs to.
     pub stream: Arc<StreamId>,
     /// How much.
     pub content: Content,

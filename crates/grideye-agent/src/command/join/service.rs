@@ -62,7 +62,7 @@ impl Service {
         &self.unit
     }
 
-    /// Starts it now and at every boot; one that runs is started anew, to read what was written.
+    /// Starts it now and at every boot; one that runs is restarted, to read what was written.
     pub(super) fn start(&self) -> anyhow::Result<()> {
         for verb in ["enable", "restart"] {
             let refused = |what: &str| {

@@ -32,7 +32,7 @@ pub enum Entry {
     Stream {
         /// The index.
         index: u16,
-        /// Whose.
+        /// The stream that it belongs to.
         id: Arc<StreamId>,
     },
     /// A frame, or the reason why there is none.
