@@ -1,3 +1,5 @@
+//! Why frames could not be compared.
+
 use std::fmt;
 use std::time::Duration;
 

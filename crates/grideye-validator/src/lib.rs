@@ -47,38 +47,35 @@ pub mod align;
 pub mod background;
 pub mod calibrate;
 pub mod characterize;
-mod clean;
 mod compare;
 mod error;
 mod expected;
 mod frames;
-mod inspect;
 pub mod metrics;
-pub mod paper;
+mod numbers;
+mod numerals;
 pub mod report;
 mod scene_comparison;
-mod score;
-mod shuffle;
-mod text;
 pub mod thresholds;
-mod union;
 mod verdict;
 
 pub use align::{AlignOptions, Alignment, TimeAlignment};
-pub use clean::{LeftOut, LeftOutCount};
+pub use background::fit::BackgroundFit;
 pub use compare::{
     Comparison, EvaluationGraph, FILM_FRAMES_MAX, FRAMES_MAX, FilmFrame, FrameScores, NOISE_IMAGES,
-    PLACED_PAIRS_MAX, PixelMaps, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, SHUFFLED_PAIRS_MAX,
-    SHUFFLES_MAX, Settings, Shape, SimulatedFrame, THREADS_MAX, Thinned, Thinning, compare,
+    PLACED_PAIRS_MAX, PixelMaps, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, THREADS_MAX, compare,
 };
 pub use error::{Side, ValidatorError};
 pub use expected::{DRAWS, Law};
+pub use frames::{
+    LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape, SimulatedFrame,
+    Thinned, Thinning, sensor_step_c,
+};
+pub use metrics::foreground::{AboveRoom, RoomFrom};
+pub use metrics::score::{Better, Measure, Score, Scores, Shuffled};
+pub use report::paper;
 pub use scene_comparison::{
-    BackgroundFit, DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES,
-    compare_scene, sensor_step_c,
+    DYNAMIC_FRAMES, KnownUnit, LAG_FRAMES_MAX, Options, STATIC_FRAMES, compare_scene,
 };
-pub use score::{Better, Measure, Score, Scores, Shuffled};
-pub use verdict::{
-    AboveRoom, Asked, Criterion, Judgement, Nobody, RoomFrom, State, Thresholds, Verdict,
-    WarmPixels,
-};
+pub use thresholds::Thresholds;
+pub use verdict::{Asked, Criterion, Judgement, Nobody, State, Verdict, WarmPixels};

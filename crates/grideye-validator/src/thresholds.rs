@@ -1,7 +1,7 @@
 //! What the verdict is measured against, and where each number comes from: the file shipped with this crate, or another.
 
-use crate::Thresholds;
-use crate::metrics::count;
+use crate::metrics::SENSOR_ACCURACY_C;
+use crate::numbers::count;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -239,6 +239,67 @@ impl File<'_> {
 /// Whether so many frames are fewer than asked for.
 pub(crate) fn too_few(frames: usize, thresholds: &Thresholds) -> bool {
     count(frames) < thresholds.frames_min
+}
+
+/// What the verdict is measured against. Skills are shares of the way from what chance scores on the recording to what
+/// hardly any recording of a right scene falls below, so that the same thresholds serve a strong scene and a weak one.
+///
+/// The defaults are the numbers of `thresholds.toml`, which says of each where it comes from;
+/// [`ThresholdSet`](crate::thresholds::ThresholdSet) reads such files.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Thresholds {
+    /// Least skill in C, 0 to 1.
+    pub correlation_skill_min: f64,
+    /// Least skill in the gain over the blank frame, 0 to 1.
+    pub gain_skill_min: f64,
+    /// Least skill in C with the empty room taken from both sides, 0 to 1.
+    pub above_room_skill_min: f64,
+    /// Least skill in the gain that the scene's people bring, 0 to 1.
+    pub nobody_skill_min: f64,
+    /// Standard deviation of what each pixel of a unit without a profile shows too much, °C.
+    pub pattern_spread_c: f64,
+    /// Less warmth than this in two by two pixels, beyond what the scene has there or nearby, is never a fault, °C.
+    pub unclaimed_min_c: f64,
+    /// Largest common offset of a unit that nothing is known of, °C.
+    pub offset_max_c: f64,
+    /// Largest common offset of a unit whose profile is given, °C, beyond three times the profile's common mode.
+    pub level_margin_c: f64,
+    /// How far the ceilings of C and gain must rise above chance before anything is said.
+    pub headroom_min: f64,
+    /// Least number of warm pixels a frame, on average, before a recording counts as holding something warm.
+    pub warm_pixels_min: f64,
+    /// A pixel is warm when it lies above the background by more than this many sigma of the sensor's noise.
+    pub warm_sigma: f64,
+    /// Least number of real frames.
+    pub frames_min: f64,
+    /// Most false alarms of each check, a recording of a right scene by a sound unit.
+    pub false_alarm_max: f64,
+    /// Most that the rate of frames may be off the scene's, as a share of it.
+    pub rate_error_max: f64,
+    /// Most that pixels and thermistor may be apart, °C.
+    pub thermistor_apart_max_c: f64,
+}
+
+impl Default for Thresholds {
+    fn default() -> Self {
+        Self {
+            correlation_skill_min: 0.6,
+            gain_skill_min: 0.6,
+            above_room_skill_min: 0.5,
+            nobody_skill_min: 0.5,
+            pattern_spread_c: 0.26,
+            unclaimed_min_c: 0.3,
+            offset_max_c: SENSOR_ACCURACY_C,
+            level_margin_c: 0.125,
+            headroom_min: 0.1,
+            warm_pixels_min: 0.3,
+            warm_sigma: 4.0,
+            frames_min: 2.0,
+            false_alarm_max: 0.001,
+            rate_error_max: 0.1,
+            thermistor_apart_max_c: 12.0,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,12 @@
 //! What chance reaches with the same freedom.
 
-use super::search::{best_line, rough_likeness};
-use super::space::Orientation;
-use super::track::{Track, Walk};
-use super::{Bounds, TimeAlignment, law, warp};
+use crate::align::bounds::Bounds;
+use crate::align::film::{Track, Walk};
+use crate::align::line_search::{best_line, rough_likeness};
+use crate::align::pace_search::best_law;
+use crate::align::space::Orientation;
+use crate::align::types::TimeAlignment;
+use crate::align::warp_search::best_warp;
 
 /// Frames that decoys are aligned on.
 pub(crate) const FRAMES: usize = 64;
@@ -42,10 +45,10 @@ pub(crate) fn chance(walk: &Walk, track: &Track, bounds: &Bounds, asked: TimeAli
 
 fn aligned(walk: &Walk, film: &Track, bounds: &Bounds, asked: TimeAlignment) -> f64 {
     match asked {
-        TimeAlignment::Law => law::best_law(walk, film, bounds).1.likeness,
+        TimeAlignment::Law => best_law(walk, film, bounds).1.likeness,
         TimeAlignment::Warp => {
             let (line, fit) = best_line(walk, film, bounds);
-            let warp = warp::best_warp(walk, film, line, &fit, bounds.shift_max_s);
+            let warp = best_warp(walk, film, line, &fit, bounds.shift_max_s);
             let warped = walk.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
             fit.likeness.max(warped.likeness)
         }

@@ -1,6 +1,7 @@
-//! The eight ways in which a square image can lie, and offsets of less than a pixel.
+//! How the image lies: its orientation, and its offset in parts of a pixel.
 
-use super::track::{Pixels, Sums, Track, Walk};
+use crate::align::film::{Sums, Track, Walk};
+use crate::frames::pixels::Pixels;
 use grideye_frame::COLUMNS;
 use std::fmt;
 
@@ -121,11 +122,11 @@ pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
     let at = |row: f64, column: f64| {
         let last = f64::from(columns - 1);
         let (row, column) = (row.clamp(0.0, last), column.clamp(0.0, last));
-        image[super::track::whole(row) * COLUMNS + super::track::whole(column)]
+        image[crate::align::film::whole(row) * COLUMNS + crate::align::film::whole(column)]
     };
     std::array::from_fn(|index| {
-        let row = crate::metrics::count(index / COLUMNS) - down_px;
-        let column = crate::metrics::count(index % COLUMNS) - right_px;
+        let row = crate::numbers::count(index / COLUMNS) - down_px;
+        let column = crate::numbers::count(index % COLUMNS) - right_px;
         let (top, left) = (row.floor(), column.floor());
         let (down, right) = (row - top, column - left);
         (1.0 - down) * ((1.0 - right) * at(top, left) + right * at(top, left + 1.0))
@@ -216,7 +217,7 @@ mod tests {
 
     #[test]
     fn the_inverse_undoes_and_a_mirror_is_its_own() {
-        let image: Pixels = std::array::from_fn(crate::metrics::count);
+        let image: Pixels = std::array::from_fn(crate::numbers::count);
         for orientation in Orientation::ALL {
             let back = orientation.inverse().apply(&orientation.apply(&image));
             assert_eq!(back, image, "{orientation}");
@@ -229,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_ramp_moved_by_a_part_of_a_pixel_falls_by_that_part() {
-        let ramp: Pixels = std::array::from_fn(|index| crate::metrics::count(index % COLUMNS));
+        let ramp: Pixels = std::array::from_fn(|index| crate::numbers::count(index % COLUMNS));
         let right = moved(&ramp, 0.3, 0.0);
         for (index, (moved, was)) in right.iter().zip(&ramp).enumerate() {
             let expected = if index % COLUMNS == 0 { 0.0 } else { was - 0.3 };

@@ -1,3 +1,5 @@
+//! Why a scene could not be calibrated.
+
 use grideye_scene::SceneError;
 
 /// Why a scene could not be calibrated.

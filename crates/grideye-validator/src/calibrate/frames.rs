@@ -1,9 +1,9 @@
 //! The frames that a calibration looks at.
 
-use super::CalibrateError;
-use super::{FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
-use crate::characterize::{FaultFinder, Standing};
-use crate::compare::evenly;
+use crate::calibrate::error::CalibrateError;
+use crate::calibrate::types::{FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
+use crate::frames::faults::{FaultFinder, Standing};
+use crate::numbers::evenly;
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use std::time::Duration;
@@ -97,7 +97,7 @@ impl Frames {
         let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else {
             return 0.0;
         };
-        (*last - *first).as_secs_f64() / crate::metrics::count(self.len().max(2) - 1)
+        (*last - *first).as_secs_f64() / crate::numbers::count(self.len().max(2) - 1)
     }
 }
 

@@ -1,10 +1,11 @@
 //! The simulator as a function of the unknowns.
 
-use super::CalibrateError;
-use super::frames::Frames;
-use super::noise::Noise;
-use super::progress::Pace;
-use super::solver::{self, Problem, Solution};
+use crate::calibrate::error::CalibrateError;
+use crate::calibrate::frames::Frames;
+use crate::calibrate::noise::Noise;
+use crate::calibrate::progress::Pace;
+use crate::calibrate::solver;
+use crate::calibrate::solver::{Problem, Solution};
 use grideye_frame::PIXELS;
 use grideye_scene::fit::{self, Fit, RECORDING_START};
 use grideye_scene::{Files, Scene, Simulator};

@@ -12,8 +12,8 @@
 //! The three are orthogonal, so that each is weighted by its own variance. Who takes every pixel of every frame for
 //! independent believes in a hundred times more than the recording holds.
 
-use super::linear::{Matrix, cholesky, dot, forward, zeros};
-use crate::metrics::count;
+use crate::calibrate::linear::{Matrix, cholesky, dot, forward, zeros};
+use crate::numbers::count;
 use grideye_frame::PIXELS;
 use grideye_scene::profile::{CYCLE_TICKS, CommonMode};
 

@@ -1,9 +1,10 @@
 //! How well the unknowns are known.
 
-use super::linear::{self, Matrix, dot, eigen, inverse, product, zeros};
-use super::noise::{Freedom, Noise, Parts};
-use super::solver::{Solution, normal_equations};
-use crate::metrics::count;
+use crate::calibrate::linear;
+use crate::calibrate::linear::{Matrix, dot, eigen, inverse, product, zeros};
+use crate::calibrate::noise::{Freedom, Noise, Parts};
+use crate::calibrate::solver::{Solution, normal_equations};
+use crate::numbers::count;
 use grideye_frame::PIXELS;
 
 /// Covariance of the estimates and what it rests on, in coordinates from 0 to 1.
@@ -13,7 +14,7 @@ pub(crate) struct Uncertainty {
     pub(crate) told: Vec<usize>,
     /// Covariance of those, in their order.
     pub(crate) covariance: Matrix,
-    /// Degrees of freedom of each of those.
+    /// Pixels of freedom of each of those.
     pub(crate) freedom: Vec<f64>,
     /// Coordinates at a bound.
     pub(crate) at_bound: Vec<usize>,

@@ -1,6 +1,9 @@
-use super::histogram::Histogram;
-use super::number::{Spread, long_float};
-use super::{DIFFERENCE_BIN_C, Degrees};
+//! Allan deviations of single pixels and of the common mode.
+
+use crate::characterize::histogram::Histogram;
+use crate::characterize::limits::DIFFERENCE_BIN_C;
+use crate::frames::pixels::Pixels;
+use crate::numbers::{RunningVariance, long_count};
 use grideye_frame::PIXELS;
 
 /// Averages of 1, 2, 4 and so on up to 512 frames.
@@ -27,7 +30,7 @@ pub(crate) struct Allan(Vec<Octave>);
 #[derive(Debug)]
 struct Octave {
     pixels: Histogram,
-    common: Spread,
+    common: RunningVariance,
     /// The first of two averages of the next octave's, and the average before this one.
     half: Option<Average>,
     before: Option<Average>,
@@ -35,7 +38,7 @@ struct Octave {
 
 #[derive(Debug, Clone, Copy)]
 struct Average {
-    pixels: Degrees,
+    pixels: Pixels,
     common: f64,
 }
 
@@ -44,7 +47,7 @@ impl Default for Allan {
         let octave = |number: i32| Octave {
             // Averages differ the less, the longer they are.
             pixels: Histogram::new(DIFFERENCE_BIN_C / 2.0_f64.powi(number).sqrt()),
-            common: Spread::default(),
+            common: RunningVariance::default(),
             half: None,
             before: None,
         };
@@ -53,7 +56,7 @@ impl Default for Allan {
 }
 
 impl Allan {
-    pub(crate) fn push(&mut self, frame: &Degrees, common: f64) {
+    pub(crate) fn push(&mut self, frame: &Pixels, common: f64) {
         let mut average = Average {
             pixels: *frame,
             common,
@@ -92,7 +95,7 @@ impl Allan {
             }
             // About zero, not about the mean: an even drift is a deviation too.
             let common = octave.common;
-            let square = common.variance() * long_float(pairs - 1) / long_float(pairs)
+            let square = common.variance() * long_count(pairs - 1) / long_count(pairs)
                 + common.mean() * common.mean();
             points.push(AllanPoint {
                 tau_s: frames * period_s,
@@ -144,7 +147,7 @@ mod tests {
         let mut generator = ChaCha12Rng::seed_from_u64(5);
         let mut allan = Allan::default();
         for place in 0..4096_u32 {
-            let frame: Degrees = std::array::from_fn(|_| {
+            let frame: Pixels = std::array::from_fn(|_| {
                 let noise: f64 = StandardNormal.sample(&mut generator);
                 20.0 + 0.3 * noise
             });
@@ -170,7 +173,7 @@ mod tests {
         let mut allan = Allan::default();
         for place in 0..8192_u32 {
             let warm = if place / 24 % 2 == 0 { 3.0 } else { 0.0 };
-            let frame: Degrees = std::array::from_fn(|pixel| {
+            let frame: Pixels = std::array::from_fn(|pixel| {
                 let noise: f64 = StandardNormal.sample(&mut generator);
                 let person = if pixel < 8 { warm } else { 0.0 };
                 ((20.0 + person + 0.3 * noise) * 4.0).round() / 4.0

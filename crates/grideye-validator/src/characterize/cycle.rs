@@ -1,5 +1,7 @@
-use super::number::{float, mean_between};
-use super::segment::SEGMENT_FRAMES;
+//! The cold frame that comes again every five frames of the sensor.
+
+use crate::characterize::limits::SEGMENT_FRAMES;
+use crate::numbers::{count, trimmed_mean};
 use std::f64::consts::{PI, TAU};
 
 /// Frequencies are this far apart, cycles a recorded frame.
@@ -58,16 +60,16 @@ impl CycleFinder {
     /// Takes the levels of one segment.
     pub(crate) fn push(&mut self, levels_c: &[f64]) {
         self.segments += 1;
-        let mean = levels_c.iter().sum::<f64>() / float(levels_c.len());
+        let mean = levels_c.iter().sum::<f64>() / count(levels_c.len());
         // A Hann window keeps a slow drift out of the frequencies of the cycle.
         let windowed: Vec<f64> = (0..levels_c.len())
             .zip(levels_c)
             .map(|(place, level)| {
-                let angle = TAU * (float(place) + 0.5) / float(levels_c.len());
+                let angle = TAU * (count(place) + 0.5) / count(levels_c.len());
                 (level - mean) * 0.5 * (1.0 - angle.cos())
             })
             .collect();
-        let weight = 0.5 * float(levels_c.len());
+        let weight = 0.5 * count(levels_c.len());
         for (number, power) in (0..).zip(&mut self.power) {
             if number >= LOWEST {
                 *power += squared_amplitude(&windowed, frequency(number)) / (weight * weight);
@@ -79,12 +81,12 @@ impl CycleFinder {
         if self.segments < SEGMENTS_MIN {
             return None;
         }
-        let segments = super::number::long_float(self.segments);
+        let segments = crate::numbers::long_count(self.segments);
         self.power.iter_mut().for_each(|power| *power /= segments);
         let strengths: Vec<f64> = (LOWEST..=HIGHEST)
             .map(|number| self.strength(number))
             .collect();
-        let middle = mean_between(&mut strengths.clone(), strengths.len());
+        let middle = trimmed_mean(&mut strengths.clone(), strengths.len());
         let (number, strength) = highest_peak(&strengths)?;
         let contrast = strength / middle;
         let enough = CONTRAST_MIN.max(1.0 + SCATTER / segments.sqrt());
@@ -119,7 +121,7 @@ impl CycleFinder {
             .filter(|power| *power > 0.0)
             .collect();
         let cut = beside.len();
-        let squared = (self.power[number] - mean_between(&mut beside, cut)).max(0.0);
+        let squared = (self.power[number] - trimmed_mean(&mut beside, cut)).max(0.0);
         let share = if (frames - SENSOR_FRAMES).abs() < IN_STEP {
             1.0 / SENSOR_FRAMES
         } else {
@@ -131,7 +133,7 @@ impl CycleFinder {
 }
 
 fn frequency(number: usize) -> f64 {
-    FREQUENCY_STEP * float(number)
+    FREQUENCY_STEP * count(number)
 }
 
 /// The square of the amplitude at one frequency (Goertzel).
@@ -160,13 +162,13 @@ fn refined(values: &[f64], place: usize) -> f64 {
         place.checked_sub(off).and_then(|left| values.get(left)),
         values.get(place + off),
     ) else {
-        return float(place);
+        return count(place);
     };
     let bend = left - 2.0 * values[place] + right;
     if bend >= 0.0 {
-        return float(place);
+        return count(place);
     }
-    float(place) + 0.5 * float(off) * (left - right) / bend
+    count(place) + 0.5 * count(off) * (left - right) / bend
 }
 
 const _: () = assert!(

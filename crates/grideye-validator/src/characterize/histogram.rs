@@ -1,4 +1,6 @@
-use super::number::long_float;
+//! Counts of values in equal bins, with quantiles and a Gaussian's width that outliers do not move.
+
+use crate::numbers::long_count;
 
 /// Bins on either side of zero.
 const BINS_A_SIDE: usize = 512;
@@ -60,7 +62,7 @@ impl Histogram {
 
     /// The value below which this share of the values lies, as if those of a bin were spread over it.
     pub(crate) fn quantile(&self, share: f64) -> Option<f64> {
-        let wanted = share * long_float(self.total);
+        let wanted = share * long_count(self.total);
         let mut below = 0.0;
         for (count, middle) in self.bins() {
             if below + count >= wanted {
@@ -113,7 +115,7 @@ impl Histogram {
     /// A quantile where the values of each bin lie evenly between the middles to the neighbours that hold something; with
     /// the width of that room.
     fn spread_quantile(&self, share: f64) -> Option<(f64, f64)> {
-        let wanted = share * long_float(self.total);
+        let wanted = share * long_count(self.total);
         let bins: Vec<(f64, f64)> = self.bins().collect();
         let mut below = 0.0;
         for (place, &(count, value)) in bins.iter().enumerate() {
@@ -150,11 +152,11 @@ impl Histogram {
 
     /// Counts and middles of the bins that hold something.
     fn bins(&self) -> impl Iterator<Item = (f64, f64)> {
-        let zero = long_float(u64::try_from(BINS_A_SIDE).unwrap_or(0));
+        let zero = long_count(u64::try_from(BINS_A_SIDE).unwrap_or(0));
         (0_u32..)
             .zip(&self.counts)
             .filter(|(_, count)| **count > 0)
-            .map(move |(place, count)| (long_float(*count), (f64::from(place) - zero) * self.bin))
+            .map(move |(place, count)| (long_count(*count), (f64::from(place) - zero) * self.bin))
     }
 }
 

@@ -1,7 +1,10 @@
-use super::found::Pattern;
-use super::histogram::Histogram;
-use super::number::{float, median};
-use super::{DIFFERENCE_BIN_C, Degrees};
+//! What each pixel shows too much: what is not smooth in the background.
+
+use crate::characterize::characterization::Pattern;
+use crate::characterize::histogram::Histogram;
+use crate::characterize::limits::DIFFERENCE_BIN_C;
+use crate::frames::pixels::Pixels;
+use crate::numbers::{count, median};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 
 /// What each pixel mostly is beside the others, segment by segment.
@@ -16,8 +19,8 @@ impl Default for PatternFinder {
 
 impl PatternFinder {
     /// Takes the levels of the pixels over one segment.
-    pub(crate) fn push(&mut self, base: &Degrees) {
-        let middle = median(base);
+    pub(crate) fn push(&mut self, base: &Pixels) {
+        let middle = median(base).unwrap_or_default();
         for (histogram, level) in self.0.iter_mut().zip(base) {
             histogram.push(level - middle);
         }
@@ -25,20 +28,20 @@ impl PatternFinder {
 
     /// The middle of all segments, in which someone who sits in some of them does not show.
     /// `mean_c` is the mean of each pixel.
-    pub(crate) fn finish(self, mean_c: Degrees) -> Option<Pattern> {
+    pub(crate) fn finish(self, mean_c: Pixels) -> Option<Pattern> {
         if self.0.first().is_none_or(|pixel| pixel.total() == 0) {
             return None;
         }
-        let levels: Degrees =
+        let levels: Pixels =
             std::array::from_fn(|pixel| self.0[pixel].quantile(0.5).unwrap_or(0.0));
         let surface_c = smooth(&levels);
-        let offset_c: Degrees = std::array::from_fn(|pixel| levels[pixel] - surface_c[pixel]);
+        let offset_c: Pixels = std::array::from_fn(|pixel| levels[pixel] - surface_c[pixel]);
         let squares: f64 = offset_c.iter().map(|offset| offset * offset).sum();
         Some(Pattern {
             mean_c,
             surface_c,
             offset_c,
-            sd_c: (squares / float(PIXELS - SURFACES)).sqrt(),
+            sd_c: (squares / count(PIXELS - SURFACES)).sqrt(),
         })
     }
 }
@@ -48,10 +51,10 @@ const SURFACES: usize = 6;
 
 /// The smooth surface of second order nearest to the levels: 1, x, y, xy, and the squares of x and y. On a full grid
 /// these are orthogonal once the squares have lost their mean, so that each has its own share.
-fn smooth(levels: &Degrees) -> Degrees {
-    let axis = |place: usize, of: usize| float(place) - (float(of) - 1.0) / 2.0;
+fn smooth(levels: &Pixels) -> Pixels {
+    let axis = |place: usize, of: usize| count(place) - (count(of) - 1.0) / 2.0;
     let at = |pixel: usize| (axis(pixel % COLUMNS, COLUMNS), axis(pixel / COLUMNS, ROWS));
-    let mean_square = |of: usize| (float(of) * float(of) - 1.0) / 12.0;
+    let mean_square = |of: usize| (count(of) * count(of) - 1.0) / 12.0;
     let functions: [&dyn Fn(f64, f64) -> f64; SURFACES] = [
         &|_, _| 1.0,
         &|x, _| x,
@@ -62,7 +65,7 @@ fn smooth(levels: &Degrees) -> Degrees {
     ];
     let mut surface = [0.0; PIXELS];
     for function in functions {
-        let values: Degrees = std::array::from_fn(|pixel| {
+        let values: Pixels = std::array::from_fn(|pixel| {
             let (x, y) = at(pixel);
             function(x, y)
         });
@@ -85,8 +88,8 @@ mod tests {
 
     #[test]
     fn a_smooth_scene_is_no_pattern() {
-        let scene: Degrees = std::array::from_fn(|pixel| {
-            let (x, y) = (float(pixel % 8), float(pixel / 8));
+        let scene: Pixels = std::array::from_fn(|pixel| {
+            let (x, y) = (count(pixel % 8), count(pixel / 8));
             0.3 + 0.1 * x - 0.05 * y + 0.01 * x * y - 0.02 * x * x + 0.015 * y * y
         });
         let left: Vec<f64> = scene

@@ -7,13 +7,13 @@
 //! Who keeps still cannot be told from a heater by anything in the frames. So what stays warm beyond the pattern that
 //! units have is neither taken for somebody nor for the room.
 
-use super::DIFFERENCE_BIN_C;
-use super::Degrees;
-use super::histogram::Histogram;
-use super::number::{float, middle_mean, two_by_two};
-use crate::Thresholds;
-use crate::expected::RoomMap;
-use crate::union::Warmth;
+use crate::characterize::histogram::Histogram;
+use crate::characterize::limits::DIFFERENCE_BIN_C;
+use crate::frames::pixels::{Pixels, middle_mean, two_by_two};
+use crate::metrics::gain::Warmth;
+use crate::metrics::unclaimed::RoomMap;
+use crate::numbers::count;
+use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 
 /// Means below which nobody's absence is known, half a minute: in every half minute of both LINAIGE sessions in which
@@ -52,7 +52,7 @@ pub struct Spot {
 #[derive(Debug)]
 pub(crate) struct PresenceFinder {
     squares: Vec<Histogram>,
-    sums: Degrees,
+    sums: Pixels,
     means: usize,
 }
 
@@ -68,8 +68,8 @@ impl Default for PresenceFinder {
 
 impl PresenceFinder {
     /// `reference` is any fixed image of the room.
-    pub(crate) fn push(&mut self, mean: &Degrees, reference: &Degrees) {
-        let above: Degrees = std::array::from_fn(|pixel| mean[pixel] - reference[pixel]);
+    pub(crate) fn push(&mut self, mean: &Pixels, reference: &Pixels) {
+        let above: Pixels = std::array::from_fn(|pixel| mean[pixel] - reference[pixel]);
         let level = middle_mean(&above);
         let squares = two_by_two(&above.map(|pixel| pixel - level));
         for (histogram, square) in self.squares.iter_mut().zip(squares) {
@@ -82,11 +82,11 @@ impl PresenceFinder {
     }
 
     /// The mean of each pixel, °C; `None` of nothing.
-    pub(crate) fn mean_c(&self) -> Option<Degrees> {
-        (self.means > 0).then(|| self.sums.map(|sum| sum / float(self.means)))
+    pub(crate) fn mean_c(&self) -> Option<Pixels> {
+        (self.means > 0).then(|| self.sums.map(|sum| sum / count(self.means)))
     }
 
-    pub(crate) fn finish(&self, sigma_c: &Degrees) -> Presence {
+    pub(crate) fn finish(&self, sigma_c: &Pixels) -> Presence {
         let thresholds = Thresholds::default();
         if let Some(spot) = self.moved(sigma_c, thresholds.unclaimed_min_c) {
             return Presence::Somebody(spot);
@@ -109,7 +109,7 @@ impl PresenceFinder {
     }
 
     /// The two by two pixels that changed most beyond what noise and drift do.
-    fn moved(&self, sigma_c: &Degrees, drift_c: f64) -> Option<Spot> {
+    fn moved(&self, sigma_c: &Pixels, drift_c: f64) -> Option<Spot> {
         let noise = two_by_two(&sigma_c.map(|sigma| sigma * sigma));
         let spots = self.squares.iter().zip(noise).enumerate();
         spots

@@ -1,31 +1,29 @@
-//! What can be seen only in frames without a gap between them, a hundred at a time; Allan deviations take what is left at
-//! a gap, too. A frame that only repeats the one before is not among them: frames here are those of the sensor.
+//! Runs of a hundred frames: what is slow in a recording is taken from these.
 
-use super::Degrees;
-use super::allan::{Allan, AllanPoint};
-use super::cycle::CycleFinder;
-use super::faults::Faults;
-use super::found::{CommonMode, Pattern};
-use super::number::{Spread, float, mean_between, median, middle_mean};
-use super::pattern::PatternFinder;
-use super::presence::{Presence, PresenceFinder};
-use super::timing::Timing;
-use super::wander;
+use crate::characterize::allan::{Allan, AllanPoint};
+use crate::characterize::characterization::{CommonMode, Pattern};
+use crate::characterize::cycle::CycleFinder;
+use crate::characterize::flicker;
+use crate::characterize::limits::SEGMENT_FRAMES;
+use crate::characterize::pattern::PatternFinder;
+use crate::characterize::presence::{Presence, PresenceFinder};
+use crate::characterize::timing::Timing;
+use crate::frames::faults::Faults;
+use crate::frames::pixels::{Pixels, middle_mean};
+use crate::numbers::{RunningVariance, count, median, trimmed_mean};
 use grideye_frame::PIXELS;
 
-/// Frames of a segment: ten seconds at full rate.
-pub(crate) const SEGMENT_FRAMES: usize = 100;
 /// Frames of one level of the slow wander: two cycles of five, which cancel in it.
 const LEVEL_FRAMES: usize = 10;
 /// Collects segments; a break in the sequence ends the one that was begun.
 #[derive(Debug, Default)]
 pub(crate) struct Segments {
-    frames: Vec<Degrees>,
+    frames: Vec<Pixels>,
     /// What each pixel had in the first segment: levels are told from there.
-    reference: Option<Degrees>,
+    reference: Option<Pixels>,
     cycle: CycleFinder,
     /// Levels of the common mode.
-    levels: Spread,
+    levels: RunningVariance,
     pattern: PatternFinder,
     presence: PresenceFinder,
     allan: Allan,
@@ -40,7 +38,7 @@ pub(crate) struct FromSegments {
 }
 
 impl Segments {
-    pub(crate) fn push(&mut self, frame: &Degrees) {
+    pub(crate) fn push(&mut self, frame: &Pixels) {
         self.frames.push(*frame);
         if self.frames.len() == SEGMENT_FRAMES {
             let frames = std::mem::take(&mut self.frames);
@@ -59,7 +57,7 @@ impl Segments {
         mut self,
         timing: &Timing,
         faults: &Faults,
-        sigma_c: &Degrees,
+        sigma_c: &Pixels,
     ) -> FromSegments {
         self.take_rest();
         let own_share = 1.0 - faults.duplicate_share();
@@ -68,11 +66,11 @@ impl Segments {
             .mean_c()
             .and_then(|mean_c| self.pattern.finish(mean_c));
         let allan = self.allan.finish(timing.period_s / own_share);
-        let frame_noise = median(sigma_c).powi(2) / float(PIXELS);
-        let level_noise = frame_noise / float(LEVEL_FRAMES);
+        let frame_noise = median(sigma_c).unwrap_or_default().powi(2) / count(PIXELS);
+        let level_noise = frame_noise / count(LEVEL_FRAMES);
         let common_mode = pattern.is_some().then(|| CommonMode {
             sd_c: (self.levels.variance() - level_noise).max(0.0).sqrt(),
-            flicker: wander::flicker(&allan, frame_noise),
+            flicker: flicker::flicker(&allan, frame_noise),
             cycle: self.cycle.finish(timing.rate_hz * own_share),
         });
         FromSegments {
@@ -83,10 +81,10 @@ impl Segments {
         }
     }
 
-    fn take(&mut self, frames: &[Degrees]) {
-        let base: Degrees = std::array::from_fn(|pixel| {
+    fn take(&mut self, frames: &[Pixels]) {
+        let base: Pixels = std::array::from_fn(|pixel| {
             let mut values: Vec<f64> = frames.iter().map(|frame| frame[pixel]).collect();
-            mean_between(&mut values, SEGMENT_FRAMES / 4)
+            trimmed_mean(&mut values, SEGMENT_FRAMES / 4)
         });
         let reference = *self.reference.get_or_insert(base);
         self.pattern.push(&base);
@@ -112,7 +110,7 @@ impl Segments {
         self.frames = frames;
     }
 
-    fn average(&mut self, frames: &[Degrees], reference: &Degrees) {
+    fn average(&mut self, frames: &[Pixels], reference: &Pixels) {
         for frame in frames {
             self.allan.push(frame, level(frame, reference));
         }
@@ -120,16 +118,16 @@ impl Segments {
 }
 
 /// Means over ten frames; what is left at the end is in none.
-fn means(frames: &[Degrees]) -> impl Iterator<Item = Degrees> {
+fn means(frames: &[Pixels]) -> impl Iterator<Item = Pixels> {
     frames.chunks_exact(LEVEL_FRAMES).map(|tenth| {
         std::array::from_fn(|pixel| {
-            tenth.iter().map(|frame| frame[pixel]).sum::<f64>() / float(LEVEL_FRAMES)
+            tenth.iter().map(|frame| frame[pixel]).sum::<f64>() / count(LEVEL_FRAMES)
         })
     })
 }
 
 /// How far a frame as a whole is above another.
-fn level(frame: &Degrees, reference: &Degrees) -> f64 {
+fn level(frame: &Pixels, reference: &Pixels) -> f64 {
     middle_mean(&std::array::from_fn(|pixel| {
         frame[pixel] - reference[pixel]
     }))

@@ -1,3 +1,6 @@
+//! The steps in which temperatures come.
+
+use crate::numbers::greatest_common_divisor;
 use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP};
 use grideye_frame::Frame;
 
@@ -55,13 +58,6 @@ impl Divisor {
     fn times(self, step_c: f64) -> Option<f64> {
         (self.divisor > 0).then(|| f64::from(self.divisor) * step_c)
     }
-}
-
-fn greatest_common_divisor(mut left: u32, mut right: u32) -> u32 {
-    while right > 0 {
-        (left, right) = (right, left % right);
-    }
-    left
 }
 
 #[cfg(test)]

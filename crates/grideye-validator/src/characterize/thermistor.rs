@@ -1,7 +1,9 @@
-use super::DIFFERENCE_BIN_C;
-use super::found::Thermistor;
-use super::histogram::Histogram;
-use super::number::{Spread, median};
+//! The chip's thermometer beside its pixels.
+
+use crate::characterize::characterization::Thermistor;
+use crate::characterize::histogram::Histogram;
+use crate::characterize::limits::DIFFERENCE_BIN_C;
+use crate::numbers::{RunningVariance, median};
 use grideye_frame::Frame;
 
 /// Below this no trend is given, seconds: a few steps of the thermistor are no drift.
@@ -12,14 +14,14 @@ const SECONDS_PER_HOUR: f64 = 3600.0;
 /// The thermistor against the scene and against time, without keeping either.
 #[derive(Debug)]
 pub(crate) struct ThermistorSums {
-    celsius: Spread,
-    above_scene: Spread,
-    scene: Spread,
+    celsius: RunningVariance,
+    above_scene: RunningVariance,
+    scene: RunningVariance,
     differences: Histogram,
     last_c: f64,
     begin_ns: Option<u64>,
     span_s: f64,
-    time: Spread,
+    time: RunningVariance,
     /// Sum of products of time and temperature about their running means.
     together: f64,
 }
@@ -27,14 +29,14 @@ pub(crate) struct ThermistorSums {
 impl Default for ThermistorSums {
     fn default() -> Self {
         Self {
-            celsius: Spread::default(),
-            above_scene: Spread::default(),
-            scene: Spread::default(),
+            celsius: RunningVariance::default(),
+            above_scene: RunningVariance::default(),
+            scene: RunningVariance::default(),
             differences: Histogram::new(DIFFERENCE_BIN_C),
             last_c: 0.0,
             begin_ns: None,
             span_s: 0.0,
-            time: Spread::default(),
+            time: RunningVariance::default(),
             together: 0.0,
         }
     }
@@ -48,14 +50,14 @@ impl ThermistorSums {
             .iter()
             .map(|pixel| f64::from(pixel.get()))
             .collect();
-        let scene_c = median(&pixels);
+        let scene_c = median(&pixels).unwrap_or_default();
         if follows {
             self.differences.push(celsius - self.last_c);
         }
         self.last_c = celsius;
         let begin_ns = *self.begin_ns.get_or_insert(t_boot_ns);
         let t_s =
-            super::number::long_float(t_boot_ns.saturating_sub(begin_ns)) / NANOSECONDS_PER_SECOND;
+            crate::numbers::long_count(t_boot_ns.saturating_sub(begin_ns)) / NANOSECONDS_PER_SECOND;
         self.span_s = self.span_s.max(t_s);
         let off = celsius - self.celsius.mean();
         self.time.push(t_s);
@@ -68,7 +70,7 @@ impl ThermistorSums {
     /// `jumps` of the clock leave it unknown how much time there was for a trend.
     pub(crate) fn finish(self, jumps: u64) -> Thermistor {
         let squares =
-            self.time.variance() * super::number::long_float(self.time.count().saturating_sub(1));
+            self.time.variance() * crate::numbers::long_count(self.time.count().saturating_sub(1));
         let trend = (self.span_s >= TREND_SPAN_MIN_S && squares > 0.0 && jumps == 0)
             .then(|| self.together / squares * SECONDS_PER_HOUR);
         Thermistor {

@@ -1,4 +1,6 @@
-use super::number::long_float;
+//! When frames came: rate, jitter, stalls, bursts and jumps of the clock.
+
+use crate::numbers::long_count;
 use grideye_recording::{ClockState, Stamp};
 use std::collections::{BTreeMap, VecDeque};
 
@@ -78,7 +80,7 @@ struct Bin {
 
 impl Bin {
     fn mean_s(&self) -> f64 {
-        self.sum_s / long_float(self.count)
+        self.sum_s / long_count(self.count)
     }
 }
 
@@ -107,7 +109,7 @@ impl Times {
             interval_s >= PERIODS.0 * period_s && interval_s <= PERIODS.1 * period_s
         });
         let mean_s = counted.mean_s();
-        let variance = (counted.squares_s2 / long_float(counted.count) - mean_s * mean_s).max(0.0);
+        let variance = (counted.squares_s2 / long_count(counted.count) - mean_s * mean_s).max(0.0);
         let some = counted.count > 0;
         Timing {
             span_s: self.span_s,
@@ -174,10 +176,10 @@ impl Times {
     }
 
     fn quantile_s(&self, share: f64) -> f64 {
-        let wanted = share * long_float(self.intervals);
+        let wanted = share * long_count(self.intervals);
         let mut below = 0.0;
         for bin in self.bins.values() {
-            below += long_float(bin.count);
+            below += long_count(bin.count);
             if below >= wanted {
                 return bin.mean_s();
             }

@@ -1,19 +1,23 @@
 //! The frames of a comparison, handed to those that draw units.
 
-use super::{Protocol, RealFrame, Settings, SimulatedFrame, evenly, pairs};
-use crate::expected::{Claim, Expected, Recorded, Sides, Specified, Statistics};
-use crate::frames::SceneView;
-use crate::metrics::count;
-use crate::verdict::{Beside, RoomFrom};
+use crate::compare::pairs::pairs;
+use crate::compare::prepared::SceneView;
+use crate::compare::settings::Settings;
+use crate::expected::claim::{Claim, Recorded, Sides, Statistics};
+use crate::expected::units::{Expected, Specified};
+use crate::frames::{Protocol, RealFrame, SimulatedFrame};
+use crate::metrics::foreground::RoomFrom;
+use crate::numbers::{count, evenly, mean_square};
+use crate::verdict::types::Beside;
 use std::time::Duration;
 
 /// What the verdict is read from, and what drawn units would have scored.
-pub(super) struct Bootstrap {
-    pub(super) claim: Claim,
-    pub(super) found: Statistics,
-    pub(super) expected: Expected,
+pub(crate) struct Bootstrap {
+    pub(crate) claim: Claim,
+    pub(crate) found: Statistics,
+    pub(crate) expected: Expected,
     /// When the frames were recorded that `found` speaks of.
-    pub(super) times: Vec<Duration>,
+    pub(crate) times: Vec<Duration>,
 }
 
 /// Frames a side that units are drawn for; more are thinned evenly.
@@ -21,20 +25,14 @@ const DRAWN_FRAMES_MAX: usize = 100;
 /// Under the static protocol each of them meets as many simulated ones.
 const DRAWN_STATIC_MAX: usize = 10;
 
-/// The mean of the squares.
-pub(super) fn mean_square(values: &[f64]) -> f64 {
-    let squares: f64 = values.iter().map(|value| value * value).sum();
-    squares / count(values.len().max(1))
-}
-
 /// Standard deviation of what is not known of a unit's pattern, row by row, °C.
-pub(super) fn pattern_c(settings: &Settings, beside: &Beside, pixels: usize) -> Vec<f64> {
+pub(crate) fn pattern_c(settings: &Settings, beside: &Beside, pixels: usize) -> Vec<f64> {
     let any = || vec![settings.thresholds.pattern_spread_c; pixels];
     beside.pattern_c.clone().unwrap_or_else(any)
 }
 
 impl Bootstrap {
-    pub(super) fn new(
+    pub(crate) fn new(
         view: &SceneView,
         real: &[RealFrame],
         simulated: &[SimulatedFrame],

@@ -1,12 +1,12 @@
 //! What is refused before anything is compared.
 
-use super::{
-    FRAMES_MAX, Protocol, RealFrame, SHUFFLES_MAX, Settings, Shape, SimulatedFrame, THREADS_MAX,
-};
+use crate::compare::settings::{FRAMES_MAX, SHUFFLES_MAX, Settings, THREADS_MAX};
 use crate::error::{Side, ValidatorError};
-use crate::metrics::{Binning, count};
+use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
+use crate::metrics::Binning;
+use crate::numbers::count;
 
-pub(super) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> {
+pub(crate) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> {
     let above_zero = |value: f64| value.is_finite() && value > 0.0;
     let refuse = |name, expected, found| {
         Err(ValidatorError::Setting {
@@ -57,7 +57,7 @@ pub(super) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> 
     Ok(())
 }
 
-pub(super) fn check_frames(
+pub(crate) fn check_frames(
     shape: Shape,
     real: &[RealFrame],
     simulated: &[SimulatedFrame],

@@ -1,18 +1,18 @@
 //! What chance scores on the same frames: the blank frame, shuffled pixels, images of noise.
 
-use super::sums::{Sums, in_threads, sums};
-use super::{NOISE_IMAGES, SHUFFLED_PAIRS_MAX, Settings, evenly};
-use crate::Better;
-use crate::frames::{SceneView, Side};
-use crate::metrics::{count, mean};
-use crate::score::{Measure, Shuffled};
-use crate::shuffle;
+use crate::compare::pairs::thinned;
+use crate::compare::prepared::{SceneView, Side};
+use crate::compare::settings::{NOISE_IMAGES, SHUFFLED_PAIRS_MAX, Settings};
+use crate::compare::shuffle;
+use crate::compare::sums::{Sums, in_threads, sums};
+use crate::metrics::score::{Better, Measure, Shuffled};
+use crate::numbers::{count, evenly, mean, percentile};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// What the blank frame scores. Its gain over itself is 0 by definition.
-pub(super) fn blank(view: &SceneView, pairs: &[(usize, usize)]) -> Sums {
+pub(crate) fn blank(view: &SceneView, pairs: &[(usize, usize)]) -> Sums {
     let side = Side::new(vec![view.blank.clone()]);
     let mut frames: Vec<usize> = pairs.iter().map(|&(real, _)| real).collect();
     frames.dedup();
@@ -23,7 +23,7 @@ pub(super) fn blank(view: &SceneView, pairs: &[(usize, usize)]) -> Sums {
 }
 
 /// What images of the sensor's noise about ambient temperature score, without anything in them: they claim nothing.
-pub(super) fn noise(view: &SceneView, seed: u64) -> Sums {
+pub(crate) fn noise(view: &SceneView, seed: u64) -> Sums {
     let mut generator = ChaCha8Rng::seed_from_u64(seed ^ NOISE_SEED);
     let mut image = || -> Vec<f64> {
         let noise = |_| {
@@ -56,7 +56,7 @@ const SHUFFLED_PLACES_MAX: usize = 20;
 
 /// One order of the pixels serves all frames of a round, so that what varies between rounds is the place of the
 /// pixels and not the average over many places.
-pub(super) fn shuffled(
+pub(crate) fn shuffled(
     view: &SceneView,
     pairs: &[(usize, usize)],
     settings: &Settings,
@@ -78,14 +78,6 @@ pub(super) fn shuffled(
     Measure::ALL.iter().filter_map(of).collect()
 }
 
-/// Up to `number` of the pairs, evenly spread, first and last included.
-pub(super) fn thinned(pairs: &[(usize, usize)], number: usize) -> Vec<(usize, usize)> {
-    evenly(pairs.len(), number)
-        .into_iter()
-        .map(|index| pairs[index])
-        .collect()
-}
-
 fn summary(measure: Measure, mut values: Vec<f64>, found: Option<f64>) -> Option<Shuffled> {
     let mean = mean(&values)?;
     let as_good = |&value: &f64| match (measure.better(), found) {
@@ -100,11 +92,9 @@ fn summary(measure: Measure, mut values: Vec<f64>, found: Option<f64>) -> Option
     if measure.better() == Better::Lower {
         values.reverse();
     }
-    // Nearest rank: the smallest value that at least 95 % of the rounds do not pass.
-    let rank = (values.len() * 95).div_ceil(100).saturating_sub(1);
     Some(Shuffled {
         mean,
-        p95: *values.get(rank)?,
+        p95: percentile(&values, 95)?,
         p: (measure.better() != Better::Neither).then_some(p),
     })
 }
@@ -114,8 +104,9 @@ const ROUNDING: f64 = 1e-12;
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Protocol, pairs};
     use super::*;
+    use crate::compare::pairs::pairs;
+    use crate::frames::Protocol;
 
     #[test]
     fn many_pairs_are_thinned_to_the_limit() {

@@ -1,11 +1,14 @@
 //! What a comparison finds.
 
-use super::{FrameScores, PixelMaps, Settings, Shape};
 use crate::align::Alignment;
+use crate::background::fit::BackgroundFit;
+use crate::compare::settings::Settings;
+use crate::compare::timeline::{FrameScores, PixelMaps};
+use crate::frames::Shape;
 use crate::metrics::ChiSquared;
-use crate::scene_comparison::BackgroundFit;
-use crate::score::{Measure, Score, Scores};
-use crate::verdict::{AboveRoom, Judgement, Nobody, RoomFrom, WarmPixels};
+use crate::metrics::foreground::{AboveRoom, RoomFrom};
+use crate::metrics::score::{Measure, Score, Scores};
+use crate::verdict::{Judgement, Nobody, WarmPixels};
 use std::time::Duration;
 
 /// Share of pixels below a threshold as a function of that threshold (the paper's evaluation graph), mean over pairs.

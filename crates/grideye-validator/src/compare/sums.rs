@@ -1,27 +1,27 @@
 //! Sums over pairs of frames, by one thread or several.
 
-use super::RealFrame;
-use super::floors::thinned;
-use crate::frames::{Means, SceneView, Side, Work};
-use crate::metrics::Graph;
-use crate::score::Measure;
-use crate::union::Union;
+use crate::compare::pairs::thinned;
+use crate::compare::prepared::{Means, SceneView, Side, Work};
+use crate::frames::RealFrame;
+use crate::metrics::gain::Union;
+use crate::metrics::pair::Graph;
+use crate::metrics::score::Measure;
 
 /// What was counted over pairs of frames.
 #[derive(Clone, Default)]
-pub(super) struct Sums {
+pub(crate) struct Sums {
     means: Means,
-    pub(super) union: Union,
-    pub(super) graph: Graph,
+    pub(crate) union: Union,
+    pub(crate) graph: Graph,
     /// The common offset of each pair.
-    pub(super) offsets: Vec<f64>,
-    pub(super) pairs: usize,
+    pub(crate) offsets: Vec<f64>,
+    pub(crate) pairs: usize,
 }
 
 /// The real sequence against itself some frames later.
-pub(super) struct Repeat {
+pub(crate) struct Repeat {
     means: Means,
-    pub(super) graph: Graph,
+    pub(crate) graph: Graph,
 }
 
 /// Pairs that are counted in one go. The sums of the goes are added in their order, whoever counted them, so that the
@@ -29,7 +29,7 @@ pub(super) struct Repeat {
 const PAIRS_AT_ONCE: usize = 4_096;
 
 /// Every measure over pairs of real frames and those of `side`; places are looked at in up to `placed_max` of them.
-pub(super) fn sums(
+pub(crate) fn sums(
     view: &SceneView,
     pairs: &[(usize, usize)],
     side: &Side,
@@ -52,11 +52,11 @@ pub(super) fn sums(
 }
 
 impl Sums {
-    pub(super) fn get(&self, measure: Measure) -> Option<f64> {
+    pub(crate) fn get(&self, measure: Measure) -> Option<f64> {
         self.means.get(measure)
     }
 
-    pub(super) fn set_gains(&mut self, gain: Option<f64>) {
+    pub(crate) fn set_gains(&mut self, gain: Option<f64>) {
         for measure in [Measure::Gain, Measure::GainWithOffset] {
             self.means.set(measure, gain);
         }
@@ -88,7 +88,7 @@ impl Sums {
 }
 
 /// What comes of each item, in their order, counted in so many threads.
-pub(super) fn in_threads<T: Sync, R: Send>(
+pub(crate) fn in_threads<T: Sync, R: Send>(
     items: &[T],
     threads: usize,
     count: impl Fn(&T) -> R + Sync,
@@ -114,7 +114,7 @@ pub(super) fn in_threads<T: Sync, R: Send>(
 
 impl Repeat {
     /// `None` when no frame has a repeat.
-    pub(super) fn new(view: &SceneView, real: &[RealFrame], sigma_c: Option<f64>) -> Option<Self> {
+    pub(crate) fn new(view: &SceneView, real: &[RealFrame], sigma_c: Option<f64>) -> Option<Self> {
         let sigma_c = sigma_c?;
         let (mut means, mut union, mut work) = (Means::default(), Union::default(), Work::new());
         for (index, frame) in real.iter().enumerate() {
@@ -141,7 +141,7 @@ impl Repeat {
         })
     }
 
-    pub(super) fn ceiling(&self, measure: Measure) -> Option<f64> {
+    pub(crate) fn ceiling(&self, measure: Measure) -> Option<f64> {
         self.means.get(measure)
     }
 }

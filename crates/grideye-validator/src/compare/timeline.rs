@@ -1,9 +1,11 @@
 //! Frame by frame: scores over time, and what each pixel is off by.
 
-use super::RealFrame;
-use crate::frames::{Prepared, SceneView, Work};
-use crate::metrics::{self, ChiSquared, chi_squared, count, structure_map};
-use crate::score::Measure;
+use crate::compare::prepared::{Prepared, SceneView, Work};
+use crate::frames::RealFrame;
+use crate::metrics;
+use crate::metrics::score::Measure;
+use crate::metrics::{ChiSquared, chi_squared, structure_map};
+use crate::numbers::mean_frame;
 use std::time::Duration;
 
 /// One real frame beside its simulated one: the one of equal time under the dynamic protocol, of equal number under the
@@ -44,7 +46,7 @@ impl FrameScores {
     }
 }
 
-pub(super) fn timeline(view: &SceneView, real: &[RealFrame]) -> Vec<FrameScores> {
+pub(crate) fn timeline(view: &SceneView, real: &[RealFrame]) -> Vec<FrameScores> {
     let mut work = Work::new();
     let scores = |(index, frame): (usize, &RealFrame)| {
         let (now, beside) = (&view.real[index], view.simulated.beside(index)?);
@@ -64,7 +66,7 @@ pub(super) fn timeline(view: &SceneView, real: &[RealFrame]) -> Vec<FrameScores>
 }
 
 /// Trend of the common offset.
-pub(super) fn drift_c_per_min(timeline: &[FrameScores]) -> Option<f64> {
+pub(crate) fn drift_c_per_min(timeline: &[FrameScores]) -> Option<f64> {
     let points: Vec<(f64, f64)> = timeline
         .iter()
         .map(|frame| (frame.time.as_secs_f64() / 60.0, frame.offset_c))
@@ -73,7 +75,7 @@ pub(super) fn drift_c_per_min(timeline: &[FrameScores]) -> Option<f64> {
 }
 
 /// Each real frame counts once, so that the frames are independent.
-pub(super) fn noise_fit(view: &SceneView) -> ChiSquared {
+pub(crate) fn noise_fit(view: &SceneView) -> ChiSquared {
     let of = |(index, frame): (usize, &Prepared)| {
         let claim = view.simulated.beside(index)?.steady();
         chi_squared(frame.celsius(), claim, view.sigma_c)
@@ -87,7 +89,7 @@ pub(super) fn noise_fit(view: &SceneView) -> ChiSquared {
     sum
 }
 
-pub(super) fn maps(timeline: &[FrameScores]) -> PixelMaps {
+pub(crate) fn maps(timeline: &[FrameScores]) -> PixelMaps {
     let differences = || timeline.iter().map(|frame| frame.difference_c.as_slice());
     let squares: Vec<Vec<f64>> = differences()
         .map(|frame| {
@@ -102,25 +104,10 @@ pub(super) fn maps(timeline: &[FrameScores]) -> PixelMaps {
         .map(|frame| frame.structure.as_deref())
         .collect();
     PixelMaps {
-        bias_c: mean_map(differences()),
-        rmse_c: mean_map(squares.iter().map(Vec::as_slice))
-            .into_iter()
-            .map(f64::sqrt)
-            .collect(),
-        structure: structures.map(|maps| mean_map(maps.into_iter())),
+        bias_c: mean_frame(differences()),
+        rmse_c: mean_frame(&squares).into_iter().map(f64::sqrt).collect(),
+        structure: structures.map(mean_frame),
     }
-}
-
-fn mean_map<'a>(frames: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
-    let (mut sums, mut number) = (Vec::new(), 0);
-    for frame in frames {
-        sums.resize(frame.len(), 0.0);
-        sums.iter_mut()
-            .zip(frame)
-            .for_each(|(sum, value)| *sum += value);
-        number += 1;
-    }
-    sums.into_iter().map(|sum| sum / count(number)).collect()
 }
 
 #[cfg(test)]

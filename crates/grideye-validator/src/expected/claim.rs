@@ -1,13 +1,13 @@
 //! What the verdict is read from, as functions of what was recorded alone: the same for the recording and for drawn ones.
 
-use super::mean_frame;
-use super::turned::Turns;
-use super::unclaimed::{Places, Unclaimed};
-use crate::SimulatedFrame;
 use crate::align::Orientation;
-use crate::metrics::{Centred, mean};
-use crate::union::{Prediction, Union, Warmth, offset};
-use crate::verdict::Products;
+use crate::expected::turns::Turns;
+use crate::frames::SimulatedFrame;
+use crate::metrics::centered::Centred;
+use crate::metrics::foreground::Products;
+use crate::metrics::gain::{Prediction, Union, Warmth};
+use crate::metrics::unclaimed::{Places, Unclaimed};
+use crate::numbers::{common_offset, mean, mean_frame};
 
 /// The simulated side, made ready to be set against many recordings.
 pub(crate) struct Claim {
@@ -116,25 +116,25 @@ impl Claim {
         }
     }
 
-    pub(super) fn pixels(&self) -> usize {
+    pub(crate) fn pixels(&self) -> usize {
         self.people.first().map_or(0, |shown| shown.claim.len())
     }
 
-    pub(super) const fn ambient_c(&self) -> f64 {
+    pub(crate) const fn ambient_c(&self) -> f64 {
         self.ambient_c
     }
 
     /// The noise-free claim beside a real frame.
-    pub(super) fn claimed(&self, real: usize) -> &[f64] {
+    pub(crate) fn claimed(&self, real: usize) -> &[f64] {
         beside(&self.people, real)
     }
 
     /// The same without people.
-    pub(super) fn nobody(&self, real: usize) -> &[f64] {
+    pub(crate) fn nobody(&self, real: usize) -> &[f64] {
         beside(&self.nobody, real)
     }
 
-    pub(super) fn knows_nobody(&self) -> bool {
+    pub(crate) fn knows_nobody(&self) -> bool {
         !self.nobody.is_empty()
     }
 
@@ -158,7 +158,7 @@ impl Claim {
     }
 
     /// C and gain.
-    pub(super) fn of_image(&self, recorded: Recorded<'_>) -> Statistics {
+    pub(crate) fn of_image(&self, recorded: Recorded<'_>) -> Statistics {
         Statistics {
             correlation: self.correlation(recorded.frames),
             gain: self.gain(recorded.frames, &self.people),
@@ -167,7 +167,7 @@ impl Claim {
     }
 
     /// The gain, and what only people bring about.
-    pub(super) fn of_people(&self, recorded: Recorded<'_>) -> Statistics {
+    pub(crate) fn of_people(&self, recorded: Recorded<'_>) -> Statistics {
         let gain = self.gain(recorded.frames, &self.people);
         let without = self.gain(recorded.frames, &self.nobody);
         Statistics {
@@ -196,7 +196,7 @@ impl Claim {
         for &(index, place) in &self.pairs {
             let (frame, shown) = (&real[index], side.get(place)?);
             if (last.0, last.1) != (index, shown.same_as) {
-                last = (index, shown.same_as, offset(frame, &shown.claim));
+                last = (index, shown.same_as, common_offset(frame, &shown.claim));
             }
             let prediction = Prediction {
                 celsius: &shown.noisy,

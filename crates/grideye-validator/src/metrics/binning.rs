@@ -1,3 +1,5 @@
+//! Which bins entropies are counted in.
+
 use std::fmt;
 use std::str::FromStr;
 

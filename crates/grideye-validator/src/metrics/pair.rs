@@ -1,7 +1,10 @@
 //! The paper's measures of one pair of 8 x 8 frames, all at once and without allocating.
 
-use super::bins::{PIXELS_FAST, PairCounter, Places, levels_of};
-use super::{Binning, IS_THRESHOLD, LANES, all_finite, correlation_of, count, sum_of_lanes};
+use crate::metrics::binning::Binning;
+use crate::metrics::centered::correlation_of;
+use crate::metrics::counting::{PIXELS_FAST, PairCounter, Places, levels_of};
+use crate::metrics::distance::IS_THRESHOLD;
+use crate::numbers::{LANES, all_finite, count, long_count, sum_of_lanes};
 use std::sync::LazyLock;
 
 /// Thresholds of the evaluation graph.
@@ -51,9 +54,9 @@ impl Scorer {
     }
 
     /// Scores one pair; `None` where a value is not finite, the frames spread over more than 256 bins, or the width of
-    /// the bins makes no sense. Equal to [`correlation`](super::correlation), [`entropy`](super::entropy),
-    /// [`joint_entropy`](super::joint_entropy), [`mutual_information`](super::mutual_information),
-    /// [`image_similarity`](super::image_similarity) and [`evaluation_graph`](super::evaluation_graph) but for rounding.
+    /// the bins makes no sense. Equal to [`correlation`](distance::correlation), [`entropy`](distance::entropy),
+    /// [`joint_entropy`](distance::joint_entropy), [`mutual_information`](distance::mutual_information),
+    /// [`image_similarity`](distance::image_similarity) and [`evaluation_graph`](distance::evaluation_graph) but for rounding.
     pub fn score(
         &mut self,
         real: &[f64; PIXELS_FAST],
@@ -219,11 +222,11 @@ impl Graph {
     pub(crate) fn shares(&self) -> [f64; THRESHOLDS] {
         let first_above: [u64; 128] =
             std::array::from_fn(|index| self.first_above.iter().map(|table| table[index]).sum());
-        let pixels = number(first_above.iter().sum::<u64>().max(1));
+        let pixels = long_count(first_above.iter().sum::<u64>().max(1));
         let mut below = 0;
         std::array::from_fn(|index| {
             below += first_above[index];
-            number(below) / pixels
+            long_count(below) / pixels
         })
     }
 }
@@ -289,19 +292,10 @@ fn nearest(difference: f64) -> u8 {
         .to_le_bytes()[0]
 }
 
-#[expect(
-    clippy::as_conversions,
-    clippy::cast_precision_loss,
-    reason = "a count of pixels, far below 2^53"
-)]
-fn number(count: u64) -> f64 {
-    count as f64
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super as metrics;
     use super::*;
+    use crate::metrics;
     use proptest::prelude::*;
 
     fn frame() -> impl Strategy<Value = [f64; 64]> {

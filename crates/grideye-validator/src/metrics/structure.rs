@@ -1,6 +1,6 @@
 //! Structural similarity, pixel by pixel.
 
-use super::{comparable, count, mean};
+use crate::numbers::{comparable, count, mean};
 
 /// What SSIM takes as the range of temperatures, in degrees: the contrast of a warm thing indoors. Its second constant is
 /// then `(0.03 * 10)^2 = 0.09` square degrees, about the variance of the sensor's noise, so that a patch in which nothing but

@@ -1,10 +1,13 @@
-use crate::Comparison;
+//! How recording and scene were brought into step, as a section of the page and as JSON.
+
 use crate::align::{Alignment, OffsetFound, OrientationFound, TimeFound};
-use crate::text::{escape, fixed, signed};
+use crate::compare::Comparison;
+use crate::numerals::{fixed, signed};
+use crate::report::text::escape;
 use serde_json::{Value, json};
 
 /// What was found about time and place, and what of it was applied; nothing where nothing was looked for.
-pub(super) fn section(comparison: &Comparison) -> String {
+pub(crate) fn section(comparison: &Comparison) -> String {
     let Some(found) = &comparison.alignment else {
         return String::new();
     };
@@ -144,7 +147,7 @@ fn time_rows(time: Option<&TimeFound>) -> Vec<(String, String)> {
 }
 
 /// What was aligned and left out, for programs; `null` if nothing was looked for.
-pub(super) fn json(found: Option<&Alignment>) -> Value {
+pub(crate) fn json(found: Option<&Alignment>) -> Value {
     found.map_or(Value::Null, |found| {
         let left_out: Vec<Value> = found
             .left_out

@@ -1,11 +1,14 @@
 //! What the verdict rests on, part by part, and the thresholds with where they come from.
 
-use super::{Context, ruler};
-use crate::text::escape;
-use crate::{Comparison, DRAWS, State};
+use crate::compare::Comparison;
+use crate::expected::DRAWS;
+use crate::report::context::Context;
+use crate::report::ruler;
+use crate::report::text::escape;
+use crate::verdict::State;
 
 /// Every part of the verdict with its state, in words and marks as well as in colour.
-pub(super) fn section(comparison: &Comparison) -> String {
+pub(crate) fn section(comparison: &Comparison) -> String {
     let rows: String = comparison
         .judgement
         .criteria
@@ -35,7 +38,7 @@ pub(super) fn section(comparison: &Comparison) -> String {
 }
 
 /// Each threshold, its number and where it comes from; nothing where none were handed in.
-pub(super) fn thresholds(context: &Context) -> String {
+pub(crate) fn thresholds(context: &Context) -> String {
     if context.thresholds.is_empty() {
         return String::new();
     }

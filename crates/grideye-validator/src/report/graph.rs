@@ -1,7 +1,8 @@
 //! The evaluation graph as SVG.
 
-use crate::EvaluationGraph;
-use crate::metrics::{IS_THRESHOLD, count};
+use crate::compare::EvaluationGraph;
+use crate::metrics::IS_THRESHOLD;
+use crate::numbers::count;
 use std::fmt::Write;
 
 const WIDTH: f64 = 720.0;

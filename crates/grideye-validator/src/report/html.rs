@@ -1,9 +1,16 @@
-use super::picture::{self, Shows};
-use super::{Context, alignment, assumed, criteria, graph, maps, scores, timeline};
+//! The comparison as one page.
+
+use crate::compare::Comparison;
+use crate::frames::Protocol;
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
-use crate::paper;
-use crate::text::{escape, fixed, seconds, signed};
-use crate::{Comparison, Protocol, Verdict};
+use crate::numerals::{fixed, seconds, signed};
+use crate::report::context::Context;
+use crate::report::image::Shows;
+use crate::report::text::{escape, list};
+use crate::report::{
+    alignment, assumptions, criteria, graph, image, maps, paper, scores, timeline,
+};
+use crate::verdict::Verdict;
 
 /// The comparison as one HTML file: no script, no network, readable in grey and in print. The verdict comes first.
 #[must_use]
@@ -23,7 +30,7 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
         maps::section(comparison),
         alignment::section(comparison),
         criteria::thresholds(context),
-        assumed::section(comparison, context),
+        assumptions::section(comparison, context),
         reproduce(comparison, context),
         footer(context),
     ]
@@ -104,17 +111,17 @@ fn facts(comparison: &Comparison, context: &Context) -> String {
 }
 
 fn frames(comparison: &Comparison) -> String {
-    let temperatures = Shows::Temperatures(picture::shared_range(comparison));
+    let temperatures = Shows::Temperatures(image::shared_range(comparison));
     let differences = Shows::Differences {
-        limit_c: picture::difference_limit(comparison),
+        limit_c: image::difference_limit(comparison),
     };
-    let Some(key) = picture::key_frame(comparison) else {
+    let Some(key) = image::key_frame(comparison) else {
         return String::new();
     };
     let time = seconds(key.time);
-    let difference = picture::difference(&key.real, &key.simulated);
+    let difference = image::difference(&key.real, &key.simulated);
     let figure = |values: &[f64], shows, name: &str, caption: &str| {
-        let svg = picture::svg(
+        let svg = image::svg(
             comparison.shape,
             values,
             shows,
@@ -141,8 +148,8 @@ fn frames(comparison: &Comparison) -> String {
             "Difference",
             "simulated less real"
         ),
-        picture::scale(temperatures),
-        picture::scale(differences),
+        image::scale(temperatures),
+        image::scale(differences),
         film(comparison, temperatures, differences)
     )
 }
@@ -151,10 +158,10 @@ fn film(comparison: &Comparison, temperatures: Shows, differences: Shows) -> Str
     let cell = |values: &[f64], shows, title: &str| {
         format!(
             "<td>{}</td>",
-            picture::svg(comparison.shape, values, shows, false, title)
+            image::svg(comparison.shape, values, shows, false, title)
         )
     };
-    let strip = |name: &str, picture: &dyn Fn(&crate::FilmFrame) -> String| {
+    let strip = |name: &str, picture: &dyn Fn(&crate::compare::FilmFrame) -> String| {
         let cells: String = comparison.film.iter().map(picture).collect();
         format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n")
     };
@@ -178,7 +185,7 @@ fn film(comparison: &Comparison, temperatures: Shows, differences: Shows) -> Str
         )),
         strip("Difference", &|frame| {
             cell(
-                &picture::difference(&frame.real, &frame.simulated),
+                &image::difference(&frame.real, &frame.simulated),
                 differences,
                 "difference",
             )
@@ -254,11 +261,4 @@ fn footer(context: &Context) -> String {
         },
     );
     format!("<footer>{which}. {}.</footer>\n", escape(paper::CITATION))
-}
-
-pub(super) fn list<'a>(sentences: impl Iterator<Item = &'a String>) -> String {
-    let items: String = sentences
-        .map(|sentence| format!("<li>{}</li>\n", escape(sentence)))
-        .collect();
-    format!("<ul>\n{items}</ul>\n")
 }

@@ -1,6 +1,9 @@
-use super::Context;
-use crate::paper;
-use crate::{Better, Comparison, FrameScores, Measure, Score};
+//! The comparison as JSON.
+
+use crate::compare::{Comparison, FrameScores};
+use crate::metrics::score::{Better, Measure, Score};
+use crate::report::context::Context;
+use crate::report::paper;
 use serde_json::{Map, Value, json};
 
 /// The comparison for programs: one JSON object with stable field names (`format` and `version` name them). Values
@@ -32,7 +35,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "background": comparison.background.as_ref().map(background),
         "level_max_c": comparison.level_max_c,
         "units": {
-            "drawn": crate::DRAWS,
+            "drawn": crate::expected::DRAWS,
             "pattern_c": comparison.pattern_c,
             "pattern_from": comparison.pattern_from.name(),
         },
@@ -49,7 +52,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "warm_above_c": comparison.warm_above_c,
         "union_above_c": comparison.union_above_c,
         "warm_pixels": { "real": warm.real, "claimed": warm.claimed, "overlap": warm.overlap },
-        "alignment": super::alignment::json(comparison.alignment.as_ref()),
+        "alignment": crate::report::alignment::json(comparison.alignment.as_ref()),
         "scores": scores(comparison, context),
         "evaluation_graph": {
             "thresholds_c": comparison.evaluation.thresholds_c,
@@ -90,14 +93,14 @@ pub fn summary(comparison: &Comparison, context: &Context) -> Value {
         "protocol": comparison.settings.protocol.name(),
         "real_frames": comparison.real_frames,
         "noise_sigma_c": comparison.noise_sigma_c,
-        "alignment": super::alignment::json(comparison.alignment.as_ref()),
+        "alignment": crate::report::alignment::json(comparison.alignment.as_ref()),
         "scores": scores(comparison, context),
         "notes": comparison.notes,
     })
 }
 
 fn criteria(comparison: &Comparison) -> Vec<Value> {
-    let criterion = |criterion: &crate::Criterion| {
+    let criterion = |criterion: &crate::verdict::Criterion| {
         json!({
             "name": criterion.name,
             "title": criterion.title,
@@ -120,7 +123,7 @@ fn criteria(comparison: &Comparison) -> Vec<Value> {
         .collect()
 }
 
-fn background(fit: &crate::BackgroundFit) -> Value {
+fn background(fit: &crate::background::fit::BackgroundFit) -> Value {
     let stretches: Vec<String> = fit.stretches.iter().map(ToString::to_string).collect();
     json!({
         "profile_rms_c": fit.profile_c,
@@ -130,7 +133,7 @@ fn background(fit: &crate::BackgroundFit) -> Value {
 }
 
 /// Of what drawn units score.
-fn law(law: &crate::Law) -> Value {
+fn law(law: &crate::expected::Law) -> Value {
     json!({ "mean": law.mean, "sd": law.sd })
 }
 
@@ -208,7 +211,7 @@ fn timeline(comparison: &Comparison) -> Value {
 }
 
 fn film(comparison: &Comparison) -> Vec<Value> {
-    let frame = |frame: &crate::FilmFrame| json!({ "time_s": frame.time.as_secs_f64(), "real_c": frame.real, "simulated_c": frame.simulated });
+    let frame = |frame: &crate::compare::FilmFrame| json!({ "time_s": frame.time.as_secs_f64(), "real_c": frame.real, "simulated_c": frame.simulated });
     comparison.film.iter().map(frame).collect()
 }
 

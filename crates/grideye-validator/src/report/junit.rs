@@ -1,8 +1,9 @@
 //! The verdict as JUnit XML, which servers of continuous integration read.
 
-use super::Context;
-use crate::text::escape;
-use crate::{Comparison, Criterion, State, Verdict};
+use crate::compare::Comparison;
+use crate::report::context::Context;
+use crate::report::text::escape;
+use crate::verdict::{Criterion, State, Verdict};
 use std::fmt::Write;
 
 /// One test case for each criterion and one for the verdict. What failed is a failure, what cannot be told an error,

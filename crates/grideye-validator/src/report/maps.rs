@@ -1,10 +1,11 @@
 //! What each pixel is off by over all frames.
 
-use super::picture::{self, Range, Shows};
-use crate::Comparison;
+use crate::compare::Comparison;
+use crate::report::image;
+use crate::report::image::{Range, Shows};
 
 /// Mean difference, its root mean square, and structural similarity, pixel by pixel.
-pub(super) fn section(comparison: &Comparison) -> String {
+pub(crate) fn section(comparison: &Comparison) -> String {
     let maps = &comparison.maps;
     if maps.bias_c.is_empty() {
         return String::new();
@@ -23,7 +24,7 @@ pub(super) fn section(comparison: &Comparison) -> String {
         warmest_c: to_half(largest(&maps.rmse_c)),
     });
     let figure = |values: &[f64], shows, name: &str, caption: &str, scale: String| {
-        let svg = picture::svg(comparison.shape, values, shows, true, name);
+        let svg = image::svg(comparison.shape, values, shows, true, name);
         format!("<figure>{svg}{scale}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
     };
     let structure = maps
@@ -50,14 +51,14 @@ pub(super) fn section(comparison: &Comparison) -> String {
             differences,
             "Mean difference",
             "simulated less real, °C",
-            picture::scale(differences)
+            image::scale(differences)
         ),
         figure(
             &maps.rmse_c,
             errors,
             "Error",
             "root mean square of the difference, °C",
-            picture::scale(errors)
+            image::scale(errors)
         ),
     )
 }

@@ -31,12 +31,12 @@ pub(crate) const DIFFERENCE: [Rgb; 3] = [[33, 102, 172], [247, 247, 247], [178, 
 #[must_use]
 pub fn colour(stops: &[Rgb], place: f64) -> Rgb {
     let last = stops.len().saturating_sub(1);
-    let position = place.clamp(0.0, 1.0) * crate::metrics::count(last);
+    let position = place.clamp(0.0, 1.0) * crate::numbers::count(last);
     let below = (0..last)
         .rev()
-        .find(|&stop| crate::metrics::count(stop) <= position)
+        .find(|&stop| crate::numbers::count(stop) <= position)
         .unwrap_or(0);
-    let share = position - crate::metrics::count(below);
+    let share = position - crate::numbers::count(below);
     let (from, to) = (stops[below], stops[(below + 1).min(last)]);
     std::array::from_fn(|channel| blend(from[channel], to[channel], share))
 }

@@ -1,7 +1,8 @@
 //! A score on a line, between what right scenes have and what chance has, as SVG.
 
-use crate::text::fixed;
-use crate::{Asked, Law};
+use crate::expected::Law;
+use crate::numerals::fixed;
+use crate::verdict::Asked;
 use std::fmt::Write as _;
 
 const WIDTH: f64 = 440.0;
@@ -15,7 +16,7 @@ const BEYOND: f64 = 0.001;
 
 /// Told apart by form: a full bar is right scenes, a bar with a broken outline what has to be told from them, the
 /// upright stroke what is asked, the diamond what was found.
-pub(super) fn svg(asked: &Asked) -> String {
+pub(crate) fn svg(asked: &Asked) -> String {
     let axis = Axis::new(asked);
     let mut svg = format!(
         "<svg class=\"ruler\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{} found, {} asked for\">\
@@ -103,7 +104,7 @@ fn labels(svg: &mut String, [mut least, mut value]: [(f64, f64, &str); 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::expected::Scale;
+    use crate::expected::distribution::Scale;
 
     fn law(values: &[f64]) -> Law {
         Law::of(Scale::Plain, values.iter().map(|&value| Some(value))).unwrap()

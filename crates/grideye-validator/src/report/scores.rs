@@ -1,12 +1,15 @@
 //! Every score beside its floors and its ceiling, as a table of the page.
 
-use super::Context;
-use crate::paper::{self, EXPERIMENTS};
-use crate::text::{UNDEFINED, fixed, frames as frames_in_words, value};
-use crate::{Better, Comparison, Measure, Score};
+use crate::compare::Comparison;
+use crate::metrics::score::{Better, Measure, Score};
+use crate::numerals::{fixed, frames as frames_in_words};
+use crate::report::context::Context;
+use crate::report::paper;
+use crate::report::paper::EXPERIMENTS;
+use crate::report::text::{UNDEFINED, value};
 
 /// What the verdict rests on, then the paper's own and plain distances, then what counts bins.
-pub(super) const GROUPS: [(&str, &str, &[Measure]); 4] = [
+pub(crate) const GROUPS: [(&str, &str, &[Measure]); 4] = [
     (
         "The verdict rests on",
         "rests",
@@ -54,7 +57,7 @@ pub(super) const GROUPS: [(&str, &str, &[Measure]); 4] = [
     ),
 ];
 
-pub(super) fn section(comparison: &Comparison, context: &Context) -> String {
+pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
     let papers = context
         .experiment
         .filter(|&number| paper::experiment(number).is_some());

@@ -1,9 +1,11 @@
 //! The scores as plain text, for a terminal or a log.
 
-use super::scores::GROUPS;
-use crate::paper;
-use crate::text::{UNDEFINED, fixed, value};
-use crate::{Better, Comparison, Measure, Score};
+use crate::compare::Comparison;
+use crate::metrics::score::{Better, Measure, Score};
+use crate::numerals::fixed;
+use crate::report::paper;
+use crate::report::scores::GROUPS;
+use crate::report::text::{UNDEFINED, value};
 
 /// Every score in a line with its floors, its ceiling, its skill and, marked as the paper's, the figure that the paper
 /// published for `experiment`. The bins that entropies were counted in stand below.

@@ -1,8 +1,9 @@
 //! Scores over time as SVG: one panel a measure, under one axis of time.
 
-use crate::metrics::count;
-use crate::text::{fixed, signed};
-use crate::{Comparison, Measure};
+use crate::compare::Comparison;
+use crate::metrics::score::Measure;
+use crate::numbers::count;
+use crate::numerals::{fixed, signed};
 use std::fmt::Write;
 
 const WIDTH: f64 = 720.0;
@@ -28,7 +29,7 @@ struct Panel {
 }
 
 /// C, RMSE and the common offset of each real frame and the simulated one beside it; empty where there is one frame.
-pub(super) fn section(comparison: &Comparison) -> String {
+pub(crate) fn section(comparison: &Comparison) -> String {
     if comparison.timeline.len() < 2 {
         return String::new();
     }
@@ -40,7 +41,7 @@ pub(super) fn section(comparison: &Comparison) -> String {
 }
 
 fn panels(comparison: &Comparison) -> [Panel; 3] {
-    let over_time = |value: &dyn Fn(&crate::FrameScores) -> Option<f64>| {
+    let over_time = |value: &dyn Fn(&crate::compare::FrameScores) -> Option<f64>| {
         comparison
             .timeline
             .iter()

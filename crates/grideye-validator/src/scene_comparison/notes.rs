@@ -1,13 +1,13 @@
 //! What was found about time and place, in sentences.
 
-use super::Options;
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
-use crate::text::fixed;
+use crate::numerals::fixed;
+use crate::scene_comparison::types::Options;
 
 /// One sentence for each thing that was left out, taken out, aligned or found not to lie as the scene has it.
-pub(super) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Vec<String> {
+pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Vec<String> {
     let mut notes: Vec<String> = found
         .left_out
         .iter()
@@ -130,7 +130,7 @@ fn error(error: Option<f64>, scale: f64, decimals: usize) -> String {
 }
 
 /// What to do about an image that was found, and judged, not to lie as the scene has it.
-pub(super) fn orientation(found: &OrientationFound, is_failed: bool) -> Option<String> {
+pub(crate) fn orientation(found: &OrientationFound, is_failed: bool) -> Option<String> {
     if found.orientation == Orientation::Upright || !(is_failed || found.applied) {
         return None;
     }

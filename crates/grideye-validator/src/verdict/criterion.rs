@@ -1,4 +1,6 @@
-use crate::Law;
+//! One thing that a verdict asks of a recording.
+
+use crate::expected::Law;
 
 /// One thing that a verdict asks of a recording.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,8 +4,16 @@
 //! turns, a share of 0.001 lies beyond `m - 3.0902 d` and `m + 3.0902 d` (the normal distribution's table).
 
 use super::*;
-use crate::expected::Block;
-use crate::{Measure, Score, Shuffled};
+use crate::align::space::Orientation;
+use crate::expected::claim::Statistics;
+use crate::expected::units::Expected;
+use crate::metrics::foreground::RoomFrom;
+use crate::metrics::score::{Measure, Score, Scores, Shuffled};
+use crate::metrics::unclaimed::Block;
+use crate::thresholds::Thresholds;
+use crate::verdict::judgement::judge;
+use crate::verdict::types::{Beside, Evidence};
+use std::time::Duration;
 
 const PROFILE: &str = "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the \
                        room empty";

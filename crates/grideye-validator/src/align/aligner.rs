@@ -1,0 +1,383 @@
+//! The alignment itself: the best clock, orientation and offset, held against what chance reaches.
+
+use crate::align::bounds::{BEYOND, Bounds};
+use crate::align::clock::{Clock, Line, Warp};
+use crate::align::film::{Fit, Track, Walk};
+use crate::align::line_search::{best_line, rough_likeness, standard_errors};
+use crate::align::pace_search::best_law;
+use crate::align::space::{Orientation, Pairs};
+use crate::align::types::{AlignOptions, OffsetFound, OrientationFound, TimeAlignment, TimeFound};
+use crate::align::warp_search::best_warp;
+use crate::align::{decoy, space};
+use crate::error::ValidatorError;
+use crate::frames::pixels::Pixels;
+use crate::numbers::count;
+use std::time::Duration;
+
+/// Frames of a recording that alignment looks at; of more, these are chosen evenly.
+pub const SAMPLE_MAX: usize = 2_048;
+/// Alignment looks at this much of a recording from its first frame on.
+pub const SPAN_MAX: Duration = Duration::from_secs(600);
+
+/// The largest that is looked for.
+const OFFSET_SOUGHT_PX: f64 = 1.5;
+
+/// Aligns a recording with another one, or with frames made elsewhere: each side is its ascending times in seconds and
+/// as many frames in °C. `None` if a side has fewer than two frames, or times and frames differ in number.
+///
+/// At most [`SAMPLE_MAX`] frames of the recording are looked at.
+///
+/// # Errors
+/// A bound out of its range.
+pub fn align_films(
+    film: (&[f64], &[[f64; 64]]),
+    recording: (&[f64], &[[f64; 64]]),
+    options: &AlignOptions,
+) -> Result<Option<TimeFound>, ValidatorError> {
+    options.check()?;
+    let is_usable =
+        |(times_s, frames): (&[f64], &[Pixels])| times_s.len() == frames.len() && frames.len() > 1;
+    if !is_usable(film) || !is_usable(recording) {
+        return Ok(None);
+    }
+    let walk = Walk::new(recording.0.to_vec(), recording.1.to_vec()).thinned(SAMPLE_MAX);
+    let aligner = Aligner {
+        bounds: options.bounds(recording.0[0]),
+        walk,
+        track: Track::of_frames(film.0, film.1),
+        mean_c: [0.0; grideye_frame::PIXELS],
+    };
+    Ok(Some(aligner.time(options.time).1))
+}
+
+/// A recording's sample and the scene's film, ready to be aligned.
+pub(crate) struct Aligner {
+    walk: Walk,
+    track: Track,
+    bounds: Bounds,
+    /// The sample's mean frame less ambient.
+    mean_c: Pixels,
+}
+
+impl Aligner {
+    /// `times_s` are the scene's times of the frames if nothing is aligned, ascending; `end_s` is the scene's end. Frames
+    /// that no clock within the bounds brings into the scene are not looked at.
+    pub(crate) fn new(
+        simulator: &grideye_scene::Simulator,
+        end_s: f64,
+        times_s: Vec<f64>,
+        frames: Vec<Pixels>,
+        options: &AlignOptions,
+    ) -> Self {
+        let (first_s, last_s) = (
+            times_s.first().copied().unwrap_or_default(),
+            times_s.last().copied().unwrap_or_default(),
+        );
+        let bounds = options.bounds(first_s);
+        // A path may leave the line by as much again as the line's own shift.
+        let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;
+        let beyond_s = reach_s + BEYOND * bounds.rate_max * (last_s - first_s);
+        let track = Track::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
+        let (times_s, frames): (Vec<f64>, Vec<Pixels>) = times_s
+            .into_iter()
+            .zip(frames)
+            .filter(|(time_s, _)| (-beyond_s..=end_s + beyond_s).contains(time_s))
+            .unzip();
+        let number = count(frames.len().max(1));
+        let mut mean_c = [0.0; grideye_frame::PIXELS];
+        for frame in &frames {
+            for (mean, celsius) in mean_c.iter_mut().zip(frame) {
+                *mean += (celsius - simulator.ambient_c()) / number;
+            }
+        }
+        Self {
+            walk: Walk::new(times_s, frames),
+            track,
+            bounds,
+            mean_c,
+        }
+    }
+
+    /// The same with the recording's image turned back from an orientation.
+    pub(crate) fn turned_back(self, orientation: Orientation) -> Self {
+        let back = orientation.inverse();
+        Self {
+            walk: self.walk.map(|frame| back.apply(frame)),
+            mean_c: back.apply(&self.mean_c),
+            ..self
+        }
+    }
+
+    /// The law of time, and what was found. Without better evidence than chance the clock is the recording's own.
+    pub(crate) fn time(&self, asked: TimeAlignment) -> (Clock, TimeFound) {
+        let (walk, track, bounds) = (&self.walk, &self.track, &self.bounds);
+        let before = walk.fit(track, |time_s| time_s);
+        let Best {
+            line,
+            fit,
+            errors,
+            is_beyond,
+        } = self.line();
+        let mut clock = Clock::Line(line);
+        let mut best = fit;
+        match asked {
+            TimeAlignment::Warp => {
+                if let Some((warp, fit)) = self.warp(line, &fit) {
+                    (clock, best) = (Clock::Warp(line, warp), fit);
+                }
+            }
+            TimeAlignment::Law => {
+                let (law, fit) = best_law(walk, track, bounds);
+                (clock, best) = (Clock::Law(law), fit);
+            }
+            TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {}
+        }
+        let chance = decoy::chance(walk, track, bounds, asked);
+        let at_bound = match &clock {
+            Clock::Law(law) => bounds.holds_back(law),
+            Clock::Line(_) | Clock::Warp(..) => is_beyond,
+        };
+        let by_chance = chance.best.unwrap_or(0.0).max(LIKENESS_MIN);
+        let applied = !at_bound && best.likeness > by_chance;
+        let found = TimeFound {
+            asked,
+            shift_s: line.shift_s,
+            shift_error_s: errors.map(|errors| errors.0),
+            rate: line.rate,
+            rate_error: errors.map(|errors| errors.1),
+            likeness_before: before.likeness,
+            likeness: best.likeness,
+            chance: chance.best,
+            decoys: chance.decoys,
+            applied,
+            at_bound,
+            rival_offset_px: self.rival(line, &fit),
+            warp: match &clock {
+                Clock::Warp(_, warp) => Some(warp.clone()),
+                _ => None,
+            },
+            law: match clock {
+                Clock::Law(law) => Some(law),
+                _ => None,
+            },
+        };
+        (if applied { clock } else { Clock::own() }, found)
+    }
+
+    /// The best line, its rate 0 if it cannot be told from 0; and whether the best lies beyond the bounds, of which it
+    /// then is the nearest that is allowed.
+    fn line(&self) -> Best {
+        let (walk, track, bounds) = (&self.walk, &self.track, &self.bounds);
+        let (mut line, mut fit) = best_line(walk, track, &bounds.wider());
+        let errors = standard_errors(walk, track, line, &fit);
+        let (shift_error_s, rate_error) = errors.unwrap_or_default();
+        let is_beyond = bounds.excess_s(&line) > ERRORS_TOLD * shift_error_s
+            || bounds.rate_excess(&line) > ERRORS_TOLD * rate_error;
+        let told = errors.is_some() && line.rate.abs() > ERRORS_TOLD * rate_error;
+        if bounds.excess_s(&line) > 0.0 || bounds.rate_excess(&line) > 0.0 || !told {
+            let rate_max = if told { bounds.rate_max } else { 0.0 };
+            (line, fit) = best_line(
+                walk,
+                track,
+                &Bounds {
+                    rate_max,
+                    ..*bounds
+                },
+            );
+        }
+        Best {
+            line,
+            fit,
+            errors,
+            is_beyond,
+        }
+    }
+
+    /// A path that explains frames that it was not fitted to better than the line does.
+    fn warp(&self, line: Line, fit: &Fit) -> Option<(Warp, Fit)> {
+        let (track, band_s) = (&self.track, self.bounds.shift_max_s);
+        let path = |walk: &Walk| best_warp(walk, track, line, fit, band_s);
+        let [even, odd] = self.walk.halves();
+        let likeness = |walk: &Walk, warp: &Warp| {
+            walk.fit(track, |time_s| line.scene_s(time_s) + warp.by_s(time_s))
+                .likeness
+        };
+        let straight = |walk: &Walk| walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+        let gain = likeness(&odd, &path(&even)) - straight(&odd) + likeness(&even, &path(&odd))
+            - straight(&even);
+        if gain / 2.0 < WARP_GAIN_MIN {
+            return None;
+        }
+        let warp = path(&self.walk);
+        let fit = self
+            .walk
+            .fit(track, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
+        Some((warp, fit))
+    }
+
+    /// An offset of the image that does without the delay what the delay does.
+    fn rival(&self, line: Line, fit: &Fit) -> Option<[f64; 2]> {
+        if line.shift_s.abs() < RIVAL_SHIFT_MIN_S {
+            return None;
+        }
+        let rated = |time_s: f64| line.scene_s(time_s) - line.shift_s;
+        let pairs = Pairs::moving(&self.walk.thinned(OFFSET_FRAMES), &self.track, rated);
+        let (offset, [_, likeness]) = pairs.best_offset(OFFSET_SOUGHT_PX);
+        (likeness > fit.likeness - RIVAL_LESS_MAX).then_some(offset)
+    }
+
+    /// How the image lies, by what moves and, where that leaves a choice, by what stands still.
+    pub(crate) fn orientation(&self) -> Option<OrientationFound> {
+        let walk = self.walk.thinned(decoy::FRAMES);
+        let still = self.still_claim(|time_s| time_s);
+        let own = walk.of_scene(&self.track);
+        let likeness = |orientation: Orientation| {
+            let film = self.track.map(|frame| orientation.apply(frame));
+            let moving = rough_likeness(&walk, &film, &self.bounds);
+            moving + STILL_WEIGHT * space::still_likeness(&self.mean_c, &orientation.apply(&still))
+        };
+        let same = |orientation: Orientation| {
+            let film = self.track.map(|frame| orientation.apply(frame));
+            let moving = rough_likeness(&own, &film, &self.bounds);
+            moving + STILL_WEIGHT * space::still_likeness(&still, &orientation.apply(&still))
+                > SAME_MIN * (1.0 + STILL_WEIGHT)
+        };
+        best_orientation(likeness, same, 1.0 + STILL_WEIGHT)
+    }
+
+    /// The offset of the image at the times that were found.
+    pub(crate) fn offset(&self, clock: &Clock) -> Option<OffsetFound> {
+        let walk = self.walk.thinned(OFFSET_FRAMES);
+        let pairs = Pairs::moving(&walk, &self.track, |time_s| clock.scene_s(time_s));
+        let (right_down_px, likeness) = pairs.best_offset(OFFSET_SOUGHT_PX);
+        (likeness[0] > OFFSET_LIKENESS_MIN).then_some(OffsetFound {
+            right_down_px,
+            likeness,
+            applied: false,
+        })
+    }
+
+    /// The scene's mean frame over the recording.
+    fn still_claim(&self, scene_s: impl Fn(f64) -> f64) -> Pixels {
+        let mut sums = crate::align::film::Sums::default();
+        for &time_s in &self.walk.times_s {
+            if let Some(claim) = self.track.at(scene_s(time_s)) {
+                sums.add(&claim, &claim);
+            }
+        }
+        sums.mean_claim()
+    }
+}
+
+/// How a still image lies.
+pub(crate) fn still_orientation(real: &Pixels, claim: &Pixels) -> Option<OrientationFound> {
+    let seen = |image: &Pixels, orientation: Orientation| {
+        space::still_likeness(image, &orientation.apply(claim))
+    };
+    best_orientation(
+        |orientation| seen(real, orientation),
+        |orientation| seen(claim, orientation) > SAME_MIN,
+        1.0,
+    )
+}
+
+/// The orientation of most likeness. One that makes the scene what it was counts as upright, and another one has to be
+/// better by a margin.
+fn best_orientation(
+    likeness: impl Fn(Orientation) -> f64,
+    same: impl Fn(Orientation) -> bool,
+    most: f64,
+) -> Option<OrientationFound> {
+    let upright = likeness(Orientation::Upright) / most;
+    let (best, orientation) = Orientation::ALL
+        .into_iter()
+        .skip(1)
+        .filter(|&orientation| !same(orientation))
+        .map(|orientation| (likeness(orientation) / most, orientation))
+        .max_by(|left, right| left.0.total_cmp(&right.0))?;
+    let is_other = best > upright + ORIENTATION_MARGIN && best > LIKENESS_MIN;
+    Some(OrientationFound {
+        orientation: if is_other {
+            orientation
+        } else {
+            Orientation::Upright
+        },
+        likeness: if is_other { best } else { upright },
+        upright,
+        applied: false,
+    })
+}
+
+/// Whatever chance reaches, less likeness than this is none.
+const LIKENESS_MIN: f64 = 0.3;
+/// A rate is told from none when it is larger than so many of its standard errors.
+const ERRORS_TOLD: f64 = 3.0;
+/// What a path has to gain in likeness on frames that it was not fitted to.
+const WARP_GAIN_MIN: f64 = 0.005;
+/// A delay of less than this is not asked whether it might be an offset.
+const RIVAL_SHIFT_MIN_S: f64 = 0.1;
+/// So much less likeness than the delay's still counts as explaining as well.
+const RIVAL_LESS_MAX: f64 = 0.01;
+const OFFSET_FRAMES: usize = 256;
+/// With less likeness than this nothing is said of parts of a pixel.
+const OFFSET_LIKENESS_MIN: f64 = 0.4;
+/// What stands still weighs less than what moves: rooms hold warm things that a scene does not know.
+const STILL_WEIGHT: f64 = 0.3;
+/// From this likeness on two films are one.
+pub(crate) const SAME_MIN: f64 = 0.9;
+/// By so much another orientation has to fit better than the upright one.
+const ORIENTATION_MARGIN: f64 = 0.1;
+
+/// The line that was found.
+struct Best {
+    line: Line,
+    fit: Fit,
+    /// Standard errors of shift and rate.
+    errors: Option<(f64, f64)>,
+    is_beyond: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What looks like each orientation, half of it as far as it goes.
+    fn found(upright: f64, half: f64, most: f64) -> Option<OrientationFound> {
+        best_orientation(
+            |orientation| match orientation {
+                Orientation::Upright => upright,
+                Orientation::Half => half,
+                _ => 0.0,
+            },
+            Orientation::is_mirrored,
+            most,
+        )
+    }
+
+    #[test]
+    fn another_orientation_has_to_be_better_by_a_margin_and_to_resemble_the_scene_at_all() {
+        let expect = |(upright, half): (f64, f64), orientation, likeness| {
+            let found = found(upright, half, 1.0).unwrap();
+            assert_eq!((found.orientation, found.likeness), (orientation, likeness));
+            assert_eq!((found.upright, found.applied), (upright, false));
+        };
+        expect((0.5, 0.7), Orientation::Half, 0.7);
+        expect((0.5, 0.55), Orientation::Upright, 0.5);
+        expect((0.0, 0.25), Orientation::Upright, 0.0);
+        expect((0.8, 0.7), Orientation::Upright, 0.8);
+        // Shares of the most that can be.
+        let shares = found(0.5, 1.0, 2.0).unwrap();
+        assert_eq!((shares.upright, shares.likeness), (0.25, 0.5));
+    }
+
+    #[test]
+    fn what_looks_like_the_scene_itself_is_no_other_orientation() {
+        assert_eq!(best_orientation(|_| 0.9, |_| true, 1.0), None);
+        let found = best_orientation(
+            |orientation| if orientation.is_mirrored() { 0.9 } else { 0.1 },
+            Orientation::is_mirrored,
+            1.0,
+        );
+        assert_eq!(found.unwrap().orientation, Orientation::Upright);
+    }
+}

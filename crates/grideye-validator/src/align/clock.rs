@@ -1,0 +1,113 @@
+//! The scene's time at each of the recording's: a line, a law of pace, or a warp about a line.
+
+use crate::numbers::{count, interpolated};
+
+/// The scene's time at each of the recording's.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Clock {
+    Line(Line),
+    Law(Law),
+    Warp(Line, Warp),
+}
+
+impl Clock {
+    /// The recording's own.
+    pub(crate) const fn own() -> Self {
+        Self::Line(Line {
+            shift_s: 0.0,
+            rate: 0.0,
+            origin_s: 0.0,
+        })
+    }
+
+    pub(crate) fn scene_s(&self, time_s: f64) -> f64 {
+        match self {
+            Self::Line(line) => line.scene_s(time_s),
+            Self::Law(law) => law.scene_s(time_s),
+            Self::Warp(line, warp) => line.scene_s(time_s) + warp.by_s(time_s),
+        }
+    }
+}
+
+/// A line of time: scene = recording + shift + rate * (recording - origin), seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Line {
+    /// At the origin, which is the recording's first frame.
+    pub(crate) shift_s: f64,
+    pub(crate) rate: f64,
+    pub(crate) origin_s: f64,
+}
+
+impl Line {
+    pub(crate) fn scene_s(self, time_s: f64) -> f64 {
+        time_s + self.shift_s + self.rate * (time_s - self.origin_s)
+    }
+}
+
+/// A law of time with four parameters: `scene = first + length * g(u)`, u from 0 at the begin to 1 at the end, and
+/// `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 - u)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Law {
+    /// When the walk begins in the recording, seconds later than the scene has it.
+    pub begins_late_s: f64,
+    /// When it ends in the recording, seconds later than the scene has it.
+    pub ends_late_s: f64,
+    /// -1 to 1: 1 sets off and stops as smoothly as minimum jerk where the scene has constant speed, -1 the other way
+    /// round.
+    pub ease: f64,
+    /// -1 to 1: above 0, faster in the first half and slower in the second than the scene.
+    pub lean: f64,
+    /// The scene's times of the two ends, seconds.
+    pub(crate) scene_s: (f64, f64),
+}
+
+impl Law {
+    /// The scene's time at a time of the recording; outside the walk it runs on at the recording's pace.
+    pub(crate) fn scene_s(&self, time_s: f64) -> f64 {
+        let (first_s, last_s) = self.scene_s;
+        let (begin_s, end_s) = (first_s + self.begins_late_s, last_s + self.ends_late_s);
+        if time_s < begin_s {
+            return first_s + time_s - begin_s;
+        }
+        if time_s > end_s {
+            return last_s + time_s - end_s;
+        }
+        let part = (time_s - begin_s) / (end_s - begin_s).max(f64::MIN_POSITIVE);
+        first_s + (last_s - first_s) * self.profile(part)
+    }
+
+    pub(crate) fn profile(&self, u: f64) -> f64 {
+        let smooth = u * u * u * (10.0 + u * (6.0 * u - 15.0));
+        (1.0 - self.ease) * u + self.ease * smooth + self.lean * u * (1.0 - u)
+    }
+
+    /// Nobody walks backwards in time.
+    pub(crate) fn rises(&self) -> bool {
+        const PARTS: usize = 40;
+        let at = |part: usize| self.profile(count(part) / count(PARTS));
+        (0..PARTS).all(|part| at(part + 1) >= at(part))
+    }
+}
+
+/// A path in time: how much later than the line's the scene's time is, at times of the recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warp {
+    /// Time of the recording and departure from the line, both in seconds, in order of time.
+    pub knots: Vec<(f64, f64)>,
+}
+
+impl Warp {
+    /// The largest departure from the line, seconds.
+    #[must_use]
+    pub fn departure_max_s(&self) -> f64 {
+        self.knots
+            .iter()
+            .map(|(_, by_s)| by_s.abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// The departure at a time of the recording, seconds; beyond the knots that of the next one.
+    pub(crate) fn by_s(&self, time_s: f64) -> f64 {
+        interpolated(&self.knots, time_s)
+    }
+}

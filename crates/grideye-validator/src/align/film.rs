@@ -1,0 +1,411 @@
+//! What is aligned: the scene's frames at any time, and the recording's frames with their times.
+
+use crate::frames::pixels::Pixels;
+use crate::numbers::count;
+use grideye_frame::PIXELS;
+use grideye_scene::Simulator;
+use std::time::Duration;
+
+/// Frames of the scene are made this far apart, seconds: a person at 1 m/s moves an eighth of a pixel in it.
+const STEP_S: f64 = 0.05;
+/// Most frames of the scene that are made; of a longer part they stand further apart.
+pub(crate) const TRACK_FRAMES_MAX: usize = 12_000;
+
+/// The scene's noise-free frames at evenly spaced times, less the ambient temperature.
+#[derive(Debug, Clone)]
+pub(crate) struct Track {
+    first_s: f64,
+    step_s: f64,
+    frames: Vec<Pixels>,
+    ends: Ends,
+}
+
+/// What a film shows before its begin and after its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ends {
+    /// A scene's people wait where they set off, and stay where they arrive. A delay that brings frames of the recording
+    /// across the walk's end is then held to what they show; if it were not, it would pay to bring fewer of them there.
+    Stand,
+    /// Frames from elsewhere say nothing of other times.
+    Nothing,
+}
+
+/// Frames of the recording at the times that the scene would have them without any alignment, each pixel less its
+/// mean over all of them.
+#[derive(Debug, Clone)]
+pub(crate) struct Walk {
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) frames: Vec<Pixels>,
+    energy: f64,
+}
+
+/// How the moving part of a recording follows that of the scene under one law of time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fit {
+    /// Correlation of the moving parts over all pixels and frames, -1 to 1.
+    pub(crate) likeness: f64,
+    /// What the scene's moving part is to be multiplied by to come nearest.
+    pub(crate) amplitude: f64,
+    /// Squares that it leaves, °C².
+    pub(crate) left_c2: f64,
+}
+
+impl Fit {
+    /// Nothing is explained.
+    const fn nothing(energy: f64) -> Self {
+        Self {
+            likeness: 0.0,
+            amplitude: 0.0,
+            left_c2: energy,
+        }
+    }
+}
+
+impl Track {
+    /// The part of a scene between two of its times, seconds.
+    pub(crate) fn new(simulator: &Simulator, from_s: f64, until_s: f64) -> Self {
+        let first_s = from_s.max(0.0);
+        let span_s = (until_s - first_s).max(0.0);
+        let steps = (span_s / STEP_S)
+            .ceil()
+            .clamp(1.0, count(TRACK_FRAMES_MAX - 1));
+        let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
+        let ambient_c = simulator.ambient_c();
+        let frame = |index: usize| -> Pixels {
+            let seconds = count(index) * step_s + first_s;
+            let time = Duration::try_from_secs_f64(seconds).unwrap_or_default();
+            let image = simulator.image(time).celsius;
+            std::array::from_fn(|pixel| image.get(pixel).map_or(0.0, |celsius| celsius - ambient_c))
+        };
+        Self {
+            first_s,
+            step_s,
+            frames: (0..=whole(steps)).map(frame).collect(),
+            ends: Ends::Stand,
+        }
+    }
+
+    /// Frames at any ascending times, made into evenly spaced ones by the lines between them.
+    pub(crate) fn of_frames(times_s: &[f64], frames: &[Pixels]) -> Self {
+        let first_s = times_s.first().copied().unwrap_or_default();
+        let span_s = times_s.last().map_or(0.0, |last_s| last_s - first_s);
+        let steps = (span_s / STEP_S)
+            .ceil()
+            .clamp(1.0, count(TRACK_FRAMES_MAX - 1));
+        let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
+        let at = |time_s: f64| -> Pixels {
+            let next = times_s.partition_point(|other_s| *other_s <= time_s);
+            let next = next.clamp(1, times_s.len() - 1);
+            let (left_s, right_s) = (times_s[next - 1], times_s[next]);
+            let share = ((time_s - left_s) / (right_s - left_s).max(f64::MIN_POSITIVE)).min(1.0);
+            let (left, right) = (&frames[next - 1], &frames[next]);
+            std::array::from_fn(|pixel| left[pixel] + share * (right[pixel] - left[pixel]))
+        };
+        Self {
+            first_s,
+            step_s,
+            frames: (0..=whole(steps))
+                .map(|index| at(first_s + count(index) * step_s))
+                .collect(),
+            ends: Ends::Nothing,
+        }
+    }
+
+    /// The same with each frame passed through `change`.
+    pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
+        Self {
+            frames: self.frames.iter().map(change).collect(),
+            ..*self
+        }
+    }
+
+    /// The same film run backwards.
+    pub(crate) fn reversed(&self) -> Self {
+        Self {
+            frames: self.frames.iter().rev().copied().collect(),
+            ..*self
+        }
+    }
+
+    pub(crate) fn first_s(&self) -> f64 {
+        self.first_s
+    }
+
+    pub(crate) fn last_s(&self) -> f64 {
+        self.first_s + self.step_s * count(self.frames.len() - 1)
+    }
+
+    /// The frame at a time of the scene; beyond its ends that of the end, or `None` where it claims nothing.
+    pub(crate) fn at(&self, time_s: f64) -> Option<Pixels> {
+        let place = (time_s - self.first_s) / self.step_s;
+        let last = self.frames.len() - 1;
+        // Rounding must not cost the last frame of a walk that ends on it.
+        let is_within = (-1e-6..=count(last) + 1e-6).contains(&place);
+        if self.ends == Ends::Nothing && !is_within {
+            return None;
+        }
+        let before = whole(place.max(0.0)).min(last.saturating_sub(1));
+        let share = (place - count(before)).clamp(0.0, 1.0);
+        let (left, right) = (&self.frames[before], &self.frames[(before + 1).min(last)]);
+        Some(std::array::from_fn(|pixel| {
+            left[pixel] + share * (right[pixel] - left[pixel])
+        }))
+    }
+}
+
+impl Walk {
+    /// Takes each pixel's mean out of the frames.
+    pub(crate) fn new(times_s: Vec<f64>, mut frames: Vec<Pixels>) -> Self {
+        let number = count(frames.len().max(1));
+        let mut mean = [0.0; PIXELS];
+        for frame in &frames {
+            for (sum, celsius) in mean.iter_mut().zip(frame) {
+                *sum += celsius / number;
+            }
+        }
+        let mut energy = 0.0;
+        for frame in &mut frames {
+            for (celsius, mean) in frame.iter_mut().zip(&mean) {
+                *celsius -= mean;
+                energy += *celsius * *celsius;
+            }
+        }
+        Self {
+            times_s,
+            frames,
+            energy,
+        }
+    }
+
+    /// The same with each frame passed through `change`, which puts pixels elsewhere and leaves their values.
+    pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
+        Self {
+            times_s: self.times_s.clone(),
+            frames: self.frames.iter().map(change).collect(),
+            energy: self.energy,
+        }
+    }
+
+    /// What the scene itself would have as its recording, at the times of this one.
+    pub(crate) fn of_scene(&self, track: &Track) -> Self {
+        let (times_s, frames) = self
+            .times_s
+            .iter()
+            .filter_map(|&time_s| Some((time_s, track.at(time_s)?)))
+            .unzip();
+        Self::new(times_s, frames)
+    }
+
+    /// Up to `number` frames of it, evenly chosen.
+    pub(crate) fn thinned(&self, number: usize) -> Self {
+        let chosen = crate::numbers::evenly(self.frames.len(), number);
+        Self::new(
+            chosen.iter().map(|&index| self.times_s[index]).collect(),
+            chosen.iter().map(|&index| self.frames[index]).collect(),
+        )
+    }
+
+    /// Every second frame, from the first or from the second on.
+    pub(crate) fn halves(&self) -> [Self; 2] {
+        [0, 1].map(|first| {
+            Self::new(
+                self.times_s
+                    .iter()
+                    .skip(first)
+                    .step_by(2)
+                    .copied()
+                    .collect(),
+                self.frames.iter().skip(first).step_by(2).copied().collect(),
+            )
+        })
+    }
+
+    pub(crate) fn energy(&self) -> f64 {
+        self.energy
+    }
+
+    pub(crate) fn span_s(&self) -> f64 {
+        match (self.times_s.first(), self.times_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// How well the scene's moving part explains this one if its time is `scene_s` of the recording's.
+    ///
+    /// Each pixel of the scene loses its mean over the frames that it is met in. Frames that are met where the film
+    /// claims nothing stay in the denominator: no law of time gains by leaving them out.
+    pub(crate) fn fit(&self, track: &Track, scene_s: impl Fn(f64) -> f64) -> Fit {
+        let mut sums = Sums::default();
+        for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
+            if let Some(claim) = track.at(scene_s(time_s)) {
+                sums.add(real, &claim);
+            }
+        }
+        sums.fit(self.energy)
+    }
+}
+
+/// Sums over frames, pixel by pixel.
+pub(crate) struct Sums {
+    frames: usize,
+    product: Pixels,
+    real: Pixels,
+    claim: Pixels,
+    square: Pixels,
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self {
+            frames: 0,
+            product: [0.0; PIXELS],
+            real: [0.0; PIXELS],
+            claim: [0.0; PIXELS],
+            square: [0.0; PIXELS],
+        }
+    }
+}
+
+impl Sums {
+    pub(crate) fn add(&mut self, real: &Pixels, claim: &Pixels) {
+        self.frames += 1;
+        for pixel in 0..PIXELS {
+            let (real, claim) = (real[pixel], claim[pixel]);
+            self.product[pixel] += real * claim;
+            self.real[pixel] += real;
+            self.claim[pixel] += claim;
+            self.square[pixel] += claim * claim;
+        }
+    }
+
+    pub(crate) fn fit(&self, energy: f64) -> Fit {
+        let number = count(self.frames.max(1));
+        let (mut product, mut square) = (0.0, 0.0);
+        for pixel in 0..PIXELS {
+            let claim = self.claim[pixel];
+            product += self.product[pixel] - self.real[pixel] * claim / number;
+            square += self.square[pixel] - claim * claim / number;
+        }
+        // What is left of squares that cancel is not a movement.
+        if square <= 1e-9 * number || energy <= 0.0 {
+            return Fit::nothing(energy);
+        }
+        let amplitude = product / square;
+        Fit {
+            likeness: (product / (square * energy).sqrt()).clamp(-1.0, 1.0),
+            amplitude,
+            left_c2: (energy - product * amplitude).max(0.0),
+        }
+    }
+
+    /// The scene's mean frame.
+    pub(crate) fn mean_claim(&self) -> Pixels {
+        self.claim.map(|sum| sum / count(self.frames.max(1)))
+    }
+}
+
+/// The whole part of a number that is not below zero.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "places in a table of thousands; a cast of what is out of range saturates"
+)]
+pub(crate) fn whole(number: f64) -> usize {
+    number as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A spot of 2 degrees that goes down one pixel a second along the first column and back.
+    fn spot(time_s: f64) -> Pixels {
+        let row = 3.5 - 3.5 * (time_s * 0.3).cos();
+        std::array::from_fn(|pixel| {
+            let off = count(pixel / 8) - row;
+            if pixel % 8 == 0 {
+                2.0 * (-off * off).exp()
+            } else {
+                0.0
+            }
+        })
+    }
+
+    fn film(seconds: u32) -> (Vec<f64>, Vec<Pixels>) {
+        (0..=seconds * 10)
+            .map(|index| (f64::from(index) / 10.0, spot(f64::from(index) / 10.0)))
+            .unzip()
+    }
+
+    #[test]
+    fn a_film_is_what_it_was_made_of_and_nothing_beyond_its_ends() {
+        let (times_s, frames) = film(10);
+        let track = Track::of_frames(&times_s, &frames);
+        for (time_s, frame) in times_s.iter().zip(&frames) {
+            let seen = track.at(*time_s).unwrap();
+            assert!(seen.iter().zip(frame).all(|(a, b)| (a - b).abs() < 1e-9));
+        }
+        let between = track.at(4.05).unwrap();
+        assert!((between[24] - f64::midpoint(frames[40][24], frames[41][24])).abs() < 1e-9);
+        assert!(track.at(-0.01).is_none() && track.at(10.01).is_none());
+        let back = track.reversed().at(2.0).unwrap();
+        assert!((back[24] - frames[80][24]).abs() < 1e-9);
+    }
+
+    /// Before and after a walk its people stand, also if the walk is run backwards.
+    #[test]
+    fn the_people_of_a_scene_stand_where_they_set_off_and_arrived() {
+        let (times_s, frames) = film(10);
+        let track = Track {
+            ends: Ends::Stand,
+            ..Track::of_frames(&times_s, &frames)
+        };
+        assert_eq!(track.at(-3.0), track.at(0.0));
+        assert_eq!(track.at(99.0), track.at(10.0));
+        assert_ne!(track.at(0.0), track.at(10.0));
+        assert_eq!(track.reversed().at(-3.0), track.at(10.0));
+        assert_eq!(track.map(|frame| *frame).at(99.0), track.at(10.0));
+    }
+
+    #[test]
+    fn a_film_of_any_length_has_a_bounded_number_of_frames() {
+        let track = Track::of_frames(&[0.0, 1e6], &[[0.0; PIXELS], [1.0; PIXELS]]);
+        assert_eq!(track.frames.len(), TRACK_FRAMES_MAX);
+        assert!((track.at(2.5e5).unwrap()[7] - 0.25).abs() < 1e-9);
+        assert_eq!(track.last_s(), 1e6);
+    }
+
+    /// Amplitude, offsets of pixels and their noise: the likeness is that of a correlation.
+    #[test]
+    fn the_fit_is_the_correlation_of_what_moves() {
+        let (times_s, frames) = film(20);
+        let track = Track::of_frames(&times_s, &frames);
+        let doubled = frames
+            .iter()
+            .map(|frame| std::array::from_fn(|pixel| 20.0 + count(pixel) + 2.0 * frame[pixel]))
+            .collect();
+        let walk = Walk::new(times_s, doubled);
+        let fit = walk.fit(&track, |time_s| time_s);
+        assert!((fit.likeness - 1.0).abs() < 1e-9 && (fit.amplitude - 2.0).abs() < 1e-9);
+        assert!(fit.left_c2 < 1e-6 * walk.energy());
+        assert!(walk.fit(&track, |time_s| time_s + 0.5).likeness < 0.95);
+        let still = Track::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
+        assert_eq!(
+            walk.fit(&still, |time_s| time_s),
+            Fit::nothing(walk.energy())
+        );
+    }
+
+    /// What cannot be met is not forgiven.
+    #[test]
+    fn frames_pushed_out_of_the_scene_cost_their_squares() {
+        let (times_s, frames) = film(20);
+        let track = Track::of_frames(&times_s, &frames);
+        let walk = Walk::new(times_s, frames);
+        // Exact, but for the quarter of the frames that it is not asked about.
+        let fit = walk.fit(&track, |time_s| if time_s < 15.0 { time_s } else { -1.0 });
+        assert!((0.5..0.95).contains(&fit.likeness), "{fit:?}");
+    }
+}

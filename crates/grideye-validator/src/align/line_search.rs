@@ -1,0 +1,385 @@
+//! Constant shift and clock rate: all of a grid within the bounds, then downhill from the best of it.
+
+use crate::align::bounds::Bounds;
+use crate::align::clock::Line;
+use crate::align::film::{Fit, Track, Walk, whole};
+use crate::numbers::count;
+
+/// Shifts of the grid stand this far apart, seconds: a walker's picture of one moment still resembles that of the next.
+const SHIFT_STEP_S: f64 = 0.1;
+/// Rates of the grid part the ends of the recording by this, seconds.
+const RATE_STEP_S: f64 = 0.3;
+/// Frames that the grid is searched with, if it is small enough.
+const GRID_FRAMES: usize = 256;
+/// The fewest that it is searched with, however large it is.
+const GRID_FRAMES_MIN: usize = 48;
+/// From so many places of the grid on, fewer frames are taken.
+const GRID_PLACES: usize = 20_000;
+/// Best places of the grid that are followed downhill.
+const STARTS: usize = 5;
+/// The last step downhill, seconds.
+const SHIFT_LAST_S: f64 = 0.000_5;
+
+/// The best line within the bounds and what it explains.
+pub(crate) fn best_line(walk: &Walk, track: &Track, bounds: &Bounds) -> (Line, Fit) {
+    let grid = Grid::new(walk, bounds);
+    let coarse = walk.thinned(grid.frames());
+    let start = grid
+        .best(&coarse, track, STARTS)
+        .into_iter()
+        .map(|(_, line)| grid.downhill(&coarse, track, line, SHIFT_LAST_S * 20.0))
+        .max_by(|left, right| left.0.total_cmp(&right.0))
+        .map_or(grid.centre(), |(_, line)| line);
+    let (_, line) = grid.downhill(walk, track, start, SHIFT_LAST_S);
+    (line, walk.fit(track, |time_s| line.scene_s(time_s)))
+}
+
+/// The same less finely, for films whose exact place in time is not asked for: the likeness alone.
+pub(crate) fn rough_likeness(walk: &Walk, track: &Track, bounds: &Bounds) -> f64 {
+    rough_line(walk, track, bounds).0
+}
+
+/// The line of [`rough_likeness`], behind it.
+pub(crate) fn rough_line(walk: &Walk, track: &Track, bounds: &Bounds) -> (f64, Line) {
+    let grid = Grid::new(walk, bounds);
+    let coarse = walk.thinned(grid.frames());
+    let best = grid.best(&coarse, track, 1);
+    let start = best.first().map_or(grid.centre(), |(_, line)| *line);
+    grid.downhill(&coarse, track, start, SHIFT_STEP_S / 4.0)
+}
+
+struct Grid {
+    origin_s: f64,
+    /// Half the recording's length: shift in its middle and rate hardly depend on each other.
+    half_s: f64,
+    shift_max_s: f64,
+    rate_max: f64,
+    shifts: usize,
+    rates: usize,
+}
+
+impl Grid {
+    fn new(walk: &Walk, bounds: &Bounds) -> Self {
+        let span_s = walk.span_s();
+        let steps = |range: f64, step: f64| whole((range / step).ceil().clamp(0.0, 10_000.0));
+        Self {
+            origin_s: bounds.origin_s,
+            half_s: span_s / 2.0,
+            shift_max_s: bounds.shift_max_s,
+            rate_max: bounds.rate_max,
+            shifts: steps(bounds.shift_max_s, SHIFT_STEP_S),
+            rates: steps(bounds.rate_max * span_s, RATE_STEP_S),
+        }
+    }
+
+    fn places(&self) -> usize {
+        (2 * self.shifts + 1) * (2 * self.rates + 1)
+    }
+
+    fn frames(&self) -> usize {
+        (GRID_FRAMES * GRID_PLACES / self.places().max(GRID_PLACES)).max(GRID_FRAMES_MIN)
+    }
+
+    fn centre(&self) -> Line {
+        Line {
+            shift_s: 0.0,
+            rate: 0.0,
+            origin_s: self.origin_s,
+        }
+    }
+
+    fn lines(&self) -> impl Iterator<Item = Line> + '_ {
+        let ends = |steps: usize, most: f64| {
+            let step = most / count(steps.max(1));
+            (0..=2 * steps).map(move |index| (count(index) - count(steps)) * step)
+        };
+        ends(self.rates, self.rate_max).flat_map(move |rate| {
+            ends(self.shifts, self.shift_max_s).map(move |shift_s| Line {
+                shift_s,
+                rate,
+                origin_s: self.origin_s,
+            })
+        })
+    }
+
+    /// The best places, the first one best.
+    fn best(&self, walk: &Walk, track: &Track, number: usize) -> Vec<(f64, Line)> {
+        let mut best: Vec<(f64, Line)> = Vec::with_capacity(number + 1);
+        for line in self.lines() {
+            let likeness = walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+            let place = best.partition_point(|(other, _)| *other >= likeness);
+            if place < number {
+                best.insert(place, (likeness, line));
+                best.truncate(number);
+            }
+        }
+        best
+    }
+
+    /// Compass search: the best of the neighbours, and half the step where none is better.
+    fn downhill(&self, walk: &Walk, track: &Track, start: Line, last_s: f64) -> (f64, Line) {
+        let likeness = |line: Line| walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+        let (mut best, mut value) = (start, likeness(start));
+        let mut step_s = SHIFT_STEP_S;
+        while step_s >= last_s {
+            let better = self
+                .neighbours(best, step_s)
+                .map(|line| (likeness(line), line))
+                .max_by(|left, right| left.0.total_cmp(&right.0))
+                .filter(|(other, _)| *other > value);
+            match better {
+                Some((other, line)) => (value, best) = (other, line),
+                None => step_s /= 2.0,
+            }
+        }
+        (value, best)
+    }
+
+    /// Shifted as a whole, or turned about the recording's middle.
+    fn neighbours(&self, line: Line, step_s: f64) -> impl Iterator<Item = Line> {
+        let turn = if self.rate_max > 0.0 && self.half_s > 0.0 {
+            step_s / self.half_s
+        } else {
+            0.0
+        };
+        let (shift_max_s, rate_max, half_s) = (self.shift_max_s, self.rate_max, self.half_s);
+        [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
+            .into_iter()
+            .map(move |(shifted, turned): (f64, f64)| {
+                let rate = (line.rate + turned * turn).clamp(-rate_max, rate_max);
+                let shift_s = line.shift_s + shifted * step_s - (rate - line.rate) * half_s;
+                Line {
+                    shift_s: shift_s.clamp(-shift_max_s, shift_max_s),
+                    rate,
+                    ..line
+                }
+            })
+    }
+}
+
+/// Standard errors of shift (at the origin) and rate, from how fast the scene changes in time and what was left
+/// unexplained. What is left is taken as independent between frames, which is nearly so for the sensor's noise and not
+/// for a scene that is wrong.
+pub(crate) fn standard_errors(
+    walk: &Walk,
+    track: &Track,
+    line: Line,
+    fit: &Fit,
+) -> Option<(f64, f64)> {
+    const NUDGE_S: f64 = 0.05;
+    let (mut ones, mut cross, mut squares, mut values) = (0.0, 0.0, 0.0, 0_usize);
+    for &time_s in &walk.times_s {
+        let scene_s = line.scene_s(time_s);
+        let (Some(before), Some(after)) =
+            (track.at(scene_s - NUDGE_S), track.at(scene_s + NUDGE_S))
+        else {
+            continue;
+        };
+        let slope: f64 = before
+            .iter()
+            .zip(&after)
+            .map(|(before, after)| ((after - before) / (2.0 * NUDGE_S) * fit.amplitude).powi(2))
+            .sum();
+        let since_s = time_s - line.origin_s;
+        ones += slope;
+        cross += slope * since_s;
+        squares += slope * since_s * since_s;
+        values += before.len();
+    }
+    let determinant = ones * squares - cross * cross;
+    let variance = fit.left_c2 / count(walk.frames.len() * grideye_frame::PIXELS);
+    if values == 0 || determinant <= 0.0 {
+        return None;
+    }
+    Some((
+        (variance * squares / determinant).sqrt(),
+        (variance * ones / determinant).sqrt(),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::pixels::Pixels;
+    use grideye_frame::PIXELS;
+
+    fn walk(seconds: f64) -> Walk {
+        Walk::new(vec![0.0, seconds], vec![[0.0; PIXELS]; 2])
+    }
+
+    fn grid(seconds: f64, shift_max_s: f64, rate_max: f64) -> Grid {
+        let bounds = Bounds {
+            origin_s: 2.0,
+            shift_max_s,
+            rate_max,
+        };
+        Grid::new(&walk(seconds), &bounds)
+    }
+
+    #[track_caller]
+    fn is_near(found: &[(f64, f64)], expected: &[(f64, f64)]) {
+        let near = |(left, right): (&(f64, f64), &(f64, f64))| {
+            (left.0 - right.0).abs() < 1e-12 && (left.1 - right.1).abs() < 1e-12
+        };
+        let is_near = found.len() == expected.len() && found.iter().zip(expected).all(near);
+        assert!(is_near, "{found:?}, not {expected:?}");
+    }
+
+    fn shift_and_rate(line: Line) -> (f64, f64) {
+        (line.shift_s, line.rate)
+    }
+
+    #[test]
+    fn a_line_is_shifted_and_turned_about_its_origin() {
+        let line = Line {
+            shift_s: 0.2,
+            rate: 0.01,
+            origin_s: 10.0,
+        };
+        assert!((line.scene_s(10.0) - 10.2).abs() < 1e-12);
+        assert!((line.scene_s(30.0) - 30.4).abs() < 1e-12);
+    }
+
+    /// By hand: half a second in steps of 0.1 s; 6 % of a minute is 3.6 s, in steps of 0.3 s. Of a grid of more than 20,000
+    /// places, as many fewer frames are taken as keep the work, down to 48.
+    #[test]
+    fn the_grid_has_the_stated_places_and_frames() {
+        let usual = grid(60.0, 0.5, 0.06);
+        assert_eq!((usual.shifts, usual.rates), (5, 12));
+        assert_eq!((usual.places(), usual.frames()), (11 * 25, 256));
+        let wide = grid(60.0, 60.0, 0.06);
+        assert_eq!((wide.places(), wide.frames()), (1_201 * 25, 170));
+        assert_eq!(grid(60.0, 600.0, 0.06).frames(), 48);
+        let centre = usual.centre();
+        assert_eq!(
+            (centre.shift_s, centre.rate, centre.origin_s),
+            (0.0, 0.0, 2.0)
+        );
+    }
+
+    #[test]
+    fn the_grid_reaches_both_bounds_and_nothing_beyond() {
+        let lines: Vec<(f64, f64)> = grid(10.0, 0.2, 0.03).lines().map(shift_and_rate).collect();
+        let shifts = [-0.2, -0.1, 0.0, 0.1, 0.2];
+        let expected: Vec<(f64, f64)> = [-0.03, 0.0, 0.03]
+            .iter()
+            .flat_map(|&rate| shifts.map(|shift_s| (shift_s, rate)))
+            .collect();
+        is_near(&lines, &expected);
+        let still: Vec<(f64, f64)> = grid(10.0, 0.0, 0.0).lines().map(shift_and_rate).collect();
+        is_near(&still, &[(0.0, 0.0)]);
+    }
+
+    /// A minute: to turn the line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift at the first frame by
+    /// 0.1 s the other way.
+    #[test]
+    fn neighbours_are_shifted_or_turned_about_the_middle_within_the_bounds() {
+        let grid = grid(60.0, 0.5, 0.06);
+        let about = |shift_s, rate| -> Vec<(f64, f64)> {
+            let line = Line {
+                shift_s,
+                rate,
+                origin_s: 2.0,
+            };
+            let neighbours = grid.neighbours(line, 0.1);
+            neighbours
+                .inspect(|line| assert_eq!(line.origin_s, 2.0))
+                .map(shift_and_rate)
+                .collect()
+        };
+        let turn = 0.1 / 30.0;
+        is_near(
+            &about(0.0, 0.0),
+            &[(0.1, 0.0), (-0.1, 0.0), (-0.1, turn), (0.1, -turn)],
+        );
+        is_near(
+            &about(0.5, 0.06),
+            &[(0.5, 0.06), (0.4, 0.06), (0.5, 0.06), (0.5, 0.06 - turn)],
+        );
+        let timed = self::grid(60.0, 0.5, 0.0);
+        let still = timed.neighbours(grid.centre(), 0.1);
+        is_near(
+            &still.map(shift_and_rate).collect::<Vec<_>>(),
+            &[(0.1, 0.0), (-0.1, 0.0), (0.0, 0.0), (0.0, 0.0)],
+        );
+    }
+
+    /// Something warm that crosses the pixels, one a second.
+    fn film(time_s: f64) -> Pixels {
+        std::array::from_fn(|pixel| (-(time_s - count(pixel % 16) - 2.0).powi(2)).exp())
+    }
+
+    fn filmed(late_s: f64) -> (Walk, Track) {
+        let times = |number: usize, step_s: f64, from_s: f64| -> Vec<f64> {
+            (0..number)
+                .map(|index| from_s + count(index) * step_s)
+                .collect()
+        };
+        let scene_s = times(401, 0.05, 0.0);
+        let frames: Vec<Pixels> = scene_s.iter().map(|&time_s| film(time_s)).collect();
+        let recorded_s = times(150, 0.1, 2.0);
+        let recorded = recorded_s
+            .iter()
+            .map(|&time_s| film(time_s + late_s))
+            .collect();
+        (
+            Walk::new(recorded_s, recorded),
+            Track::of_frames(&scene_s, &frames),
+        )
+    }
+
+    /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step, and the best places
+    /// of the grid are the two beside it.
+    #[test]
+    fn a_delay_is_found_as_finely_as_is_stated() {
+        let (walk, track) = filmed(0.137);
+        let bounds = Bounds {
+            origin_s: 2.0,
+            shift_max_s: 0.5,
+            rate_max: 0.0,
+        };
+        let (line, fit) = best_line(&walk, &track, &bounds);
+        assert!((line.shift_s - 0.137).abs() <= 0.001, "{line:?}");
+        assert!(fit.likeness > 0.9999, "{fit:?}");
+        let (likeness, rough) = rough_line(&walk, &track, &bounds);
+        assert!((rough.shift_s - 0.137).abs() <= 0.025, "{rough:?}");
+        assert_eq!(likeness, rough_likeness(&walk, &track, &bounds));
+        let best = Grid::new(&walk, &bounds).best(&walk, &track, 3);
+        let shifts: Vec<f64> = best.iter().map(|(_, line)| line.shift_s).collect();
+        assert!(best[0].0 > best[1].0 && best[1].0 > best[2].0, "{best:?}");
+        for (shift, expected) in shifts.iter().zip([0.1, 0.2, 0.0]) {
+            assert!((shift - expected).abs() < 1e-9, "{shifts:?}");
+        }
+    }
+
+    /// By hand: every pixel grows by 1 °C a second, twice as fast as fitted: 64 squares of 2 a frame, 0, 1 and 2 s after the
+    /// origin. With a variance of 1: sums 768, 768 and 1,280, determinant 393,216.
+    #[test]
+    fn standard_errors_are_those_of_a_line_through_three_frames() {
+        let track = Track::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
+        let walk = Walk::new(vec![1.0, 2.0, 3.0], vec![[0.0; PIXELS]; 3]);
+        let line = Line {
+            shift_s: 0.0,
+            rate: 0.0,
+            origin_s: 1.0,
+        };
+        let fit = Fit {
+            likeness: 0.0,
+            amplitude: 2.0,
+            left_c2: 192.0,
+        };
+        let (shift_s, rate) = standard_errors(&walk, &track, line, &fit).unwrap();
+        assert!(
+            (shift_s - (1_280.0_f64 / 393_216.0).sqrt()).abs() < 1e-9,
+            "{shift_s}"
+        );
+        assert!(
+            (rate - (768.0_f64 / 393_216.0).sqrt()).abs() < 1e-9,
+            "{rate}"
+        );
+        let one = Walk::new(vec![1.0], vec![[0.0; PIXELS]]);
+        assert_eq!(standard_errors(&one, &track, line, &fit), None);
+        let elsewhere = Walk::new(vec![30.0, 31.0], vec![[0.0; PIXELS]; 2]);
+        assert_eq!(standard_errors(&elsewhere, &track, line, &fit), None);
+    }
+}

@@ -1,0 +1,193 @@
+//! What may be asked of the alignment, and what it finds.
+
+use crate::align::bounds::Bounds;
+use crate::align::clock::{Law, Warp};
+use crate::align::space::Orientation;
+use crate::error::ValidatorError;
+use crate::frames::LeftOutCount;
+use std::time::Duration;
+
+/// What may be done to the recording's time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TimeAlignment {
+    /// Nothing: every frame at its own time.
+    None,
+    /// One delay for the whole recording.
+    Shift,
+    /// A delay and a constant rate of the clock.
+    Rate,
+    /// These, and a path about them (dynamic time warping in a band).
+    Warp,
+    /// When the walk begins and ends, and how speed is spread over it, in four numbers.
+    Law,
+}
+
+impl TimeAlignment {
+    /// The stable name for files and programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Shift => "shift",
+            Self::Rate => "rate",
+            Self::Warp => "warp",
+            Self::Law => "law",
+        }
+    }
+}
+
+/// What may be aligned, and how far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlignOptions {
+    /// What may be done to time.
+    pub time: TimeAlignment,
+    /// Whether an image that lies otherwise than the scene's is turned; it is reported in any case.
+    pub orientation: bool,
+    /// Whether an offset of up to [`OFFSET_MAX_PX`] is taken out; it is reported in any case.
+    pub pose: bool,
+    /// The delay, and the departure of a path or of either end of a walk, is at most this either way, up to
+    /// [`SHIFT_MAX`](super::SHIFT_MAX).
+    pub shift_max: Duration,
+    /// The clock rate is off by at most this share either way, 0 to [`RATE_MAX`](super::RATE_MAX).
+    pub rate_max: f64,
+}
+
+impl Default for AlignOptions {
+    /// Delay up to half a second and rate up to 6 %; nothing is turned or moved.
+    fn default() -> Self {
+        Self {
+            time: TimeAlignment::Rate,
+            orientation: false,
+            pose: false,
+            shift_max: Duration::from_millis(500),
+            rate_max: 0.06,
+        }
+    }
+}
+
+/// The largest offset of the image that is taken out, pixels each way; a larger one is another pose, not its error.
+pub const OFFSET_MAX_PX: f64 = 0.5;
+/// What was found out about how recording and scene lie to each other, and what of it was applied.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Alignment {
+    /// What was left out, by reason.
+    pub left_out: Vec<LeftOutCount>,
+    /// Range of the slow drift that was taken out of all pixels alike, °C.
+    pub drift_c: f64,
+    /// Time, if something moves and it was asked for.
+    pub time: Option<TimeFound>,
+    /// How the image lies, if the recording can tell.
+    pub orientation: Option<OrientationFound>,
+    /// Offset of the image, if the recording can tell.
+    pub offset: Option<OffsetFound>,
+}
+
+/// What was found out about time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimeFound {
+    /// What was asked for.
+    pub asked: TimeAlignment,
+    /// The scene's time less the recording's at the recording's first frame, seconds: above zero, the recording is
+    /// late.
+    pub shift_s: f64,
+    /// Its standard error, seconds, if the scene's changes tell it.
+    pub shift_error_s: Option<f64>,
+    /// Seconds of the scene in one of the recording, less 1. 0 where it could not be told from 0.
+    pub rate: f64,
+    /// Its standard error.
+    pub rate_error: Option<f64>,
+    /// Likeness of what moves without alignment: correlation over all pixels and frames, -1 to 1.
+    pub likeness_before: f64,
+    /// The same with it.
+    pub likeness: f64,
+    /// The best that decoys reach when they are aligned alike; `None` if every decoy is the scene itself.
+    pub chance: Option<f64>,
+    /// How many decoys there were.
+    pub decoys: usize,
+    /// Whether the alignment was applied: it is better than chance, and none beyond the bounds is better.
+    pub applied: bool,
+    /// Whether a better one lies beyond the bounds. Then what was found is the bounds' and not the recording's, and is
+    /// not applied.
+    pub at_bound: bool,
+    /// An offset of the image, pixels to the right and downwards, that would explain the recording as well as the
+    /// delay does.
+    pub rival_offset_px: Option<[f64; 2]>,
+    /// The path, if it was asked for and earned.
+    pub warp: Option<Warp>,
+    /// The law, if it was asked for.
+    pub law: Option<Law>,
+}
+
+/// How the image lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrientationFound {
+    /// The orientation that fits best.
+    pub orientation: Orientation,
+    /// Its likeness, -1 to 1.
+    pub likeness: f64,
+    /// That of the image as it is.
+    pub upright: f64,
+    /// Whether the image was turned.
+    pub applied: bool,
+}
+
+/// Where the image lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OffsetFound {
+    /// Pixels that the recorded image lies to the right and below of the scene's.
+    pub right_down_px: [f64; 2],
+    /// Likeness without taking it out, and with.
+    pub likeness: [f64; 2],
+    /// Whether it was taken out.
+    pub applied: bool,
+}
+
+impl OffsetFound {
+    /// Whether it is more than [`OFFSET_MAX_PX`] either way.
+    #[must_use]
+    pub fn is_another_pose(&self) -> bool {
+        self.right_down_px.iter().any(|px| px.abs() > OFFSET_MAX_PX)
+    }
+}
+
+/// Largest bound of the delay.
+pub const SHIFT_MAX: Duration = Duration::from_secs(60);
+
+/// Largest bound of the clock rate, as a share.
+pub const RATE_MAX: f64 = 0.2;
+
+impl AlignOptions {
+    /// # Errors
+    /// A bound out of its range.
+    pub(crate) fn check(&self) -> Result<(), ValidatorError> {
+        if self.shift_max > SHIFT_MAX {
+            return Err(ValidatorError::Setting {
+                name: "max-shift",
+                expected: "0 to 60 seconds",
+                found: self.shift_max.as_secs_f64(),
+            });
+        }
+        if !(0.0..=RATE_MAX).contains(&self.rate_max) {
+            return Err(ValidatorError::Setting {
+                name: "max-rate",
+                expected: "0 to 20 %",
+                found: 100.0 * self.rate_max,
+            });
+        }
+        Ok(())
+    }
+
+    pub(crate) fn bounds(&self, origin_s: f64) -> Bounds {
+        Bounds {
+            origin_s,
+            shift_max_s: match self.time {
+                TimeAlignment::None => 0.0,
+                _ => self.shift_max.as_secs_f64(),
+            },
+            rate_max: match self.time {
+                TimeAlignment::Rate | TimeAlignment::Warp => self.rate_max,
+                TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Law => 0.0,
+            },
+        }
+    }
+}

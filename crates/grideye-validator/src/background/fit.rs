@@ -1,0 +1,96 @@
+//! How well a profile explains the empty room that the recording shows, beside how well the recording does itself.
+
+use crate::background::stretch::Stretch;
+use crate::frames::sensor_step_c;
+use crate::numbers::{common_offset, count};
+use crate::numerals::fixed;
+
+/// What is left of the recording's empty stretches when the room is explained, root of the mean square over the pixels,
+/// their common level taken out, °C.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BackgroundFit {
+    /// Less the scene without its people, with the pattern of the profile.
+    pub profile_c: f64,
+    /// The first half of the frames less the mean of the second, and the other way round: what anything learned from the
+    /// recording's own empty stretches leaves.
+    pub own_c: f64,
+    /// The stretches, in time since the recording's first frame.
+    pub stretches: Vec<Stretch>,
+}
+
+impl BackgroundFit {
+    /// From what both halves of the empty stretches show, and what the profile expects there.
+    pub(crate) fn new(
+        [first, second]: [&[f64]; 2],
+        expected: &[f64],
+        stretches: Vec<Stretch>,
+    ) -> Self {
+        Self {
+            profile_c: left_c([(first, expected), (second, expected)]),
+            own_c: left_c([(first, second), (second, first)]),
+            stretches,
+        }
+    }
+
+    /// Whether the profile leaves more than the recording's own stretches do, by more than rounding to the sensor's step
+    /// leaves in any frame.
+    #[must_use]
+    pub fn is_worse(&self) -> bool {
+        self.profile_c.powi(2) > self.own_c.powi(2) + sensor_step_c().powi(2) / 12.0
+    }
+
+    /// What is wrong then, and what to do about it.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let stretches: Vec<String> = self.stretches.iter().map(ToString::to_string).collect();
+        self.is_worse().then(|| format!(
+            "the profile leaves {} °C rms of the background unexplained, the recording's own empty stretches ({}) leave {} °C\nhint: leave out --profile, and the background is learned from those stretches; or make the profile in this room, with `grideye characterize RECORDING --empty auto --scene SCENE --profile FILE`",
+            fixed(self.profile_c, 2),
+            stretches.join(", "),
+            fixed(self.own_c, 2)
+        ))
+    }
+}
+
+/// Root of the mean square of what each image has beside the one expected.
+fn left_c(pairs: [(&[f64], &[f64]); 2]) -> f64 {
+    let (mut squares, mut pixels) = (0.0, 0);
+    for (image, expected) in pairs {
+        let level_c = common_offset(image, expected);
+        for (celsius, expected) in image.iter().zip(expected) {
+            squares += (celsius - expected - level_c).powi(2);
+            pixels += 1;
+        }
+    }
+    (squares / count(pixels)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: one of eight pixels is 0.4 °C off the profile in both halves, and 0.2 °C off the other half in each. The
+    /// level of 3 °C between room and profile, and of 1 °C between the halves, is nobody's.
+    #[test]
+    fn what_is_left_is_the_root_of_the_mean_square() {
+        let first = [20.4, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0];
+        let second = [21.4, 21.2, 21.0, 21.0, 21.0, 21.0, 21.0, 21.0];
+        let fit = BackgroundFit::new([&first, &second], &[17.0; 8], Vec::new());
+        // Squares of 0.16 twice and 0.04 once, over 16 values.
+        assert!((fit.profile_c - 0.15).abs() < 1e-9, "{fit:?}");
+        // Squares of 0.04 twice, over 16 values.
+        assert!((fit.own_c - 0.005_f64.sqrt()).abs() < 1e-9, "{fit:?}");
+    }
+
+    /// A step of 0.25 °C leaves 0.0721688 °C of rounding.
+    #[test]
+    fn rounding_alone_does_not_make_a_profile_worse() {
+        let fit = |profile_c: f64| BackgroundFit {
+            profile_c,
+            own_c: 0.05,
+            stretches: Vec::new(),
+        };
+        let limit = 0.05_f64.hypot(0.072_168_784);
+        assert!(!fit(limit - 1e-6).is_worse());
+        assert!(fit(limit + 1e-6).is_worse());
+    }
+}

@@ -1,0 +1,249 @@
+//! The search for empty stretches, and the background that they show.
+
+use crate::background::stretch::{Empty, Stretch};
+use crate::characterize::Characterization;
+use crate::frames::pixels::{Pixels, decoded, middle_mean, two_by_two};
+use crate::numbers::{count, median, trimmed_mean};
+use grideye_frame::PIXELS;
+use grideye_recording::Record;
+use grideye_scene::profile::Profile;
+use std::time::Duration;
+
+/// Frames of one mean: a second at full rate.
+const BLOCK_FRAMES: usize = 10;
+/// A longer time between two frames ends a mean.
+const GAP: Duration = Duration::from_secs(1);
+/// Means in a row that make a stretch, with the two at its ends.
+const STRETCH_BLOCKS: usize = 5;
+/// A level is the mean of the narrowest cluster of this share of the means.
+const CLUSTER: usize = 8;
+/// Of clusters up to so many times as wide as the narrowest, the coldest is taken: a cluster of few means is wider than
+/// one of many, although it is the room.
+const WIDTH_SLACK: f64 = 4.0;
+/// So many standard deviations of two by two pixels are somebody: by chance in one mean of 600, and little enough that
+/// who stands at the edge of the view of a real sensor is seen.
+const SOMEBODY: f64 = 4.0;
+/// How often levels are taken from the stretches that were found with the levels before.
+const ROUNDS: usize = 3;
+
+/// What the pixels show of the empty room.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Background {
+    /// °C, the mean over all frames of the stretches.
+    pub celsius: [f64; PIXELS],
+    /// The stretches it was taken from.
+    pub stretches: Vec<Stretch>,
+    /// The frames in them.
+    pub frames: usize,
+}
+
+/// Why there is no background.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BackgroundError {
+    /// Somebody is always there, or the recording is too short.
+    #[error(
+        "no empty stretch of five seconds was found\nhint: name one, as in --empty 12s..40s; say --empty yes if nobody is there at all; or record the empty room"
+    )]
+    NoneFound,
+    /// The stretch that was named has no frames.
+    #[error("{frames} frames between {from:.1} s and {to:.1} s, expected at least {BLOCK_FRAMES}\nhint: seconds count from the recording's first frame; it takes {length:.1} s", from = stretch.from.as_secs_f64(), to = stretch.to.as_secs_f64(), length = length.as_secs_f64())]
+    TooFewFrames {
+        /// The stretch.
+        stretch: Stretch,
+        /// Frames in it.
+        frames: usize,
+        /// How long the recording is.
+        length: Duration,
+    },
+}
+
+/// Learns the background from one stream's records.
+///
+/// # Errors
+/// [`BackgroundError`].
+pub fn background(records: &[Record], empty: &Empty) -> Result<Background, BackgroundError> {
+    let frames = frames(records);
+    let stretches = match empty {
+        Empty::Named(stretch) => vec![*stretch],
+        Empty::Find => found(&blocks(&frames)),
+    };
+    let inside: Vec<&Pixels> = frames
+        .iter()
+        .filter(|(time, _)| stretches.iter().any(|stretch| stretch.holds(*time)))
+        .map(|(_, pixels)| pixels)
+        .collect();
+    match empty {
+        Empty::Named(stretch) if inside.len() < BLOCK_FRAMES => {
+            return Err(BackgroundError::TooFewFrames {
+                stretch: *stretch,
+                frames: inside.len(),
+                length: frames
+                    .iter()
+                    .map(|(time, _)| *time)
+                    .max()
+                    .unwrap_or_default(),
+            });
+        }
+        _ if inside.is_empty() => return Err(BackgroundError::NoneFound),
+        _ => {}
+    }
+    Ok(Background {
+        celsius: std::array::from_fn(|pixel| {
+            inside.iter().map(|frame| frame[pixel]).sum::<f64>() / count(inside.len())
+        }),
+        frames: inside.len(),
+        stretches,
+    })
+}
+
+impl Background {
+    /// The whole of a recording in which nobody is; `None` without a hundred frames in a row.
+    #[must_use]
+    pub fn whole(found: &Characterization) -> Option<Self> {
+        let whole = Stretch {
+            from: Duration::ZERO,
+            to: Duration::try_from_secs_f64(found.timing.span_s).unwrap_or_default(),
+        };
+        Some(Self {
+            celsius: found.pattern?.mean_c,
+            stretches: vec![whole],
+            frames: usize::try_from(found.frames).unwrap_or(usize::MAX),
+        })
+    }
+
+    /// Puts the background into a profile's pattern: as what each pixel has above `empty_room`, the noise-free image of
+    /// the scene without its people (64 values, °C); without one, above the middle pixel. Rounded to 0.0001 °C.
+    pub fn put_into(&self, profile: &mut Profile, empty_room: Option<&[f64]>) {
+        let middle = median(&self.celsius).unwrap_or_default();
+        for (pixel, offset) in profile.fixed_pattern.offset_c.iter_mut().enumerate() {
+            let room = empty_room
+                .and_then(|room| room.get(pixel))
+                .copied()
+                .unwrap_or(middle);
+            *offset = ((self.celsius[pixel] - room) * 1e4).round() / 1e4 + 0.0;
+        }
+        profile.fixed_pattern.spread_c = 0.0;
+    }
+}
+
+fn frames(records: &[Record]) -> Vec<(Duration, Pixels)> {
+    let first = records
+        .iter()
+        .find(|record| record.reading.frame().is_some())
+        .map_or(0, |record| record.stamp.t_boot_ns);
+    let frame = |record: &Record| {
+        let raw = record.reading.frame()?;
+        let since = record.stamp.t_boot_ns.saturating_sub(first);
+        Some((Duration::from_nanos(since), decoded(raw)))
+    };
+    records.iter().filter_map(frame).collect()
+}
+
+/// The mean of some frames in a row, above its middle pixel.
+struct Block {
+    from: Duration,
+    to: Duration,
+    relative: Pixels,
+    /// Whether the one before ends where this begins.
+    follows: bool,
+}
+
+fn blocks(frames: &[(Duration, Pixels)]) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    let breaks = |pair: &(Duration, Pixels), next: &(Duration, Pixels)| {
+        next.0 >= pair.0 && next.0 - pair.0 < GAP
+    };
+    let mut broken = true;
+    for run in frames.chunk_by(breaks) {
+        for block in run.chunks_exact(BLOCK_FRAMES) {
+            let mean: Pixels = std::array::from_fn(|pixel| {
+                block.iter().map(|(_, frame)| frame[pixel]).sum::<f64>() / count(BLOCK_FRAMES)
+            });
+            let middle = median(&mean).unwrap_or_default();
+            blocks.push(Block {
+                from: block[0].0,
+                to: block[BLOCK_FRAMES - 1].0,
+                relative: mean.map(|pixel| pixel - middle),
+                follows: !broken,
+            });
+            broken = false;
+        }
+        broken = true;
+    }
+    blocks
+}
+
+/// The stretches in which nobody is seen.
+fn found(blocks: &[Block]) -> Vec<Stretch> {
+    if blocks.len() < STRETCH_BLOCKS {
+        return Vec::new();
+    }
+    let mut levels: Pixels = std::array::from_fn(|pixel| {
+        coldest_cluster(blocks.iter().map(|block| block.relative[pixel]).collect())
+    });
+    let mut used: Vec<usize> = Vec::new();
+    for _ in 0..ROUNDS {
+        used = empty_blocks(blocks, &levels);
+        if used.is_empty() {
+            return Vec::new();
+        }
+        levels = std::array::from_fn(|pixel| {
+            let mut values: Vec<f64> = used.iter().map(|&at| blocks[at].relative[pixel]).collect();
+            let quarter = values.len() / 4;
+            trimmed_mean(&mut values, quarter)
+        });
+    }
+    used.chunk_by(|one, next| one + 1 == *next && blocks[*next].follows)
+        .map(|run| Stretch {
+            from: blocks[run[0]].from,
+            to: blocks[run[run.len() - 1]].to,
+        })
+        .collect()
+}
+
+/// The means inside stretches without anybody, by their places.
+fn empty_blocks(blocks: &[Block], levels: &Pixels) -> Vec<usize> {
+    let above: Vec<Pixels> = blocks
+        .iter()
+        .map(|block| {
+            let raw: Pixels = std::array::from_fn(|pixel| block.relative[pixel] - levels[pixel]);
+            let level = middle_mean(&raw);
+            raw.map(|pixel| pixel - level)
+        })
+        .collect();
+    let squares: Vec<Vec<f64>> = above.iter().map(two_by_two).collect();
+    // From the middle of all squares, most of which show the room: 1.4826 of the median is a Gaussian's sigma.
+    let sizes: Vec<f64> = squares
+        .iter()
+        .flatten()
+        .map(|square| square.abs())
+        .collect();
+    let limit = SOMEBODY * 1.4826 * median(&sizes).unwrap_or_default();
+    let is_empty: Vec<bool> = squares
+        .iter()
+        .map(|squares| squares.iter().all(|square| *square <= limit))
+        .collect();
+    let places: Vec<usize> = (0..blocks.len()).collect();
+    places
+        .chunk_by(|one, next| is_empty[*one] == is_empty[*next] && blocks[*next].follows)
+        .filter(|run| is_empty[run[0]] && run.len() >= STRETCH_BLOCKS)
+        .flat_map(|run| run[1..run.len() - 1].iter().copied())
+        .collect()
+}
+
+/// The mean of the coldest cluster among the narrow ones.
+fn coldest_cluster(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let size = (values.len() / CLUSTER).max(3).min(values.len());
+    let width = |window: &[f64]| window[window.len() - 1] - window[0];
+    let narrowest = values
+        .windows(size)
+        .map(width)
+        .fold(f64::INFINITY, f64::min);
+    values
+        .windows(size)
+        .find(|window| width(window) <= WIDTH_SLACK * narrowest)
+        .map_or(0.0, |window| window.iter().sum::<f64>() / count(size))
+}

@@ -1,0 +1,126 @@
+//! The search: from several starts on few frames, then on all with weights from what is left over.
+
+use crate::calibrate::error::CalibrateError;
+use crate::calibrate::frames::Frames;
+use crate::calibrate::model::{Model, Weighted};
+use crate::calibrate::noise;
+use crate::calibrate::noise::{Freedom, Noise, Parts};
+use crate::calibrate::solver::Solution;
+use crate::calibrate::types::{Options, STARTS_MAX};
+use crate::calibrate::uncertainty::Uncertainty;
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+
+/// Frames that the search from several starts looks at.
+pub(crate) const COARSE_FRAMES: usize = 24;
+
+/// Steps of each search.
+pub(crate) const COARSE_STEPS: usize = 12;
+
+pub(crate) const FINE_STEPS: usize = 40;
+
+/// How often the noise is measured anew on what the best fit leaves over.
+pub(crate) const ROUNDS: usize = 3;
+
+/// Starts whose cost is within this share of the best have found the same.
+pub(crate) const SAME_COST: f64 = 0.01;
+
+/// What all searches take if none ends early.
+pub(crate) fn steps_in_frames(frames: &Frames, options: &Options) -> usize {
+    let few = frames.len().min(COARSE_FRAMES);
+    starts(options) * COARSE_STEPS * few + (ROUNDS + 1) * FINE_STEPS * frames.len()
+}
+
+pub(crate) fn starts(options: &Options) -> usize {
+    options.starts.clamp(1, STARTS_MAX)
+}
+
+/// The best end of the searches from several starts, on few frames; with the number of starts and of those that came there.
+pub(crate) fn from_several_starts(
+    model: &mut Model<'_>,
+    frames: &Frames,
+    options: &Options,
+) -> Result<(Vec<f64>, [usize; 2]), CalibrateError> {
+    let few = frames.fewer(COARSE_FRAMES);
+    let noise = Noise::first(few.len());
+    let mut generator = ChaCha12Rng::seed_from_u64(options.seed);
+    let starts = starts(options);
+    let mut ends: Vec<Solution> = Vec::with_capacity(starts);
+    for number in 0..starts {
+        let mut start = model.start();
+        if number > 0 {
+            start
+                .iter_mut()
+                .for_each(|share| *share = draw(&mut generator));
+        }
+        let mut weighted = Weighted {
+            model,
+            frames: &few,
+            noise: &noise,
+        };
+        ends.push(weighted.solve(&start, COARSE_STEPS)?);
+    }
+    let costs: Vec<f64> = ends.iter().map(|end| end.cost).collect();
+    let best = ends
+        .into_iter()
+        .min_by(|one, other| one.cost.total_cmp(&other.cost));
+    let point = best.map_or_else(|| model.start(), |best| best.point);
+    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+    let same = costs
+        .iter()
+        .filter(|cost| **cost <= least * (1.0 + SAME_COST))
+        .count();
+    Ok((point, [starts, same]))
+}
+
+/// Uniform from 0 to 1.
+pub(crate) fn draw(generator: &mut ChaCha12Rng) -> f64 {
+    f64::from(generator.next_u32()) / 4_294_967_296.0
+}
+
+/// The search on all frames, with weights from what it leaves over.
+pub(crate) struct Fine {
+    pub(crate) solution: Solution,
+    pub(crate) noise: Noise,
+    pub(crate) left_over: Vec<f64>,
+    pub(crate) uncertainty: Uncertainty,
+}
+
+impl Fine {
+    pub(crate) fn search(
+        model: &mut Model<'_>,
+        frames: &Frames,
+        coarse: Vec<f64>,
+        options: &Options,
+    ) -> Result<Self, CalibrateError> {
+        let known = options.profile.as_ref().map(|profile| {
+            noise::of_profile(&profile.common_mode, frames.len(), frames.interval_s())
+        });
+        let mut noise = Noise::first(frames.len());
+        let mut point = coarse;
+        let mut used = Freedom::NONE;
+        let mut round = 0;
+        loop {
+            let mut weighted = Weighted {
+                model,
+                frames,
+                noise: &noise,
+            };
+            let solution = weighted.solve(&point, FINE_STEPS)?;
+            point.clone_from(&solution.point);
+            let left_over = model.left_over(&point, frames)?;
+            let uncertainty = Uncertainty::of(&solution, &noise, &used, known.is_some());
+            if round == ROUNDS {
+                return Ok(Self {
+                    solution,
+                    noise,
+                    left_over,
+                    uncertainty,
+                });
+            }
+            used = uncertainty.used;
+            noise = Noise::of(&Parts::of(&left_over, frames.len()), &used, known.clone());
+            round += 1;
+        }
+    }
+}

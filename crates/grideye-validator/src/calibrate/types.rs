@@ -1,0 +1,96 @@
+//! How to calibrate, and what is found.
+
+use grideye_frame::PIXELS;
+use grideye_scene::profile::Profile;
+
+/// Frames that are looked at unless another number is asked for.
+pub const FRAMES_DEFAULT: usize = 200;
+
+/// The fewest frames from which anything is said.
+pub const FRAMES_MIN: usize = 10;
+
+/// The most frames that are looked at: the common part is weighted by a matrix of as many rows.
+pub const FRAMES_MAX: usize = 1_000;
+
+/// The most places to start from.
+pub const STARTS_MAX: usize = 100;
+
+/// How to calibrate. Every default can be left as it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Seed of the starts.
+    pub seed: u64,
+    /// Places to start from, 1 to [`STARTS_MAX`]; the first is the scene as it stands.
+    pub starts: usize,
+    /// Frames to look at, [`FRAMES_MIN`] to [`FRAMES_MAX`], chosen evenly; by default [`FRAMES_DEFAULT`].
+    pub frames: Option<usize>,
+    /// What is known of the sensor: its pattern is taken off, its common mode is believed.
+    pub profile: Option<Profile>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            starts: 8,
+            frames: None,
+            profile: None,
+        }
+    }
+}
+
+/// One unknown, found.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Found {
+    /// What it is, as the scene spells it.
+    pub key: String,
+    /// Where the search began.
+    pub start: f64,
+    /// The value.
+    pub value: f64,
+    /// Its standard uncertainty; `None` if the recording does not tell it, or it lies at a bound.
+    pub uncertainty: Option<f64>,
+    /// Half the width of its 95 % interval; `None` likewise.
+    pub half_width_95: Option<f64>,
+    /// Pixels of freedom of that interval.
+    pub freedom: f64,
+    /// Between which it was looked for.
+    pub bounds: [f64; 2],
+    /// Whether it lies at one of them.
+    pub at_bound: bool,
+}
+
+/// What a recording says of a scene.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Calibration {
+    /// The unknowns, in the order of the file.
+    pub found: Vec<Found>,
+    /// Correlation of the estimates, in the order of `found`; 0 for those without uncertainty.
+    pub correlation: Vec<Vec<f64>>,
+    /// What the reader must know.
+    pub warnings: Vec<String>,
+    /// Frames that were looked at.
+    pub frames: usize,
+    /// Frames of the recording that were read.
+    pub frames_read: usize,
+    /// Of these, torn ones and duplicates, which were left out.
+    pub frames_left_out: usize,
+    /// Root of the mean square of what the scene left over, °C: as it stood, and with what was found.
+    pub rmse_c: [f64; 2],
+    /// White noise of a pixel as read, °C; with the 0.072 °C of the sensor's rounding.
+    pub noise_sigma_c: f64,
+    /// What each pixel keeps, °C: what it showed too much, on the mean. With a profile, beyond the profile's.
+    pub pattern_c: [f64; PIXELS],
+    /// Standard deviation of that over the pixels, without the noise in it, °C.
+    pub pattern_sd_c: f64,
+    /// Standard deviation of what all pixels do together, °C.
+    pub common_sd_c: f64,
+    /// Starts, and how many of them came to the best end.
+    pub starts: [usize; 2],
+    /// Simulations of all frames that were looked at.
+    pub evaluations: u64,
+    /// The scene file with what was found, remarks at each `[[fit]]`; every other byte is as it was.
+    pub scene: String,
+}

@@ -1,0 +1,60 @@
+//! The sensor itself, measured from a recording: its rate, steps, noise, common mode, pattern, faults and thermistor.
+//!
+//! ```text
+//!  records ──▶ Characterizer ──┬─ times     rate, jitter, stalls, bursts, gaps, jumps of the clock
+//!   of one      (memory does   ├─ words     steps, torn frames, duplicates, glitches
+//!   stream       not grow)     ├─ pairs     noise of each pixel, people walking through left out
+//!                              ├─ segments  common mode, its five-frame cycle, pattern, Allan deviation, whether somebody is there
+//!                              └─▶ Characterization ──▶ text · page · JSON · a sensor profile for simulator and emulator
+//! ```
+//!
+//! Nothing has to be told of the scene. Noise is taken from the differences of consecutive frames, as a Gaussian fitted
+//! to the middle of their distribution: a person who walks through adds to its tails, which are cut off. What all
+//! pixels do together is the mean of the middle three quarters of them, which a person does not reach.
+//!
+//! ```
+//! use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+//! use grideye_recording::{ClockState, Record, Stamp};
+//! use grideye_validator::characterize::characterize;
+//!
+//! let record = |seq: u64| Record {
+//!     seq,
+//!     stamp: Stamp { t_boot_ns: seq * 100_000_000, t_utc_ns: 0, clock: ClockState::Unsynced },
+//!     reading: Reading::Frame(RawFrame {
+//!         thermistor: ThermistorWord(400),
+//!         pixels: std::array::from_fn(|pixel| PixelWord(if (seq as usize + pixel) % 3 == 0 { 80 } else { 82 })),
+//!     }),
+//! };
+//! let found = characterize((0..200).map(record))?;
+//! assert_eq!(found.steps.pixel_c, Some(0.5));
+//! assert!((found.timing.rate_hz - 10.0).abs() < 1e-9);
+//! println!("{}", found.text());
+//! # Ok::<(), grideye_validator::characterize::CharacterizeError>(())
+//! ```
+
+mod allan;
+pub(crate) mod characterization;
+mod characterizer;
+mod cycle;
+mod flicker;
+mod histogram;
+mod limits;
+mod pattern;
+mod presence;
+mod segment;
+mod steps;
+pub(crate) mod summary;
+mod thermistor;
+mod timing;
+
+pub use crate::frames::faults::{Faults, TORN_RUN_MIN};
+pub use allan::AllanPoint;
+pub use characterization::{Characterization, CommonMode, NoiseMap, Pattern, Thermistor};
+pub use characterizer::{CharacterizeError, Characterizer, characterize};
+pub use cycle::Cycle;
+pub use flicker::Flicker;
+pub use limits::FRAMES_MIN;
+pub use presence::{Presence, Spot};
+pub use steps::Steps;
+pub use summary::Line;
+pub use timing::{JUMPS_LISTED_MAX, Jump, Timing};

@@ -1,0 +1,454 @@
+//! Frames made ready to be scored many times, and the sums over pairs of them.
+
+use crate::compare::settings::Settings;
+use crate::frames::{RealFrame, Shape, SimulatedFrame};
+use crate::metrics;
+use crate::metrics::centered::Centred;
+use crate::metrics::counting::{Binned, Counter, mutual_corrected, mutual_of};
+use crate::metrics::gain::{Marked, Prediction, Union, Warmth};
+use crate::metrics::pair::Graph;
+use crate::metrics::score::Measure;
+use crate::metrics::{Binning, Blob, structural_similarity};
+use crate::numbers::{common_offset, count, difference_sums, finite, mean_frame, median};
+
+/// One frame with its bins, entropies and warm pixels worked out.
+#[derive(Clone)]
+pub(crate) struct Prepared {
+    celsius: Vec<f64>,
+    /// What the union's warm pixels are read from: the noise-free claim of a simulated frame, the mean of the sequence
+    /// for a real one under the static protocol, else the frame itself.
+    steady: Vec<f64>,
+    centred: Centred,
+    steady_centred: Centred,
+    grey: Binned,
+    chosen: Binned,
+    /// Of the frame itself, or of a simulated frame's claim.
+    warm: Vec<bool>,
+    blob: Option<Blob>,
+    /// What is warm is measured against: the median, which no order of the pixels changes.
+    background: f64,
+    truth: Option<Vec<bool>>,
+}
+
+/// How frames are made ready.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Making {
+    pub(crate) shape: Shape,
+    pub(crate) binning: Binning,
+    pub(crate) warm_above_c: f64,
+}
+
+/// Frames that stand in one place of the pairs.
+pub(crate) struct Side {
+    pub(crate) frames: Vec<Prepared>,
+    /// For each frame the first one of the row of frames with the same claim, so that what depends on the claim alone
+    /// is worked out once: in a still scene all claims are one.
+    claims: Vec<usize>,
+}
+
+/// Both sides of a comparison, and the blank frame.
+pub(crate) struct SceneView {
+    pub(crate) real: Vec<Prepared>,
+    pub(crate) simulated: Side,
+    pub(crate) blank: Prepared,
+    pub(crate) making: Making,
+    pub(crate) sigma_c: f64,
+    pub(crate) ambient_c: f64,
+    field_of_view_rad: Option<[f64; 2]>,
+    pub(crate) warmth: Warmth,
+}
+
+/// Means over pairs, of the pairs for which a measure is defined.
+#[derive(Clone)]
+pub(crate) struct Means {
+    sums: Vec<f64>,
+    numbers: Vec<usize>,
+}
+
+/// Room to count in.
+pub(crate) struct Work {
+    counter: Counter,
+    pub(crate) graph: Graph,
+}
+
+impl Making {
+    pub(crate) fn real(&self, celsius: &[f64], steady: &[f64]) -> Prepared {
+        self.frame(celsius, steady, celsius, None)
+    }
+
+    pub(crate) fn simulated(
+        &self,
+        celsius: &[f64],
+        claim: &[f64],
+        truth: Option<&[bool]>,
+    ) -> Prepared {
+        self.frame(celsius, claim, claim, truth)
+    }
+
+    fn frame(
+        &self,
+        celsius: &[f64],
+        steady: &[f64],
+        shown: &[f64],
+        truth: Option<&[bool]>,
+    ) -> Prepared {
+        let counter = Counter::new();
+        // Frames and width were checked before; were they not, one bin for all would claim no information.
+        let binned = |binning| {
+            let binned = counter.binned(celsius, binning);
+            binned.unwrap_or_else(|| Binned::of_nothing(celsius.len()))
+        };
+        Prepared {
+            celsius: celsius.to_vec(),
+            steady: steady.to_vec(),
+            centred: Centred::new(celsius),
+            steady_centred: Centred::new(steady),
+            grey: binned(Binning::PaperGrey256),
+            chosen: binned(self.binning),
+            warm: metrics::warm(shown, self.warm_above_c),
+            blob: Blob::find(shown, self.shape.columns, self.warm_above_c),
+            background: median(shown).unwrap_or(0.0),
+            truth: truth.map(<[bool]>::to_vec),
+        }
+    }
+
+    /// A simulated frame's pixels in another order; entropies do not change by it, and the truth stays where it is.
+    fn permuted(&self, frame: &Prepared, order: &[usize]) -> Prepared {
+        let steady = pick(&frame.steady, order);
+        let warm: Vec<bool> = order.iter().map(|&index| frame.warm[index]).collect();
+        Prepared {
+            celsius: pick(&frame.celsius, order),
+            blob: Blob::of(&steady, self.shape.columns, frame.background, &warm),
+            background: frame.background,
+            steady,
+            centred: frame.centred.permuted(order),
+            steady_centred: frame.steady_centred.permuted(order),
+            grey: frame.grey.permuted(order),
+            chosen: frame.chosen.permuted(order),
+            warm,
+            truth: frame.truth.clone(),
+        }
+    }
+}
+
+impl Prepared {
+    pub(crate) fn celsius(&self) -> &[f64] {
+        &self.celsius
+    }
+
+    pub(crate) fn steady(&self) -> &[f64] {
+        &self.steady
+    }
+}
+
+impl Side {
+    pub(crate) fn new(frames: Vec<Prepared>) -> Self {
+        let mut claims: Vec<usize> = Vec::with_capacity(frames.len());
+        for (index, frame) in frames.iter().enumerate() {
+            let same = claims
+                .last()
+                .copied()
+                .filter(|&before| frames[before].steady == frame.steady);
+            claims.push(same.unwrap_or(index));
+        }
+        Self { frames, claims }
+    }
+
+    pub(crate) fn permuted(&self, making: &Making, order: &[usize]) -> Self {
+        let permuted = |frame| making.permuted(frame, order);
+        Self {
+            frames: self.frames.iter().map(permuted).collect(),
+            claims: self.claims.clone(),
+        }
+    }
+
+    /// Only the frames that pairs need, and the pairs with their new numbers.
+    pub(crate) fn of_pairs(&self, pairs: &[(usize, usize)]) -> (Self, Vec<(usize, usize)>) {
+        let mut wanted: Vec<usize> = pairs.iter().map(|&(_, simulated)| simulated).collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        let place = |simulated: usize| wanted.partition_point(|&other| other < simulated);
+        let pairs = pairs
+            .iter()
+            .map(|&(real, simulated)| (real, place(simulated)));
+        let pairs = pairs.collect();
+        let frames = wanted.iter().map(|&index| self.frames[index].clone());
+        (Self::new(frames.collect()), pairs)
+    }
+
+    /// The frame that stands beside a real one; the last one beside what is longer.
+    pub(crate) fn beside(&self, real: usize) -> Option<&Prepared> {
+        self.frames.get(real).or(self.frames.last())
+    }
+}
+
+impl Default for Means {
+    fn default() -> Self {
+        Self {
+            sums: vec![0.0; Measure::ALL.len()],
+            numbers: vec![0; Measure::ALL.len()],
+        }
+    }
+}
+
+impl Means {
+    pub(crate) fn add(&mut self, values: &[(Measure, Option<f64>)]) {
+        for &(measure, value) in values {
+            if let Some(value) = value {
+                self.sums[measure.place()] += value;
+                self.numbers[measure.place()] += 1;
+            }
+        }
+    }
+
+    pub(crate) fn merge(&mut self, other: &Self) {
+        for place in 0..self.sums.len() {
+            self.sums[place] += other.sums[place];
+            self.numbers[place] += other.numbers[place];
+        }
+    }
+
+    pub(crate) fn set(&mut self, measure: Measure, value: Option<f64>) {
+        if let Some(value) = value {
+            self.sums[measure.place()] = value;
+            self.numbers[measure.place()] = 1;
+        }
+    }
+
+    pub(crate) fn get(&self, measure: Measure) -> Option<f64> {
+        let number = self.numbers[measure.place()];
+        (number > 0).then(|| self.sums[measure.place()] / count(number))
+    }
+}
+
+impl Work {
+    pub(crate) fn new() -> Self {
+        Self {
+            counter: Counter::new(),
+            graph: Graph::default(),
+        }
+    }
+
+    /// The measures that the paper has, and the plain distances; the differences go into the evaluation graph.
+    pub(crate) fn plain(
+        &mut self,
+        real: &Prepared,
+        simulated: &Prepared,
+    ) -> [(Measure, Option<f64>); 15] {
+        use Measure as M;
+        let (x, y) = (&real.celsius, &simulated.celsius);
+        let pixels = count(x.len());
+        let similar = self.graph.add(x, y);
+        let [squares, absolute, plain] = difference_sums(x, y);
+        let grey = self.counter.joint(&real.grey, &simulated.grey);
+        let chosen = self.counter.joint(&real.chosen, &simulated.chosen);
+        [
+            (M::Correlation, real.centred.correlation(&simulated.centred)),
+            (M::ImageSimilarity, finite(count(similar) / pixels)),
+            (M::Rmse, finite(squares / pixels).map(f64::sqrt)),
+            (M::Mae, finite(absolute / pixels)),
+            (M::Bias, finite(plain / pixels)),
+            (M::EntropyRealGrey, Some(real.grey.entropy())),
+            (M::EntropySimulatedGrey, Some(simulated.grey.entropy())),
+            (M::JointEntropyGrey, Some(grey.entropy)),
+            (
+                M::MutualInformationGrey,
+                Some(mutual_of(&real.grey, &simulated.grey, grey)),
+            ),
+            (
+                M::MutualInformationGreyCorrected,
+                Some(mutual_corrected(&real.grey, &simulated.grey, grey)),
+            ),
+            (M::EntropyRealBinned, Some(real.chosen.entropy())),
+            (M::EntropySimulatedBinned, Some(simulated.chosen.entropy())),
+            (M::JointEntropyBinned, Some(chosen.entropy)),
+            (
+                M::MutualInformationBinned,
+                Some(mutual_of(&real.chosen, &simulated.chosen, chosen)),
+            ),
+            (
+                M::MutualInformationBinnedCorrected,
+                Some(mutual_corrected(&real.chosen, &simulated.chosen, chosen)),
+            ),
+        ]
+    }
+}
+
+impl SceneView {
+    pub(crate) fn new(
+        making: Making,
+        real: &[RealFrame],
+        simulated: &[SimulatedFrame],
+        settings: &Settings,
+        noise_sigma_c: f64,
+    ) -> Self {
+        let ambient = vec![settings.ambient_c; making.shape.pixels()];
+        // What stands still is seen better in the mean of all frames than in any one of them.
+        let (steady, averaged) = match settings.protocol {
+            crate::frames::Protocol::Static => (
+                Some(mean_frame(real.iter().map(|frame| &frame.celsius))),
+                real.len(),
+            ),
+            crate::frames::Protocol::Dynamic => (None, 1),
+        };
+        let prepare_real = |frame: &RealFrame| {
+            making.real(&frame.celsius, steady.as_ref().unwrap_or(&frame.celsius))
+        };
+        let prepare_simulated = |frame: &SimulatedFrame| {
+            making.simulated(&frame.celsius, &frame.noise_free, frame.truth.as_deref())
+        };
+        let above_c = settings.warm_above(noise_sigma_c / count(averaged.max(1)).sqrt());
+        Self {
+            real: real.iter().map(prepare_real).collect(),
+            simulated: Side::new(simulated.iter().map(prepare_simulated).collect()),
+            blank: making.simulated(&ambient, &ambient, None),
+            making,
+            sigma_c: noise_sigma_c,
+            ambient_c: settings.ambient_c,
+            field_of_view_rad: settings.field_of_view_rad,
+            warmth: Warmth::new(settings.ambient_c, above_c),
+        }
+    }
+
+    pub(crate) fn pixels(&self) -> usize {
+        self.blank.celsius.len()
+    }
+
+    /// From how far above ambient on a pixel of the real side belongs to the union.
+    pub(crate) fn union_above_c(&self) -> f64 {
+        self.warmth.real_above_c
+    }
+
+    /// The measures that look at places and at the sensor's noise. The truth comes from the frame that stands beside the
+    /// real one, whatever is put into its place.
+    pub(crate) fn placed(
+        &self,
+        real: &Prepared,
+        put: &Prepared,
+        beside: &Prepared,
+    ) -> [(Measure, Option<f64>); 7] {
+        let (x, y) = (&real.celsius, &put.celsius);
+        let columns = self.making.shape.columns;
+        let blobs = real.blob.as_ref().zip(put.blob.as_ref());
+        let shape = (columns, self.making.shape.rows);
+        let angle = |(real, put): (&Blob, &Blob)| {
+            metrics::angle_between(real, put, shape, self.field_of_view_rad?)
+        };
+        let truth = beside.truth.as_deref();
+        let chi = metrics::chi_squared(x, &put.steady, self.sigma_c);
+        [
+            (
+                Measure::ForegroundRmse,
+                truth.and_then(|mask| metrics::foreground_rmse(x, y, mask)),
+            ),
+            (
+                Measure::ContrastSlope,
+                real.centred.slope_over(&put.steady_centred),
+            ),
+            (
+                Measure::CentroidErrorPixels,
+                blobs.map(|(real, put)| real.distance_pixels(put)),
+            ),
+            (Measure::CentroidErrorDegrees, blobs.and_then(angle)),
+            (
+                Measure::WarmOverlap,
+                metrics::overlap(&real.warm, &put.warm),
+            ),
+            (
+                Measure::ChiSquaredPerDegree,
+                chi.and_then(|chi| chi.per_degree()),
+            ),
+            (
+                Measure::StructuralSimilarity,
+                structural_similarity(x, y, columns, self.ambient_c),
+            ),
+        ]
+    }
+
+    /// The slope of a frame over its repeat, whose noise is taken out of it.
+    pub(crate) fn slope_over_repeat(&self, real: &Prepared, later: &Prepared) -> Option<f64> {
+        real.centred.slope_over_noisy(&later.centred, self.sigma_c)
+    }
+
+    /// Adds pairs to the union of pixels that the scene claims to be warm or that are; with the common offset of each.
+    pub(crate) fn add_to_union(
+        &self,
+        union: &mut Union,
+        pairs: &[(usize, usize)],
+        offsets: &[f64],
+        side: &Side,
+    ) {
+        let mut marked = Marked::default();
+        let mut last = None;
+        for (&(real, put), &offset_c) in pairs.iter().zip(offsets) {
+            let (frame, put, claim) = (&self.real[real], &side.frames[put], side.claims[put]);
+            if last.replace((real, claim)) != Some((real, claim)) {
+                marked.mark(&frame.steady, offset_c, &put.steady, self.warmth);
+            }
+            let prediction = Prediction {
+                celsius: &put.celsius,
+                offset_c: 0.0,
+            };
+            union.add_marked(&frame.celsius, offset_c, &marked, prediction, self.warmth);
+        }
+    }
+
+    /// Adds the repeat of a real frame in the simulation's place, over the same pixels.
+    pub(crate) fn add_repeat_to_union(&self, union: &mut Union, real: usize, later: &Prepared) {
+        let Some(beside) = self.simulated.beside(real) else {
+            return;
+        };
+        let frame = &self.real[real];
+        let offset_c = self.offset(real, beside);
+        let prediction = Prediction {
+            celsius: &later.celsius,
+            offset_c: offset_c + common_offset(&later.celsius, &frame.celsius),
+        };
+        let seen = (frame.celsius(), frame.steady());
+        union.add(seen, offset_c, &beside.steady, prediction, self.warmth);
+    }
+
+    pub(crate) fn offset(&self, real: usize, simulated: &Prepared) -> f64 {
+        common_offset(&self.real[real].celsius, &simulated.steady)
+    }
+
+    /// The common offset of each pair, in the order of the pairs.
+    pub(crate) fn offsets<'a>(
+        &'a self,
+        pairs: &'a [(usize, usize)],
+        side: &'a Side,
+    ) -> impl Iterator<Item = f64> + 'a {
+        let mut last = (usize::MAX, usize::MAX, 0.0);
+        pairs.iter().map(move |&(real, put)| {
+            let claim = side.claims[put];
+            if (last.0, last.1) != (real, claim) {
+                last = (real, claim, self.offset(real, &side.frames[put]));
+            }
+            last.2
+        })
+    }
+}
+
+fn pick(values: &[f64], order: &[usize]) -> Vec<f64> {
+    order.iter().map(|&index| values[index]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_claims_are_one() {
+        let making = Making {
+            shape: Shape {
+                columns: 3,
+                rows: 1,
+            },
+            binning: Binning::PaperGrey256,
+            warm_above_c: 1.0,
+        };
+        let frame = |claim: f64| making.simulated(&[20.0, 21.0, 22.0], &[claim; 3], None);
+        let side = Side::new(vec![frame(1.0), frame(1.0), frame(2.0), frame(1.0)]);
+        assert_eq!(side.claims, [0, 0, 2, 3]);
+    }
+}

@@ -1,0 +1,282 @@
+//! Frames that say nothing of their own moment, found and left out, each with the reason; and the slow common drift.
+
+use crate::frames::faults::{FaultFinder, Standing};
+use crate::frames::pixels::decoded;
+use grideye_frame::{NoData, PIXELS};
+use grideye_recording::Record;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Why a row of the recording is not compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum LeftOut {
+    /// The frame was not read.
+    Missing(NoData),
+    /// A part of it is the frame before: the sensor updated while it was read.
+    Torn,
+    /// All 64 pixels are those of the frame before: it was read twice.
+    Duplicate,
+    /// One of many duplicates in a row: the sensor, or its reading, stood still.
+    Stalled,
+    /// It came right behind another one after a stall, so that its stamp is not its time.
+    Burst,
+    /// The scene has ended, or not begun.
+    OutsideScene,
+}
+
+/// How many rows were left out for one reason, and the first of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LeftOutCount {
+    /// The reason.
+    pub reason: LeftOut,
+    /// Rows.
+    pub rows: usize,
+    /// Sequence number of the first of them.
+    pub first_seq: u64,
+}
+
+impl LeftOut {
+    /// The stable name for files and programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Missing(_) => "missing",
+            Self::Torn => "torn",
+            Self::Duplicate => "duplicate",
+            Self::Stalled => "stalled",
+            Self::Burst => "burst",
+            Self::OutsideScene => "outside_scene",
+        }
+    }
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Missing(reason) => write!(formatter, "not read: {reason}"),
+            Self::Torn => formatter.pad("torn: in part the frame before"),
+            Self::Duplicate => formatter.pad("duplicates of the frame before"),
+            Self::Stalled => formatter.pad("the sensor stood still: many duplicates in a row"),
+            Self::Burst => {
+                formatter.pad("read in a burst after a stall: their times are not known")
+            }
+            Self::OutsideScene => formatter.pad("before the scene's begin or after its end"),
+        }
+    }
+}
+
+/// A frame that was read whole.
+#[derive(Debug, Clone)]
+pub(crate) struct Read {
+    pub(crate) seq: u64,
+    /// On the device's clock, nanoseconds.
+    pub(crate) boot_ns: u64,
+    pub(crate) celsius: [f64; PIXELS],
+}
+
+/// Counts of what was left out.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Counts(BTreeMap<LeftOut, (usize, u64)>);
+
+impl Counts {
+    pub(crate) fn add(&mut self, reason: LeftOut, seq: u64) {
+        self.0.entry(reason).or_insert((0, seq)).0 += 1;
+    }
+
+    pub(crate) fn list(&self) -> Vec<LeftOutCount> {
+        let entry = |(&reason, &(rows, first_seq)): (&LeftOut, &(usize, u64))| LeftOutCount {
+            reason,
+            rows,
+            first_seq,
+        };
+        self.0.iter().map(entry).collect()
+    }
+}
+
+/// As many duplicates in a row are a stall, half a second at 10 Hz.
+const STALL_FRAMES: usize = 5;
+/// Above this share of frames that look torn, or equal, by chance, the rule cannot be told from a sensor whose pixels
+/// hardly change between frames, and is not applied.
+const BY_CHANCE_MAX: f64 = 0.02;
+/// The frames of a recording, each once and whole, and what was left out of it.
+pub(crate) fn clean(records: &[Record], times_matter: bool) -> (Vec<Read>, Counts) {
+    let mut counts = Counts::default();
+    let frames = read(records, &mut counts);
+    let standings = standings(&frames);
+    let bursts = if times_matter {
+        bursts(&frames)
+    } else {
+        vec![false; frames.len()]
+    };
+    let mut kept = Vec::with_capacity(frames.len());
+    for ((frame, standing), burst) in frames.into_iter().zip(standings).zip(bursts) {
+        match standing.or(burst.then_some(LeftOut::Burst)) {
+            Some(reason) => counts.add(reason, frame.seq),
+            None => kept.push(frame),
+        }
+    }
+    (kept, counts)
+}
+
+fn read(records: &[Record], counts: &mut Counts) -> Vec<Read> {
+    let mut frames = Vec::with_capacity(records.len());
+    for record in records {
+        match &record.reading {
+            grideye_frame::Reading::Frame(raw) => frames.push(Read {
+                seq: record.seq,
+                boot_ns: record.stamp.t_boot_ns,
+                celsius: decoded(raw),
+            }),
+            grideye_frame::Reading::NoData(reason) => {
+                counts.add(LeftOut::Missing(*reason), record.seq);
+            }
+        }
+    }
+    frames
+}
+
+/// What is wrong with each frame beside the one before.
+fn standings(frames: &[Read]) -> Vec<Option<LeftOut>> {
+    let mut finder = FaultFinder::default();
+    let mut before: Option<&Read> = None;
+    let mut found = Vec::with_capacity(frames.len());
+    for frame in frames {
+        let follows = before.filter(|before| before.seq.checked_add(1) == Some(frame.seq));
+        found.push(
+            finder
+                .push(&frame.celsius, follows.map(|before| &before.celsius))
+                .1,
+        );
+        before = Some(frame);
+    }
+    let faults = finder.finish();
+    let own = faults.compared - faults.torn - faults.duplicates;
+    // Of a sensor without noise every frame looks like the one before; and where a few only are a sensor's own, chance
+    // cannot be known.
+    let known = own > 0 && faults.torn_by_chance <= BY_CHANCE_MAX && own * 20 > faults.compared;
+    let mut reasons: Vec<Option<LeftOut>> = found
+        .into_iter()
+        .map(|standing| match standing {
+            Standing::Torn if known => Some(LeftOut::Torn),
+            Standing::Duplicate if known => Some(LeftOut::Duplicate),
+            _ => None,
+        })
+        .collect();
+    let is_duplicate = |reason: &Option<LeftOut>| *reason == Some(LeftOut::Duplicate);
+    for run in reasons.chunk_by_mut(|left, right| is_duplicate(left) == is_duplicate(right)) {
+        if run.len() >= STALL_FRAMES && run.first().is_some_and(is_duplicate) {
+            run.fill(Some(LeftOut::Stalled));
+        }
+    }
+    reasons
+}
+
+/// Which frames came too soon after the one before, as what was held up by a stall does: less than a quarter of the
+/// middle interval, after one of more than two and a half.
+fn bursts(frames: &[Read]) -> Vec<bool> {
+    let interval = |pair: &[Read]| u128::from(pair[1].boot_ns.saturating_sub(pair[0].boot_ns));
+    let mut intervals: Vec<u128> = frames.windows(2).map(interval).collect();
+    if intervals.is_empty() {
+        return vec![false; frames.len()];
+    }
+    let middle = intervals.len() / 2;
+    let typical = *intervals.select_nth_unstable(middle).1;
+    let mut held_up = false;
+    let follows = frames.windows(2).map(|pair| {
+        let gap = interval(pair);
+        let burst = held_up && 4 * gap < typical;
+        held_up = burst || 2 * gap > 5 * typical;
+        burst
+    });
+    std::iter::once(false).chain(follows).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{PixelWord, RawFrame, Reading, ThermistorWord};
+    use grideye_recording::{ClockState, Stamp};
+
+    /// A frame of a sensor with noise, so that none repeats the one before.
+    fn record(seq: u64, seed: u64) -> Record {
+        let word = |pixel: u64| 80 + (seed * 7919 + pixel * 104_729 + seed * pixel * 31) % 97 % 5;
+        Record {
+            seq,
+            stamp: Stamp {
+                t_boot_ns: seq * 100_000_000,
+                t_utc_ns: 0,
+                clock: ClockState::Synced,
+            },
+            reading: Reading::Frame(RawFrame {
+                thermistor: ThermistorWord(400),
+                pixels: std::array::from_fn(|pixel| {
+                    PixelWord(u16::try_from(word(u64::try_from(pixel).unwrap())).unwrap())
+                }),
+            }),
+        }
+    }
+
+    /// Runs of a thinned recording, 31,000 rows apart: no burst follows, and what equals the last frame before the border
+    /// is its own.
+    #[test]
+    fn borders_of_runs_are_no_faults() {
+        let run = |first: u64| (0..200).map(move |index| record(first + index, first + index));
+        let mut records: Vec<Record> = run(0).chain(run(32_000)).chain(run(64_000)).collect();
+        records[200].reading = records[199].reading;
+        let (kept, counts) = clean(&records, true);
+        assert_eq!(kept.len(), 600, "{:?}", counts.list());
+        // The same without a border between is a duplicate.
+        records[101].reading = records[100].reading;
+        let (kept, counts) = clean(&records, true);
+        let reasons: Vec<_> = counts
+            .list()
+            .iter()
+            .map(|count| (count.reason, count.rows))
+            .collect();
+        assert_eq!((kept.len(), reasons), (599, vec![(LeftOut::Duplicate, 1)]));
+    }
+
+    /// Four frames in a row that repeat the one before were read too often; five are a sensor that stood still.
+    #[test]
+    fn five_duplicates_in_a_row_are_a_stall() {
+        let reasons = |repeats: usize| {
+            let mut records: Vec<Record> = (0..200).map(|index| record(index, index)).collect();
+            let shown = records[50].reading;
+            records[51..51 + repeats]
+                .iter_mut()
+                .for_each(|record| record.reading = shown);
+            let (_, counts) = clean(&records, true);
+            counts
+                .list()
+                .iter()
+                .map(|count| (count.reason, count.rows))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(reasons(4), [(LeftOut::Duplicate, 4)]);
+        assert_eq!(reasons(5), [(LeftOut::Stalled, 5)]);
+    }
+
+    /// After a stall of a second the first frame is late and counts; those that were held up with it do not, and one that
+    /// is only a little early does.
+    #[test]
+    fn what_was_held_up_by_a_stall_is_told_from_jitter() {
+        let burst_ms = |after: &[u64]| -> Vec<bool> {
+            let steady = (0..10).map(|index| index * 100);
+            let frames: Vec<Read> = steady
+                .chain(after.iter().copied())
+                .map(|ms| Read {
+                    seq: ms,
+                    boot_ns: ms * 1_000_000,
+                    celsius: [20.0; PIXELS],
+                })
+                .collect();
+            bursts(&frames).split_off(10)
+        };
+        assert_eq!(burst_ms(&[1900, 1960, 2060]), [false; 3]);
+        assert_eq!(
+            burst_ms(&[1900, 1902, 1926, 2026]),
+            [false, true, true, false]
+        );
+        assert_eq!(burst_ms(&[1000, 1010]), [false; 2]);
+    }
+}

@@ -1,0 +1,126 @@
+//! The slow drift that all pixels share, from the pixels without a person.
+
+use crate::frames::pixels::Pixels;
+use crate::numbers::{common_offset, count, evenly, interpolated, median};
+
+/// The drift is the mean over this long, seconds: shorter than minutes, which drift takes, and longer than a person
+/// stays in one place.
+const WINDOW_S: f64 = 20.0;
+/// Frames that the resting level of each pixel is the median of.
+const LEVEL_FRAMES: usize = 256;
+
+/// How much warmer the whole image is than usual, over time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Drift {
+    /// Time and warmth above the middle one, in order of time.
+    knots: Vec<(f64, f64)>,
+}
+
+impl Drift {
+    /// From frames of a recording, each with what the scene claims less what stands still in it, at ascending times in
+    /// seconds. A recording shorter than two windows has none.
+    ///
+    /// What is left of a pixel when claim and its own median are taken out is drift, noise, or somebody who is not
+    /// claimed; of the 64 the middle half is taken, so that a person on less than a quarter of the pixels is not met.
+    pub(crate) fn new(times_s: &[f64], left: &[Pixels]) -> Self {
+        let span_s = times_s.last().unwrap_or(&0.0) - times_s.first().unwrap_or(&0.0);
+        if span_s < 2.0 * WINDOW_S {
+            return Self::default();
+        }
+        let level = level(left);
+        let common: Vec<f64> = left
+            .iter()
+            .map(|frame| common_offset(frame, &level))
+            .collect();
+        let mut knots: Vec<(f64, f64)> = windowed(times_s, &common);
+        let all: Vec<f64> = knots.iter().map(|knot| knot.1).collect();
+        let middle = median(&all).unwrap_or_default();
+        knots.iter_mut().for_each(|knot| knot.1 -= middle);
+        Self { knots }
+    }
+
+    /// Warmth to take out of a frame of that time, °C.
+    pub(crate) fn at(&self, time_s: f64) -> f64 {
+        interpolated(&self.knots, time_s)
+    }
+
+    /// Largest less smallest, °C.
+    pub(crate) fn range_c(&self) -> f64 {
+        let (low, high) = self
+            .knots
+            .iter()
+            .fold((0.0_f64, 0.0_f64), |(low, high), (_, by_c)| {
+                (low.min(*by_c), high.max(*by_c))
+            });
+        high - low
+    }
+}
+
+/// The median of each pixel over some of the frames.
+fn level(frames: &[Pixels]) -> Pixels {
+    let chosen = evenly(frames.len(), LEVEL_FRAMES);
+    std::array::from_fn(|pixel| {
+        let values: Vec<f64> = chosen.iter().map(|&index| frames[index][pixel]).collect();
+        median(&values).unwrap_or_default()
+    })
+}
+
+/// The mean of what is within the window about each time.
+fn windowed(times_s: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
+    let (mut from, mut until, mut sum) = (0, 0, 0.0);
+    times_s
+        .iter()
+        .map(|&time_s| {
+            while times_s
+                .get(until)
+                .is_some_and(|other_s| *other_s <= time_s + WINDOW_S / 2.0)
+            {
+                sum += values[until];
+                until += 1;
+            }
+            while times_s[from] < time_s - WINDOW_S / 2.0 {
+                sum -= values[from];
+                from += 1;
+            }
+            (time_s, sum / count(until - from))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::PIXELS;
+
+    /// A ramp of a degree in a hundred seconds, and a person of 3 degrees who takes a tenth of the pixels and wanders.
+    #[test]
+    fn a_ramp_is_found_beneath_a_person() {
+        let times_s: Vec<f64> = (0..1000_u32).map(|index| f64::from(index) / 10.0).collect();
+        let frames: Vec<Pixels> = times_s
+            .iter()
+            .enumerate()
+            .map(|(index, time_s)| {
+                let mut frame: Pixels =
+                    std::array::from_fn(|pixel| 20.0 + count(pixel % 5) / 10.0 + time_s / 100.0);
+                for step in 0..6 {
+                    frame[(index / 20 + step) % PIXELS] += 3.0;
+                }
+                frame
+            })
+            .collect();
+        let drift = Drift::new(&times_s, &frames);
+        for time_s in [20.0, 50.0, 80.0] {
+            let expected = time_s / 100.0 - 0.5;
+            assert!((drift.at(time_s) - expected).abs() < 0.02, "{time_s}");
+        }
+        // The ends are means over half a window.
+        assert!((drift.range_c() - 0.9).abs() < 0.03, "{}", drift.range_c());
+    }
+
+    #[test]
+    fn a_short_recording_has_no_drift() {
+        let times_s = [0.0, 10.0, 39.0];
+        let drift = Drift::new(&times_s, &[[20.0; PIXELS], [21.0; PIXELS], [22.0; PIXELS]]);
+        assert_eq!((drift.at(10.0), drift.range_c()), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,231 @@
+//! Torn frames, duplicates and glitches, told by each frame beside the one before.
+
+use crate::frames::pixels::Pixels;
+use crate::numbers::{count, long_count, median};
+use grideye_frame::PIXELS;
+
+/// So many consecutive pixels equal to the frame before are a part of that frame, read again: an update of the sensor
+/// came between the transactions of one reading. By chance it happens in 0.03 to 0.3 % of the frames.
+pub const TORN_RUN_MIN: usize = 8;
+/// A pixel of exactly 0.0 °C in a frame whose middle is at least so far from it is a glitch, °C.
+const GLITCH_OFF_MIN_C: f64 = 4.0;
+/// More such pixels in one frame are no glitch of single pixels.
+const GLITCH_PIXELS_MAX: usize = 8;
+
+/// What went wrong between the sensor and the recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Faults {
+    /// Frames that were compared with the one right before them.
+    pub compared: u64,
+    /// Of these, the ones with [`TORN_RUN_MIN`] or more consecutive pixels equal to the frame before, but not all 64.
+    pub torn: u64,
+    /// Share of frames in which so long a run comes by chance, from the share of single equal pixels.
+    pub torn_by_chance: f64,
+    /// Frames equal to the one before in every pixel.
+    pub duplicates: u64,
+    /// Longest run of duplicates.
+    pub duplicates_in_a_row_max: u64,
+    /// Single pixels of exactly 0.0 °C in frames that are elsewhere far from it.
+    pub glitch_pixels: u64,
+    /// Frames with such a pixel.
+    pub glitch_frames: u64,
+}
+
+impl Faults {
+    /// Torn frames as a share of those compared, 0 to 1.
+    #[must_use]
+    pub fn torn_share(&self) -> f64 {
+        self.share(self.torn)
+    }
+
+    /// Duplicates as a share of the frames compared, 0 to 1.
+    #[must_use]
+    pub fn duplicate_share(&self) -> f64 {
+        self.share(self.duplicates)
+    }
+
+    fn share(&self, count: u64) -> f64 {
+        if self.compared == 0 {
+            return 0.0;
+        }
+        long_count(count) / long_count(self.compared)
+    }
+}
+
+/// What a frame is beside the one right before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Standing {
+    /// There is none.
+    First,
+    /// A measurement of its own.
+    Own,
+    /// In part the frame before.
+    Torn,
+    /// Nothing but the frame before.
+    Duplicate,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct FaultFinder {
+    compared: u64,
+    torn: u64,
+    duplicates: u64,
+    duplicates_in_a_row: u64,
+    duplicates_in_a_row_max: u64,
+    /// Pixels equal to the frame before, of the frames that are neither torn nor duplicates.
+    equal_pixels: u64,
+    glitch_pixels: u64,
+    glitch_frames: u64,
+}
+
+impl FaultFinder {
+    /// Looks at a frame and the one right before it. Gives the frame with its glitches mended.
+    pub(crate) fn push(&mut self, frame: &Pixels, before: Option<&Pixels>) -> (Pixels, Standing) {
+        let frame = self.mended(frame, before);
+        let Some(before) = before else {
+            self.duplicates_in_a_row = 0;
+            return (frame, Standing::First);
+        };
+        self.compared += 1;
+        let run = longest_equal_run(&frame, before);
+        if run == PIXELS {
+            self.duplicates += 1;
+            self.duplicates_in_a_row += 1;
+            self.duplicates_in_a_row_max =
+                self.duplicates_in_a_row_max.max(self.duplicates_in_a_row);
+            return (frame, Standing::Duplicate);
+        }
+        self.duplicates_in_a_row = 0;
+        if run >= TORN_RUN_MIN {
+            self.torn += 1;
+            return (frame, Standing::Torn);
+        }
+        let equal = frame.iter().zip(before).filter(|(now, then)| now == then);
+        self.equal_pixels += u64::try_from(equal.count()).unwrap_or(0);
+        (frame, Standing::Own)
+    }
+
+    pub(crate) fn finish(self) -> Faults {
+        let own = self.compared - self.torn - self.duplicates;
+        Faults {
+            compared: self.compared,
+            torn: self.torn,
+            torn_by_chance: by_chance(self.equal_pixels, own),
+            duplicates: self.duplicates,
+            duplicates_in_a_row_max: self.duplicates_in_a_row_max,
+            glitch_pixels: self.glitch_pixels,
+            glitch_frames: self.glitch_frames,
+        }
+    }
+
+    /// The frame with what its glitched pixels had before, or else with its middle in them.
+    fn mended(&mut self, frame: &Pixels, before: Option<&Pixels>) -> Pixels {
+        let zeros = frame.iter().filter(|celsius| **celsius == 0.0).count();
+        let middle = median(frame).unwrap_or_default();
+        if zeros == 0 || zeros > GLITCH_PIXELS_MAX || middle.abs() < GLITCH_OFF_MIN_C {
+            return *frame;
+        }
+        self.glitch_frames += 1;
+        self.glitch_pixels += u64::try_from(zeros).unwrap_or(0);
+        std::array::from_fn(|pixel| match frame[pixel] {
+            0.0 => before.map_or(middle, |before| before[pixel]),
+            celsius => celsius,
+        })
+    }
+}
+
+/// The longest run of consecutive pixels that are equal in both.
+fn longest_equal_run(frame: &Pixels, before: &Pixels) -> usize {
+    let (mut run, mut longest) = (0, 0);
+    for (now, then) in frame.iter().zip(before) {
+        run = if now == then { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    longest
+}
+
+/// The share of frames with a run of [`TORN_RUN_MIN`] if every pixel is equal by itself as often as it is.
+fn by_chance(equal_pixels: u64, frames: u64) -> f64 {
+    if frames == 0 {
+        return 0.0;
+    }
+    let equal = long_count(equal_pixels) / (long_count(frames) * count(PIXELS));
+    let run = (0..TORN_RUN_MIN).fold(1.0, |product, _| product * equal);
+    // A run begins at the first pixel, or after one that differs.
+    let starts_later = 1.0 - run * (1.0 - equal);
+    let none = (0..PIXELS - TORN_RUN_MIN).fold(1.0 - run, |product, _| product * starts_later);
+    1.0 - none
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(from: f64) -> Pixels {
+        let mut celsius = from - 0.25;
+        std::array::from_fn(|_| {
+            celsius += 0.25;
+            celsius
+        })
+    }
+
+    #[test]
+    fn runs_duplicates_and_own_frames_are_told_apart() {
+        let mut finder = FaultFinder::default();
+        let first = ramp(20.0);
+        let second = ramp(20.5);
+        assert_eq!(finder.push(&first, None).1, Standing::First);
+        assert_eq!(finder.push(&second, Some(&first)).1, Standing::Own);
+        let mut seven = ramp(21.0);
+        seven[10..17].copy_from_slice(&second[10..17]);
+        assert_eq!(finder.push(&seven, Some(&second)).1, Standing::Own);
+        let mut eight = ramp(21.5);
+        eight[56..].copy_from_slice(&seven[56..]);
+        assert_eq!(finder.push(&eight, Some(&seven)).1, Standing::Torn);
+        assert_eq!(finder.push(&eight, Some(&eight)).1, Standing::Duplicate);
+        assert_eq!(finder.push(&eight, Some(&eight)).1, Standing::Duplicate);
+        let faults = finder.finish();
+        assert_eq!((faults.compared, faults.torn, faults.duplicates), (5, 1, 2));
+        assert_eq!(faults.duplicates_in_a_row_max, 2);
+        assert_eq!((faults.torn_share(), faults.duplicate_share()), (0.2, 0.4));
+    }
+
+    #[test]
+    fn glitches_are_counted_and_mended() {
+        let mut finder = FaultFinder::default();
+        let before = [21.0; PIXELS];
+        let mut frame = [22.0; PIXELS];
+        frame[5] = 0.0;
+        assert_eq!(finder.push(&frame, Some(&before)).0[5], 21.0);
+        assert_eq!(finder.push(&frame, None).0[5], 22.0);
+        let near_zero = [0.0; PIXELS];
+        assert_eq!(finder.push(&near_zero, None).0, near_zero);
+        let mut half_dead = [22.0; PIXELS];
+        half_dead[..9].fill(0.0);
+        assert_eq!(finder.push(&half_dead, None).0, half_dead);
+        let mut cold_room = [3.5; PIXELS];
+        cold_room[1] = 0.0;
+        assert_eq!(finder.push(&cold_room, None).0, cold_room);
+        let faults = finder.finish();
+        assert_eq!((faults.glitch_frames, faults.glitch_pixels), (2, 2));
+    }
+
+    /// By counting all ways: 64 pixels that are each equal with probability one half, runs of eight or more
+    /// (the recurrence of coin tosses without a run of eight heads).
+    #[test]
+    fn chance_is_that_of_tossed_coins() {
+        let mut without = vec![1.0_f64];
+        for length in 1..=64_usize {
+            let ways: f64 = if length < 8 {
+                2.0_f64.powi(i32::try_from(length).unwrap())
+            } else {
+                without[length - 8..].iter().take(8).sum()
+            };
+            without.push(ways);
+        }
+        let exact = 1.0 - without[64] / 2.0_f64.powi(64);
+        let found = by_chance(32 * 100, 100);
+        assert!((found - exact).abs() < 0.003, "{found} for {exact}");
+        assert!(by_chance(64 * 20, 100) < 0.0002);
+    }
+}

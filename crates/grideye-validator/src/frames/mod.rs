@@ -1,0 +1,13 @@
+//! The frames that are compared: what they are, which rows of a recording become frames, and what is wrong with them.
+
+pub(crate) mod cleaning;
+pub(crate) mod drift;
+pub(crate) mod faults;
+pub(crate) mod pixels;
+mod thinning;
+pub(crate) mod types;
+
+pub use cleaning::{LeftOut, LeftOutCount};
+pub use pixels::sensor_step_c;
+pub use thinning::{RECORDS_MAX, RUN_RECORDS, Thinned, Thinning};
+pub use types::{Protocol, RealFrame, Shape, SimulatedFrame};

@@ -1,0 +1,198 @@
+//! Chi squared of what is left between a frame and its claim, and how likely noise leaves as much.
+
+use crate::numbers::{comparable, count, finite, sum_of};
+
+/// Squares of what is left, in units of the noise's variance.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ChiSquared {
+    /// The sum.
+    pub value: f64,
+    /// Its expected value if the claim is right and the noise is as said: pixels less one a frame, because the common
+    /// offset is taken out.
+    pub degrees_of_freedom: usize,
+}
+
+impl ChiSquared {
+    /// The sum a degree of freedom; 1 is expected.
+    #[must_use]
+    pub fn per_degree(&self) -> Option<f64> {
+        finite(self.value / count(self.degrees_of_freedom))
+    }
+
+    /// Probability of so much or more by noise alone.
+    #[must_use]
+    pub fn p_value(&self) -> Option<f64> {
+        survival(self.value, self.degrees_of_freedom)
+    }
+
+    /// Adds an independent frame.
+    pub(crate) fn add(&mut self, other: Self) {
+        self.value += other.value;
+        self.degrees_of_freedom += other.degrees_of_freedom;
+    }
+}
+
+/// `sum((real - claim - mean(real - claim))^2) / sigma^2`, for noise that is independent from pixel to pixel with the
+/// standard deviation `sigma_c`, the sensor's steps included. The common offset is a unit's own and is taken out.
+/// `None` for frames of one pixel or a deviation that is not above zero.
+#[must_use]
+pub fn chi_squared(real: &[f64], claim: &[f64], sigma_c: f64) -> Option<ChiSquared> {
+    comparable(real, claim)?;
+    let pixels = real.len();
+    if pixels < 2 || !(sigma_c > 0.0 && sigma_c.is_finite()) {
+        return None;
+    }
+    let offset = sum_of(real, claim, |x, y| x - y) / count(pixels);
+    let squares = sum_of(real, claim, |x, y| (x - y - offset) * (x - y - offset));
+    Some(ChiSquared {
+        value: finite(squares / (sigma_c * sigma_c))?,
+        degrees_of_freedom: pixels - 1,
+    })
+}
+
+/// Probability that chi squared of so many degrees of freedom is at least `value`: the regularised upper incomplete gamma
+/// function `Q(degrees / 2, value / 2)` (Press et al., Numerical Recipes, section 6.2: a series below the mean, a
+/// continued fraction above it). `None` without a degree of freedom or below zero.
+#[must_use]
+pub fn survival(value: f64, degrees_of_freedom: usize) -> Option<f64> {
+    if degrees_of_freedom == 0 || !(value >= 0.0 && value.is_finite()) {
+        return None;
+    }
+    let (shape, x) = (count(degrees_of_freedom) / 2.0, value / 2.0);
+    if x <= 0.0 {
+        return Some(1.0);
+    }
+    let front = (shape * x.ln() - x - ln_gamma(shape)).exp();
+    let upper = if x < shape + 1.0 {
+        1.0 - front * series(shape, x)
+    } else {
+        front * continued_fraction(shape, x)
+    };
+    finite(upper.clamp(0.0, 1.0))
+}
+
+/// Terms after which neither series has anything left to add; near the mean about the root of the shape is needed.
+fn terms_max(shape: f64) -> u32 {
+    let terms = 200.0 + 20.0 * shape.sqrt();
+    // A million frames of 63 degrees of freedom stay below 120,000 terms.
+    (0..21)
+        .map(|bit| 1_u32 << bit)
+        .find(|&terms_max| f64::from(terms_max) >= terms)
+        .unwrap_or(1 << 20)
+}
+
+fn series(shape: f64, x: f64) -> f64 {
+    let mut term = 1.0 / shape;
+    let mut sum = term;
+    for n in 1..terms_max(shape) {
+        term *= x / (shape + f64::from(n));
+        sum += term;
+        if term < sum * f64::EPSILON {
+            break;
+        }
+    }
+    sum
+}
+
+/// By Lentz's method.
+fn continued_fraction(shape: f64, x: f64) -> f64 {
+    const TINY: f64 = 1e-300;
+    let above_zero = |value: f64| if value.abs() < TINY { TINY } else { value };
+    let mut b = x + 1.0 - shape;
+    let mut c = 1.0 / TINY;
+    let mut d = 1.0 / above_zero(b);
+    let mut fraction = d;
+    for n in 1..terms_max(shape) {
+        let n = f64::from(n);
+        let a = -n * (n - shape);
+        b += 2.0;
+        d = 1.0 / above_zero(a * d + b);
+        c = above_zero(b + a / c);
+        let change = d * c;
+        fraction *= change;
+        if (change - 1.0).abs() < f64::EPSILON {
+            break;
+        }
+    }
+    fraction
+}
+
+/// The logarithm of the gamma function for half-integers and above: the recurrence up to 16, then Stirling's series
+/// (Abramowitz and Stegun, 6.1.41).
+fn ln_gamma(shape: f64) -> f64 {
+    let (mut z, mut product) = (shape, 1.0);
+    while z < 16.0 {
+        product *= z;
+        z += 1.0;
+    }
+    let square = z * z;
+    let series = (1.0 / 12.0
+        - (1.0 / 360.0 - (1.0 / 1260.0 - 1.0 / (1680.0 * square)) / square) / square)
+        / z;
+    (z - 0.5) * z.ln() - z + 0.5 * (2.0 * std::f64::consts::PI).ln() + series - f64::ln(product)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Critical values as every table of the distribution prints them; two degrees of freedom are `exp(-x / 2)`.
+    #[test]
+    fn survival_is_that_of_the_tables() {
+        for (value, degrees, p) in [
+            (3.841_458_820_694_124, 1, 0.05),
+            (18.307_038_053_275_146, 10, 0.05),
+            (82.528_726_541_471_7, 63, 0.05),
+            (124.342_113_404_004_08, 100, 0.05),
+            (92.010_023_614_132_15, 63, 0.01),
+            (45.741_376_841_650_34, 63, 0.95),
+        ] {
+            let found = survival(value, degrees).unwrap();
+            assert!((found - p).abs() < 1e-9, "{degrees}: {found}");
+        }
+        for value in [0.0, 0.1, 1.0, 7.0, 40.0] {
+            let expected = f64::exp(-value / 2.0);
+            assert!((survival(value, 2).unwrap() - expected).abs() < 1e-14);
+        }
+    }
+
+    /// Beyond a few thousand degrees of freedom the distribution is all but normal (Wilson and Hilferty).
+    #[test]
+    fn survival_of_many_degrees_of_freedom() {
+        for degrees in [6_300_usize, 630_000, 63_000_000] {
+            let n = count(degrees);
+            let at = |z: f64| n * (1.0 - 2.0 / (9.0 * n) + z * (2.0 / (9.0 * n)).sqrt()).powi(3);
+            assert!((survival(at(1.644_853_626_951_472_7), degrees).unwrap() - 0.05).abs() < 1e-4);
+            assert!((survival(at(-1.0), degrees).unwrap() - 0.841_344_746).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn chi_squared_by_hand() {
+        // Differences 1, -1, 2, -2 about an offset of 3, sigma 2: (1 + 1 + 4 + 4) / 4.
+        let chi = chi_squared(&[24.0, 22.0, 25.0, 21.0], &[20.0; 4], 2.0).unwrap();
+        assert_eq!((chi.value, chi.degrees_of_freedom), (2.5, 3));
+        assert_eq!(chi.per_degree(), Some(2.5 / 3.0));
+        assert_eq!(chi_squared(&[1.0], &[1.0], 1.0), None);
+        for sigma_c in [0.0, -1.0, f64::NAN] {
+            assert_eq!(chi_squared(&[1.0, 2.0], &[1.0, 1.0], sigma_c), None);
+        }
+        assert_eq!(ChiSquared::default().per_degree(), None);
+        assert_eq!(
+            (survival(1.0, 0), survival(-1.0, 3), survival(0.0, 3)),
+            (None, None, Some(1.0))
+        );
+    }
+
+    #[test]
+    fn independent_frames_add_up() {
+        let mut all = ChiSquared::default();
+        for (value, degrees_of_freedom) in [(2.5, 3), (1.5, 4)] {
+            all.add(ChiSquared {
+                value,
+                degrees_of_freedom,
+            });
+        }
+        assert_eq!((all.value, all.degrees_of_freedom), (4.0, 7));
+    }
+}

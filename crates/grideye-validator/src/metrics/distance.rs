@@ -1,0 +1,96 @@
+//! Correlation, similarity, errors and contrast of two frames.
+
+use crate::metrics::centered::Centred;
+use crate::numbers::{comparable, count, differences, finite, sum_of};
+
+/// Accuracy that the datasheet states for the AMG8833, in degrees: an offset of plus or minus this much is within its
+/// specification (AMG88 spec, "temperature accuracy").
+pub const SENSOR_ACCURACY_C: f64 = 2.5;
+
+/// Threshold of the image similarity, in degrees: two standard deviations, three of which are the sensor's accuracy
+/// (PeerJ CS 11:e3124, "Evaluation graph and image similarity"; printed there as 1.66).
+pub const IS_THRESHOLD: f64 = 2.0 * SENSOR_ACCURACY_C / 3.0;
+
+/// Pearson's correlation coefficient, -1 to 1 (PeerJ CS 11:e3124, Eq. 1); `None` when one frame has one value only.
+#[must_use]
+pub fn correlation(real: &[f64], simulated: &[f64]) -> Option<f64> {
+    comparable(real, simulated)?;
+    Centred::new(real).correlation(&Centred::new(simulated))
+}
+
+/// Share of pixels, 0 to 1, whose temperatures differ by strictly less than `threshold` degrees
+/// (PeerJ CS 11:e3124, "Evaluation graph and image similarity"); the paper's threshold is [`IS_THRESHOLD`].
+#[must_use]
+pub fn image_similarity(real: &[f64], simulated: &[f64], threshold: f64) -> Option<f64> {
+    comparable(real, simulated)?;
+    let below = differences(real, simulated)
+        .filter(|difference| difference.abs() < threshold)
+        .count();
+    Some(count(below) / count(real.len()))
+}
+
+/// The image similarity at each of several thresholds in degrees: the paper's evaluation graph.
+#[must_use]
+pub fn evaluation_graph(real: &[f64], simulated: &[f64], thresholds: &[f64]) -> Option<Vec<f64>> {
+    thresholds
+        .iter()
+        .map(|&threshold| image_similarity(real, simulated, threshold))
+        .collect()
+}
+
+/// Root of the mean squared difference, in degrees.
+#[must_use]
+pub fn rmse(real: &[f64], simulated: &[f64]) -> Option<f64> {
+    comparable(real, simulated)?;
+    finite((sum_of(real, simulated, |x, y| (y - x) * (y - x)) / count(real.len())).sqrt())
+}
+
+/// The same over the pixels of a mask, for example those that the simulated agent covers; `None` if it marks none.
+#[must_use]
+pub fn foreground_rmse(real: &[f64], simulated: &[f64], mask: &[bool]) -> Option<f64> {
+    comparable(real, simulated)?;
+    if mask.len() != real.len() {
+        return None;
+    }
+    let pixels = mask.iter().filter(|&&marked| marked).count();
+    let marked = |(difference, &marked): (f64, &bool)| marked.then_some(difference * difference);
+    let squares: f64 = differences(real, simulated)
+        .zip(mask)
+        .filter_map(marked)
+        .sum();
+    finite((squares / count(pixels)).sqrt()).filter(|_| pixels > 0)
+}
+
+/// Mean of the absolute difference, in degrees.
+#[must_use]
+pub fn mae(real: &[f64], simulated: &[f64]) -> Option<f64> {
+    comparable(real, simulated)?;
+    finite(sum_of(real, simulated, |x, y| (y - x).abs()) / count(real.len()))
+}
+
+/// Mean of simulated less real, in degrees: above zero where the simulation is too warm.
+#[must_use]
+pub fn bias(real: &[f64], simulated: &[f64]) -> Option<f64> {
+    comparable(real, simulated)?;
+    finite(sum_of(real, simulated, |x, y| y - x) / count(real.len()))
+}
+
+/// Degrees that the real frame rises by where the claim rises by one: the slope of the least-squares line of real over
+/// claimed pixels. 1 says that the contrast is right, below 1 that the scene claims too much of it, 0 that what is
+/// claimed is not there. `None` for a claim of one value.
+///
+/// Hand in the noise-free image as the claim: noise in it would lower the slope (regression dilution), noise in the
+/// real frame does not.
+#[must_use]
+pub fn contrast_slope(real: &[f64], claim: &[f64]) -> Option<f64> {
+    comparable(real, claim)?;
+    Centred::new(real).slope_over(&Centred::new(claim))
+}
+
+/// Slope of the least-squares line through points `(x, y)`: the drift, where x is time and y a temperature. `None` where
+/// all x are equal or fewer than two points are given.
+#[must_use]
+pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    contrast_slope(&y, &x)
+}

@@ -1,0 +1,174 @@
+//! C with the empty room taken from both sides: what is left is the people.
+
+use crate::frames::{RealFrame, SimulatedFrame};
+use crate::numbers::finite;
+
+/// C of what stands above the empty room, over all pixels of all frames together.
+///
+/// The mean of each frame is taken out, and the noise-free claim is used. Frames in which nobody is seen count for
+/// little, which a mean of C over the frames would not do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AboveRoom {
+    /// Its value, -1 to 1; `None` where the claim shows nobody.
+    pub value: Option<f64>,
+    /// The recording's repeat in the place of the claim, its noise counted once (the root, after Spearman).
+    pub ceiling: Option<f64>,
+    /// Where the real side's empty room comes from.
+    pub from: RoomFrom,
+}
+
+/// Where the map of the empty room comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RoomFrom {
+    /// The simulated scene without its people, on both sides.
+    #[default]
+    Scene,
+    /// That and what the profile says each pixel shows beside it.
+    Profile,
+    /// Stretches of the recording in which neither the recording nor the scene shows anybody.
+    Recording,
+}
+
+impl RoomFrom {
+    /// The stable name for files and programs: `scene`, `profile` or `recording`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Scene => "scene",
+            Self::Profile => "profile",
+            Self::Recording => "recording",
+        }
+    }
+
+    /// In words, to stand behind "the empty room is".
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::Scene => "the scene without its people",
+            Self::Profile => "the scene without its people, with the pattern of the profile",
+            Self::Recording => "what the recording shows while nobody is there",
+        }
+    }
+}
+
+/// What the real side shows of the empty room.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Room {
+    pub(crate) from: RoomFrom,
+    /// Row by row, °C; the simulated empty room if there is none.
+    pub(crate) celsius: Option<Vec<f64>>,
+    /// Frames that it is the mean of.
+    pub(crate) frames: usize,
+}
+
+/// Squares of degrees.
+const NOTHING: f64 = 1e-9;
+
+/// Sums over pixels that are centred frame by frame.
+#[derive(Default)]
+pub(crate) struct Products {
+    xx: f64,
+    yy: f64,
+    xy: f64,
+}
+
+/// `nobody` holds the scene without its people for each simulated frame.
+pub(crate) fn above_room(
+    real: &[RealFrame],
+    simulated: &[SimulatedFrame],
+    nobody: &[Vec<f64>],
+    room: &Room,
+) -> AboveRoom {
+    let (mut claimed, mut repeated) = (Products::default(), Products::default());
+    for ((frame, claim), empty) in real.iter().zip(simulated).zip(nobody) {
+        let seen_room = room.celsius.as_ref().unwrap_or(empty);
+        claimed.add(&frame.celsius, seen_room, &claim.noise_free, empty);
+        if let Some(later) = &frame.later {
+            repeated.add(&frame.celsius, seen_room, later, seen_room);
+        }
+    }
+    AboveRoom {
+        value: claimed.correlation(),
+        ceiling: repeated.correlation().map(|repeat| repeat.max(0.0).sqrt()),
+        from: room.from,
+    }
+}
+
+/// A frame less the room, its mean taken out.
+fn above(frame: &[f64], room: &[f64]) -> Vec<f64> {
+    let mut left: Vec<f64> = frame.iter().zip(room).map(|(a, b)| a - b).collect();
+    let mean = crate::numbers::mean(&left).unwrap_or_default();
+    left.iter_mut().for_each(|value| *value -= mean);
+    left
+}
+
+impl Products {
+    /// Two frames, each less its room and its mean.
+    pub(crate) fn add(&mut self, x: &[f64], x_room: &[f64], y: &[f64], y_room: &[f64]) {
+        for (x, y) in above(x, x_room).iter().zip(above(y, y_room)) {
+            self.xx += x * x;
+            self.yy += y * y;
+            self.xy += x * y;
+        }
+    }
+
+    pub(crate) fn correlation(&self) -> Option<f64> {
+        // What rounding leaves of a frame without contrast is no contrast.
+        (self.xx > NOTHING && self.yy > NOTHING)
+            .then(|| self.xy / (self.xx * self.yy).sqrt())
+            .and_then(finite)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    fn frames(real: [f64; 4], claim: [f64; 4]) -> (RealFrame, SimulatedFrame) {
+        let real = RealFrame {
+            time: Duration::ZERO,
+            celsius: real.to_vec(),
+            later: Some(real.to_vec()),
+        };
+        let claim = SimulatedFrame {
+            time: Duration::ZERO,
+            celsius: vec![0.0; 4],
+            noise_free: claim.to_vec(),
+            truth: None,
+        };
+        (real, claim)
+    }
+
+    /// By hand: the room has a radiator of 5 in pixel 3. Above it, the real side shows (2, 0, 0, 0) and the claim
+    /// (0, 2, 0, 0): centred (1.5, -.5, -.5, -.5) and (-.5, 1.5, -.5, -.5), product -1 of 3. With the radiator in, it
+    /// would be 0.76.
+    #[test]
+    fn a_radiator_does_not_stand_in_for_a_person() {
+        let room = vec![20.0, 20.0, 20.0, 25.0];
+        let (real, claim) = frames([22.0, 20.0, 20.0, 25.0], [20.0, 22.0, 20.0, 25.0]);
+        let found = above_room(&[real], &[claim], &[room], &Room::default());
+        assert!((found.value.unwrap() + 1.0 / 3.0).abs() < 1e-12);
+        assert!((found.ceiling.unwrap() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_known_room_takes_the_place_of_the_simulated_one_on_the_real_side() {
+        let known = Room {
+            from: RoomFrom::Profile,
+            celsius: Some(vec![21.0, 20.0, 19.0, 20.0]),
+            frames: 16,
+        };
+        let (real, claim) = frames([21.0, 22.0, 19.0, 20.0], [20.0, 22.0, 20.0, 20.0]);
+        let found = above_room(&[real], &[claim], &[vec![20.0; 4]], &known);
+        assert!((found.value.unwrap() - 1.0).abs() < 1e-12);
+        assert_eq!(found.from, RoomFrom::Profile);
+    }
+
+    #[test]
+    fn who_claims_nobody_has_no_c_above_the_room() {
+        let (real, claim) = frames([22.0, 20.0, 20.0, 20.0], [20.0; 4]);
+        let found = above_room(&[real], &[claim], &[vec![20.0; 4]], &Room::default());
+        assert_eq!(found.value, None);
+    }
+}

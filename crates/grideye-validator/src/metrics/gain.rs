@@ -1,0 +1,234 @@
+//! The gain over the blank frame: squares summed over the pixels that are warm in either image.
+
+use crate::metrics::score::Measure;
+use crate::numbers::count;
+
+/// From where on a pixel is warm, in degrees.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Warmth {
+    pub(crate) ambient_c: f64,
+    /// Above ambient, in what the real side's warm pixels are read from.
+    pub(crate) real_above_c: f64,
+    /// Above ambient, in the noise-free claim: half of it, as a claim holds no noise to be protected from.
+    pub(crate) claimed_above_c: f64,
+}
+
+/// What is set against a real frame, and by how much it lies above the scene's level.
+#[derive(Clone, Copy)]
+pub(crate) struct Prediction<'a> {
+    pub(crate) celsius: &'a [f64],
+    pub(crate) offset_c: f64,
+}
+
+/// Sums over pairs of frames.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Union {
+    pub(crate) pixels: usize,
+    /// Warm in both.
+    pub(crate) both: usize,
+    predicted: Squares,
+    blank: Squares,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    levelled: f64,
+    with_offset: f64,
+}
+
+impl Warmth {
+    pub(crate) fn new(ambient_c: f64, real_above_c: f64) -> Self {
+        Self {
+            ambient_c,
+            real_above_c,
+            claimed_above_c: real_above_c / 2.0,
+        }
+    }
+}
+
+/// The pixels that are warm in a real frame or in the scene's claim.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Marked {
+    places: Vec<usize>,
+    /// Warm in both.
+    both: usize,
+}
+
+impl Marked {
+    /// `offset_c` is taken from the real frame before it is asked which of its pixels are warm: a unit that reads a
+    /// degree too high does not see a degree more person. Which are warm is read from `steady`.
+    pub(crate) fn mark(&mut self, steady: &[f64], offset_c: f64, claim: &[f64], warmth: Warmth) {
+        self.places.clear();
+        self.both = 0;
+        for (place, (&steady, &claim)) in steady.iter().zip(claim).enumerate() {
+            let really_warm = steady - offset_c - warmth.ambient_c > warmth.real_above_c;
+            let claimed_warm = claim - warmth.ambient_c > warmth.claimed_above_c;
+            self.both += usize::from(really_warm && claimed_warm);
+            if really_warm || claimed_warm {
+                self.places.push(place);
+            }
+        }
+    }
+}
+
+impl Union {
+    /// Adds the pixels of a real frame that are warm in it or in the scene's claim; which are is read from `steady`, as
+    /// [`Marked::mark`] does.
+    pub(crate) fn add(
+        &mut self,
+        (measured, steady): (&[f64], &[f64]),
+        offset_c: f64,
+        claim: &[f64],
+        prediction: Prediction<'_>,
+        warmth: Warmth,
+    ) {
+        let mut marked = Marked::default();
+        marked.mark(steady, offset_c, claim, warmth);
+        self.add_marked(measured, offset_c, &marked, prediction, warmth);
+    }
+
+    /// Adds the marked pixels of a real frame, `offset_c` above the scene's level, and of what is set against it.
+    pub(crate) fn add_marked(
+        &mut self,
+        measured: &[f64],
+        offset_c: f64,
+        marked: &Marked,
+        prediction: Prediction<'_>,
+        warmth: Warmth,
+    ) {
+        self.both += marked.both;
+        self.pixels += marked.places.len();
+        for &place in &marked.places {
+            let (measured, predicted) = (measured[place], prediction.celsius[place]);
+            let levelled = measured - offset_c;
+            self.predicted.add(
+                levelled - (predicted - prediction.offset_c),
+                measured - predicted,
+            );
+            self.blank
+                .add(levelled - warmth.ambient_c, measured - warmth.ambient_c);
+        }
+    }
+
+    /// Adds the sums of other pairs.
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.pixels += other.pixels;
+        self.both += other.both;
+        self.predicted.merge(other.predicted);
+        self.blank.merge(other.blank);
+    }
+
+    /// The sums with one helping of noise taken out of the predicted part.
+    pub(crate) fn without_noise(mut self, sigma_c: f64) -> Self {
+        let noise = count(self.pixels) * sigma_c * sigma_c;
+        self.predicted.levelled = (self.predicted.levelled - noise).max(0.0);
+        self.predicted.with_offset = (self.predicted.with_offset - noise).max(0.0);
+        self
+    }
+
+    /// The gains over the blank frame; not defined where nothing is warm.
+    pub(crate) fn gains(&self) -> [(Measure, Option<f64>); 2] {
+        let gain =
+            |predicted: f64, blank: f64| (blank > 0.0).then(|| 1.0 - (predicted / blank).sqrt());
+        [
+            (
+                Measure::Gain,
+                gain(self.predicted.levelled, self.blank.levelled),
+            ),
+            (
+                Measure::GainWithOffset,
+                gain(self.predicted.with_offset, self.blank.with_offset),
+            ),
+        ]
+    }
+}
+
+impl Squares {
+    fn merge(&mut self, other: Self) {
+        self.levelled += other.levelled;
+        self.with_offset += other.with_offset;
+    }
+
+    fn add(&mut self, levelled: f64, with_offset: f64) {
+        self.levelled += levelled * levelled;
+        self.with_offset += with_offset * with_offset;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numbers::common_offset;
+
+    fn union(real: &[f64], claim: &[f64]) -> (Union, f64) {
+        let offset_c = common_offset(real, claim);
+        let mut union = Union::default();
+        let prediction = Prediction {
+            celsius: claim,
+            offset_c: 0.0,
+        };
+        union.add(
+            (real, real),
+            offset_c,
+            claim,
+            prediction,
+            Warmth::new(20.0, 1.0),
+        );
+        (union, offset_c)
+    }
+
+    /// By hand: ambient 20, warm above 1, claimed above 0.5, no common offset. Pixel 0 is warm in both (real 24, claim
+    /// 23), pixel 1 in the claim only (20, 20.75), pixel 2 in reality only (22, 20), pixel 3 in neither (20.75, 20.5).
+    /// Squares of the claim 1 + 0.5625 + 4, of the blank frame 16 + 0 + 4.
+    #[test]
+    fn gain_is_taken_over_the_union_of_claimed_and_really_warm() {
+        let mut real = [20.0; 16];
+        let mut claim = [20.0; 16];
+        (real[0], claim[0]) = (24.0, 23.0);
+        claim[1] = 20.75;
+        real[2] = 22.0;
+        (real[3], claim[3]) = (20.75, 20.5);
+        let (union, offset_c) = union(&real, &claim);
+        assert!(offset_c.abs() < 1e-12);
+        assert_eq!((union.pixels, union.both), (3, 1));
+        let [(_, gain), (_, with_offset)] = union.gains();
+        assert!((gain.unwrap() - (1.0 - (5.5625_f64 / 20.0).sqrt())).abs() < 1e-12);
+        assert_eq!(gain, with_offset);
+    }
+
+    #[test]
+    fn an_offset_is_taken_out_of_the_gain_and_left_in_beside_it() {
+        let mut claim = [20.0; 16];
+        claim[5] = 23.0;
+        let real = claim.map(|value| value + 2.0);
+        let (union, offset_c) = union(&real, &claim);
+        assert_eq!((union.pixels, offset_c), (1, 2.0));
+        let [(_, gain), (_, with_offset)] = union.gains();
+        assert_eq!(gain, Some(1.0));
+        assert!((with_offset.unwrap() - (1.0 - 2.0 / 5.0)).abs() < 1e-12);
+    }
+
+    /// The claim is off by 1.5 in the one warm pixel, 4 above ambient; of the square of 2.25, 1.25 is noise.
+    #[test]
+    fn noise_is_taken_out_of_the_predicted_part_alone() {
+        let mut real = [20.0; 16];
+        let mut claim = [20.0; 16];
+        (real[5], claim[5]) = (24.0, 22.5);
+        let (union, _) = union(&real, &claim);
+        let gains = |sigma_c: f64| {
+            union
+                .without_noise(sigma_c)
+                .gains()
+                .map(|(_, gain)| gain.unwrap())
+        };
+        assert!((gains(1.25_f64.sqrt())[0] - (1.0 - 1.0 / 4.0)).abs() < 1e-12);
+        assert!((gains(1.25_f64.sqrt())[1] - (1.0 - 1.0 / 4.0)).abs() < 1e-12);
+        assert_eq!(gains(9.0), [1.0, 1.0]);
+    }
+
+    #[test]
+    fn nothing_warm_has_no_gain() {
+        let (union, _) = union(&[20.0; 16], &[20.0; 16]);
+        assert_eq!(union.gains().map(|(_, gain)| gain), [None, None]);
+    }
+}

@@ -1,0 +1,309 @@
+//! What is measured, and each score with its floors and its ceiling.
+
+use std::fmt;
+
+/// Whether more or less of a measure means more alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Better {
+    /// The higher, the more alike.
+    Higher,
+    /// The lower, the more alike.
+    Lower,
+    /// The measure describes, it does not judge.
+    Neither,
+}
+
+macro_rules! measures {
+    ($($(#[doc = $doc:literal])+ $variant:ident = $name:literal, $title:literal, $unit:literal, $better:ident;)+) => {
+        /// What is measured. The names are stable: files and programs may rely on them.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Measure {
+            $($(#[doc = $doc])+ $variant,)+
+        }
+
+        impl Measure {
+            /// Every measure, in the order of the report.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+
+            /// Its place in [`Measure::ALL`].
+            #[expect(clippy::as_conversions, reason = "an enum without fields, numbered from 0 in the order of ALL")]
+            pub(crate) const fn place(self) -> usize {
+                self as usize
+            }
+
+            /// The stable name, lower case with underscores.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),+ }
+            }
+
+            /// The name for people.
+            #[must_use]
+            pub const fn title(self) -> &'static str {
+                match self { $(Self::$variant => $title),+ }
+            }
+
+            /// The unit: `°C`, `bit`, `px`, `°`, `%` (the value itself is a share of 0 to 1), or empty for a plain number.
+            #[must_use]
+            pub const fn unit(self) -> &'static str {
+                match self { $(Self::$variant => $unit),+ }
+            }
+
+            /// Which way is better.
+            #[must_use]
+            pub const fn better(self) -> Better {
+                match self { $(Self::$variant => Better::$better),+ }
+            }
+        }
+    };
+}
+
+measures! {
+    /// Pearson's correlation of the pixels (the paper's C). The verdict rests on it.
+    Correlation = "correlation", "C, correlation", "", Higher;
+    /// Gain over the blank frame: 1 less the ratio of the RMSE of the simulation to the RMSE of the blank frame, both
+    /// over the pixels that are warm in either image, with the common offset of the pair taken out. The verdict
+    /// rests on it.
+    Gain = "gain", "Gain over the blank frame", "", Higher;
+    /// The same with the offset left in.
+    GainWithOffset = "gain_with_offset", "Gain, offset left in", "", Higher;
+    /// Share of pixels that differ by less than two sensor sigma (the paper's IS).
+    ImageSimilarity = "image_similarity", "IS, image similarity", "%", Higher;
+    /// Root mean squared difference.
+    Rmse = "rmse", "RMSE", "°C", Lower;
+    /// Mean absolute difference.
+    Mae = "mae", "MAE", "°C", Lower;
+    /// Mean of simulated less real.
+    Bias = "bias", "Bias, simulated less real", "°C", Neither;
+    /// Entropy of the real frame, 256 grey levels.
+    EntropyRealGrey = "entropy_real_grey", "H real, 256 levels", "bit", Neither;
+    /// Entropy of the simulated frame, 256 grey levels.
+    EntropySimulatedGrey = "entropy_simulated_grey", "H simulated, 256 levels", "bit", Neither;
+    /// Joint entropy, 256 grey levels.
+    JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;
+    /// Mutual information, 256 grey levels (the paper's).
+    MutualInformationGrey = "mutual_information_grey", "MI, 256 levels", "bit", Higher;
+    /// The same less its small-sample bias, after Miller and Madow.
+    MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias taken out", "bit", Higher;
+    /// Entropy of the real frame in the chosen bins, by default steps of the sensor.
+    EntropyRealBinned = "entropy_real_binned", "H real, chosen bins", "bit", Neither;
+    /// Entropy of the simulated frame in the chosen bins.
+    EntropySimulatedBinned = "entropy_simulated_binned", "H simulated, chosen bins", "bit", Neither;
+    /// Joint entropy in the chosen bins.
+    JointEntropyBinned = "joint_entropy_binned", "Joint H, chosen bins", "bit", Neither;
+    /// Mutual information in the chosen bins.
+    MutualInformationBinned = "mutual_information_binned", "MI, chosen bins", "bit", Higher;
+    /// The same less its small-sample bias, after Miller and Madow.
+    MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias taken out", "bit", Higher;
+    /// RMSE over the pixels of which the simulated agents cover half or more.
+    ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
+    /// Degrees that the recording rises by where the noise-free claim rises by one.
+    ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
+    /// Distance between the centroids of the warm blobs of frame and claim.
+    CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
+    /// The same as the angle that the sensor sees between them.
+    CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, seen angle", "°", Lower;
+    /// Intersection over union of the warm pixels of frame and claim.
+    WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;
+    /// Chi squared of frame less noise-free claim, their mean difference taken out, a degree of freedom.
+    ChiSquaredPerDegree = "chi_squared_per_degree", "χ² a degree of freedom", "", Lower;
+    /// Structural similarity.
+    StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
+}
+
+impl fmt::Display for Measure {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.title())
+    }
+}
+
+/// What the measure says when the simulated pixels are put into a random order, over many orders.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shuffled {
+    /// The mean over the orders.
+    pub mean: f64,
+    /// The value that 95 % of the orders do not beat.
+    pub p95: f64,
+    /// Permutation p-value: the share of orders, the true one counted with them, that do at least as well as the true one
+    /// on the same pairs; `None` where neither more nor less is better. The true order alone makes it 1 / (orders + 1).
+    pub p: Option<f64>,
+}
+
+/// One measure with what it has to be read against. `None` stands where the measure is not defined.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// What is measured.
+    pub measure: Measure,
+    /// Mean over the pairs of frames.
+    pub value: Option<f64>,
+    /// The floor: a blank frame at ambient temperature in the simulation's place.
+    pub blank: Option<f64>,
+    /// The floor: the simulation's own pixels in random order.
+    pub shuffled: Option<Shuffled>,
+    /// The floor: images of the sensor's noise about ambient temperature and nothing else.
+    pub noise: Option<f64>,
+    /// The ceiling: the real sequence against itself some frames later, its noise counted once where that can be
+    /// done (C, gain, RMSE, MAE, foreground RMSE, contrast slope, chi squared, centroid error).
+    pub ceiling: Option<f64>,
+}
+
+impl Score {
+    /// A score of nothing.
+    pub(crate) const fn undefined(measure: Measure) -> Self {
+        Self {
+            measure,
+            value: None,
+            blank: None,
+            shuffled: None,
+            noise: None,
+            ceiling: None,
+        }
+    }
+
+    /// The best one of the blank frame, the images of noise and the mean of the shuffled pixels: where skill 0 is.
+    #[must_use]
+    pub fn floor(&self) -> Option<f64> {
+        self.best_with(self.shuffled.map(|shuffled| shuffled.mean))
+    }
+
+    /// What chance reaches: the best one of the blank frame, the images of noise and the best 5 % of the shuffles.
+    #[must_use]
+    pub fn chance(&self) -> Option<f64> {
+        self.best_with(self.shuffled.map(|shuffled| shuffled.p95))
+    }
+
+    /// How far the ceiling rises above chance, above zero if it does.
+    #[must_use]
+    pub fn headroom(&self) -> Option<f64> {
+        let rise = self.ceiling? - self.chance()?;
+        match self.measure.better() {
+            Better::Higher => Some(rise),
+            Better::Lower => Some(-rise),
+            Better::Neither => None,
+        }
+    }
+
+    /// Where the value stands between floor (0) and ceiling (1). `None` where the ceiling does not rise above chance:
+    /// such a measure cannot tell a right scene from a wrong one on this recording.
+    #[must_use]
+    pub fn skill(&self) -> Option<f64> {
+        if self.headroom()? <= 0.0 {
+            return None;
+        }
+        let (floor, ceiling) = (self.floor()?, self.ceiling?);
+        let skill = (self.value? - floor) / (ceiling - floor);
+        skill.is_finite().then(|| skill.clamp(0.0, 1.0))
+    }
+
+    fn best_with(&self, shuffled: Option<f64>) -> Option<f64> {
+        if self.measure.better() == Better::Neither {
+            return None;
+        }
+        self.best(self.best(self.blank, self.noise), shuffled)
+    }
+
+    fn best(&self, a: Option<f64>, b: Option<f64>) -> Option<f64> {
+        let (Some(x), Some(y)) = (a, b) else {
+            return a.or(b);
+        };
+        match self.measure.better() {
+            Better::Higher => Some(x.max(y)),
+            Better::Lower => Some(x.min(y)),
+            Better::Neither => None,
+        }
+    }
+}
+
+/// The scores of a comparison, one for each [`Measure`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scores(Vec<Score>);
+
+impl Scores {
+    pub(crate) const fn new(scores: Vec<Score>) -> Self {
+        Self(scores)
+    }
+
+    /// The score of one measure.
+    #[must_use]
+    pub fn get(&self, measure: Measure) -> Score {
+        self.iter()
+            .copied()
+            .find(|score| score.measure == measure)
+            .unwrap_or(Score::undefined(measure))
+    }
+
+    /// Every score, in the order of [`Measure::ALL`].
+    pub fn iter(&self) -> impl Iterator<Item = &Score> {
+        self.0.iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn score(measure: Measure, value: f64, blank: f64, mean: f64, p95: f64, ceiling: f64) -> Score {
+        Score {
+            measure,
+            value: Some(value),
+            blank: Some(blank),
+            shuffled: Some(Shuffled { mean, p95, p: None }),
+            noise: None,
+            ceiling: Some(ceiling),
+        }
+    }
+
+    #[test]
+    fn skill_runs_from_the_better_floor_to_the_ceiling() {
+        let similarity = score(Measure::ImageSimilarity, 0.95, 0.90, 0.80, 0.85, 1.0);
+        assert!((similarity.skill().unwrap() - 0.5).abs() < 1e-12);
+        let rmse = score(Measure::Rmse, 0.5, 0.9, 1.1, 1.0, 0.4);
+        assert_eq!(rmse.floor(), Some(0.9));
+        assert!((rmse.skill().unwrap() - 0.8).abs() < 1e-12);
+        assert_eq!(
+            score(Measure::Rmse, 3.0, 0.9, 1.1, 1.0, 0.4).skill(),
+            Some(0.0)
+        );
+        assert_eq!(
+            score(Measure::Rmse, 0.1, 0.9, 1.1, 1.0, 0.4).skill(),
+            Some(1.0)
+        );
+    }
+
+    #[test]
+    fn a_ceiling_within_chance_gives_no_skill() {
+        let grey = score(Measure::MutualInformationGrey, 2.62, 0.0, 2.58, 2.70, 2.66);
+        assert_eq!(grey.skill(), None);
+        assert!(grey.headroom().unwrap() < 0.0);
+        assert_eq!(score(Measure::Bias, 0.1, 0.0, 0.0, 0.0, 0.0).skill(), None);
+    }
+
+    #[test]
+    fn images_of_noise_are_a_floor_like_the_others() {
+        let mut grey = score(Measure::MutualInformationGrey, 2.62, 0.0, 2.4, 2.5, 2.9);
+        assert_eq!((grey.floor(), grey.chance()), (Some(2.4), Some(2.5)));
+        grey.noise = Some(2.7);
+        assert_eq!(
+            (grey.floor(), grey.chance(), grey.skill()),
+            (Some(2.7), Some(2.7), Some(0.0))
+        );
+        let mut rmse = score(Measure::Rmse, 0.5, 0.9, 1.1, 1.0, 0.4);
+        rmse.noise = Some(0.6);
+        assert!((rmse.skill().unwrap() - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn every_measure_knows_its_place() {
+        for (index, measure) in Measure::ALL.iter().enumerate() {
+            assert_eq!(measure.place(), index);
+        }
+    }
+
+    #[test]
+    fn names_are_unique() {
+        let mut names: Vec<_> = Measure::ALL.iter().map(|measure| measure.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), Measure::ALL.len());
+    }
+}

@@ -1,0 +1,316 @@
+//! What is warm in a recording where its claim is not.
+//!
+//! Looked for in blocks of two by two pixels, which noise and pattern reach half as far as single pixels. As much as is
+//! claimed there or a pixel away is allowed beyond the claim: how well that is met, other scores ask. Once in what stays,
+//! with the slope that rooms have taken out, and once in what comes and goes.
+
+use crate::metrics::gain::Warmth;
+use crate::numbers::{common_offset, count, mean, mean_frame, median};
+
+/// How much may be warm where.
+pub(crate) struct Places {
+    columns: usize,
+    /// Where the mean claim is not warm, nor touches what is.
+    cold: Vec<bool>,
+    /// Beyond the mean claim, °C.
+    still_c: Vec<f64>,
+    /// Beyond each frame's claim, °C.
+    moving_c: Vec<Vec<f64>>,
+}
+
+/// The warmest unclaimed block; `None` without frames.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Unclaimed {
+    /// In the mean over all frames, above the claim and the slope of the room.
+    pub(crate) still: Option<Block>,
+    /// In any frame, above the claim and the mean.
+    pub(crate) moving: Option<Block>,
+}
+
+/// What a learned room has beside the simulated one.
+pub(crate) struct RoomMap {
+    /// Row by row, °C, its level taken out.
+    pub(crate) left_c: Vec<f64>,
+    /// Where the simulated room claims nothing warm.
+    pub(crate) cold: Vec<bool>,
+    /// The warmest block of two by two of these pixels, above the slope of the room.
+    warmest: Option<Block>,
+}
+
+impl RoomMap {
+    pub(crate) fn new(learned: &[f64], simulated: &[f64], columns: usize, warmth: Warmth) -> Self {
+        let places = Places::new(&[simulated.to_vec()], columns, warmth);
+        let level_c = common_offset(learned, simulated);
+        let pixels = learned.iter().zip(simulated);
+        let left_c: Vec<f64> = pixels.map(|(a, b)| a - b - level_c).collect();
+        let warmest = places.warmest(&places.without_slope(&left_c), &places.still_c, None);
+        Self {
+            warmest,
+            cold: places.cold,
+            left_c,
+        }
+    }
+
+    /// The warmest block, if it is warmer than the pattern of a unit makes one.
+    pub(crate) fn beyond_pattern(&self, spread_c: f64) -> Option<Block> {
+        self.warmest
+            .filter(|block| block.celsius > PATTERN_BLOCK_MAX * spread_c)
+    }
+}
+
+/// The warmest of 49 blocks of two by two pixels is this many standard deviations of a single one warmer than the room in
+/// less than one pattern of 1,000 (4.3 standard deviations of a block, by Gumbel's law).
+const PATTERN_BLOCK_MAX: f64 = 2.2;
+
+/// A block of two by two pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Block {
+    /// Mean of the four beyond what may be, °C.
+    pub(crate) celsius: f64,
+    /// Row and column of its first pixel, counted from 0.
+    pub(crate) row: usize,
+    pub(crate) column: usize,
+    /// The frame, if it is one frame's.
+    pub(crate) frame: Option<usize>,
+}
+
+impl Places {
+    pub(crate) fn new(claims: &[Vec<f64>], columns: usize, warmth: Warmth) -> Self {
+        let columns = columns.max(1);
+        let mean = mean_frame(claims);
+        let allowed = |claim: &[f64]| claimed_nearby(claim, columns, warmth.ambient_c);
+        let still_c = allowed(&mean);
+        Self {
+            columns,
+            cold: still_c
+                .iter()
+                .map(|&nearby_c| nearby_c <= warmth.claimed_above_c)
+                .collect(),
+            still_c,
+            moving_c: claims.iter().map(|claim| allowed(claim)).collect(),
+        }
+    }
+
+    /// `claims` holds the claim beside each real frame.
+    pub(crate) fn of(&self, real: &[Vec<f64>], claims: &[&[f64]]) -> Unclaimed {
+        let left: Vec<Vec<f64>> = real
+            .iter()
+            .zip(claims)
+            .map(|(real, claim)| {
+                let level_c = common_offset(real, claim);
+                let left = real.iter().zip(*claim);
+                left.map(|(real, claim)| real - claim - level_c).collect()
+            })
+            .collect();
+        let mean = mean_frame(&left);
+        let still = self.warmest(&self.without_slope(&mean), &self.still_c, None);
+        let moving = left.iter().enumerate().filter_map(|(index, frame)| {
+            let moving: Vec<f64> = frame
+                .iter()
+                .zip(&mean)
+                .map(|(now, mean)| now - mean)
+                .collect();
+            let allowed_c = self.moving_c.get(index).or(self.moving_c.last())?;
+            self.warmest(&moving, allowed_c, Some(index))
+        });
+        Unclaimed {
+            still,
+            moving: moving.max_by(|a, b| a.celsius.total_cmp(&b.celsius)),
+        }
+    }
+
+    fn warmest(&self, left: &[f64], allowed_c: &[f64], frame: Option<usize>) -> Option<Block> {
+        let columns = self.columns;
+        let corner =
+            |&first: &usize| first % columns + 1 < columns && first + columns + 1 < left.len();
+        (0..left.len())
+            .filter(corner)
+            .map(|first| Block {
+                celsius: corners(first, columns)
+                    .iter()
+                    .map(|&pixel| left[pixel] - allowed_c[pixel])
+                    .sum::<f64>()
+                    / 4.0,
+                row: first / columns,
+                column: first % columns,
+                frame,
+            })
+            .max_by(|a, b| a.celsius.total_cmp(&b.celsius))
+    }
+
+    /// Less the plane that fits the pixels away from what is claimed to be warm best, those that stand out of it left out:
+    /// somebody in a corner is no slope.
+    fn without_slope(&self, image: &[f64]) -> Vec<f64> {
+        let mut used: Vec<usize> = (0..image.len()).filter(|&pixel| self.cold[pixel]).collect();
+        let mut left = image.to_vec();
+        for _ in 0..PLANE_ROUNDS {
+            let plane = self.plane(image, &used);
+            left = (0..image.len())
+                .map(|pixel| image[pixel] - plane(pixel))
+                .collect();
+            let sizes: Vec<f64> = used.iter().map(|&pixel| left[pixel].abs()).collect();
+            let usual_c = median(&sizes).unwrap_or(0.0);
+            used.retain(|&pixel| left[pixel].abs() <= PLANE_KEPT * usual_c + ROUNDING_C);
+        }
+        left
+    }
+
+    /// The least-squares plane through some pixels.
+    fn plane(&self, image: &[f64], used: &[usize]) -> impl Fn(usize) -> f64 + use<> {
+        let columns = self.columns;
+        let place = move |pixel: usize| [count(pixel / columns), count(pixel % columns)];
+        let mean_of = |value: &dyn Fn(usize) -> f64| {
+            let all: Vec<f64> = used.iter().map(|&pixel| value(pixel)).collect();
+            mean(&all).unwrap_or(0.0)
+        };
+        let level = mean_of(&|pixel| image[pixel]);
+        let middle = [0, 1].map(|axis| mean_of(&|pixel| place(pixel)[axis]));
+        let about = move |pixel: usize| {
+            let [row, column] = place(pixel);
+            [row - middle[0], column - middle[1]]
+        };
+        let [mut dd, mut rr, mut dr, mut dv, mut rv] = [0.0; 5];
+        for &pixel in used {
+            let ([down, right], value) = (about(pixel), image[pixel] - level);
+            dd += down * down;
+            rr += right * right;
+            dr += down * right;
+            dv += down * value;
+            rv += right * value;
+        }
+        let determinant = dd * rr - dr * dr;
+        let slope = if determinant > FLAT {
+            [
+                (dv * rr - rv * dr) / determinant,
+                (rv * dd - dv * dr) / determinant,
+            ]
+        } else {
+            [0.0, 0.0]
+        };
+        move |pixel| {
+            let [down, right] = about(pixel);
+            level + slope[0] * down + slope[1] * right
+        }
+    }
+}
+
+/// How often the plane is fitted, and how many times the usual distance from it leaves a pixel out.
+const PLANE_ROUNDS: usize = 4;
+const PLANE_KEPT: f64 = 4.0;
+/// What arithmetic leaves of a pixel that lies on the plane, °C.
+const ROUNDING_C: f64 = 1e-9;
+/// Squares of pixels: fewer than three that do not stand in a row have no slope.
+const FLAT: f64 = 1e-9;
+
+/// The four pixels of the block that begins there.
+const fn corners(first: usize, columns: usize) -> [usize; 4] {
+    [first, first + 1, first + columns, first + columns + 1]
+}
+
+/// Of each pixel the most that is claimed above ambient there or in a pixel that touches it, 0 or more.
+fn claimed_nearby(claim: &[f64], columns: usize, ambient_c: f64) -> Vec<f64> {
+    let rows = claim.len() / columns;
+    let nearby = |pixel: usize| {
+        let (row, column) = (pixel / columns, pixel % columns);
+        let mut most: f64 = 0.0;
+        for row in row.saturating_sub(1)..(row + 2).min(rows) {
+            for column in column.saturating_sub(1)..(column + 2).min(columns) {
+                most = most.max(claim[row * columns + column] - ambient_c);
+            }
+        }
+        most
+    };
+    (0..claim.len()).map(nearby).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COLUMNS: usize = 8;
+
+    fn warmth() -> Warmth {
+        Warmth::new(20.0, 1.0)
+    }
+
+    /// A frame at 20 °C with some pixels at other temperatures.
+    fn frame(pixels: &[(usize, f64)]) -> Vec<f64> {
+        let mut frame = vec![20.0; 64];
+        for &(pixel, celsius) in pixels {
+            frame[pixel] = celsius;
+        }
+        frame
+    }
+
+    fn found(real: &[Vec<f64>], claim: &[f64]) -> Unclaimed {
+        let claims = vec![claim; real.len()];
+        let owned = vec![claim.to_vec(); real.len()];
+        Places::new(&owned, COLUMNS, warmth()).of(real, &claims)
+    }
+
+    /// Four pixels of 3, 1, 2 and 2 °C above the claim: 2 °C on the mean.
+    const FOUR: [(usize, f64); 4] = [(26, 23.0), (27, 21.0), (34, 22.0), (35, 22.0)];
+
+    #[test]
+    fn what_stands_is_found_with_its_place() {
+        let real = frame(&FOUR);
+        let still = found(&[real.clone(), real], &[20.0; 64]).still.unwrap();
+        assert_eq!((still.row, still.column, still.frame), (3, 2, None));
+        assert!((still.celsius - 2.0).abs() < 1e-9, "{still:?}");
+    }
+
+    #[test]
+    fn what_comes_and_goes_is_found_in_its_frame() {
+        let mut real = vec![frame(&[]); 9];
+        real.push(frame(&FOUR));
+        let moving = found(&real, &[20.0; 64]).moving.unwrap();
+        assert_eq!((moving.row, moving.column, moving.frame), (3, 2, Some(9)));
+        // A tenth of it is in the mean.
+        assert!((moving.celsius - 1.8).abs() < 1e-9, "{moving:?}");
+    }
+
+    #[test]
+    fn a_slope_of_the_room_and_a_level_are_nobody() {
+        let sloped: Vec<f64> = (0..64)
+            .map(|pixel| 23.0 + 0.1 * count(pixel / 8) + 0.2 * count(pixel % 8))
+            .collect();
+        let still = found(&[sloped.clone(), sloped], &[20.0; 64]).still.unwrap();
+        assert!(still.celsius.abs() < 1e-9, "{still:?}");
+    }
+
+    /// A person half a pixel from where it is claimed to be is not warmth that nobody claims.
+    #[test]
+    fn what_touches_claimed_warmth_may_be_as_warm() {
+        let claim = frame(&[(27, 23.0)]);
+        let real = frame(&FOUR);
+        let near = found(&[real.clone(), real], &claim).still.unwrap();
+        assert!(near.celsius < 0.3, "{near:?}");
+        let everywhere = found(&[vec![25.0; 64], vec![25.0; 64]], &[25.0; 64]);
+        assert!((everywhere.still.unwrap().celsius + 5.0).abs() < 1e-9);
+    }
+
+    /// The same place, but a person where a shimmer of 0.3 °C is claimed: 2 °C less 0.3 claimed and 0.3 allowed.
+    #[test]
+    fn much_more_than_is_claimed_is_not_claimed() {
+        let claim = frame(&FOUR.map(|(pixel, _)| (pixel, 20.3)));
+        let real = frame(&FOUR);
+        let found = found(&[real.clone(), real], &claim).still.unwrap();
+        assert_eq!((found.row, found.column), (3, 2));
+        assert!((1.0..1.5).contains(&found.celsius), "{found:?}");
+    }
+
+    /// A radiator that is warmer than the scene has it is left alone, what it does not have is named.
+    #[test]
+    fn a_learned_room_is_what_it_has_beside_the_simulated_one() {
+        let simulated = frame(&[(0, 25.0)]);
+        let mut learned = frame(&[(0, 27.0), (60, 20.3)]);
+        learned.iter_mut().for_each(|pixel| *pixel += 1.5);
+        let map = RoomMap::new(&learned, &simulated, COLUMNS, warmth());
+        assert!((map.left_c[60] - 0.3).abs() < 1e-9 && map.left_c[30].abs() < 1e-9);
+        assert!(!map.cold[0] && !map.cold[9] && map.cold[60]);
+        assert!(map.warmest.unwrap().celsius < 0.1);
+        let stove = frame(&[(0, 25.0), (26, 23.0), (27, 21.0), (34, 22.0), (35, 22.0)]);
+        let map = RoomMap::new(&stove, &simulated, COLUMNS, warmth());
+        assert!(map.warmest.unwrap().celsius > 1.5);
+    }
+}

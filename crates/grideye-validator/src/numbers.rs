@@ -1,0 +1,375 @@
+//! Small numbers: counts as floats, means, medians, quantiles, variances, sums in a fixed order, the normal distribution.
+
+/// A count of pixels, frames or pairs as a number to divide by.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "counts of pixels and frames stay far below 2^53, where every integer is exact"
+)]
+pub(crate) const fn count(number: usize) -> f64 {
+    number as f64
+}
+
+/// The same for long counts.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "counts of frames and nanoseconds, far below 2^53"
+)]
+pub(crate) const fn long_count(number: u64) -> f64 {
+    number as f64
+}
+
+/// The arithmetic mean; `None` of nothing.
+pub(crate) fn mean(values: &[f64]) -> Option<f64> {
+    if values.is_empty() {
+        return None;
+    }
+    finite(sum_of(values, values, |x, _| x) / count(values.len()))
+}
+
+/// The mean of the squares; 0 of nothing.
+pub(crate) fn mean_square(values: &[f64]) -> f64 {
+    let squares: f64 = values.iter().map(|value| value * value).sum();
+    squares / count(values.len().max(1))
+}
+
+/// The mean, and the standard deviation of as many values as there are.
+pub(crate) fn mean_and_deviation(values: &[f64]) -> Option<(f64, f64)> {
+    let mean = mean(values)?;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    Some((mean, (squares / count(values.len())).sqrt()))
+}
+
+/// The mean of each pixel over frames; empty without any.
+pub(crate) fn mean_frame<F: AsRef<[f64]>>(frames: impl IntoIterator<Item = F>) -> Vec<f64> {
+    let (mut sums, mut number) = (Vec::new(), 0);
+    for frame in frames {
+        let frame = frame.as_ref();
+        sums.resize(frame.len(), 0.0);
+        sums.iter_mut()
+            .zip(frame)
+            .for_each(|(sum, value)| *sum += value);
+        number += 1;
+    }
+    sums.into_iter().map(|sum| sum / count(number)).collect()
+}
+
+/// The median; the mean of the middle two of an even number. `None` of nothing.
+pub(crate) fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let upper = *sorted.get(sorted.len() / 2)?;
+    let lower = *sorted.get((sorted.len().checked_sub(1)?) / 2)?;
+    Some(f64::midpoint(lower, upper))
+}
+
+/// The nearest rank: the first of sorted values that at least that percentage of them do not pass.
+pub(crate) fn percentile(sorted: &[f64], percent: usize) -> Option<f64> {
+    let rank = (sorted.len() * percent).div_ceil(100).saturating_sub(1);
+    sorted.get(rank).copied()
+}
+
+/// The mean without the `cut` smallest and the `cut` largest, the median if nothing would be left; 0 of nothing. The
+/// values are added in the order of their size, so that the sum is the same on every machine.
+pub(crate) fn trimmed_mean(values: &mut [f64], cut: usize) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let cut = cut.min(values.len().saturating_sub(1) / 2);
+    let middle = &values[cut..values.len() - cut];
+    if middle.is_empty() {
+        return 0.0;
+    }
+    middle.iter().sum::<f64>() / count(middle.len())
+}
+
+/// How much warmer one frame is than another all over: the mean of the middle half of the differences. A warm body in
+/// either image does not move it as long as it covers less than a quarter of the view, and unlike the median it is
+/// finer than the sensor's step.
+pub(crate) fn common_offset(frame: &[f64], reference: &[f64]) -> f64 {
+    let mut differences: Vec<f64> = differences(reference, frame).collect();
+    let quarter = differences.len() / 4;
+    trimmed_mean(&mut differences, quarter)
+}
+
+/// Mean and variance of any number of values, one by one (Welford).
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct RunningVariance {
+    count: u64,
+    mean: f64,
+    squares: f64,
+}
+
+impl RunningVariance {
+    pub(crate) fn push(&mut self, value: f64) {
+        self.count += 1;
+        let off = value - self.mean;
+        self.mean += off / long_count(self.count);
+        self.squares += off * (value - self.mean);
+    }
+
+    pub(crate) const fn count(&self) -> u64 {
+        self.count
+    }
+
+    pub(crate) const fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// About the mean, with one degree of freedom less; 0 of fewer than two.
+    pub(crate) fn variance(&self) -> f64 {
+        if self.count < 2 {
+            return 0.0;
+        }
+        self.squares / long_count(self.count - 1)
+    }
+}
+
+/// Up to `number` of `total` indices, evenly spread, first and last included.
+pub(crate) fn evenly(total: usize, number: usize) -> Vec<usize> {
+    if number >= total {
+        return (0..total).collect();
+    }
+    if number < 2 {
+        return (0..number).collect();
+    }
+    (0..number)
+        .map(|index| index * (total - 1) / (number - 1))
+        .collect()
+}
+
+/// The line through knots in the order of their places; before the first and after the last it stays level.
+pub(crate) fn interpolated(knots: &[(f64, f64)], place: f64) -> f64 {
+    let next = knots.partition_point(|(knot, _)| *knot <= place);
+    let before = next.checked_sub(1).and_then(|before| knots.get(before));
+    match (before, knots.get(next)) {
+        (Some((left_place, left)), Some((right_place, right))) if right_place > left_place => {
+            left + (place - left_place) / (right_place - left_place) * (right - left)
+        }
+        (Some((_, value)), _) | (None, Some((_, value))) => *value,
+        (None, None) => 0.0,
+    }
+}
+
+/// The largest number that divides both; the other one of 0.
+pub(crate) const fn greatest_common_divisor(mut left: u32, mut right: u32) -> u32 {
+    while right != 0 {
+        (left, right) = (right, left % right);
+    }
+    left
+}
+
+/// How many standard deviations above its mean a normal draw is with that probability, 1e-12 to 0.5.
+pub(crate) fn normal_quantile(share: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 8.0);
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        if normal_tail(middle) > share {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    f64::midpoint(low, high)
+}
+
+/// How likely a normal draw is to lie more than `z` standard deviations above its mean, `z` from 0: Abramowitz and
+/// Stegun, 26.2.17, to 7.5e-8.
+pub(crate) fn normal_tail(z: f64) -> f64 {
+    const B: [f64; 5] = [
+        0.319_381_530,
+        -0.356_563_782,
+        1.781_477_937,
+        -1.821_255_978,
+        1.330_274_429,
+    ];
+    let t = 1.0 / (1.0 + 0.231_641_9 * z);
+    let sum = B.iter().rev().fold(0.0, |sum, b| (sum + b) * t);
+    (-z * z / 2.0).exp() / (2.0 * std::f64::consts::PI).sqrt() * sum
+}
+
+/// Whether two frames can be compared at all.
+pub(crate) fn comparable(real: &[f64], simulated: &[f64]) -> Option<()> {
+    let defined = !real.is_empty()
+        && real.len() == simulated.len()
+        && all_finite(real)
+        && all_finite(simulated);
+    defined.then_some(())
+}
+
+/// Asked of every value, not up to the first that is not: that is what the processor does for several at once.
+pub(crate) fn all_finite(frame: &[f64]) -> bool {
+    frame
+        .iter()
+        .fold(true, |all, value| all & value.is_finite())
+}
+
+/// Lowest and highest value.
+pub(crate) fn extremes(frame: &[f64]) -> (f64, f64) {
+    let (whole, rest) = frame.split_at(frame.len() - frame.len() % LANES);
+    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for chunk in whole.chunks_exact(LANES) {
+        for lane in 0..LANES {
+            low[lane] = if chunk[lane] < low[lane] {
+                chunk[lane]
+            } else {
+                low[lane]
+            };
+            high[lane] = if chunk[lane] > high[lane] {
+                chunk[lane]
+            } else {
+                high[lane]
+            };
+        }
+    }
+    (
+        low.iter()
+            .chain(rest)
+            .copied()
+            .fold(f64::INFINITY, f64::min),
+        high.iter()
+            .chain(rest)
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max),
+    )
+}
+
+/// Sums that do not wait for one another.
+pub(crate) const LANES: usize = 8;
+
+/// The sum of a function of both values over all pixels, in an order that is the same on every machine.
+pub(crate) fn sum_of(x: &[f64], y: &[f64], term: impl Fn(f64, f64) -> f64) -> f64 {
+    let whole = x.len().min(y.len()) / LANES * LANES;
+    let mut sums = [0.0; LANES];
+    for (x, y) in x[..whole]
+        .chunks_exact(LANES)
+        .zip(y[..whole].chunks_exact(LANES))
+    {
+        for lane in 0..LANES {
+            sums[lane] += term(x[lane], y[lane]);
+        }
+    }
+    let rest: f64 = x[whole..]
+        .iter()
+        .zip(&y[whole..])
+        .map(|(&x, &y)| term(x, y))
+        .sum();
+    sum_of_lanes(sums) + rest
+}
+
+/// Sums of the squares, of the absolute values and of the differences y less x, as [`sum_of`] makes them.
+pub(crate) fn difference_sums(x: &[f64], y: &[f64]) -> [f64; 3] {
+    let whole = x.len().min(y.len()) / LANES * LANES;
+    let mut sums = [[0.0; LANES]; 3];
+    for (x, y) in x[..whole]
+        .chunks_exact(LANES)
+        .zip(y[..whole].chunks_exact(LANES))
+    {
+        for lane in 0..LANES {
+            let difference = y[lane] - x[lane];
+            sums[0][lane] += difference * difference;
+            sums[1][lane] += difference.abs();
+            sums[2][lane] += difference;
+        }
+    }
+    let mut rest = [0.0; 3];
+    for difference in differences(&x[whole..], &y[whole..]) {
+        rest[0] += difference * difference;
+        rest[1] += difference.abs();
+        rest[2] += difference;
+    }
+    std::array::from_fn(|index| sum_of_lanes(sums[index]) + rest[index])
+}
+
+pub(crate) fn sum_of_lanes([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
+}
+
+pub(crate) fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+pub(crate) fn is_constant(frame: &[f64]) -> bool {
+    frame
+        .iter()
+        .skip(1)
+        .fold(true, |all, &value| all & (value == frame[0]))
+}
+
+pub(crate) fn differences(real: &[f64], simulated: &[f64]) -> impl Iterator<Item = f64> {
+    real.iter().zip(simulated).map(|(x, y)| y - x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians_and_means_of_the_middle() {
+        assert_eq!(median(&[]), None);
+        assert_eq!(median(&[3.0]), Some(3.0));
+        assert_eq!(median(&[4.0, 1.0, 3.0, 2.0]), Some(2.5));
+        assert_eq!(median(&[9.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(
+            trimmed_mean(&mut [100.0, 1.0, 2.0, 4.0, -50.0], 1),
+            7.0 / 3.0
+        );
+        assert_eq!(trimmed_mean(&mut [4.0, 1.0, 2.0, 3.0], 9), 2.5);
+        assert_eq!(trimmed_mean(&mut [], 1), 0.0);
+    }
+
+    #[test]
+    fn variance_of_known_values() {
+        let values = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0];
+        let mut running = RunningVariance::default();
+        for value in values {
+            running.push(value);
+        }
+        assert_eq!(running.mean(), 5.0);
+        assert!((running.variance() - 32.0 / 7.0).abs() < 1e-12);
+        assert_eq!(mean_and_deviation(&values), Some((5.0, 2.0)));
+    }
+
+    #[test]
+    fn even_choice_keeps_both_ends() {
+        assert_eq!(evenly(10, 3), [0, 4, 9]);
+        assert_eq!(evenly(3, 10), [0, 1, 2]);
+        assert_eq!(evenly(5, 5), [0, 1, 2, 3, 4]);
+        assert_eq!(evenly(5, 1), [0]);
+        assert_eq!(evenly(5, 0), Vec::<usize>::new());
+        assert_eq!(evenly(0, 4), Vec::<usize>::new());
+    }
+
+    #[test]
+    fn offset_is_blind_to_a_warm_body_and_finer_than_a_step() {
+        let mut frame: Vec<f64> = (0..64_u32)
+            .map(|index| if index % 4 == 0 { 20.25 } else { 20.0 })
+            .collect();
+        assert!((common_offset(&frame, &[20.0; 64]) - 0.0).abs() < 0.13);
+        frame[10..22].fill(30.0);
+        assert!((common_offset(&frame, &[20.0; 64]) - 0.0625).abs() < 0.07);
+        assert_eq!(common_offset(&[21.5], &[20.0]), 1.5);
+        assert_eq!(common_offset(&[], &[]), 0.0);
+    }
+
+    /// Of the standard table.
+    #[test]
+    fn quantiles_are_the_tables() {
+        for (share, expected) in [
+            (0.5, 0.0),
+            (0.05, 1.644_854),
+            (0.01, 2.326_348),
+            (0.001, 3.090_232),
+        ] {
+            let found = normal_quantile(share);
+            assert!((found - expected).abs() < 1e-4, "{share}: {found}");
+        }
+    }
+
+    #[test]
+    fn common_steps_are_euclids() {
+        assert_eq!(greatest_common_divisor(0, 12), 12);
+        assert_eq!(greatest_common_divisor(12, 18), 6);
+        assert_eq!(greatest_common_divisor(7, 0), 7);
+        assert_eq!(greatest_common_divisor(7, 4), 1);
+    }
+}

@@ -1,0 +1,260 @@
+//! Frames as pictures: a PNG of one cell a pixel inside an SVG that scales it without smoothing and writes the values.
+
+use crate::compare::Comparison;
+use crate::frames::Shape;
+use crate::metrics::IS_THRESHOLD;
+use crate::numbers::count;
+use crate::numerals::{fixed, signed};
+use crate::report::palette::{DIFFERENCE, INFERNO, Rgb, colour, wants_black_text};
+use crate::report::text::escape;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use std::fmt::Write;
+
+/// From the coldest to the warmest temperature that the pictures show, in degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Range {
+    pub(crate) coldest_c: f64,
+    pub(crate) warmest_c: f64,
+}
+
+/// What a picture shows.
+#[derive(Clone, Copy)]
+pub(crate) enum Shows {
+    /// Temperatures, on the shared scale.
+    Temperatures(Range),
+    /// Simulated less real, on a scale from minus to plus this many degrees.
+    Differences {
+        /// End of the scale in degrees.
+        limit_c: f64,
+    },
+}
+
+/// Cells beyond this many columns are too small for numbers.
+const NUMBERED_COLUMNS_MAX: usize = 16;
+/// Side of a cell in the picture's own units.
+const CELL: usize = 40;
+
+/// The one scale of all real and simulated frames of the report, to the half degree outwards.
+pub(crate) fn shared_range(comparison: &Comparison) -> Range {
+    let values = || {
+        comparison
+            .film
+            .iter()
+            .flat_map(|frame| frame.real.iter().chain(&frame.simulated))
+            .copied()
+    };
+    let coldest_c = (values().fold(f64::INFINITY, f64::min) * 2.0).floor() / 2.0;
+    let warmest_c = (values().fold(f64::NEG_INFINITY, f64::max) * 2.0).ceil() / 2.0;
+    if coldest_c < warmest_c {
+        Range {
+            coldest_c,
+            warmest_c,
+        }
+    } else {
+        let ambient_c = comparison.settings.ambient_c;
+        Range {
+            coldest_c: ambient_c - 0.5,
+            warmest_c: ambient_c + 0.5,
+        }
+    }
+}
+
+/// The end of the scale of differences, to the half degree outwards.
+pub(crate) fn difference_limit(comparison: &Comparison) -> f64 {
+    let largest = comparison
+        .film
+        .iter()
+        .flat_map(|frame| frame.real.iter().zip(&frame.simulated))
+        .map(|(real, simulated)| (simulated - real).abs())
+        .fold(0.0, f64::max);
+    ((largest * 2.0).ceil() / 2.0).max(0.5)
+}
+
+/// Simulated less real.
+pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {
+    real.iter()
+        .zip(simulated)
+        .map(|(real, simulated)| simulated - real)
+        .collect()
+}
+
+/// A picture with, if `numbered`, the value in each cell. Differences of the image similarity's threshold or more
+/// are hatched.
+pub(crate) fn svg(
+    shape: Shape,
+    values: &[f64],
+    shows: Shows,
+    numbered: bool,
+    title: &str,
+) -> String {
+    let (width, height) = (shape.columns * CELL, shape.rows * CELL);
+    let colours: Vec<Rgb> = values.iter().map(|&value| shows.colour(value)).collect();
+    let mut svg = format!(
+        "<svg class=\"frame\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{title}\"><title>{title}</title>\
+         <image width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" href=\"{}\"/>",
+        png_uri(shape, &colours),
+        title = escape(title),
+    );
+    for (index, (&value, &colour)) in values.iter().zip(&colours).enumerate() {
+        let (x, y) = (index % shape.columns * CELL, index / shape.columns * CELL);
+        if shows.is_hatched(value) {
+            let _ = write!(svg, "<path class=\"hatch\" d=\"{}\"/>", hatch(x, y));
+        }
+        if numbered && shape.columns <= NUMBERED_COLUMNS_MAX {
+            let ink = if wants_black_text(colour) {
+                "#000"
+            } else {
+                "#fff"
+            };
+            let (x, y) = (x + CELL / 2, y + CELL / 2);
+            let _ = write!(
+                svg,
+                "<text x=\"{x}\" y=\"{y}\" fill=\"{ink}\">{}</text>",
+                shows.label(value)
+            );
+        }
+    }
+    svg.push_str("</svg>");
+    svg
+}
+
+/// The scale as a bar with its ends and middle written below, in degrees.
+pub(crate) fn scale(shows: Shows) -> String {
+    let (from, to, stops): (f64, f64, &[Rgb]) = match shows {
+        Shows::Temperatures(range) => (range.coldest_c, range.warmest_c, &INFERNO),
+        Shows::Differences { limit_c } => (-limit_c, limit_c, &DIFFERENCE),
+    };
+    let steps = stops
+        .iter()
+        .map(|[r, g, b]| format!("rgb({r} {g} {b})"))
+        .collect::<Vec<_>>()
+        .join(",");
+    let tick = |value| match shows {
+        Shows::Temperatures(_) => fixed(value, 2),
+        Shows::Differences { .. } => signed(value, 1),
+    };
+    let (low, middle, high) = (tick(from), tick(f64::midpoint(from, to)), tick(to));
+    format!(
+        "<div class=\"scale\"><div class=\"ramp\" style=\"background:linear-gradient(to right,{steps})\"></div>\
+         <div class=\"ticks\"><span>{low} °C</span><span>{middle} °C</span><span>{high} °C</span></div></div>"
+    )
+}
+
+impl Shows {
+    fn colour(self, value: f64) -> Rgb {
+        match self {
+            Self::Temperatures(range) => colour(
+                &INFERNO,
+                (value - range.coldest_c) / (range.warmest_c - range.coldest_c),
+            ),
+            Self::Differences { limit_c } => {
+                colour(&DIFFERENCE, f64::midpoint(value / limit_c, 1.0))
+            }
+        }
+    }
+
+    fn label(self, value: f64) -> String {
+        match self {
+            Self::Temperatures(_) => fixed(value, 2),
+            Self::Differences { .. } => signed(value, 1),
+        }
+    }
+
+    fn is_hatched(self, value: f64) -> bool {
+        matches!(self, Self::Differences { .. }) && value.abs() >= IS_THRESHOLD
+    }
+}
+
+/// Three slanting lines across a cell.
+fn hatch(x: usize, y: usize) -> String {
+    let half = CELL / 2;
+    format!(
+        "M{x} {0}l{half} -{half}M{x} {1}l{CELL} -{CELL}M{2} {1}l{half} -{half}",
+        y + half,
+        y + CELL,
+        x + half
+    )
+}
+
+fn png_uri(shape: Shape, colours: &[Rgb]) -> String {
+    let bytes = png(shape, colours).unwrap_or_default();
+    format!("data:image/png;base64,{}", STANDARD.encode(bytes))
+}
+
+fn png(shape: Shape, colours: &[Rgb]) -> Option<Vec<u8>> {
+    let (width, height) = (
+        u32::try_from(shape.columns).ok()?,
+        u32::try_from(shape.rows).ok()?,
+    );
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().ok()?;
+    writer.write_image_data(&colours.concat()).ok()?;
+    writer.finish().ok()?;
+    Some(bytes)
+}
+
+/// The frame of the film in which the most stands out from the background: the one to show large.
+pub(crate) fn key_frame(comparison: &Comparison) -> Option<&crate::compare::FilmFrame> {
+    let contrast = |frame: &&crate::compare::FilmFrame| {
+        let mean = frame.simulated.iter().sum::<f64>() / count(frame.simulated.len());
+        frame
+            .simulated
+            .iter()
+            .map(|value| (value - mean).powi(2))
+            .sum::<f64>()
+    };
+    comparison
+        .film
+        .iter()
+        .max_by(|a, b| contrast(a).total_cmp(&contrast(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_png_holds_the_colours_it_was_given() {
+        let shape = Shape {
+            columns: 3,
+            rows: 2,
+        };
+        let colours: Vec<Rgb> = (0..6).map(|n| [n, 10 * n, 255 - n]).collect();
+        let bytes = png(shape, &colours).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let frame = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!((frame.width, frame.height), (3, 2));
+        assert_eq!(pixels, colours.concat());
+    }
+
+    #[test]
+    fn differences_from_the_threshold_on_are_hatched() {
+        let shows = Shows::Differences { limit_c: 3.0 };
+        let shape = Shape {
+            columns: 4,
+            rows: 1,
+        };
+        let svg = svg(shape, &[0.0, 1.6, -1.7, 2.5], shows, true, "difference");
+        assert_eq!(svg.matches("class=\"hatch\"").count(), 2);
+        assert!(svg.contains(">+1.6<") && svg.contains(">\u{2212}1.7<") && svg.contains(">0.0<"));
+        let range = Range {
+            coldest_c: -3.0,
+            warmest_c: 3.0,
+        };
+        let plain = super::svg(
+            shape,
+            &[0.0, 1.6, -1.7, 2.5],
+            Shows::Temperatures(range),
+            false,
+            "real",
+        );
+        assert!(!plain.contains("hatch") && !plain.contains("<text"));
+    }
+}

@@ -1,0 +1,350 @@
+//! Compares one stream of a recording with what a scene's sensor would see.
+
+use crate::align::aligner::{Aligner, still_orientation};
+use crate::align::clock::Clock;
+use crate::align::{AlignOptions, Alignment, Orientation, SAMPLE_MAX, SPAN_MAX, TimeAlignment};
+use crate::background::fit::BackgroundFit;
+use crate::compare::comparison::compare_beside;
+use crate::compare::{Comparison, Settings};
+use crate::error::{Side, ValidatorError};
+use crate::frames::cleaning::{Counts, Read};
+use crate::frames::drift::Drift;
+use crate::frames::pixels::Pixels;
+use crate::frames::{LeftOut, Protocol, Shape, cleaning, sensor_step_c};
+use crate::numbers::{evenly, mean_frame};
+use crate::scene_comparison::notes;
+use crate::scene_comparison::prior::{KnownPattern, People, prior};
+use crate::scene_comparison::rendering::{Pictures, shows_people};
+use crate::scene_comparison::selection::{chosen, lag, number};
+use crate::scene_comparison::types::{Aligned, Options, Timed, pixels, seconds};
+use crate::verdict::State;
+use grideye_frame::{COLUMNS, ROWS};
+use grideye_recording::Record;
+use grideye_scene::{Scene, Simulator};
+use std::time::Duration;
+
+/// Compares one stream of a recording with what a scene's sensor would see.
+///
+/// Time counts from the first frame that was read. Frames that say nothing of their own moment are left out, slow
+/// common drift is taken out, and time is aligned within the bounds of [`Options::align`] where something moves; how
+/// the image lies is reported, and changed only if asked for. [`Comparison::alignment`] holds what was found.
+///
+/// # Errors
+/// When the scene has no such sensor or the sensor has another resolution, the recording holds no frame, or (under
+/// the dynamic protocol) time runs backwards in it or it begins after the scene's end; when a bound of the alignment
+/// is out of its range; and as [`crate::compare()`] does.
+pub fn compare_scene(
+    records: &[Record],
+    scene: &Scene,
+    sensor: &str,
+    options: &Options,
+) -> Result<Comparison, ValidatorError> {
+    options.align.check()?;
+    let simulator = Simulator::new(scene, sensor)?;
+    let shape = shape_of(&simulator)?;
+    let protocol = options.protocol.unwrap_or(if scene.is_static() {
+        Protocol::Static
+    } else {
+        Protocol::Dynamic
+    });
+    let (read, mut counts) = cleaning::clean(records, protocol == Protocol::Dynamic);
+    let timed = timed(read, protocol, options)?;
+    let mut aligned = aligned(timed, scene, sensor, protocol, options)?;
+    within_scene(&mut aligned, scene, protocol, options, &mut counts)?;
+    aligned.found.left_out = counts.list();
+    let mut notes = notes::alignment(&aligned.found, records.len(), options);
+    let lag_frames = lag(&aligned.frames, protocol, options.lag_frames)?;
+    let real = chosen(
+        &aligned.frames,
+        lag_frames,
+        number(protocol, options.frames)?,
+        &mut notes,
+    );
+    let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
+    let mut pictures = Pictures::new(scene, &simulator, sensor, options)?;
+    let (room, background) = pictures.learned_room(records, &aligned, protocol, options);
+    let pattern = match (options.unit, &room) {
+        (Some(unit), _) => Some(KnownPattern::of(&unit)),
+        (None, room) => room.as_ref().and_then(|room| pictures.learn(room, options)),
+    };
+    let (simulated, nobody) = pictures.simulated(&real, &aligned, noise_seed);
+    notes.push(protocol_note(protocol, scene));
+    notes.push(format!(
+        "The simulated noise has the seed {noise_seed} and σ {:.2} °C.",
+        simulator.sensor().noise_sigma
+    ));
+    let settings = settings(&simulator, protocol, lag_frames, options);
+    let beside = prior(
+        records,
+        &simulator,
+        People {
+            are_shown: shows_people(&simulated, &nobody),
+            are_in_scene: !scene.agents().is_empty(),
+            nobody,
+        },
+        (room, pattern),
+        &aligned.found,
+        options,
+    );
+    let comparison = compare_beside(shape, &real, &simulated, &settings, &beside)?;
+    let is_turned = comparison
+        .judgement
+        .criteria
+        .iter()
+        .any(|criterion| (criterion.name, criterion.state) == ("orientation", State::Failed));
+    let lies = aligned.found.orientation.as_ref();
+    notes.extend(lies.and_then(|found| notes::orientation(found, is_turned)));
+    let warning = background.as_ref().and_then(BackgroundFit::warning);
+    Ok(Comparison {
+        warnings: Vec::from_iter(warning),
+        background,
+        notes,
+        alignment: Some(aligned.found),
+        ..comparison
+    })
+}
+
+/// Keeps the noise of this simulation apart from that of a recording simulated with the same seed (the golden ratio
+/// in 64 bits, as in `SplitMix64`).
+const INDEPENDENCE: u64 = 0x9E37_79B9_7F4A_7C15;
+
+fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
+    let sensor = simulator.sensor();
+    if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
+        return Ok(Shape {
+            columns: COLUMNS,
+            rows: ROWS,
+        });
+    }
+    Err(ValidatorError::Resolution {
+        sensor: sensor.name.clone(),
+        columns: sensor.columns,
+        rows: sensor.rows,
+    })
+}
+
+fn timed(
+    read: Vec<Read>,
+    protocol: Protocol,
+    options: &Options,
+) -> Result<Vec<Timed>, ValidatorError> {
+    let Some(first_ns) = read.first().map(|frame| frame.boot_ns) else {
+        return Err(ValidatorError::NoFrames { side: Side::Real });
+    };
+    let backwards = read
+        .windows(2)
+        .find(|pair| pair[1].boot_ns < pair[0].boot_ns);
+    if let (Protocol::Dynamic, Some(pair)) = (protocol, backwards) {
+        return Err(ValidatorError::TimeRunsBackwards {
+            seq: pair[1].seq,
+            by: Duration::from_nanos(pair[0].boot_ns - pair[1].boot_ns),
+        });
+    }
+    let timed = |frame: Read| Timed {
+        seq: frame.seq,
+        time: Duration::from_nanos(frame.boot_ns.saturating_sub(first_ns))
+            .saturating_add(options.start),
+        celsius: frame.celsius,
+    };
+    Ok(read.into_iter().map(timed).collect())
+}
+
+/// Finds out how recording and scene lie to each other, and takes out what may be taken out.
+fn aligned(
+    frames: Vec<Timed>,
+    scene: &Scene,
+    sensor: &str,
+    protocol: Protocol,
+    options: &Options,
+) -> Result<Aligned, ValidatorError> {
+    // Without a grid, a frame is quicker to make and just as near.
+    let simulator = Simulator::without_grid(scene, sensor)?;
+    let moves = protocol == Protocol::Dynamic && !scene.is_static();
+    let mut aligned = if moves {
+        moving(frames, &simulator, scene, &options.align)
+    } else {
+        still(frames, &simulator, &options.align)
+    };
+    let drift = drift(&aligned, &simulator);
+    aligned.found.drift_c = drift.range_c();
+    let turned_back = match aligned.found.orientation {
+        Some(found) if found.applied => found.orientation.inverse(),
+        _ => Orientation::Upright,
+    };
+    for frame in &mut aligned.frames {
+        let by_c = drift.at(frame.time.as_secs_f64());
+        frame.celsius = turned_back.apply(&frame.celsius.map(|celsius| celsius - by_c));
+    }
+    Ok(aligned)
+}
+
+/// Aligns a recording of something that moves.
+fn moving(
+    frames: Vec<Timed>,
+    simulator: &Simulator,
+    scene: &Scene,
+    options: &AlignOptions,
+) -> Aligned {
+    let (times_s, sample) = sample(&frames, SPAN_MAX);
+    let end_s = scene.duration().as_secs_f64();
+    let aligner = Aligner::new(simulator, end_s, times_s, sample, options);
+    let mut found = Alignment {
+        orientation: aligner.orientation(),
+        ..Alignment::default()
+    };
+    let turned = turned(&mut found, options);
+    let aligner = if turned == Orientation::Upright {
+        aligner
+    } else {
+        aligner.turned_back(turned)
+    };
+    let mut clock = Clock::own();
+    if options.time != TimeAlignment::None {
+        let (aligned, time) = aligner.time(options.time);
+        clock = aligned;
+        found.time = Some(time);
+    }
+    found.offset = aligner.offset(&clock);
+    offset_applied(&mut found, options);
+    Aligned {
+        frames,
+        clock,
+        found,
+    }
+}
+
+/// Sees how the image of a standing scene lies.
+fn still(frames: Vec<Timed>, simulator: &Simulator, options: &AlignOptions) -> Aligned {
+    let (_, sample) = sample(&frames, Duration::MAX);
+    let mean = pixels(&mean_frame(&sample));
+    let time = frames.first().map(|frame| frame.time).unwrap_or_default();
+    let claim = pixels(&simulator.image(time).celsius);
+    let mut found = Alignment {
+        orientation: still_orientation(&mean, &claim),
+        ..Alignment::default()
+    };
+    turned(&mut found, options);
+    Aligned {
+        frames,
+        clock: Clock::own(),
+        found,
+    }
+}
+
+/// Times and pixels of the frames that alignment looks at.
+fn sample(frames: &[Timed], span: Duration) -> (Vec<f64>, Vec<Pixels>) {
+    let first = frames.first().map(|frame| frame.time).unwrap_or_default();
+    let within = frames
+        .iter()
+        .take_while(|frame| frame.time.saturating_sub(first) <= span)
+        .count();
+    evenly(within, SAMPLE_MAX)
+        .into_iter()
+        .map(|index| (frames[index].time.as_secs_f64(), frames[index].celsius))
+        .unzip()
+}
+
+/// Marks the orientation as applied if that was asked for, and gives what is to be undone.
+fn turned(found: &mut Alignment, options: &AlignOptions) -> Orientation {
+    match &mut found.orientation {
+        Some(orientation) if options.orientation => {
+            orientation.applied = orientation.orientation != Orientation::Upright;
+            orientation.orientation
+        }
+        _ => Orientation::Upright,
+    }
+}
+
+fn offset_applied(found: &mut Alignment, options: &AlignOptions) {
+    if let Some(offset) = &mut found.offset {
+        offset.applied = options.pose;
+    }
+}
+
+/// The slow drift that is common to all pixels, against the scene at the times that were found.
+fn drift(aligned: &Aligned, simulator: &Simulator) -> Drift {
+    let chosen = evenly(aligned.frames.len(), SAMPLE_MAX);
+    let (times_s, left): (Vec<f64>, Vec<Pixels>) = chosen
+        .into_iter()
+        .map(|index| {
+            let frame = &aligned.frames[index];
+            let time_s = frame.time.as_secs_f64();
+            let scene_s = aligned.clock.scene_s(time_s);
+            let claim = simulator.image(seconds(scene_s)).celsius;
+            let left = std::array::from_fn(|pixel| frame.celsius[pixel] - claim[pixel]);
+            (time_s, left)
+        })
+        .unzip();
+    Drift::new(&times_s, &left)
+}
+
+/// Leaves out the frames that the scene says nothing of.
+fn within_scene(
+    aligned: &mut Aligned,
+    scene: &Scene,
+    protocol: Protocol,
+    options: &Options,
+    counts: &mut Counts,
+) -> Result<(), ValidatorError> {
+    if protocol == Protocol::Static || scene.is_static() {
+        return Ok(());
+    }
+    let (end, clock) = (scene.duration(), aligned.clock.clone());
+    // The last frame of a walk may end on it but for rounding.
+    let times_s = -1e-6..=end.as_secs_f64() + 1e-6;
+    aligned.frames.retain(|frame| {
+        let is_within = times_s.contains(&clock.scene_s(frame.time.as_secs_f64()));
+        if !is_within {
+            counts.add(LeftOut::OutsideScene, frame.seq);
+        }
+        is_within
+    });
+    if aligned.frames.is_empty() {
+        return Err(ValidatorError::NoOverlap {
+            starts: options.start,
+            ends: end,
+        });
+    }
+    Ok(())
+}
+
+fn protocol_note(protocol: Protocol, scene: &Scene) -> String {
+    let why = if scene.is_static() {
+        "nothing moves in the scene"
+    } else {
+        "the scene's agent moves"
+    };
+    match protocol {
+        Protocol::Static => format!(
+            "Every real frame is compared with every simulated one (static protocol; {why})."
+        ),
+        Protocol::Dynamic => {
+            format!("Frames are compared one by one at equal times (dynamic protocol; {why}).")
+        }
+    }
+}
+
+fn settings(
+    simulator: &Simulator,
+    protocol: Protocol,
+    lag_frames: usize,
+    options: &Options,
+) -> Settings {
+    let defaults = Settings::new(protocol, simulator.ambient_c(), sensor_step_c());
+    let sigma = simulator.sensor().noise_sigma;
+    Settings {
+        noise_sigma_c: if sigma > 0.0 {
+            sigma
+        } else {
+            defaults.noise_sigma_c
+        },
+        lag_frames,
+        binning: options.binning.unwrap_or(defaults.binning),
+        field_of_view_rad: Some(simulator.sensor().field_of_view_rad.into()),
+        threads: options.threads,
+        shuffles: options.shuffles,
+        seed: options.seed,
+        thresholds: options.thresholds,
+        ..defaults
+    }
+}

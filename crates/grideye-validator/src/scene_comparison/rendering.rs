@@ -1,0 +1,231 @@
+//! The frames of the simulated side, and what the real side shows of the room.
+
+use crate::align::clock::Clock;
+use crate::align::space::moved;
+use crate::align::{OFFSET_MAX_PX, SAMPLE_MAX};
+use crate::background::fit::BackgroundFit;
+use crate::background::{Empty, Stretch, background};
+use crate::error::ValidatorError;
+use crate::frames::{Protocol, RealFrame, SimulatedFrame};
+use crate::metrics::foreground::RoomFrom;
+use crate::metrics::gain::Warmth;
+use crate::metrics::unclaimed::RoomMap;
+use crate::numbers::{count, evenly, mean_frame, median};
+use crate::scene_comparison::prior::{KnownPattern, Learned};
+use crate::scene_comparison::types::{Aligned, Options, Timed, pixels, seconds};
+use grideye_frame::{COLUMNS, PIXELS};
+use grideye_recording::Record;
+use grideye_scene::{Scene, Simulator};
+use std::time::Duration;
+
+/// What makes the frames of the simulated side.
+pub(crate) struct Pictures<'a> {
+    simulator: &'a Simulator,
+    /// The scene without its people.
+    empty: Simulator,
+    /// What this specimen shows beside the scene.
+    pattern_c: Option<[f64; PIXELS]>,
+}
+
+impl<'a> Pictures<'a> {
+    pub(crate) fn new(
+        scene: &Scene,
+        simulator: &'a Simulator,
+        sensor: &str,
+        options: &Options,
+    ) -> Result<Self, ValidatorError> {
+        Ok(Self {
+            simulator,
+            empty: Simulator::new(&scene.without_agents(), sensor)?,
+            pattern_c: options.unit.map(|unit| unit.pattern_c),
+        })
+    }
+
+    /// What the scene has at the times of the real frames, with its people and (without noise) without them.
+    pub(crate) fn simulated(
+        &self,
+        real: &[RealFrame],
+        aligned: &Aligned,
+        seed: u64,
+    ) -> (Vec<SimulatedFrame>, Vec<Vec<f64>>) {
+        let time = |real: &RealFrame| match &aligned.clock {
+            clock if *clock == Clock::own() => real.time,
+            clock => seconds(clock.scene_s(real.time.as_secs_f64())),
+        };
+        real.iter()
+            .map(|real| self.frame(time(real), aligned, seed))
+            .unzip()
+    }
+
+    /// What the recording shows while neither it nor the scene shows anybody; with a profile, how well that explains it.
+    pub(crate) fn learned_room(
+        &self,
+        records: &[Record],
+        aligned: &Aligned,
+        protocol: Protocol,
+        options: &Options,
+    ) -> (Option<Learned>, Option<BackgroundFit>) {
+        let (frames, stretches) = self.empty_frames(records, aligned, protocol, options);
+        if frames.len() < EMPTY_FRAMES_MIN {
+            return (None, None);
+        }
+        if self.pattern_c.is_none() {
+            return (Some(Learned::of(&frames)), None);
+        }
+        let (first, second) = frames.split_at(frames.len() / 2);
+        let expected = self.shown(&self.empty.image(options.start).celsius, aligned);
+        let [first, second] = [first, second].map(Learned::of);
+        (
+            None,
+            Some(BackgroundFit::new(
+                [&first.celsius, &second.celsius],
+                &expected,
+                stretches,
+            )),
+        )
+    }
+
+    /// The frames while neither the recording nor the scene shows anybody, and the recording's stretches they are from.
+    ///
+    /// Of a scene that stands still, no stretch is known to be empty: who stands there from first to last would be taken
+    /// for the room.
+    fn empty_frames<'b>(
+        &self,
+        records: &[Record],
+        aligned: &'b Aligned,
+        protocol: Protocol,
+        options: &Options,
+    ) -> (Vec<&'b Timed>, Vec<Stretch>) {
+        if protocol == Protocol::Static {
+            return Default::default();
+        }
+        let stretches = background(records, &Empty::Find)
+            .map(|found| found.stretches)
+            .unwrap_or_default();
+        let is_empty = |frame: &&Timed| {
+            let since = frame.time.saturating_sub(options.start);
+            stretches.iter().any(|stretch| stretch.holds(since))
+                && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
+        };
+        let frames = evenly(aligned.frames.len(), SAMPLE_MAX)
+            .into_iter()
+            .map(|index| &aligned.frames[index])
+            .filter(is_empty)
+            .collect();
+        (frames, stretches)
+    }
+
+    /// Takes what the learned room has beside the simulated one for the unit's pattern, where that claims nothing warm:
+    /// a radiator that is not what the scene says stays in the scores. Nothing is taken if the room shows something warm
+    /// that the scene does not have: that is no pattern.
+    pub(crate) fn learn(&mut self, learned: &Learned, options: &Options) -> Option<KnownPattern> {
+        let thresholds = &options.thresholds;
+        let nobody = self.empty.image(options.start).celsius;
+        let warmth = Warmth::new(self.simulator.ambient_c(), thresholds.unclaimed_min_c);
+        let map = RoomMap::new(&learned.celsius, &nobody, COLUMNS, warmth);
+        if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {
+            return None;
+        }
+        let place = |pixel: usize| {
+            if map.cold[pixel] {
+                map.left_c[pixel]
+            } else {
+                0.0
+            }
+        };
+        let added_c = std::array::from_fn(place);
+        self.pattern_c = Some(added_c);
+        let left = map.cold.iter().map(|&is_cold| {
+            if is_cold {
+                learned.error_c
+            } else {
+                thresholds.pattern_spread_c
+            }
+        });
+        Some(KnownPattern {
+            from: RoomFrom::Recording,
+            added_c: added_c.to_vec(),
+            left_c: left.collect(),
+        })
+    }
+
+    /// Whether the scene shows nobody.
+    fn is_empty(&self, time: Duration) -> bool {
+        let (with, without) = (self.simulator.image(time), self.empty.image(time));
+        is_same(&with.celsius, &without.celsius)
+    }
+
+    fn frame(&self, time: Duration, aligned: &Aligned, seed: u64) -> (SimulatedFrame, Vec<f64>) {
+        let clean = self.simulator.image(time).celsius;
+        let noisy = self.simulator.noisy(time, seed).celsius;
+        let noise_free = self.shown(&clean, aligned);
+        let noise = noisy.iter().zip(&clean).map(|(noisy, clean)| noisy - clean);
+        let frame = SimulatedFrame {
+            time,
+            celsius: noise_free
+                .iter()
+                .zip(noise)
+                .map(|(clean, noise)| clean + noise)
+                .collect(),
+            noise_free,
+            truth: Some(self.simulator.truth(time).foreground(TRUTH_SHARE_MIN)),
+        };
+        let nobody = self.shown(&self.empty.image(time).celsius, aligned);
+        (frame, nobody)
+    }
+
+    /// An image moved by the offset, if that is to be taken out, under the specimen's pattern, which does not move.
+    fn shown(&self, clean: &[f64], aligned: &Aligned) -> Vec<f64> {
+        let offset = aligned.found.offset.filter(|offset| offset.applied);
+        let mut shown = offset.map_or_else(
+            || clean.to_vec(),
+            |offset| {
+                let [right, down] = offset
+                    .right_down_px
+                    .map(|px| px.clamp(-OFFSET_MAX_PX, OFFSET_MAX_PX));
+                moved(&pixels(clean), right, down).to_vec()
+            },
+        );
+        for (shown, pattern) in shown.iter_mut().zip(self.pattern_c.iter().flatten()) {
+            *shown += pattern;
+        }
+        shown
+    }
+}
+
+impl Learned {
+    fn of(frames: &[&Timed]) -> Self {
+        let number = count(frames.len());
+        let celsius = mean_frame(frames.iter().map(|frame| &frame.celsius));
+        let error = |pixel: usize| {
+            let left = |frame: &&Timed| (frame.celsius[pixel] - celsius[pixel]).powi(2);
+            let squares: f64 = frames.iter().map(left).sum();
+            squares.sqrt() / number
+        };
+        let errors: Vec<f64> = (0..PIXELS).map(error).collect();
+        Self {
+            error_c: median(&errors).unwrap_or_default(),
+            frames: frames.len(),
+            celsius,
+        }
+    }
+}
+
+fn is_same(with: &[f64], without: &[f64]) -> bool {
+    let mut pixels = with.iter().zip(without);
+    pixels.all(|(with, without)| (with - without).abs() < NOBODY_C)
+}
+
+/// Whether any frame shows anybody.
+pub(crate) fn shows_people(simulated: &[SimulatedFrame], nobody: &[Vec<f64>]) -> bool {
+    let mut frames = simulated.iter().zip(nobody);
+    frames.any(|(with, without)| !is_same(&with.noise_free, without))
+}
+
+/// Less of somebody than this is nobody, °C: a fifth of the sensor's step.
+const NOBODY_C: f64 = 0.05;
+/// Frames of an empty room that its map is the mean of, at least: the noise of the mean is a quarter of a frame's then.
+const EMPTY_FRAMES_MIN: usize = 16;
+
+/// A pixel belongs to an agent that covers half of it or more.
+const TRUTH_SHARE_MIN: f64 = 0.5;

@@ -1,0 +1,226 @@
+//! What else a picture shows: warmth that is not claimed, how it lies, how warm it is all over.
+
+use crate::align::Orientation;
+use crate::expected::distribution::Scale;
+use crate::expected::units::Pick;
+use crate::metrics::foreground::RoomFrom;
+use crate::metrics::unclaimed::Block;
+use crate::numerals::fixed;
+use crate::thresholds::{Thresholds, too_few};
+use crate::verdict::criterion::{Criterion, State};
+use crate::verdict::types::Evidence;
+use crate::verdict::weighed::{PROFILE, Weighed};
+
+/// Something warm where the scene has nothing warm.
+pub(crate) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
+    let weighed = |state, sentence: String, turn: &str| Weighed {
+        criterion: Criterion {
+            name: "nothing_unclaimed",
+            title: "Nothing is warm that the scene does not have",
+            state,
+            sentence,
+            keys: &["unclaimed_min_c", "false_alarm_max", "pattern_spread_c"],
+            asked: None,
+        },
+        margin: None,
+        turn: turn.to_owned(),
+    };
+    let limits = limits_c(evidence, thresholds);
+    let found = &evidence.found.unclaimed;
+    let seen = [found.still, found.moving]
+        .into_iter()
+        .zip(limits)
+        .filter_map(|(block, limit_c)| Some((block?, limit_c?)))
+        .max_by(|a, b| (a.0.celsius - a.1).total_cmp(&(b.0.celsius - b.1)));
+    let Some((block, limit_c)) = seen.filter(|_| !too_few(evidence.real_frames, thresholds)) else {
+        let why = "Too few frames tell warmth from noise.";
+        return weighed(State::NotAsked, why.to_owned(), "");
+    };
+    if block.celsius > limit_c {
+        let sentence = format!(
+            "{} the recording is {} °C warmer than the scene has it there or nearby; noise and pattern reach {} °C.",
+            place(evidence, &block),
+            fixed(block.celsius, 2),
+            fixed(limit_c, 2)
+        );
+        let turn = "a scene that has something warm there, or a recording without it";
+        return weighed(State::Failed, sentence, turn);
+    }
+    let hidden_c = limits.into_iter().flatten().fold(limit_c, f64::max);
+    let beside = evidence.beside;
+    let claims_nobody = !beside.nobody.is_empty() && !beside.shows_people;
+    if claims_nobody && hidden_c > thresholds.unclaimed_min_c {
+        let (than, turn) = match beside.pattern_from {
+            RoomFrom::Scene => (
+                "noise, nor from this unit's pattern, of which nothing is known",
+                PROFILE,
+            ),
+            _ => (
+                "noise",
+                "a sensor with less noise, or a scene with people to look for",
+            ),
+        };
+        let sentence = format!(
+            "The scene shows nobody, and somebody who is up to {} °C warmer on four pixels would not be told from {than}.",
+            fixed(hidden_c, 2)
+        );
+        return weighed(State::Open, sentence, turn);
+    }
+    let sentence = format!(
+        "Beyond what the scene has there or nearby, no four pixels of the recording are warmer by more than {} °C; {} °C would be needed.",
+        fixed(block.celsius.max(0.0), 2),
+        fixed(limit_c, 2)
+    );
+    weighed(State::Met, sentence, "")
+}
+
+/// How warm noise and pattern make the warmest block that stays, and the warmest that comes and goes, °C.
+fn limits_c(evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Option<f64>; 2] {
+    let picks: [Pick; 2] = [
+        |statistics| statistics.unclaimed.still.map(|block| block.celsius),
+        |statistics| statistics.unclaimed.moving.map(|block| block.celsius),
+    ];
+    picks.map(|pick| {
+        let law = evidence.expected.right(Scale::Plain, pick)?;
+        let limit_c = law.high_of_largest(thresholds.false_alarm_max);
+        Some(limit_c.max(thresholds.unclaimed_min_c))
+    })
+}
+
+/// Rows and columns as they are counted on the page, from 1.
+fn place(evidence: &Evidence<'_>, block: &Block) -> String {
+    let (row, column) = (block.row + 1, block.column + 1);
+    let place = format!(
+        "n rows {row} and {}, columns {column} and {},",
+        row + 1,
+        column + 1
+    );
+    match block.frame.and_then(|frame| evidence.times.get(frame)) {
+        Some(time) => format!(
+            "{:.1} s after the first frame, i{place}",
+            time.as_secs_f64()
+        ),
+        None => format!("I{place}"),
+    }
+}
+
+/// How the image lies.
+pub(crate) fn orientation(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
+    let weighed = |state, sentence: String, turn: String| Weighed {
+        criterion: Criterion {
+            name: "orientation",
+            title: "The image lies as the scene has it",
+            state,
+            sentence,
+            keys: &["false_alarm_max", "pattern_spread_c"],
+            asked: None,
+        },
+        margin: None,
+        turn,
+    };
+    let found = &evidence.found.upright;
+    if found.is_empty() {
+        let why = "Nothing in the scene or in the recording tells how the image lies.";
+        return weighed(State::NotAsked, why.to_owned(), String::new());
+    }
+    let rate = thresholds.false_alarm_max;
+    let low = |orientation: Orientation| {
+        let law = evidence.expected.upright(orientation);
+        law.map_or(0.0, |law| law.low(rate))
+    };
+    // What is so much alike that right recordings, too, are as like it, is the same to this sensor.
+    let is_same = |orientation: &Orientation| {
+        evidence.alike.contains(orientation) && low(*orientation) <= 0.0
+    };
+    let (same, other): (Vec<_>, Vec<_>) = found
+        .iter()
+        .copied()
+        .partition(|(orientation, _)| is_same(orientation));
+    let turned = other
+        .iter()
+        .filter(|(orientation, by)| *by < low(*orientation).min(0.0))
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((orientation, by)) = turned {
+        let sentence = format!(
+            "The image is {orientation}: so it resembles the scene more than as it was recorded, by {} of likeness, and recordings of the scene as it is hardly ever do.",
+            fixed(by.abs(), 2)
+        );
+        return weighed(State::Failed, sentence, "the image turned back".to_owned());
+    }
+    let names = |all: &[(Orientation, f64)]| {
+        let names: Vec<String> = all.iter().map(|(name, _)| name.to_string()).collect();
+        names.join(", or ")
+    };
+    let untold: Vec<(Orientation, f64)> = other
+        .into_iter()
+        .filter(|(orientation, by)| *by < -low(orientation.inverse()))
+        .collect();
+    if !untold.is_empty() {
+        let sentence = format!(
+            "The image may as well be {}: this scene looks too much alike both ways for this recording to tell.",
+            names(&untold)
+        );
+        let turn = "a recording of somebody who walks off the middle of the view".to_owned();
+        return weighed(State::Open, sentence, turn);
+    }
+    weighed(State::Met, upright(evidence, &names(&same)), String::new())
+}
+
+fn upright(evidence: &Evidence<'_>, same: &str) -> String {
+    let mut text = match evidence.beside.turned_back {
+        Some(orientation) => format!("The image is {orientation}, and was turned back as asked."),
+        None => "The image lies as the scene has it.".to_owned(),
+    };
+    if !same.is_empty() {
+        text.push_str(&format!(
+            " Were it {same}, it would look the same: the scene is symmetric that way within the noise, and this recording does not tell."
+        ));
+    }
+    text
+}
+
+pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
+    let own = evidence.beside.level_c;
+    let most_c = own.unwrap_or(thresholds.offset_max_c);
+    let (offset_c, limit) = (
+        evidence.offset_c,
+        fixed(most_c, if own.is_some() { 2 } else { 1 }),
+    );
+    let passed = offset_c.abs() <= most_c;
+    let size = fixed(offset_c.abs(), 2);
+    let relation = if passed { "within" } else { "beyond" };
+    let whose = if own.is_some() {
+        " by this unit's profile"
+    } else {
+        ""
+    };
+    let sentence = match size.as_str() {
+        "0.00" => "The recording is as warm as the scene all over.".to_owned(),
+        _ => {
+            let direction = if offset_c < 0.0 { "colder" } else { "warmer" };
+            format!(
+                "The recording is {size} °C {direction} than the scene all over, {relation} the {limit} °C that are allowed{whose}."
+            )
+        }
+    };
+    Weighed {
+        criterion: Criterion {
+            name: "level",
+            title: "The level is the scene's",
+            state: if passed { State::Met } else { State::Failed },
+            sentence,
+            keys: if own.is_some() {
+                &["level_margin_c"]
+            } else {
+                &["offset_max_c"]
+            },
+            asked: None,
+        },
+        margin: None,
+        turn: if passed {
+            format!("a common offset beyond {limit} °C")
+        } else {
+            format!("a common offset within {limit} °C")
+        },
+    }
+}

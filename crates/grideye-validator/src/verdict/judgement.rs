@@ -1,0 +1,135 @@
+//! From the numbers to the verdict.
+
+use crate::numerals::fixed;
+use crate::thresholds::{Thresholds, too_few};
+use crate::verdict::criterion::State;
+use crate::verdict::image_criteria::{level, orientation, unclaimed};
+use crate::verdict::score_criteria::scores;
+use crate::verdict::sufficiency::{Open, enough, nothing_to_tell_from};
+use crate::verdict::types::{Evidence, Judgement, Verdict};
+use crate::verdict::weighed::Weighed;
+
+/// Weighs the evidence.
+pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgement {
+    let open = nothing_to_tell_from(evidence, thresholds);
+    let weighed = weighed(evidence, thresholds, open.as_ref());
+    let has_state = |state: State| {
+        weighed
+            .iter()
+            .any(|weighed| weighed.criterion.state == state)
+    };
+    let verdict = if has_state(State::Failed) && !too_few(evidence.real_frames, thresholds) {
+        Verdict::Disagrees
+    } else if has_state(State::Open) {
+        Verdict::CannotTell
+    } else {
+        Verdict::Agrees
+    };
+    Judgement {
+        verdict,
+        headline: headline(verdict).to_owned(),
+        reasons: reasons(verdict, &weighed),
+        would_change: would_change(verdict, &weighed),
+        criteria: weighed
+            .into_iter()
+            .map(|weighed| weighed.criterion)
+            .collect(),
+    }
+}
+
+const fn headline(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Agrees => "The simulated scene agrees with the recording.",
+        Verdict::Disagrees => "The simulated scene disagrees with the recording.",
+        Verdict::CannotTell => "This recording cannot tell whether the simulated scene is right.",
+    }
+}
+
+/// What failed comes first: it is what the reader has to act on. A verdict that cannot be given has what is missing.
+fn reasons(verdict: Verdict, weighed: &[Weighed]) -> Vec<String> {
+    let of = |state: State| {
+        weighed
+            .iter()
+            .filter(move |weighed| weighed.criterion.state == state)
+    };
+    let sentence = |weighed: &Weighed| weighed.criterion.sentence.clone();
+    // That a sensor has no fault is no reason to believe in a scene.
+    let is_reason = |weighed: &&Weighed| !weighed.turn.is_empty();
+    match verdict {
+        Verdict::CannotTell => of(State::Open).map(sentence).collect(),
+        Verdict::Agrees | Verdict::Disagrees => of(State::Failed)
+            .chain(of(State::Open))
+            .chain(of(State::Met).filter(is_reason))
+            .map(sentence)
+            .collect(),
+    }
+}
+
+fn would_change(verdict: Verdict, weighed: &[Weighed]) -> String {
+    let turns = |sought: State| {
+        let mut turns: Vec<&str> = Vec::new();
+        for weighed in weighed
+            .iter()
+            .filter(|weighed| weighed.criterion.state == sought)
+        {
+            if !weighed.turn.is_empty() && !turns.contains(&weighed.turn.as_str()) {
+                turns.push(&weighed.turn);
+            }
+        }
+        turns
+    };
+    match verdict {
+        Verdict::Agrees => format!(
+            "Any of: {}.{}",
+            joined(&turns(State::Met), "or"),
+            nearest(weighed)
+        ),
+        Verdict::Disagrees => format!(
+            "To agree, it takes {}.",
+            joined(&turns(State::Failed), "and")
+        ),
+        Verdict::CannotTell => format!("To tell, it takes {}.", joined(&turns(State::Open), "and")),
+    }
+}
+
+fn nearest(weighed: &[Weighed]) -> String {
+    weighed
+        .iter()
+        .filter_map(|weighed| Some((weighed.margin?, weighed.criterion.title)))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or_else(String::new, |(margin, title)| {
+            format!(
+                " Nearest to its threshold is “{title}”, by {} of skill.",
+                fixed(margin, 2)
+            )
+        })
+}
+
+fn joined(pieces: &[&str], word: &str) -> String {
+    match pieces {
+        [] => "nothing that was asked".to_owned(),
+        [one] => (*one).to_owned(),
+        [others @ .., last] => format!("{}, {word} {last}", others.join(", ")),
+    }
+}
+
+fn weighed(evidence: &Evidence<'_>, thresholds: &Thresholds, open: Option<&Open>) -> Vec<Weighed> {
+    let mut all = vec![enough(evidence, open)];
+    if open.is_none() {
+        all.extend(scores(evidence, thresholds));
+    }
+    all.push(unclaimed(evidence, thresholds));
+    all.push(level(evidence, thresholds));
+    if open.is_none() {
+        all.push(orientation(evidence, thresholds));
+    }
+    all.extend(evidence.beside.sensor.iter().map(|criterion| Weighed {
+        turn: match criterion.state {
+            State::Failed => format!("“{}” to hold", criterion.title),
+            _ => String::new(),
+        },
+        criterion: criterion.clone(),
+        margin: None,
+    }));
+    all
+}

@@ -1,0 +1,378 @@
+//! What a recording shows of its own sensor, whatever stands in the room: pixels that do not move, steps that are not the
+//! sensor's, a thermometer that the pixels do not belong to, a rate that is not the scene's.
+//!
+//! These faults cannot be seen by C or the gain: one stuck pixel of 64 changes C by a hundredth. Each check has a stated
+//! rate of false alarms, or is said not to have been made.
+
+use crate::frames::pixels::decoded;
+use crate::numbers::{count, greatest_common_divisor, median, normal_tail};
+use crate::numerals::fixed;
+use crate::thresholds::Thresholds;
+use crate::verdict::criterion::{Criterion, State};
+use grideye_frame::{PIXELS, PixelWord, RawFrame};
+use grideye_recording::Record;
+
+/// What was found out about the sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Inspection {
+    /// Frames that are not the frame before read again.
+    frames: usize,
+    /// Of each pixel, the longest run of frames in which it did not change.
+    longest: [usize; PIXELS],
+    /// How likely a quiet pixel is to stay as it is in one more frame, at most; `None` without noise.
+    stays: Option<f64>,
+    /// The step that all pixels are multiples of, in words; 0 if nothing ever changes.
+    step_words: u32,
+    /// Median of the pixels and of the thermistor, °C.
+    pixels_c: f64,
+    thermistor_c: f64,
+    /// Frames a second by the recording's own stamps.
+    rate_hz: Option<f64>,
+}
+
+/// The quietest pixels of a sensor have at least this share of the median pixel's noise: measured were 0.67 and 0.78 on
+/// the two LINAIGE sessions and 0.88 over eight other units. No other real recording holds it out.
+const QUIETEST: f64 = 0.6;
+/// Of frames one after the other, fewer tell no rate.
+const STEPS_MIN: usize = 5;
+
+impl Inspection {
+    /// Looks at the frames of one stream; `None` if there is none.
+    pub(crate) fn new(records: &[Record], step_c: f64) -> Option<Self> {
+        let frames = distinct(records);
+        let (first, last) = (frames.first()?, frames.last()?);
+        let thermistor = |frame: &RawFrame| f64::from(amg8833::word::frame(frame).thermistor.get());
+        let all: Vec<f64> = [first, last]
+            .into_iter()
+            .flat_map(|frame| decoded(&frame.raw))
+            .collect();
+        Some(Self {
+            frames: frames.len(),
+            longest: longest_runs(&frames),
+            stays: noise(&frames, step_c).map(|sigma_c| stays(sigma_c, step_c)),
+            step_words: common_step(&frames, step_c),
+            pixels_c: median(&all).unwrap_or_default(),
+            thermistor_c: f64::midpoint(thermistor(&first.raw), thermistor(&last.raw)),
+            rate_hz: rate_hz(&frames),
+        })
+    }
+
+    /// The checks as parts of a verdict; the scene has the sensor measure at `scene_hz` in air of `ambient_c`.
+    pub(crate) fn criteria(
+        &self,
+        thresholds: &Thresholds,
+        scene_hz: f64,
+        ambient_c: f64,
+    ) -> Vec<Criterion> {
+        vec![
+            self.stuck(thresholds),
+            self.steps(),
+            self.thermistor(thresholds, ambient_c),
+            self.rate(thresholds, scene_hz),
+        ]
+    }
+
+    /// A pixel that stays as it is for longer than noise lets it.
+    fn stuck(&self, thresholds: &Thresholds) -> Criterion {
+        let criterion = |state, sentence| Criterion {
+            name: "moving_pixels",
+            title: "Every pixel moves",
+            state,
+            sentence,
+            keys: &["false_alarm_max"],
+            asked: None,
+        };
+        let Some(stays) = self.stays else {
+            return criterion(
+                State::NotAsked,
+                "The recording has no noise, so that a pixel that stands still is no fault."
+                    .to_owned(),
+            );
+        };
+        let by_chance = |run: usize| count(PIXELS) * count(self.frames) * stays.powf(count(run));
+        let needed = (1..=RUN_MAX).find(|&run| by_chance(run) <= thresholds.false_alarm_max);
+        let Some(needed) = needed.filter(|&needed| needed <= self.frames) else {
+            return criterion(
+                State::NotAsked,
+                format!(
+                    "{} frames are too few to tell a pixel that is stuck from one that is quiet.",
+                    self.frames
+                ),
+            );
+        };
+        let stuck: Vec<String> = (0..PIXELS)
+            .filter(|&pixel| self.longest[pixel] >= needed)
+            .map(|pixel| (pixel + 1).to_string())
+            .collect();
+        let longest = self.longest.iter().max().copied().unwrap_or_default();
+        if stuck.is_empty() {
+            return criterion(
+                State::Met,
+                format!(
+                    "No pixel stays as it is for more than {longest} frames in a row; {needed} would be needed to call it stuck, with fewer than {} false alarms a recording.",
+                    thresholds.false_alarm_max
+                ),
+            );
+        }
+        criterion(
+            State::Failed,
+            format!(
+                "Pixel {} (of 1 to 64) did not change in up to {longest} frames in a row; noise alone keeps none as it is for {needed} (fewer than {} false alarms a recording).",
+                stuck.join(", "),
+                thresholds.false_alarm_max
+            ),
+        )
+    }
+
+    fn steps(&self) -> Criterion {
+        let (state, sentence) = match self.step_words {
+            0 => (
+                State::NotAsked,
+                "Nothing in the recording changes, so that its steps are not known.".to_owned(),
+            ),
+            1 => (
+                State::Met,
+                "The pixels use every step of the sensor.".to_owned(),
+            ),
+            more => (
+                State::Failed,
+                format!(
+                    "The pixels differ by whole multiples of {more} steps of the sensor only: they were rounded, or decoded with another scale, on the way."
+                ),
+            ),
+        };
+        Criterion {
+            name: "steps",
+            title: "The steps are the sensor's",
+            state,
+            sentence,
+            keys: &[],
+            asked: None,
+        }
+    }
+
+    fn thermistor(&self, thresholds: &Thresholds, ambient_c: f64) -> Criterion {
+        let most = thresholds.thermistor_apart_max_c;
+        let (pixels_c, thermistor_c) = (self.pixels_c, self.thermistor_c);
+        let both = format!(
+            "the pixels show {} °C, the thermistor {} °C",
+            fixed(pixels_c, 1),
+            fixed(thermistor_c, 1)
+        );
+        let (state, sentence) = if (pixels_c - thermistor_c).abs() <= most {
+            (
+                State::Met,
+                format!(
+                    "Pixels and thermistor belong to one sensor: {both}; up to {most} °C apart is usual."
+                ),
+            )
+        } else if (ambient_c - thermistor_c).abs() > most && (ambient_c - pixels_c).abs() <= most {
+            (
+                State::NotAsked,
+                format!(
+                    "The scene itself is far from the thermistor: {both}, and its air has {} °C.",
+                    fixed(ambient_c, 1)
+                ),
+            )
+        } else {
+            (
+                State::Failed,
+                format!(
+                    "The pixels do not belong to the thermistor: {both}, more than {most} °C apart{}.",
+                    scale(pixels_c, thermistor_c)
+                ),
+            )
+        };
+        Criterion {
+            name: "thermistor",
+            title: "Pixels and thermistor belong together",
+            state,
+            sentence,
+            keys: &["thermistor_apart_max_c"],
+            asked: None,
+        }
+    }
+
+    fn rate(&self, thresholds: &Thresholds, scene_hz: f64) -> Criterion {
+        let (state, sentence) = match self.rate_hz {
+            None => (
+                State::NotAsked,
+                "Too few frames follow each other to tell their rate.".to_owned(),
+            ),
+            Some(found) => {
+                let off = found / scene_hz - 1.0;
+                let is_met = off.abs() <= thresholds.rate_error_max;
+                let text = format!(
+                    "New frames come {} times a second, {} % {} than the scene's {}; up to {} % is allowed.",
+                    fixed(found, 2),
+                    fixed(100.0 * off.abs(), 1),
+                    if off < 0.0 { "slower" } else { "faster" },
+                    fixed(scene_hz, 2),
+                    fixed(100.0 * thresholds.rate_error_max, 0)
+                );
+                (if is_met { State::Met } else { State::Failed }, text)
+            }
+        };
+        Criterion {
+            name: "frame_rate",
+            title: "The rate is the scene's",
+            state,
+            sentence,
+            keys: &["rate_error_max"],
+            asked: None,
+        }
+    }
+}
+
+/// Longer runs are not asked for.
+const RUN_MAX: usize = 100_000;
+
+/// The scale of the one in the place of the other is a factor of four.
+fn scale(pixels_c: f64, thermistor_c: f64) -> &'static str {
+    let ratio = pixels_c / thermistor_c;
+    if (0.17..0.33).contains(&ratio) {
+        ", as if the thermistor's step of 0.0625 °C had been taken for the pixels' 0.25 °C"
+    } else if (3.0..6.0).contains(&ratio) {
+        ", as if the pixels' step of 0.25 °C had been taken for the thermistor's 0.0625 °C"
+    } else {
+        ""
+    }
+}
+
+struct Distinct {
+    raw: RawFrame,
+    boot_ns: u64,
+    seq: u64,
+    /// The sequence number of the last row that showed the frame before.
+    follows_seq: u64,
+}
+
+/// The frames, each once, however often it was read.
+fn distinct(records: &[Record]) -> Vec<Distinct> {
+    let mut frames: Vec<Distinct> = Vec::new();
+    let mut last_seq = 0;
+    for record in records {
+        let Some(raw) = record.reading.frame() else {
+            continue;
+        };
+        let is_new = frames
+            .last()
+            .is_none_or(|last| last.raw.pixels != raw.pixels);
+        if is_new {
+            frames.push(Distinct {
+                raw: *raw,
+                boot_ns: record.stamp.t_boot_ns,
+                seq: record.seq,
+                follows_seq: last_seq,
+            });
+        }
+        last_seq = record.seq;
+    }
+    frames
+}
+
+/// Pairs of frames that came one after the other, none missing between them.
+fn steps(frames: &[Distinct]) -> impl Iterator<Item = (&Distinct, &Distinct)> {
+    frames
+        .windows(2)
+        .map(|pair| (&pair[0], &pair[1]))
+        .filter(|(_, next)| next.seq == next.follows_seq.wrapping_add(1))
+}
+
+fn longest_runs(frames: &[Distinct]) -> [usize; PIXELS] {
+    std::array::from_fn(|pixel| {
+        frames
+            .chunk_by(|a, b| a.raw.pixels[pixel] == b.raw.pixels[pixel])
+            .map(<[Distinct]>::len)
+            .max()
+            .unwrap_or_default()
+    })
+}
+
+/// The median pixel's noise from one frame to the next, its rounding taken out, °C.
+fn noise(frames: &[Distinct], step_c: f64) -> Option<f64> {
+    let mut squares = [0.0; PIXELS];
+    let mut pairs = 0;
+    for (now, next) in steps(frames) {
+        let sides = now.raw.pixels.iter().zip(&next.raw.pixels);
+        for (square, (a, b)) in squares.iter_mut().zip(sides) {
+            let celsius = |word| f64::from(amg8833::word::pixel_celsius(word).get());
+            *square += (celsius(*b) - celsius(*a)).powi(2);
+        }
+        pairs += 1;
+    }
+    if pairs < STEPS_MIN {
+        return None;
+    }
+    let variances = squares.map(|square| square / count(pairs) / 2.0);
+    let variance = median(&variances).unwrap_or_default() - step_c * step_c / 12.0;
+    (variance > 0.0).then(|| variance.sqrt())
+}
+
+/// At most how likely a pixel of the sensor's quietest is to round to the value it had: it lies in the middle of a step.
+fn stays(sigma_c: f64, step_c: f64) -> f64 {
+    let half_step = step_c / 2.0 / (QUIETEST * sigma_c);
+    1.0 - 2.0 * normal_tail(half_step)
+}
+
+/// The greatest step of which all differences between pixel words are multiples.
+fn common_step(frames: &[Distinct], step_c: f64) -> u32 {
+    let signed =
+        |word: PixelWord| (f64::from(amg8833::word::pixel_celsius(word).get()) / step_c).round();
+    let Some(first) = frames.first() else {
+        return 0;
+    };
+    let zero = signed(first.raw.pixels[0]);
+    let mut common = 0;
+    for frame in frames {
+        for &word in &frame.raw.pixels {
+            common = greatest_common_divisor(common, whole((signed(word) - zero).abs()));
+        }
+        if common == 1 {
+            break;
+        }
+    }
+    common
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a whole number from 0 to 4,096"
+)]
+const fn whole(value: f64) -> u32 {
+    value as u32
+}
+
+/// From the median time between frames that follow each other.
+fn rate_hz(frames: &[Distinct]) -> Option<f64> {
+    let periods_s: Vec<f64> = steps(frames)
+        .filter_map(|(now, next)| {
+            let ns = next.boot_ns.checked_sub(now.boot_ns)?;
+            Some(std::time::Duration::from_nanos(ns).as_secs_f64())
+        })
+        .collect();
+    if periods_s.len() < STEPS_MIN {
+        return None;
+    }
+    let period_s = median(&periods_s).unwrap_or_default();
+    (period_s > 0.0).then(|| 1.0 / period_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Noise of one step over 0.6 of it: half a step is 0.3 sigma of the quietest, and 0.2358 of a normal draw lies
+    /// within 0.3 sigma.
+    #[test]
+    fn a_quiet_pixel_stays_as_a_normal_draw_does() {
+        let sigma_c = 0.25 / 0.6 / 0.6;
+        assert!(
+            (stays(sigma_c, 0.25) - 0.2358).abs() < 1e-3,
+            "{}",
+            stays(sigma_c, 0.25)
+        );
+    }
+}

@@ -1,0 +1,125 @@
+//! What goes into a verdict, and what comes out.
+
+use crate::align::Orientation;
+use crate::expected::claim::Statistics;
+use crate::expected::units::Expected;
+use crate::metrics::foreground::{Room, RoomFrom};
+use crate::metrics::score::Scores;
+use crate::verdict::criterion::Criterion;
+use std::fmt;
+use std::time::Duration;
+
+/// What the comparison says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// The simulated scene explains what the sensor saw.
+    Agrees,
+    /// It does not.
+    Disagrees,
+    /// The recording does not hold what an answer would need.
+    CannotTell,
+}
+
+impl Verdict {
+    /// The stable name for files and programs: `agrees`, `disagrees` or `cannot_tell`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Agrees => "agrees",
+            Self::Disagrees => "disagrees",
+            Self::CannotTell => "cannot_tell",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    /// In words: `agrees`, `disagrees`, `cannot tell`.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Self::Agrees => "agrees",
+            Self::Disagrees => "disagrees",
+            Self::CannotTell => "cannot tell",
+        })
+    }
+}
+
+/// The verdict and what it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The verdict in one sentence.
+    pub headline: String,
+    /// What it rests on, each a sentence with the numbers; what failed comes first.
+    pub reasons: Vec<String>,
+    /// What would have changed it, in a sentence.
+    pub would_change: String,
+    /// Every part of it, those that were not asked among them, in a fixed order.
+    pub criteria: Vec<Criterion>,
+}
+
+/// The numbers that the verdict rests on.
+pub(crate) struct Evidence<'a> {
+    pub(crate) scores: &'a Scores,
+    pub(crate) real_frames: usize,
+    pub(crate) offset_c: f64,
+    pub(crate) warm: WarmPixels,
+    pub(crate) warm_above_c: f64,
+    pub(crate) lag_frames: usize,
+    pub(crate) beside: &'a Beside,
+    /// What the recording scores, and what recordings by drawn units score.
+    pub(crate) found: &'a Statistics,
+    pub(crate) expected: &'a Expected,
+    /// Orientations in which the scene looks much as it does upright.
+    pub(crate) alike: &'a [Orientation],
+    /// When the frames were recorded that `found` speaks of.
+    pub(crate) times: &'a [Duration],
+}
+
+/// What the same scene scores without its people.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nobody {
+    /// C.
+    pub correlation: Option<f64>,
+    /// Gain over the blank frame.
+    pub gain: Option<f64>,
+    /// Whether the scene has people at all. If not, this is the scene itself.
+    pub has_people: bool,
+}
+
+/// What is known beside the frames.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Beside {
+    /// The scene without its people at the times of the simulated frames, without noise.
+    pub(crate) nobody: Vec<Vec<f64>>,
+    /// Whether the scene has people.
+    pub(crate) has_people: bool,
+    /// Whether they can be seen in any of the simulated frames.
+    pub(crate) shows_people: bool,
+    /// Where the unit's pattern is known from; nothing is known of it where that is the scene.
+    pub(crate) pattern_from: RoomFrom,
+    /// What of it was added to the scene, row by row, °C; empty if nothing was.
+    pub(crate) pattern_added_c: Vec<f64>,
+    /// Standard deviation of what is not known of it, row by row, °C, where something is.
+    pub(crate) pattern_c: Option<Vec<f64>>,
+    /// How the image was found to lie, if it was turned back.
+    pub(crate) turned_back: Option<Orientation>,
+    /// What the real side shows of the empty room, if that is known.
+    pub(crate) room: Room,
+    /// The largest common offset of this unit, °C, if its profile is known.
+    pub(crate) level_c: Option<f64>,
+    /// What was found about the sensor itself.
+    pub(crate) sensor: Vec<Criterion>,
+}
+
+/// Warm pixels a frame, on average: both counts by the same rule, so that they can be set side by side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WarmPixels {
+    /// In the real frames, above the median of their own pixels.
+    pub real: f64,
+    /// In the noise-free simulated frames, above the median of their own pixels: what the scene claims.
+    pub claimed: f64,
+    /// Of the pixels that the gain is taken over, the share that is warm on both sides, 0 to 1; `None` if there are
+    /// none. The gain asks less of the claim than of the real side, so that the right scene does not reach 1.
+    pub overlap: Option<f64>,
+}
