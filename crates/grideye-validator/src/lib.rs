@@ -66,12 +66,12 @@ pub use compare::{
     PLACED_PAIRS_MAX, PixelMaps, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX, Settings, THREADS_MAX, compare,
 };
 pub use error::{Side, ValidatorError};
-pub use expected::{DRAWS, Law};
+pub use expected::{DRAWS, ScoreDistribution};
 pub use frames::{
     LeftOut, LeftOutCount, Protocol, RECORDS_MAX, RUN_RECORDS, RealFrame, Shape, SimulatedFrame,
     Thinned, Thinning, sensor_step_c,
 };
-pub use metrics::foreground::{AboveRoom, RoomFrom};
+pub use metrics::foreground::{ForegroundCorrelation, RoomSource};
 pub use metrics::score::{Better, Measure, Score, Scores, Shuffled};
 pub use report::paper;
 pub use scene_comparison::{

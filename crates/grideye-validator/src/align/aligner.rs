@@ -2,7 +2,7 @@
 
 use crate::align::bounds::{BEYOND, Bounds};
 use crate::align::clock::{Clock, Line, Warp};
-use crate::align::film::{Fit, Track, Walk};
+use crate::align::film::{Film, Fit, Sample};
 use crate::align::line_search::{best_line, rough_likeness, standard_errors};
 use crate::align::pace_search::best_law;
 use crate::align::space::{Orientation, Pairs};
@@ -40,11 +40,11 @@ pub fn align_films(
     if !is_usable(film) || !is_usable(recording) {
         return Ok(None);
     }
-    let walk = Walk::new(recording.0.to_vec(), recording.1.to_vec()).thinned(SAMPLE_MAX);
+    let sample = Sample::new(recording.0.to_vec(), recording.1.to_vec()).thinned(SAMPLE_MAX);
     let aligner = Aligner {
         bounds: options.bounds(recording.0[0]),
-        walk,
-        track: Track::of_frames(film.0, film.1),
+        sample,
+        film: Film::of_frames(film.0, film.1),
         mean_c: [0.0; grideye_frame::PIXELS],
     };
     Ok(Some(aligner.time(options.time).1))
@@ -52,8 +52,8 @@ pub fn align_films(
 
 /// A recording's sample and the scene's film, ready to be aligned.
 pub(crate) struct Aligner {
-    walk: Walk,
-    track: Track,
+    sample: Sample,
+    film: Film,
     bounds: Bounds,
     /// The sample's mean frame less ambient.
     mean_c: Pixels,
@@ -77,7 +77,7 @@ impl Aligner {
         // A path may leave the line by as much again as the line's own shift.
         let reach_s = 2.0 * BEYOND * bounds.shift_max_s + 1.0;
         let beyond_s = reach_s + BEYOND * bounds.rate_max * (last_s - first_s);
-        let track = Track::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
+        let film = Film::new(simulator, first_s - reach_s, end_s.min(last_s + beyond_s));
         let (times_s, frames): (Vec<f64>, Vec<Pixels>) = times_s
             .into_iter()
             .zip(frames)
@@ -91,8 +91,8 @@ impl Aligner {
             }
         }
         Self {
-            walk: Walk::new(times_s, frames),
-            track,
+            sample: Sample::new(times_s, frames),
+            film,
             bounds,
             mean_c,
         }
@@ -102,7 +102,7 @@ impl Aligner {
     pub(crate) fn turned_back(self, orientation: Orientation) -> Self {
         let back = orientation.inverse();
         Self {
-            walk: self.walk.map(|frame| back.apply(frame)),
+            sample: self.sample.map(|frame| back.apply(frame)),
             mean_c: back.apply(&self.mean_c),
             ..self
         }
@@ -110,8 +110,8 @@ impl Aligner {
 
     /// The law of time, and what was found. Without better evidence than chance the clock is the recording's own.
     pub(crate) fn time(&self, asked: TimeAlignment) -> (Clock, TimeFound) {
-        let (walk, track, bounds) = (&self.walk, &self.track, &self.bounds);
-        let before = walk.fit(track, |time_s| time_s);
+        let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
+        let before = sample.fit(film, |time_s| time_s);
         let Best {
             line,
             fit,
@@ -127,12 +127,12 @@ impl Aligner {
                 }
             }
             TimeAlignment::Law => {
-                let (law, fit) = best_law(walk, track, bounds);
+                let (law, fit) = best_law(sample, film, bounds);
                 (clock, best) = (Clock::Law(law), fit);
             }
             TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {}
         }
-        let chance = decoy::chance(walk, track, bounds, asked);
+        let chance = decoy::chance(sample, film, bounds, asked);
         let at_bound = match &clock {
             Clock::Law(law) => bounds.holds_back(law),
             Clock::Line(_) | Clock::Warp(..) => is_beyond,
@@ -167,9 +167,9 @@ impl Aligner {
     /// The best line, its rate 0 if it cannot be told from 0; and whether the best lies beyond the bounds, of which it
     /// then is the nearest that is allowed.
     fn line(&self) -> Best {
-        let (walk, track, bounds) = (&self.walk, &self.track, &self.bounds);
-        let (mut line, mut fit) = best_line(walk, track, &bounds.wider());
-        let errors = standard_errors(walk, track, line, &fit);
+        let (sample, film, bounds) = (&self.sample, &self.film, &self.bounds);
+        let (mut line, mut fit) = best_line(sample, film, &bounds.wider());
+        let errors = standard_errors(sample, film, line, &fit);
         let (shift_error_s, rate_error) = errors.unwrap_or_default();
         let is_beyond = bounds.excess_s(&line) > ERRORS_TOLD * shift_error_s
             || bounds.rate_excess(&line) > ERRORS_TOLD * rate_error;
@@ -177,8 +177,8 @@ impl Aligner {
         if bounds.excess_s(&line) > 0.0 || bounds.rate_excess(&line) > 0.0 || !told {
             let rate_max = if told { bounds.rate_max } else { 0.0 };
             (line, fit) = best_line(
-                walk,
-                track,
+                sample,
+                film,
                 &Bounds {
                     rate_max,
                     ..*bounds
@@ -195,23 +195,24 @@ impl Aligner {
 
     /// A path that explains frames that it was not fitted to better than the line does.
     fn warp(&self, line: Line, fit: &Fit) -> Option<(Warp, Fit)> {
-        let (track, band_s) = (&self.track, self.bounds.shift_max_s);
-        let path = |walk: &Walk| best_warp(walk, track, line, fit, band_s);
-        let [even, odd] = self.walk.halves();
-        let likeness = |walk: &Walk, warp: &Warp| {
-            walk.fit(track, |time_s| line.scene_s(time_s) + warp.by_s(time_s))
+        let (film, band_s) = (&self.film, self.bounds.shift_max_s);
+        let path = |sample: &Sample| best_warp(sample, film, line, fit, band_s);
+        let [even, odd] = self.sample.halves();
+        let likeness = |sample: &Sample, warp: &Warp| {
+            sample
+                .fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s))
                 .likeness
         };
-        let straight = |walk: &Walk| walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+        let straight = |sample: &Sample| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
         let gain = likeness(&odd, &path(&even)) - straight(&odd) + likeness(&even, &path(&odd))
             - straight(&even);
         if gain / 2.0 < WARP_GAIN_MIN {
             return None;
         }
-        let warp = path(&self.walk);
+        let warp = path(&self.sample);
         let fit = self
-            .walk
-            .fit(track, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
+            .sample
+            .fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
         Some((warp, fit))
     }
 
@@ -221,23 +222,23 @@ impl Aligner {
             return None;
         }
         let rated = |time_s: f64| line.scene_s(time_s) - line.shift_s;
-        let pairs = Pairs::moving(&self.walk.thinned(OFFSET_FRAMES), &self.track, rated);
+        let pairs = Pairs::moving(&self.sample.thinned(OFFSET_FRAMES), &self.film, rated);
         let (offset, [_, likeness]) = pairs.best_offset(OFFSET_SOUGHT_PX);
         (likeness > fit.likeness - RIVAL_LESS_MAX).then_some(offset)
     }
 
     /// How the image lies, by what moves and, where that leaves a choice, by what stands still.
     pub(crate) fn orientation(&self) -> Option<OrientationFound> {
-        let walk = self.walk.thinned(decoy::FRAMES);
+        let sample = self.sample.thinned(decoy::FRAMES);
         let still = self.still_claim(|time_s| time_s);
-        let own = walk.of_scene(&self.track);
+        let own = sample.of_scene(&self.film);
         let likeness = |orientation: Orientation| {
-            let film = self.track.map(|frame| orientation.apply(frame));
-            let moving = rough_likeness(&walk, &film, &self.bounds);
+            let film = self.film.map(|frame| orientation.apply(frame));
+            let moving = rough_likeness(&sample, &film, &self.bounds);
             moving + STILL_WEIGHT * space::still_likeness(&self.mean_c, &orientation.apply(&still))
         };
         let same = |orientation: Orientation| {
-            let film = self.track.map(|frame| orientation.apply(frame));
+            let film = self.film.map(|frame| orientation.apply(frame));
             let moving = rough_likeness(&own, &film, &self.bounds);
             moving + STILL_WEIGHT * space::still_likeness(&still, &orientation.apply(&still))
                 > SAME_MIN * (1.0 + STILL_WEIGHT)
@@ -247,8 +248,8 @@ impl Aligner {
 
     /// The offset of the image at the times that were found.
     pub(crate) fn offset(&self, clock: &Clock) -> Option<OffsetFound> {
-        let walk = self.walk.thinned(OFFSET_FRAMES);
-        let pairs = Pairs::moving(&walk, &self.track, |time_s| clock.scene_s(time_s));
+        let sample = self.sample.thinned(OFFSET_FRAMES);
+        let pairs = Pairs::moving(&sample, &self.film, |time_s| clock.scene_s(time_s));
         let (right_down_px, likeness) = pairs.best_offset(OFFSET_SOUGHT_PX);
         (likeness[0] > OFFSET_LIKENESS_MIN).then_some(OffsetFound {
             right_down_px,
@@ -259,9 +260,9 @@ impl Aligner {
 
     /// The scene's mean frame over the recording.
     fn still_claim(&self, scene_s: impl Fn(f64) -> f64) -> Pixels {
-        let mut sums = crate::align::film::Sums::default();
-        for &time_s in &self.walk.times_s {
-            if let Some(claim) = self.track.at(scene_s(time_s)) {
+        let mut sums = crate::align::film::FitSums::default();
+        for &time_s in &self.sample.times_s {
+            if let Some(claim) = self.film.at(scene_s(time_s)) {
                 sums.add(&claim, &claim);
             }
         }

@@ -1,7 +1,7 @@
 //! What chance reaches with the same freedom.
 
 use crate::align::bounds::Bounds;
-use crate::align::film::{Track, Walk};
+use crate::align::film::{Film, Sample};
 use crate::align::line_search::{best_line, rough_likeness};
 use crate::align::pace_search::best_law;
 use crate::align::space::Orientation;
@@ -21,39 +21,44 @@ pub(crate) struct Chance {
 }
 
 /// Aligns the recording with films that are not the scene but move like it.
-pub(crate) fn chance(walk: &Walk, track: &Track, bounds: &Bounds, asked: TimeAlignment) -> Chance {
-    let walk = walk.thinned(FRAMES);
-    let own = walk.of_scene(track);
+pub(crate) fn chance(
+    sample: &Sample,
+    film: &Film,
+    bounds: &Bounds,
+    asked: TimeAlignment,
+) -> Chance {
+    let sample = sample.thinned(FRAMES);
+    let own = sample.of_scene(film);
     let mut found = Chance {
         best: None,
         decoys: 0,
     };
     for orientation in Orientation::ALL {
-        let turned = track.map(|frame| orientation.apply(frame));
+        let turned = film.map(|frame| orientation.apply(frame));
         for (film, is_backwards) in [(turned.reversed(), true), (turned, false)] {
             let is_scene = orientation == Orientation::Upright && !is_backwards;
             if is_scene || rough_likeness(&own, &film, bounds) > KIN_MIN {
                 continue;
             }
             found.decoys += 1;
-            let likeness = aligned(&walk, &film, bounds, asked);
+            let likeness = aligned(&sample, &film, bounds, asked);
             found.best = Some(found.best.map_or(likeness, |best| best.max(likeness)));
         }
     }
     found
 }
 
-fn aligned(walk: &Walk, film: &Track, bounds: &Bounds, asked: TimeAlignment) -> f64 {
+fn aligned(sample: &Sample, film: &Film, bounds: &Bounds, asked: TimeAlignment) -> f64 {
     match asked {
-        TimeAlignment::Law => best_law(walk, film, bounds).1.likeness,
+        TimeAlignment::Law => best_law(sample, film, bounds).1.likeness,
         TimeAlignment::Warp => {
-            let (line, fit) = best_line(walk, film, bounds);
-            let warp = best_warp(walk, film, line, &fit, bounds.shift_max_s);
-            let warped = walk.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
+            let (line, fit) = best_line(sample, film, bounds);
+            let warp = best_warp(sample, film, line, &fit, bounds.shift_max_s);
+            let warped = sample.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
             fit.likeness.max(warped.likeness)
         }
         TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {
-            rough_likeness(walk, film, bounds)
+            rough_likeness(sample, film, bounds)
         }
     }
 }

@@ -9,11 +9,11 @@ use std::time::Duration;
 /// Frames of the scene are made this far apart, seconds: a person at 1 m/s moves an eighth of a pixel in it.
 const STEP_S: f64 = 0.05;
 /// Most frames of the scene that are made; of a longer part they stand further apart.
-pub(crate) const TRACK_FRAMES_MAX: usize = 12_000;
+pub(crate) const SCENE_FRAMES_MAX: usize = 12_000;
 
 /// The scene's noise-free frames at evenly spaced times, less the ambient temperature.
 #[derive(Debug, Clone)]
-pub(crate) struct Track {
+pub(crate) struct Film {
     first_s: f64,
     step_s: f64,
     frames: Vec<Pixels>,
@@ -33,7 +33,7 @@ enum Ends {
 /// Frames of the recording at the times that the scene would have them without any alignment, each pixel less its
 /// mean over all of them.
 #[derive(Debug, Clone)]
-pub(crate) struct Walk {
+pub(crate) struct Sample {
     pub(crate) times_s: Vec<f64>,
     pub(crate) frames: Vec<Pixels>,
     energy: f64,
@@ -61,14 +61,14 @@ impl Fit {
     }
 }
 
-impl Track {
+impl Film {
     /// The part of a scene between two of its times, seconds.
     pub(crate) fn new(simulator: &Simulator, from_s: f64, until_s: f64) -> Self {
         let first_s = from_s.max(0.0);
         let span_s = (until_s - first_s).max(0.0);
         let steps = (span_s / STEP_S)
             .ceil()
-            .clamp(1.0, count(TRACK_FRAMES_MAX - 1));
+            .clamp(1.0, count(SCENE_FRAMES_MAX - 1));
         let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
         let ambient_c = simulator.ambient_c();
         let frame = |index: usize| -> Pixels {
@@ -91,7 +91,7 @@ impl Track {
         let span_s = times_s.last().map_or(0.0, |last_s| last_s - first_s);
         let steps = (span_s / STEP_S)
             .ceil()
-            .clamp(1.0, count(TRACK_FRAMES_MAX - 1));
+            .clamp(1.0, count(SCENE_FRAMES_MAX - 1));
         let step_s = (span_s / steps).max(f64::MIN_POSITIVE);
         let at = |time_s: f64| -> Pixels {
             let next = times_s.partition_point(|other_s| *other_s <= time_s);
@@ -153,7 +153,7 @@ impl Track {
     }
 }
 
-impl Walk {
+impl Sample {
     /// Takes each pixel's mean out of the frames.
     pub(crate) fn new(times_s: Vec<f64>, mut frames: Vec<Pixels>) -> Self {
         let number = count(frames.len().max(1));
@@ -187,11 +187,11 @@ impl Walk {
     }
 
     /// What the scene itself would have as its recording, at the times of this one.
-    pub(crate) fn of_scene(&self, track: &Track) -> Self {
+    pub(crate) fn of_scene(&self, film: &Film) -> Self {
         let (times_s, frames) = self
             .times_s
             .iter()
-            .filter_map(|&time_s| Some((time_s, track.at(time_s)?)))
+            .filter_map(|&time_s| Some((time_s, film.at(time_s)?)))
             .unzip();
         Self::new(times_s, frames)
     }
@@ -235,10 +235,10 @@ impl Walk {
     ///
     /// Each pixel of the scene loses its mean over the frames that it is met in. Frames that are met where the film
     /// claims nothing stay in the denominator: no law of time gains by leaving them out.
-    pub(crate) fn fit(&self, track: &Track, scene_s: impl Fn(f64) -> f64) -> Fit {
-        let mut sums = Sums::default();
+    pub(crate) fn fit(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Fit {
+        let mut sums = FitSums::default();
         for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
-            if let Some(claim) = track.at(scene_s(time_s)) {
+            if let Some(claim) = film.at(scene_s(time_s)) {
                 sums.add(real, &claim);
             }
         }
@@ -247,7 +247,7 @@ impl Walk {
 }
 
 /// Sums over frames, pixel by pixel.
-pub(crate) struct Sums {
+pub(crate) struct FitSums {
     frames: usize,
     product: Pixels,
     real: Pixels,
@@ -255,7 +255,7 @@ pub(crate) struct Sums {
     square: Pixels,
 }
 
-impl Default for Sums {
+impl Default for FitSums {
     fn default() -> Self {
         Self {
             frames: 0,
@@ -267,7 +267,7 @@ impl Default for Sums {
     }
 }
 
-impl Sums {
+impl FitSums {
     pub(crate) fn add(&mut self, real: &Pixels, claim: &Pixels) {
         self.frames += 1;
         for pixel in 0..PIXELS {
@@ -342,15 +342,15 @@ mod tests {
     #[test]
     fn a_film_is_what_it_was_made_of_and_nothing_beyond_its_ends() {
         let (times_s, frames) = film(10);
-        let track = Track::of_frames(&times_s, &frames);
+        let film = Film::of_frames(&times_s, &frames);
         for (time_s, frame) in times_s.iter().zip(&frames) {
-            let seen = track.at(*time_s).unwrap();
+            let seen = film.at(*time_s).unwrap();
             assert!(seen.iter().zip(frame).all(|(a, b)| (a - b).abs() < 1e-9));
         }
-        let between = track.at(4.05).unwrap();
+        let between = film.at(4.05).unwrap();
         assert!((between[24] - f64::midpoint(frames[40][24], frames[41][24])).abs() < 1e-9);
-        assert!(track.at(-0.01).is_none() && track.at(10.01).is_none());
-        let back = track.reversed().at(2.0).unwrap();
+        assert!(film.at(-0.01).is_none() && film.at(10.01).is_none());
+        let back = film.reversed().at(2.0).unwrap();
         assert!((back[24] - frames[80][24]).abs() < 1e-9);
     }
 
@@ -358,43 +358,43 @@ mod tests {
     #[test]
     fn the_people_of_a_scene_stand_where_they_set_off_and_arrived() {
         let (times_s, frames) = film(10);
-        let track = Track {
+        let film = Film {
             ends: Ends::Stand,
-            ..Track::of_frames(&times_s, &frames)
+            ..Film::of_frames(&times_s, &frames)
         };
-        assert_eq!(track.at(-3.0), track.at(0.0));
-        assert_eq!(track.at(99.0), track.at(10.0));
-        assert_ne!(track.at(0.0), track.at(10.0));
-        assert_eq!(track.reversed().at(-3.0), track.at(10.0));
-        assert_eq!(track.map(|frame| *frame).at(99.0), track.at(10.0));
+        assert_eq!(film.at(-3.0), film.at(0.0));
+        assert_eq!(film.at(99.0), film.at(10.0));
+        assert_ne!(film.at(0.0), film.at(10.0));
+        assert_eq!(film.reversed().at(-3.0), film.at(10.0));
+        assert_eq!(film.map(|frame| *frame).at(99.0), film.at(10.0));
     }
 
     #[test]
     fn a_film_of_any_length_has_a_bounded_number_of_frames() {
-        let track = Track::of_frames(&[0.0, 1e6], &[[0.0; PIXELS], [1.0; PIXELS]]);
-        assert_eq!(track.frames.len(), TRACK_FRAMES_MAX);
-        assert!((track.at(2.5e5).unwrap()[7] - 0.25).abs() < 1e-9);
-        assert_eq!(track.last_s(), 1e6);
+        let film = Film::of_frames(&[0.0, 1e6], &[[0.0; PIXELS], [1.0; PIXELS]]);
+        assert_eq!(film.frames.len(), SCENE_FRAMES_MAX);
+        assert!((film.at(2.5e5).unwrap()[7] - 0.25).abs() < 1e-9);
+        assert_eq!(film.last_s(), 1e6);
     }
 
     /// Amplitude, offsets of pixels and their noise: the likeness is that of a correlation.
     #[test]
     fn the_fit_is_the_correlation_of_what_moves() {
         let (times_s, frames) = film(20);
-        let track = Track::of_frames(&times_s, &frames);
+        let film = Film::of_frames(&times_s, &frames);
         let doubled = frames
             .iter()
             .map(|frame| std::array::from_fn(|pixel| 20.0 + count(pixel) + 2.0 * frame[pixel]))
             .collect();
-        let walk = Walk::new(times_s, doubled);
-        let fit = walk.fit(&track, |time_s| time_s);
+        let sample = Sample::new(times_s, doubled);
+        let fit = sample.fit(&film, |time_s| time_s);
         assert!((fit.likeness - 1.0).abs() < 1e-9 && (fit.amplitude - 2.0).abs() < 1e-9);
-        assert!(fit.left_c2 < 1e-6 * walk.energy());
-        assert!(walk.fit(&track, |time_s| time_s + 0.5).likeness < 0.95);
-        let still = Track::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
+        assert!(fit.left_c2 < 1e-6 * sample.energy());
+        assert!(sample.fit(&film, |time_s| time_s + 0.5).likeness < 0.95);
+        let still = Film::of_frames(&[0.0, 20.0], &[[3.0; PIXELS], [3.0; PIXELS]]);
         assert_eq!(
-            walk.fit(&still, |time_s| time_s),
-            Fit::nothing(walk.energy())
+            sample.fit(&still, |time_s| time_s),
+            Fit::nothing(sample.energy())
         );
     }
 
@@ -402,10 +402,10 @@ mod tests {
     #[test]
     fn frames_pushed_out_of_the_scene_cost_their_squares() {
         let (times_s, frames) = film(20);
-        let track = Track::of_frames(&times_s, &frames);
-        let walk = Walk::new(times_s, frames);
+        let film = Film::of_frames(&times_s, &frames);
+        let sample = Sample::new(times_s, frames);
         // Exact, but for the quarter of the frames that it is not asked about.
-        let fit = walk.fit(&track, |time_s| if time_s < 15.0 { time_s } else { -1.0 });
+        let fit = sample.fit(&film, |time_s| if time_s < 15.0 { time_s } else { -1.0 });
         assert!((0.5..0.95).contains(&fit.likeness), "{fit:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::align::bounds::Bounds;
 use crate::align::clock::Line;
-use crate::align::film::{Fit, Track, Walk, whole};
+use crate::align::film::{Film, Fit, Sample, whole};
 use crate::numbers::count;
 
 /// Shifts of the grid stand this far apart, seconds: a walker's picture of one moment still resembles that of the next.
@@ -21,31 +21,31 @@ const STARTS: usize = 5;
 const SHIFT_LAST_S: f64 = 0.000_5;
 
 /// The best line within the bounds and what it explains.
-pub(crate) fn best_line(walk: &Walk, track: &Track, bounds: &Bounds) -> (Line, Fit) {
-    let grid = Grid::new(walk, bounds);
-    let coarse = walk.thinned(grid.frames());
+pub(crate) fn best_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (Line, Fit) {
+    let grid = Grid::new(sample, bounds);
+    let coarse = sample.thinned(grid.frames());
     let start = grid
-        .best(&coarse, track, STARTS)
+        .best(&coarse, film, STARTS)
         .into_iter()
-        .map(|(_, line)| grid.downhill(&coarse, track, line, SHIFT_LAST_S * 20.0))
+        .map(|(_, line)| grid.downhill(&coarse, film, line, SHIFT_LAST_S * 20.0))
         .max_by(|left, right| left.0.total_cmp(&right.0))
         .map_or(grid.centre(), |(_, line)| line);
-    let (_, line) = grid.downhill(walk, track, start, SHIFT_LAST_S);
-    (line, walk.fit(track, |time_s| line.scene_s(time_s)))
+    let (_, line) = grid.downhill(sample, film, start, SHIFT_LAST_S);
+    (line, sample.fit(film, |time_s| line.scene_s(time_s)))
 }
 
 /// The same less finely, for films whose exact place in time is not asked for: the likeness alone.
-pub(crate) fn rough_likeness(walk: &Walk, track: &Track, bounds: &Bounds) -> f64 {
-    rough_line(walk, track, bounds).0
+pub(crate) fn rough_likeness(sample: &Sample, film: &Film, bounds: &Bounds) -> f64 {
+    rough_line(sample, film, bounds).0
 }
 
 /// The line of [`rough_likeness`], behind it.
-pub(crate) fn rough_line(walk: &Walk, track: &Track, bounds: &Bounds) -> (f64, Line) {
-    let grid = Grid::new(walk, bounds);
-    let coarse = walk.thinned(grid.frames());
-    let best = grid.best(&coarse, track, 1);
+pub(crate) fn rough_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Line) {
+    let grid = Grid::new(sample, bounds);
+    let coarse = sample.thinned(grid.frames());
+    let best = grid.best(&coarse, film, 1);
     let start = best.first().map_or(grid.centre(), |(_, line)| *line);
-    grid.downhill(&coarse, track, start, SHIFT_STEP_S / 4.0)
+    grid.downhill(&coarse, film, start, SHIFT_STEP_S / 4.0)
 }
 
 struct Grid {
@@ -59,8 +59,8 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(walk: &Walk, bounds: &Bounds) -> Self {
-        let span_s = walk.span_s();
+    fn new(sample: &Sample, bounds: &Bounds) -> Self {
+        let span_s = sample.span_s();
         let steps = |range: f64, step: f64| whole((range / step).ceil().clamp(0.0, 10_000.0));
         Self {
             origin_s: bounds.origin_s,
@@ -103,10 +103,10 @@ impl Grid {
     }
 
     /// The best places, the first one best.
-    fn best(&self, walk: &Walk, track: &Track, number: usize) -> Vec<(f64, Line)> {
+    fn best(&self, sample: &Sample, film: &Film, number: usize) -> Vec<(f64, Line)> {
         let mut best: Vec<(f64, Line)> = Vec::with_capacity(number + 1);
         for line in self.lines() {
-            let likeness = walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+            let likeness = sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
             let place = best.partition_point(|(other, _)| *other >= likeness);
             if place < number {
                 best.insert(place, (likeness, line));
@@ -117,8 +117,8 @@ impl Grid {
     }
 
     /// Compass search: the best of the neighbours, and half the step where none is better.
-    fn downhill(&self, walk: &Walk, track: &Track, start: Line, last_s: f64) -> (f64, Line) {
-        let likeness = |line: Line| walk.fit(track, |time_s| line.scene_s(time_s)).likeness;
+    fn downhill(&self, sample: &Sample, film: &Film, start: Line, last_s: f64) -> (f64, Line) {
+        let likeness = |line: Line| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
         let (mut best, mut value) = (start, likeness(start));
         let mut step_s = SHIFT_STEP_S;
         while step_s >= last_s {
@@ -161,17 +161,16 @@ impl Grid {
 /// unexplained. What is left is taken as independent between frames, which is nearly so for the sensor's noise and not
 /// for a scene that is wrong.
 pub(crate) fn standard_errors(
-    walk: &Walk,
-    track: &Track,
+    sample: &Sample,
+    film: &Film,
     line: Line,
     fit: &Fit,
 ) -> Option<(f64, f64)> {
     const NUDGE_S: f64 = 0.05;
     let (mut ones, mut cross, mut squares, mut values) = (0.0, 0.0, 0.0, 0_usize);
-    for &time_s in &walk.times_s {
+    for &time_s in &sample.times_s {
         let scene_s = line.scene_s(time_s);
-        let (Some(before), Some(after)) =
-            (track.at(scene_s - NUDGE_S), track.at(scene_s + NUDGE_S))
+        let (Some(before), Some(after)) = (film.at(scene_s - NUDGE_S), film.at(scene_s + NUDGE_S))
         else {
             continue;
         };
@@ -187,7 +186,7 @@ pub(crate) fn standard_errors(
         values += before.len();
     }
     let determinant = ones * squares - cross * cross;
-    let variance = fit.left_c2 / count(walk.frames.len() * grideye_frame::PIXELS);
+    let variance = fit.left_c2 / count(sample.frames.len() * grideye_frame::PIXELS);
     if values == 0 || determinant <= 0.0 {
         return None;
     }
@@ -203,8 +202,8 @@ mod tests {
     use crate::frames::pixels::Pixels;
     use grideye_frame::PIXELS;
 
-    fn walk(seconds: f64) -> Walk {
-        Walk::new(vec![0.0, seconds], vec![[0.0; PIXELS]; 2])
+    fn sample(seconds: f64) -> Sample {
+        Sample::new(vec![0.0, seconds], vec![[0.0; PIXELS]; 2])
     }
 
     fn grid(seconds: f64, shift_max_s: f64, rate_max: f64) -> Grid {
@@ -213,7 +212,7 @@ mod tests {
             shift_max_s,
             rate_max,
         };
-        Grid::new(&walk(seconds), &bounds)
+        Grid::new(&sample(seconds), &bounds)
     }
 
     #[track_caller]
@@ -309,7 +308,7 @@ mod tests {
         std::array::from_fn(|pixel| (-(time_s - count(pixel % 16) - 2.0).powi(2)).exp())
     }
 
-    fn filmed(late_s: f64) -> (Walk, Track) {
+    fn filmed(late_s: f64) -> (Sample, Film) {
         let times = |number: usize, step_s: f64, from_s: f64| -> Vec<f64> {
             (0..number)
                 .map(|index| from_s + count(index) * step_s)
@@ -323,8 +322,8 @@ mod tests {
             .map(|&time_s| film(time_s + late_s))
             .collect();
         (
-            Walk::new(recorded_s, recorded),
-            Track::of_frames(&scene_s, &frames),
+            Sample::new(recorded_s, recorded),
+            Film::of_frames(&scene_s, &frames),
         )
     }
 
@@ -332,19 +331,19 @@ mod tests {
     /// of the grid are the two beside it.
     #[test]
     fn a_delay_is_found_as_finely_as_is_stated() {
-        let (walk, track) = filmed(0.137);
+        let (sample, film) = filmed(0.137);
         let bounds = Bounds {
             origin_s: 2.0,
             shift_max_s: 0.5,
             rate_max: 0.0,
         };
-        let (line, fit) = best_line(&walk, &track, &bounds);
+        let (line, fit) = best_line(&sample, &film, &bounds);
         assert!((line.shift_s - 0.137).abs() <= 0.001, "{line:?}");
         assert!(fit.likeness > 0.9999, "{fit:?}");
-        let (likeness, rough) = rough_line(&walk, &track, &bounds);
+        let (likeness, rough) = rough_line(&sample, &film, &bounds);
         assert!((rough.shift_s - 0.137).abs() <= 0.025, "{rough:?}");
-        assert_eq!(likeness, rough_likeness(&walk, &track, &bounds));
-        let best = Grid::new(&walk, &bounds).best(&walk, &track, 3);
+        assert_eq!(likeness, rough_likeness(&sample, &film, &bounds));
+        let best = Grid::new(&sample, &bounds).best(&sample, &film, 3);
         let shifts: Vec<f64> = best.iter().map(|(_, line)| line.shift_s).collect();
         assert!(best[0].0 > best[1].0 && best[1].0 > best[2].0, "{best:?}");
         for (shift, expected) in shifts.iter().zip([0.1, 0.2, 0.0]) {
@@ -356,8 +355,8 @@ mod tests {
     /// origin. With a variance of 1: sums 768, 768 and 1,280, determinant 393,216.
     #[test]
     fn standard_errors_are_those_of_a_line_through_three_frames() {
-        let track = Track::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
-        let walk = Walk::new(vec![1.0, 2.0, 3.0], vec![[0.0; PIXELS]; 3]);
+        let film = Film::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
+        let sample = Sample::new(vec![1.0, 2.0, 3.0], vec![[0.0; PIXELS]; 3]);
         let line = Line {
             shift_s: 0.0,
             rate: 0.0,
@@ -368,7 +367,7 @@ mod tests {
             amplitude: 2.0,
             left_c2: 192.0,
         };
-        let (shift_s, rate) = standard_errors(&walk, &track, line, &fit).unwrap();
+        let (shift_s, rate) = standard_errors(&sample, &film, line, &fit).unwrap();
         assert!(
             (shift_s - (1_280.0_f64 / 393_216.0).sqrt()).abs() < 1e-9,
             "{shift_s}"
@@ -377,9 +376,9 @@ mod tests {
             (rate - (768.0_f64 / 393_216.0).sqrt()).abs() < 1e-9,
             "{rate}"
         );
-        let one = Walk::new(vec![1.0], vec![[0.0; PIXELS]]);
-        assert_eq!(standard_errors(&one, &track, line, &fit), None);
-        let elsewhere = Walk::new(vec![30.0, 31.0], vec![[0.0; PIXELS]; 2]);
-        assert_eq!(standard_errors(&elsewhere, &track, line, &fit), None);
+        let one = Sample::new(vec![1.0], vec![[0.0; PIXELS]]);
+        assert_eq!(standard_errors(&one, &film, line, &fit), None);
+        let elsewhere = Sample::new(vec![30.0, 31.0], vec![[0.0; PIXELS]; 2]);
+        assert_eq!(standard_errors(&elsewhere, &film, line, &fit), None);
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::align::bounds::Bounds;
 use crate::align::clock::Law;
-use crate::align::film::{Fit, Track, Walk};
+use crate::align::film::{Film, Fit, Sample};
 use crate::numbers::count;
 
 /// The best law: begin and end are no further from the scene's than the bounds allow a shift to be.
-pub(crate) fn best_law(walk: &Walk, track: &Track, bounds: &Bounds) -> (Law, Fit) {
+pub(crate) fn best_law(sample: &Sample, film: &Film, bounds: &Bounds) -> (Law, Fit) {
     const STEPS: usize = 3;
     const SHAPES: [(f64, f64); 7] = [
         (0.0, 0.0),
@@ -22,10 +22,10 @@ pub(crate) fn best_law(walk: &Walk, track: &Track, bounds: &Bounds) -> (Law, Fit
         ends_late_s: end,
         ease,
         lean,
-        scene_s: (track.first_s(), track.last_s()),
+        scene_s: (film.first_s(), film.last_s()),
     };
-    let coarse = walk.thinned(128);
-    let likeness = |law: &Law| coarse.fit(track, |time_s| law.scene_s(time_s)).likeness;
+    let coarse = sample.thinned(128);
+    let likeness = |law: &Law| coarse.fit(film, |time_s| law.scene_s(time_s)).likeness;
     let late = |index: usize| bounds.shift_max_s * (count(index) / count(STEPS) - 1.0);
     let mut starts: Vec<(f64, Law)> = Vec::new();
     for begin in 0..=2 * STEPS {
@@ -42,15 +42,15 @@ pub(crate) fn best_law(walk: &Walk, track: &Track, bounds: &Bounds) -> (Law, Fit
     let best = starts
         .into_iter()
         .take(3)
-        .map(|(_, start)| downhill(&coarse, track, start, bounds))
+        .map(|(_, start)| downhill(&coarse, film, start, bounds))
         .max_by(|left, right| left.0.total_cmp(&right.0))
         .map_or(law(0.0, 0.0, (0.0, 0.0)), |(_, law)| law);
-    (best, walk.fit(track, |time_s| best.scene_s(time_s)))
+    (best, sample.fit(film, |time_s| best.scene_s(time_s)))
 }
 
 /// Compass search over the four parameters.
-fn downhill(walk: &Walk, track: &Track, start: Law, bounds: &Bounds) -> (f64, Law) {
-    let likeness = |law: &Law| walk.fit(track, |time_s| law.scene_s(time_s)).likeness;
+fn downhill(sample: &Sample, film: &Film, start: Law, bounds: &Bounds) -> (f64, Law) {
+    let likeness = |law: &Law| sample.fit(film, |time_s| law.scene_s(time_s)).likeness;
     let (mut best, mut value, mut step) = (start, likeness(&start), 0.25);
     while step > 0.002 {
         let better = neighbours(&best, step, bounds.shift_max_s)

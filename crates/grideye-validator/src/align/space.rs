@@ -1,6 +1,6 @@
 //! How the image lies: its orientation, and its offset in parts of a pixel.
 
-use crate::align::film::{Sums, Track, Walk};
+use crate::align::film::{Film, FitSums, Sample};
 use crate::frames::pixels::Pixels;
 use grideye_frame::COLUMNS;
 use std::fmt;
@@ -139,18 +139,18 @@ pub(crate) struct Pairs(Vec<(Pixels, Pixels)>, f64);
 
 impl Pairs {
     /// The moving parts of a walk and a scene under a law of time.
-    pub(crate) fn moving(walk: &Walk, track: &Track, scene_s: impl Fn(f64) -> f64) -> Self {
-        let pairs = walk
+    pub(crate) fn moving(sample: &Sample, film: &Film, scene_s: impl Fn(f64) -> f64) -> Self {
+        let pairs = sample
             .times_s
             .iter()
-            .zip(&walk.frames)
-            .filter_map(|(&time_s, real)| Some((*real, track.at(scene_s(time_s))?)))
+            .zip(&sample.frames)
+            .filter_map(|(&time_s, real)| Some((*real, film.at(scene_s(time_s))?)))
             .collect();
-        Self(pairs, walk.energy())
+        Self(pairs, sample.energy())
     }
 
     fn likeness(&self, right_px: f64, down_px: f64) -> f64 {
-        let mut sums = Sums::default();
+        let mut sums = FitSums::default();
         for (real, claim) in &self.0 {
             sums.add(real, &moved(claim, right_px, down_px));
         }

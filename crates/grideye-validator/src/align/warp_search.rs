@@ -5,7 +5,7 @@
 //! run backwards, or pick for every frame the moment whose noise suits it.
 
 use crate::align::clock::{Line, Warp};
-use crate::align::film::{Fit, Sums, Track, Walk, whole};
+use crate::align::film::{Film, Fit, FitSums, Sample, whole};
 use crate::frames::pixels::Pixels;
 use crate::numbers::count;
 use grideye_frame::PIXELS;
@@ -24,18 +24,18 @@ const WANDER_S: f64 = 0.3;
 const SMOOTH_S: f64 = 0.6;
 
 /// The path of least cost about a line.
-pub(crate) fn best_warp(walk: &Walk, track: &Track, line: Line, fit: &Fit, band_s: f64) -> Warp {
-    let number = whole((walk.span_s() / FRAME_STEP_S).ceil().max(2.0)).min(FRAMES);
-    let walk = walk.thinned(number);
-    let gap_s = walk.span_s() / count(walk.frames.len().saturating_sub(1).max(1));
+pub(crate) fn best_warp(sample: &Sample, film: &Film, line: Line, fit: &Fit, band_s: f64) -> Warp {
+    let number = whole((sample.span_s() / FRAME_STEP_S).ceil().max(2.0)).min(FRAMES);
+    let sample = sample.thinned(number);
+    let gap_s = sample.span_s() / count(sample.frames.len().saturating_sub(1).max(1));
     let step_s = (gap_s * PACE_MAX / 2.0).max(2.0 * band_s / count(LEVELS_MAX - 1));
     let half = whole((band_s / step_s + 1e-9).floor());
     let levels: Vec<f64> = (0..=2 * half)
         .map(|level| (count(level) - count(half)) * step_s)
         .collect();
-    let costs = costs(&walk, track, line, fit, &levels);
-    let path = cheapest(&costs, &walk.times_s, &levels);
-    let knots: Vec<(f64, f64)> = walk
+    let costs = costs(&sample, film, line, fit, &levels);
+    let path = cheapest(&costs, &sample.times_s, &levels);
+    let knots: Vec<(f64, f64)> = sample
         .times_s
         .iter()
         .zip(path)
@@ -47,11 +47,11 @@ pub(crate) fn best_warp(walk: &Walk, track: &Track, line: Line, fit: &Fit, band_
 }
 
 /// Half the squares, in units of the noise, that each frame leaves at each departure.
-fn costs(walk: &Walk, track: &Track, line: Line, fit: &Fit, levels: &[f64]) -> Vec<Vec<f64>> {
-    let mean = mean_claim(walk, track, line);
-    let variance = (fit.left_c2 / count(walk.frames.len() * PIXELS)).max(1e-4);
+fn costs(sample: &Sample, film: &Film, line: Line, fit: &Fit, levels: &[f64]) -> Vec<Vec<f64>> {
+    let mean = mean_claim(sample, film, line);
+    let variance = (fit.left_c2 / count(sample.frames.len() * PIXELS)).max(1e-4);
     let cost = |real: &Pixels, scene_s: f64| -> f64 {
-        let squares: f64 = match track.at(scene_s) {
+        let squares: f64 = match film.at(scene_s) {
             Some(claim) => (0..PIXELS)
                 .map(|pixel| real[pixel] - fit.amplitude * (claim[pixel] - mean[pixel]))
                 .map(|left| left * left)
@@ -60,9 +60,10 @@ fn costs(walk: &Walk, track: &Track, line: Line, fit: &Fit, levels: &[f64]) -> V
         };
         squares / variance / 2.0
     };
-    walk.times_s
+    sample
+        .times_s
         .iter()
-        .zip(&walk.frames)
+        .zip(&sample.frames)
         .map(|(&time_s, real)| {
             let scene_s = line.scene_s(time_s);
             levels
@@ -73,10 +74,10 @@ fn costs(walk: &Walk, track: &Track, line: Line, fit: &Fit, levels: &[f64]) -> V
         .collect()
 }
 
-fn mean_claim(walk: &Walk, track: &Track, line: Line) -> Pixels {
-    let mut sums = Sums::default();
-    for (&time_s, real) in walk.times_s.iter().zip(&walk.frames) {
-        if let Some(claim) = track.at(line.scene_s(time_s)) {
+fn mean_claim(sample: &Sample, film: &Film, line: Line) -> Pixels {
+    let mut sums = FitSums::default();
+    for (&time_s, real) in sample.times_s.iter().zip(&sample.frames) {
+        if let Some(claim) = film.at(line.scene_s(time_s)) {
             sums.add(real, &claim);
         }
     }
@@ -223,14 +224,14 @@ mod tests {
         frame
     }
 
-    fn film_and_walk(late_s: f64) -> (Track, Walk) {
+    fn film_and_walk(late_s: f64) -> (Film, Sample) {
         let times_s: Vec<f64> = (0..=60_u32).map(|step| f64::from(step) / 10.0).collect();
         let film: Vec<Pixels> = times_s.iter().map(|&time_s| hump(time_s)).collect();
         let seen = times_s
             .iter()
             .map(|&time_s| hump(time_s - late_s))
             .collect();
-        (Track::of_frames(&times_s, &film), Walk::new(times_s, seen))
+        (Film::of_frames(&times_s, &film), Sample::new(times_s, seen))
     }
 
     const STRAIGHT: Line = Line {
@@ -242,9 +243,9 @@ mod tests {
     /// What is recorded as the scene has it leaves nothing where it is not moved, whatever the mean of the scene.
     #[test]
     fn a_walk_that_is_the_scene_costs_nothing_at_its_own_time() {
-        let (track, walk) = film_and_walk(0.0);
-        let fit = walk.fit(&track, |time_s| time_s);
-        for (row, costs) in costs(&walk, &track, STRAIGHT, &fit, &[-0.3, 0.0, 0.3])
+        let (film, sample) = film_and_walk(0.0);
+        let fit = sample.fit(&film, |time_s| time_s);
+        for (row, costs) in costs(&sample, &film, STRAIGHT, &fit, &[-0.3, 0.0, 0.3])
             .into_iter()
             .enumerate()
         {
@@ -255,9 +256,9 @@ mod tests {
     /// Seen 0.2 s late, the hump is where the scene had it 0.2 s before.
     #[test]
     fn a_walk_that_is_late_all_along_departs_by_as_much() {
-        let (track, walk) = film_and_walk(0.2);
-        let fit = walk.fit(&track, |time_s| time_s - 0.2);
-        let warp = best_warp(&walk, &track, STRAIGHT, &fit, 0.5);
+        let (film, sample) = film_and_walk(0.2);
+        let fit = sample.fit(&film, |time_s| time_s - 0.2);
+        let warp = best_warp(&sample, &film, STRAIGHT, &fit, 0.5);
         for time_s in [2.5, 3.0, 3.5] {
             let by_s = warp.by_s(time_s);
             assert!((by_s + 0.2).abs() < 0.05, "{time_s} s: {by_s} s");

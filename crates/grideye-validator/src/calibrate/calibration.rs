@@ -5,7 +5,7 @@ use crate::calibrate::frames::Frames;
 use crate::calibrate::model::{Model, check_bounds};
 use crate::calibrate::progress::{Pace, Progress};
 use crate::calibrate::results;
-use crate::calibrate::search::{Fine, from_several_starts, steps_in_frames};
+use crate::calibrate::search::{FineSearch, from_several_starts, steps_in_frames};
 use crate::calibrate::types::{Calibration, Options};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
@@ -64,7 +64,7 @@ pub fn calibrate_telling(
     let mut model = Model::new(text, origin, files, sensor, pace)?;
     let before = model.left_over(&model.start(), &frames)?;
     let (coarse, starts) = from_several_starts(&mut model, &frames, options)?;
-    let fine = Fine::search(&mut model, &frames, coarse, options)?;
+    let fine = FineSearch::search(&mut model, &frames, coarse, options)?;
     Ok(results::calibration(
         (text, &loaded.fits, sensor),
         &model,

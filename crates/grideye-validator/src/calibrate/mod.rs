@@ -41,4 +41,6 @@ mod uncertainty;
 pub use calibration::{calibrate, calibrate_telling};
 pub use error::CalibrateError;
 pub use progress::Progress;
-pub use types::{Calibration, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Found, Options, STARTS_MAX};
+pub use types::{
+    Calibration, Estimate, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options, STARTS_MAX,
+};

@@ -4,8 +4,8 @@ use crate::calibrate::frames::Frames;
 use crate::calibrate::linear::dot;
 use crate::calibrate::model::{Model, noise_key};
 use crate::calibrate::noise::Parts;
-use crate::calibrate::search::Fine;
-use crate::calibrate::types::{Calibration, Found};
+use crate::calibrate::search::FineSearch;
+use crate::calibrate::types::{Calibration, Estimate};
 use crate::calibrate::uncertainty::{Uncertainty, student_97_5};
 use crate::frames::pixels::STEP_VARIANCE;
 use crate::numbers::count;
@@ -26,7 +26,7 @@ pub(crate) fn calibration(
     (text, fits, sensor): (&str, &[Fit], &str),
     model: &Model<'_>,
     frames: &Frames,
-    fine: &Fine,
+    fine: &FineSearch,
     before: &[f64],
     starts: [usize; 2],
 ) -> Calibration {
@@ -57,12 +57,12 @@ pub(crate) fn calibration(
     }
 }
 
-fn found(fits: &[Fit], model: &Model<'_>, fine: &Fine) -> Vec<Found> {
+fn found(fits: &[Fit], model: &Model<'_>, fine: &FineSearch) -> Vec<Estimate> {
     let values = model.values(&fine.solution.point);
-    let mut found: Vec<Found> = fits
+    let mut found: Vec<Estimate> = fits
         .iter()
         .zip(values)
-        .map(|(fit, value)| Found {
+        .map(|(fit, value)| Estimate {
             key: fit.key.clone(),
             start: fit.value,
             value,
@@ -92,7 +92,7 @@ fn found(fits: &[Fit], model: &Model<'_>, fine: &Fine) -> Vec<Found> {
 }
 
 /// The noise of the scene's sensor is what is left over, before the sensor rounded it.
-fn put_noise(found: &mut [Found], sensor: &str, white: f64, frames: usize) {
+fn put_noise(found: &mut [Estimate], sensor: &str, white: f64, frames: usize) {
     let key = noise_key(sensor);
     let Some(found) = found.iter_mut().find(|found| found.key == key) else {
         return;
@@ -132,7 +132,7 @@ fn rounded(value: f64, uncertainty: Option<f64>, bounds: [f64; 2]) -> f64 {
     near.clamp(bounds[0], bounds[1])
 }
 
-fn correlation(found: &[Found], model: &Model<'_>, known: &Uncertainty) -> Vec<Vec<f64>> {
+fn correlation(found: &[Estimate], model: &Model<'_>, known: &Uncertainty) -> Vec<Vec<f64>> {
     let mut correlation = vec![vec![0.0; found.len()]; found.len()];
     for (row, &from) in known.told.iter().enumerate() {
         for (column, &to) in known.told.iter().enumerate() {
@@ -148,7 +148,7 @@ fn correlation(found: &[Found], model: &Model<'_>, known: &Uncertainty) -> Vec<V
 }
 
 fn warnings(
-    found: &[Found],
+    found: &[Estimate],
     correlation: &[Vec<f64>],
     model: &Model<'_>,
     known: &Uncertainty,
@@ -218,7 +218,7 @@ fn warnings(
 }
 
 /// The file with the values in their places and a remark above each key.
-fn scene(text: &str, fits: &[Fit], found: &[Found]) -> String {
+fn scene(text: &str, fits: &[Fit], found: &[Estimate]) -> String {
     let mut edits: Vec<(std::ops::Range<usize>, String)> = Vec::new();
     for (fit, found) in fits.iter().zip(found) {
         if let Some(span) = &fit.value_span {
@@ -245,7 +245,7 @@ fn earlier_remark(text: &str, at: usize) -> std::ops::Range<usize> {
     if is_remark { start..at } else { at..at }
 }
 
-impl Found {
+impl Estimate {
     /// `84.97 ± 0.12 (95 %: 84.73 to 85.21)`, or why there is no uncertainty.
     #[must_use]
     pub fn told(&self) -> String {

@@ -79,14 +79,14 @@ pub(crate) fn draw(generator: &mut ChaCha12Rng) -> f64 {
 }
 
 /// The search on all frames, with weights from what it leaves over.
-pub(crate) struct Fine {
+pub(crate) struct FineSearch {
     pub(crate) solution: Solution,
     pub(crate) noise: Noise,
     pub(crate) left_over: Vec<f64>,
     pub(crate) uncertainty: Uncertainty,
 }
 
-impl Fine {
+impl FineSearch {
     pub(crate) fn search(
         model: &mut Model<'_>,
         frames: &Frames,

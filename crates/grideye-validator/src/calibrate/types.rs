@@ -42,7 +42,7 @@ impl Default for Options {
 /// One unknown, found.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct Found {
+pub struct Estimate {
     /// What it is, as the scene spells it.
     pub key: String,
     /// Where the search began.
@@ -66,7 +66,7 @@ pub struct Found {
 #[non_exhaustive]
 pub struct Calibration {
     /// The unknowns, in the order of the file.
-    pub found: Vec<Found>,
+    pub found: Vec<Estimate>,
     /// Correlation of the estimates, in the order of `found`; 0 for those without uncertainty.
     pub correlation: Vec<Vec<f64>>,
     /// What the reader must know.

@@ -10,8 +10,8 @@
 use crate::characterize::histogram::Histogram;
 use crate::characterize::limits::DIFFERENCE_BIN_C;
 use crate::frames::pixels::{Pixels, middle_mean, two_by_two};
-use crate::metrics::gain::Warmth;
-use crate::metrics::unclaimed::RoomMap;
+use crate::metrics::gain::WarmLimits;
+use crate::metrics::unclaimed::RoomDifference;
 use crate::numbers::count;
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
@@ -96,8 +96,8 @@ impl PresenceFinder {
         };
         // Beside a room of one temperature, nothing is claimed to be warm.
         let level = middle_mean(&mean_c);
-        let warmth = Warmth::new(level, thresholds.unclaimed_min_c);
-        RoomMap::new(&mean_c, &[level; PIXELS], COLUMNS, warmth)
+        let warmth = WarmLimits::new(level, thresholds.unclaimed_min_c);
+        RoomDifference::new(&mean_c, &[level; PIXELS], COLUMNS, warmth)
             .beyond_pattern(thresholds.pattern_spread_c)
             .map_or(Presence::Nobody, |block| {
                 Presence::Still(Spot {

@@ -23,13 +23,13 @@ impl Characterization {
     #[must_use]
     pub fn lines(&self) -> Vec<Line> {
         let mut lines = Vec::new();
-        self.say_frames(&mut lines);
-        self.say_timing(&mut lines);
-        self.say_noise(&mut lines);
-        self.say_presence(&mut lines);
-        self.say_common_mode(&mut lines);
-        self.say_faults(&mut lines);
-        self.say_thermistor(&mut lines);
+        self.add_frames(&mut lines);
+        self.add_timing(&mut lines);
+        self.add_noise(&mut lines);
+        self.add_presence(&mut lines);
+        self.add_common_mode(&mut lines);
+        self.add_faults(&mut lines);
+        self.add_thermistor(&mut lines);
         lines
     }
 
@@ -186,15 +186,15 @@ impl Characterization {
         })
     }
 
-    fn say_frames(&self, lines: &mut Vec<Line>) {
+    fn add_frames(&self, lines: &mut Vec<Line>) {
         let missing: Vec<String> = self
             .missing
             .iter()
             .map(|(reason, count)| format!("{count} {reason}"))
             .collect();
         let missing_frames: u64 = self.missing.values().sum();
-        say(lines, "frames read", self.frames.to_string(), "");
-        say(
+        add(lines, "frames read", self.frames.to_string(), "");
+        add(
             lines,
             "frames recorded as missing",
             missing_frames.to_string(),
@@ -202,7 +202,7 @@ impl Characterization {
         );
         let gaps = format!("at {}", times(self.gaps, "place"));
         let note = if self.gaps == 0 { "" } else { &gaps };
-        say(
+        add(
             lines,
             "sequence numbers left out",
             self.skipped.to_string(),
@@ -210,11 +210,11 @@ impl Characterization {
         );
     }
 
-    fn say_timing(&self, lines: &mut Vec<Line>) {
+    fn add_timing(&self, lines: &mut Vec<Line>) {
         let timing = &self.timing;
         let milliseconds = |seconds: f64| fixed(1000.0 * seconds, 2);
-        say(lines, "length, s", fixed(timing.span_s, 1), "");
-        say(
+        add(lines, "length, s", fixed(timing.span_s, 1), "");
+        add(
             lines,
             "frame rate of the recording, Hz",
             fixed(timing.rate_hz, 3),
@@ -225,21 +225,21 @@ impl Characterization {
             milliseconds(timing.shortest_percent_s),
             milliseconds(timing.longest_percent_s)
         );
-        say(
+        add(
             lines,
             "jitter of the interval, ms",
             milliseconds(timing.jitter_s),
             &jitter,
         );
         let longest = format!("longest interval {} ms", milliseconds(timing.longest_s));
-        say(lines, "stalls", timing.stalls.to_string(), &longest);
-        say(lines, "bursts", timing.bursts.to_string(), "");
+        add(lines, "stalls", timing.stalls.to_string(), &longest);
+        add(lines, "bursts", timing.bursts.to_string(), "");
         let jumps: Vec<String> = timing
             .listed_jumps
             .iter()
             .map(|jump| format!("{} s at frame {}", fixed(jump.by_s, 1), jump.seq))
             .collect();
-        say(
+        add(
             lines,
             "jumps of the clock",
             timing.jumps.to_string(),
@@ -255,18 +255,18 @@ impl Characterization {
             ),
             None => ("unknown".to_owned(), String::new()),
         };
-        say(lines, "frame rate of the sensor, Hz", rate, &note);
+        add(lines, "frame rate of the sensor, Hz", rate, &note);
     }
 
-    fn say_noise(&self, lines: &mut Vec<Line>) {
+    fn add_noise(&self, lines: &mut Vec<Line>) {
         let step = |step: Option<f64>| step.map_or("unknown".to_owned(), |step| step.to_string());
-        say(
+        add(
             lines,
             "step of the pixels, °C",
             step(self.steps.pixel_c),
             "",
         );
-        say(
+        add(
             lines,
             "step of the thermistor, °C",
             step(self.steps.thermistor_c),
@@ -274,7 +274,7 @@ impl Characterization {
         );
         let (least, most) = self.noise.range_c();
         let range = format!("{} to {} over the pixels", fixed(least, 2), fixed(most, 2));
-        say(
+        add(
             lines,
             "noise of the middle pixel, °C",
             fixed(self.noise.median_c(), 3),
@@ -283,7 +283,7 @@ impl Characterization {
         let pattern = self
             .pattern
             .map_or("unknown".to_owned(), |pattern| fixed(pattern.sd_c, 3));
-        say(
+        add(
             lines,
             "fixed pattern, sd, °C",
             pattern,
@@ -291,7 +291,7 @@ impl Characterization {
         );
     }
 
-    fn say_presence(&self, lines: &mut Vec<Line>) {
+    fn add_presence(&self, lines: &mut Vec<Line>) {
         let (somebody, note) = match &self.presence {
             Presence::Nobody => ("no", String::new()),
             Presence::Somebody(spot) => (
@@ -304,12 +304,12 @@ impl Characterization {
             ),
             Presence::TooShort => ("unknown", "less than half a minute".to_owned()),
         };
-        say(lines, "somebody in view", somebody.to_owned(), &note);
+        add(lines, "somebody in view", somebody.to_owned(), &note);
     }
 
-    fn say_common_mode(&self, lines: &mut Vec<Line>) {
+    fn add_common_mode(&self, lines: &mut Vec<Line>) {
         let Some(common) = &self.common_mode else {
-            say(
+            add(
                 lines,
                 "common mode",
                 "unknown".to_owned(),
@@ -325,7 +325,7 @@ impl Characterization {
                 fixed(flicker.correlation_s, 1)
             )
         });
-        say(
+        add(
             lines,
             "slow common mode, sd, °C",
             fixed(common.sd_c, 3),
@@ -337,14 +337,14 @@ impl Characterization {
                     "one frame colder, {} times the spectrum's middle",
                     fixed(cycle.contrast, 0)
                 );
-                say(lines, "cycle, frames", fixed(cycle.frames, 2), &note);
-                say(lines, "its depth, °C", fixed(cycle.depth_c, 3), "");
+                add(lines, "cycle, frames", fixed(cycle.frames, 2), &note);
+                add(lines, "its depth, °C", fixed(cycle.depth_c, 3), "");
             }
-            None => say(lines, "cycle, frames", "none".to_owned(), ""),
+            None => add(lines, "cycle, frames", "none".to_owned(), ""),
         }
     }
 
-    fn say_faults(&self, lines: &mut Vec<Line>) {
+    fn add_faults(&self, lines: &mut Vec<Line>) {
         let faults = &self.faults;
         let percent = |share: f64| fixed(100.0 * share, 2);
         let torn = format!(
@@ -353,7 +353,7 @@ impl Characterization {
             faults.compared,
             percent(faults.torn_by_chance)
         );
-        say(
+        add(
             lines,
             "partly repeated (torn) frames, %",
             percent(faults.torn_share()),
@@ -363,7 +363,7 @@ impl Characterization {
             0 => String::new(),
             _ => format!("up to {} in a row", faults.duplicates_in_a_row_max),
         };
-        say(
+        add(
             lines,
             "duplicate frames, %",
             percent(faults.duplicate_share()),
@@ -373,7 +373,7 @@ impl Characterization {
             0 => String::new(),
             _ => times(faults.glitch_pixels, "pixel"),
         };
-        say(
+        add(
             lines,
             "frames with a glitch",
             faults.glitch_frames.to_string(),
@@ -381,14 +381,14 @@ impl Characterization {
         );
     }
 
-    fn say_thermistor(&self, lines: &mut Vec<Line>) {
+    fn add_thermistor(&self, lines: &mut Vec<Line>) {
         let thermistor = &self.thermistor;
         let above = format!(
             "{} over {}",
             fixed(thermistor.mean_c, 2),
             fixed(thermistor.scene_c, 2)
         );
-        say(
+        add(
             lines,
             "thermistor over the scene, °C",
             fixed(thermistor.offset_c, 2),
@@ -397,7 +397,7 @@ impl Characterization {
         let trend = thermistor.drift_c_per_hour.map_or(String::new(), |trend| {
             format!("trend {} °C an hour", crate::numerals::signed(trend, 1))
         });
-        say(
+        add(
             lines,
             "noise of the thermistor, °C",
             fixed(thermistor.sigma_c, 3),
@@ -419,7 +419,7 @@ impl fmt::Display for Spot {
     }
 }
 
-fn say(lines: &mut Vec<Line>, label: &'static str, value: String, note: &str) {
+fn add(lines: &mut Vec<Line>, label: &'static str, value: String, note: &str) {
     lines.push(Line {
         label,
         value,

@@ -1,14 +1,14 @@
 //! The frames of a comparison, handed to those that draw units.
 
 use crate::compare::pairs::pairs;
-use crate::compare::prepared::SceneView;
+use crate::compare::prepared::ComparedFrames;
 use crate::compare::settings::Settings;
 use crate::expected::claim::{Claim, Recorded, Sides, Statistics};
-use crate::expected::units::{Expected, Specified};
+use crate::expected::units::{Expected, UnitSpecification};
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
-use crate::metrics::foreground::RoomFrom;
+use crate::metrics::foreground::RoomSource;
 use crate::numbers::{count, evenly, mean_square};
-use crate::verdict::types::Beside;
+use crate::verdict::types::Prior;
 use std::time::Duration;
 
 /// What the verdict is read from, and what drawn units would have scored.
@@ -26,18 +26,18 @@ const DRAWN_FRAMES_MAX: usize = 100;
 const DRAWN_STATIC_MAX: usize = 10;
 
 /// Standard deviation of what is not known of a unit's pattern, row by row, °C.
-pub(crate) fn pattern_c(settings: &Settings, beside: &Beside, pixels: usize) -> Vec<f64> {
+pub(crate) fn pattern_c(settings: &Settings, prior: &Prior, pixels: usize) -> Vec<f64> {
     let any = || vec![settings.thresholds.pattern_spread_c; pixels];
-    beside.pattern_c.clone().unwrap_or_else(any)
+    prior.pattern_c.clone().unwrap_or_else(any)
 }
 
 impl Bootstrap {
     pub(crate) fn new(
-        view: &SceneView,
+        view: &ComparedFrames,
         real: &[RealFrame],
         simulated: &[SimulatedFrame],
         settings: &Settings,
-        beside: &Beside,
+        prior: &Prior,
     ) -> Self {
         let is_static = settings.protocol == Protocol::Static;
         let chosen = evenly(real.len(), DRAWN_FRAMES_MAX);
@@ -46,13 +46,13 @@ impl Bootstrap {
         } else {
             chosen.clone()
         };
-        let pattern_c = pattern_c(settings, beside, view.pixels());
-        let unit = Specified {
+        let pattern_c = pattern_c(settings, prior, view.pixels());
+        let unit = UnitSpecification {
             noise_c: view.sigma_c,
             pattern_c,
             step_c: settings.step_c,
             frames: chosen.len(),
-            learned_from: (beside.room.from == RoomFrom::Recording).then_some(beside.room.frames),
+            learned_from: (prior.room.from == RoomSource::Recording).then_some(prior.room.frames),
             seed: settings.seed,
         };
         let (noise, pattern) = (view.sigma_c.powi(2), mean_square(&unit.pattern_c));
@@ -60,14 +60,14 @@ impl Bootstrap {
             simulated: claims.iter().map(|&index| &simulated[index]).collect(),
             nobody: claims
                 .iter()
-                .filter_map(|&index| beside.nobody.get(index).map(Vec::as_slice))
+                .filter_map(|&index| prior.nobody.get(index).map(Vec::as_slice))
                 .collect(),
             pairs: pairs(settings.protocol, chosen.len(), claims.len()),
             warmth: view.warmth,
             ambient_c: settings.ambient_c,
             is_static,
-            columns: view.making.shape.columns,
-            pattern: &beside.pattern_added_c,
+            columns: view.preparation.shape.columns,
+            pattern: &prior.pattern_added_c,
             still_weight: if pattern > 0.0 {
                 noise / (noise + count(chosen.len()) * pattern)
             } else {
@@ -80,7 +80,7 @@ impl Bootstrap {
             .collect();
         let found = claim.of_all(Recorded {
             frames: &frames,
-            room: beside.room.celsius.as_deref(),
+            room: prior.room.celsius.as_deref(),
         });
         Self {
             expected: Expected::new(&claim, &unit),

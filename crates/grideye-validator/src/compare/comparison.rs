@@ -1,302 +1,109 @@
-//! Compares the frames of a recording with simulated ones.
+//! What a comparison finds.
 
-use crate::compare::bootstrap::{Bootstrap, pattern_c};
-use crate::compare::checks::{check_frames, check_settings};
-use crate::compare::floors::{blank, noise, shuffled};
-use crate::compare::outcome::{Comparison, EvaluationGraph, FilmFrame};
-use crate::compare::pairs::{pairs, thinned};
-use crate::compare::prepared::{Making, Prepared, SceneView, Side};
-use crate::compare::settings::{FILM_FRAMES_MAX, PLACED_PAIRS_MAX, Settings};
-use crate::compare::sums::{Repeat, Sums, sums};
-use crate::compare::timeline::{FrameScores, drift_c_per_min, maps, noise_fit, timeline};
-use crate::error::ValidatorError;
-use crate::frames::{RealFrame, Shape, SimulatedFrame};
-use crate::metrics;
-use crate::metrics::foreground::{AboveRoom, above_room};
-use crate::metrics::gain::Union;
+use crate::align::Alignment;
+use crate::background::fit::BackgroundFit;
+use crate::compare::settings::Settings;
+use crate::compare::timeline::{FrameScores, PixelMaps};
+use crate::frames::Shape;
+use crate::metrics::ChiSquared;
+use crate::metrics::foreground::{ForegroundCorrelation, RoomSource};
 use crate::metrics::score::{Measure, Score, Scores};
-use crate::numbers::{count, evenly, extremes, mean_square, median};
-use crate::verdict::judgement::judge;
-use crate::verdict::types::{Beside, Evidence};
-use crate::verdict::{Nobody, WarmPixels};
+use crate::verdict::{Judgement, Nobody, WarmPixels};
+use std::time::Duration;
 
-/// Compares the frames of a recording with simulated ones.
-///
-/// # Errors
-/// When a side has no frame or too many, frames differ in size or hold values that are not finite, the dynamic
-/// protocol finds unequal numbers of frames, or a setting is out of range.
-pub fn compare(
-    shape: Shape,
-    real: &[RealFrame],
-    simulated: &[SimulatedFrame],
-    settings: &Settings,
-) -> Result<Comparison, ValidatorError> {
-    compare_beside(shape, real, simulated, settings, &Beside::default())
+/// Share of pixels below a threshold as a function of that threshold (the paper's evaluation graph), mean over pairs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EvaluationGraph {
+    /// The thresholds in degrees.
+    pub thresholds_c: Vec<f64>,
+    /// Real with simulated, shares of 0 to 1.
+    pub simulated: Vec<f64>,
+    /// Real with the blank frame.
+    pub blank: Vec<f64>,
+    /// Real with its own repeat.
+    pub repeat: Option<Vec<f64>>,
 }
 
-/// The same, with what is known beside the frames.
-pub(crate) fn compare_beside(
-    shape: Shape,
-    real: &[RealFrame],
-    simulated: &[SimulatedFrame],
-    settings: &Settings,
-    beside: &Beside,
-) -> Result<Comparison, ValidatorError> {
-    check_settings(settings)?;
-    check_frames(shape, real, simulated, settings.protocol)?;
-    let noise_sigma_c = noise_sigma(real);
-    let sigma_c = noise_sigma_c.unwrap_or(settings.noise_sigma_c);
-    let making = Making {
-        shape,
-        binning: settings.binning,
-        warm_above_c: settings.warm_above(sigma_c),
-    };
-    let view = SceneView::new(making, real, simulated, settings, sigma_c);
-    let pairs = pairs(settings.protocol, real.len(), simulated.len());
-    let repeat = Repeat::new(&view, real, noise_sigma_c);
-    let found = sums(
-        &view,
-        &pairs,
-        &view.simulated,
-        (PLACED_PAIRS_MAX, settings.threads),
-    );
-    let blank = blank(&view, &pairs);
-    let scores = scores(&view, &pairs, [&found, &blank], repeat.as_ref(), settings);
-    let above = beside
-        .has_people
-        .then(|| above_room(real, simulated, &beside.nobody, &beside.room));
-    let bootstrap = Bootstrap::new(&view, real, simulated, settings, beside);
-    let outcome = Outcome {
-        bootstrap,
-        nobody: nobody(&view, &pairs, simulated, beside),
-        above,
-        warm: warm_pixels(&view, &found.union),
-        timeline: timeline(&view, real),
-        scores,
-        found,
-        blank,
-        repeat,
-        view,
-    };
-    Ok(outcome.comparison(real, simulated, noise_sigma_c, (settings, beside)))
+/// A real frame beside the simulated one, for the report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmFrame {
+    /// Time of the real frame since the first of the recording.
+    pub time: Duration,
+    /// The real frame in degrees.
+    pub real: Vec<f64>,
+    /// The simulated frame in degrees, with its noise.
+    pub simulated: Vec<f64>,
 }
 
-/// All that was counted.
-struct Outcome {
-    bootstrap: Bootstrap,
-    nobody: Option<Nobody>,
-    above: Option<AboveRoom>,
-    warm: WarmPixels,
-    timeline: Vec<FrameScores>,
-    scores: Scores,
-    found: Sums,
-    blank: Sums,
-    repeat: Option<Repeat>,
-    view: SceneView,
+/// The outcome of a comparison: scores with their floors and ceilings, and the verdict.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// The verdict and its reasons.
+    pub judgement: Judgement,
+    /// The scores.
+    pub scores: Scores,
+    /// The evaluation graph.
+    pub evaluation: EvaluationGraph,
+    /// Frames to show, at most [`crate::FILM_FRAMES_MAX`], in order of time.
+    pub film: Vec<FilmFrame>,
+    /// Size of the frames.
+    pub shape: Shape,
+    /// Real frames compared.
+    pub real_frames: usize,
+    /// Simulated frames compared.
+    pub simulated_frames: usize,
+    /// Pairs of frames scored.
+    pub pairs: usize,
+    /// Temporal noise of the sensor in degrees, measured on the repeat; `None` without repeat.
+    pub noise_sigma_c: Option<f64>,
+    /// A pixel of one frame counts as warm from this far above the background, in degrees.
+    pub warm_above_c: f64,
+    /// A pixel of the real side belongs to the pixels that the gain is taken over from this far above ambient, in
+    /// degrees; one of the claim from half of it. Under the static protocol the mean of the frames is asked.
+    pub union_above_c: f64,
+    /// How much warmer the recording is than the scene all over, in degrees: median over the pairs of the
+    /// mean of the middle half of the pixels' differences.
+    pub offset_c: f64,
+    /// How far that offset wanders between the pairs, in degrees: largest less smallest.
+    pub drift_c: f64,
+    /// Trend of that offset in degrees a minute: slope of the least-squares line over the times of the real frames;
+    /// `None` where all have one time.
+    pub drift_c_per_min: Option<f64>,
+    /// What is left between each real frame and the noise-free claim beside it, in units of the sensor's noise, summed
+    /// over the real frames.
+    pub noise_fit: ChiSquared,
+    /// Each real frame beside its simulated one, in order of time.
+    pub timeline: Vec<FrameScores>,
+    /// The same, pixel by pixel over all frames.
+    pub maps: PixelMaps,
+    /// Warm pixels.
+    pub warm: WarmPixels,
+    /// The settings it was made with.
+    pub settings: Settings,
+    /// What the same scene scores without its people; `None` where there is no scene.
+    pub nobody: Option<Nobody>,
+    /// C with the empty room taken from both sides; `None` where the scene has no people.
+    pub above_room: Option<ForegroundCorrelation>,
+    /// The largest common offset that was allowed, °C.
+    pub level_max_c: f64,
+    /// Standard deviation of the pattern that units were drawn with, root of the mean square over the pixels, °C.
+    pub pattern_c: f64,
+    /// What leaves so much of it unknown; where it is the scene, nothing is known of this unit.
+    pub pattern_from: RoomSource,
+    /// How well the profile explains the empty room that the recording shows, where there are both.
+    pub background: Option<BackgroundFit>,
+    /// What spoils the verdict and can be mended, each a sentence and, on a line of its own, a hint.
+    pub warnings: Vec<String>,
+    /// What was assumed or left out on the way here, each a sentence.
+    pub notes: Vec<String>,
+    /// How recording and scene were brought into step, if they were.
+    pub alignment: Option<Alignment>,
 }
 
-impl Outcome {
-    fn comparison(
-        self,
-        real: &[RealFrame],
-        simulated: &[SimulatedFrame],
-        noise_sigma_c: Option<f64>,
-        (settings, beside): (&Settings, &Beside),
-    ) -> Comparison {
-        let offset_c = median(&self.found.offsets).unwrap_or(0.0);
-        let warm_above_c = self.view.making.warm_above_c;
-        let evidence = Evidence {
-            scores: &self.scores,
-            real_frames: real.len(),
-            offset_c,
-            warm: self.warm,
-            warm_above_c,
-            lag_frames: settings.lag_frames,
-            beside,
-            found: &self.bootstrap.found,
-            expected: &self.bootstrap.expected,
-            alike: self.bootstrap.claim.alike(),
-            times: &self.bootstrap.times,
-        };
-        Comparison {
-            judgement: judge(&evidence, &settings.thresholds),
-            nobody: self.nobody,
-            above_room: self.above,
-            pattern_c: mean_square(&pattern_c(settings, beside, self.view.pixels())).sqrt(),
-            pattern_from: beside.pattern_from,
-            level_max_c: beside.level_c.unwrap_or(settings.thresholds.offset_max_c),
-            evaluation: EvaluationGraph {
-                thresholds_c: metrics::thresholds_c().to_vec(),
-                simulated: self.found.graph.shares().to_vec(),
-                blank: self.blank.graph.shares().to_vec(),
-                repeat: self.repeat.map(|repeat| repeat.graph.shares().to_vec()),
-            },
-            film: film(real, simulated),
-            shape: self.view.making.shape,
-            real_frames: real.len(),
-            simulated_frames: simulated.len(),
-            pairs: self.found.pairs,
-            noise_sigma_c,
-            warm_above_c,
-            union_above_c: self.view.union_above_c(),
-            offset_c,
-            drift_c: {
-                let (low, high) = extremes(&self.found.offsets);
-                (high - low).max(0.0)
-            },
-            drift_c_per_min: drift_c_per_min(&self.timeline),
-            noise_fit: noise_fit(&self.view),
-            maps: maps(&self.timeline),
-            timeline: self.timeline,
-            warm: self.warm,
-            settings: *settings,
-            background: None,
-            warnings: Vec::new(),
-            notes: Vec::new(),
-            alignment: None,
-            scores: self.scores,
-        }
-    }
-}
-
-/// The sensor's temporal noise: per pixel the root mean square of frame less repeat over the root of two, and of the
-/// pixels the median, which a person walking through a part of the view does not move.
-fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
-    let repeats: Vec<(&[f64], &[f64])> = real
-        .iter()
-        .filter_map(|frame| Some((frame.celsius.as_slice(), frame.later.as_deref()?)))
-        .collect();
-    let pixels = repeats.first()?.0.len();
-    let sigma = |pixel: usize| {
-        let squares: f64 = repeats
-            .iter()
-            .map(|(now, later)| (later[pixel] - now[pixel]).powi(2))
-            .sum();
-        (squares / count(repeats.len()) / 2.0).sqrt()
-    };
-    let sigmas: Vec<f64> = (0..pixels).map(sigma).collect();
-    median(&sigmas)
-}
-
-fn warm_pixels(view: &SceneView, union: &Union) -> WarmPixels {
-    let frames = view.real.iter().map(Prepared::celsius);
-    let claims = view.simulated.frames.iter().map(Prepared::steady);
-    let above_c = view.making.warm_above_c;
-    let (real, simulated) = (view.real.len(), view.simulated.frames.len());
-    WarmPixels {
-        real: warm_of_themselves(frames, above_c) / count(real),
-        claimed: warm_of_themselves(claims, above_c) / count(simulated),
-        overlap: (union.pixels > 0).then(|| count(union.both) / count(union.pixels)),
-    }
-}
-
-/// Warm pixels above the frame's own median: whether a recording is empty must not depend on what the scene claims.
-fn warm_of_themselves<'a>(frames: impl Iterator<Item = &'a [f64]>, warm_above_c: f64) -> f64 {
-    let warm = |frame: &[f64]| {
-        let background = median(frame).unwrap_or(0.0);
-        frame
-            .iter()
-            .filter(|&&value| value - background > warm_above_c)
-            .count()
-    };
-    count(frames.map(warm).sum())
-}
-
-/// What the scene scores without its people, under the noise of the simulated frames.
-fn nobody(
-    view: &SceneView,
-    pairs: &[(usize, usize)],
-    simulated: &[SimulatedFrame],
-    beside: &Beside,
-) -> Option<Nobody> {
-    if beside.nobody.len() != simulated.len() {
-        return None;
-    }
-    let frame = |(simulated, nobody): (&SimulatedFrame, &Vec<f64>)| {
-        let noise = simulated.celsius.iter().zip(&simulated.noise_free);
-        let noisy: Vec<f64> = nobody
-            .iter()
-            .zip(noise)
-            .map(|(empty, (noisy, clean))| empty + noisy - clean)
-            .collect();
-        view.making.simulated(&noisy, nobody, None)
-    };
-    let side = Side::new(simulated.iter().zip(&beside.nobody).map(frame).collect());
-    let thinned = thinned(pairs, PLACED_PAIRS_MAX);
-    let sums = sums(view, &thinned, &side, (1, 1));
-    Some(Nobody {
-        correlation: sums.get(Measure::Correlation),
-        gain: sums.get(Measure::Gain),
-        has_people: beside.has_people,
-    })
-}
-
-fn scores(
-    view: &SceneView,
-    pairs: &[(usize, usize)],
-    [found, blank]: [&Sums; 2],
-    repeat: Option<&Repeat>,
-    settings: &Settings,
-) -> Scores {
-    let shuffled = shuffled(view, pairs, settings);
-    let noise = noise(view, settings.seed);
-    let score = |&measure: &Measure| Score {
-        measure,
-        value: found.get(measure),
-        blank: blank.get(measure),
-        shuffled: shuffled
-            .iter()
-            .find(|(of, _)| *of == measure)
-            .map(|&(_, shuffled)| shuffled),
-        noise: noise.get(measure),
-        ceiling: repeat.and_then(|repeat| repeat.ceiling(measure)),
-    };
-    Scores::new(Measure::ALL.iter().map(score).collect())
-}
-
-fn film(real: &[RealFrame], simulated: &[SimulatedFrame]) -> Vec<FilmFrame> {
-    let beside = |index: usize| FilmFrame {
-        time: real[index].time,
-        real: real[index].celsius.clone(),
-        simulated: simulated[index].celsius.clone(),
-    };
-    evenly(real.len().min(simulated.len()), FILM_FRAMES_MAX)
-        .into_iter()
-        .map(beside)
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::frames::types::Protocol;
-    use std::time::Duration;
-
-    #[test]
-    fn protocols_pair_as_the_paper_says() {
-        assert_eq!(pairs(Protocol::Static, 10, 10).len(), 100);
-        assert_eq!(
-            pairs(Protocol::Static, 2, 2),
-            [(0, 0), (0, 1), (1, 0), (1, 1)]
-        );
-        assert_eq!(pairs(Protocol::Dynamic, 3, 3), [(0, 0), (1, 1), (2, 2)]);
-    }
-
-    #[test]
-    fn noise_is_measured_on_the_repeat() {
-        let frame = |now: f64, later: f64| RealFrame {
-            time: Duration::ZERO,
-            celsius: vec![now; 3],
-            later: Some(vec![later; 3]),
-        };
-        let sigma = noise_sigma(&[frame(20.0, 20.5), frame(20.0, 19.5)]).unwrap();
-        assert!((sigma - 0.5 / 2.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(
-            noise_sigma(&[RealFrame {
-                later: None,
-                ..frame(20.0, 0.0)
-            }]),
-            None
-        );
+impl Comparison {
+    /// The score of one measure.
+    #[must_use]
+    pub fn score(&self, measure: Measure) -> Score {
+        self.scores.get(measure)
     }
 }

@@ -1,7 +1,7 @@
 //! What chance scores on the same frames: the blank frame, shuffled pixels, images of noise.
 
 use crate::compare::pairs::thinned;
-use crate::compare::prepared::{SceneView, Side};
+use crate::compare::prepared::{ComparedFrames, FrameSet};
 use crate::compare::settings::{NOISE_IMAGES, SHUFFLED_PAIRS_MAX, Settings};
 use crate::compare::shuffle;
 use crate::compare::sums::{Sums, in_threads, sums};
@@ -12,8 +12,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// What the blank frame scores. Its gain over itself is 0 by definition.
-pub(crate) fn blank(view: &SceneView, pairs: &[(usize, usize)]) -> Sums {
-    let side = Side::new(vec![view.blank.clone()]);
+pub(crate) fn blank(view: &ComparedFrames, pairs: &[(usize, usize)]) -> Sums {
+    let side = FrameSet::new(vec![view.blank.clone()]);
     let mut frames: Vec<usize> = pairs.iter().map(|&(real, _)| real).collect();
     frames.dedup();
     let pairs: Vec<(usize, usize)> = frames.into_iter().map(|real| (real, 0)).collect();
@@ -23,7 +23,7 @@ pub(crate) fn blank(view: &SceneView, pairs: &[(usize, usize)]) -> Sums {
 }
 
 /// What images of the sensor's noise about ambient temperature score, without anything in them: they claim nothing.
-pub(crate) fn noise(view: &SceneView, seed: u64) -> Sums {
+pub(crate) fn noise(view: &ComparedFrames, seed: u64) -> Sums {
     let mut generator = ChaCha8Rng::seed_from_u64(seed ^ NOISE_SEED);
     let mut image = || -> Vec<f64> {
         let noise = |_| {
@@ -32,9 +32,11 @@ pub(crate) fn noise(view: &SceneView, seed: u64) -> Sums {
         };
         (0..view.pixels()).map(noise).collect()
     };
-    let images =
-        (0..NOISE_IMAGES).map(|_| view.making.simulated(&image(), view.blank.steady(), None));
-    let side = Side::new(images.collect());
+    let images = (0..NOISE_IMAGES).map(|_| {
+        view.preparation
+            .simulated(&image(), view.blank.steady(), None)
+    });
+    let side = FrameSet::new(images.collect());
     // Each image meets some frames, each frame some images.
     let pairs: Vec<(usize, usize)> = evenly(view.real.len(), SHUFFLED_PAIRS_MAX)
         .into_iter()
@@ -57,7 +59,7 @@ const SHUFFLED_PLACES_MAX: usize = 20;
 /// One order of the pixels serves all frames of a round, so that what varies between rounds is the place of the
 /// pixels and not the average over many places.
 pub(crate) fn shuffled(
-    view: &SceneView,
+    view: &ComparedFrames,
     pairs: &[(usize, usize)],
     settings: &Settings,
 ) -> Vec<(Measure, Shuffled)> {
@@ -65,7 +67,7 @@ pub(crate) fn shuffled(
     let found = sums(view, &thinned, &side, (SHUFFLED_PLACES_MAX, 1));
     let orders = shuffle::orders(view.pixels(), settings.shuffles, settings.seed);
     let rounds = in_threads(&orders, settings.threads, |order| {
-        let permuted = side.permuted(&view.making, order);
+        let permuted = side.permuted(&view.preparation, order);
         sums(view, &thinned, &permuted, (SHUFFLED_PLACES_MAX, 1))
     });
     let of = |&measure: &Measure| {

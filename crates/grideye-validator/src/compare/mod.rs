@@ -2,18 +2,18 @@
 
 mod bootstrap;
 mod checks;
-pub(crate) mod comparison;
+mod comparison;
 mod floors;
-mod outcome;
 mod pairs;
 mod prepared;
+pub(crate) mod scoring;
 pub(crate) mod settings;
 mod shuffle;
 mod sums;
 mod timeline;
 
-pub use comparison::compare;
-pub use outcome::{Comparison, EvaluationGraph, FilmFrame};
+pub use comparison::{Comparison, EvaluationGraph, FilmFrame};
+pub use scoring::compare;
 pub use settings::{
     FILM_FRAMES_MAX, FRAMES_MAX, NOISE_IMAGES, PLACED_PAIRS_MAX, SHUFFLED_PAIRS_MAX, SHUFFLES_MAX,
     Settings, THREADS_MAX,

@@ -3,9 +3,9 @@
 use crate::compare::settings::Settings;
 use crate::frames::{RealFrame, Shape, SimulatedFrame};
 use crate::metrics;
-use crate::metrics::centered::Centred;
+use crate::metrics::centered::Centered;
 use crate::metrics::counting::{Binned, Counter, mutual_corrected, mutual_of};
-use crate::metrics::gain::{Marked, Prediction, Union, Warmth};
+use crate::metrics::gain::{GainSums, Prediction, WarmLimits, WarmRegion};
 use crate::metrics::pair::Graph;
 use crate::metrics::score::Measure;
 use crate::metrics::{Binning, Blob, structural_similarity};
@@ -18,8 +18,8 @@ pub(crate) struct Prepared {
     /// What the union's warm pixels are read from: the noise-free claim of a simulated frame, the mean of the sequence
     /// for a real one under the static protocol, else the frame itself.
     steady: Vec<f64>,
-    centred: Centred,
-    steady_centred: Centred,
+    centered: Centered,
+    steady_centered: Centered,
     grey: Binned,
     chosen: Binned,
     /// Of the frame itself, or of a simulated frame's claim.
@@ -32,14 +32,14 @@ pub(crate) struct Prepared {
 
 /// How frames are made ready.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Making {
+pub(crate) struct Preparation {
     pub(crate) shape: Shape,
     pub(crate) binning: Binning,
     pub(crate) warm_above_c: f64,
 }
 
 /// Frames that stand in one place of the pairs.
-pub(crate) struct Side {
+pub(crate) struct FrameSet {
     pub(crate) frames: Vec<Prepared>,
     /// For each frame the first one of the row of frames with the same claim, so that what depends on the claim alone
     /// is worked out once: in a still scene all claims are one.
@@ -47,15 +47,15 @@ pub(crate) struct Side {
 }
 
 /// Both sides of a comparison, and the blank frame.
-pub(crate) struct SceneView {
+pub(crate) struct ComparedFrames {
     pub(crate) real: Vec<Prepared>,
-    pub(crate) simulated: Side,
+    pub(crate) simulated: FrameSet,
     pub(crate) blank: Prepared,
-    pub(crate) making: Making,
+    pub(crate) preparation: Preparation,
     pub(crate) sigma_c: f64,
     pub(crate) ambient_c: f64,
     field_of_view_rad: Option<[f64; 2]>,
-    pub(crate) warmth: Warmth,
+    pub(crate) warmth: WarmLimits,
 }
 
 /// Means over pairs, of the pairs for which a measure is defined.
@@ -66,12 +66,12 @@ pub(crate) struct Means {
 }
 
 /// Room to count in.
-pub(crate) struct Work {
+pub(crate) struct Tally {
     counter: Counter,
     pub(crate) graph: Graph,
 }
 
-impl Making {
+impl Preparation {
     pub(crate) fn real(&self, celsius: &[f64], steady: &[f64]) -> Prepared {
         self.frame(celsius, steady, celsius, None)
     }
@@ -101,8 +101,8 @@ impl Making {
         Prepared {
             celsius: celsius.to_vec(),
             steady: steady.to_vec(),
-            centred: Centred::new(celsius),
-            steady_centred: Centred::new(steady),
+            centered: Centered::new(celsius),
+            steady_centered: Centered::new(steady),
             grey: binned(Binning::PaperGrey256),
             chosen: binned(self.binning),
             warm: metrics::warm(shown, self.warm_above_c),
@@ -121,8 +121,8 @@ impl Making {
             blob: Blob::of(&steady, self.shape.columns, frame.background, &warm),
             background: frame.background,
             steady,
-            centred: frame.centred.permuted(order),
-            steady_centred: frame.steady_centred.permuted(order),
+            centered: frame.centered.permuted(order),
+            steady_centered: frame.steady_centered.permuted(order),
             grey: frame.grey.permuted(order),
             chosen: frame.chosen.permuted(order),
             warm,
@@ -141,7 +141,7 @@ impl Prepared {
     }
 }
 
-impl Side {
+impl FrameSet {
     pub(crate) fn new(frames: Vec<Prepared>) -> Self {
         let mut claims: Vec<usize> = Vec::with_capacity(frames.len());
         for (index, frame) in frames.iter().enumerate() {
@@ -154,8 +154,8 @@ impl Side {
         Self { frames, claims }
     }
 
-    pub(crate) fn permuted(&self, making: &Making, order: &[usize]) -> Self {
-        let permuted = |frame| making.permuted(frame, order);
+    pub(crate) fn permuted(&self, preparation: &Preparation, order: &[usize]) -> Self {
+        let permuted = |frame| preparation.permuted(frame, order);
         Self {
             frames: self.frames.iter().map(permuted).collect(),
             claims: self.claims.clone(),
@@ -221,7 +221,7 @@ impl Means {
     }
 }
 
-impl Work {
+impl Tally {
     pub(crate) fn new() -> Self {
         Self {
             counter: Counter::new(),
@@ -243,7 +243,10 @@ impl Work {
         let grey = self.counter.joint(&real.grey, &simulated.grey);
         let chosen = self.counter.joint(&real.chosen, &simulated.chosen);
         [
-            (M::Correlation, real.centred.correlation(&simulated.centred)),
+            (
+                M::Correlation,
+                real.centered.correlation(&simulated.centered),
+            ),
             (M::ImageSimilarity, finite(count(similar) / pixels)),
             (M::Rmse, finite(squares / pixels).map(f64::sqrt)),
             (M::Mae, finite(absolute / pixels)),
@@ -274,15 +277,15 @@ impl Work {
     }
 }
 
-impl SceneView {
+impl ComparedFrames {
     pub(crate) fn new(
-        making: Making,
+        preparation: Preparation,
         real: &[RealFrame],
         simulated: &[SimulatedFrame],
         settings: &Settings,
         noise_sigma_c: f64,
     ) -> Self {
-        let ambient = vec![settings.ambient_c; making.shape.pixels()];
+        let ambient = vec![settings.ambient_c; preparation.shape.pixels()];
         // What stands still is seen better in the mean of all frames than in any one of them.
         let (steady, averaged) = match settings.protocol {
             crate::frames::Protocol::Static => (
@@ -292,21 +295,21 @@ impl SceneView {
             crate::frames::Protocol::Dynamic => (None, 1),
         };
         let prepare_real = |frame: &RealFrame| {
-            making.real(&frame.celsius, steady.as_ref().unwrap_or(&frame.celsius))
+            preparation.real(&frame.celsius, steady.as_ref().unwrap_or(&frame.celsius))
         };
         let prepare_simulated = |frame: &SimulatedFrame| {
-            making.simulated(&frame.celsius, &frame.noise_free, frame.truth.as_deref())
+            preparation.simulated(&frame.celsius, &frame.noise_free, frame.truth.as_deref())
         };
         let above_c = settings.warm_above(noise_sigma_c / count(averaged.max(1)).sqrt());
         Self {
             real: real.iter().map(prepare_real).collect(),
-            simulated: Side::new(simulated.iter().map(prepare_simulated).collect()),
-            blank: making.simulated(&ambient, &ambient, None),
-            making,
+            simulated: FrameSet::new(simulated.iter().map(prepare_simulated).collect()),
+            blank: preparation.simulated(&ambient, &ambient, None),
+            preparation,
             sigma_c: noise_sigma_c,
             ambient_c: settings.ambient_c,
             field_of_view_rad: settings.field_of_view_rad,
-            warmth: Warmth::new(settings.ambient_c, above_c),
+            warmth: WarmLimits::new(settings.ambient_c, above_c),
         }
     }
 
@@ -328,9 +331,9 @@ impl SceneView {
         beside: &Prepared,
     ) -> [(Measure, Option<f64>); 7] {
         let (x, y) = (&real.celsius, &put.celsius);
-        let columns = self.making.shape.columns;
+        let columns = self.preparation.shape.columns;
         let blobs = real.blob.as_ref().zip(put.blob.as_ref());
-        let shape = (columns, self.making.shape.rows);
+        let shape = (columns, self.preparation.shape.rows);
         let angle = |(real, put): (&Blob, &Blob)| {
             metrics::angle_between(real, put, shape, self.field_of_view_rad?)
         };
@@ -343,7 +346,7 @@ impl SceneView {
             ),
             (
                 Measure::ContrastSlope,
-                real.centred.slope_over(&put.steady_centred),
+                real.centered.slope_over(&put.steady_centered),
             ),
             (
                 Measure::CentroidErrorPixels,
@@ -367,18 +370,19 @@ impl SceneView {
 
     /// The slope of a frame over its repeat, whose noise is taken out of it.
     pub(crate) fn slope_over_repeat(&self, real: &Prepared, later: &Prepared) -> Option<f64> {
-        real.centred.slope_over_noisy(&later.centred, self.sigma_c)
+        real.centered
+            .slope_over_noisy(&later.centered, self.sigma_c)
     }
 
     /// Adds pairs to the union of pixels that the scene claims to be warm or that are; with the common offset of each.
-    pub(crate) fn add_to_union(
+    pub(crate) fn add_to_gain(
         &self,
-        union: &mut Union,
+        gain: &mut GainSums,
         pairs: &[(usize, usize)],
         offsets: &[f64],
-        side: &Side,
+        side: &FrameSet,
     ) {
-        let mut marked = Marked::default();
+        let mut marked = WarmRegion::default();
         let mut last = None;
         for (&(real, put), &offset_c) in pairs.iter().zip(offsets) {
             let (frame, put, claim) = (&self.real[real], &side.frames[put], side.claims[put]);
@@ -389,12 +393,12 @@ impl SceneView {
                 celsius: &put.celsius,
                 offset_c: 0.0,
             };
-            union.add_marked(&frame.celsius, offset_c, &marked, prediction, self.warmth);
+            gain.add_marked(&frame.celsius, offset_c, &marked, prediction, self.warmth);
         }
     }
 
     /// Adds the repeat of a real frame in the simulation's place, over the same pixels.
-    pub(crate) fn add_repeat_to_union(&self, union: &mut Union, real: usize, later: &Prepared) {
+    pub(crate) fn add_repeat_to_gain(&self, gain: &mut GainSums, real: usize, later: &Prepared) {
         let Some(beside) = self.simulated.beside(real) else {
             return;
         };
@@ -405,7 +409,7 @@ impl SceneView {
             offset_c: offset_c + common_offset(&later.celsius, &frame.celsius),
         };
         let seen = (frame.celsius(), frame.steady());
-        union.add(seen, offset_c, &beside.steady, prediction, self.warmth);
+        gain.add(seen, offset_c, &beside.steady, prediction, self.warmth);
     }
 
     pub(crate) fn offset(&self, real: usize, simulated: &Prepared) -> f64 {
@@ -416,7 +420,7 @@ impl SceneView {
     pub(crate) fn offsets<'a>(
         &'a self,
         pairs: &'a [(usize, usize)],
-        side: &'a Side,
+        side: &'a FrameSet,
     ) -> impl Iterator<Item = f64> + 'a {
         let mut last = (usize::MAX, usize::MAX, 0.0);
         pairs.iter().map(move |&(real, put)| {
@@ -439,7 +443,7 @@ mod tests {
 
     #[test]
     fn equal_claims_are_one() {
-        let making = Making {
+        let preparation = Preparation {
             shape: Shape {
                 columns: 3,
                 rows: 1,
@@ -447,8 +451,8 @@ mod tests {
             binning: Binning::PaperGrey256,
             warm_above_c: 1.0,
         };
-        let frame = |claim: f64| making.simulated(&[20.0, 21.0, 22.0], &[claim; 3], None);
-        let side = Side::new(vec![frame(1.0), frame(1.0), frame(2.0), frame(1.0)]);
+        let frame = |claim: f64| preparation.simulated(&[20.0, 21.0, 22.0], &[claim; 3], None);
+        let side = FrameSet::new(vec![frame(1.0), frame(1.0), frame(2.0), frame(1.0)]);
         assert_eq!(side.claims, [0, 0, 2, 3]);
     }
 }

@@ -1,9 +1,9 @@
 //! Sums over pairs of frames, by one thread or several.
 
 use crate::compare::pairs::thinned;
-use crate::compare::prepared::{Means, SceneView, Side, Work};
+use crate::compare::prepared::{ComparedFrames, FrameSet, Means, Tally};
 use crate::frames::RealFrame;
-use crate::metrics::gain::Union;
+use crate::metrics::gain::GainSums;
 use crate::metrics::pair::Graph;
 use crate::metrics::score::Measure;
 
@@ -11,7 +11,7 @@ use crate::metrics::score::Measure;
 #[derive(Clone, Default)]
 pub(crate) struct Sums {
     means: Means,
-    pub(crate) union: Union,
+    pub(crate) gain: GainSums,
     pub(crate) graph: Graph,
     /// The common offset of each pair.
     pub(crate) offsets: Vec<f64>,
@@ -30,9 +30,9 @@ const PAIRS_AT_ONCE: usize = 4_096;
 
 /// Every measure over pairs of real frames and those of `side`; places are looked at in up to `placed_max` of them.
 pub(crate) fn sums(
-    view: &SceneView,
+    view: &ComparedFrames,
     pairs: &[(usize, usize)],
-    side: &Side,
+    side: &FrameSet,
     (placed_max, threads): (usize, usize),
 ) -> Sums {
     let goes: Vec<&[(usize, usize)]> = pairs.chunks(PAIRS_AT_ONCE).collect();
@@ -40,7 +40,7 @@ pub(crate) fn sums(
     for part in in_threads(&goes, threads, |pairs| Sums::of(view, pairs, side)) {
         sums.merge(part);
     }
-    for (measure, gain) in sums.union.gains() {
+    for (measure, gain) in sums.gain.gains() {
         sums.means.set(measure, gain);
     }
     for (real, put) in thinned(pairs, placed_max) {
@@ -62,25 +62,25 @@ impl Sums {
         }
     }
 
-    fn of(view: &SceneView, pairs: &[(usize, usize)], side: &Side) -> Self {
-        let mut work = Work::new();
+    fn of(view: &ComparedFrames, pairs: &[(usize, usize)], side: &FrameSet) -> Self {
+        let mut tally = Tally::new();
         let mut sums = Self {
             pairs: pairs.len(),
             offsets: view.offsets(pairs, side).collect(),
             ..Self::default()
         };
         for &(real, put) in pairs {
-            let scores = work.plain(&view.real[real], &side.frames[put]);
+            let scores = tally.plain(&view.real[real], &side.frames[put]);
             sums.means.add(&scores);
         }
-        view.add_to_union(&mut sums.union, pairs, &sums.offsets, side);
-        sums.graph = work.graph;
+        view.add_to_gain(&mut sums.gain, pairs, &sums.offsets, side);
+        sums.graph = tally.graph;
         sums
     }
 
     fn merge(&mut self, part: Self) {
         self.means.merge(&part.means);
-        self.union.merge(part.union);
+        self.gain.merge(part.gain);
         self.graph.merge(&part.graph);
         self.offsets.extend(part.offsets);
         self.pairs += part.pairs;
@@ -114,30 +114,35 @@ pub(crate) fn in_threads<T: Sync, R: Send>(
 
 impl Repeat {
     /// `None` when no frame has a repeat.
-    pub(crate) fn new(view: &SceneView, real: &[RealFrame], sigma_c: Option<f64>) -> Option<Self> {
+    pub(crate) fn new(
+        view: &ComparedFrames,
+        real: &[RealFrame],
+        sigma_c: Option<f64>,
+    ) -> Option<Self> {
         let sigma_c = sigma_c?;
-        let (mut means, mut union, mut work) = (Means::default(), Union::default(), Work::new());
+        let (mut means, mut gain, mut tally) =
+            (Means::default(), GainSums::default(), Tally::new());
         for (index, frame) in real.iter().enumerate() {
             let Some(later) = frame.later.as_deref() else {
                 continue;
             };
-            let (now, later) = (&view.real[index], view.making.real(later, later));
-            means.add(&work.plain(now, &later));
+            let (now, later) = (&view.real[index], view.preparation.real(later, later));
+            means.add(&tally.plain(now, &later));
             let beside = view.simulated.beside(index).unwrap_or(&later);
             let placed = view.placed(now, &later, beside);
             means.add(&placed.map(|(measure, value)| match measure {
                 Measure::ContrastSlope => (measure, view.slope_over_repeat(now, &later)),
                 _ => (measure, value),
             }));
-            view.add_repeat_to_union(&mut union, index, &later);
+            view.add_repeat_to_gain(&mut gain, index, &later);
         }
-        for (measure, gain) in union.without_noise(sigma_c).gains() {
+        for (measure, gain) in gain.without_noise(sigma_c).gains() {
             means.set(measure, gain);
         }
         count_noise_once(&mut means, sigma_c);
         Some(Self {
             means,
-            graph: work.graph,
+            graph: tally.graph,
         })
     }
 

@@ -1,6 +1,6 @@
 //! Frame by frame: scores over time, and what each pixel is off by.
 
-use crate::compare::prepared::{Prepared, SceneView, Work};
+use crate::compare::prepared::{ComparedFrames, Prepared, Tally};
 use crate::frames::RealFrame;
 use crate::metrics;
 use crate::metrics::score::Measure;
@@ -46,13 +46,13 @@ impl FrameScores {
     }
 }
 
-pub(crate) fn timeline(view: &SceneView, real: &[RealFrame]) -> Vec<FrameScores> {
-    let mut work = Work::new();
+pub(crate) fn timeline(view: &ComparedFrames, real: &[RealFrame]) -> Vec<FrameScores> {
+    let mut tally = Tally::new();
     let scores = |(index, frame): (usize, &RealFrame)| {
         let (now, beside) = (&view.real[index], view.simulated.beside(index)?);
-        let mut values = work.plain(now, beside).to_vec();
+        let mut values = tally.plain(now, beside).to_vec();
         values.extend(view.placed(now, beside, beside));
-        let columns = view.making.shape.columns;
+        let columns = view.preparation.shape.columns;
         let sides = (now.celsius(), beside.celsius());
         Some(FrameScores {
             time: frame.time,
@@ -75,7 +75,7 @@ pub(crate) fn drift_c_per_min(timeline: &[FrameScores]) -> Option<f64> {
 }
 
 /// Each real frame counts once, so that the frames are independent.
-pub(crate) fn noise_fit(view: &SceneView) -> ChiSquared {
+pub(crate) fn noise_fit(view: &ComparedFrames) -> ChiSquared {
     let of = |(index, frame): (usize, &Prepared)| {
         let claim = view.simulated.beside(index)?.steady();
         chi_squared(frame.celsius(), claim, view.sigma_c)

@@ -3,10 +3,10 @@
 use crate::align::Orientation;
 use crate::expected::turns::Turns;
 use crate::frames::SimulatedFrame;
-use crate::metrics::centered::Centred;
-use crate::metrics::foreground::Products;
-use crate::metrics::gain::{Prediction, Union, Warmth};
-use crate::metrics::unclaimed::{Places, Unclaimed};
+use crate::metrics::centered::Centered;
+use crate::metrics::foreground::CenteredProducts;
+use crate::metrics::gain::{GainSums, Prediction, WarmLimits};
+use crate::metrics::unclaimed::{AllowedWarmth, Unclaimed};
 use crate::numbers::{common_offset, mean, mean_frame};
 
 /// The simulated side, made ready to be set against many recordings.
@@ -16,11 +16,11 @@ pub(crate) struct Claim {
     nobody: Vec<Shown>,
     /// Real frame and simulated frame.
     pairs: Vec<(usize, usize)>,
-    warmth: Warmth,
+    warmth: WarmLimits,
     ambient_c: f64,
     is_static: bool,
     turns: Option<Turns>,
-    places: Places,
+    places: AllowedWarmth,
 }
 
 /// A frame of the simulated side.
@@ -28,7 +28,7 @@ struct Shown {
     claim: Vec<f64>,
     /// The same under the simulated noise.
     noisy: Vec<f64>,
-    centred: Centred,
+    centered: Centered,
     /// The first frame of the same claim.
     same_as: usize,
 }
@@ -57,7 +57,7 @@ pub(crate) struct Sides<'a> {
     pub(crate) nobody: Vec<&'a [f64]>,
     /// Real frame and simulated frame.
     pub(crate) pairs: Vec<(usize, usize)>,
-    pub(crate) warmth: Warmth,
+    pub(crate) warmth: WarmLimits,
     pub(crate) ambient_c: f64,
     /// Whether what is warm is to be seen in the mean of all frames.
     pub(crate) is_static: bool,
@@ -104,7 +104,7 @@ impl Claim {
             people: shown(people),
             nobody: shown(nobody),
             turns: Turns::new(&claims, sides.still_weight),
-            places: Places::new(
+            places: AllowedWarmth::new(
                 &without(sides.pattern, &claims),
                 sides.columns,
                 sides.warmth,
@@ -181,9 +181,9 @@ impl Claim {
     }
 
     fn correlation(&self, real: &[Vec<f64>]) -> Option<f64> {
-        let centred: Vec<Centred> = real.iter().map(|frame| Centred::new(frame)).collect();
+        let centered: Vec<Centered> = real.iter().map(|frame| Centered::new(frame)).collect();
         let of_pair = |&(real, shown): &(usize, usize)| {
-            centred[real].correlation(&self.people[shown].centred)
+            centered[real].correlation(&self.people[shown].centered)
         };
         let all: Vec<f64> = self.pairs.iter().filter_map(of_pair).collect();
         mean(&all)
@@ -191,7 +191,7 @@ impl Claim {
 
     fn gain(&self, real: &[Vec<f64>], side: &[Shown]) -> Option<f64> {
         let steady = self.is_static.then(|| mean_frame(real));
-        let mut union = Union::default();
+        let mut union = GainSums::default();
         let mut last = (usize::MAX, usize::MAX, 0.0);
         for &(index, place) in &self.pairs {
             let (frame, shown) = (&real[index], side.get(place)?);
@@ -212,7 +212,7 @@ impl Claim {
     }
 
     fn above_room(&self, recorded: Recorded<'_>) -> Option<f64> {
-        let mut products = Products::default();
+        let mut products = CenteredProducts::default();
         let claims = self.people.iter().zip(&self.nobody);
         for (frame, (claim, nobody)) in recorded.frames.iter().zip(claims) {
             let room = recorded.room.unwrap_or(&nobody.claim);
@@ -240,7 +240,7 @@ fn shown(frames: impl Iterator<Item = (Vec<f64>, Vec<f64>)>) -> Vec<Shown> {
             .filter(|before| before.claim == claim)
             .map_or(all.len(), |before| before.same_as);
         all.push(Shown {
-            centred: Centred::new(&noisy),
+            centered: Centered::new(&noisy),
             claim,
             noisy,
             same_as,

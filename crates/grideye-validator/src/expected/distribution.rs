@@ -4,7 +4,7 @@ use crate::numbers::{mean_and_deviation, normal_quantile};
 
 /// How a score is spread over drawn units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Law {
+pub struct ScoreDistribution {
     /// Mean.
     pub mean: f64,
     /// Standard deviation, not below zero.
@@ -28,7 +28,7 @@ pub(crate) enum Scale {
 /// Correlations and gains nearer to 1 than this are taken for this near.
 const NEAREST: f64 = 1e-6;
 
-impl Law {
+impl ScoreDistribution {
     /// Of what the draws scored; `None` where fewer than half of them have that score at all.
     pub(crate) fn of(scale: Scale, values: impl Iterator<Item = Option<f64>>) -> Option<Self> {
         let all: Vec<Option<f64>> = values.collect();
@@ -92,20 +92,23 @@ impl Scale {
 mod tests {
     use super::*;
 
-    fn law(scale: Scale, values: &[f64]) -> Law {
-        Law::of(scale, values.iter().map(|&value| Some(value))).unwrap()
+    fn law(scale: Scale, values: &[f64]) -> ScoreDistribution {
+        ScoreDistribution::of(scale, values.iter().map(|&value| Some(value))).unwrap()
     }
 
     #[test]
     fn a_law_is_that_of_the_draws_that_have_a_score() {
         let values = [Some(1.0), None, Some(3.0)];
-        let law = Law::of(Scale::Plain, values.into_iter()).unwrap();
+        let law = ScoreDistribution::of(Scale::Plain, values.into_iter()).unwrap();
         assert_eq!((law.mean, law.sd), (2.0, 1.0));
         assert!((law.low(0.001) - (2.0 - 3.090_232)).abs() < 1e-4);
         assert!((law.high(0.001) - (2.0 + 3.090_232)).abs() < 1e-4);
         let few = [Some(1.0), None, None];
-        assert_eq!(Law::of(Scale::Plain, few.into_iter()), None);
-        assert_eq!(Law::of(Scale::Plain, std::iter::empty()), None);
+        assert_eq!(ScoreDistribution::of(Scale::Plain, few.into_iter()), None);
+        assert_eq!(
+            ScoreDistribution::of(Scale::Plain, std::iter::empty()),
+            None
+        );
     }
 
     /// By hand: atanh 0.5 and 0.8 are 0.5493 and 1.0986, their mean 0.8240 and their deviation 0.2747. Ratios of 0.5 and

@@ -14,5 +14,5 @@ pub(crate) mod distribution;
 mod turns;
 pub(crate) mod units;
 
-pub use distribution::Law;
+pub use distribution::ScoreDistribution;
 pub use units::DRAWS;

@@ -2,7 +2,7 @@
 
 use crate::align::Orientation;
 use crate::expected::claim::{Claim, Recorded, Statistics};
-use crate::expected::distribution::{Law, Scale};
+use crate::expected::distribution::{Scale, ScoreDistribution};
 use crate::numbers::count;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -13,7 +13,7 @@ pub const DRAWS: usize = 100;
 
 /// What is known of the unit that recorded, and of its recording.
 #[derive(Debug, Clone)]
-pub(crate) struct Specified {
+pub(crate) struct UnitSpecification {
     /// Noise of a pixel from frame to frame, its rounding included, °C.
     pub(crate) noise_c: f64,
     /// Standard deviation of what each pixel shows too much, as far as that is not known, row by row, °C.
@@ -43,7 +43,7 @@ pub(crate) type Pick = fn(&Statistics) -> Option<f64>;
 
 impl Expected {
     /// Draws units and scores what they record.
-    pub(crate) fn new(claim: &Claim, unit: &Specified) -> Self {
+    pub(crate) fn new(claim: &Claim, unit: &UnitSpecification) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(unit.seed ^ UNITS_SEED);
         let mut expected = Self {
             right: Vec::with_capacity(DRAWS),
@@ -79,28 +79,28 @@ impl Expected {
     }
 
     /// A score where the claim is right.
-    pub(crate) fn right(&self, scale: Scale, pick: Pick) -> Option<Law> {
-        Law::of(scale, self.right.iter().map(pick))
+    pub(crate) fn right(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
+        ScoreDistribution::of(scale, self.right.iter().map(pick))
     }
 
     /// A score where the scene's people are not there.
-    pub(crate) fn nobody(&self, scale: Scale, pick: Pick) -> Option<Law> {
-        Law::of(scale, self.nobody.iter().map(pick))
+    pub(crate) fn nobody(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
+        ScoreDistribution::of(scale, self.nobody.iter().map(pick))
     }
 
     /// A score where nothing is there.
-    pub(crate) fn blank(&self, scale: Scale, pick: Pick) -> Option<Law> {
-        Law::of(scale, self.blank.iter().map(pick))
+    pub(crate) fn blank(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
+        ScoreDistribution::of(scale, self.blank.iter().map(pick))
     }
 
     /// By how much recordings of the claim are more like it upright than in that orientation.
-    pub(crate) fn upright(&self, orientation: Orientation) -> Option<Law> {
+    pub(crate) fn upright(&self, orientation: Orientation) -> Option<ScoreDistribution> {
         let of = |statistics: &Statistics| {
             let mut all = statistics.upright.iter();
             all.find(|(other, _)| *other == orientation)
                 .map(|(_, by)| *by)
         };
-        Law::of(Scale::Plain, self.right.iter().map(of))
+        ScoreDistribution::of(Scale::Plain, self.right.iter().map(of))
     }
 }
 
@@ -114,7 +114,7 @@ struct Drawn {
 /// Keeps the units apart from noise and orders of the same seed.
 const UNITS_SEED: u64 = 0x0075_6E69_7473;
 
-impl Specified {
+impl UnitSpecification {
     fn draw(&self, random: &mut ChaCha8Rng, claim: &Claim) -> Drawn {
         let mut normal = |sigma: f64| -> f64 {
             let draw: f64 = StandardNormal.sample(random);

@@ -4,12 +4,12 @@ use crate::numbers::{count, finite, is_constant, mean, sum_of};
 
 /// A frame less its own mean.
 #[derive(Debug, Clone)]
-pub(crate) struct Centred {
+pub(crate) struct Centered {
     deviations: Vec<f64>,
     squares: f64,
 }
 
-impl Centred {
+impl Centered {
     pub(crate) fn new(frame: &[f64]) -> Self {
         let mean = mean(frame).unwrap_or(0.0);
         let deviations: Vec<f64> = frame.iter().map(|value| value - mean).collect();

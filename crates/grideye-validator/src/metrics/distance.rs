@@ -1,6 +1,6 @@
 //! Correlation, similarity, errors and contrast of two frames.
 
-use crate::metrics::centered::Centred;
+use crate::metrics::centered::Centered;
 use crate::numbers::{comparable, count, differences, finite, sum_of};
 
 /// Accuracy that the datasheet states for the AMG8833, in degrees: an offset of plus or minus this much is within its
@@ -15,7 +15,7 @@ pub const IS_THRESHOLD: f64 = 2.0 * SENSOR_ACCURACY_C / 3.0;
 #[must_use]
 pub fn correlation(real: &[f64], simulated: &[f64]) -> Option<f64> {
     comparable(real, simulated)?;
-    Centred::new(real).correlation(&Centred::new(simulated))
+    Centered::new(real).correlation(&Centered::new(simulated))
 }
 
 /// Share of pixels, 0 to 1, whose temperatures differ by strictly less than `threshold` degrees
@@ -84,7 +84,7 @@ pub fn bias(real: &[f64], simulated: &[f64]) -> Option<f64> {
 #[must_use]
 pub fn contrast_slope(real: &[f64], claim: &[f64]) -> Option<f64> {
     comparable(real, claim)?;
-    Centred::new(real).slope_over(&Centred::new(claim))
+    Centered::new(real).slope_over(&Centered::new(claim))
 }
 
 /// Slope of the least-squares line through points `(x, y)`: the drift, where x is time and y a temperature. `None` where

@@ -8,18 +8,18 @@ use crate::numbers::finite;
 /// The mean of each frame is taken out, and the noise-free claim is used. Frames in which nobody is seen count for
 /// little, which a mean of C over the frames would not do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AboveRoom {
+pub struct ForegroundCorrelation {
     /// Its value, -1 to 1; `None` where the claim shows nobody.
     pub value: Option<f64>,
     /// The recording's repeat in the place of the claim, its noise counted once (the root, after Spearman).
     pub ceiling: Option<f64>,
     /// Where the real side's empty room comes from.
-    pub from: RoomFrom,
+    pub from: RoomSource,
 }
 
 /// Where the map of the empty room comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RoomFrom {
+pub enum RoomSource {
     /// The simulated scene without its people, on both sides.
     #[default]
     Scene,
@@ -29,7 +29,7 @@ pub enum RoomFrom {
     Recording,
 }
 
-impl RoomFrom {
+impl RoomSource {
     /// The stable name for files and programs: `scene`, `profile` or `recording`.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -53,8 +53,8 @@ impl RoomFrom {
 
 /// What the real side shows of the empty room.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Room {
-    pub(crate) from: RoomFrom,
+pub(crate) struct EmptyRoom {
+    pub(crate) from: RoomSource,
     /// Row by row, °C; the simulated empty room if there is none.
     pub(crate) celsius: Option<Vec<f64>>,
     /// Frames that it is the mean of.
@@ -66,20 +66,20 @@ const NOTHING: f64 = 1e-9;
 
 /// Sums over pixels that are centred frame by frame.
 #[derive(Default)]
-pub(crate) struct Products {
+pub(crate) struct CenteredProducts {
     xx: f64,
     yy: f64,
     xy: f64,
 }
 
 /// `nobody` holds the scene without its people for each simulated frame.
-pub(crate) fn above_room(
+pub(crate) fn foreground_correlation(
     real: &[RealFrame],
     simulated: &[SimulatedFrame],
     nobody: &[Vec<f64>],
-    room: &Room,
-) -> AboveRoom {
-    let (mut claimed, mut repeated) = (Products::default(), Products::default());
+    room: &EmptyRoom,
+) -> ForegroundCorrelation {
+    let (mut claimed, mut repeated) = (CenteredProducts::default(), CenteredProducts::default());
     for ((frame, claim), empty) in real.iter().zip(simulated).zip(nobody) {
         let seen_room = room.celsius.as_ref().unwrap_or(empty);
         claimed.add(&frame.celsius, seen_room, &claim.noise_free, empty);
@@ -87,7 +87,7 @@ pub(crate) fn above_room(
             repeated.add(&frame.celsius, seen_room, later, seen_room);
         }
     }
-    AboveRoom {
+    ForegroundCorrelation {
         value: claimed.correlation(),
         ceiling: repeated.correlation().map(|repeat| repeat.max(0.0).sqrt()),
         from: room.from,
@@ -95,17 +95,17 @@ pub(crate) fn above_room(
 }
 
 /// A frame less the room, its mean taken out.
-fn above(frame: &[f64], room: &[f64]) -> Vec<f64> {
+fn foreground(frame: &[f64], room: &[f64]) -> Vec<f64> {
     let mut left: Vec<f64> = frame.iter().zip(room).map(|(a, b)| a - b).collect();
     let mean = crate::numbers::mean(&left).unwrap_or_default();
     left.iter_mut().for_each(|value| *value -= mean);
     left
 }
 
-impl Products {
+impl CenteredProducts {
     /// Two frames, each less its room and its mean.
     pub(crate) fn add(&mut self, x: &[f64], x_room: &[f64], y: &[f64], y_room: &[f64]) {
-        for (x, y) in above(x, x_room).iter().zip(above(y, y_room)) {
+        for (x, y) in foreground(x, x_room).iter().zip(foreground(y, y_room)) {
             self.xx += x * x;
             self.yy += y * y;
             self.xy += x * y;
@@ -147,28 +147,29 @@ mod tests {
     fn a_radiator_does_not_stand_in_for_a_person() {
         let room = vec![20.0, 20.0, 20.0, 25.0];
         let (real, claim) = frames([22.0, 20.0, 20.0, 25.0], [20.0, 22.0, 20.0, 25.0]);
-        let found = above_room(&[real], &[claim], &[room], &Room::default());
+        let found = foreground_correlation(&[real], &[claim], &[room], &EmptyRoom::default());
         assert!((found.value.unwrap() + 1.0 / 3.0).abs() < 1e-12);
         assert!((found.ceiling.unwrap() - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_known_room_takes_the_place_of_the_simulated_one_on_the_real_side() {
-        let known = Room {
-            from: RoomFrom::Profile,
+        let known = EmptyRoom {
+            from: RoomSource::Profile,
             celsius: Some(vec![21.0, 20.0, 19.0, 20.0]),
             frames: 16,
         };
         let (real, claim) = frames([21.0, 22.0, 19.0, 20.0], [20.0, 22.0, 20.0, 20.0]);
-        let found = above_room(&[real], &[claim], &[vec![20.0; 4]], &known);
+        let found = foreground_correlation(&[real], &[claim], &[vec![20.0; 4]], &known);
         assert!((found.value.unwrap() - 1.0).abs() < 1e-12);
-        assert_eq!(found.from, RoomFrom::Profile);
+        assert_eq!(found.from, RoomSource::Profile);
     }
 
     #[test]
     fn who_claims_nobody_has_no_c_above_the_room() {
         let (real, claim) = frames([22.0, 20.0, 20.0, 20.0], [20.0; 4]);
-        let found = above_room(&[real], &[claim], &[vec![20.0; 4]], &Room::default());
+        let found =
+            foreground_correlation(&[real], &[claim], &[vec![20.0; 4]], &EmptyRoom::default());
         assert_eq!(found.value, None);
     }
 }

@@ -5,7 +5,7 @@ use crate::numbers::count;
 
 /// From where on a pixel is warm, in degrees.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Warmth {
+pub(crate) struct WarmLimits {
     pub(crate) ambient_c: f64,
     /// Above ambient, in what the real side's warm pixels are read from.
     pub(crate) real_above_c: f64,
@@ -22,7 +22,7 @@ pub(crate) struct Prediction<'a> {
 
 /// Sums over pairs of frames.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Union {
+pub(crate) struct GainSums {
     pub(crate) pixels: usize,
     /// Warm in both.
     pub(crate) both: usize,
@@ -36,7 +36,7 @@ struct Squares {
     with_offset: f64,
 }
 
-impl Warmth {
+impl WarmLimits {
     pub(crate) fn new(ambient_c: f64, real_above_c: f64) -> Self {
         Self {
             ambient_c,
@@ -48,16 +48,22 @@ impl Warmth {
 
 /// The pixels that are warm in a real frame or in the scene's claim.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Marked {
+pub(crate) struct WarmRegion {
     places: Vec<usize>,
     /// Warm in both.
     both: usize,
 }
 
-impl Marked {
+impl WarmRegion {
     /// `offset_c` is taken from the real frame before it is asked which of its pixels are warm: a unit that reads a
     /// degree too high does not see a degree more person. Which are warm is read from `steady`.
-    pub(crate) fn mark(&mut self, steady: &[f64], offset_c: f64, claim: &[f64], warmth: Warmth) {
+    pub(crate) fn mark(
+        &mut self,
+        steady: &[f64],
+        offset_c: f64,
+        claim: &[f64],
+        warmth: WarmLimits,
+    ) {
         self.places.clear();
         self.both = 0;
         for (place, (&steady, &claim)) in steady.iter().zip(claim).enumerate() {
@@ -71,18 +77,18 @@ impl Marked {
     }
 }
 
-impl Union {
+impl GainSums {
     /// Adds the pixels of a real frame that are warm in it or in the scene's claim; which are is read from `steady`, as
-    /// [`Marked::mark`] does.
+    /// [`WarmRegion::mark`] does.
     pub(crate) fn add(
         &mut self,
         (measured, steady): (&[f64], &[f64]),
         offset_c: f64,
         claim: &[f64],
         prediction: Prediction<'_>,
-        warmth: Warmth,
+        warmth: WarmLimits,
     ) {
-        let mut marked = Marked::default();
+        let mut marked = WarmRegion::default();
         marked.mark(steady, offset_c, claim, warmth);
         self.add_marked(measured, offset_c, &marked, prediction, warmth);
     }
@@ -92,9 +98,9 @@ impl Union {
         &mut self,
         measured: &[f64],
         offset_c: f64,
-        marked: &Marked,
+        marked: &WarmRegion,
         prediction: Prediction<'_>,
-        warmth: Warmth,
+        warmth: WarmLimits,
     ) {
         self.both += marked.both;
         self.pixels += marked.places.len();
@@ -160,9 +166,9 @@ mod tests {
     use super::*;
     use crate::numbers::common_offset;
 
-    fn union(real: &[f64], claim: &[f64]) -> (Union, f64) {
+    fn union(real: &[f64], claim: &[f64]) -> (GainSums, f64) {
         let offset_c = common_offset(real, claim);
-        let mut union = Union::default();
+        let mut union = GainSums::default();
         let prediction = Prediction {
             celsius: claim,
             offset_c: 0.0,
@@ -172,7 +178,7 @@ mod tests {
             offset_c,
             claim,
             prediction,
-            Warmth::new(20.0, 1.0),
+            WarmLimits::new(20.0, 1.0),
         );
         (union, offset_c)
     }

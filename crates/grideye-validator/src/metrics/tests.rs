@@ -1,7 +1,7 @@
 //! The metrics against reference vectors and frames counted by hand.
 
 use super::*;
-use crate::metrics::centered::Centred;
+use crate::metrics::centered::Centered;
 use crate::numbers::{count, difference_sums, extremes, sum_of};
 
 /// The two frames of the reference vectors: 8 x 8, B is A with an uneven error and one pixel 2.5 degrees off.
@@ -186,8 +186,8 @@ fn sums_of_differences_take_in_what_is_left_of_a_round() {
 /// By hand: products add up to 6, squares to 2; noise of 0.25 in five pixels is 4 / 16 of them, of 0.5 it is half.
 #[test]
 fn noise_on_the_other_side_does_not_flatten_the_slope() {
-    let steep = Centred::new(&[23.0, 17.0, 20.0, 20.0, 20.0]);
-    let noisy = Centred::new(&[1.0, -1.0, 0.0, 0.0, 0.0]);
+    let steep = Centered::new(&[23.0, 17.0, 20.0, 20.0, 20.0]);
+    let noisy = Centered::new(&[1.0, -1.0, 0.0, 0.0, 0.0]);
     close(steep.slope_over_noisy(&noisy, 0.0), 3.0);
     close(steep.slope_over_noisy(&noisy, 0.25), 6.0 / 1.75);
     assert_eq!(steep.slope_over_noisy(&noisy, 0.5), None);

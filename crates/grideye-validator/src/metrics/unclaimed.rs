@@ -4,11 +4,11 @@
 //! claimed there or a pixel away is allowed beyond the claim: how well that is met, other scores ask. Once in what stays,
 //! with the slope that rooms have taken out, and once in what comes and goes.
 
-use crate::metrics::gain::Warmth;
+use crate::metrics::gain::WarmLimits;
 use crate::numbers::{common_offset, count, mean, mean_frame, median};
 
 /// How much may be warm where.
-pub(crate) struct Places {
+pub(crate) struct AllowedWarmth {
     columns: usize,
     /// Where the mean claim is not warm, nor touches what is.
     cold: Vec<bool>,
@@ -22,24 +22,29 @@ pub(crate) struct Places {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Unclaimed {
     /// In the mean over all frames, above the claim and the slope of the room.
-    pub(crate) still: Option<Block>,
+    pub(crate) still: Option<WarmBlock>,
     /// In any frame, above the claim and the mean.
-    pub(crate) moving: Option<Block>,
+    pub(crate) moving: Option<WarmBlock>,
 }
 
 /// What a learned room has beside the simulated one.
-pub(crate) struct RoomMap {
+pub(crate) struct RoomDifference {
     /// Row by row, °C, its level taken out.
     pub(crate) left_c: Vec<f64>,
     /// Where the simulated room claims nothing warm.
     pub(crate) cold: Vec<bool>,
     /// The warmest block of two by two of these pixels, above the slope of the room.
-    warmest: Option<Block>,
+    warmest: Option<WarmBlock>,
 }
 
-impl RoomMap {
-    pub(crate) fn new(learned: &[f64], simulated: &[f64], columns: usize, warmth: Warmth) -> Self {
-        let places = Places::new(&[simulated.to_vec()], columns, warmth);
+impl RoomDifference {
+    pub(crate) fn new(
+        learned: &[f64],
+        simulated: &[f64],
+        columns: usize,
+        warmth: WarmLimits,
+    ) -> Self {
+        let places = AllowedWarmth::new(&[simulated.to_vec()], columns, warmth);
         let level_c = common_offset(learned, simulated);
         let pixels = learned.iter().zip(simulated);
         let left_c: Vec<f64> = pixels.map(|(a, b)| a - b - level_c).collect();
@@ -52,7 +57,7 @@ impl RoomMap {
     }
 
     /// The warmest block, if it is warmer than the pattern of a unit makes one.
-    pub(crate) fn beyond_pattern(&self, spread_c: f64) -> Option<Block> {
+    pub(crate) fn beyond_pattern(&self, spread_c: f64) -> Option<WarmBlock> {
         self.warmest
             .filter(|block| block.celsius > PATTERN_BLOCK_MAX * spread_c)
     }
@@ -64,7 +69,7 @@ const PATTERN_BLOCK_MAX: f64 = 2.2;
 
 /// A block of two by two pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Block {
+pub(crate) struct WarmBlock {
     /// Mean of the four beyond what may be, °C.
     pub(crate) celsius: f64,
     /// Row and column of its first pixel, counted from 0.
@@ -74,8 +79,8 @@ pub(crate) struct Block {
     pub(crate) frame: Option<usize>,
 }
 
-impl Places {
-    pub(crate) fn new(claims: &[Vec<f64>], columns: usize, warmth: Warmth) -> Self {
+impl AllowedWarmth {
+    pub(crate) fn new(claims: &[Vec<f64>], columns: usize, warmth: WarmLimits) -> Self {
         let columns = columns.max(1);
         let mean = mean_frame(claims);
         let allowed = |claim: &[f64]| claimed_nearby(claim, columns, warmth.ambient_c);
@@ -119,13 +124,13 @@ impl Places {
         }
     }
 
-    fn warmest(&self, left: &[f64], allowed_c: &[f64], frame: Option<usize>) -> Option<Block> {
+    fn warmest(&self, left: &[f64], allowed_c: &[f64], frame: Option<usize>) -> Option<WarmBlock> {
         let columns = self.columns;
         let corner =
             |&first: &usize| first % columns + 1 < columns && first + columns + 1 < left.len();
         (0..left.len())
             .filter(corner)
-            .map(|first| Block {
+            .map(|first| WarmBlock {
                 celsius: corners(first, columns)
                     .iter()
                     .map(|&pixel| left[pixel] - allowed_c[pixel])
@@ -229,8 +234,8 @@ mod tests {
 
     const COLUMNS: usize = 8;
 
-    fn warmth() -> Warmth {
-        Warmth::new(20.0, 1.0)
+    fn warmth() -> WarmLimits {
+        WarmLimits::new(20.0, 1.0)
     }
 
     /// A frame at 20 °C with some pixels at other temperatures.
@@ -245,7 +250,7 @@ mod tests {
     fn found(real: &[Vec<f64>], claim: &[f64]) -> Unclaimed {
         let claims = vec![claim; real.len()];
         let owned = vec![claim.to_vec(); real.len()];
-        Places::new(&owned, COLUMNS, warmth()).of(real, &claims)
+        AllowedWarmth::new(&owned, COLUMNS, warmth()).of(real, &claims)
     }
 
     /// Four pixels of 3, 1, 2 and 2 °C above the claim: 2 °C on the mean.
@@ -305,12 +310,12 @@ mod tests {
         let simulated = frame(&[(0, 25.0)]);
         let mut learned = frame(&[(0, 27.0), (60, 20.3)]);
         learned.iter_mut().for_each(|pixel| *pixel += 1.5);
-        let map = RoomMap::new(&learned, &simulated, COLUMNS, warmth());
+        let map = RoomDifference::new(&learned, &simulated, COLUMNS, warmth());
         assert!((map.left_c[60] - 0.3).abs() < 1e-9 && map.left_c[30].abs() < 1e-9);
         assert!(!map.cold[0] && !map.cold[9] && map.cold[60]);
         assert!(map.warmest.unwrap().celsius < 0.1);
         let stove = frame(&[(0, 25.0), (26, 23.0), (27, 21.0), (34, 22.0), (35, 22.0)]);
-        let map = RoomMap::new(&stove, &simulated, COLUMNS, warmth());
+        let map = RoomDifference::new(&stove, &simulated, COLUMNS, warmth());
         assert!(map.warmest.unwrap().celsius > 1.5);
     }
 }

@@ -3,7 +3,7 @@
 use crate::compare::Comparison;
 use crate::expected::DRAWS;
 use crate::frames::Protocol;
-use crate::metrics::foreground::RoomFrom;
+use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
 use crate::numerals::{fixed, signed};
 use crate::report::context::Context;
@@ -53,9 +53,11 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
 fn units(comparison: &Comparison) -> String {
     let pattern = comparison.pattern_c;
     let known = match comparison.pattern_from {
-        RoomFrom::Profile => "the unit's profile leaves unknown of its pattern",
-        RoomFrom::Recording => "the empty stretches of the recording leave unknown of its pattern",
-        RoomFrom::Scene => "units are known to differ by from pixel to pixel",
+        RoomSource::Profile => "the unit's profile leaves unknown of its pattern",
+        RoomSource::Recording => {
+            "the empty stretches of the recording leave unknown of its pattern"
+        }
+        RoomSource::Scene => "units are known to differ by from pixel to pixel",
     };
     format!(
         "What a right scene scores, and a room without people or without anything, is what {DRAWS} units drawn with seed {} would have recorded of it: \
@@ -69,13 +71,13 @@ fn units(comparison: &Comparison) -> String {
 fn background(comparison: &Comparison) -> String {
     let ambient = fixed(comparison.settings.ambient_c, 2);
     match comparison.pattern_from {
-        RoomFrom::Profile => format!(
+        RoomSource::Profile => format!(
             "The blank frame is uniform at the scene's ambient temperature of {ambient} °C; the pattern of the profile is added to the scene."
         ),
-        RoomFrom::Recording => format!(
+        RoomSource::Recording => format!(
             "The blank frame is uniform at the scene's ambient temperature of {ambient} °C; what the recording shows of the empty room, where the scene has nothing warm, was added to the scene."
         ),
-        RoomFrom::Scene => format!(
+        RoomSource::Scene => format!(
             "The background is uniform at the scene's ambient temperature of {ambient} °C; no background map of the empty room was used."
         ),
     }

@@ -133,7 +133,7 @@ fn background(fit: &crate::background::fit::BackgroundFit) -> Value {
 }
 
 /// Of what drawn units score.
-fn law(law: &crate::expected::Law) -> Value {
+fn law(law: &crate::expected::ScoreDistribution) -> Value {
     json!({ "mean": law.mean, "sd": law.sd })
 }
 

@@ -1,6 +1,6 @@
 //! A score on a line, between what right scenes have and what chance has, as SVG.
 
-use crate::expected::Law;
+use crate::expected::ScoreDistribution;
 use crate::numerals::fixed;
 use crate::verdict::Asked;
 use std::fmt::Write as _;
@@ -71,7 +71,7 @@ impl Axis {
     }
 }
 
-fn bar(svg: &mut String, axis: &Axis, class: &str, law: &Law) {
+fn bar(svg: &mut String, axis: &Axis, class: &str, law: &ScoreDistribution) {
     let (from, to) = (axis.x(law.low(BEYOND)), axis.x(law.high(BEYOND)));
     let _ = write!(
         svg,
@@ -106,8 +106,8 @@ mod tests {
     use super::*;
     use crate::expected::distribution::Scale;
 
-    fn law(values: &[f64]) -> Law {
-        Law::of(Scale::Plain, values.iter().map(|&value| Some(value))).unwrap()
+    fn law(values: &[f64]) -> ScoreDistribution {
+        ScoreDistribution::of(Scale::Plain, values.iter().map(|&value| Some(value))).unwrap()
     }
 
     fn asked(value: f64) -> Asked {

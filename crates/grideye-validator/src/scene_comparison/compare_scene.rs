@@ -4,7 +4,7 @@ use crate::align::aligner::{Aligner, still_orientation};
 use crate::align::clock::Clock;
 use crate::align::{AlignOptions, Alignment, Orientation, SAMPLE_MAX, SPAN_MAX, TimeAlignment};
 use crate::background::fit::BackgroundFit;
-use crate::compare::comparison::compare_beside;
+use crate::compare::scoring::compare_with_prior;
 use crate::compare::{Comparison, Settings};
 use crate::error::{Side, ValidatorError};
 use crate::frames::cleaning::{Counts, Read};
@@ -14,9 +14,9 @@ use crate::frames::{LeftOut, Protocol, Shape, cleaning, sensor_step_c};
 use crate::numbers::{evenly, mean_frame};
 use crate::scene_comparison::notes;
 use crate::scene_comparison::prior::{KnownPattern, People, prior};
-use crate::scene_comparison::rendering::{Pictures, shows_people};
+use crate::scene_comparison::rendering::{Renderer, shows_people};
 use crate::scene_comparison::selection::{chosen, lag, number};
-use crate::scene_comparison::types::{Aligned, Options, Timed, pixels, seconds};
+use crate::scene_comparison::types::{AlignedFrames, Options, TimedFrame, pixels, seconds};
 use crate::verdict::State;
 use grideye_frame::{COLUMNS, ROWS};
 use grideye_recording::Record;
@@ -61,20 +61,20 @@ pub fn compare_scene(
         &mut notes,
     );
     let noise_seed = options.seed.wrapping_add(INDEPENDENCE);
-    let mut pictures = Pictures::new(scene, &simulator, sensor, options)?;
-    let (room, background) = pictures.learned_room(records, &aligned, protocol, options);
+    let mut renderer = Renderer::new(scene, &simulator, sensor, options)?;
+    let (room, background) = renderer.learned_room(records, &aligned, protocol, options);
     let pattern = match (options.unit, &room) {
         (Some(unit), _) => Some(KnownPattern::of(&unit)),
-        (None, room) => room.as_ref().and_then(|room| pictures.learn(room, options)),
+        (None, room) => room.as_ref().and_then(|room| renderer.learn(room, options)),
     };
-    let (simulated, nobody) = pictures.simulated(&real, &aligned, noise_seed);
+    let (simulated, nobody) = renderer.simulated(&real, &aligned, noise_seed);
     notes.push(protocol_note(protocol, scene));
     notes.push(format!(
         "The simulated noise has the seed {noise_seed} and σ {:.2} °C.",
         simulator.sensor().noise_sigma
     ));
     let settings = settings(&simulator, protocol, lag_frames, options);
-    let beside = prior(
+    let prior = prior(
         records,
         &simulator,
         People {
@@ -86,7 +86,7 @@ pub fn compare_scene(
         &aligned.found,
         options,
     );
-    let comparison = compare_beside(shape, &real, &simulated, &settings, &beside)?;
+    let comparison = compare_with_prior(shape, &real, &simulated, &settings, &prior)?;
     let is_turned = comparison
         .judgement
         .criteria
@@ -127,7 +127,7 @@ fn timed(
     read: Vec<Read>,
     protocol: Protocol,
     options: &Options,
-) -> Result<Vec<Timed>, ValidatorError> {
+) -> Result<Vec<TimedFrame>, ValidatorError> {
     let Some(first_ns) = read.first().map(|frame| frame.boot_ns) else {
         return Err(ValidatorError::NoFrames { side: Side::Real });
     };
@@ -140,7 +140,7 @@ fn timed(
             by: Duration::from_nanos(pair[0].boot_ns - pair[1].boot_ns),
         });
     }
-    let timed = |frame: Read| Timed {
+    let timed = |frame: Read| TimedFrame {
         seq: frame.seq,
         time: Duration::from_nanos(frame.boot_ns.saturating_sub(first_ns))
             .saturating_add(options.start),
@@ -151,12 +151,12 @@ fn timed(
 
 /// Finds out how recording and scene lie to each other, and takes out what may be taken out.
 fn aligned(
-    frames: Vec<Timed>,
+    frames: Vec<TimedFrame>,
     scene: &Scene,
     sensor: &str,
     protocol: Protocol,
     options: &Options,
-) -> Result<Aligned, ValidatorError> {
+) -> Result<AlignedFrames, ValidatorError> {
     // Without a grid, a frame is quicker to make and just as near.
     let simulator = Simulator::without_grid(scene, sensor)?;
     let moves = protocol == Protocol::Dynamic && !scene.is_static();
@@ -180,11 +180,11 @@ fn aligned(
 
 /// Aligns a recording of something that moves.
 fn moving(
-    frames: Vec<Timed>,
+    frames: Vec<TimedFrame>,
     simulator: &Simulator,
     scene: &Scene,
     options: &AlignOptions,
-) -> Aligned {
+) -> AlignedFrames {
     let (times_s, sample) = sample(&frames, SPAN_MAX);
     let end_s = scene.duration().as_secs_f64();
     let aligner = Aligner::new(simulator, end_s, times_s, sample, options);
@@ -206,7 +206,7 @@ fn moving(
     }
     found.offset = aligner.offset(&clock);
     offset_applied(&mut found, options);
-    Aligned {
+    AlignedFrames {
         frames,
         clock,
         found,
@@ -214,7 +214,7 @@ fn moving(
 }
 
 /// Sees how the image of a standing scene lies.
-fn still(frames: Vec<Timed>, simulator: &Simulator, options: &AlignOptions) -> Aligned {
+fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions) -> AlignedFrames {
     let (_, sample) = sample(&frames, Duration::MAX);
     let mean = pixels(&mean_frame(&sample));
     let time = frames.first().map(|frame| frame.time).unwrap_or_default();
@@ -224,7 +224,7 @@ fn still(frames: Vec<Timed>, simulator: &Simulator, options: &AlignOptions) -> A
         ..Alignment::default()
     };
     turned(&mut found, options);
-    Aligned {
+    AlignedFrames {
         frames,
         clock: Clock::own(),
         found,
@@ -232,7 +232,7 @@ fn still(frames: Vec<Timed>, simulator: &Simulator, options: &AlignOptions) -> A
 }
 
 /// Times and pixels of the frames that alignment looks at.
-fn sample(frames: &[Timed], span: Duration) -> (Vec<f64>, Vec<Pixels>) {
+fn sample(frames: &[TimedFrame], span: Duration) -> (Vec<f64>, Vec<Pixels>) {
     let first = frames.first().map(|frame| frame.time).unwrap_or_default();
     let within = frames
         .iter()
@@ -262,7 +262,7 @@ fn offset_applied(found: &mut Alignment, options: &AlignOptions) {
 }
 
 /// The slow drift that is common to all pixels, against the scene at the times that were found.
-fn drift(aligned: &Aligned, simulator: &Simulator) -> Drift {
+fn drift(aligned: &AlignedFrames, simulator: &Simulator) -> Drift {
     let chosen = evenly(aligned.frames.len(), SAMPLE_MAX);
     let (times_s, left): (Vec<f64>, Vec<Pixels>) = chosen
         .into_iter()
@@ -280,7 +280,7 @@ fn drift(aligned: &Aligned, simulator: &Simulator) -> Drift {
 
 /// Leaves out the frames that the scene says nothing of.
 fn within_scene(
-    aligned: &mut Aligned,
+    aligned: &mut AlignedFrames,
     scene: &Scene,
     protocol: Protocol,
     options: &Options,

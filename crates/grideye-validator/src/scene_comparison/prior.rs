@@ -2,11 +2,11 @@
 
 use crate::align::Alignment;
 use crate::frames::sensor_step_c;
-use crate::metrics::foreground::{Room, RoomFrom};
+use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::scene_comparison::types::Options;
 use crate::scene_comparison::unit::KnownUnit;
 use crate::verdict::sensor_criteria::Inspection;
-use crate::verdict::types::Beside;
+use crate::verdict::types::Prior;
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use grideye_scene::Simulator;
@@ -21,7 +21,7 @@ pub(crate) struct People {
 }
 
 /// What the recording shows of the empty room.
-pub(crate) struct Learned {
+pub(crate) struct LearnedRoom {
     /// Mean over frames, row by row, °C.
     pub(crate) celsius: Vec<f64>,
     pub(crate) frames: usize,
@@ -33,7 +33,7 @@ impl KnownPattern {
     /// What a profile says, and leaves.
     pub(crate) fn of(unit: &KnownUnit) -> Self {
         Self {
-            from: RoomFrom::Profile,
+            from: RoomSource::Profile,
             added_c: unit.pattern_c.to_vec(),
             left_c: vec![unit.spread_c; PIXELS],
         }
@@ -42,7 +42,7 @@ impl KnownPattern {
 
 /// What is known of how much each pixel shows too much.
 pub(crate) struct KnownPattern {
-    pub(crate) from: RoomFrom,
+    pub(crate) from: RoomSource,
     /// What was added to the scene, row by row, °C.
     pub(crate) added_c: Vec<f64>,
     /// Standard deviation of what is not known, row by row, °C.
@@ -53,10 +53,10 @@ pub(crate) fn prior(
     records: &[Record],
     simulator: &Simulator,
     people: People,
-    (learned, pattern): (Option<Learned>, Option<KnownPattern>),
+    (learned, pattern): (Option<LearnedRoom>, Option<KnownPattern>),
     found: &Alignment,
     options: &Options,
-) -> Beside {
+) -> Prior {
     let thresholds = &options.thresholds;
     let mut sensor = Vec::new();
     if let Some(inspection) = Inspection::new(records, sensor_step_c()) {
@@ -64,17 +64,17 @@ pub(crate) fn prior(
         sensor.extend(inspection.criteria(thresholds, rate_hz, simulator.ambient_c()));
     }
     let from = match (options.unit, &learned) {
-        (Some(_), _) => RoomFrom::Profile,
-        (None, Some(_)) => RoomFrom::Recording,
-        (None, None) => RoomFrom::Scene,
+        (Some(_), _) => RoomSource::Profile,
+        (None, Some(_)) => RoomSource::Recording,
+        (None, None) => RoomSource::Scene,
     };
-    Beside {
+    Prior {
         nobody: people.nobody,
         has_people: people.are_in_scene,
         shows_people: people.are_shown,
         pattern_from: pattern
             .as_ref()
-            .map_or(RoomFrom::Scene, |pattern| pattern.from),
+            .map_or(RoomSource::Scene, |pattern| pattern.from),
         pattern_added_c: pattern
             .as_ref()
             .map_or_else(Vec::new, |pattern| pattern.added_c.clone()),
@@ -83,7 +83,7 @@ pub(crate) fn prior(
             .orientation
             .filter(|found| found.applied)
             .map(|found| found.orientation),
-        room: Room {
+        room: EmptyRoom {
             from,
             frames: learned.as_ref().map_or(0, |learned| learned.frames),
             celsius: learned.map(|learned| learned.celsius),

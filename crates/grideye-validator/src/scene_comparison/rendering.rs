@@ -7,19 +7,19 @@ use crate::background::fit::BackgroundFit;
 use crate::background::{Empty, Stretch, background};
 use crate::error::ValidatorError;
 use crate::frames::{Protocol, RealFrame, SimulatedFrame};
-use crate::metrics::foreground::RoomFrom;
-use crate::metrics::gain::Warmth;
-use crate::metrics::unclaimed::RoomMap;
+use crate::metrics::foreground::RoomSource;
+use crate::metrics::gain::WarmLimits;
+use crate::metrics::unclaimed::RoomDifference;
 use crate::numbers::{count, evenly, mean_frame, median};
-use crate::scene_comparison::prior::{KnownPattern, Learned};
-use crate::scene_comparison::types::{Aligned, Options, Timed, pixels, seconds};
+use crate::scene_comparison::prior::{KnownPattern, LearnedRoom};
+use crate::scene_comparison::types::{AlignedFrames, Options, TimedFrame, pixels, seconds};
 use grideye_frame::{COLUMNS, PIXELS};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
 
 /// What makes the frames of the simulated side.
-pub(crate) struct Pictures<'a> {
+pub(crate) struct Renderer<'a> {
     simulator: &'a Simulator,
     /// The scene without its people.
     empty: Simulator,
@@ -27,7 +27,7 @@ pub(crate) struct Pictures<'a> {
     pattern_c: Option<[f64; PIXELS]>,
 }
 
-impl<'a> Pictures<'a> {
+impl<'a> Renderer<'a> {
     pub(crate) fn new(
         scene: &Scene,
         simulator: &'a Simulator,
@@ -45,7 +45,7 @@ impl<'a> Pictures<'a> {
     pub(crate) fn simulated(
         &self,
         real: &[RealFrame],
-        aligned: &Aligned,
+        aligned: &AlignedFrames,
         seed: u64,
     ) -> (Vec<SimulatedFrame>, Vec<Vec<f64>>) {
         let time = |real: &RealFrame| match &aligned.clock {
@@ -61,20 +61,20 @@ impl<'a> Pictures<'a> {
     pub(crate) fn learned_room(
         &self,
         records: &[Record],
-        aligned: &Aligned,
+        aligned: &AlignedFrames,
         protocol: Protocol,
         options: &Options,
-    ) -> (Option<Learned>, Option<BackgroundFit>) {
+    ) -> (Option<LearnedRoom>, Option<BackgroundFit>) {
         let (frames, stretches) = self.empty_frames(records, aligned, protocol, options);
         if frames.len() < EMPTY_FRAMES_MIN {
             return (None, None);
         }
         if self.pattern_c.is_none() {
-            return (Some(Learned::of(&frames)), None);
+            return (Some(LearnedRoom::of(&frames)), None);
         }
         let (first, second) = frames.split_at(frames.len() / 2);
         let expected = self.shown(&self.empty.image(options.start).celsius, aligned);
-        let [first, second] = [first, second].map(Learned::of);
+        let [first, second] = [first, second].map(LearnedRoom::of);
         (
             None,
             Some(BackgroundFit::new(
@@ -92,17 +92,17 @@ impl<'a> Pictures<'a> {
     fn empty_frames<'b>(
         &self,
         records: &[Record],
-        aligned: &'b Aligned,
+        aligned: &'b AlignedFrames,
         protocol: Protocol,
         options: &Options,
-    ) -> (Vec<&'b Timed>, Vec<Stretch>) {
+    ) -> (Vec<&'b TimedFrame>, Vec<Stretch>) {
         if protocol == Protocol::Static {
             return Default::default();
         }
         let stretches = background(records, &Empty::Find)
             .map(|found| found.stretches)
             .unwrap_or_default();
-        let is_empty = |frame: &&Timed| {
+        let is_empty = |frame: &&TimedFrame| {
             let since = frame.time.saturating_sub(options.start);
             stretches.iter().any(|stretch| stretch.holds(since))
                 && self.is_empty(seconds(aligned.clock.scene_s(frame.time.as_secs_f64())))
@@ -118,11 +118,15 @@ impl<'a> Pictures<'a> {
     /// Takes what the learned room has beside the simulated one for the unit's pattern, where that claims nothing warm:
     /// a radiator that is not what the scene says stays in the scores. Nothing is taken if the room shows something warm
     /// that the scene does not have: that is no pattern.
-    pub(crate) fn learn(&mut self, learned: &Learned, options: &Options) -> Option<KnownPattern> {
+    pub(crate) fn learn(
+        &mut self,
+        learned: &LearnedRoom,
+        options: &Options,
+    ) -> Option<KnownPattern> {
         let thresholds = &options.thresholds;
         let nobody = self.empty.image(options.start).celsius;
-        let warmth = Warmth::new(self.simulator.ambient_c(), thresholds.unclaimed_min_c);
-        let map = RoomMap::new(&learned.celsius, &nobody, COLUMNS, warmth);
+        let warmth = WarmLimits::new(self.simulator.ambient_c(), thresholds.unclaimed_min_c);
+        let map = RoomDifference::new(&learned.celsius, &nobody, COLUMNS, warmth);
         if map.beyond_pattern(thresholds.pattern_spread_c).is_some() {
             return None;
         }
@@ -143,7 +147,7 @@ impl<'a> Pictures<'a> {
             }
         });
         Some(KnownPattern {
-            from: RoomFrom::Recording,
+            from: RoomSource::Recording,
             added_c: added_c.to_vec(),
             left_c: left.collect(),
         })
@@ -155,7 +159,12 @@ impl<'a> Pictures<'a> {
         is_same(&with.celsius, &without.celsius)
     }
 
-    fn frame(&self, time: Duration, aligned: &Aligned, seed: u64) -> (SimulatedFrame, Vec<f64>) {
+    fn frame(
+        &self,
+        time: Duration,
+        aligned: &AlignedFrames,
+        seed: u64,
+    ) -> (SimulatedFrame, Vec<f64>) {
         let clean = self.simulator.image(time).celsius;
         let noisy = self.simulator.noisy(time, seed).celsius;
         let noise_free = self.shown(&clean, aligned);
@@ -175,7 +184,7 @@ impl<'a> Pictures<'a> {
     }
 
     /// An image moved by the offset, if that is to be taken out, under the specimen's pattern, which does not move.
-    fn shown(&self, clean: &[f64], aligned: &Aligned) -> Vec<f64> {
+    fn shown(&self, clean: &[f64], aligned: &AlignedFrames) -> Vec<f64> {
         let offset = aligned.found.offset.filter(|offset| offset.applied);
         let mut shown = offset.map_or_else(
             || clean.to_vec(),
@@ -193,12 +202,12 @@ impl<'a> Pictures<'a> {
     }
 }
 
-impl Learned {
-    fn of(frames: &[&Timed]) -> Self {
+impl LearnedRoom {
+    fn of(frames: &[&TimedFrame]) -> Self {
         let number = count(frames.len());
         let celsius = mean_frame(frames.iter().map(|frame| &frame.celsius));
         let error = |pixel: usize| {
-            let left = |frame: &&Timed| (frame.celsius[pixel] - celsius[pixel]).powi(2);
+            let left = |frame: &&TimedFrame| (frame.celsius[pixel] - celsius[pixel]).powi(2);
             let squares: f64 = frames.iter().map(left).sum();
             squares.sqrt() / number
         };

@@ -4,7 +4,7 @@ use crate::error::ValidatorError;
 use crate::frames::pixels::Pixels;
 use crate::frames::{Protocol, RealFrame};
 use crate::numbers::{count, evenly};
-use crate::scene_comparison::types::{DYNAMIC_FRAMES, LAG_FRAMES_MAX, STATIC_FRAMES, Timed};
+use crate::scene_comparison::types::{DYNAMIC_FRAMES, LAG_FRAMES_MAX, STATIC_FRAMES, TimedFrame};
 use grideye_frame::TICK;
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ const DYNAMIC_LAG: Duration = TICK;
 const STATIC_LAG_FRAMES: usize = 3;
 
 pub(crate) fn lag(
-    timed: &[Timed],
+    timed: &[TimedFrame],
     protocol: Protocol,
     asked: Option<usize>,
 ) -> Result<usize, ValidatorError> {
@@ -32,7 +32,7 @@ pub(crate) fn lag(
     })
 }
 
-fn period(timed: &[Timed]) -> Option<Duration> {
+fn period(timed: &[TimedFrame]) -> Option<Duration> {
     let (first, last) = (timed.first()?, timed.last()?);
     let frames = u32::try_from(last.seq.checked_sub(first.seq)?).ok()?;
     (last.time.saturating_sub(first.time)).checked_div(frames)
@@ -64,7 +64,7 @@ pub(crate) fn number(protocol: Protocol, asked: Option<usize>) -> Result<usize, 
 
 /// Chooses evenly among the frames that have a repeat; among all if fewer than two have one.
 pub(crate) fn chosen(
-    timed: &[Timed],
+    timed: &[TimedFrame],
     lag_frames: usize,
     number: usize,
     notes: &mut Vec<String>,
@@ -95,7 +95,7 @@ pub(crate) fn chosen(
 }
 
 /// The frame whose number is `lag_frames` higher. A gap, or a new start of the count, between the two leaves none.
-fn repeat(timed: &[Timed], index: usize, lag_frames: usize) -> Option<&Pixels> {
+fn repeat(timed: &[TimedFrame], index: usize, lag_frames: usize) -> Option<&Pixels> {
     let sought = timed[index]
         .seq
         .checked_add(u64::try_from(lag_frames).ok()?)?;

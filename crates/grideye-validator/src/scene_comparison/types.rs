@@ -66,15 +66,15 @@ impl Default for Options {
 }
 
 /// A frame that was read, at the time that the scene has without alignment.
-pub(crate) struct Timed {
+pub(crate) struct TimedFrame {
     pub(crate) seq: u64,
     pub(crate) time: Duration,
     pub(crate) celsius: Pixels,
 }
 
 /// Frames as they are compared, and what was done to them.
-pub(crate) struct Aligned {
-    pub(crate) frames: Vec<Timed>,
+pub(crate) struct AlignedFrames {
+    pub(crate) frames: Vec<TimedFrame>,
     pub(crate) clock: Clock,
     pub(crate) found: Alignment,
 }

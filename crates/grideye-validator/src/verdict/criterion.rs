@@ -1,6 +1,6 @@
 //! One thing that a verdict asks of a recording.
 
-use crate::expected::Law;
+use crate::expected::ScoreDistribution;
 
 /// One thing that a verdict asks of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,9 +27,9 @@ pub struct Asked {
     /// What was asked for.
     pub least: f64,
     /// What drawn units score where the scene is right.
-    pub right: Law,
+    pub right: ScoreDistribution,
     /// What they score where its people, or all things, are missing.
-    pub without: Option<Law>,
+    pub without: Option<ScoreDistribution>,
 }
 
 /// Whether a criterion is met.

@@ -3,8 +3,8 @@
 use crate::align::Orientation;
 use crate::expected::distribution::Scale;
 use crate::expected::units::Pick;
-use crate::metrics::foreground::RoomFrom;
-use crate::metrics::unclaimed::Block;
+use crate::metrics::foreground::RoomSource;
+use crate::metrics::unclaimed::WarmBlock;
 use crate::numerals::fixed;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::criterion::{Criterion, State};
@@ -47,11 +47,11 @@ pub(crate) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Wei
         return weighed(State::Failed, sentence, turn);
     }
     let hidden_c = limits.into_iter().flatten().fold(limit_c, f64::max);
-    let beside = evidence.beside;
-    let claims_nobody = !beside.nobody.is_empty() && !beside.shows_people;
+    let prior = evidence.prior;
+    let claims_nobody = !prior.nobody.is_empty() && !prior.shows_people;
     if claims_nobody && hidden_c > thresholds.unclaimed_min_c {
-        let (than, turn) = match beside.pattern_from {
-            RoomFrom::Scene => (
+        let (than, turn) = match prior.pattern_from {
+            RoomSource::Scene => (
                 "noise, nor from this unit's pattern, of which nothing is known",
                 PROFILE,
             ),
@@ -88,7 +88,7 @@ fn limits_c(evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Option<f64>; 2
 }
 
 /// Rows and columns as they are counted on the page, from 1.
-fn place(evidence: &Evidence<'_>, block: &Block) -> String {
+fn place(evidence: &Evidence<'_>, block: &WarmBlock) -> String {
     let (row, column) = (block.row + 1, block.column + 1);
     let place = format!(
         "n rows {row} and {}, columns {column} and {},",
@@ -167,7 +167,7 @@ pub(crate) fn orientation(evidence: &Evidence<'_>, thresholds: &Thresholds) -> W
 }
 
 fn upright(evidence: &Evidence<'_>, same: &str) -> String {
-    let mut text = match evidence.beside.turned_back {
+    let mut text = match evidence.prior.turned_back {
         Some(orientation) => format!("The image is {orientation}, and was turned back as asked."),
         None => "The image lies as the scene has it.".to_owned(),
     };
@@ -180,7 +180,7 @@ fn upright(evidence: &Evidence<'_>, same: &str) -> String {
 }
 
 pub(crate) fn level(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
-    let own = evidence.beside.level_c;
+    let own = evidence.prior.level_c;
     let most_c = own.unwrap_or(thresholds.offset_max_c);
     let (offset_c, limit) = (
         evidence.offset_c,

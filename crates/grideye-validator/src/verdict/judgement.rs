@@ -5,13 +5,13 @@ use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::criterion::State;
 use crate::verdict::image_criteria::{level, orientation, unclaimed};
 use crate::verdict::score_criteria::scores;
-use crate::verdict::sufficiency::{Open, enough, nothing_to_tell_from};
+use crate::verdict::sufficiency::{Insufficiency, insufficiency, sufficiency};
 use crate::verdict::types::{Evidence, Judgement, Verdict};
 use crate::verdict::weighed::Weighed;
 
 /// Weighs the evidence.
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgement {
-    let open = nothing_to_tell_from(evidence, thresholds);
+    let open = insufficiency(evidence, thresholds);
     let weighed = weighed(evidence, thresholds, open.as_ref());
     let has_state = |state: State| {
         weighed
@@ -113,8 +113,12 @@ fn joined(pieces: &[&str], word: &str) -> String {
     }
 }
 
-fn weighed(evidence: &Evidence<'_>, thresholds: &Thresholds, open: Option<&Open>) -> Vec<Weighed> {
-    let mut all = vec![enough(evidence, open)];
+fn weighed(
+    evidence: &Evidence<'_>,
+    thresholds: &Thresholds,
+    open: Option<&Insufficiency>,
+) -> Vec<Weighed> {
+    let mut all = vec![sufficiency(evidence, open)];
     if open.is_none() {
         all.extend(scores(evidence, thresholds));
     }
@@ -123,7 +127,7 @@ fn weighed(evidence: &Evidence<'_>, thresholds: &Thresholds, open: Option<&Open>
     if open.is_none() {
         all.push(orientation(evidence, thresholds));
     }
-    all.extend(evidence.beside.sensor.iter().map(|criterion| Weighed {
+    all.extend(evidence.prior.sensor.iter().map(|criterion| Weighed {
         turn: match criterion.state {
             State::Failed => format!("“{}” to hold", criterion.title),
             _ => String::new(),

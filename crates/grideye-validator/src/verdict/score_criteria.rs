@@ -2,8 +2,8 @@
 
 use crate::expected::distribution::Scale;
 use crate::expected::units::Pick;
-use crate::expected::{DRAWS, Law};
-use crate::metrics::foreground::RoomFrom;
+use crate::expected::{DRAWS, ScoreDistribution};
+use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
 use crate::numerals::fixed;
 use crate::thresholds::Thresholds;
@@ -14,9 +14,9 @@ use crate::verdict::weighed::{PROFILE, Weighed};
 /// C and gain, with and without people.
 pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<Weighed> {
     let floor = |measure| evidence.scores.get(measure).floor().unwrap_or(0.0);
-    let image = |held: Held| held.weigh(evidence, thresholds);
+    let image = |criterion: ScoreCriterion| criterion.weigh(evidence, thresholds);
     let mut all = vec![
-        image(Held {
+        image(ScoreCriterion {
             name: "correlation",
             title: "C is a right scene's",
             score: "C",
@@ -31,7 +31,7 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
             floor: floor(Measure::Correlation),
             without: Without::Anything,
         }),
-        image(Held {
+        image(ScoreCriterion {
             name: "gain",
             title: "Better than a blank frame",
             score: "The gain over a blank frame",
@@ -43,18 +43,18 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
             without: Without::Anything,
         }),
     ];
-    if !evidence.beside.has_people {
+    if !evidence.prior.has_people {
         return all;
     }
-    let people = |held: Held| {
-        if evidence.beside.shows_people {
-            held.weigh(evidence, thresholds)
+    let people = |criterion: ScoreCriterion| {
+        if evidence.prior.shows_people {
+            criterion.weigh(evidence, thresholds)
         } else {
-            held.not_asked("None of the scene's people are in view while it was recorded.")
+            criterion.not_asked("None of the scene's people are in view while it was recorded.")
         }
     };
     all.extend([
-        people(Held {
+        people(ScoreCriterion {
             name: "correlation_above_room",
             title: "C without the empty room",
             score: "With the empty room taken out, C",
@@ -69,7 +69,7 @@ pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<We
             floor: 0.0,
             without: Without::People,
         }),
-        people(Held {
+        people(ScoreCriterion {
             name: "better_than_nobody",
             title: "Better than the scene without its people",
             score: "The gain that the scene's people bring",
@@ -92,7 +92,7 @@ enum Without {
 }
 
 /// A score that a right scene reaches.
-struct Held {
+struct ScoreCriterion {
     name: &'static str,
     title: &'static str,
     /// To stand at the beginning of a sentence.
@@ -106,7 +106,7 @@ struct Held {
     without: Without,
 }
 
-impl Held {
+impl ScoreCriterion {
     fn weigh(&self, evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {
         let expected = evidence.expected;
         let right = expected.right(self.scale, self.pick);
@@ -211,7 +211,7 @@ impl Held {
     }
 }
 
-fn range(law: &Law, end: f64, relation: &str, rate: f64) -> String {
+fn range(law: &ScoreDistribution, end: f64, relation: &str, rate: f64) -> String {
     if law.sd == 0.0 {
         return "always".to_owned();
     }
@@ -224,7 +224,7 @@ fn range(law: &Law, end: f64, relation: &str, rate: f64) -> String {
 
 /// What would settle a score that proves nothing.
 fn remedy(evidence: &Evidence<'_>) -> String {
-    if evidence.beside.pattern_from != RoomFrom::Scene {
+    if evidence.prior.pattern_from != RoomSource::Scene {
         return "a recording with more contrast, or a longer one".to_owned();
     }
     PROFILE.to_owned()

@@ -8,12 +8,12 @@ use crate::verdict::types::Evidence;
 use crate::verdict::weighed::Weighed;
 
 /// Why the recording cannot tell.
-pub(crate) struct Open {
+pub(crate) struct Insufficiency {
     reason: String,
     remedy: &'static str,
 }
 
-pub(crate) fn enough(evidence: &Evidence<'_>, open: Option<&Open>) -> Weighed {
+pub(crate) fn sufficiency(evidence: &Evidence<'_>, open: Option<&Insufficiency>) -> Weighed {
     let (state, sentence) = open.map_or_else(
         || {
             let text = format!(
@@ -44,12 +44,12 @@ pub(crate) fn enough(evidence: &Evidence<'_>, open: Option<&Open>) -> Weighed {
     }
 }
 
-pub(crate) fn nothing_to_tell_from(
+pub(crate) fn insufficiency(
     evidence: &Evidence<'_>,
     thresholds: &Thresholds,
-) -> Option<Open> {
+) -> Option<Insufficiency> {
     if too_few(evidence.real_frames, thresholds) {
-        return Some(Open {
+        return Some(Insufficiency {
             reason: format!(
                 "The recording holds {} to compare; at least {} are needed to know what the sensor's noise is worth.",
                 frames(evidence.real_frames),
@@ -59,7 +59,7 @@ pub(crate) fn nothing_to_tell_from(
         });
     }
     if evidence.warm.real < thresholds.warm_pixels_min {
-        return Some(Open {
+        return Some(Insufficiency {
             reason: nothing_warm(evidence),
             remedy: "a recording with a person, or another warm thing of the scene, in view",
         });
@@ -84,7 +84,7 @@ fn nothing_warm(evidence: &Evidence<'_>) -> String {
     )
 }
 
-fn no_headroom(evidence: &Evidence<'_>, measure: Measure, least: f64) -> Option<Open> {
+fn no_headroom(evidence: &Evidence<'_>, measure: Measure, least: f64) -> Option<Insufficiency> {
     let score = evidence.scores.get(measure);
     let remedy =
         "a recording of at least a second at 10 Hz without gaps, with more contrast or less noise";
@@ -93,12 +93,12 @@ fn no_headroom(evidence: &Evidence<'_>, measure: Measure, least: f64) -> Option<
             "The recording has no frame {} after another to measure its own repeat with, so {measure} has no ceiling.",
             frames(evidence.lag_frames)
         );
-        return Some(Open { reason, remedy });
+        return Some(Insufficiency { reason, remedy });
     };
     let chance = score.chance()?;
     // Written so that a value that is not a number falls on the side of "cannot tell".
     let rises = ceiling - chance >= least;
-    (!rises).then(|| Open {
+    (!rises).then(|| Insufficiency {
         reason: format!(
             "The recording does not even resemble itself {} later: {measure} reaches {} where chance reaches {}.",
             frames(evidence.lag_frames), fixed(ceiling, 2), fixed(chance, 2)

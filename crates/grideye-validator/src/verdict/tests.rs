@@ -7,12 +7,12 @@ use super::*;
 use crate::align::space::Orientation;
 use crate::expected::claim::Statistics;
 use crate::expected::units::Expected;
-use crate::metrics::foreground::RoomFrom;
+use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::{Measure, Score, Scores, Shuffled};
-use crate::metrics::unclaimed::Block;
+use crate::metrics::unclaimed::WarmBlock;
 use crate::thresholds::Thresholds;
 use crate::verdict::judgement::judge;
-use crate::verdict::types::{Beside, Evidence};
+use crate::verdict::types::{Evidence, Prior};
 use std::time::Duration;
 
 const PROFILE: &str = "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the \
@@ -24,7 +24,7 @@ struct Case {
     real_frames: usize,
     offset_c: f64,
     warm: WarmPixels,
-    beside: Beside,
+    prior: Prior,
     found: Statistics,
     right: Vec<Statistics>,
     nobody: Vec<Statistics>,
@@ -32,8 +32,8 @@ struct Case {
     alike: Vec<Orientation>,
 }
 
-fn block(celsius: f64, frame: Option<usize>) -> Option<Block> {
-    Some(Block {
+fn block(celsius: f64, frame: Option<usize>) -> Option<WarmBlock> {
+    Some(WarmBlock {
         celsius,
         row: 0,
         column: 5,
@@ -107,11 +107,11 @@ impl Case {
                 claimed: 4.0,
                 overlap: None,
             },
-            beside: Beside {
+            prior: Prior {
                 nobody: vec![vec![20.0; 64]],
                 has_people: true,
                 shows_people: true,
-                ..Beside::default()
+                ..Prior::default()
             },
             found,
             right,
@@ -135,7 +135,7 @@ impl Case {
             warm: self.warm,
             warm_above_c: 0.5,
             lag_frames: 1,
-            beside: &self.beside,
+            prior: &self.prior,
             found: &self.found,
             expected: &expected,
             alike: &self.alike,
@@ -259,7 +259,7 @@ fn a_score_that_an_empty_room_reaches_proves_nothing() {
         judgement.would_change,
         format!("To tell, it takes {PROFILE}.")
     );
-    case.beside.pattern_from = RoomFrom::Profile;
+    case.prior.pattern_from = RoomSource::Profile;
     assert_eq!(
         case.judged().would_change,
         "To tell, it takes a recording with more contrast, or a longer one."
@@ -289,7 +289,7 @@ fn a_scene_in_which_nothing_stands_out_has_no_score() {
         judgement.would_change,
         "To tell, it takes a scene with something warm in view."
     );
-    case.beside.shows_people = false;
+    case.prior.shows_people = false;
     assert_eq!(
         case.state_and_sentence("correlation_above_room"),
         (
@@ -339,7 +339,7 @@ fn a_recording_that_shows_nothing_cannot_tell() {
 #[test]
 fn warmth_that_is_not_claimed_is_told_from_noise() {
     let mut case = Case::right();
-    case.beside.shows_people = false;
+    case.prior.shows_people = false;
     let sentence = |than: &str| {
         format!(
             "The scene shows nobody, and somebody who is up to 0.50 °C warmer on four pixels would not be told from {than}."
@@ -350,7 +350,7 @@ fn warmth_that_is_not_claimed_is_told_from_noise() {
         case.state_and_sentence("nothing_unclaimed"),
         (State::Open, sentence(unit))
     );
-    case.beside.pattern_from = RoomFrom::Profile;
+    case.prior.pattern_from = RoomSource::Profile;
     assert_eq!(
         case.state_and_sentence("nothing_unclaimed"),
         (State::Open, sentence("noise"))
@@ -415,7 +415,7 @@ fn how_the_image_lies_is_told_as_far_as_the_scene_tells_it() {
         )
     );
     case.found.upright = vec![(Orientation::MirroredLeftRight, 0.1)];
-    case.beside.turned_back = Some(Orientation::QuarterClockwise);
+    case.prior.turned_back = Some(Orientation::QuarterClockwise);
     assert_eq!(
         case.state_and_sentence("orientation"),
         (
@@ -436,7 +436,7 @@ fn how_the_image_lies_is_told_as_far_as_the_scene_tells_it() {
 #[test]
 fn the_level_is_held_against_the_profile_where_there_is_one() {
     let mut case = Case::right();
-    case.beside.level_c = Some(0.5);
+    case.prior.level_c = Some(0.5);
     case.offset_c = -0.62;
     let level = case.criterion("level");
     assert_eq!(
@@ -469,10 +469,10 @@ fn a_faulty_sensor_fails_the_verdict_and_a_sound_one_is_no_reason() {
         keys: &["rate_error_max"],
         asked: None,
     };
-    case.beside.sensor = vec![sensor.clone()];
+    case.prior.sensor = vec![sensor.clone()];
     assert_eq!(case.judged().reasons, reasons);
     sensor.state = State::Failed;
-    case.beside.sensor = vec![sensor];
+    case.prior.sensor = vec![sensor];
     let judgement = case.judged();
     assert_eq!(judgement.verdict, Verdict::Disagrees);
     assert_eq!(judgement.reasons[0], "Ten frames a second.");
@@ -484,10 +484,14 @@ fn a_faulty_sensor_fails_the_verdict_and_a_sound_one_is_no_reason() {
 
 #[test]
 fn where_the_empty_room_comes_from_has_a_name_and_words() {
-    let all = [RoomFrom::Scene, RoomFrom::Profile, RoomFrom::Recording];
-    assert_eq!(all.map(RoomFrom::name), ["scene", "profile", "recording"]);
+    let all = [
+        RoomSource::Scene,
+        RoomSource::Profile,
+        RoomSource::Recording,
+    ];
+    assert_eq!(all.map(RoomSource::name), ["scene", "profile", "recording"]);
     assert_eq!(
-        all.map(RoomFrom::in_words),
+        all.map(RoomSource::in_words),
         [
             "the scene without its people",
             "the scene without its people, with the pattern of the profile",

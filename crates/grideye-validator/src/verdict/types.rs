@@ -3,7 +3,7 @@
 use crate::align::Orientation;
 use crate::expected::claim::Statistics;
 use crate::expected::units::Expected;
-use crate::metrics::foreground::{Room, RoomFrom};
+use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::metrics::score::Scores;
 use crate::verdict::criterion::Criterion;
 use std::fmt;
@@ -66,7 +66,7 @@ pub(crate) struct Evidence<'a> {
     pub(crate) warm: WarmPixels,
     pub(crate) warm_above_c: f64,
     pub(crate) lag_frames: usize,
-    pub(crate) beside: &'a Beside,
+    pub(crate) prior: &'a Prior,
     /// What the recording scores, and what recordings by drawn units score.
     pub(crate) found: &'a Statistics,
     pub(crate) expected: &'a Expected,
@@ -89,7 +89,7 @@ pub struct Nobody {
 
 /// What is known beside the frames.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Beside {
+pub(crate) struct Prior {
     /// The scene without its people at the times of the simulated frames, without noise.
     pub(crate) nobody: Vec<Vec<f64>>,
     /// Whether the scene has people.
@@ -97,7 +97,7 @@ pub(crate) struct Beside {
     /// Whether they can be seen in any of the simulated frames.
     pub(crate) shows_people: bool,
     /// Where the unit's pattern is known from; nothing is known of it where that is the scene.
-    pub(crate) pattern_from: RoomFrom,
+    pub(crate) pattern_from: RoomSource,
     /// What of it was added to the scene, row by row, °C; empty if nothing was.
     pub(crate) pattern_added_c: Vec<f64>,
     /// Standard deviation of what is not known of it, row by row, °C, where something is.
@@ -105,7 +105,7 @@ pub(crate) struct Beside {
     /// How the image was found to lie, if it was turned back.
     pub(crate) turned_back: Option<Orientation>,
     /// What the real side shows of the empty room, if that is known.
-    pub(crate) room: Room,
+    pub(crate) room: EmptyRoom,
     /// The largest common offset of this unit, °C, if its profile is known.
     pub(crate) level_c: Option<f64>,
     /// What was found about the sensor itself.

@@ -2,7 +2,7 @@
 
 use crate::bench::*;
 use grideye_scene::Scene;
-use grideye_validator::{Comparison, Measure, Options, RoomFrom, Verdict, compare_scene};
+use grideye_validator::{Comparison, Measure, Options, RoomSource, Verdict, compare_scene};
 
 /// Verdicts over seeds.
 #[derive(Default)]
@@ -171,10 +171,10 @@ fn the_empty_room_is_learned_from_a_recording_that_shows_it() {
         let records = record(&scene, "ceiling", unit, seed);
         let comparison = compared(&records, &scene, "ceiling", seed);
         let above = comparison.above_room.unwrap();
-        assert_eq!(above.from, RoomFrom::Recording, "{seed}");
+        assert_eq!(above.from, RoomSource::Recording, "{seed}");
         let share = above.value.unwrap() / above.ceiling.unwrap();
         assert!(share > 0.9, "{seed}: {share}");
-        assert_eq!(comparison.pattern_from, RoomFrom::Recording, "{seed}");
+        assert_eq!(comparison.pattern_from, RoomSource::Recording, "{seed}");
         assert!(
             comparison.pattern_c < 0.1,
             "{seed}: {}",
@@ -196,7 +196,7 @@ fn a_radiator_is_not_learned_as_a_pattern() {
     for seed in fault_seeds() {
         let records = record(&seen, "ceiling", UNIT, seed);
         let comparison = compared(&records, &claimed, "ceiling", seed);
-        assert_eq!(comparison.pattern_from, RoomFrom::Scene, "{seed}");
+        assert_eq!(comparison.pattern_from, RoomSource::Scene, "{seed}");
         assert!(
             failed(&comparison).contains(&"nothing_unclaimed"),
             "{seed}: {:?}",

@@ -1,0 +1,302 @@
+//! Compares the frames of a recording with simulated ones.
+
+use crate::compare::bootstrap::{Bootstrap, pattern_c};
+use crate::compare::checks::{check_frames, check_settings};
+use crate::compare::comparison::{Comparison, EvaluationGraph, FilmFrame};
+use crate::compare::floors::{blank, noise, shuffled};
+use crate::compare::pairs::{pairs, thinned};
+use crate::compare::prepared::{ComparedFrames, FrameSet, Preparation, Prepared};
+use crate::compare::settings::{FILM_FRAMES_MAX, PLACED_PAIRS_MAX, Settings};
+use crate::compare::sums::{Repeat, Sums, sums};
+use crate::compare::timeline::{FrameScores, drift_c_per_min, maps, noise_fit, timeline};
+use crate::error::ValidatorError;
+use crate::frames::{RealFrame, Shape, SimulatedFrame};
+use crate::metrics;
+use crate::metrics::foreground::{ForegroundCorrelation, foreground_correlation};
+use crate::metrics::gain::GainSums;
+use crate::metrics::score::{Measure, Score, Scores};
+use crate::numbers::{count, evenly, extremes, mean_square, median};
+use crate::verdict::judgement::judge;
+use crate::verdict::types::{Evidence, Prior};
+use crate::verdict::{Nobody, WarmPixels};
+
+/// Compares the frames of a recording with simulated ones.
+///
+/// # Errors
+/// When a side has no frame or too many, frames differ in size or hold values that are not finite, the dynamic
+/// protocol finds unequal numbers of frames, or a setting is out of range.
+pub fn compare(
+    shape: Shape,
+    real: &[RealFrame],
+    simulated: &[SimulatedFrame],
+    settings: &Settings,
+) -> Result<Comparison, ValidatorError> {
+    compare_with_prior(shape, real, simulated, settings, &Prior::default())
+}
+
+/// The same, with what is known beside the frames.
+pub(crate) fn compare_with_prior(
+    shape: Shape,
+    real: &[RealFrame],
+    simulated: &[SimulatedFrame],
+    settings: &Settings,
+    prior: &Prior,
+) -> Result<Comparison, ValidatorError> {
+    check_settings(settings)?;
+    check_frames(shape, real, simulated, settings.protocol)?;
+    let noise_sigma_c = noise_sigma(real);
+    let sigma_c = noise_sigma_c.unwrap_or(settings.noise_sigma_c);
+    let preparation = Preparation {
+        shape,
+        binning: settings.binning,
+        warm_above_c: settings.warm_above(sigma_c),
+    };
+    let view = ComparedFrames::new(preparation, real, simulated, settings, sigma_c);
+    let pairs = pairs(settings.protocol, real.len(), simulated.len());
+    let repeat = Repeat::new(&view, real, noise_sigma_c);
+    let found = sums(
+        &view,
+        &pairs,
+        &view.simulated,
+        (PLACED_PAIRS_MAX, settings.threads),
+    );
+    let blank = blank(&view, &pairs);
+    let scores = scores(&view, &pairs, [&found, &blank], repeat.as_ref(), settings);
+    let foreground = prior
+        .has_people
+        .then(|| foreground_correlation(real, simulated, &prior.nobody, &prior.room));
+    let bootstrap = Bootstrap::new(&view, real, simulated, settings, prior);
+    let counted = Counted {
+        bootstrap,
+        nobody: nobody(&view, &pairs, simulated, prior),
+        foreground,
+        warm: warm_pixels(&view, &found.gain),
+        timeline: timeline(&view, real),
+        scores,
+        found,
+        blank,
+        repeat,
+        view,
+    };
+    Ok(counted.comparison(real, simulated, noise_sigma_c, (settings, prior)))
+}
+
+/// All that was counted.
+struct Counted {
+    bootstrap: Bootstrap,
+    nobody: Option<Nobody>,
+    foreground: Option<ForegroundCorrelation>,
+    warm: WarmPixels,
+    timeline: Vec<FrameScores>,
+    scores: Scores,
+    found: Sums,
+    blank: Sums,
+    repeat: Option<Repeat>,
+    view: ComparedFrames,
+}
+
+impl Counted {
+    fn comparison(
+        self,
+        real: &[RealFrame],
+        simulated: &[SimulatedFrame],
+        noise_sigma_c: Option<f64>,
+        (settings, prior): (&Settings, &Prior),
+    ) -> Comparison {
+        let offset_c = median(&self.found.offsets).unwrap_or(0.0);
+        let warm_above_c = self.view.preparation.warm_above_c;
+        let evidence = Evidence {
+            scores: &self.scores,
+            real_frames: real.len(),
+            offset_c,
+            warm: self.warm,
+            warm_above_c,
+            lag_frames: settings.lag_frames,
+            prior,
+            found: &self.bootstrap.found,
+            expected: &self.bootstrap.expected,
+            alike: self.bootstrap.claim.alike(),
+            times: &self.bootstrap.times,
+        };
+        Comparison {
+            judgement: judge(&evidence, &settings.thresholds),
+            nobody: self.nobody,
+            above_room: self.foreground,
+            pattern_c: mean_square(&pattern_c(settings, prior, self.view.pixels())).sqrt(),
+            pattern_from: prior.pattern_from,
+            level_max_c: prior.level_c.unwrap_or(settings.thresholds.offset_max_c),
+            evaluation: EvaluationGraph {
+                thresholds_c: metrics::thresholds_c().to_vec(),
+                simulated: self.found.graph.shares().to_vec(),
+                blank: self.blank.graph.shares().to_vec(),
+                repeat: self.repeat.map(|repeat| repeat.graph.shares().to_vec()),
+            },
+            film: film(real, simulated),
+            shape: self.view.preparation.shape,
+            real_frames: real.len(),
+            simulated_frames: simulated.len(),
+            pairs: self.found.pairs,
+            noise_sigma_c,
+            warm_above_c,
+            union_above_c: self.view.union_above_c(),
+            offset_c,
+            drift_c: {
+                let (low, high) = extremes(&self.found.offsets);
+                (high - low).max(0.0)
+            },
+            drift_c_per_min: drift_c_per_min(&self.timeline),
+            noise_fit: noise_fit(&self.view),
+            maps: maps(&self.timeline),
+            timeline: self.timeline,
+            warm: self.warm,
+            settings: *settings,
+            background: None,
+            warnings: Vec::new(),
+            notes: Vec::new(),
+            alignment: None,
+            scores: self.scores,
+        }
+    }
+}
+
+/// The sensor's temporal noise: per pixel the root mean square of frame less repeat over the root of two, and of the
+/// pixels the median, which a person walking through a part of the view does not move.
+fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
+    let repeats: Vec<(&[f64], &[f64])> = real
+        .iter()
+        .filter_map(|frame| Some((frame.celsius.as_slice(), frame.later.as_deref()?)))
+        .collect();
+    let pixels = repeats.first()?.0.len();
+    let sigma = |pixel: usize| {
+        let squares: f64 = repeats
+            .iter()
+            .map(|(now, later)| (later[pixel] - now[pixel]).powi(2))
+            .sum();
+        (squares / count(repeats.len()) / 2.0).sqrt()
+    };
+    let sigmas: Vec<f64> = (0..pixels).map(sigma).collect();
+    median(&sigmas)
+}
+
+fn warm_pixels(view: &ComparedFrames, gain: &GainSums) -> WarmPixels {
+    let frames = view.real.iter().map(Prepared::celsius);
+    let claims = view.simulated.frames.iter().map(Prepared::steady);
+    let above_c = view.preparation.warm_above_c;
+    let (real, simulated) = (view.real.len(), view.simulated.frames.len());
+    WarmPixels {
+        real: warm_of_themselves(frames, above_c) / count(real),
+        claimed: warm_of_themselves(claims, above_c) / count(simulated),
+        overlap: (gain.pixels > 0).then(|| count(gain.both) / count(gain.pixels)),
+    }
+}
+
+/// Warm pixels above the frame's own median: whether a recording is empty must not depend on what the scene claims.
+fn warm_of_themselves<'a>(frames: impl Iterator<Item = &'a [f64]>, warm_above_c: f64) -> f64 {
+    let warm = |frame: &[f64]| {
+        let background = median(frame).unwrap_or(0.0);
+        frame
+            .iter()
+            .filter(|&&value| value - background > warm_above_c)
+            .count()
+    };
+    count(frames.map(warm).sum())
+}
+
+/// What the scene scores without its people, under the noise of the simulated frames.
+fn nobody(
+    view: &ComparedFrames,
+    pairs: &[(usize, usize)],
+    simulated: &[SimulatedFrame],
+    prior: &Prior,
+) -> Option<Nobody> {
+    if prior.nobody.len() != simulated.len() {
+        return None;
+    }
+    let frame = |(simulated, nobody): (&SimulatedFrame, &Vec<f64>)| {
+        let noise = simulated.celsius.iter().zip(&simulated.noise_free);
+        let noisy: Vec<f64> = nobody
+            .iter()
+            .zip(noise)
+            .map(|(empty, (noisy, clean))| empty + noisy - clean)
+            .collect();
+        view.preparation.simulated(&noisy, nobody, None)
+    };
+    let side = FrameSet::new(simulated.iter().zip(&prior.nobody).map(frame).collect());
+    let thinned = thinned(pairs, PLACED_PAIRS_MAX);
+    let sums = sums(view, &thinned, &side, (1, 1));
+    Some(Nobody {
+        correlation: sums.get(Measure::Correlation),
+        gain: sums.get(Measure::Gain),
+        has_people: prior.has_people,
+    })
+}
+
+fn scores(
+    view: &ComparedFrames,
+    pairs: &[(usize, usize)],
+    [found, blank]: [&Sums; 2],
+    repeat: Option<&Repeat>,
+    settings: &Settings,
+) -> Scores {
+    let shuffled = shuffled(view, pairs, settings);
+    let noise = noise(view, settings.seed);
+    let score = |&measure: &Measure| Score {
+        measure,
+        value: found.get(measure),
+        blank: blank.get(measure),
+        shuffled: shuffled
+            .iter()
+            .find(|(of, _)| *of == measure)
+            .map(|&(_, shuffled)| shuffled),
+        noise: noise.get(measure),
+        ceiling: repeat.and_then(|repeat| repeat.ceiling(measure)),
+    };
+    Scores::new(Measure::ALL.iter().map(score).collect())
+}
+
+fn film(real: &[RealFrame], simulated: &[SimulatedFrame]) -> Vec<FilmFrame> {
+    let pair = |index: usize| FilmFrame {
+        time: real[index].time,
+        real: real[index].celsius.clone(),
+        simulated: simulated[index].celsius.clone(),
+    };
+    evenly(real.len().min(simulated.len()), FILM_FRAMES_MAX)
+        .into_iter()
+        .map(pair)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::types::Protocol;
+    use std::time::Duration;
+
+    #[test]
+    fn protocols_pair_as_the_paper_says() {
+        assert_eq!(pairs(Protocol::Static, 10, 10).len(), 100);
+        assert_eq!(
+            pairs(Protocol::Static, 2, 2),
+            [(0, 0), (0, 1), (1, 0), (1, 1)]
+        );
+        assert_eq!(pairs(Protocol::Dynamic, 3, 3), [(0, 0), (1, 1), (2, 2)]);
+    }
+
+    #[test]
+    fn noise_is_measured_on_the_repeat() {
+        let frame = |now: f64, later: f64| RealFrame {
+            time: Duration::ZERO,
+            celsius: vec![now; 3],
+            later: Some(vec![later; 3]),
+        };
+        let sigma = noise_sigma(&[frame(20.0, 20.5), frame(20.0, 19.5)]).unwrap();
+        assert!((sigma - 0.5 / 2.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(
+            noise_sigma(&[RealFrame {
+                later: None,
+                ..frame(20.0, 0.0)
+            }]),
+            None
+        );
+    }
+}
