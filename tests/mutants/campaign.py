@@ -45,16 +45,16 @@ AREAS = {
         ["-p grideye-collector --lib -- store", "-p grideye-collector --test collector -- store tend settle recordings retain layouts gone backup"],
     ),
     "metrics": (
-        [VALIDATOR + "metrics.rs", VALIDATOR + "metrics/**"],
-        ["-p grideye-validator --lib -- metrics", "-p grideye-validator --test validator"],
+        [VALIDATOR + "metrics/**", VALIDATOR + "numbers.rs"],
+        ["-p grideye-validator --lib -- metrics numbers", "-p grideye-validator --test validator"],
     ),
     "alignment": (
-        [VALIDATOR + "align.rs", VALIDATOR + "align/**"],
+        [VALIDATOR + "align/**"],
         ["-p grideye-validator --lib -- align", "-p grideye-validator --test validator --test alignment"],
     ),
     "verdict": (
-        [VALIDATOR + "verdict.rs", VALIDATOR + "verdict/**"],
-        ["-p grideye-validator --lib -- verdict", "-p grideye-validator --test validator"],
+        [VALIDATOR + "verdict/**"],
+        ["-p grideye-validator --lib -- verdict", "-p grideye-validator --test validator --test faults"],
     ),
 }
 # The store on PostgreSQL needs a server that not every machine has; its tests are the same as SQLite's.

@@ -8,7 +8,7 @@ use crate::align::pace_search::best_law;
 use crate::align::space::{Orientation, Pairs};
 use crate::align::types::{AlignOptions, OffsetFound, OrientationFound, TimeAlignment, TimeFound};
 use crate::align::warp_search::best_warp;
-use crate::align::{decoy, space};
+use crate::align::{decoy, film, space};
 use crate::error::ValidatorError;
 use crate::frames::pixels::Pixels;
 use crate::numbers::count;
@@ -18,7 +18,6 @@ use std::time::Duration;
 pub const SAMPLE_MAX: usize = 2_048;
 /// Alignment looks at this much of a recording from its first frame on.
 pub const SPAN_MAX: Duration = Duration::from_secs(600);
-
 /// The largest that is looked for.
 const OFFSET_SOUGHT_PX: f64 = 1.5;
 
@@ -260,7 +259,7 @@ impl Aligner {
 
     /// The scene's mean frame over the recording.
     fn still_claim(&self, scene_s: impl Fn(f64) -> f64) -> Pixels {
-        let mut sums = crate::align::film::FitSums::default();
+        let mut sums = film::FitSums::default();
         for &time_s in &self.sample.times_s {
             if let Some(claim) = self.film.at(scene_s(time_s)) {
                 sums.add(&claim, &claim);

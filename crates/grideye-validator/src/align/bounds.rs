@@ -37,9 +37,8 @@ impl Bounds {
 
 /// The bounds are searched so much further than they reach.
 pub(crate) const BEYOND: f64 = 1.6;
-
 /// A law both of whose ends are at more than this share of their bound is held back by it.
-pub(crate) const LAW_WITHIN: f64 = 0.98;
+const LAW_WITHIN: f64 = 0.98;
 
 #[cfg(test)]
 mod tests {

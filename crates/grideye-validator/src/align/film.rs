@@ -1,7 +1,7 @@
 //! What is aligned: the scene's frames at any time, and the recording's frames with their times.
 
 use crate::frames::pixels::Pixels;
-use crate::numbers::count;
+use crate::numbers::{count, evenly};
 use grideye_frame::PIXELS;
 use grideye_scene::Simulator;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use std::time::Duration;
 /// Frames of the scene are made this far apart, seconds: a person at 1 m/s moves an eighth of a pixel in it.
 const STEP_S: f64 = 0.05;
 /// Most frames of the scene that are made; of a longer part they stand further apart.
-pub(crate) const SCENE_FRAMES_MAX: usize = 12_000;
+const SCENE_FRAMES_MAX: usize = 12_000;
 
 /// The scene's noise-free frames at evenly spaced times, less the ambient temperature.
 #[derive(Debug, Clone)]
@@ -198,7 +198,7 @@ impl Sample {
 
     /// Up to `number` frames of it, evenly chosen.
     pub(crate) fn thinned(&self, number: usize) -> Self {
-        let chosen = crate::numbers::evenly(self.frames.len(), number);
+        let chosen = evenly(self.frames.len(), number);
         Self::new(
             chosen.iter().map(|&index| self.times_s[index]).collect(),
             chosen.iter().map(|&index| self.frames[index]).collect(),

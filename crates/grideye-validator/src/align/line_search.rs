@@ -40,7 +40,7 @@ pub(crate) fn rough_likeness(sample: &Sample, film: &Film, bounds: &Bounds) -> f
 }
 
 /// The line of [`rough_likeness`], behind it.
-pub(crate) fn rough_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Line) {
+fn rough_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Line) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
     let best = grid.best(&coarse, film, 1);

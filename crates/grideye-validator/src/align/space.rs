@@ -1,7 +1,9 @@
 //! How the image lies: its orientation, and its offset in parts of a pixel.
 
-use crate::align::film::{Film, FitSums, Sample};
+use crate::align::film::{Film, FitSums, Sample, whole};
 use crate::frames::pixels::Pixels;
+use crate::metrics::correlation;
+use crate::numbers::count;
 use grideye_frame::COLUMNS;
 use std::fmt;
 
@@ -122,11 +124,11 @@ pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
     let at = |row: f64, column: f64| {
         let last = f64::from(columns - 1);
         let (row, column) = (row.clamp(0.0, last), column.clamp(0.0, last));
-        image[crate::align::film::whole(row) * COLUMNS + crate::align::film::whole(column)]
+        image[whole(row) * COLUMNS + whole(column)]
     };
     std::array::from_fn(|index| {
-        let row = crate::numbers::count(index / COLUMNS) - down_px;
-        let column = crate::numbers::count(index % COLUMNS) - right_px;
+        let row = count(index / COLUMNS) - down_px;
+        let column = count(index % COLUMNS) - right_px;
         let (top, left) = (row.floor(), column.floor());
         let (down, right) = (row - top, column - left);
         (1.0 - down) * ((1.0 - right) * at(top, left) + right * at(top, left + 1.0))
@@ -185,7 +187,7 @@ impl Pairs {
 
 /// Correlation of two still images, each less its own mean; 0 if one has no contrast.
 pub(crate) fn still_likeness(real: &Pixels, claim: &Pixels) -> f64 {
-    crate::metrics::correlation(real, claim).unwrap_or(0.0)
+    correlation(real, claim).unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -217,7 +219,7 @@ mod tests {
 
     #[test]
     fn the_inverse_undoes_and_a_mirror_is_its_own() {
-        let image: Pixels = std::array::from_fn(crate::numbers::count);
+        let image: Pixels = std::array::from_fn(count);
         for orientation in Orientation::ALL {
             let back = orientation.inverse().apply(&orientation.apply(&image));
             assert_eq!(back, image, "{orientation}");
@@ -230,7 +232,7 @@ mod tests {
 
     #[test]
     fn a_ramp_moved_by_a_part_of_a_pixel_falls_by_that_part() {
-        let ramp: Pixels = std::array::from_fn(|index| crate::numbers::count(index % COLUMNS));
+        let ramp: Pixels = std::array::from_fn(|index| count(index % COLUMNS));
         let right = moved(&ramp, 0.3, 0.0);
         for (index, (moved, was)) in right.iter().zip(&ramp).enumerate() {
             let expected = if index % COLUMNS == 0 { 0.0 } else { was - 0.3 };

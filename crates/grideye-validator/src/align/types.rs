@@ -152,7 +152,6 @@ impl OffsetFound {
 
 /// Largest bound of the delay.
 pub const SHIFT_MAX: Duration = Duration::from_secs(60);
-
 /// Largest bound of the clock rate, as a share.
 pub const RATE_MAX: f64 = 0.2;
 

@@ -3,7 +3,8 @@
 use crate::calibrate::error::CalibrateError;
 use crate::calibrate::types::{FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
 use crate::frames::faults::{FaultFinder, Standing};
-use crate::numbers::evenly;
+use crate::frames::pixels::decoded;
+use crate::numbers::{count, evenly};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use std::time::Duration;
@@ -97,7 +98,7 @@ impl Frames {
         let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else {
             return 0.0;
         };
-        (*last - *first).as_secs_f64() / crate::numbers::count(self.len().max(2) - 1)
+        (*last - *first).as_secs_f64() / count(self.len().max(2) - 1)
     }
 }
 
@@ -124,9 +125,7 @@ impl Whole {
             return Err(CalibrateError::TimeRunsBackwards { seq: record.seq });
         }
         self.last = now;
-        let celsius = amg8833::word::frame(raw)
-            .pixels
-            .map(|pixel| f64::from(pixel.get()));
+        let celsius = decoded(raw);
         let (mended, standing) = self.finder.push(&celsius, self.before.as_ref());
         self.before = Some(mended);
         let frame = (Duration::from_nanos(now - first), mended);

@@ -18,7 +18,6 @@ use serde_json::json;
 const CORRELATION_TOLD: f64 = 0.95;
 /// A uniform distribution between the bounds has this share of their distance as its standard deviation.
 const UNIFORM_SD: f64 = 0.288_675;
-
 /// Beginning of the remarks in a scene; those of an earlier calibration are replaced.
 const REMARK: &str = "# found: ";
 

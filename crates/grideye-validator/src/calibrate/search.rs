@@ -12,18 +12,14 @@ use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 /// Frames that the search from several starts looks at.
-pub(crate) const COARSE_FRAMES: usize = 24;
-
+const COARSE_FRAMES: usize = 24;
 /// Steps of each search.
-pub(crate) const COARSE_STEPS: usize = 12;
-
-pub(crate) const FINE_STEPS: usize = 40;
-
+const COARSE_STEPS: usize = 12;
+const FINE_STEPS: usize = 40;
 /// How often the noise is measured anew on what the best fit leaves over.
 pub(crate) const ROUNDS: usize = 3;
-
 /// Starts whose cost is within this share of the best have found the same.
-pub(crate) const SAME_COST: f64 = 0.01;
+const SAME_COST: f64 = 0.01;
 
 /// What all searches take if none ends early.
 pub(crate) fn steps_in_frames(frames: &Frames, options: &Options) -> usize {

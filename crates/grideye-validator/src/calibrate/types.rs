@@ -5,13 +5,10 @@ use grideye_scene::profile::Profile;
 
 /// Frames that are looked at unless another number is asked for.
 pub const FRAMES_DEFAULT: usize = 200;
-
 /// The fewest frames from which anything is said.
 pub const FRAMES_MIN: usize = 10;
-
 /// The most frames that are looked at: the common part is weighted by a matrix of as many rows.
 pub const FRAMES_MAX: usize = 1_000;
-
 /// The most places to start from.
 pub const STARTS_MAX: usize = 100;
 

@@ -8,7 +8,7 @@ use crate::characterize::steps::Steps;
 use crate::characterize::timing::Timing;
 use crate::frames::faults::Faults;
 use crate::frames::pixels::STEP_VARIANCE;
-use crate::numbers::median;
+use crate::numbers::{long_count, median};
 use grideye_frame::{NoData, PIXELS, TICK};
 use grideye_scene::profile::{self, Profile};
 use std::collections::BTreeMap;
@@ -180,8 +180,7 @@ impl Characterization {
     /// Frames with a glitch as a share of all frames, 0 to 1.
     #[must_use]
     pub fn glitch_share(&self) -> f64 {
-        crate::numbers::long_count(self.faults.glitch_frames)
-            / crate::numbers::long_count(self.frames)
+        long_count(self.faults.glitch_frames) / long_count(self.frames)
     }
 }
 

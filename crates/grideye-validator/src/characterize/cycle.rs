@@ -1,7 +1,7 @@
 //! The cold frame that comes again every five frames of the sensor.
 
 use crate::characterize::limits::SEGMENT_FRAMES;
-use crate::numbers::{count, trimmed_mean};
+use crate::numbers::{count, long_count, trimmed_mean};
 use std::f64::consts::{PI, TAU};
 
 /// Frequencies are this far apart, cycles a recorded frame.
@@ -81,7 +81,7 @@ impl CycleFinder {
         if self.segments < SEGMENTS_MIN {
             return None;
         }
-        let segments = crate::numbers::long_count(self.segments);
+        let segments = long_count(self.segments);
         self.power.iter_mut().for_each(|power| *power /= segments);
         let strengths: Vec<f64> = (LOWEST..=HIGHEST)
             .map(|number| self.strength(number))

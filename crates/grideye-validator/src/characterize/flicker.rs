@@ -1,6 +1,7 @@
 //! The wander of the common mode: the nearest sum of octaves to its Allan deviations.
 
 use crate::characterize::allan::AllanPoint;
+use crate::numbers::count;
 use grideye_scene::profile::OCTAVES_MAX;
 
 /// Averages over fewer frames still hold the five-frame cycle.
@@ -87,7 +88,7 @@ fn fit(measured: &[(f64, f64)], correlation_s: f64, octaves: u32) -> (f64, f64) 
         .iter()
         .map(|(tau_s, variance)| (variance / allan_variance(tau_s / correlation_s, octaves)).ln())
         .collect();
-    let count = crate::numbers::count(ratios.len());
+    let count = count(ratios.len());
     let mean = ratios.iter().sum::<f64>() / count;
     let misfit = ratios
         .iter()
@@ -108,7 +109,7 @@ fn allan_variance(times: f64, octaves: u32) -> f64 {
 /// The logarithm is blended between the table's points; beyond them it falls with the square, and with the root.
 fn of_one(times: f64) -> f64 {
     let place = times.log2() - FIRST_OCTAVE;
-    let last = crate::numbers::count(ALLAN_VARIANCE.len() - 1);
+    let last = count(ALLAN_VARIANCE.len() - 1);
     if place <= 0.0 {
         return ALLAN_VARIANCE[0] * 4.0_f64.powf(place);
     }
@@ -116,10 +117,10 @@ fn of_one(times: f64) -> f64 {
         return ALLAN_VARIANCE[ALLAN_VARIANCE.len() - 1] * 2.0_f64.powf(last - place);
     }
     let mut left = 0;
-    while crate::numbers::count(left + 1) < place {
+    while count(left + 1) < place {
         left += 1;
     }
-    let share = place - crate::numbers::count(left);
+    let share = place - count(left);
     let (below, above) = (ALLAN_VARIANCE[left].ln(), ALLAN_VARIANCE[left + 1].ln());
     (below + share * (above - below)).exp()
 }

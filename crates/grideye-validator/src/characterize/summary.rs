@@ -2,7 +2,8 @@
 
 use crate::characterize::characterization::{Characterization, NOMINAL_HZ};
 use crate::characterize::presence::{Presence, Spot};
-use crate::numerals::fixed;
+use crate::characterize::timing::Jump;
+use crate::numerals::{fixed, signed};
 use grideye_frame::COLUMNS;
 use serde_json::{Map, Value, json};
 use std::fmt;
@@ -120,7 +121,7 @@ impl Characterization {
 
     fn timing_json(&self) -> Value {
         let timing = &self.timing;
-        let jump = |jump: &crate::characterize::timing::Jump| json!({ "seq": jump.seq, "by_s": jump.by_s });
+        let jump = |jump: &Jump| json!({ "seq": jump.seq, "by_s": jump.by_s });
         json!({
             "span_s": timing.span_s,
             "rate_hz": timing.rate_hz,
@@ -248,10 +249,7 @@ impl Characterization {
         let (rate, note) = match self.sensor_hz() {
             Some(rate) => (
                 fixed(rate, 2),
-                format!(
-                    "clock {} %",
-                    crate::numerals::signed(100.0 * (rate / NOMINAL_HZ - 1.0), 1)
-                ),
+                format!("clock {} %", signed(100.0 * (rate / NOMINAL_HZ - 1.0), 1)),
             ),
             None => ("unknown".to_owned(), String::new()),
         };
@@ -395,7 +393,7 @@ impl Characterization {
             &above,
         );
         let trend = thermistor.drift_c_per_hour.map_or(String::new(), |trend| {
-            format!("trend {} °C an hour", crate::numerals::signed(trend, 1))
+            format!("trend {} °C an hour", signed(trend, 1))
         });
         add(
             lines,

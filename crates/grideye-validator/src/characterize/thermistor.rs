@@ -3,7 +3,7 @@
 use crate::characterize::characterization::Thermistor;
 use crate::characterize::histogram::Histogram;
 use crate::characterize::limits::DIFFERENCE_BIN_C;
-use crate::numbers::{RunningVariance, median};
+use crate::numbers::{RunningVariance, long_count, median};
 use grideye_frame::Frame;
 
 /// Below this no trend is given, seconds: a few steps of the thermistor are no drift.
@@ -56,8 +56,7 @@ impl ThermistorSums {
         }
         self.last_c = celsius;
         let begin_ns = *self.begin_ns.get_or_insert(t_boot_ns);
-        let t_s =
-            crate::numbers::long_count(t_boot_ns.saturating_sub(begin_ns)) / NANOSECONDS_PER_SECOND;
+        let t_s = long_count(t_boot_ns.saturating_sub(begin_ns)) / NANOSECONDS_PER_SECOND;
         self.span_s = self.span_s.max(t_s);
         let off = celsius - self.celsius.mean();
         self.time.push(t_s);
@@ -69,8 +68,7 @@ impl ThermistorSums {
 
     /// `jumps` of the clock leave it unknown how much time there was for a trend.
     pub(crate) fn finish(self, jumps: u64) -> Thermistor {
-        let squares =
-            self.time.variance() * crate::numbers::long_count(self.time.count().saturating_sub(1));
+        let squares = self.time.variance() * long_count(self.time.count().saturating_sub(1));
         let trend = (self.span_s >= TREND_SPAN_MIN_S && squares > 0.0 && jumps == 0)
             .then(|| self.together / squares * SECONDS_PER_HOUR);
         Thermistor {

@@ -52,7 +52,6 @@ pub(crate) fn noise(view: &ComparedFrames, seed: u64) -> Sums {
 
 /// Keeps the images of noise apart from the orders of the pixels.
 const NOISE_SEED: u64 = 0x006E_6F69_7365;
-
 /// Of how many pairs of a round places and structure are looked at, which costs as much as all the rest.
 const SHUFFLED_PLACES_MAX: usize = 20;
 

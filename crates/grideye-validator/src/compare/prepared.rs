@@ -1,7 +1,7 @@
 //! Frames made ready to be scored many times, and the sums over pairs of them.
 
 use crate::compare::settings::Settings;
-use crate::frames::{RealFrame, Shape, SimulatedFrame};
+use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
 use crate::metrics;
 use crate::metrics::centered::Centered;
 use crate::metrics::counting::{Binned, Counter, mutual_corrected, mutual_of};
@@ -288,11 +288,11 @@ impl ComparedFrames {
         let ambient = vec![settings.ambient_c; preparation.shape.pixels()];
         // What stands still is seen better in the mean of all frames than in any one of them.
         let (steady, averaged) = match settings.protocol {
-            crate::frames::Protocol::Static => (
+            Protocol::Static => (
                 Some(mean_frame(real.iter().map(|frame| &frame.celsius))),
                 real.len(),
             ),
-            crate::frames::Protocol::Dynamic => (None, 1),
+            Protocol::Dynamic => (None, 1),
         };
         let prepare_real = |frame: &RealFrame| {
             preparation.real(&frame.celsius, steady.as_ref().unwrap_or(&frame.celsius))

@@ -6,23 +6,17 @@ use crate::thresholds::Thresholds;
 
 /// Most frames a side that are compared at once.
 pub const FRAMES_MAX: usize = 1_000;
-
 /// Most random orders of the pixels.
 pub const SHUFFLES_MAX: usize = 10_000;
-
 /// Most pairs of frames that are scored again for each random order; more are thinned evenly.
 pub const SHUFFLED_PAIRS_MAX: usize = 100;
-
 /// Most pairs of frames of which places, overlaps and structure are looked at; more are thinned evenly. Only the static
 /// protocol has as many.
 pub const PLACED_PAIRS_MAX: usize = 10_000;
-
 /// Images of the sensor's noise that make up that floor.
 pub const NOISE_IMAGES: usize = 20;
-
 /// Most threads that count at once.
 pub const THREADS_MAX: usize = 64;
-
 /// Most pairs of frames kept for the report.
 pub const FILM_FRAMES_MAX: usize = 6;
 
@@ -82,7 +76,6 @@ impl Settings {
     }
 }
 
-pub(crate) const NOISE_SIGMA_C: f64 = 0.24;
-
+const NOISE_SIGMA_C: f64 = 0.24;
 /// Steps of the sensor that a warm pixel stands out by at least, however little noise there is.
-pub(crate) const WARM_STEPS_MIN: f64 = 2.0;
+const WARM_STEPS_MIN: f64 = 2.0;

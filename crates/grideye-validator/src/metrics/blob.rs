@@ -1,6 +1,6 @@
 //! The warm blob of a frame: which pixels are warm, where the largest patch of them lies, and how two frames overlap.
 
-use crate::numbers::{all_finite, count, median};
+use crate::numbers::{all_finite, count, finite, median};
 
 /// The largest patch of warm pixels that touch each other, by the warmth that they add up to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,7 +87,7 @@ pub fn angle_between(
     let length = cross.iter().map(|value| value * value).sum::<f64>().sqrt();
     let dot: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
     // Not by the arc cosine, which has no digits left for small angles.
-    crate::numbers::finite(length.atan2(dot).to_degrees())
+    finite(length.atan2(dot).to_degrees())
 }
 
 /// Intersection over union of two masks, 0 to 1 (Jaccard's index); `None` where both mark nothing.

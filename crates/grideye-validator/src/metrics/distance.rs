@@ -6,7 +6,6 @@ use crate::numbers::{comparable, count, differences, finite, sum_of};
 /// Accuracy that the datasheet states for the AMG8833, in degrees: an offset of plus or minus this much is within its
 /// specification (AMG88 spec, "temperature accuracy").
 pub const SENSOR_ACCURACY_C: f64 = 2.5;
-
 /// Threshold of the image similarity, in degrees: two standard deviations, three of which are the sensor's accuracy
 /// (PeerJ CS 11:e3124, "Evaluation graph and image similarity"; printed there as 1.66).
 pub const IS_THRESHOLD: f64 = 2.0 * SENSOR_ACCURACY_C / 3.0;

@@ -1,7 +1,7 @@
 //! C with the empty room taken from both sides: what is left is the people.
 
 use crate::frames::{RealFrame, SimulatedFrame};
-use crate::numbers::finite;
+use crate::numbers::{finite, mean};
 
 /// C of what stands above the empty room, over all pixels of all frames together.
 ///
@@ -97,8 +97,8 @@ pub(crate) fn foreground_correlation(
 /// A frame less the room, its mean taken out.
 fn foreground(frame: &[f64], room: &[f64]) -> Vec<f64> {
     let mut left: Vec<f64> = frame.iter().zip(room).map(|(a, b)| a - b).collect();
-    let mean = crate::numbers::mean(&left).unwrap_or_default();
-    left.iter_mut().for_each(|value| *value -= mean);
+    let middle = mean(&left).unwrap_or_default();
+    left.iter_mut().for_each(|value| *value -= middle);
     left
 }
 

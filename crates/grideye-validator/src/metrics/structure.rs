@@ -6,7 +6,6 @@ use crate::numbers::{comparable, count, mean};
 /// then `(0.03 * 10)^2 = 0.09` square degrees, about the variance of the sensor's noise, so that a patch in which nothing but
 /// noise is seen is not asked for the same noise.
 pub const SSIM_RANGE_C: f64 = 10.0;
-
 const SIDE: usize = 3;
 
 /// The structural similarity of each pixel's neighbourhood of 3 x 3, -1 to 1 (Wang et al. 2004, "Image quality assessment:
@@ -59,7 +58,7 @@ pub fn structural_similarity(
     interior_mean(&map, columns)
 }
 
-pub(crate) fn interior_mean(map: &[f64], columns: usize) -> Option<f64> {
+fn interior_mean(map: &[f64], columns: usize) -> Option<f64> {
     let rows = map.len().checked_div(columns)?;
     let is_inside = |index: usize| {
         let (row, column) = (index / columns, index % columns);

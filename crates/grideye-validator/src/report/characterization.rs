@@ -1,6 +1,7 @@
 //! The characterisation as one page that needs nothing else: table, maps, Allan deviations.
 
-use crate::characterize::Characterization;
+use crate::characterize::{AllanPoint, Characterization};
+use crate::numbers::extremes;
 use crate::numerals::{fixed, signed};
 use crate::report::palette::{DIFFERENCE, INFERNO, Rgb, colour, wants_black_text};
 use crate::report::text::escape;
@@ -83,7 +84,7 @@ impl Characterization {
             )
         });
         let surface = self.pattern.map_or_else(String::new, |pattern| {
-            let (low, high) = extent(&pattern.surface_c);
+            let (low, high) = extremes(&pattern.surface_c);
             map(
                 &pattern.surface_c,
                 "Smooth surface, °C",
@@ -122,9 +123,8 @@ impl Characterization {
 
     fn allan_plot(&self) -> String {
         let taus: Vec<f64> = self.allan.iter().map(|point| point.tau_s).collect();
-        let of = |value: fn(&crate::characterize::AllanPoint) -> f64| -> Vec<f64> {
-            self.allan.iter().map(value).collect()
-        };
+        let of =
+            |value: fn(&AllanPoint) -> f64| -> Vec<f64> { self.allan.iter().map(value).collect() };
         let (pixel, common) = (of(|point| point.pixel_c), of(|point| point.common_c));
         let all = pixel
             .iter()
@@ -181,14 +181,6 @@ fn map(
         "</svg><figcaption><b>{title}</b><br>{note}</figcaption></figure>"
     ));
     svg
-}
-
-fn extent(values: &[f64]) -> (f64, f64) {
-    values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(*value), high.max(*value))
-        })
 }
 
 /// From below the least to above the greatest in whole and half decades, as logarithms.

@@ -1,6 +1,6 @@
 //! The comparison as one page.
 
-use crate::compare::Comparison;
+use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Protocol;
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
 use crate::numerals::{fixed, seconds, signed};
@@ -161,7 +161,7 @@ fn film(comparison: &Comparison, temperatures: Shows, differences: Shows) -> Str
             image::svg(comparison.shape, values, shows, false, title)
         )
     };
-    let strip = |name: &str, picture: &dyn Fn(&crate::compare::FilmFrame) -> String| {
+    let strip = |name: &str, picture: &dyn Fn(&FilmFrame) -> String| {
         let cells: String = comparison.film.iter().map(picture).collect();
         format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n")
     };

@@ -1,6 +1,6 @@
 //! Frames as pictures: a PNG of one cell a pixel inside an SVG that scales it without smoothing and writes the values.
 
-use crate::compare::Comparison;
+use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Shape;
 use crate::metrics::IS_THRESHOLD;
 use crate::numbers::count;
@@ -198,8 +198,8 @@ fn png(shape: Shape, colours: &[Rgb]) -> Option<Vec<u8>> {
 }
 
 /// The frame of the film in which the most stands out from the background: the one to show large.
-pub(crate) fn key_frame(comparison: &Comparison) -> Option<&crate::compare::FilmFrame> {
-    let contrast = |frame: &&crate::compare::FilmFrame| {
+pub(crate) fn key_frame(comparison: &Comparison) -> Option<&FilmFrame> {
+    let contrast = |frame: &&FilmFrame| {
         let mean = frame.simulated.iter().sum::<f64>() / count(frame.simulated.len());
         frame
             .simulated

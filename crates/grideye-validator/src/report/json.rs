@@ -1,9 +1,13 @@
 //! The comparison as JSON.
 
-use crate::compare::{Comparison, FrameScores};
+use crate::background::fit::BackgroundFit;
+use crate::compare::{Comparison, FilmFrame, FrameScores};
+use crate::expected::{DRAWS, ScoreDistribution};
 use crate::metrics::score::{Better, Measure, Score};
 use crate::report::context::Context;
 use crate::report::paper;
+use crate::thresholds::ThresholdLine;
+use crate::verdict::Criterion;
 use serde_json::{Map, Value, json};
 
 /// The comparison for programs: one JSON object with stable field names (`format` and `version` name them). Values
@@ -35,7 +39,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
         "background": comparison.background.as_ref().map(background),
         "level_max_c": comparison.level_max_c,
         "units": {
-            "drawn": crate::expected::DRAWS,
+            "drawn": DRAWS,
             "pattern_c": comparison.pattern_c,
             "pattern_from": comparison.pattern_from.name(),
         },
@@ -100,7 +104,7 @@ pub fn summary(comparison: &Comparison, context: &Context) -> Value {
 }
 
 fn criteria(comparison: &Comparison) -> Vec<Value> {
-    let criterion = |criterion: &crate::verdict::Criterion| {
+    let criterion = |criterion: &Criterion| {
         json!({
             "name": criterion.name,
             "title": criterion.title,
@@ -123,7 +127,7 @@ fn criteria(comparison: &Comparison) -> Vec<Value> {
         .collect()
 }
 
-fn background(fit: &crate::background::fit::BackgroundFit) -> Value {
+fn background(fit: &BackgroundFit) -> Value {
     let stretches: Vec<String> = fit.stretches.iter().map(ToString::to_string).collect();
     json!({
         "profile_rms_c": fit.profile_c,
@@ -133,13 +137,13 @@ fn background(fit: &crate::background::fit::BackgroundFit) -> Value {
 }
 
 /// Of what drawn units score.
-fn law(law: &crate::expected::ScoreDistribution) -> Value {
+fn law(law: &ScoreDistribution) -> Value {
     json!({ "mean": law.mean, "sd": law.sd })
 }
 
 /// Each with where it comes from.
 fn thresholds(context: &Context) -> Vec<Value> {
-    let line = |line: &crate::thresholds::ThresholdLine| {
+    let line = |line: &ThresholdLine| {
         json!({
             "key": line.key,
             "value": line.value,
@@ -211,7 +215,7 @@ fn timeline(comparison: &Comparison) -> Value {
 }
 
 fn film(comparison: &Comparison) -> Vec<Value> {
-    let frame = |frame: &crate::compare::FilmFrame| json!({ "time_s": frame.time.as_secs_f64(), "real_c": frame.real, "simulated_c": frame.simulated });
+    let frame = |frame: &FilmFrame| json!({ "time_s": frame.time.as_secs_f64(), "real_c": frame.real, "simulated_c": frame.simulated });
     comparison.film.iter().map(frame).collect()
 }
 

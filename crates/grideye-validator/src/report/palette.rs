@@ -1,5 +1,6 @@
 //! Colours: inferno for temperatures, blue to red for differences.
 
+use crate::numbers::count;
 /// A colour as red, green and blue of 0 to 255.
 pub type Rgb = [u8; 3];
 
@@ -31,12 +32,12 @@ pub(crate) const DIFFERENCE: [Rgb; 3] = [[33, 102, 172], [247, 247, 247], [178, 
 #[must_use]
 pub fn colour(stops: &[Rgb], place: f64) -> Rgb {
     let last = stops.len().saturating_sub(1);
-    let position = place.clamp(0.0, 1.0) * crate::numbers::count(last);
+    let position = place.clamp(0.0, 1.0) * count(last);
     let below = (0..last)
         .rev()
-        .find(|&stop| crate::numbers::count(stop) <= position)
+        .find(|&stop| count(stop) <= position)
         .unwrap_or(0);
-    let share = position - crate::numbers::count(below);
+    let share = position - count(below);
     let (from, to) = (stops[below], stops[(below + 1).min(last)]);
     std::array::from_fn(|channel| blend(from[channel], to[channel], share))
 }

@@ -1,6 +1,6 @@
 //! Scores over time as SVG: one panel a measure, under one axis of time.
 
-use crate::compare::Comparison;
+use crate::compare::{Comparison, FrameScores};
 use crate::metrics::score::Measure;
 use crate::numbers::count;
 use crate::numerals::{fixed, signed};
@@ -41,7 +41,7 @@ pub(crate) fn section(comparison: &Comparison) -> String {
 }
 
 fn panels(comparison: &Comparison) -> [Panel; 3] {
-    let over_time = |value: &dyn Fn(&crate::compare::FrameScores) -> Option<f64>| {
+    let over_time = |value: &dyn Fn(&FrameScores) -> Option<f64>| {
         comparison
             .timeline
             .iter()

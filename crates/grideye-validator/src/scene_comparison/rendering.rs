@@ -235,6 +235,5 @@ pub(crate) fn shows_people(simulated: &[SimulatedFrame], nobody: &[Vec<f64>]) ->
 const NOBODY_C: f64 = 0.05;
 /// Frames of an empty room that its map is the mean of, at least: the noise of the mean is a quarter of a frame's then.
 const EMPTY_FRAMES_MIN: usize = 16;
-
 /// A pixel belongs to an agent that covers half of it or more.
 const TRUTH_SHARE_MIN: f64 = 0.5;

@@ -11,10 +11,8 @@ use std::time::Duration;
 
 /// Frames compared under the static protocol unless asked otherwise, as in the paper.
 pub const STATIC_FRAMES: usize = 10;
-
 /// Frames compared under the dynamic protocol unless asked otherwise.
 pub const DYNAMIC_FRAMES: usize = 100;
-
 /// Most frames that the repeat may be later.
 pub const LAG_FRAMES_MAX: usize = 600;
 

@@ -1,0 +1,300 @@
+//! Orientation, pace, long and late recordings, and frames that are left out.
+
+use crate::bench::{SENSOR, WALK, Walk, compared, fewer_seeds, quantile, record, row, skill, with};
+use grideye_frame::{PixelWord, Reading};
+use grideye_recording::Record;
+use grideye_scene::Simulator;
+use grideye_validator::align::{AlignOptions, Orientation, TimeAlignment};
+use grideye_validator::{LeftOut, Measure, Options, Verdict, compare_scene};
+use std::time::Duration;
+
+/// A mirrored or turned image is found, reported and not silently aligned; asked for, it is turned back.
+#[test]
+fn an_image_that_lies_otherwise_is_reported_and_turned_if_asked() {
+    let scene = WALK.scene();
+    for orientation in Orientation::ALL {
+        let mut found = 0;
+        for seed in 0..fewer_seeds() {
+            let records: Vec<Record> = record(&scene, seed, |time_s| time_s + 0.2)
+                .into_iter()
+                .map(|record| turned(record, orientation))
+                .collect();
+            let silent = compared(&records, &scene, AlignOptions::default(), seed);
+            let seen = silent.alignment.as_ref().unwrap().orientation.unwrap();
+            found += u64::from(seen.orientation == orientation);
+            assert!(!seen.applied);
+            let asked = AlignOptions {
+                orientation: true,
+                ..AlignOptions::default()
+            };
+            let turned = compared(&records, &scene, asked, seed);
+            assert_eq!(
+                turned.judgement.verdict,
+                Verdict::Agrees,
+                "{orientation} {seed}"
+            );
+            if orientation != Orientation::Upright {
+                assert_eq!(
+                    silent.judgement.verdict,
+                    Verdict::Disagrees,
+                    "{orientation} {seed}"
+                );
+                let told = silent
+                    .notes
+                    .iter()
+                    .any(|note| note.starts_with(&format!("The image is {orientation}")));
+                assert!(told, "{:?}", silent.notes);
+            }
+        }
+        println!("{orientation:<40} found {found} of {}", fewer_seeds());
+        assert_eq!(found, fewer_seeds(), "{orientation}");
+    }
+}
+
+fn turned(record: Record, orientation: Orientation) -> Record {
+    let reading = record.reading.map(|mut raw| {
+        let words = raw.pixels.map(|word| f64::from(word.0));
+        raw.pixels = orientation.apply(&words).map(|word| PixelWord(word as u16));
+        raw
+    });
+    Record { reading, ..record }
+}
+
+/// Uneven walking: minimum jerk where the scene has constant speed, and a pace that swings.
+#[test]
+fn pace_is_found_by_law_and_by_warp() {
+    let scene = WALK.scene();
+    let end_s = scene.duration().as_secs_f64();
+    let jerk = |time_s: f64| {
+        let u = (time_s / end_s).clamp(0.0, 1.0);
+        end_s * u * u * u * (10.0 + u * (6.0 * u - 15.0))
+    };
+    let swing = |time_s: f64| time_s + 0.35 * (time_s * std::f64::consts::TAU / end_s).sin();
+    println!(
+        "\n{:<28}{:>8}{:>9}{:>9}{:>9}",
+        "pace", "align", "C skill", "gain", "agrees"
+    );
+    for (name, pace) in [
+        ("minimum jerk", &jerk as &dyn Fn(f64) -> f64),
+        ("swings by 0.35 s", &swing),
+    ] {
+        for time in [
+            TimeAlignment::None,
+            TimeAlignment::Rate,
+            TimeAlignment::Warp,
+            TimeAlignment::Law,
+        ] {
+            let (mut c, mut gain, mut agrees) = (vec![], vec![], 0);
+            for seed in 0..fewer_seeds() {
+                let found = compared(&record(&scene, seed, pace), &scene, with(time, 0.8), seed);
+                c.push(skill(&found, Measure::Correlation));
+                gain.push(skill(&found, Measure::Gain));
+                agrees += u64::from(found.judgement.verdict == Verdict::Agrees);
+            }
+            println!(
+                "{name:<28}{:>8}{:>9.2}{:>9.2}{agrees:>6}/{}",
+                time.name(),
+                quantile(&mut c, 0.5),
+                quantile(&mut gain, 0.5),
+                fewer_seeds()
+            );
+        }
+    }
+    let found = compared(
+        &record(&scene, 1, jerk),
+        &scene,
+        with(TimeAlignment::Law, 0.8),
+        1,
+    );
+    let law = found.alignment.unwrap().time.unwrap().law.unwrap();
+    assert!(
+        (law.ease - 1.0).abs() < 0.25 && law.begins_late_s.abs() < 0.3,
+        "{law:?}"
+    );
+    let found = compared(
+        &record(&scene, 1, swing),
+        &scene,
+        with(TimeAlignment::Warp, 0.8),
+        1,
+    );
+    let warp = found.alignment.unwrap().time.unwrap().warp.unwrap();
+    assert!((warp.departure_max_s() - 0.35).abs() < 0.15, "{warp:?}");
+}
+
+/// Two hundred seconds there and back at 10 Hz, a clock that is 3 % fast: the rate is known to a tenth of a per mille.
+#[test]
+fn two_thousand_frames_are_aligned() {
+    let way = "1200,1500,0\n3800,1700,0\n3300,3600,0\n1600,3300,0\n".repeat(16);
+    let scene = Walk {
+        way: Box::leak(way.into_boxed_str()),
+        ..WALK
+    }
+    .scene();
+    let records = record(&scene, 4, |time_s| time_s + 0.2 + 0.03 * time_s);
+    let records = &records[..records.len().min(2_000)];
+    for time in [
+        TimeAlignment::None,
+        TimeAlignment::Rate,
+        TimeAlignment::Warp,
+        TimeAlignment::Law,
+    ] {
+        let begin = std::time::Instant::now();
+        let found = compared(records, &scene, with(time, 0.5), 1);
+        println!(
+            "{} frames, {}: {:.2} s",
+            records.len(),
+            time.name(),
+            begin.elapsed().as_secs_f64()
+        );
+        if time == TimeAlignment::Rate {
+            let time = found.alignment.unwrap().time.unwrap();
+            println!("shift {:.4} s, rate {:.5}", time.shift_s, time.rate);
+            assert!((time.shift_s - 0.2).abs() < 0.02, "{time:?}");
+            assert!((time.rate - 0.03).abs() < 0.000_2, "{time:?}");
+            assert_eq!(found.judgement.verdict, Verdict::Agrees);
+        }
+    }
+}
+
+/// A recording that begins in the middle of the walk: the delay counts at its own first frame, whatever second of the scene
+/// that is, and without the second nothing is found.
+#[test]
+fn a_recording_that_begins_later_is_aligned_from_its_first_frame() {
+    let way = WALK.way.repeat(4);
+    let scene = Walk {
+        way: Box::leak(way.into_boxed_str()),
+        ..WALK
+    }
+    .scene();
+    let scene_s = |time_s: f64| time_s + 20.0 + 0.2 + 0.03 * time_s;
+    let end_s = scene.duration().as_secs_f64();
+    let mut records = record(&scene, 6, scene_s);
+    let seen = (0..records.len())
+        .filter(|&index| scene_s(index as f64 / 10.0) < end_s)
+        .count();
+    records.truncate(seen);
+    let found = |start_s: u64| {
+        let options = Options {
+            start: Duration::from_secs(start_s),
+            shuffles: 20,
+            align: with(TimeAlignment::Rate, 0.5),
+            ..Options::default()
+        };
+        let found = compare_scene(&records, &scene, SENSOR, &options).unwrap();
+        let time = found.alignment.as_ref().unwrap().time.clone().unwrap();
+        (found.judgement.verdict, time)
+    };
+    let (verdict, time) = found(20);
+    assert!(time.applied, "{time:?}");
+    assert!((time.shift_s - 0.2).abs() < 0.1, "{time:?}");
+    assert!((time.rate - 0.03).abs() < 0.01, "{time:?}");
+    assert_eq!(verdict, Verdict::Agrees);
+    assert_ne!(found(0).0, Verdict::Agrees);
+}
+
+/// Faults planted into a recording are left out, each with its reason, and nothing else.
+#[test]
+fn what_says_nothing_of_its_moment_is_left_out_with_the_reason() {
+    let scene = WALK.scene();
+    let mut records = record(&scene, 3, |time_s| time_s);
+    let pixels = |records: &[Record], index: usize| records[index].reading.frame().unwrap().pixels;
+    let put = |records: &mut Vec<Record>, index: usize, from: std::ops::Range<usize>| {
+        let before = pixels(records, index - 1);
+        let mut now = pixels(records, index);
+        now[from.clone()].copy_from_slice(&before[from]);
+        records[index] = row(index as u32, index as f64 / 10.0, now);
+    };
+    put(&mut records, 10, 40..64);
+    put(&mut records, 20, 0..64);
+    for index in 40..46 {
+        put(&mut records, index, 0..64);
+    }
+    records[5].reading = Reading::NoData(grideye_frame::NoData::Nack);
+    // A stall of a second, and three rows that came at once.
+    for (index, record) in records.iter_mut().enumerate().skip(60) {
+        let late_s = if index < 63 {
+            1.0 + 0.002 * (index - 60) as f64 - (index - 60) as f64 / 10.0
+        } else {
+            1.0
+        };
+        record.stamp.t_boot_ns = 7_000_000_000 + ((index as f64 / 10.0 + late_s) * 1e9) as u64;
+    }
+    let found = compared(&records, &scene, AlignOptions::default(), 1);
+    let left: Vec<(LeftOut, usize, u64)> = found
+        .alignment
+        .unwrap()
+        .left_out
+        .iter()
+        .map(|left| (left.reason, left.rows, left.first_seq))
+        .filter(|left| left.0 != LeftOut::OutsideScene)
+        .collect();
+    println!("{left:?}");
+    assert_eq!(
+        left,
+        [
+            (LeftOut::Missing(grideye_frame::NoData::Nack), 1, 5),
+            (LeftOut::Torn, 1, 10),
+            (LeftOut::Duplicate, 1, 20),
+            (LeftOut::Stalled, 6, 40),
+            (LeftOut::Burst, 2, 61),
+        ]
+    );
+}
+
+/// A sensor without noise repeats itself in a still room: that is no fault of its recording.
+#[test]
+fn a_sensor_without_noise_is_not_taken_for_one_that_repeats_frames() {
+    let scene = Walk {
+        way: "2000,2000,0\n",
+        speed: 600.0,
+        ..WALK
+    }
+    .scene();
+    let simulator = Simulator::without_grid(&scene, SENSOR).unwrap();
+    let image = simulator.image(Duration::ZERO).celsius;
+    let records: Vec<Record> = (0..50)
+        .map(|index| {
+            row(
+                index,
+                f64::from(index) / 10.0,
+                std::array::from_fn(|pixel| PixelWord((image[pixel] * 4.0).round() as u16)),
+            )
+        })
+        .collect();
+    let found = compared(&records, &scene, AlignOptions::default(), 1);
+    assert!(found.alignment.unwrap().left_out.is_empty());
+}
+
+#[test]
+fn bounds_out_of_range_are_refused() {
+    let scene = WALK.scene();
+    let records = record(&scene, 1, |time_s| time_s);
+    for align in [
+        AlignOptions {
+            shift_max: Duration::from_millis(60_001),
+            ..AlignOptions::default()
+        },
+        AlignOptions {
+            rate_max: 0.201,
+            ..AlignOptions::default()
+        },
+        AlignOptions {
+            rate_max: f64::NAN,
+            ..AlignOptions::default()
+        },
+    ] {
+        let options = Options {
+            align,
+            ..Options::default()
+        };
+        let error = compare_scene(&records, &scene, SENSOR, &options).unwrap_err();
+        assert!(error.to_string().starts_with("setting `max-"), "{error}");
+    }
+    // The largest that are allowed are.
+    let most = AlignOptions {
+        shift_max: grideye_validator::align::SHIFT_MAX,
+        rate_max: grideye_validator::align::RATE_MAX,
+        ..AlignOptions::default()
+    };
+    compared(&records, &scene, most, 1);
+}
