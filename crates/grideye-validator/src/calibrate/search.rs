@@ -16,7 +16,7 @@ const COARSE_FRAMES: usize = 24;
 /// Steps of each search.
 const COARSE_STEPS: usize = 12;
 const FINE_STEPS: usize = 40;
-/// How often the noise is measured anew on what the best fit leaves over.
+/// How often the noise is measured again on what the best fit leaves over.
 pub(crate) const ROUNDS: usize = 3;
 /// Starts whose cost is within this share of the best have found the same.
 const SAME_COST: f64 = 0.01;

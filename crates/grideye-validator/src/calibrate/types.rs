@@ -50,7 +50,7 @@ pub struct Estimate {
     pub uncertainty: Option<f64>,
     /// Half the width of its 95 % interval; `None` likewise.
     pub half_width_95: Option<f64>,
-    /// Pixels of freedom of that interval.
+    /// Degrees of freedom of that interval.
     pub freedom: f64,
     /// Between which it was looked for.
     pub bounds: [f64; 2],

@@ -14,7 +14,7 @@ pub(crate) struct Uncertainty {
     pub(crate) told: Vec<usize>,
     /// Covariance of those, in their order.
     pub(crate) covariance: Matrix,
-    /// Pixels of freedom of each of those.
+    /// Degrees of freedom of each of those.
     pub(crate) freedom: Vec<f64>,
     /// Coordinates at a bound.
     pub(crate) at_bound: Vec<usize>,
