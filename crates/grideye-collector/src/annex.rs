@@ -1,7 +1,8 @@
 //! Routes that the program brings along, behind the collector's own guard.
 
+use crate::clock::Clock;
+use crate::live::{NewestFrames, RecentFrames};
 use crate::store::FrameStore;
-use crate::{Clock, NewestFrames, RecentFrames};
 use axum::Router;
 use std::fmt;
 use std::sync::Arc;

@@ -9,8 +9,8 @@
 //! good token or, where no tokens are required, has had a request answered without an error. If the newcomer's address group is
 //! at its limit, it displaces a connection of that group; otherwise one of the group that has the most of that kind.
 
-use crate::Limits;
 use crate::counters::{Counters, add};
+use crate::limits::Limits;
 use crate::peer::AddressGroup;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};

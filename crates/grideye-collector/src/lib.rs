@@ -24,7 +24,6 @@
 //! clocks that do not jump, so that an old frame is never shown as a new one. Every bound is a field of [`Limits`].
 
 pub mod access;
-mod account;
 mod alarm;
 mod annex;
 mod app;

@@ -12,13 +12,14 @@ pub use newest::{NewestFrame, NewestFrames};
 pub use recent::RecentFrames;
 pub(crate) use view::stream_json;
 
+use crate::clock::Clock;
+use crate::limits::Limits;
+use crate::live::by_sensor::BySensor;
+use crate::live::faults::Faults;
+use crate::live::senders::Senders;
 use crate::store::{Appended, Elsewhere, StoredRecord, StreamSummary};
-use crate::{Clock, Limits};
-use by_sensor::BySensor;
-use faults::Faults;
 use grideye_recording::wire::{Batch, SensorBatch};
 use grideye_recording::{ClockState, Record};
-use senders::Senders;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -5,20 +5,23 @@ mod stall;
 
 use crate::access::{AccessFolder, Gatekeeper};
 use crate::alarm::Alarm;
+use crate::annex::Annex;
 use crate::app::{Answer, AppState, Door, Entrance, Hosts, Line};
+use crate::clock::Clock;
 use crate::connections::{Admitted, Connection, Connections};
 use crate::counters::Counters;
+use crate::error::CollectorError;
+use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::TrustedProxies;
+use crate::server::stall::StallGuard;
 use crate::store::{self, StoreLocation};
 use crate::tls::{Acceptors, Tls};
-use crate::{Annex, Clock, CollectorError, Limits};
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::TokioIo;
-use stall::StallGuard;
 use std::convert::Infallible;
 use std::fmt;
 use std::future::Future;
@@ -276,7 +279,7 @@ fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), Collecto
     }
 }
 
-async fn open(config: &Config, door: Door) -> Result<AppState, crate::StoreError> {
+async fn open(config: &Config, door: Door) -> Result<AppState, crate::store::StoreError> {
     let clock = Arc::clone(&config.clock);
     let store = store::open(&config.store, &config.limits, &clock, &config.log).await?;
     AppState::with(store, config.limits.clone(), clock, door).await

@@ -1,7 +1,7 @@
 //! TLS 1.3 for the socket: certificates of our own authority for each address that is called, or those of the site.
 
-use crate::CollectorError;
 use crate::access::{AccessFolder, Authority, pin};
+use crate::error::CollectorError;
 use rustls::crypto::ring::default_provider;
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};

@@ -1,9 +1,7 @@
 //! The list of tokens, as it stands in `tokens.json`.
 
-use super::token::SecretHash;
-use super::{
-    AccessError, DEVICES_PER_TOKEN_MAX, Scope, TOKEN_NAME_CHARS_MAX, TOKENS_MAX, Token, TokenId,
-};
+use crate::access::token::{Scope, SecretHash, Token, TokenId};
+use crate::access::{AccessError, DEVICES_PER_TOKEN_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MAX};
 use grideye_recording::check_name;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
@@ -313,7 +311,7 @@ mod tests {
         let error = book.add("last", Scope::Read, 1).unwrap_err();
         assert!(matches!(error, AccessError::TooManyTokens));
         let json = book.to_json().unwrap();
-        assert!(u64::try_from(json.len()).unwrap() < super::super::FILE_BYTES_MAX);
+        assert!(u64::try_from(json.len()).unwrap() < crate::access::FILE_BYTES_MAX);
     }
 
     #[test]

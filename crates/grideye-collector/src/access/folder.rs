@@ -1,7 +1,9 @@
 //! The files of the folder: read whole, written whole, for their owner alone.
 
-use super::token::{hex, random_bytes, unhex};
-use super::{AccessError, Authority, FILE_BYTES_MAX, TokenBook};
+use crate::access::authority::Authority;
+use crate::access::book::TokenBook;
+use crate::access::token::{hex, random_bytes, unhex};
+use crate::access::{AccessError, FILE_BYTES_MAX};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::{self, Read as _, Write as _};
@@ -246,7 +248,7 @@ fn read(path: &Path) -> Result<Option<Vec<u8>>, AccessError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::access::Scope;
+    use crate::access::token::Scope;
     use std::os::unix::fs::PermissionsExt as _;
 
     fn folder() -> (tempfile::TempDir, AccessFolder) {

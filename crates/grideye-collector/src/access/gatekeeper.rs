@@ -1,8 +1,10 @@
 //! Decides for each request who is asking, by a list of tokens that is kept up to date.
 
-use super::folder::FileState;
-use super::session::Sessions;
-use super::{AccessError, AccessFolder, Token, TokenBook, TokenRecord};
+use crate::access::AccessError;
+use crate::access::book::{TokenBook, TokenRecord};
+use crate::access::folder::{AccessFolder, FileState};
+use crate::access::session::Sessions;
+use crate::access::token::Token;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -221,7 +223,7 @@ fn by_token(book: &TokenBook, text: &str) -> Option<Caller> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::access::Scope;
+    use crate::access::token::Scope;
 
     const EVERY: Duration = Duration::from_secs(1);
 

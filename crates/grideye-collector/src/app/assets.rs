@@ -1,7 +1,7 @@
 //! The live page: files that are part of the program.
 
-use super::answer::Refusal;
-use crate::Annex;
+use crate::annex::Annex;
+use crate::app::answer::Refusal;
 use axum::body::Bytes;
 use axum::extract::Path;
 use axum::http::{StatusCode, header};

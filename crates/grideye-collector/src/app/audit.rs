@@ -1,7 +1,7 @@
 //! What is known of the sensors now, and whether the books balance.
 
-use super::AppState;
-use super::answer::Refusal;
+use crate::app::AppState;
+use crate::app::answer::Refusal;
 use crate::live::stream_json;
 use axum::extract::State;
 use axum::response::Json;

@@ -1,8 +1,8 @@
 //! Memory for bodies of frames: how much has arrived and is not on disk yet, in total and for each sender.
 
-use super::answer::Refusal;
-use crate::Limits;
 use crate::access::{Caller, TokenId};
+use crate::app::answer::Refusal;
+use crate::limits::Limits;
 use crate::peer::AddressGroup;
 use axum::BoxError;
 use axum::body::{Bytes, HttpBody};

@@ -1,8 +1,8 @@
 //! `GET /v1/live`: server-sent events for the live page.
 
-use super::AppState;
-use super::answer::Refusal;
 use crate::access::Caller;
+use crate::app::AppState;
+use crate::app::answer::Refusal;
 use crate::live::Event;
 use axum::Extension;
 use axum::extract::State;

@@ -1,8 +1,8 @@
 //! Who may do what over HTTP: the token or the cookie of each request, its scope, and how often.
 
-use super::AppState;
-use super::answer::Refusal;
 use crate::access::{Caller, Presented, Scope, Unknown};
+use crate::app::AppState;
+use crate::app::answer::Refusal;
 use crate::peer::AddressGroup;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};

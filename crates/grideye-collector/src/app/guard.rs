@@ -1,10 +1,10 @@
 //! What every request passes: who may ask, how long it may take, and the headers of every answer.
 
-use super::AppState;
-use super::answer::{Refusal, RefusedCode};
-use super::gate::{self, Asked, Line, Need};
 use crate::access::Caller;
 use crate::alarm::Alarm;
+use crate::app::AppState;
+use crate::app::answer::{Refusal, RefusedCode};
+use crate::app::gate::{self, Asked, Line, Need};
 use crate::connections::Connection;
 use crate::log::{Level, LogEvent};
 use axum::extract::{MatchedPath, Request, State};

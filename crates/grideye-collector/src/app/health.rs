@@ -1,6 +1,6 @@
 //! How the collector does: for supervisors, for programs, and for Prometheus.
 
-use super::AppState;
+use crate::app::AppState;
 use crate::counters::{TIME_CLASSES_S, load};
 use crate::store::{StoreError, StoreUsage};
 use axum::extract::State;

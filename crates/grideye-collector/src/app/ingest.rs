@@ -1,15 +1,15 @@
 //! `POST /v1/frames`: taken whole or not at all, and answered after it is on disk.
 
-use super::answer::Refusal;
-use super::bodies::{self, Room, too_large};
-use super::gate::{Asked, Line, Need, check_device};
-use super::guard::{OF_NO_PAGE, Passing};
-use super::{Answer, AppState};
-use crate::Limits;
 use crate::access::Caller;
 use crate::alarm::Alarm;
+use crate::app::answer::Refusal;
+use crate::app::bodies::{self, Room, too_large};
+use crate::app::gate::{Asked, Line, Need, check_device};
+use crate::app::guard::{OF_NO_PAGE, Passing};
+use crate::app::{Answer, AppState};
 use crate::connections::Connection;
 use crate::counters::{Counters, add};
+use crate::limits::Limits;
 use crate::log::{Level, LogEvent};
 use crate::store::Appended;
 use axum::BoxError;

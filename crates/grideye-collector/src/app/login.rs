@@ -1,12 +1,12 @@
 //! Signing in to the page with a token, and out of it.
 
-use super::AppState;
-use super::answer::Refusal;
-use super::assets;
-use super::gate::{self, Line};
-use super::ingest::read_json_body;
-use super::small::object;
 use crate::access::{AccessError, Caller, Presented, Scope};
+use crate::app::AppState;
+use crate::app::answer::Refusal;
+use crate::app::assets;
+use crate::app::gate::{self, Line};
+use crate::app::ingest::read_json_body;
+use crate::app::small::object;
 use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};

@@ -1,7 +1,7 @@
 //! `GET /v1/recent?device=…&sensor=…`: the last minutes of one sensor in a few figures, for who comes later.
 
-use super::AppState;
-use super::answer::Refusal;
+use crate::app::AppState;
+use crate::app::answer::Refusal;
 use amg8833::word;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;

@@ -8,10 +8,10 @@ pub(super) mod labels;
 
 pub use attachment::attachment;
 
-use super::AppState;
-use super::answer::Refusal;
-use super::ingest::read_json_body;
-use super::small::object;
+use crate::app::AppState;
+use crate::app::answer::Refusal;
+use crate::app::ingest::read_json_body;
+use crate::app::small::object;
 use crate::live::Event;
 use crate::store::{Recording, RecordingId};
 use axum::body::Bytes;

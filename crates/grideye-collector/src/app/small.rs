@@ -1,6 +1,6 @@
 //! Small bodies: one JSON object of known fields.
 
-use super::answer::Refusal;
+use crate::app::answer::Refusal;
 use axum::http::StatusCode;
 use serde_json::{Map, Value};
 

@@ -1,6 +1,6 @@
 //! The newest frame of every sensor, for programs that look at all of them again and again.
 
-use super::Live;
+use crate::live::Live;
 use grideye_recording::{Record, StreamId};
 use std::sync::Arc;
 use std::time::Duration;

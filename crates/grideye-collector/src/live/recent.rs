@@ -1,7 +1,7 @@
 //! The frames of the last moments of a few sensors: the first that came, and those that somebody asks for.
 
-use super::by_sensor::BySensor;
-use crate::Limits;
+use crate::limits::Limits;
+use crate::live::by_sensor::BySensor;
 use grideye_recording::{Record, StreamId};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,8 +1,8 @@
 //! Sensors as JSON.
 
-use super::{AgeBasis, Measured, Sensor};
-use crate::account;
+use crate::live::{AgeBasis, Measured, Sensor};
 use crate::store::StreamSummary;
+use crate::store::account;
 use amg8833::word;
 use grideye_frame::{Celsius, Reading};
 use grideye_recording::Record;

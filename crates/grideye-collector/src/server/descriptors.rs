@@ -1,6 +1,6 @@
 //! Each connection takes a file descriptor, of which a process may have only so many.
 
-use crate::Limits;
+use crate::limits::Limits;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 /// Kept free for everything else: the store and its readers, files of the program's own routes, the runtime.

@@ -10,10 +10,10 @@
 //! All rows of a chunk have one epoch. Chunks of one stream never overlap, because their numbers are consecutive and no
 //! number is kept twice.
 
-use super::StoreError;
-use super::fresh::Arrived;
-use super::row::{damaged, unsigned};
-use super::segment::{self, SealedRow};
+use crate::store::error::StoreError;
+use crate::store::fresh::Arrived;
+use crate::store::row::{damaged, unsigned};
+use crate::store::segment::{self, SealedRow};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp, packed};
 

@@ -1,7 +1,7 @@
 //! Labels: what somebody saw in a range of a recording's frames.
 
-use super::StoreError;
-use super::row::damaged;
+use crate::store::error::StoreError;
+use crate::store::row::damaged;
 use serde::{Deserialize, Serialize};
 
 /// What is to be seen in some of a recording's frames.

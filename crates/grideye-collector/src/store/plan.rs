@@ -1,11 +1,12 @@
 //! What batches change, decided in memory by every engine alike, while nobody else changes the same streams.
 
-use super::fresh::Fresh;
-use super::row::{count, fitting, unsigned};
-use super::runs::Runs;
-use super::{Appended, SensorAppended, StoreError, StreamSummary};
-use crate::Limits;
-use crate::account;
+use crate::limits::Limits;
+use crate::store::account;
+use crate::store::error::StoreError;
+use crate::store::fresh::Fresh;
+use crate::store::row::{count, fitting, unsigned};
+use crate::store::runs::Runs;
+use crate::store::types::{Appended, SensorAppended, StreamSummary};
 use axum::body::Bytes;
 use grideye_recording::wire::{Account, Batch, SensorBatch};
 use grideye_recording::{Record, StreamId};

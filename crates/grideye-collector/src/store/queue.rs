@@ -1,7 +1,10 @@
 //! What a store's writer is asked for, and how the asking waits.
 
-use super::{Answer, Appended, KeptLabel, Label, Recording, RecordingId, StoreError};
+use crate::store::error::StoreError;
+use crate::store::label::{KeptLabel, Label};
 use crate::store::plan::Taken;
+use crate::store::recording_id::RecordingId;
+use crate::store::types::{Answer, Appended, Recording};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot};

@@ -1,6 +1,6 @@
 //! What the engines share of how a record becomes columns, and back.
 
-use super::StoreError;
+use crate::store::error::StoreError;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{COUNT_MAX, ClockState, Record, Stamp};
 

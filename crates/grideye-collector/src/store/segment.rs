@@ -9,8 +9,8 @@
 //! clock and kind; thermistor as its change; the 64 words as what is left of them after the mean of the four frames
 //! before. Differences wrap around, so that every word of 16 bits comes back, whatever it is.
 
-use super::StoreError;
-use super::row::{damaged, unsigned};
+use crate::store::error::StoreError;
+use crate::store::row::{damaged, unsigned};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::{ClockState, Record, Stamp};
 

@@ -1,9 +1,9 @@
 //! A recording as a CSV file.
 
-use super::attachment::attachment;
-use super::download::{self, Form};
 use crate::app::AppState;
 use crate::app::answer::Refusal;
+use crate::app::recordings::attachment::attachment;
+use crate::app::recordings::download::{self, Form};
 use crate::store::{Members, StoredRecord};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};

@@ -26,9 +26,9 @@
 //!
 //! All numbers are little-endian.
 
-use super::download::{self, Form};
 use crate::app::AppState;
 use crate::app::answer::Refusal;
+use crate::app::recordings::download::{self, Form};
 use crate::store::{Members, StoredRecord};
 use amg8833::word;
 use axum::http::{StatusCode, header};

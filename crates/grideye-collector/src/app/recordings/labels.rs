@@ -1,12 +1,12 @@
 //! Labels on a recording: what was to be seen in which of its frames.
 
-use super::attachment::attachment;
-use super::{parse_id, text_of, wrong_value};
-use crate::Limits;
 use crate::app::AppState;
 use crate::app::answer::Refusal;
 use crate::app::ingest::read_json_body;
+use crate::app::recordings::attachment::attachment;
+use crate::app::recordings::{parse_id, text_of, wrong_value};
 use crate::app::small::object;
+use crate::limits::Limits;
 use crate::live::Event;
 use crate::store::{KeptLabel, Label, LabelSpan, Members, RecordingId};
 use axum::extract::{Path, Request, State};

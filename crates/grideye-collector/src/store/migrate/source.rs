@@ -1,10 +1,11 @@
 //! The file that is migrated from.
 
-use crate::Limits;
+use crate::limits::Limits;
+use crate::store::error::StoreError;
 use crate::store::row::{Columns, unsigned};
 use crate::store::segment::SealedRow;
-use crate::store::sqlite::rows_of;
-use crate::store::{Span, StoreError, schema, sqlite};
+use crate::store::sqlite::{self, Found, rows_of};
+use crate::store::types::Span;
 use grideye_recording::StreamId;
 use rusqlite::{Connection, OpenFlags, params};
 use std::collections::BTreeMap;
@@ -99,10 +100,10 @@ impl Source {
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let mut connection = Connection::open_with_flags(file, flags)?;
         connection.busy_timeout(limits.store_lock_time_max)?;
-        if schema::recognise(&connection)? == schema::Found::Nothing {
+        if sqlite::recognise(&connection)? == Found::Nothing {
             return Err(StoreError::Foreign);
         }
-        schema::prepare(&mut connection, file)?;
+        sqlite::prepare(&mut connection, file)?;
         sqlite::settle(&connection, limits)?;
         // The lock stays with the connection: nobody adds to the file while it is copied.
         connection.execute_batch("BEGIN IMMEDIATE")?;

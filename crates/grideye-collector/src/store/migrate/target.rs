@@ -1,11 +1,11 @@
 //! The database that is migrated to.
 
-use super::UNFINISHED;
-use super::source::{Cursor, Source, SourceFrame};
-use crate::Limits;
-use crate::store::postgres::{Days, Session, prepare_tables};
+use crate::limits::Limits;
+use crate::store::error::StoreError;
+use crate::store::location::PostgresUrl;
+use crate::store::migrate::source::{Cursor, Source, SourceFrame};
+use crate::store::postgres::{Days, Session, UNFINISHED, prepare_tables};
 use crate::store::row::{count, unsigned};
-use crate::store::{PostgresUrl, StoreError};
 use std::collections::HashMap;
 
 /// The database, with a table of its own that says how far the copy came.

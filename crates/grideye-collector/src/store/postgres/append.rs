@@ -1,15 +1,16 @@
 //! A group of batches in one transaction: what is known is read under lock, the rest is decided here, and each table
 //! is written with one statement.
 
-mod save;
-
-use super::session::Session;
-use crate::Limits;
-use crate::account;
+use crate::limits::Limits;
+use crate::store::account;
+use crate::store::error::StoreError;
 use crate::store::plan::{Contents, Plan, StreamName, StreamState, Streams, Taken};
-use crate::store::row::{Stored, count};
-use crate::store::{Appended, StoreError};
-use grideye_recording::{Record, StreamId};
+use crate::store::postgres::read::record_of;
+use crate::store::postgres::save::{self, number};
+use crate::store::postgres::session::Session;
+use crate::store::row::count;
+use crate::store::types::Appended;
+use grideye_recording::StreamId;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use tokio_postgres::Row;
@@ -224,7 +225,8 @@ async fn states(
                    (SELECT first_seq, last_seq FROM grideye.runs
                     WHERE device = k.device AND stream = k.stream AND first_seq <= k.high AND last_seq >= k.low)
                ) r";
-    let parameters: super::session::Parameters<'_> = &[&devices, &streams, &lows, &highs, &newest];
+    let parameters: crate::store::postgres::session::Parameters<'_> =
+        &[&devices, &streams, &lows, &highs, &newest];
     for row in session.query(sql, parameters).await? {
         let key: Key = (row.try_get(0)?, row.try_get(1)?);
         if let Some(state) = ids.get(&key).and_then(|id| states.get_mut(*id)) {
@@ -294,11 +296,6 @@ async fn contents(
     Ok(contents)
 }
 
-/// The stream's number as the column has it.
-pub(super) fn number(state: &StreamState) -> i32 {
-    i32::try_from(state.key).unwrap_or(i32::MAX)
-}
-
 /// From device, stream, stored, missing, account, account_read, came_since_account, t_last_arrival_ns.
 fn state_of(row: &Row) -> Result<StreamState, StoreError> {
     let account: Option<&str> = row.try_get(4)?;
@@ -313,24 +310,4 @@ fn state_of(row: &Row) -> Result<StreamState, StoreError> {
         t_last_arrival_ns: row.try_get(7)?,
         ..StreamState::default()
     })
-}
-
-/// A record from columns in the order seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels.
-pub(super) fn record_of(row: &tokio_postgres::Row, first: usize) -> Result<Record, StoreError> {
-    let clock: i16 = row.try_get(first + 3)?;
-    let thermistor: Option<i32> = row.try_get(first + 5)?;
-    let thermistor = thermistor
-        .map(u16::try_from)
-        .transpose()
-        .map_err(|error| crate::store::row::damaged(&error.to_string()))?;
-    Stored {
-        seq: row.try_get(first)?,
-        t_boot_ns: row.try_get(first + 1)?,
-        t_utc_ns: row.try_get(first + 2)?,
-        clock: clock.into(),
-        missing: row.try_get(first + 4)?,
-        thermistor,
-        pixels: row.try_get(first + 6)?,
-    }
-    .record()
 }

@@ -1,10 +1,12 @@
 //! The ends of epochs: what starts and stops recordings; and what is written about one.
 
-use super::read;
-use super::session::Session;
-use crate::Limits;
+use crate::limits::Limits;
+use crate::store::error::StoreError;
+use crate::store::postgres::read;
+use crate::store::postgres::session::Session;
+use crate::store::recording_id::RecordingId;
 use crate::store::row::count;
-use crate::store::{Recording, RecordingId, StoreError};
+use crate::store::types::Recording;
 
 /// Adds a lane in the present epoch, under a number that no other has.
 pub(super) async fn new_lane(session: &Session) -> Result<i64, StoreError> {

@@ -1,12 +1,13 @@
 //! What other collectors keep, for this one's live page.
 
-use super::append::record_of;
-use super::read;
-use super::session::Session;
-use super::writer::Writer;
-use crate::Limits;
+use crate::limits::Limits;
+use crate::store::error::StoreError;
+use crate::store::location::PostgresUrl;
+use crate::store::postgres::read::{self, record_of};
+use crate::store::postgres::session::Session;
+use crate::store::postgres::writer::Writer;
 use crate::store::row::{count, unsigned};
-use crate::store::{Elsewhere, News, PostgresUrl, StoreError, StoredRecord};
+use crate::store::types::{Elsewhere, News, StoredRecord};
 use std::collections::{BTreeMap, HashMap};
 use std::future::poll_fn;
 use std::sync::Arc;
@@ -161,7 +162,8 @@ impl Follower {
                        SELECT * FROM grideye.frames WHERE device = k.device AND stream = k.stream AND seq > k.after_seq
                        ORDER BY seq DESC LIMIT $4
                    ) f ORDER BY f.seq";
-        let parameters: super::session::Parameters<'_> = &[&devices, &streams, &afters, &most];
+        let parameters: crate::store::postgres::session::Parameters<'_> =
+            &[&devices, &streams, &afters, &most];
         let mut records: HashMap<(String, i32), Vec<tokio_postgres::Row>> = HashMap::new();
         for row in self.session.query(sql, parameters).await? {
             let key = (row.try_get(0)?, row.try_get(1)?);

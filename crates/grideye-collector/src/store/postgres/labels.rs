@@ -1,10 +1,12 @@
 //! Labels of recordings.
 
-use super::read;
-use super::session::Session;
-use crate::Limits;
+use crate::limits::Limits;
+use crate::store::error::StoreError;
+use crate::store::label::{KeptLabel, Label};
+use crate::store::postgres::read;
+use crate::store::postgres::session::Session;
+use crate::store::recording_id::RecordingId;
 use crate::store::row::count;
-use crate::store::{KeptLabel, Label, RecordingId, StoreError};
 
 /// In the order in which they were added.
 pub(super) async fn all(session: &Session, id: RecordingId) -> Result<Vec<KeptLabel>, StoreError> {

@@ -1,14 +1,14 @@
 //! The queries. Each is one statement, so that its rows belong to one moment, on a connection that many share.
 
-use super::append::record_of;
-use super::session::Session;
-use crate::Limits;
-use crate::account;
-use crate::store::row::{count, unsigned};
+use crate::limits::Limits;
+use crate::store::account;
+use crate::store::error::StoreError;
+use crate::store::postgres::session::Session;
+use crate::store::recording_id::RecordingId;
+use crate::store::row::{Stored, count, unsigned};
 use crate::store::runs::Runs;
-use crate::store::{
-    Members, Recording, RecordingId, Span, StoreError, StoredRecord, StreamSummary,
-};
+use crate::store::types::{Members, Recording, Span, StoredRecord, StreamSummary};
+use grideye_recording::Record;
 use grideye_recording::StreamId;
 use std::sync::Arc;
 use tokio_postgres::Row;
@@ -230,4 +230,24 @@ fn stream_id(row: &Row) -> Result<StreamId, StoreError> {
         sensor: row.try_get(1)?,
         boot: row.try_get(2)?,
     })
+}
+
+/// A record from columns in the order seq, t_boot_ns, t_utc_ns, clock, missing, thermistor, pixels.
+pub(super) fn record_of(row: &Row, first: usize) -> Result<Record, StoreError> {
+    let clock: i16 = row.try_get(first + 3)?;
+    let thermistor: Option<i32> = row.try_get(first + 5)?;
+    let thermistor = thermistor
+        .map(u16::try_from)
+        .transpose()
+        .map_err(|error| crate::store::row::damaged(&error.to_string()))?;
+    Stored {
+        seq: row.try_get(first)?,
+        t_boot_ns: row.try_get(first + 1)?,
+        t_utc_ns: row.try_get(first + 2)?,
+        clock: clock.into(),
+        missing: row.try_get(first + 4)?,
+        thermistor,
+        pixels: row.try_get(first + 6)?,
+    }
+    .record()
 }

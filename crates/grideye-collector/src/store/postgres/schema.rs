@@ -1,9 +1,11 @@
 //! The tables, how a database is recognised as a store of this program, and the partitions of `frames`.
 
-use super::session::Session;
-use crate::store::StoreError;
-use crate::store::migrate::UNFINISHED;
+use crate::store::error::StoreError;
+use crate::store::postgres::session::Session;
 use std::time::Duration;
+
+/// The layout of a database that a migration has not finished.
+pub(crate) const UNFINISHED: i32 = 0;
 
 /// The layout below.
 const LAYOUT: i32 = 1;
@@ -103,7 +105,7 @@ const LABELS: &str = "CREATE TABLE IF NOT EXISTS grideye.labels (
 )";
 
 /// Makes the tables in a database without them, or makes sure that they are these.
-pub(in crate::store) async fn prepare(session: &Session) -> Result<(), StoreError> {
+pub(crate) async fn prepare(session: &Session) -> Result<(), StoreError> {
     let mut last = None;
     for _ in 0..ATTEMPTS_MAX {
         let made = match recognise(session).await? {
@@ -184,11 +186,11 @@ async fn make(session: &Session) -> Result<(), StoreError> {
 
 /// The days for which partitions are known to be there.
 #[derive(Debug, Default)]
-pub(in crate::store) struct Days(Option<(i64, i64)>);
+pub(crate) struct Days(Option<(i64, i64)>);
 
 impl Days {
     /// Makes the partitions of a day and of the next one. Frames that came before theirs stay in the default one.
-    pub(in crate::store) async fn prepare(&mut self, session: &Session, t_arrival_ns: i64) {
+    pub(crate) async fn prepare(&mut self, session: &Session, t_arrival_ns: i64) {
         let day = t_arrival_ns.div_euclid(DAY_NS);
         if self
             .0

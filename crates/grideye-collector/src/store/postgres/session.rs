@@ -1,17 +1,18 @@
 //! A connection with its prepared statements, and what the database's errors mean here.
 
-use crate::Limits;
-use crate::store::{PostgresUrl, StoreError};
+use crate::limits::Limits;
+use crate::store::error::StoreError;
+use crate::store::location::PostgresUrl;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio_postgres::error::SqlState;
 use tokio_postgres::types::ToSql;
 use tokio_postgres::{Client, NoTls, Row, Statement};
 
-pub(in crate::store) type Parameters<'a> = &'a [&'a (dyn ToSql + Sync)];
+pub(crate) type Parameters<'a> = &'a [&'a (dyn ToSql + Sync)];
 
 /// A connection; its statements are prepared once.
-pub(in crate::store) struct Session {
+pub(crate) struct Session {
     client: Client,
     /// As many as there are texts of statements in this module.
     prepared: Mutex<HashMap<&'static str, Statement>>,
@@ -19,10 +20,7 @@ pub(in crate::store) struct Session {
 
 impl Session {
     /// Connects, with time limits on the database's side as well.
-    pub(in crate::store) async fn open(
-        url: &PostgresUrl,
-        limits: &Limits,
-    ) -> Result<Self, StoreError> {
+    pub(crate) async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self, StoreError> {
         let mut config = url.config.clone();
         config
             .connect_timeout(limits.store_lock_time_max)
@@ -53,11 +51,11 @@ impl Session {
         Ok(session)
     }
 
-    pub(in crate::store) fn is_closed(&self) -> bool {
+    pub(crate) fn is_closed(&self) -> bool {
         self.client.is_closed()
     }
 
-    pub(in crate::store) async fn query(
+    pub(crate) async fn query(
         &self,
         sql: &'static str,
         parameters: Parameters<'_>,
@@ -66,7 +64,7 @@ impl Session {
         Ok(self.client.query(&statement, parameters).await?)
     }
 
-    pub(in crate::store) async fn execute(
+    pub(crate) async fn execute(
         &self,
         sql: &'static str,
         parameters: Parameters<'_>,
@@ -76,15 +74,12 @@ impl Session {
     }
 
     /// Statements without parameters, several at once.
-    pub(in crate::store) async fn batch(&self, sql: &str) -> Result<(), StoreError> {
+    pub(crate) async fn batch(&self, sql: &str) -> Result<(), StoreError> {
         Ok(self.client.batch_execute(sql).await?)
     }
 
     /// Ends a transaction: commits what went well, undoes the rest.
-    pub(in crate::store) async fn end<T>(
-        &self,
-        done: Result<T, StoreError>,
-    ) -> Result<T, StoreError> {
+    pub(crate) async fn end<T>(&self, done: Result<T, StoreError>) -> Result<T, StoreError> {
         match done {
             Ok(done) => {
                 self.batch("COMMIT").await?;

@@ -1,14 +1,16 @@
 //! The writer: one task, one transaction at a time, as many requests in it as are waiting.
 
-use super::append;
-use super::boundary;
-use super::labels;
-use super::schema::Days;
-use super::session::Session;
-use crate::Limits;
+use crate::limits::Limits;
+use crate::store::error::StoreError;
+use crate::store::location::PostgresUrl;
 use crate::store::plan::Taken;
+use crate::store::postgres::append;
+use crate::store::postgres::boundary;
+use crate::store::postgres::labels;
+use crate::store::postgres::schema::Days;
+use crate::store::postgres::session::Session;
 use crate::store::queue::{Command, Reply, WriteFault};
-use crate::store::{Appended, PostgresUrl, StoreError};
+use crate::store::types::Appended;
 use tokio::sync::{mpsc, watch};
 
 /// Transactions that the database broke off for the sake of another one are tried so often.

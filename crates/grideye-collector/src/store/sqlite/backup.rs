@@ -5,11 +5,14 @@
 //! begin again whenever the collector commits. Meanwhile the log of the store (`-wal`) is not folded in, and grows by what
 //! is committed.
 
-use super::known::Known;
-use super::read;
-use crate::Limits;
+use crate::limits::Limits;
+use crate::store::error::StoreError;
 use crate::store::row::count;
-use crate::store::{Stage, StoreError, StreamSummary, schema};
+use crate::store::sqlite::known::Known;
+use crate::store::sqlite::read;
+use crate::store::sqlite::schema;
+use crate::store::stage::Stage;
+use crate::store::types::StreamSummary;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, ErrorCode, OpenFlags, params};
 use rustix::fs::{CWD, FlockOperation, RenameFlags, flock, renameat_with};
@@ -154,7 +157,7 @@ pub fn backup(
 /// `check` hears it read-only before it is named.
 ///
 /// `source` must be in a read transaction where another connection writes, and in no write transaction.
-pub(in crate::store) fn copy<P: FnMut(Stage, u64, u64)>(
+pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
     source: &Connection,
     out: &Path,
     progress: &mut P,

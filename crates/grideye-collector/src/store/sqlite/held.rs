@@ -5,7 +5,7 @@
 //! is gone nothing more is written, so that what the system still holds of it can be copied; every post looks again.
 
 use crate::log::{Level, Log, LogEvent};
-use crate::store::StoreError;
+use crate::store::error::StoreError;
 use rusqlite::Connection;
 use std::fs::File;
 use std::io;

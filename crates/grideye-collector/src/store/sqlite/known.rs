@@ -11,13 +11,16 @@
 //! stream's pages are written once for many posts. Whoever reads the tables asks for all to be settled first. A writer that
 //! finds rows in `pending`, after a crash or when another program has written, takes them in as if they came now.
 
-use super::retain::Deleted;
-use super::{pending, read};
-use crate::Limits;
-use crate::account;
+use crate::limits::Limits;
+use crate::store::account;
+use crate::store::chunk;
+use crate::store::error::StoreError;
 use crate::store::plan::{Contents, Plan, StreamState, Streams, Taken};
 use crate::store::row::{count, fitting};
-use crate::store::{Appended, StoreError, StreamSummary, chunk};
+use crate::store::sqlite::pending;
+use crate::store::sqlite::read;
+use crate::store::sqlite::retain::Deleted;
+use crate::store::types::{Appended, StreamSummary};
 use grideye_recording::StreamId;
 use rusqlite::{Connection, params};
 use std::collections::{BTreeSet, HashMap, VecDeque};

@@ -1,8 +1,10 @@
 //! Labels of recordings.
 
-use super::read;
+use crate::store::error::StoreError;
+use crate::store::label::{KeptLabel, Label};
+use crate::store::recording_id::RecordingId;
 use crate::store::row::count;
-use crate::store::{KeptLabel, Label, RecordingId, StoreError};
+use crate::store::sqlite::read;
 use rusqlite::{Connection, params};
 
 /// In the order in which they were added.

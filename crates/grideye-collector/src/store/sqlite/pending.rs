@@ -3,7 +3,7 @@
 //! A row is a group: of each batch its time of arrival (8 bytes), its length (4 bytes), both little-endian, and the batch
 //! as on the wire (`grideye_recording`'s compact form).
 
-use crate::store::StoreError;
+use crate::store::error::StoreError;
 use crate::store::plan::Taken;
 use crate::store::row::damaged;
 use grideye_recording::wire::{self, Batch, SensorBatch};

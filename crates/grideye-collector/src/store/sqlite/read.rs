@@ -1,14 +1,14 @@
 //! The queries.
 
-use crate::Limits;
-use crate::account;
+use crate::limits::Limits;
+use crate::store::account;
 use crate::store::chunk::Kept;
+use crate::store::error::StoreError;
 use crate::store::plan::StreamState;
+use crate::store::recording_id::RecordingId;
 use crate::store::row::damaged;
 use crate::store::segment::SealedRow;
-use crate::store::{
-    Members, Recording, RecordingId, Span, StoreError, StoredRecord, StreamSummary,
-};
+use crate::store::types::{Members, Recording, Span, StoredRecord, StreamSummary};
 use grideye_recording::wire::Gap;
 use grideye_recording::{Record, StreamId};
 use rusqlite::{Connection, Row, params};
@@ -161,7 +161,7 @@ fn gaps(
 const CHUNK_COLUMNS: &str = "first_seq, last_seq, epoch, is_sealed, rows";
 
 /// The rows of one chunk, from [`CHUNK_COLUMNS`].
-pub(in crate::store) fn rows_of(row: &Row<'_>) -> Result<Vec<SealedRow>, StoreError> {
+pub(crate) fn rows_of(row: &Row<'_>) -> Result<Vec<SealedRow>, StoreError> {
     Kept {
         first_seq: row.get(0)?,
         last_seq: row.get(1)?,

@@ -4,11 +4,11 @@
 //! in a time, and each deletion is reported: so there is time to notice. A number that was deleted stays known: the same
 //! frame again changes nothing.
 
-use super::read;
-use super::time::nanoseconds;
-use crate::Limits;
+use crate::limits::Limits;
 use crate::log::{Level, LogEvent};
-use crate::store::StoreError;
+use crate::store::error::StoreError;
+use crate::store::sqlite::read;
+use crate::store::sqlite::time::nanoseconds;
 use grideye_recording::StreamId;
 use rusqlite::{Connection, params};
 use std::sync::atomic::{AtomicU64, Ordering};

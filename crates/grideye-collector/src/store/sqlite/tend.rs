@@ -2,12 +2,12 @@
 //!
 //! Time is store time (`time.rs`): no wall clock is asked for an age.
 
-use super::read;
-use super::retain::{Deleted, Retention};
-use super::time::{self, nanoseconds};
-use crate::Limits;
-use crate::store::StoreError;
+use crate::limits::Limits;
+use crate::store::error::StoreError;
 use crate::store::segment::{self, SealedRow};
+use crate::store::sqlite::read;
+use crate::store::sqlite::retain::{Deleted, Retention};
+use crate::store::sqlite::time::{self, nanoseconds};
 use rusqlite::{Connection, params};
 use std::time::Duration;
 

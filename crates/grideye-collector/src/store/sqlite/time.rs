@@ -3,8 +3,8 @@
 //! It is no wall clock: it runs with the collector's monotonic clock, stands still while no collector runs, and is kept in
 //! the file, so that a restart goes on from there. So no step of the wall clock, forward or back, makes a frame old.
 
-use crate::Clock;
-use crate::store::StoreError;
+use crate::clock::Clock;
+use crate::store::error::StoreError;
 use rusqlite::Connection;
 use std::sync::Arc;
 use std::time::Duration;

@@ -4,17 +4,21 @@
 //! forgotten whenever the file may hold something else: after a transaction that failed, and when another program has
 //! written (`PRAGMA data_version`).
 
-use super::held::Presence;
-use super::known::Known;
-use super::retain::DeletedCounts;
-use super::tend::Tender;
-use super::time::{self, StoreTime};
-use super::{labels, read};
+use crate::limits::Limits;
+use crate::log::Log;
+use crate::store::error::StoreError;
 use crate::store::plan::Taken;
 use crate::store::queue::{Command, Reply, WriteFault};
+use crate::store::recording_id::RecordingId;
 use crate::store::row::count;
-use crate::store::{Appended, Recording, RecordingId, StoreError};
-use crate::{Limits, Log};
+use crate::store::sqlite::held::Presence;
+use crate::store::sqlite::known::Known;
+use crate::store::sqlite::labels;
+use crate::store::sqlite::read;
+use crate::store::sqlite::retain::DeletedCounts;
+use crate::store::sqlite::tend::Tender;
+use crate::store::sqlite::time::{self, StoreTime};
+use crate::store::types::{Appended, Recording};
 use rusqlite::{Connection, OptionalExtension as _, params};
 use std::sync::Arc;
 use std::time::Duration;
@@ -294,7 +298,7 @@ impl Writer {
 }
 
 /// Brings the tables of a file up to all that was ever acknowledged, for a reader of its own.
-pub(in crate::store) fn settle(connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
+pub(crate) fn settle(connection: &Connection, limits: &Limits) -> Result<(), StoreError> {
     transact(connection, |transaction| {
         let mut known = Known::default();
         known.set_time(time::kept(transaction)?);

@@ -1,39 +1,47 @@
-//! From an older layout of the file to the present one: a copy of the file as it is, beside it, then one transaction.
+//! Makes a file ready: a new one gets its tables; one of an older layout is copied as it is, then upgraded in one transaction.
 //!
 //! Killed or failing at any moment, the file stays as it was: the next program that opens it begins again.
 
-use super::StoreError;
-use super::sqlite::{BackupError, copy};
-use rusqlite::{Connection, OpenFlags};
+use crate::store::error::StoreError;
+use crate::store::sqlite::backup::{BackupError, copy};
+use crate::store::sqlite::schema::{
+    APPLICATION_ID, Found, LAYOUT, STEPS, TABLES, add_what_is_written, recognise,
+};
+use rusqlite::{Connection, OpenFlags, TransactionBehavior};
 use std::path::{Path, PathBuf};
-
-/// From each layout that is read to the next one. The first is the oldest that a released program wrote.
-const STEPS: [(i64, &str); 1] = [(2, TO_3)];
-
-/// The oldest layout that is read.
-pub(super) const OLDEST: i64 = STEPS[0].0;
-
-/// Layout 2 had the wall clock's time of arrival where layout 3 has store time, by which frames grow old. Those times are
-/// left, for the order of deletion; none of them is an age: all that is there counts as stored now, because a clock that
-/// had jumped would make it old.
-const TO_3: &str = "
-ALTER TABLE chunks RENAME COLUMN t_arrival_ns TO t_store_ns;
-CREATE INDEX chunks_by_age ON chunks (t_store_ns, stream_id, first_seq);
-ALTER TABLE counters ADD COLUMN t_store_ns INTEGER NOT NULL DEFAULT 0;
-ALTER TABLE counters ADD COLUMN t_aged_from_ns INTEGER NOT NULL DEFAULT 0;
-UPDATE counters SET t_store_ns = coalesce((SELECT max(t_store_ns) FROM chunks), 0);
-UPDATE counters SET t_aged_from_ns = t_store_ns;
-";
 
 /// What was done to a file of an older layout.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Upgraded {
+pub(crate) struct Upgraded {
     pub(super) from: i64,
     pub(super) backup: PathBuf,
 }
 
+/// Makes the tables in an empty file, upgrades those of an older layout, or makes sure that they are there.
+pub(crate) fn prepare(
+    connection: &mut Connection,
+    file: &Path,
+) -> Result<Option<Upgraded>, StoreError> {
+    let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+    let mut upgraded = None;
+    match recognise(&transaction)? {
+        Found::Nothing => {
+            transaction.execute_batch(TABLES)?;
+            transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
+            transaction.pragma_update(None, "user_version", LAYOUT)?;
+        }
+        Found::Older(from) => {
+            upgraded = Some(upgrade(&transaction, file, (from, LAYOUT))?);
+        }
+        Found::Store => {}
+    }
+    add_what_is_written(&transaction)?;
+    transaction.commit()?;
+    Ok(upgraded)
+}
+
 /// Upgrades the file between two layouts in the caller's transaction, which holds off all other writers, after a copy of it.
-pub(super) fn upgrade(
+fn upgrade(
     transaction: &Connection,
     file: &Path,
     (from, to): (i64, i64),

@@ -1,12 +1,10 @@
 //! The tables, and how a file is recognised as a store of this program.
 
-use super::StoreError;
-use super::upgrade::{self, Upgraded};
-use rusqlite::{Connection, TransactionBehavior};
-use std::path::Path;
+use crate::store::error::StoreError;
+use rusqlite::Connection;
 
 /// Marks the file as ours: "GEYE".
-const APPLICATION_ID: i64 = 0x4745_5945;
+pub(super) const APPLICATION_ID: i64 = 0x4745_5945;
 /// The layout below.
 pub(super) const LAYOUT: i64 = 3;
 
@@ -21,7 +19,7 @@ pub(super) const LAYOUT: i64 = 3;
 /// `counters` has the epoch, which ends when a recording starts or stops or is read while it runs, and the number of groups
 /// that were kept. Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
 /// Rows that were deleted are still in `stored`; how many of them carried pixels is `expired`.
-const TABLES: &str = "
+pub(super) const TABLES: &str = "
 CREATE TABLE pending (
     id INTEGER PRIMARY KEY,
     batches BLOB NOT NULL
@@ -88,6 +86,24 @@ CREATE TABLE counters (
 INSERT INTO counters (epoch, groups) VALUES (1, 0);
 ";
 
+/// From each layout that is read to the next one. The first is the oldest that a released program wrote.
+pub(super) const STEPS: [(i64, &str); 1] = [(2, TO_3)];
+
+/// The oldest layout that is read.
+const OLDEST: i64 = STEPS[0].0;
+
+/// Layout 2 had the wall clock's time of arrival where layout 3 has store time, by which frames grow old. Those times are
+/// left, for the order of deletion; none of them is an age: all that is there counts as stored now, because a clock that
+/// had jumped would make it old.
+const TO_3: &str = "
+ALTER TABLE chunks RENAME COLUMN t_arrival_ns TO t_store_ns;
+CREATE INDEX chunks_by_age ON chunks (t_store_ns, stream_id, first_seq);
+ALTER TABLE counters ADD COLUMN t_store_ns INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE counters ADD COLUMN t_aged_from_ns INTEGER NOT NULL DEFAULT 0;
+UPDATE counters SET t_store_ns = coalesce((SELECT max(t_store_ns) FROM chunks), 0);
+UPDATE counters SET t_aged_from_ns = t_store_ns;
+";
+
 /// Beside the layout: what an older version of this program neither needs nor touches.
 const NOTES: &str = "
 CREATE TABLE IF NOT EXISTS notes (
@@ -106,38 +122,15 @@ CREATE TABLE IF NOT EXISTS labels (
 ) STRICT, WITHOUT ROWID;
 ";
 
-/// Makes the tables in an empty file, upgrades those of an older layout, or makes sure that they are there.
-pub(super) fn prepare(
-    connection: &mut Connection,
-    file: &Path,
-) -> Result<Option<Upgraded>, StoreError> {
-    let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
-    let mut upgraded = None;
-    match recognise(&transaction)? {
-        Found::Nothing => {
-            transaction.execute_batch(TABLES)?;
-            transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
-            transaction.pragma_update(None, "user_version", LAYOUT)?;
-        }
-        Found::Older(from) => {
-            upgraded = Some(upgrade::upgrade(&transaction, file, (from, LAYOUT))?);
-        }
-        Found::Store => {}
-    }
-    add_what_is_written(&transaction)?;
-    transaction.commit()?;
-    Ok(upgraded)
-}
-
 /// Makes the tables of notes and labels in a store of a version that had none.
-fn add_what_is_written(connection: &Connection) -> Result<(), StoreError> {
+pub(super) fn add_what_is_written(connection: &Connection) -> Result<(), StoreError> {
     connection.execute_batch(NOTES)?;
     Ok(connection.execute_batch(LABELS)?)
 }
 
 /// What a file holds that may become, or is, a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Found {
+pub(crate) enum Found {
     /// Nothing: a file just made.
     Nothing,
     /// The tables above.
@@ -147,16 +140,16 @@ pub(super) enum Found {
 }
 
 /// Looks without changing anything, and refuses what is not ours to write.
-pub(super) fn recognise(connection: &Connection) -> Result<Found, StoreError> {
+pub(crate) fn recognise(connection: &Connection) -> Result<Found, StoreError> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let tables: i64 =
         connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))?;
     match (number("application_id")?, number("user_version")?) {
         (0, 0) if tables == 0 => Ok(Found::Nothing),
         (APPLICATION_ID, LAYOUT) => Ok(Found::Store),
-        (APPLICATION_ID, found) if found < upgrade::OLDEST => Err(StoreError::Older {
+        (APPLICATION_ID, found) if found < OLDEST => Err(StoreError::Older {
             found,
-            oldest: upgrade::OLDEST,
+            oldest: OLDEST,
             known: LAYOUT,
         }),
         (APPLICATION_ID, found) if found < LAYOUT => Ok(Found::Older(found)),

@@ -1,49 +1,37 @@
-//! The store in one SQLite file: a thread that writes and shares each sync among all who wait, and connections
-//! that read beside it.
+//! [`SqliteStore`]: a thread that writes and shares each sync among all who wait, and connections that read beside it.
 
-mod backup;
-mod held;
-mod known;
-mod labels;
-mod pending;
-mod read;
-mod retain;
-mod tend;
-mod time;
-mod write;
-
-use super::plan::Taken;
-use super::queue::{Command, Queue, WriteFault};
-use super::{
-    Answer, Appended, FrameStore, KeptLabel, Label, Members, Recording, RecordingId, Span,
-    StoreError, StoreLocation, StoreUsage, StoredRecord, StreamSummary, schema,
+use crate::clock::Clock;
+use crate::limits::Limits;
+use crate::log::{Level, Log, LogEvent};
+use crate::store::error::StoreError;
+use crate::store::label::{KeptLabel, Label};
+use crate::store::location::StoreLocation;
+use crate::store::plan::Taken;
+use crate::store::queue::{Command, Queue, WriteFault};
+use crate::store::recording_id::RecordingId;
+use crate::store::sqlite::held::{Held, Presence};
+use crate::store::sqlite::labels;
+use crate::store::sqlite::place::Place;
+use crate::store::sqlite::read;
+use crate::store::sqlite::retain::{DeletedCounts, Reason};
+use crate::store::sqlite::schema;
+use crate::store::sqlite::time::StoreTime;
+use crate::store::sqlite::upgrade;
+use crate::store::sqlite::write::Writer;
+use crate::store::types::{
+    Answer, Appended, FrameStore, Members, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
 };
-use crate::{Clock, Level, Limits, Log, LogEvent};
 use axum::body::Bytes;
-pub(super) use backup::copy;
-pub use backup::{BackedUp, BackupError, backup};
 use grideye_recording::wire::Batch;
-use held::{Held, Presence};
-pub(super) use read::rows_of;
-use retain::{DeletedCounts, Reason};
-use rusqlite::{Connection, ErrorCode, OpenFlags};
-use std::fs::{File, OpenOptions};
-use std::io;
-use std::os::unix::fs::OpenOptionsExt;
+use rusqlite::Connection;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use time::StoreTime;
 use tokio::sync::Semaphore;
-use write::Writer;
-pub(super) use write::settle;
-
-/// Prepared statements that a connection keeps: more than there are in this crate.
-const STATEMENTS_MAX: usize = 64;
 
 /// Pages of the log after which it is folded into the file, 32 MB: a page that many posts write is then folded in once.
 const CHECKPOINT_PAGES: i64 = 8192;
+
 /// What the writer holds of the file: the last page of each stream, so that a fleet's posts read nothing.
 const CACHE_KIB: i64 = 32 * 1024;
 
@@ -93,7 +81,7 @@ impl SqliteStore {
     ) -> Result<Self, StoreError> {
         let mut place = Place::of(location)?;
         let mut connection = place.connect(limits)?;
-        if let Some(upgraded) = schema::prepare(&mut connection, Path::new(&place.name))? {
+        if let Some(upgraded) = upgrade::prepare(&mut connection, Path::new(&place.name))? {
             log.say(
                 &LogEvent::new(Level::Info, "store_upgraded")
                     .with("from", upgraded.from)
@@ -325,70 +313,6 @@ impl FrameStore for SqliteStore {
     }
 }
 
-/// What every connection of one store opens.
-struct Place {
-    name: String,
-    flags: OpenFlags,
-    /// Not of a store in memory.
-    file: Option<File>,
-}
-
-impl Place {
-    fn of(location: &StoreLocation) -> Result<Self, StoreError> {
-        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        match location {
-            StoreLocation::File(path) => {
-                let file = make_file(path)?;
-                let name = path.to_str().ok_or_else(|| StoreError::Unusable {
-                    message: "the path is not UTF-8".to_owned(),
-                })?;
-                Ok(Self {
-                    name: name.to_owned(),
-                    flags,
-                    file: Some(file),
-                })
-            }
-            StoreLocation::Postgres(url) => Err(StoreError::Unusable {
-                message: format!("{url} is no file"),
-            }),
-            StoreLocation::Memory => {
-                static STORES: AtomicU64 = AtomicU64::new(0);
-                let number = STORES.fetch_add(1, Ordering::Relaxed);
-                Ok(Self {
-                    name: format!("file:/grideye-{number}?vfs=memdb"),
-                    flags: flags | OpenFlags::SQLITE_OPEN_URI | OpenFlags::SQLITE_OPEN_CREATE,
-                    file: None,
-                })
-            }
-        }
-    }
-
-    /// Takes note of which file the connections have opened.
-    fn hold(&mut self, connection: &Connection) -> Result<Option<Held>, StoreError> {
-        let Some(file) = self.file.take() else {
-            return Ok(None);
-        };
-        let held =
-            Held::new(Path::new(&self.name), file, connection).map_err(|error| unusable(&error))?;
-        held.check()?;
-        Ok(Some(held))
-    }
-
-    fn connect(&self, limits: &Limits) -> Result<Connection, StoreError> {
-        let connection = Connection::open_with_flags(&self.name, self.flags)?;
-        connection.busy_timeout(limits.store_lock_time_max)?;
-        connection.set_prepared_statement_cache_capacity(STATEMENTS_MAX);
-        if self.file.is_some() {
-            // The change to WAL is written into the file, so it must be ours.
-            schema::recognise(&connection)?;
-            connection.pragma_update(None, "journal_mode", "WAL")?;
-        }
-        connection.pragma_update(None, "synchronous", "FULL")?;
-        connection.pragma_update(None, "foreign_keys", true)?;
-        Ok(connection)
-    }
-}
-
 /// SQLite counts in pages. It does not shrink a file that is larger already: then nothing more is taken.
 fn set_quota(connection: &Connection, bytes_max: u64) -> Result<(), StoreError> {
     let page: i64 = connection.pragma_query_value(None, "page_size", |row| row.get(0))?;
@@ -402,66 +326,9 @@ fn set_quota(connection: &Connection, bytes_max: u64) -> Result<(), StoreError> 
     Ok(())
 }
 
-/// Makes an empty file that only this user may read, or finds that the one there may be written.
-fn make_file(path: &Path) -> Result<File, StoreError> {
-    let opened = OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .mode(0o600)
-        .open(path);
-    let file = opened.map_err(|error| unusable(&error))?;
-    if file.metadata().map_err(|error| unusable(&error))?.is_file() {
-        return Ok(file);
-    }
-    Err(StoreError::Unusable {
-        message: "it is not a plain file".to_owned(),
-    })
-}
-
-fn unusable(error: &io::Error) -> StoreError {
-    StoreError::Unusable {
-        message: error.to_string(),
-    }
-}
-
-impl From<rusqlite::Error> for StoreError {
-    fn from(error: rusqlite::Error) -> Self {
-        match error.sqlite_error_code() {
-            Some(ErrorCode::DiskFull) => Self::Full,
-            Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::Locked,
-            Some(ErrorCode::NotADatabase) => Self::NotADatabase,
-            Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => {
-                Self::Unusable {
-                    message: error.to_string(),
-                }
-            }
-            _ => Self::Failed(error.to_string()),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_commit_to_a_file_is_synced() {
-        let folder = tempfile::tempdir().unwrap();
-        let location = StoreLocation::File(folder.path().join("frames.sqlite"));
-        let connection = Place::of(&location)
-            .unwrap()
-            .connect(&Limits::default())
-            .unwrap();
-        let text =
-            |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, String>(0));
-        let number =
-            |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
-        assert_eq!(text("journal_mode").unwrap(), "wal");
-        // 2 is FULL: the log is synced at every commit (https://sqlite.org/pragma.html#pragma_synchronous).
-        assert_eq!(number("synchronous").unwrap(), 2);
-    }
 
     #[tokio::test]
     async fn no_more_read_at_once_than_there_are_readers_and_the_others_wait() {
@@ -479,27 +346,5 @@ mod tests {
         assert!(tokio::time::timeout(wait, &mut third).await.is_err());
         drop((first, second));
         assert_eq!(third.await.unwrap(), []);
-    }
-
-    #[test]
-    fn a_full_disk_is_told_from_other_faults() {
-        let fault = |code| {
-            StoreError::from(rusqlite::Error::SqliteFailure(
-                rusqlite::ffi::Error::new(code),
-                None,
-            ))
-        };
-        assert!(matches!(
-            fault(rusqlite::ffi::SQLITE_FULL),
-            StoreError::Full
-        ));
-        assert!(matches!(
-            fault(rusqlite::ffi::SQLITE_IOERR),
-            StoreError::Failed(_)
-        ));
-        assert!(matches!(
-            fault(rusqlite::ffi::SQLITE_READONLY),
-            StoreError::Unusable { .. }
-        ));
     }
 }

@@ -1,6 +1,6 @@
 //! An agent's count as JSON: how the store keeps it and the pages show it.
 
-use crate::store::StoreError;
+use crate::store::error::StoreError;
 use grideye_recording::wire::{Account, LOST_IN_MEMORY};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

@@ -8,16 +8,17 @@
 mod source;
 mod target;
 
-use super::{
-    FrameStore, PostgresStore, PostgresUrl, SqliteStore, Stage, StoreError, StoreLocation,
-};
-use crate::Limits;
-use source::Source;
+use crate::limits::Limits;
+use crate::store::error::StoreError;
+use crate::store::location::{PostgresUrl, StoreLocation};
+use crate::store::migrate::source::Source;
+use crate::store::migrate::target::Target;
+use crate::store::postgres::PostgresStore;
+use crate::store::sqlite::SqliteStore;
+use crate::store::stage::Stage;
+use crate::store::types::FrameStore;
 use std::path::Path;
-use target::Target;
 
-/// The layout of a database that a migration has not finished.
-pub(in crate::store) const UNFINISHED: i32 = 0;
 /// Frames in one transaction of the copy, and in one comparison.
 const PAGE_ROWS: usize = 5_000;
 
@@ -160,7 +161,7 @@ async fn compare_frames(
             }
             let Some(last) = kept.last() else { break };
             after = Some(last.record.seq);
-            compared += super::row::count(kept.len()).unsigned_abs();
+            compared += crate::store::row::count(kept.len()).unsigned_abs();
             progress(Stage::Comparing, compared, source.rows);
         }
     }

@@ -1,10 +1,9 @@
 //! Writes what a plan decided: one statement for each table.
 
-use super::super::session::Session;
-use super::number;
-use crate::account;
-use crate::store::StoreError;
+use crate::store::account;
+use crate::store::error::StoreError;
 use crate::store::plan::{StreamState, Streams};
+use crate::store::postgres::session::Session;
 use crate::store::row::Columns;
 use grideye_recording::StreamId;
 use std::collections::{BTreeMap, BTreeSet};
@@ -79,7 +78,7 @@ async fn frames(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<
                FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::SMALLINT[], $7::BIGINT[],
                            $8::TEXT[], $9::INT[], $10::BYTEA[])
                AS f (device, stream, seq, t_boot_ns, t_utc_ns, clock, t_arrival_ns, missing, thermistor, pixels)";
-    let parameters: super::super::session::Parameters<'_> = &[
+    let parameters: crate::store::postgres::session::Parameters<'_> = &[
         &devices,
         &streams,
         &seqs,
@@ -118,7 +117,7 @@ async fn runs(session: &Session, touched: &Touched<'_>) -> Result<(), StoreError
         let sql = "INSERT INTO grideye.runs (device, stream, first_seq, last_seq)
                    SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[])
                    ON CONFLICT (device, stream, first_seq) DO UPDATE SET last_seq = excluded.last_seq";
-        let parameters: super::super::session::Parameters<'_> = &[
+        let parameters: crate::store::postgres::session::Parameters<'_> = &[
             &changed.devices,
             &changed.streams,
             &changed.firsts,
@@ -173,7 +172,7 @@ async fn shares(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<
                ON CONFLICT (device, stream, epoch) DO UPDATE SET
                    first_seq = least(s.first_seq, excluded.first_seq), last_seq = greatest(s.last_seq, excluded.last_seq),
                    stored = s.stored + excluded.stored, missing = s.missing + excluded.missing";
-    let parameters: super::super::session::Parameters<'_> = &[
+    let parameters: crate::store::postgres::session::Parameters<'_> = &[
         &devices, &streams, &firsts, &lasts, &stored, &missing, &epoch,
     ];
     session.execute(sql, parameters).await?;
@@ -213,10 +212,15 @@ async fn streams(
                            $8::BIGINT[], $9::BIGINT[], $10::BOOLEAN[])
                AS u (device, stream, stored, missing, t_last_arrival_ns, account, account_read, came, sent, is_added)
                WHERE s.device = u.device AND s.stream = u.stream";
-    let parameters: super::super::session::Parameters<'_> = &[
+    let parameters: crate::store::postgres::session::Parameters<'_> = &[
         &devices, &streams, &stored, &missing, &arrivals, &accounts, &reads, &came, &sent, &added,
         &lane, &n,
     ];
     session.execute(sql, parameters).await?;
     Ok(())
+}
+
+/// The stream's number as the column has it.
+pub(super) fn number(state: &StreamState) -> i32 {
+    i32::try_from(state.key).unwrap_or(i32::MAX)
 }

@@ -1,0 +1,221 @@
+//! Why a store did not do what it was asked.
+
+use crate::store::recording_id::RecordingId;
+use std::path::PathBuf;
+
+/// Why a store did not do what it was asked.
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum StoreError {
+    /// The frame is known with another content.
+    #[error(
+        "sensor {sensor} of {device} sent seq {seq} of boot {boot} before, with other content; nothing of this batch was stored\nhint: two agents with one device name, or a boot name used twice; give each agent its own `device`, and each run its own boot"
+    )]
+    Conflict {
+        /// The agent's name.
+        device: String,
+        /// The sensor.
+        sensor: String,
+        /// The run.
+        boot: String,
+        /// The number sent twice.
+        seq: u64,
+    },
+    /// A number does not fit into the store.
+    #[error(
+        "{field} is {value}, more than the store can hold ({max})\nhint: sequence numbers count from 0 within a boot, times are in nanoseconds"
+    )]
+    NumberTooLarge {
+        /// The field's name on the wire.
+        field: &'static str,
+        /// What came.
+        value: u64,
+        /// The highest that can be kept.
+        max: u64,
+    },
+    /// One stream more than the store takes.
+    #[error(
+        "the store holds {limit} streams (device, sensor, boot) and takes no more\nhint: remove old recordings' devices, or raise `streams_max`"
+    )]
+    TooManyStreams {
+        /// The limit.
+        limit: usize,
+    },
+    /// One recording more than the store takes.
+    #[error("the store holds {limit} recordings and takes no more\nhint: raise `recordings_max`")]
+    TooManyRecordings {
+        /// The limit.
+        limit: usize,
+    },
+    /// A recording has that name.
+    #[error("a recording named {name:?} {}\nhint: choose another name{}", if *.running { "is running" } else { "exists already" }, if *.running { ", or stop that one first" } else { "" })]
+    NameTaken {
+        /// The name asked for.
+        name: String,
+        /// Whether the one that has it is still running.
+        running: bool,
+    },
+    /// No recording has that number.
+    #[error("there is no recording {id}\nhint: GET /v1/recordings lists them")]
+    NoSuchRecording {
+        /// The number asked for.
+        id: RecordingId,
+    },
+    /// One label more than a recording takes.
+    #[error(
+        "the recording has {limit} labels and takes no more\nhint: take some away, or make one of those that say the same"
+    )]
+    TooManyLabels {
+        /// The limit.
+        limit: usize,
+    },
+    /// The recording has no label of that number.
+    #[error(
+        "recording {id} has no label {number}\nhint: GET /v1/recordings/{id}/labels lists them"
+    )]
+    NoSuchLabel {
+        /// The recording.
+        id: RecordingId,
+        /// The number asked for.
+        number: i64,
+    },
+    /// The recording was stopped before.
+    #[error(
+        "recording {id} ({name:?}) was stopped before\nhint: GET /v1/recordings/{id}.csv has it"
+    )]
+    NotRunning {
+        /// The number asked for.
+        id: RecordingId,
+        /// Its name.
+        name: String,
+    },
+    /// More is waiting to be written than the queue takes.
+    #[error(
+        "the store is behind: {waiting} requests wait to be written\nhint: send again in a second; nothing of this request was stored"
+    )]
+    Busy {
+        /// How many wait.
+        waiting: usize,
+    },
+    /// The disk, or the quota on it, is full.
+    #[error(
+        "the disk that holds the store is full\nhint: make room; agents keep their frames until then and send them again"
+    )]
+    Full,
+    /// The store takes as much room as it may.
+    #[error(
+        "the store takes the {bytes_max} bytes that it may take\nhint: raise the quota (`--store-quota`) or move old frames away; agents keep theirs until then and send them again"
+    )]
+    QuotaReached {
+        /// The limit.
+        bytes_max: u64,
+    },
+    /// Another program holds the file, and did not let go of it in time.
+    #[error(
+        "the store's file is locked by another program\nhint: close what holds it, for example a database browser with changes that are not written; nothing of this request was stored"
+    )]
+    Locked,
+    /// The path of the store names another file than the one that is written, or none.
+    #[error(
+        "the store's {part} was {fate} while it was in use, and nothing is acknowledged until it is back\nhint: the collector's log has what to do; agents keep their frames until then and send them again"
+    )]
+    Gone {
+        /// `file`, or `log`: the file beside it whose name ends in `-wal`.
+        part: &'static str,
+        /// What became of it.
+        fate: &'static str,
+    },
+    /// The database cannot be reached, or does not let this program in.
+    #[error(
+        "the database cannot be reached: {message}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames until then and send them again"
+    )]
+    Unreachable {
+        /// What the system or the database said.
+        message: String,
+    },
+    /// The database broke the request off for the sake of others.
+    #[error(
+        "the database broke off what it was asked for: {message}\nhint: send again in a second; nothing of this request was stored"
+    )]
+    Contended {
+        /// What the database said.
+        message: String,
+    },
+    /// A migration into the database was interrupted.
+    #[error(
+        "a migration into this database is not finished\nhint: run the same `grideye migrate` again; it goes on where it was"
+    )]
+    Unfinished,
+    /// The database holds frames or recordings already.
+    #[error(
+        "the database holds frames or recordings already\nhint: migrate into a new database (`createdb`)"
+    )]
+    NotEmpty,
+    /// The file is no SQLite database.
+    #[error(
+        "the file is not a database\nhint: name another file, or move this one away; a new store is made where none is"
+    )]
+    NotADatabase,
+    /// The file is a database of another program.
+    #[error(
+        "the file is a database of another program\nhint: name another file; a new store is made where none is"
+    )]
+    Foreign,
+    /// A later version of this program made the file.
+    #[error(
+        "the store has layout {found}, and this program knows layouts up to {known}\nhint: use the program that made it, or a newer one"
+    )]
+    Newer {
+        /// The layout found.
+        found: i64,
+        /// The newest known.
+        known: i64,
+    },
+    /// An earlier version of this program made the file.
+    #[error(
+        "the store has layout {found}, which was in use before the first release; this program knows layouts {oldest} to {known}\nhint: name another file; with the program that made this one, `grideye record` and the page still give its recordings as CSV"
+    )]
+    Older {
+        /// The layout found.
+        found: i64,
+        /// The oldest that is known.
+        oldest: i64,
+        /// The newest that is known.
+        known: i64,
+    },
+    /// The store has an older layout, and no copy of it can be made before it is upgraded.
+    #[error(
+        "the store has layout {from}, and the disk has no room for {}, the copy of its {bytes} bytes that is made before it is upgraded\nhint: make room on this disk, or move the store to a larger one; nothing was changed", .backup.display()
+    )]
+    NoRoomForBackup {
+        /// The layout found.
+        from: i64,
+        /// The copy.
+        backup: PathBuf,
+        /// Bytes of the store.
+        bytes: u64,
+    },
+    /// The store has an older layout, and another copy stands where one is made before it is upgraded.
+    #[error(
+        "the store has layout {from}, and {} is a copy of another state of it, not of the present one\nhint: move that copy away; the store is then copied and upgraded; nothing was changed", .backup.display()
+    )]
+    BackupInTheWay {
+        /// The layout found.
+        from: i64,
+        /// The copy.
+        backup: PathBuf,
+    },
+    /// The file cannot be made or opened.
+    #[error(
+        "{message}\nhint: the folder must exist and be writable for this user, and the file too"
+    )]
+    Unusable {
+        /// What the system said.
+        message: String,
+    },
+    /// The store has been closed.
+    #[error("the store is closed")]
+    Closed,
+    /// The database failed in another way.
+    #[error("the store failed: {0}")]
+    Failed(String),
+}

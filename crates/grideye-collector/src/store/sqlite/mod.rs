@@ -1,0 +1,24 @@
+//! The store in one SQLite file.
+
+mod backup;
+mod error;
+mod held;
+mod known;
+mod labels;
+mod pending;
+mod place;
+mod read;
+mod retain;
+mod schema;
+mod store;
+mod tend;
+mod time;
+mod upgrade;
+mod write;
+
+pub use backup::{BackedUp, BackupError, backup};
+pub(super) use read::rows_of;
+pub(super) use schema::{Found, recognise};
+pub use store::SqliteStore;
+pub(super) use upgrade::prepare;
+pub(super) use write::settle;

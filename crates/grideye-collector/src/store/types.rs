@@ -1,0 +1,277 @@
+//! What a store keeps and answers, and [`FrameStore`], the one trait of every engine.
+
+use crate::store::recording_id::RecordingId;
+use crate::store::error::StoreError;
+use crate::store::label::{KeptLabel, Label};
+use axum::body::Bytes;
+use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap, WireError};
+use grideye_recording::{Record, StreamId};
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::Arc;
+use tokio::sync::mpsc;
+
+/// The answer of a store, when it comes.
+pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, StoreError>> + Send + 'a>>;
+
+/// A store of frames and recordings.
+///
+/// Every method that changes something answers only after the change is on disk and synced. Frames are known by
+/// (device, sensor, boot, seq) for ever: the same frame again changes nothing.
+pub trait FrameStore: Send + Sync + 'static {
+    /// Keeps a batch: all of it, or on an error nothing.
+    fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended>;
+
+    /// The same, of a batch that was read from `compact` ([`Batch::from_binary`]): a store that keeps batches in this form
+    /// first need not write it anew.
+    fn append_compact(
+        &self,
+        batch: Arc<Batch>,
+        compact: Bytes,
+        t_arrival_ns: i64,
+    ) -> Answer<'_, Appended> {
+        drop(compact);
+        self.append(batch, t_arrival_ns)
+    }
+
+    /// What is kept of every stream, ordered by device, sensor, boot.
+    fn streams(&self) -> Answer<'_, Vec<StreamSummary>>;
+
+    /// For each (device, sensor), the newest record of the stream that was added to last.
+    fn newest(&self) -> Answer<'_, Vec<StoredRecord>>;
+
+    /// Starts a recording. Frames that arrive from now on belong to it.
+    fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording>;
+
+    /// Ends a recording. Frames that arrive from now on do not belong to it.
+    fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording>;
+
+    /// Sets a recording's note; an empty one is none.
+    fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording>;
+
+    /// The labels of a recording, in the order in which they were added.
+    fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>>;
+
+    /// Adds a label to a recording. Whether its frames are there is the caller's to know.
+    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel>;
+
+    /// Takes a label away.
+    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()>;
+
+    /// Every recording, newest first.
+    fn recordings(&self) -> Answer<'_, Vec<Recording>>;
+
+    /// Which frames belong to a recording: the one place that says so.
+    fn members(&self, id: RecordingId) -> Answer<'_, Members>;
+
+    /// The next records of one span of a recording, in ascending seq: those after `after_seq`, at most `rows`.
+    fn page(
+        &self,
+        span: Span,
+        after_seq: Option<u64>,
+        rows: usize,
+    ) -> Answer<'_, Vec<StoredRecord>>;
+
+    /// What others keep in the same store from now on, for the live page; once, and only where there may be others.
+    fn news(&self) -> Option<mpsc::Receiver<News>> {
+        None
+    }
+
+    /// How much room the frames take, and how much they may take.
+    fn usage(&self) -> Answer<'_, StoreUsage>;
+
+    /// Fails when the store cannot be read, or when the last write failed.
+    fn ping(&self) -> Answer<'_, ()>;
+
+    /// Commits what was asked for and lets go of the files. Later calls answer [`StoreError::Closed`].
+    fn close(&self) -> Answer<'_, ()>;
+}
+
+/// The room that a store takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StoreUsage {
+    /// Bytes that it takes now, without a log that is folded in again.
+    pub bytes: u64,
+    /// Bytes that it may take; `None` where the disk alone is the limit.
+    pub bytes_max: Option<u64>,
+    /// Frames that this collector deleted because they were too old.
+    pub deleted_by_age: u64,
+    /// Frames that this collector deleted because the store was too large.
+    pub deleted_by_size: u64,
+}
+
+/// What became of a batch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Appended {
+    /// By sensor, in the batch's order.
+    pub sensors: Vec<SensorAppended>,
+}
+
+impl Appended {
+    /// The answer to the agent, as JSON ([`Acknowledgement`]).
+    ///
+    /// # Errors
+    /// [`WireError`] if it cannot be written.
+    pub fn acknowledgement(&self) -> Result<Vec<u8>, WireError> {
+        let streams = self.sensors.iter().map(|sensor| &sensor.stream);
+        let durable_through = streams.clone().filter_map(|stream| {
+            let seq = stream.durable_through?;
+            Some((stream.id.sensor.as_str(), seq))
+        });
+        let gaps = streams.flat_map(|stream| &stream.gaps);
+        Acknowledgement::write_json(durable_through, gaps)
+    }
+}
+
+/// What became of one sensor's part of a batch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SensorAppended {
+    /// The stream as it is now.
+    pub stream: StreamSummary,
+    /// The sequence numbers that were new, in ascending order; the others were there already.
+    pub fresh: Vec<u64>,
+}
+
+/// What is kept of one stream.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StreamSummary {
+    /// Whose frames.
+    pub id: Arc<StreamId>,
+    /// Frames kept that carry pixels.
+    pub stored: u64,
+    /// Of the frames in `stored`, those that were deleted because they were old, or the room was used up.
+    pub expired: u64,
+    /// Rows kept that say why there is no frame.
+    pub missing: u64,
+    /// The highest sequence number kept.
+    pub durable_through: Option<u64>,
+    /// Runs of numbers below it that never came, in ascending order; at most the newest `gaps_listed_max`.
+    pub gaps: Vec<Gap>,
+    /// How many numbers below it never came, those of gaps not listed included.
+    pub never_came: u64,
+    /// The agent's own count, as last reported.
+    pub account: Option<Account>,
+    /// Frames that came with or after that count: the agent still had them in its spool when it made it.
+    pub came_since_account: u64,
+    /// Wall clock of the collector when the stream was last added to, in nanoseconds since 1970-01-01 UTC.
+    pub t_last_arrival_ns: i64,
+}
+
+impl StreamSummary {
+    /// Frames that the agent holds now, by its own count less what has come since; `None` without a count.
+    ///
+    /// The agent counts a batch as spooled while it sends it, and learns of its arrival only from the answer. So
+    /// what came with the count, or after it, is no longer in the spool.
+    #[must_use]
+    pub fn spooled(&self) -> Option<u64> {
+        let account = self.account.as_ref()?;
+        Some(account.spooled.saturating_sub(self.came_since_account))
+    }
+
+    /// Frames that the agent gave up, whatever the reason; `None` without a count.
+    #[must_use]
+    pub fn dropped(&self) -> Option<u64> {
+        let account = self.account.as_ref()?;
+        Some(
+            account
+                .dropped
+                .values()
+                .fold(0, |sum, count| sum.saturating_add(*count)),
+        )
+    }
+
+    /// read - stored - dropped - spooled: 0 when the books balance; `None` without a count.
+    ///
+    /// Above 0: so many frames were read and are nowhere. Below 0: so many frames are here that the agent counts
+    /// as spooled or dropped, because the answer that told of their arrival was lost; its next count mends that.
+    #[must_use]
+    pub fn unaccounted(&self) -> Option<i128> {
+        let account = self.account.as_ref()?;
+        let elsewhere =
+            i128::from(self.stored) + i128::from(self.dropped()?) + i128::from(self.spooled()?);
+        Some(i128::from(account.read) - elsewhere)
+    }
+}
+
+/// A record together with whose it is and when it came.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredRecord {
+    /// Whose.
+    pub stream: Arc<StreamId>,
+    /// The record.
+    pub record: Record,
+    /// Wall clock of the collector when it arrived, in nanoseconds since 1970-01-01 UTC.
+    pub t_arrival_ns: i64,
+}
+
+/// What another collector did in the same store.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum News {
+    /// It kept frames of one stream.
+    Frames(Box<Elsewhere>),
+    /// It started or stopped a recording.
+    Recordings,
+}
+
+/// Frames that another collector kept.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Elsewhere {
+    /// The stream as it is now.
+    pub stream: StreamSummary,
+    /// The agent's boot clock when it last sent.
+    pub t_sent_boot_ns: Option<u64>,
+    /// The newest of the frames, in ascending seq.
+    pub records: Vec<StoredRecord>,
+}
+
+/// A recording: the frames that arrived between its start and its stop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recording {
+    /// Its number.
+    pub id: RecordingId,
+    /// Its name, unlike every other's.
+    pub name: String,
+    /// What somebody wrote about it; empty if nobody did.
+    pub note: String,
+    /// Wall clock of the collector at the start, in nanoseconds since 1970-01-01 UTC.
+    pub t_start_ns: i64,
+    /// The same at the stop; `None` while it runs.
+    pub t_stop_ns: Option<i64>,
+    /// Frames with pixels in it, until now.
+    pub frames: u64,
+    /// Rows in it that say why there is no frame, until now.
+    pub missing: u64,
+    /// Sensors in it, until now.
+    pub sensors: u64,
+}
+
+/// The frames of a recording, as one span a stream, ordered by device, sensor, boot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Members {
+    /// The recording.
+    pub recording: Recording,
+    /// Its spans.
+    pub spans: Vec<Span>,
+}
+
+/// The part of one stream that belongs to a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Span {
+    /// Whose frames.
+    pub stream: Arc<StreamId>,
+    /// The store's own number of the stream.
+    pub(crate) stream_key: i64,
+    /// The range of numbers in which the members are.
+    pub(crate) seq: (i64, i64),
+    /// The members' epochs are above the first of these, and not above the second.
+    pub(crate) epochs: (i64, i64),
+}
+
+impl Span {
+    /// The lowest and the highest number of its frames.
+    #[must_use]
+    pub fn seqs(&self) -> (u64, u64) {
+        let number = |seq: i64| u64::try_from(seq).unwrap_or(0);
+        (number(self.seq.0), number(self.seq.1))
+    }
+}
