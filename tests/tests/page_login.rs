@@ -1,6 +1,6 @@
 //! Signing in to the live page, in a real browser, and being signed out.
 
-use grideye_collector::access::{AccessFolder, Scope, Token};
+use grideye_collector::auth::{AccessFolder, Scope, Token};
 use grideye_collector::{Collector, CollectorError, Config, StoreLocation, SystemClock};
 use grideye_tests::webdriver::{Browser, Failure, left_out};
 use std::path::Path;

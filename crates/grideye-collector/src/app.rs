@@ -20,10 +20,10 @@ pub(crate) use gate::Line;
 pub(crate) use guard::Hosts;
 pub use recordings::attachment;
 
-use crate::access::{AccessFolder, Gatekeeper, TOKENS_MAX, TokenId};
 use crate::alarm::Alarm;
 use crate::annex::{Annex, Inside};
 use crate::app::bodies::Bodies;
+use crate::auth::{AccessFolder, Authenticator, TOKENS_MAX, TokenId};
 use crate::clock::{Clock, WallSteps};
 use crate::connections::Connection;
 use crate::counters::Counters;
@@ -61,7 +61,7 @@ struct Shared {
     clock: Arc<dyn Clock>,
     wall_steps: WallSteps,
     hosts: Hosts,
-    gatekeeper: Gatekeeper,
+    authenticator: Authenticator,
     /// Of each good token.
     rates: Rates<TokenId>,
     /// Of each address from which somebody came without one.
@@ -99,10 +99,10 @@ impl AppState {
         access: AccessFolder,
         log: Log,
     ) -> Result<Self, StoreError> {
-        let gatekeeper = Gatekeeper::of(access, limits.tokens_reread_every)
+        let authenticator = Authenticator::of(access, limits.tokens_reread_every)
             .map_err(|error| StoreError::Failed(error.to_string()))?;
         let door = Door {
-            gatekeeper,
+            authenticator,
             log,
             ..Door::default()
         };
@@ -128,7 +128,7 @@ impl AppState {
             live,
             agents: devices::Agents::new(limits.sensors_max),
             hosts: door.hosts,
-            gatekeeper: door.gatekeeper,
+            authenticator: door.authenticator,
             rates: Rates::new(rate, burst, TOKENS_MAX),
             unknown_rates: Rates::new(unknown_rate, unknown_burst, limits.unknown_peers_max),
             counters: door.counters,
@@ -177,7 +177,7 @@ impl AppState {
 /// Who is let in, and who hears of it.
 pub(crate) struct Door {
     pub(crate) hosts: Hosts,
-    pub(crate) gatekeeper: Gatekeeper,
+    pub(crate) authenticator: Authenticator,
     pub(crate) log: Log,
     pub(crate) counters: Arc<Counters>,
 }
@@ -187,7 +187,7 @@ impl Default for Door {
     fn default() -> Self {
         Self {
             hosts: Hosts::new(IpAddr::V4(Ipv4Addr::LOCALHOST), &[]),
-            gatekeeper: Gatekeeper::open(),
+            authenticator: Authenticator::open(),
             log: Log::silent(),
             counters: Arc::default(),
         }

@@ -28,7 +28,7 @@ pub(crate) struct Counters {
     pub(crate) connections: AtomicU64,
     /// Connections closed to make room for a newer one.
     pub(crate) displaced: AtomicU64,
-    /// Connections turned away at the door.
+    /// Connections refused because the limit was reached.
     pub(crate) turned_away: AtomicU64,
     /// Connections that ended before TLS was agreed on.
     pub(crate) tls_failed: AtomicU64,

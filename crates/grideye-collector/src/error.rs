@@ -1,4 +1,4 @@
-use crate::access::AccessError;
+use crate::auth::AccessError;
 use crate::store::StoreError;
 use std::io;
 use std::net::SocketAddr;

@@ -23,10 +23,10 @@
 //! What is acknowledged is on disk. The same frame again, whenever it comes, changes nothing. A frame's age is told by
 //! clocks that do not jump, so that an old frame is never shown as a new one. Every bound is a field of [`Limits`].
 
-pub mod access;
 mod alarm;
 mod annex;
 mod app;
+pub mod auth;
 mod clock;
 mod connections;
 mod counters;

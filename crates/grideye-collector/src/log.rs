@@ -13,7 +13,7 @@ pub enum Level {
     Info,
     /// Somebody was refused, or something is near its limit.
     Warning,
-    /// Frames cannot be kept, or nobody watches the door.
+    /// Frames cannot be kept, or the collector itself is at fault.
     Error,
 }
 

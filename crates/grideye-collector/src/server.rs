@@ -3,10 +3,10 @@
 mod descriptors;
 mod stall;
 
-use crate::access::{AccessFolder, Gatekeeper};
 use crate::alarm::Alarm;
 use crate::annex::Annex;
 use crate::app::{Answer, AppState, Door, Entrance, Hosts, Line};
+use crate::auth::{AccessFolder, Authenticator};
 use crate::clock::Clock;
 use crate::connections::{Admitted, Connection, Connections};
 use crate::counters::Counters;
@@ -122,11 +122,11 @@ impl Collector {
         fit_to_descriptors(&mut config);
         let address = config.listen;
         let limits = &config.limits;
-        let gatekeeper = match &config.access {
-            Some(access) => Gatekeeper::of(access.clone(), limits.tokens_reread_every)?,
-            None => Gatekeeper::open(),
+        let authenticator = match &config.access {
+            Some(access) => Authenticator::of(access.clone(), limits.tokens_reread_every)?,
+            None => Authenticator::open(),
         };
-        let asks_for_tokens = gatekeeper.is_closed(config.clock.monotonic());
+        let asks_for_tokens = authenticator.asks_for_tokens(config.clock.monotonic());
         check_exposure(&config, asks_for_tokens)?;
         let acceptors = config
             .tls
@@ -146,7 +146,7 @@ impl Collector {
         let counters = Arc::<Counters>::default();
         let door = Door {
             hosts: Hosts::new(local_addr.ip(), &config.host_names),
-            gatekeeper,
+            authenticator,
             log: config.log.clone(),
             counters: Arc::clone(&counters),
         };

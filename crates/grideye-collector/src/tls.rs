@@ -1,6 +1,6 @@
 //! TLS 1.3 for the socket: certificates of our own authority for each address that is called, or those of the site.
 
-use crate::access::{AccessFolder, Authority, pin};
+use crate::auth::{AccessFolder, Authority, pin};
 use crate::error::CollectorError;
 use rustls::crypto::ring::default_provider;
 use rustls::pki_types::pem::PemObject as _;

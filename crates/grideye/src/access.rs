@@ -6,7 +6,7 @@ use crate::output::outln;
 use crate::progress;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::join::{JoinLine, Pin, Secret};
-use grideye_collector::access::{AccessError, AccessFolder, Address, Scope, Token, TokenRecord};
+use grideye_collector::auth::{AccessError, AccessFolder, Address, Scope, Token, TokenRecord};
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::fs::OpenOptions;

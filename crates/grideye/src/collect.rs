@@ -10,7 +10,7 @@ use crate::output::outln;
 use crate::progress;
 use crate::store;
 use anyhow::{Context as _, Result, anyhow};
-use grideye_collector::access::{AccessFolder, Address};
+use grideye_collector::auth::{AccessFolder, Address};
 use grideye_collector::{
     Certificates, Collector, CollectorError, Config, Log, StoreLocation, SystemClock, Tls,
     pin_of_file,

@@ -1,7 +1,7 @@
 //! Memory for bodies of frames: how much has arrived and is not on disk yet, in total and for each sender.
 
-use crate::access::{Caller, TokenId};
 use crate::app::answer::Refusal;
+use crate::auth::{Caller, TokenId};
 use crate::limits::Limits;
 use crate::peer::AddressGroup;
 use axum::BoxError;

@@ -1,10 +1,10 @@
 //! `GET /v1/devices` and `/v1/devices/{device}`: every device as somebody looks at it who wants to know how it does. The figures of its sensors are
 //! those of `GET /v1/sensors`; what its agent is and how it is set up, the agent says with its posts.
 
-use crate::access::Caller;
 use crate::app::AppState;
 use crate::app::answer::Refusal;
 use crate::app::gate::check_own;
+use crate::auth::Caller;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::{Extension, Json};

@@ -1,8 +1,8 @@
 //! `GET /v1/live`: server-sent events for the live page.
 
-use crate::access::Caller;
 use crate::app::AppState;
 use crate::app::answer::Refusal;
+use crate::auth::Caller;
 use crate::live::Event;
 use axum::Extension;
 use axum::extract::State;
@@ -63,7 +63,7 @@ async fn revoked(state: &AppState, caller: &Caller) {
     loop {
         tokio::time::sleep(state.limits().live_keep_alive).await;
         let now = state.0.clock.monotonic();
-        if !state.0.gatekeeper.still_knows(caller, now) {
+        if !state.0.authenticator.still_knows(caller, now) {
             return;
         }
     }

@@ -1,8 +1,8 @@
 //! Who may do what over HTTP: the token or the cookie of each request, its scope, and how often.
 
-use crate::access::{Caller, Presented, Scope, Unknown};
 use crate::app::AppState;
 use crate::app::answer::Refusal;
+use crate::auth::{Caller, Presented, Scope, Unknown};
 use crate::peer::AddressGroup;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
@@ -103,11 +103,11 @@ pub(super) fn pass(
     now: Duration,
 ) -> Result<Option<Caller>, Box<Response>> {
     let peer = asked.line.peer;
-    let recognised = recognise(state, asked, now);
-    if need == Need::Nothing && recognised.is_err() {
+    let authenticated = authenticate(state, asked, now);
+    if need == Need::Nothing && authenticated.is_err() {
         return unknown_peer_may(state, peer).map(|()| None).map_err(boxed);
     }
-    let caller = recognised.or_else(|unknown| {
+    let caller = authenticated.or_else(|unknown| {
         // Only who is not known is held back by address: one bad client must not stop the good ones beside it.
         unknown_peer_may(state, peer).map_err(boxed)?;
         Err(Box::new(turned_back(asked, unknown)))
@@ -126,7 +126,7 @@ pub(super) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), 
         Some(Caller::Anyone) => return Ok(()),
         Some(Caller::Holder { record, .. }) => record,
         // Who came past the gate has been recognised; nobody else may post.
-        None => return Err(not_recognised()),
+        None => return Err(not_authenticated()),
     };
     let speaks_for_it = match &record.scope {
         Scope::Ingest { devices } => devices.contains(device),
@@ -151,7 +151,7 @@ pub(super) fn check_own(caller: Option<&Caller>, device: &str) -> Result<(), Ref
     }
 }
 
-fn not_recognised() -> Refusal {
+fn not_authenticated() -> Refusal {
     let what = "nobody was recognised for this request";
     Refusal::new(StatusCode::UNAUTHORIZED, "no_token", what)
 }
@@ -171,15 +171,15 @@ pub(super) fn now_s(state: &AppState) -> i64 {
     state.0.clock.utc_ns().div_euclid(1_000_000_000)
 }
 
-fn recognise(state: &AppState, asked: Asked<'_>, now: Duration) -> Result<Caller, Unknown> {
+fn authenticate(state: &AppState, asked: Asked<'_>, now: Duration) -> Result<Caller, Unknown> {
     let presented = match bearer(asked.headers) {
         Shown::Twice => return Err(Unknown::BadToken),
         Shown::Once(token) => Presented::Token(token),
         Shown::Not => cookie(asked.headers, cookie_name(asked.line))
             .map_or(Presented::Nothing, Presented::Cookie),
     };
-    let gatekeeper = &state.0.gatekeeper;
-    gatekeeper.recognise(presented, now, || now_s(state))
+    let authenticator = &state.0.authenticator;
+    authenticator.authenticate(presented, now, || now_s(state))
 }
 
 enum Shown<'a> {
@@ -271,7 +271,7 @@ fn check(state: &AppState, caller: &Caller, need: Need, asked: Asked<'_>) -> Res
 /// Holds back by address who has shown no good token.
 pub(super) fn unknown_peer_may(state: &AppState, peer: IpAddr) -> Result<(), Refusal> {
     let now = state.0.clock.monotonic();
-    if !state.0.gatekeeper.is_closed(now) {
+    if !state.0.authenticator.asks_for_tokens(now) {
         return Ok(());
     }
     let group = AddressGroup::of(peer);

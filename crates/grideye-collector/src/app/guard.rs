@@ -1,10 +1,10 @@
 //! What every request passes: who may ask, how long it may take, and the headers of every answer.
 
-use crate::access::Caller;
 use crate::alarm::Alarm;
 use crate::app::AppState;
 use crate::app::answer::{Refusal, RefusedCode};
 use crate::app::gate::{self, Asked, Line, Need};
+use crate::auth::Caller;
 use crate::connections::Connection;
 use crate::log::{Level, LogEvent};
 use axum::extract::{MatchedPath, Request, State};
@@ -134,7 +134,7 @@ impl<'s> Passing<'s> {
         let unproven = self.connection.filter(|found| !found.is_established());
         if let Some(connection) = unproven {
             let is_good = response.status() < StatusCode::BAD_REQUEST;
-            if is_good && !self.state.0.gatekeeper.is_closed(self.began) {
+            if is_good && !self.state.0.authenticator.asks_for_tokens(self.began) {
                 connection.establish();
             }
         }

@@ -110,8 +110,8 @@ pub(super) async fn health(State(state): State<AppState>) -> Response {
         },
         "refused": shared.counters.refusals(),
         "access": {
-            "asks_for_tokens": shared.gatekeeper.is_closed(now),
-            "fault": shared.gatekeeper.fault(),
+            "asks_for_tokens": shared.authenticator.asks_for_tokens(now),
+            "fault": shared.authenticator.fault(),
         },
     });
     let code = match fault {
@@ -203,7 +203,7 @@ fn of_the_program(text: &mut Text, state: &AppState) {
     text.gauge("grideye_live_clients", "Pages that follow.");
     text.sample(&[], live_clients(state));
     text.gauge("grideye_asks_for_tokens", "1 where a token is asked for.");
-    text.sample(&[], u8::from(shared.gatekeeper.is_closed(now)));
+    text.sample(&[], u8::from(shared.authenticator.asks_for_tokens(now)));
 }
 
 fn of_the_store(text: &mut Text, is_failing: bool, usage: Option<StoreUsage>) {

@@ -1,12 +1,12 @@
 //! `POST /v1/frames`: taken whole or not at all, and answered after it is on disk.
 
-use crate::access::Caller;
 use crate::alarm::Alarm;
 use crate::app::answer::Refusal;
 use crate::app::bodies::{self, Room, too_large};
 use crate::app::gate::{Asked, Line, Need, check_device};
 use crate::app::guard::{OF_NO_PAGE, Passing};
 use crate::app::{Answer, AppState};
+use crate::auth::Caller;
 use crate::connections::Connection;
 use crate::counters::{Counters, add};
 use crate::limits::Limits;

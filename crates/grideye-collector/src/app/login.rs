@@ -1,12 +1,12 @@
 //! Signing in to the page with a token, and out of it.
 
-use crate::access::{AccessError, Caller, Presented, Scope};
 use crate::app::AppState;
 use crate::app::answer::Refusal;
 use crate::app::assets;
 use crate::app::gate::{self, Line};
 use crate::app::ingest::read_json_body;
 use crate::app::small::object;
+use crate::auth::{AccessError, Caller, Presented, Scope};
 use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -35,8 +35,8 @@ pub(super) async fn login(
     let now = state.0.clock.monotonic();
     let known = state
         .0
-        .gatekeeper
-        .recognise(Presented::Token(token.trim()), now, || gate::now_s(&state));
+        .authenticator
+        .authenticate(Presented::Token(token.trim()), now, || gate::now_s(&state));
     let record = match known {
         // Nothing is asked for here: the page is open, and there is nothing to sign in to.
         Ok(Caller::Anyone) => return Ok(StatusCode::NO_CONTENT.into_response()),
@@ -61,7 +61,7 @@ pub(super) async fn login(
     }
     let time_max_s = i64::try_from(limits.session_time_max.as_secs()).unwrap_or(i64::MAX);
     let t_end_s = gate::now_s(&state).saturating_add(time_max_s);
-    let cookie = state.0.gatekeeper.cookie(&record, t_end_s)?;
+    let cookie = state.0.authenticator.cookie(&record, t_end_s)?;
     Ok((
         StatusCode::NO_CONTENT,
         set_cookie(&cookie, time_max_s, line),

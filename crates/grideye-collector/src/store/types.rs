@@ -1,8 +1,8 @@
 //! What a store keeps and answers, and [`FrameStore`], the one trait of every engine.
 
-use crate::store::recording_id::RecordingId;
 use crate::store::error::StoreError;
 use crate::store::label::{KeptLabel, Label};
+use crate::store::recording_id::RecordingId;
 use axum::body::Bytes;
 use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap, WireError};
 use grideye_recording::{Record, StreamId};

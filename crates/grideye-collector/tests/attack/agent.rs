@@ -1,7 +1,7 @@
 //! An agent that means well.
 
 use crate::collector_process::authorization;
-use grideye_collector::access::Token;
+use grideye_collector::auth::Token;
 use serde_json::json;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};

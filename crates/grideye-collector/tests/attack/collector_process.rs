@@ -1,6 +1,6 @@
 //! The collector with its default limits, as a process of its own.
 
-use grideye_collector::access::{AccessFolder, Scope, Token, TokenBook};
+use grideye_collector::auth::{AccessFolder, Scope, Token, TokenBook};
 use grideye_collector::{Collector, Config, Log, StoreLocation, SystemClock};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead as _, BufReader};

@@ -6,7 +6,7 @@ use crate::{ALONE, from_environment};
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, Response, header};
-use grideye_collector::access::{AccessFolder, Scope, Token};
+use grideye_collector::auth::{AccessFolder, Scope, Token};
 use grideye_collector::{AppState, Limits, Log, SqliteStore, StoreLocation, SystemClock, app};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};

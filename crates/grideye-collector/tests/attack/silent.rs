@@ -3,7 +3,7 @@
 use crate::ALONE;
 use crate::agent::{Agent, connect, quantile};
 use crate::collector_process::{Attacked, Folder};
-use grideye_collector::access::Token;
+use grideye_collector::auth::Token;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::net::SocketAddr;
 use std::sync::Arc;

@@ -4,7 +4,7 @@ use crate::ALONE;
 use crate::agent::{Agent, connect};
 use crate::collector_process::{Folder, authorization};
 use grideye_collector::Limits;
-use grideye_collector::access::Token;
+use grideye_collector::auth::Token;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};

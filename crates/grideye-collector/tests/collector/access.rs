@@ -5,7 +5,7 @@ use crate::http::HandClock;
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, Method, Request, StatusCode, header};
-use grideye_collector::access::{AccessFolder, Scope, Token};
+use grideye_collector::auth::{AccessFolder, Scope, Token};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{AppState, Limits, Log, SqliteStore, app};
 use serde_json::{Value, json};

@@ -7,7 +7,7 @@ use axum::body::Body;
 use axum::http::{Method, Request, StatusCode, header};
 use axum::response::Json;
 use axum::routing::{get, post};
-use grideye_collector::access::{AccessFolder, Scope};
+use grideye_collector::auth::{AccessFolder, Scope};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{
     Annex, AppState, Inside, Limits, Log, Refusal, SqliteStore, app, app_with,

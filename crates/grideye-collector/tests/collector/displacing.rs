@@ -2,7 +2,7 @@
 
 use crate::socket::{Running, anywhere, config, connect_from, get, one_answer, send, until_closed};
 use crate::tls::{Place, ask, believing, get_once};
-use grideye_collector::access::{Scope, Token};
+use grideye_collector::auth::{Scope, Token};
 use grideye_collector::{Config, Limits, Log};
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex};

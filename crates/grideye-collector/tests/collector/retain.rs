@@ -6,7 +6,7 @@ use crate::http::{Server, request};
 use crate::postgres;
 use axum::body::Body;
 use axum::http::Method;
-use grideye_collector::access::AccessFolder;
+use grideye_collector::auth::AccessFolder;
 use grideye_collector::store::{self, StreamSummary};
 use grideye_collector::{
     AppState, Clock as _, FrameStore, Limits, Log, LogEvent, SqliteStore, StoreError,

@@ -1,7 +1,7 @@
 //! TLS on real sockets: who is believed, who is let in, and where nothing else is offered.
 
 use crate::socket::{PATIENCE, Running, anywhere, at};
-use grideye_collector::access::{AccessFolder, Scope, Token};
+use grideye_collector::auth::{AccessFolder, Scope, Token};
 use grideye_collector::{Certificates, Collector, CollectorError, Config, StoreLocation, Tls};
 use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
 use rustls::pki_types::pem::PemObject as _;

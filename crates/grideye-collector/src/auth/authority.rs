@@ -1,7 +1,7 @@
 //! The authority of our own making, and the certificates that it signs.
 
-use crate::access::AccessError;
-use crate::access::token::{hex, random_bytes, sha256};
+use crate::auth::error::AccessError;
+use crate::auth::token::{hex, random_bytes, sha256};
 use rcgen::{
     BasicConstraints, Certificate, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa,
     Issuer, KeyPair, KeyUsagePurpose, date_time_ymd,

@@ -1,9 +1,10 @@
 //! The files of the folder: read whole, written whole, for their owner alone.
 
-use crate::access::authority::Authority;
-use crate::access::book::TokenBook;
-use crate::access::token::{hex, random_bytes, unhex};
-use crate::access::{AccessError, FILE_BYTES_MAX};
+use crate::auth::authority::Authority;
+use crate::auth::book::TokenBook;
+use crate::auth::error::AccessError;
+use crate::auth::limits::FILE_BYTES_MAX;
+use crate::auth::token::{hex, random_bytes, unhex};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::{self, Read as _, Write as _};
@@ -248,7 +249,7 @@ fn read(path: &Path) -> Result<Option<Vec<u8>>, AccessError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::access::token::Scope;
+    use crate::auth::token::Scope;
     use std::os::unix::fs::PermissionsExt as _;
 
     fn folder() -> (tempfile::TempDir, AccessFolder) {

@@ -1,6 +1,6 @@
 //! A token as its holder has it, and what it allows.
 
-use crate::access::AccessError;
+use crate::auth::error::AccessError;
 use ring::digest;
 use ring::rand::{SecureRandom, SystemRandom};
 use std::collections::BTreeSet;

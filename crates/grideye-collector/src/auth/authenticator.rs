@@ -1,10 +1,10 @@
 //! Decides for each request who is asking, by a list of tokens that is kept up to date.
 
-use crate::access::AccessError;
-use crate::access::book::{TokenBook, TokenRecord};
-use crate::access::folder::{AccessFolder, FileState};
-use crate::access::session::Sessions;
-use crate::access::token::Token;
+use crate::auth::book::{TokenBook, TokenRecord};
+use crate::auth::error::AccessError;
+use crate::auth::folder::{AccessFolder, FileState};
+use crate::auth::session::Sessions;
+use crate::auth::token::Token;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -40,7 +40,7 @@ pub(crate) enum Unknown {
 }
 
 /// Knows the tokens.
-pub(crate) struct Gatekeeper {
+pub(crate) struct Authenticator {
     folder: Option<AccessFolder>,
     reread_every: Duration,
     known: Mutex<Known>,
@@ -60,7 +60,7 @@ struct Looked {
     is_open: bool,
 }
 
-impl Gatekeeper {
+impl Authenticator {
     /// Lets anyone in.
     pub(crate) fn open() -> Self {
         Self {
@@ -81,17 +81,17 @@ impl Gatekeeper {
     /// # Errors
     /// [`AccessError`] if the folder cannot be read.
     pub(crate) fn of(folder: AccessFolder, reread_every: Duration) -> Result<Self, AccessError> {
-        let gatekeeper = Self {
+        let authenticator = Self {
             folder: Some(folder),
             reread_every,
             ..Self::open()
         };
-        gatekeeper.reread(&mut gatekeeper.known())?;
-        Ok(gatekeeper)
+        authenticator.reread(&mut authenticator.known())?;
+        Ok(authenticator)
     }
 
     /// Whether tokens are asked for.
-    pub(crate) fn is_closed(&self, now: Duration) -> bool {
+    pub(crate) fn asks_for_tokens(&self, now: Duration) -> bool {
         !self.look(now).is_open
     }
 
@@ -102,7 +102,7 @@ impl Gatekeeper {
 
     /// Who shows this. `now` is on the monotonic clock; `t_now_s`, in seconds since 1970-01-01 UTC, is asked for a cookie
     /// alone.
-    pub(crate) fn recognise(
+    pub(crate) fn authenticate(
         &self,
         presented: Presented<'_>,
         now: Duration,
@@ -223,7 +223,7 @@ fn by_token(book: &TokenBook, text: &str) -> Option<Caller> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::access::token::Scope;
+    use crate::auth::token::Scope;
 
     const EVERY: Duration = Duration::from_secs(1);
 
@@ -231,16 +231,16 @@ mod tests {
         Duration::from_secs(seconds)
     }
 
-    fn held(folder: &AccessFolder) -> Gatekeeper {
-        Gatekeeper::of(folder.clone(), EVERY).unwrap()
+    fn held(folder: &AccessFolder) -> Authenticator {
+        Authenticator::of(folder.clone(), EVERY).unwrap()
     }
 
     #[test]
-    fn without_tokens_anyone_is_let_in_and_the_first_token_closes_the_door() {
+    fn without_tokens_anyone_is_let_in_and_the_first_token_ends_that() {
         let around = tempfile::tempdir().unwrap();
         let folder = AccessFolder::new(around.path().join("access"));
-        let gate = held(&folder);
-        let nothing = |seconds| gate.recognise(Presented::Nothing, at(seconds), || 0);
+        let authenticator = held(&folder);
+        let nothing = |seconds| authenticator.authenticate(Presented::Nothing, at(seconds), || 0);
         assert!(matches!(nothing(0), Ok(Caller::Anyone)));
         let token = folder
             .change(|book| book.add("page", Scope::Read, 1))
@@ -251,7 +251,8 @@ mod tests {
         );
         assert_eq!(nothing(1).unwrap_err(), Unknown::NoToken);
         let text = token.reveal();
-        let shown = |seconds| gate.recognise(Presented::Token(&text), at(seconds), || 0);
+        let shown =
+            |seconds| authenticator.authenticate(Presented::Token(&text), at(seconds), || 0);
         assert!(matches!(
             shown(1),
             Ok(Caller::Holder {
@@ -275,11 +276,11 @@ mod tests {
                 .reveal()
         };
         make("first");
-        let gate = held(&folder);
+        let authenticator = held(&folder);
         // Both within the second in which the list is not looked at by itself.
         for (name, now) in [("second", 10), ("third", 10)] {
             let text = make(name);
-            let found = gate.recognise(Presented::Token(&text), at(now), || 0);
+            let found = authenticator.authenticate(Presented::Token(&text), at(now), || 0);
             assert!(found.is_ok(), "{name}");
         }
     }
@@ -292,19 +293,21 @@ mod tests {
             .change(|book| book.add("page", Scope::Read, 1))
             .unwrap();
         let text = token.reveal();
-        let gate = held(&folder);
+        let authenticator = held(&folder);
         let file = around.path().join("tokens.json");
         let whole = std::fs::read(&file).unwrap();
         let still = |seconds, said: &str| {
             assert!(
-                gate.recognise(Presented::Token(&text), at(seconds), || 0)
+                authenticator
+                    .authenticate(Presented::Token(&text), at(seconds), || 0)
                     .is_ok()
             );
             assert!(
-                gate.recognise(Presented::Nothing, at(seconds), || 0)
+                authenticator
+                    .authenticate(Presented::Nothing, at(seconds), || 0)
                     .is_err()
             );
-            let fault = gate.fault().unwrap_or_default();
+            let fault = authenticator.fault().unwrap_or_default();
             assert!(
                 fault.contains(said) && fault.is_empty() == said.is_empty(),
                 "{fault}"
@@ -328,11 +331,11 @@ mod tests {
                 .unwrap()
         };
         let (one, two) = (add("one").reveal(), add("two").reveal());
-        let gate = held(&folder);
+        let authenticator = held(&folder);
         let (head, secret) = (&one[..one.len() - 64], &two[two.len() - 64..]);
         let mixed = format!("{head}{secret}");
         for bad in [head, &mixed, ""] {
-            let found = gate.recognise(Presented::Token(bad), at(0), || 0);
+            let found = authenticator.authenticate(Presented::Token(bad), at(0), || 0);
             assert_eq!(found.unwrap_err(), Unknown::BadToken);
         }
     }
@@ -344,11 +347,11 @@ mod tests {
         folder
             .change(|book| book.add("page", Scope::Read, 1))
             .unwrap();
-        let (gate, other) = (held(&folder), held(&folder));
+        let (authenticator, other) = (held(&folder), held(&folder));
         let record = Arc::clone(&folder.book().unwrap().records()[0]);
-        let cookie = gate.cookie(&record, 1000).unwrap();
-        let shown = |gate: &Gatekeeper, seconds, t_now_s| {
-            gate.recognise(Presented::Cookie(&cookie), at(seconds), || t_now_s)
+        let cookie = authenticator.cookie(&record, 1000).unwrap();
+        let shown = |authenticator: &Authenticator, seconds, t_now_s| {
+            authenticator.authenticate(Presented::Cookie(&cookie), at(seconds), || t_now_s)
         };
         assert!(matches!(
             shown(&other, 0, 999),
@@ -357,13 +360,17 @@ mod tests {
                 ..
             })
         ));
-        assert_eq!(shown(&gate, 0, 1000).unwrap_err(), Unknown::BadCookie);
+        assert_eq!(
+            shown(&authenticator, 0, 1000).unwrap_err(),
+            Unknown::BadCookie
+        );
         // A cookie is no token, and the other way round.
         assert!(
-            gate.recognise(Presented::Token(&cookie), at(0), || 0)
+            authenticator
+                .authenticate(Presented::Token(&cookie), at(0), || 0)
                 .is_err()
         );
         folder.change(|book| book.revoke("page", 2)).unwrap();
-        assert_eq!(shown(&gate, 1, 0).unwrap_err(), Unknown::BadCookie);
+        assert_eq!(shown(&authenticator, 1, 0).unwrap_err(), Unknown::BadCookie);
     }
 }

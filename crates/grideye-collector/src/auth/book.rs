@@ -1,7 +1,8 @@
 //! The list of tokens, as it stands in `tokens.json`.
 
-use crate::access::token::{Scope, SecretHash, Token, TokenId};
-use crate::access::{AccessError, DEVICES_PER_TOKEN_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MAX};
+use crate::auth::error::AccessError;
+use crate::auth::limits::{DEVICES_PER_TOKEN_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MAX};
+use crate::auth::token::{Scope, SecretHash, Token, TokenId};
 use grideye_recording::check_name;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
@@ -40,7 +41,7 @@ impl TokenBook {
         &self.records
     }
 
-    /// Whether no token was ever made. One that was revoked counts: revoking the last one must not open the door.
+    /// Whether no token was ever made. One that was revoked counts: revoking the last one must not let anyone in.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.records.is_empty()
@@ -311,7 +312,7 @@ mod tests {
         let error = book.add("last", Scope::Read, 1).unwrap_err();
         assert!(matches!(error, AccessError::TooManyTokens));
         let json = book.to_json().unwrap();
-        assert!(u64::try_from(json.len()).unwrap() < crate::access::FILE_BYTES_MAX);
+        assert!(u64::try_from(json.len()).unwrap() < crate::auth::limits::FILE_BYTES_MAX);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! The page's cookie: which token signed in, until when, and a signature. Nothing is kept, so any collector that shares
 //! the folder takes it, and it dies with its token.
 
-use crate::access::book::TokenRecord;
-use crate::access::folder::SESSION_KEY_BYTES;
-use crate::access::token::{TokenId, hex, unhex};
+use crate::auth::book::TokenRecord;
+use crate::auth::folder::SESSION_KEY_BYTES;
+use crate::auth::token::{TokenId, hex, unhex};
 use ring::hmac;
 
 /// Signs and reads cookies.
@@ -53,8 +53,8 @@ fn signed(record: &TokenRecord, t_end_s: i64) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::access::book::TokenBook;
-    use crate::access::token::Scope;
+    use crate::auth::book::TokenBook;
+    use crate::auth::token::Scope;
     use std::sync::Arc;
 
     fn records() -> Vec<Arc<TokenRecord>> {

@@ -1,43 +1,8 @@
-//! Who may do what: tokens, sign-ins of the page, and the authority behind the certificates, kept in one folder.
-//!
-//! ```text
-//! grideye-access/          0700
-//!   tokens.json            each token's SHA-256, name, scope, devices, when made, when revoked
-//!   session.key            signs the page's cookies
-//!   authority.pem, .key    signs the collector's certificates; agents know it by its SHA-256
-//!   address                where the collector was last told to listen: what `grideye enroll` prints
-//! ```
-//!
-//! Commands change the folder and a running collector notices within [`Limits::tokens_reread_every`]; several
-//! collectors may share one folder.
-//!
-//! [`Limits::tokens_reread_every`]: crate::Limits::tokens_reread_every
+//! Why the folder of tokens cannot be used, or a change of it was refused.
 
-mod authority;
-mod book;
-mod folder;
-mod gatekeeper;
-mod session;
-mod token;
-
-pub use authority::Authority;
-pub(crate) use authority::pin;
-pub use book::{TokenBook, TokenRecord};
-pub use folder::{AccessFolder, Address};
-pub(crate) use gatekeeper::{Caller, Gatekeeper, Presented, Unknown};
-pub use token::{Scope, Token, TokenId};
-
+use crate::auth::limits::{DEVICES_PER_TOKEN_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MAX};
 use std::io;
 use std::path::{Path, PathBuf};
-
-/// Tokens that a folder holds at most, revoked ones included.
-pub const TOKENS_MAX: usize = 20_000;
-/// Devices that one token may speak for at most.
-pub const DEVICES_PER_TOKEN_MAX: usize = 64;
-/// Characters of a token's name.
-pub const TOKEN_NAME_CHARS_MAX: usize = 64;
-/// Length of a file of the folder at most, in bytes: [`TOKENS_MAX`] tokens of one device each have 5 MB.
-pub const FILE_BYTES_MAX: u64 = 32 * 1024 * 1024;
 
 /// Why the folder of tokens cannot be used, or a change of it was refused.
 #[derive(Debug, thiserror::Error)]
@@ -100,14 +65,14 @@ pub enum AccessError {
 }
 
 impl AccessError {
-    fn file(path: &Path) -> impl FnOnce(io::Error) -> Self + '_ {
+    pub(super) fn file(path: &Path) -> impl FnOnce(io::Error) -> Self + '_ {
         move |reason| Self::File {
             path: path.to_owned(),
             reason,
         }
     }
 
-    fn malformed(path: &Path, what: impl Into<String>) -> Self {
+    pub(super) fn malformed(path: &Path, what: impl Into<String>) -> Self {
         Self::Malformed {
             path: path.to_owned(),
             what: what.into(),

@@ -1,0 +1,32 @@
+//! Who may do what: tokens, sign-ins of the page, and the authority behind the certificates, kept in one folder.
+//!
+//! ```text
+//! grideye-access/          0700
+//!   tokens.json            each token's SHA-256, name, scope, devices, when made, when revoked
+//!   session.key            signs the page's cookies
+//!   authority.pem, .key    signs the collector's certificates; agents know it by its SHA-256
+//!   address                where the collector was last told to listen: what `grideye enroll` prints
+//! ```
+//!
+//! Commands change the folder and a running collector notices within [`Limits::tokens_reread_every`]; several
+//! collectors may share one folder.
+//!
+//! [`Limits::tokens_reread_every`]: crate::Limits::tokens_reread_every
+
+mod authenticator;
+mod authority;
+mod book;
+mod error;
+mod folder;
+mod limits;
+mod session;
+mod token;
+
+pub(crate) use authenticator::{Authenticator, Caller, Presented, Unknown};
+pub use authority::Authority;
+pub(crate) use authority::pin;
+pub use book::{TokenBook, TokenRecord};
+pub use error::AccessError;
+pub use folder::{AccessFolder, Address};
+pub use limits::{DEVICES_PER_TOKEN_MAX, FILE_BYTES_MAX, TOKEN_NAME_CHARS_MAX, TOKENS_MAX};
+pub use token::{Scope, Token, TokenId};
