@@ -24,31 +24,29 @@
 //! clocks that do not jump, so that an old frame is never shown as a new one. Every bound is a field of [`Limits`].
 
 mod alarm;
-mod annex;
-mod app;
 pub mod auth;
 mod clock;
 mod connections;
 mod counters;
-mod error;
+mod http;
 mod limits;
 mod live;
 mod log;
+mod openapi;
+mod page;
 mod peer;
 mod rates;
+mod router;
 mod server;
 pub mod store;
-mod tls;
 
-pub use annex::{Annex, Inside};
-pub use app::{AppState, Refusal, app, app_with, attachment};
 pub use clock::{Clock, SystemClock};
-pub use error::CollectorError;
+pub use http::{Annex, AppState, Inside, Refusal, attachment};
 pub use limits::Limits;
 pub use live::{NewestFrame, NewestFrames, RecentFrames};
 pub use log::{Level, Log, LogEvent};
-pub use server::{Collector, Config, runtime};
+pub use router::{app, app_with};
+pub use server::{Certificates, Collector, CollectorError, Config, Tls, pin_of_file, runtime};
 pub use store::{
     FrameStore, PostgresStore, PostgresUrl, SqliteStore, StoreError, StoreLocation, UrlError,
 };
-pub use tls::{Certificates, Tls, pin_of_file};

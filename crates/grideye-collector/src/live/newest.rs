@@ -1,6 +1,6 @@
 //! The newest frame of every sensor, for programs that look at all of them again and again.
 
-use crate::live::Live;
+use crate::live::feed::Live;
 use grideye_recording::{Record, StreamId};
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! Sensors as JSON.
 
-use crate::live::{AgeBasis, Measured, Sensor};
+use crate::live::sensor::{AgeBasis, Measured, Sensor};
 use crate::store::StreamSummary;
 use crate::store::account;
 use amg8833::word;

@@ -1,0 +1,171 @@
+//! What the agents say of themselves with their posts: which program, and how it is set up.
+
+use axum::http::{HeaderMap, header};
+use grideye_recording::check_name;
+use hashbrown::HashMap;
+use hashbrown::hash_map::EntryRef;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+/// The header in which an agent says how it is set up: one JSON object, now and then.
+pub(crate) const CONFIGURATION_HEADER: &str = "grideye-configuration";
+
+/// Bytes of that header at most; a longer one is not looked at.
+pub(crate) const CONFIGURATION_BYTES_MAX: usize = 4096;
+
+/// Characters of a program's name and version at most.
+const PROGRAM_CHARS_MAX: usize = 64;
+
+/// Sensors of one configuration at most.
+const SENSORS_MAX: usize = 64;
+
+/// What the agents have said of themselves since this collector started.
+#[derive(Debug)]
+pub(crate) struct Agents {
+    by_device: Mutex<HashMap<String, Said>>,
+    devices_max: usize,
+}
+
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Said {
+    pub(crate) program: Option<String>,
+    pub(crate) configuration: Option<Configuration>,
+}
+
+/// How an agent is set up. What a later version may add is not looked at.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize)]
+pub(crate) struct Configuration {
+    post_every_ms: u64,
+    ring_frames: u64,
+    spool: String,
+    pub(crate) sensors: BTreeMap<String, SensorSetUp>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize)]
+pub(crate) struct SensorSetUp {
+    pub(crate) part: String,
+    rate_hz: u64,
+    moving_average: bool,
+}
+
+impl Agents {
+    /// Of so many devices at most; of others nothing is remembered.
+    pub(crate) fn new(devices_max: usize) -> Self {
+        Self {
+            by_device: Mutex::default(),
+            devices_max,
+        }
+    }
+
+    /// What came with frames of this device that were taken. It is for show: what is not understood is not kept, and
+    /// costs no frame.
+    pub(crate) fn heard(&self, device: &str, headers: &HeaderMap) {
+        let program = headers
+            .get(header::USER_AGENT)
+            .and_then(|program| program.to_str().ok());
+        let program = program.filter(|program| program.starts_with("grideye-agent/"));
+        let configuration = headers
+            .get(CONFIGURATION_HEADER)
+            .and_then(|text| understood(text.as_bytes()));
+        let mut by_device = self
+            .by_device
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let is_full = by_device.len() >= self.devices_max;
+        let said = match by_device.entry_ref(device) {
+            EntryRef::Occupied(known) => known.into_mut(),
+            EntryRef::Vacant(_) if is_full => return,
+            EntryRef::Vacant(new) => new.insert(Said::default()),
+        };
+        let known = said.program.as_deref();
+        if program.is_some_and(|program| known != Some(program)) {
+            said.program = program.map(|program| program.chars().take(PROGRAM_CHARS_MAX).collect());
+        }
+        if configuration.is_some() {
+            said.configuration = configuration;
+        }
+    }
+
+    pub(crate) fn of(&self, device: &str) -> Said {
+        let by_device = self
+            .by_device
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        by_device.get(device).cloned().unwrap_or_default()
+    }
+}
+
+fn understood(text: &[u8]) -> Option<Configuration> {
+    if text.len() > CONFIGURATION_BYTES_MAX {
+        return None;
+    }
+    let configuration: Configuration = serde_json::from_slice(text).ok()?;
+    let names = configuration
+        .sensors
+        .iter()
+        .flat_map(|(name, set_up)| [name, &set_up.part]);
+    let is_plain = names
+        .chain([&configuration.spool])
+        .all(|name| check_name(name).is_ok());
+    (is_plain && configuration.sensors.len() <= SENSORS_MAX).then_some(configuration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::http::HeaderValue;
+
+    const CONFIGURATION: &str = r#"{"post_every_ms":500,"ring_frames":10000,"spool":"outage","sensors":{"i2c-1:0x69":{"part":"AMG8833","rate_hz":10,"moving_average":false}}}"#;
+
+    fn headers(program: &'static str, configuration: &str) -> HeaderMap {
+        let mut headers = HeaderMap::new();
+        headers.insert(header::USER_AGENT, HeaderValue::from_static(program));
+        headers.insert(
+            CONFIGURATION_HEADER,
+            HeaderValue::from_str(configuration).unwrap(),
+        );
+        headers
+    }
+
+    #[test]
+    fn what_an_agent_says_is_kept_until_it_says_otherwise_and_what_is_not_understood_is_not() {
+        let agents = Agents::new(2);
+        agents.heard("a", &headers("grideye-agent/1.2.3", CONFIGURATION));
+        let said = agents.of("a");
+        assert_eq!(said.program.as_deref(), Some("grideye-agent/1.2.3"));
+        assert_eq!(
+            said.configuration.as_ref().unwrap().sensors["i2c-1:0x69"].rate_hz,
+            10
+        );
+        let longer = CONFIGURATION.replace("AMG8833", &"x".repeat(CONFIGURATION_BYTES_MAX));
+        for bad in [
+            "",
+            "{",
+            "[]",
+            "{}",
+            &longer,
+            &CONFIGURATION.replace("AMG8833", "=1+1"),
+            &CONFIGURATION.replace("10,", "-10,"),
+        ] {
+            agents.heard("a", &headers("curl/8", bad));
+            assert_eq!(agents.of("a").configuration, said.configuration, "{bad}");
+        }
+        assert_eq!(agents.of("a").program, said.program);
+        agents.heard(
+            "a",
+            &headers(
+                "grideye-agent/2",
+                &CONFIGURATION.replace("outage", "always"),
+            ),
+        );
+        assert_eq!(agents.of("a").configuration.unwrap().spool, "always");
+        agents.heard("b", &headers("grideye-agent/3", CONFIGURATION));
+        agents.heard("c", &headers("grideye-agent/4", CONFIGURATION));
+        assert!(agents.of("b").program.is_some());
+        assert!(
+            agents.of("c").program.is_none(),
+            "one more than there is room for"
+        );
+    }
+}

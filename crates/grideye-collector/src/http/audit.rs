@@ -1,0 +1,29 @@
+//! What is known of the sensors now, and whether the books balance.
+
+use crate::http::refusal::Refusal;
+use crate::http::state::AppState;
+use crate::live::stream_json;
+use axum::extract::State;
+use axum::response::Json;
+use serde_json::{Value, json};
+
+/// Every sensor's present state.
+pub(crate) async fn sensors(State(state): State<AppState>) -> Json<Value> {
+    Json(state.0.live.sensors_json())
+}
+
+/// Every stream's books: read = stored + dropped + spooled; and the devices that several agents send as.
+pub(crate) async fn audit(State(state): State<AppState>) -> Result<Json<Value>, Refusal> {
+    let streams = state.store().streams().await?;
+    let unbalanced = streams
+        .iter()
+        .filter(|stream| stream.unaccounted().is_some_and(|frames| frames != 0))
+        .count();
+    let streams: Vec<Value> = streams
+        .iter()
+        .map(|stream| Value::Object(stream_json(stream)))
+        .collect();
+    Ok(Json(
+        json!({ "balanced": unbalanced == 0, "rivals": state.0.live.rivals_json(), "streams": streams }),
+    ))
+}

@@ -1,0 +1,342 @@
+//! Who may do what over HTTP: the token or the cookie of each request, its scope, and how often.
+
+use crate::auth::{Caller, Presented, Scope, Unknown};
+use crate::http::refusal::Refusal;
+use crate::http::state::AppState;
+use crate::peer::AddressGroup;
+use axum::extract::Request;
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
+use axum::response::{IntoResponse, Redirect, Response};
+use std::net::{IpAddr, Ipv4Addr};
+use std::time::Duration;
+
+/// From where a request came, behind a trusted proxy too, and whether by TLS.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Line {
+    pub(crate) peer: IpAddr,
+    pub(crate) is_encrypted: bool,
+}
+
+impl Line {
+    /// As the server attached it; without a server, from nowhere.
+    pub(crate) fn of(request: &Request) -> Self {
+        request.extensions().get().copied().unwrap_or(Self {
+            peer: IpAddr::V4(Ipv4Addr::UNSPECIFIED),
+            is_encrypted: false,
+        })
+    }
+}
+
+/// What of a request is looked at before anything else.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Asked<'r> {
+    pub(crate) line: Line,
+    pub(crate) method: &'r Method,
+    pub(crate) uri: &'r Uri,
+    pub(crate) headers: &'r HeaderMap,
+}
+
+impl<'r> Asked<'r> {
+    pub(crate) fn of(request: &'r Request) -> Self {
+        Self {
+            line: Line::of(request),
+            method: request.method(),
+            uri: request.uri(),
+            headers: request.headers(),
+        }
+    }
+}
+
+/// What a request needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Need {
+    /// Nothing: whether the collector lives, and the page for signing in.
+    Nothing,
+    /// Some good token.
+    Token,
+    /// A token for frames. Which devices it speaks for is looked at when the batch is read.
+    Ingest,
+    /// A token that may look.
+    Read,
+    /// A token that may change something.
+    Admin,
+}
+
+impl Need {
+    /// By the route that was found, not by the path as it was written, which has many spellings.
+    pub(crate) fn of(method: &Method, route: Option<&str>) -> Self {
+        match (route, method) {
+            (Some("/healthz" | "/login" | "/v1/login" | "/assets/{name}"), _) => Self::Nothing,
+            // Whose device it is, is looked at when its name is read.
+            (Some("/v1/whoami" | "/v1/logout" | "/v1/devices/{device}"), _) => Self::Token,
+            (Some("/v1/frames"), _) => Self::Ingest,
+            (_, &Method::GET | &Method::HEAD | &Method::OPTIONS) => Self::Read,
+            _ => Self::Admin,
+        }
+    }
+
+    fn is_met_by(self, scope: &Scope) -> bool {
+        match (self, scope) {
+            (Self::Nothing | Self::Token, _)
+            | (Self::Ingest, Scope::Ingest { .. })
+            | (Self::Read, Scope::Read | Scope::Admin)
+            | (Self::Admin, Scope::Admin) => true,
+            (Self::Ingest | Self::Read | Self::Admin, _) => false,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Nothing | Self::Token => "any",
+            Self::Ingest => "ingest",
+            Self::Read => "read",
+            Self::Admin => "admin",
+        }
+    }
+}
+
+/// Lets the request through, and says who asks if that is known, or answers why not. `now` is on the monotonic clock.
+pub(crate) fn pass(
+    state: &AppState,
+    need: Need,
+    asked: Asked<'_>,
+    now: Duration,
+) -> Result<Option<Caller>, Box<Response>> {
+    let peer = asked.line.peer;
+    let authenticated = authenticate(state, asked, now);
+    if need == Need::Nothing && authenticated.is_err() {
+        return unknown_peer_may(state, peer).map(|()| None).map_err(boxed);
+    }
+    let caller = authenticated.or_else(|unknown| {
+        // Only who is not known is held back by address: one bad client must not stop the good ones beside it.
+        unknown_peer_may(state, peer).map_err(boxed)?;
+        Err(Box::new(turned_back(asked, unknown)))
+    })?;
+    check(state, &caller, need, asked).map_err(boxed)?;
+    Ok(Some(caller))
+}
+
+fn boxed(refusal: Refusal) -> Box<Response> {
+    Box::new(refusal.into_response())
+}
+
+/// Whether frames of this device may be posted.
+pub(crate) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), Refusal> {
+    let record = match caller {
+        Some(Caller::Anyone) => return Ok(()),
+        Some(Caller::Holder { record, .. }) => record,
+        // Who came past the gate has been recognised; nobody else may post.
+        None => return Err(not_authenticated()),
+    };
+    let speaks_for_it = match &record.scope {
+        Scope::Ingest { devices } => devices.contains(device),
+        Scope::Read | Scope::Admin => false,
+    };
+    if speaks_for_it {
+        return Ok(());
+    }
+    let what = "this token does not speak for that device";
+    Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_device", what)
+        .field("device")
+        .hint("give the agent the device's name that it was enrolled with, or enrol it: `grideye enroll DEVICE`"))
+}
+
+/// Whether the state of this device may be looked at: by those who may look at all of them, and by itself.
+pub(crate) fn check_own(caller: Option<&Caller>, device: &str) -> Result<(), Refusal> {
+    match caller {
+        Some(Caller::Holder { record, .. }) if !matches!(record.scope, Scope::Ingest { .. }) => {
+            Ok(())
+        }
+        other => check_device(other, device),
+    }
+}
+
+fn not_authenticated() -> Refusal {
+    let what = "nobody was recognised for this request";
+    Refusal::new(StatusCode::UNAUTHORIZED, "no_token", what)
+}
+
+/// The page's cookie. With TLS its name has a prefix that browsers hold to: set by this host alone, and never sent in the
+/// clear.
+pub(crate) const fn cookie_name(line: Line) -> &'static str {
+    if line.is_encrypted {
+        "__Host-grideye-session"
+    } else {
+        "grideye-session"
+    }
+}
+
+/// Seconds since 1970-01-01 UTC.
+pub(crate) fn now_s(state: &AppState) -> i64 {
+    state.0.clock.utc_ns().div_euclid(1_000_000_000)
+}
+
+fn authenticate(state: &AppState, asked: Asked<'_>, now: Duration) -> Result<Caller, Unknown> {
+    let presented = match bearer(asked.headers) {
+        Shown::Twice => return Err(Unknown::BadToken),
+        Shown::Once(token) => Presented::Token(token),
+        Shown::Not => cookie(asked.headers, cookie_name(asked.line))
+            .map_or(Presented::Nothing, Presented::Cookie),
+    };
+    let authenticator = &state.0.authenticator;
+    authenticator.authenticate(presented, now, || now_s(state))
+}
+
+enum Shown<'a> {
+    Not,
+    Once(&'a str),
+    Twice,
+}
+
+/// The token of `authorization: Bearer TOKEN`. Another scheme is a token that nobody knows.
+fn bearer(headers: &HeaderMap) -> Shown<'_> {
+    let mut all = headers.get_all(header::AUTHORIZATION).iter();
+    let (first, second) = (all.next(), all.next());
+    match (first, second) {
+        (None, _) => Shown::Not,
+        (Some(_), Some(_)) => Shown::Twice,
+        (Some(value), None) => {
+            let text = value.to_str().unwrap_or_default();
+            let (scheme, token) = text.split_once(' ').unwrap_or((text, ""));
+            if scheme.eq_ignore_ascii_case("bearer") {
+                Shown::Once(token.trim())
+            } else {
+                Shown::Once("")
+            }
+        }
+    }
+}
+
+/// The value of the cookie of that name.
+fn cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
+    let all = headers.get_all(header::COOKIE).iter();
+    all.filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(';'))
+        .filter_map(|pair| pair.trim().split_once('='))
+        .find_map(|(found, value)| (found == name).then_some(value))
+}
+
+/// A person who opens the page is led to where one signs in; a program is told.
+fn turned_back(asked: Asked<'_>, unknown: Unknown) -> Response {
+    let accepts = asked.headers.get(header::ACCEPT);
+    let is_person = accepts
+        .and_then(|accept| accept.to_str().ok())
+        .is_some_and(|accept| accept.contains("text/html"));
+    if is_person && asked.method == Method::GET {
+        return Redirect::to("/login").into_response();
+    }
+    let (code, what) = match unknown {
+        Unknown::NoToken => ("no_token", "this collector asks for a token"),
+        Unknown::BadToken => ("bad_token", "this token is not, or no longer, known here"),
+        Unknown::BadCookie => ("signed_out", "you are signed out"),
+    };
+    let refusal = Refusal::new(StatusCode::UNAUTHORIZED, code, what)
+        .field("authorization")
+        .hint("send the header `authorization: Bearer TOKEN`; people sign in at /login; `grideye enroll` and `grideye token` make tokens");
+    let mut response = refusal.into_response();
+    response
+        .headers_mut()
+        .insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+    response
+}
+
+fn check(state: &AppState, caller: &Caller, need: Need, asked: Asked<'_>) -> Result<(), Refusal> {
+    let Caller::Holder { record, by_cookie } = caller else {
+        return Ok(());
+    };
+    let now = state.0.clock.monotonic();
+    if let Err(wait) = state.0.rates.take(record.id.clone(), now) {
+        let limit = state.limits().requests_per_second_max;
+        let what = format!("more than {limit} requests a second with this token");
+        return Err(too_many(what, wait).hint(
+            "send larger batches less often, or start the collector with a larger `--requests-per-second`",
+        ));
+    }
+    if !need.is_met_by(&record.scope) {
+        let (has, needs) = (record.scope.name(), need.name());
+        let what = format!("this needs a token of scope {needs}, and this one has {has}");
+        return Err(Refusal::new(StatusCode::FORBIDDEN, "wrong_scope", what)
+            .field("authorization")
+            .hint("`grideye token make NAME --scope read` or `--scope admin` makes one; `grideye enroll DEVICE` one for frames"));
+    }
+    let is_write = !matches!(*asked.method, Method::GET | Method::HEAD);
+    // A browser names the page of every write; that it is ours was checked before.
+    if *by_cookie && is_write && !asked.headers.contains_key(header::ORIGIN) {
+        let what = "a write with the page's cookie must say from which page it comes";
+        return Err(Refusal::new(StatusCode::FORBIDDEN, "no_origin", what).field("origin"));
+    }
+    Ok(())
+}
+
+/// Holds back by address who has shown no good token.
+pub(crate) fn unknown_peer_may(state: &AppState, peer: IpAddr) -> Result<(), Refusal> {
+    let now = state.0.clock.monotonic();
+    if !state.0.authenticator.asks_for_tokens(now) {
+        return Ok(());
+    }
+    let group = AddressGroup::of(peer);
+    state.0.unknown_rates.take(group, now).map_err(|wait| {
+        too_many("too many requests without a good token", wait)
+            .hint("see that the token is right: `grideye token list` shows those that are known")
+    })
+}
+
+fn too_many(what: impl Into<String>, wait: Duration) -> Refusal {
+    Refusal::new(StatusCode::TOO_MANY_REQUESTS, "too_many_requests", what).retry_after(wait)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_request_needs_goes_by_its_route_and_anything_unknown_needs_most() {
+        for (method, route, need) in [
+            (Method::GET, Some("/healthz"), Need::Nothing),
+            (Method::GET, Some("/assets/{name}"), Need::Nothing),
+            (Method::POST, Some("/v1/login"), Need::Nothing),
+            (Method::POST, Some("/v1/frames"), Need::Ingest),
+            (Method::GET, Some("/v1/frames"), Need::Ingest),
+            (Method::GET, Some("/"), Need::Read),
+            (Method::GET, Some("/metrics"), Need::Read),
+            (Method::GET, None, Need::Read),
+            (Method::POST, Some("/v1/recordings"), Need::Admin),
+            (Method::POST, Some("/v1/recordings/{id}/stop"), Need::Admin),
+            (Method::DELETE, Some("/v1/recordings/{id}"), Need::Admin),
+            (Method::POST, None, Need::Admin),
+            (Method::POST, Some("/v1/logout"), Need::Token),
+            (Method::GET, Some("/v1/devices/{device}"), Need::Token),
+            (Method::GET, Some("/v1/devices"), Need::Read),
+        ] {
+            assert_eq!(Need::of(&method, route), need, "{method} {route:?}");
+        }
+    }
+
+    #[test]
+    fn each_scope_does_its_own_and_no_more() {
+        let ingest = Scope::Ingest {
+            devices: ["pi-1".to_owned()].into(),
+        };
+        let met =
+            |need: Need| [&ingest, &Scope::Read, &Scope::Admin].map(|scope| need.is_met_by(scope));
+        assert_eq!(met(Need::Token), [true, true, true]);
+        assert_eq!(met(Need::Ingest), [true, false, false]);
+        assert_eq!(met(Need::Read), [false, true, true]);
+        assert_eq!(met(Need::Admin), [false, false, true]);
+    }
+
+    #[test]
+    fn cookies_are_found_among_others_by_their_whole_name() {
+        let mut headers = HeaderMap::new();
+        headers.append(
+            header::COOKIE,
+            HeaderValue::from_static("a=b; xgrideye-session=no"),
+        );
+        headers.append(
+            header::COOKIE,
+            HeaderValue::from_static("grideye-session=yes.1.2 ; c=d"),
+        );
+        assert_eq!(cookie(&headers, "grideye-session"), Some("yes.1.2"));
+        assert_eq!(cookie(&headers, "session"), None);
+    }
+}

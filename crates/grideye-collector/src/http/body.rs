@@ -1,0 +1,219 @@
+//! Bodies of requests: read within their limits of time and size, and those that are one JSON object of known fields.
+
+use crate::http::refusal::Refusal;
+use crate::http::state::AppState;
+use crate::limits::Limits;
+use axum::BoxError;
+use axum::body::{Bytes, HttpBody};
+use axum::extract::Request;
+use axum::http::HeaderMap;
+use axum::http::StatusCode;
+use axum::http::header;
+use grideye_recording::wire::JSON_TYPE;
+use http_body_util::BodyExt as _;
+use serde_json::{Map, Value};
+use std::future::poll_fn;
+use std::pin::pin;
+use std::task::Poll;
+
+/// Reads the body of any request that brings JSON, within its limits of time and size.
+pub(crate) async fn read_json_body(
+    state: &AppState,
+    request: Request,
+    bytes_max: usize,
+) -> Result<Bytes, Refusal> {
+    check_is_json(request.headers())?;
+    let body = collect(request.into_body(), bytes_max, |_bytes| Ok(()));
+    in_body_time(state.limits(), body).await
+}
+
+/// The body, or a refusal because it comes too slowly.
+pub(crate) async fn in_body_time(
+    limits: &Limits,
+    body: impl Future<Output = Result<Bytes, Refusal>>,
+) -> Result<Bytes, Refusal> {
+    let mut body = pin!(body);
+    // Nearly every body came with its head, and needs no timer.
+    let read = match poll_fn(|cx| Poll::Ready(body.as_mut().poll(cx))).await {
+        Poll::Ready(read) => return read,
+        Poll::Pending => tokio::time::timeout(limits.body_time_max, body).await,
+    };
+    read.unwrap_or_else(|_elapsed| {
+        Err(Refusal::new(
+            StatusCode::REQUEST_TIMEOUT,
+            "body_too_slow",
+            format!("the body did not come within {:?}", limits.body_time_max),
+        ))
+    })
+}
+
+/// Refuses a body that is announced as too large before it arrives.
+pub(crate) fn check_announced(headers: &HeaderMap, bytes_max: usize) -> Result<(), Refusal> {
+    let announced = headers
+        .get(header::CONTENT_LENGTH)
+        .and_then(|length| length.to_str().ok()?.parse::<usize>().ok());
+    match announced {
+        Some(length) if length > bytes_max => Err(too_large(bytes_max)),
+        Some(_) | None => Ok(()),
+    }
+}
+
+/// Another type may mean another format; none at all is taken as JSON.
+pub(crate) fn check_is_json(headers: &HeaderMap) -> Result<(), Refusal> {
+    match essence(headers) {
+        None => return Ok(()),
+        Some(essence) if essence.eq_ignore_ascii_case(JSON_TYPE) => return Ok(()),
+        Some(_other) => {}
+    }
+    let what = "the body must be JSON";
+    Err(
+        Refusal::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "not_json", what)
+            .field("content-type")
+            .hint("send the header `content-type: application/json` (curl: --json)"),
+    )
+}
+
+/// The content type without its parameters.
+pub(crate) fn essence(headers: &HeaderMap) -> Option<&str> {
+    let whole = headers.get(header::CONTENT_TYPE)?;
+    let whole = whole.to_str().unwrap_or_default();
+    Some(whole.split(';').next().unwrap_or_default().trim())
+}
+
+/// The whole body; each piece is counted when it arrives.
+pub(crate) async fn collect<B>(
+    body: B,
+    bytes_max: usize,
+    mut count: impl FnMut(usize) -> Result<(), Refusal>,
+) -> Result<Bytes, Refusal>
+where
+    B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
+{
+    let mut body = pin!(body);
+    // Nearly every body is one piece, and is not copied. Several pieces are copied into one: kept as they came, pieces of a byte
+    // would take much more memory than they count.
+    let (mut first, mut whole) = (Bytes::new(), Vec::new());
+    while let Some(frame) = body.as_mut().frame().await {
+        let frame = frame.map_err(|error| {
+            let what = format!("the body could not be read: {}", error.into());
+            Refusal::new(StatusCode::BAD_REQUEST, "body_cut", what)
+        })?;
+        let Ok(piece) = frame.into_data() else {
+            continue;
+        };
+        if piece.len() > bytes_max - first.len().max(whole.len()) {
+            return Err(too_large(bytes_max));
+        }
+        count(piece.len())?;
+        if first.is_empty() {
+            first = piece;
+            continue;
+        }
+        if whole.is_empty() {
+            whole.extend_from_slice(&first);
+        }
+        whole.extend_from_slice(&piece);
+    }
+    Ok(if whole.is_empty() {
+        first
+    } else {
+        Bytes::from(whole)
+    })
+}
+
+pub(crate) fn too_large(bytes_max: usize) -> Refusal {
+    let what = format!("the body is larger than {bytes_max} bytes");
+    Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, "body_too_large", what)
+        .hint("send less at once; nothing of this request was stored")
+}
+
+/// The object in the body, which may have these fields and nests at most so deep.
+pub(crate) fn object(
+    body: &[u8],
+    depth_max: usize,
+    fields: &[&str],
+    hint: &str,
+) -> Result<Map<String, Value>, Refusal> {
+    if depth(body) > depth_max {
+        let what = format!("the body nests more than {depth_max} deep");
+        return Err(Refusal::new(StatusCode::BAD_REQUEST, "too_deep", what)
+            .field("body")
+            .hint(hint));
+    }
+    let json: Value = serde_json::from_slice(body).map_err(|error| {
+        let what = format!("the body is not JSON: {error}");
+        Refusal::new(StatusCode::BAD_REQUEST, "not_json", what)
+            .field("body")
+            .hint(hint)
+    })?;
+    let Value::Object(object) = json else {
+        let what = format!("expected an object with {}", fields.join(", "));
+        return Err(
+            Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
+                .field(fields.first().copied().unwrap_or("body"))
+                .hint(hint),
+        );
+    };
+    match object.keys().find(|key| !fields.contains(&key.as_str())) {
+        None => Ok(object),
+        Some(unknown) => {
+            let shown: String = unknown.chars().take(64).collect();
+            let what = format!(
+                "unknown field {shown:?}; expected only {}",
+                fields.join(", ")
+            );
+            Err(
+                Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
+                    .field(shown)
+                    .hint(hint),
+            )
+        }
+    }
+}
+
+/// How deep arrays and objects are nested, whether they are closed or not.
+fn depth(json: &[u8]) -> usize {
+    let (mut now, mut deepest) = (0_usize, 0);
+    let (mut in_string, mut escaped) = (false, false);
+    for byte in json {
+        if in_string {
+            match byte {
+                _ if escaped => escaped = false,
+                b'\\' => escaped = true,
+                b'"' => in_string = false,
+                _ => {}
+            }
+            continue;
+        }
+        match byte {
+            b'"' => in_string = true,
+            b'[' | b'{' => {
+                now += 1;
+                deepest = deepest.max(now);
+            }
+            b']' | b'}' => now = now.saturating_sub(1),
+            _ => {}
+        }
+    }
+    deepest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn depth_is_that_of_brackets_outside_of_strings() {
+        for (json, deep) in [
+            ("1", 0),
+            ("{}", 1),
+            (r#"{"a":[1,[2]],"b":{}}"#, 3),
+            (r#"{"a":"[[[[{{{{"}"#, 1),
+            (r#"{"a":"\"[[","b":"\\"}"#, 1),
+            ("[[[[", 4),
+            ("]]]][", 1),
+        ] {
+            assert_eq!(depth(json.as_bytes()), deep, "{json}");
+        }
+    }
+}

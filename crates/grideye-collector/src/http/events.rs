@@ -1,0 +1,106 @@
+//! `GET /v1/live`: server-sent events for the live page.
+
+use crate::auth::Caller;
+use crate::http::refusal::Refusal;
+use crate::http::state::AppState;
+use crate::live::Event;
+use axum::Extension;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::sse::{Event as SseEvent, Sse};
+use serde_json::json;
+use std::convert::Infallible;
+use std::time::Duration;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::{OwnedSemaphorePermit, broadcast, mpsc};
+use tokio_stream::Stream;
+use tokio_stream::wrappers::ReceiverStream;
+
+/// How soon a browser comes back after the connection broke.
+const RETRY: Duration = Duration::from_secs(1);
+/// Events on their way to one client beside those that the broadcast holds.
+const IN_FLIGHT_MAX: usize = 4;
+
+type Feed = mpsc::Sender<Result<SseEvent, Infallible>>;
+
+/// First `snapshot`, then `frames` for each batch, `recordings` when their list changes, `alive` when nothing else is
+/// said, `lagged` and a new `snapshot` when the client was too slow.
+pub(crate) async fn live(
+    State(state): State<AppState>,
+    Extension(caller): Extension<Caller>,
+) -> Result<Sse<impl Stream<Item = Result<SseEvent, Infallible>>>, Refusal> {
+    let seat = state.0.live_clients.clone().try_acquire_owned();
+    let seat = seat.map_err(|_none_left| {
+        let limit = state.limits().live_clients_max;
+        let what = format!("{limit} pages are following already");
+        Refusal::new(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "too_many_live_clients",
+            what,
+        )
+        .hint("close one, or raise `live_clients_max`")
+    })?;
+    let (feed, events) = mpsc::channel(IN_FLIGHT_MAX);
+    tokio::spawn(follow(state, caller, feed, seat));
+    Ok(Sse::new(ReceiverStream::new(events)))
+}
+
+/// Feeds one client until it leaves, its token is revoked, or the collector stops.
+async fn follow(state: AppState, caller: Caller, feed: Feed, _seat: OwnedSemaphorePermit) {
+    let mut stopping = state.0.stopping.subscribe();
+    // Listening begins before the snapshot is taken, so that nothing falls between the two.
+    let events = state.0.live.listen();
+    tokio::select! {
+        _ = stopping.wait_for(|stopping| *stopping) => {}
+        () = feed.closed() => {}
+        () = revoked(&state, &caller) => {}
+        () = relay(&state, &feed, events) => {}
+    }
+}
+
+/// Ready when the caller would not be let in any more.
+async fn revoked(state: &AppState, caller: &Caller) {
+    loop {
+        tokio::time::sleep(state.limits().live_keep_alive).await;
+        let now = state.0.clock.monotonic();
+        if !state.0.authenticator.still_knows(caller, now) {
+            return;
+        }
+    }
+}
+
+async fn relay(state: &AppState, feed: &Feed, mut events: broadcast::Receiver<Event>) {
+    let mut next = snapshot(state).retry(RETRY);
+    while feed.send(Ok(next)).await.is_ok() {
+        let heard = tokio::time::timeout(state.limits().live_keep_alive, events.recv()).await;
+        next = match heard {
+            Err(_silence) => alive(state).await,
+            Ok(Ok(event)) => SseEvent::default().event(event.name).data(&*event.data),
+            Ok(Err(RecvError::Lagged(missed))) => {
+                let lagged = json!({ "missed": missed }).to_string();
+                let told = SseEvent::default().event("lagged").data(lagged);
+                if feed.send(Ok(told)).await.is_err() {
+                    return;
+                }
+                snapshot(state)
+            }
+            Ok(Err(RecvError::Closed)) => return,
+        };
+    }
+}
+
+/// Says that the collector is there, and why the store takes nothing, if it does not: silence may come from either.
+async fn alive(state: &AppState) -> SseEvent {
+    let fault = state.store().ping().await.err();
+    let fault = fault.map(|fault| fault.to_string());
+    let reason = fault.as_deref().and_then(|fault| fault.lines().next());
+    SseEvent::default()
+        .comment("still here")
+        .event("alive")
+        .data(json!({ "store": reason }).to_string())
+}
+
+fn snapshot(state: &AppState) -> SseEvent {
+    let snapshot = state.0.live.snapshot().to_string();
+    SseEvent::default().event("snapshot").data(snapshot)
+}

@@ -1,0 +1,30 @@
+//! The handlers of the HTTP interface, and what every request passes before one of them.
+//!
+//! From the bottom: `refusal`, `headers`, `origin`; `bodies` and `body`; `state`, what the handlers share; `authorize`, who may
+//! do what; `middleware`; then the handlers. [`Annex`] is how a program brings routes of its own.
+
+pub(crate) mod agents;
+mod annex;
+pub(crate) mod audit;
+pub(crate) mod authorize;
+pub(crate) mod bodies;
+pub(crate) mod body;
+pub(crate) mod devices;
+pub(crate) mod events;
+pub(crate) mod headers;
+pub(crate) mod health;
+pub(crate) mod ingest;
+pub(crate) mod middleware;
+mod origin;
+pub(crate) mod recent;
+pub(crate) mod recordings;
+mod refusal;
+mod state;
+
+pub use annex::{Annex, Inside};
+pub(crate) use origin::Hosts;
+pub use recordings::attachment;
+pub use refusal::Refusal;
+pub(crate) use refusal::in_own_form;
+pub use state::AppState;
+pub(crate) use state::Door;

@@ -1,0 +1,172 @@
+//! Which host and which origin a request may name: a page of another site neither reads here nor writes.
+
+use crate::http::authorize::Asked;
+use crate::http::refusal::Refusal;
+use axum::http::HeaderMap;
+use axum::http::Method;
+use axum::http::StatusCode;
+use axum::http::Uri;
+use axum::http::header;
+use std::net::IpAddr;
+/// A page of another site must neither read here by a name that it controls (DNS rebinding), nor write.
+pub(crate) fn check_origin(hosts: &Hosts, asked: Asked<'_>) -> Result<(), Refusal> {
+    let host = host_of(asked.uri, asked.headers)?;
+    let mut origins = asked.headers.get_all(header::ORIGIN).iter();
+    let origin = origins.next();
+    if origins.next().is_some() {
+        let what = "the request must name its origin at most once";
+        return Err(Refusal::new(StatusCode::BAD_REQUEST, "two_origins", what).field("origin"));
+    }
+    if !hosts.accepts(host) {
+        let what = format!("this server does not answer for the host {host:?}");
+        return Err(Refusal::new(StatusCode::FORBIDDEN, "unknown_host", what)
+            .field("host")
+            .hint("use 127.0.0.1 or the address that it listens on, or start it with the name (`--host-name pi.local`)"));
+    }
+    if matches!(*asked.method, Method::GET | Method::HEAD | Method::OPTIONS) {
+        return Ok(());
+    }
+    let Some(origin) = origin else {
+        return Ok(());
+    };
+    let scheme = if asked.line.is_encrypted {
+        "https"
+    } else {
+        "http"
+    };
+    let own = format!("{scheme}://{host}");
+    if origin.as_bytes().eq_ignore_ascii_case(own.as_bytes()) {
+        return Ok(());
+    }
+    let what = "a page of another site may not do this";
+    Err(Refusal::new(StatusCode::FORBIDDEN, "foreign_origin", what).field("origin"))
+}
+
+/// The host and port that the request is for, which must be named exactly once.
+fn host_of<'r>(uri: &'r Uri, headers: &'r HeaderMap) -> Result<&'r str, Refusal> {
+    let mut named = headers.get_all(header::HOST).iter();
+    let host = match (named.next(), named.next(), uri.authority()) {
+        (Some(host), None, None) => host.to_str().ok(),
+        (Some(host), None, Some(authority)) => host
+            .to_str()
+            .ok()
+            .filter(|host| authority.as_str().eq_ignore_ascii_case(host)),
+        (None, _, Some(authority)) => Some(authority.as_str()),
+        _ => None,
+    };
+    host.ok_or_else(|| {
+        let what = "the request must name its host exactly once";
+        Refusal::new(StatusCode::BAD_REQUEST, "no_host", what).field("host")
+    })
+}
+
+/// The names that this server answers to.
+#[derive(Debug, Clone)]
+pub(crate) struct Hosts {
+    listen: IpAddr,
+    names: Vec<String>,
+}
+
+impl Hosts {
+    /// Loopback names always, the address listened on, and `names`.
+    pub(crate) fn new(listen: IpAddr, names: &[String]) -> Self {
+        Self {
+            listen,
+            names: names.to_vec(),
+        }
+    }
+
+    /// Whatever the port: it may be forwarded.
+    fn accepts(&self, host_and_port: &str) -> bool {
+        let Some(host) = without_port(host_and_port) else {
+            return false;
+        };
+        // The name may be an address as well: that of this machine beyond a NAT, as QEMU's guests see it.
+        let mut names = self.names.iter();
+        let is_named = names.any(|name| name.eq_ignore_ascii_case(host));
+        let is_own = match host.parse::<IpAddr>() {
+            // Rebinding needs a name: where every address is listened on, every address may be asked for.
+            Ok(address) => {
+                address.is_loopback() || address == self.listen || self.listen.is_unspecified()
+            }
+            Err(_name) => host.eq_ignore_ascii_case("localhost"),
+        };
+        is_named || is_own
+    }
+}
+
+fn without_port(host: &str) -> Option<&str> {
+    if let Some(bracketed) = host.strip_prefix('[') {
+        let (address, port) = bracketed.split_once(']')?;
+        return is_port(port).then_some(address);
+    }
+    let end = host.find(':').unwrap_or(host.len());
+    is_port(&host[end..]).then_some(&host[..end])
+}
+
+/// Nothing, or a colon and digits.
+fn is_port(text: &str) -> bool {
+    text.is_empty()
+        || text
+            .strip_prefix(':')
+            .is_some_and(|port| port.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loopback_and_the_own_address_are_answered_for_and_names_of_others_are_not() {
+        let hosts = Hosts::new(IpAddr::from([192, 168, 1, 7]), &["Pi.local".to_owned()]);
+        for own in [
+            "127.0.0.1",
+            "127.0.0.1:8080",
+            "127.9.9.9:1",
+            "localhost",
+            "localhost:80",
+            "LocalHost",
+            "[::1]",
+            "[::1]:8080",
+            "192.168.1.7:8080",
+            "pi.local:8080",
+            "PI.LOCAL:8080",
+        ] {
+            assert!(hosts.accepts(own), "{own}");
+        }
+        for foreign in [
+            "evil.example",
+            "evil.example:8080",
+            "localhost.evil.example",
+            "127.0.0.1.evil.example",
+            "192.168.1.8",
+            "",
+            ":80",
+            "[::1",
+            "[::1]x",
+            "127.0.0.1:x",
+            "localhost:80:80",
+            "[2001:db8::1]",
+            "user@127.0.0.1",
+        ] {
+            assert!(!hosts.accepts(foreign), "{foreign}");
+        }
+    }
+
+    #[test]
+    fn an_address_that_was_named_is_answered_for_and_its_neighbour_is_not() {
+        let hosts = Hosts::new(IpAddr::from([127, 0, 0, 1]), &["10.0.2.2".to_owned()]);
+        assert!(hosts.accepts("10.0.2.2:8833"));
+        assert!(!hosts.accepts("10.0.2.3:8833"));
+        let unnamed = Hosts::new(IpAddr::from([127, 0, 0, 1]), &[]);
+        assert!(!unnamed.accepts("10.0.2.2:8833"));
+    }
+
+    #[test]
+    fn where_every_address_is_listened_on_every_address_is_answered_for() {
+        let hosts = Hosts::new(IpAddr::from([0, 0, 0, 0]), &[]);
+        assert!(hosts.accepts("192.168.1.8:8080"));
+        assert!(hosts.accepts("[2001:db8::1]:8080"));
+        assert!(!hosts.accepts("evil.example"));
+    }
+}

@@ -1,0 +1,87 @@
+//! How the frames of a recording are sent: page by page from the store, in one form or another.
+
+use crate::http::state::AppState;
+use crate::store::{Members, Span, StoredRecord};
+use axum::body::{Body, Bytes};
+use std::io;
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::ReceiverStream;
+
+/// Pages of a download that are ready before the peer takes them.
+const PAGES_READY_MAX: usize = 2;
+
+/// A form in which rows are written.
+pub(super) trait Form: Send + 'static {
+    /// Writes the next row, of the recording's stream of that number.
+    fn write(&mut self, stream: usize, row: StoredRecord) -> io::Result<()>;
+
+    /// What is to be sent before the first row was asked for, and after each page.
+    fn take(&mut self) -> Vec<u8>;
+
+    /// Writes what stands behind the last row.
+    fn finish(&mut self) -> io::Result<()>;
+}
+
+/// The recording in that form, as the body of an answer.
+pub(super) fn body(state: AppState, members: Members, form: impl Form) -> Body {
+    let (pages, ready) = mpsc::channel(PAGES_READY_MAX);
+    tokio::spawn(download(state, members, form, pages));
+    Body::from_stream(ReceiverStream::new(ready))
+}
+
+type Pages = mpsc::Sender<io::Result<Bytes>>;
+
+/// Sends a recording page by page; an error cuts the transfer, so that nobody takes a part for the whole.
+async fn download(state: AppState, members: Members, form: impl Form, pages: Pages) {
+    let mut stopping = state.0.stopping.subscribe();
+    let written = tokio::select! {
+        written = write_pages(&state, members, form, &pages) => written,
+        _ = stopping.wait_for(|stopping| *stopping) => Err(io::Error::other("the collector is stopping")),
+    };
+    if let Err(error) = written {
+        // The one who asked may have gone.
+        let _ = pages.send(Err(error)).await;
+    }
+}
+
+async fn write_pages(
+    state: &AppState,
+    members: Members,
+    mut form: impl Form,
+    pages: &Pages,
+) -> io::Result<()> {
+    send(pages, form.take()).await?;
+    for (stream, span) in members.spans.into_iter().enumerate() {
+        let mut after_seq = None;
+        loop {
+            let page = page(state, &span, after_seq).await?;
+            let Some(last) = page.last() else { break };
+            after_seq = Some(last.record.seq);
+            for row in page {
+                form.write(stream, row)?;
+            }
+            send(pages, form.take()).await?;
+        }
+    }
+    form.finish()?;
+    send(pages, form.take()).await
+}
+
+/// The next rows of a span; none after its end.
+async fn page(
+    state: &AppState,
+    span: &Span,
+    after_seq: Option<u64>,
+) -> io::Result<Vec<StoredRecord>> {
+    let rows = state.limits().page_rows.max(1);
+    let page = state.store().page(span.clone(), after_seq, rows).await;
+    page.map_err(io::Error::other)
+}
+
+async fn send(pages: &Pages, page: Vec<u8>) -> io::Result<()> {
+    if page.is_empty() {
+        return Ok(());
+    }
+    let sent = pages.send(Ok(page.into())).await;
+    sent.map_err(|_gone| io::Error::from(io::ErrorKind::BrokenPipe))
+}

@@ -1,0 +1,164 @@
+//! The frames of a recording for the page that plays it: one answer of rows that are all of one length.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 4 | the mark `GEF1` |
+//! | 4 | length of the head in bytes, a multiple of 8 with what fills it up |
+//! | … | the head: JSON, filled up with spaces |
+//! | 168 each | the rows, ordered by stream and sequence number |
+//!
+//! The head says `row_bytes`, how many `rows` follow, the `streams` (device, sensor, boot), the `reasons` for which a frame
+//! is missing, the names of the `clocks`, and the degrees of one step (`pixel_step_celsius`, `thermistor_step_celsius`):
+//! what a raw word means is said here, by `amg8833::word`, and not in the browser.
+//!
+//! | at | type | of a row |
+//! |---|---|---|
+//! | 0 | u64 | sequence number |
+//! | 8 | u64 | `t_boot_ns` |
+//! | 16 | i64 | `t_utc_ns` |
+//! | 24 | i64 | `t_arrival_ns` |
+//! | 32 | u16 | index of the stream |
+//! | 34 | u8 | 0: a frame; otherwise 1 + index of the reason why there is none |
+//! | 35 | u8 | index of the clock's state |
+//! | 36 | i16 | thermistor in steps; 0 without a frame |
+//! | 38 | u16 | 0 |
+//! | 40 | 64 × i16 | pixels in steps, pixel 1 first; 0 without a frame |
+//!
+//! All numbers are little-endian.
+
+use crate::http::recordings::download::{self, Form};
+use crate::http::refusal::Refusal;
+use crate::http::state::AppState;
+use crate::store::{Members, StoredRecord};
+use amg8833::word;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
+use grideye_recording::ClockState;
+use serde_json::{Value, json};
+use std::io;
+
+const MAGIC: &[u8; 4] = b"GEF1";
+const ROW_BYTES: usize = 40 + 2 * PIXELS;
+
+/// All rows of the recording, if they are not too many for a browser to hold.
+pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refusal> {
+    let rows = members
+        .recording
+        .frames
+        .saturating_add(members.recording.missing);
+    let rows_max = state.limits().playback_rows_max;
+    if rows > rows_max {
+        let id = members.recording.id;
+        let what =
+            format!("recording {id} has {rows} rows, and {rows_max} can be played in a browser");
+        return Err(
+            Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long_to_play", what).hint(format!(
+                "GET /v1/recordings/{id}.csv has all of it; shorter recordings can be played"
+            )),
+        );
+    }
+    let frames = Rows {
+        bytes: head(&members, rows)?,
+    };
+    let kind = [(header::CONTENT_TYPE, "application/octet-stream")];
+    Ok((kind, download::body(state, members, frames)).into_response())
+}
+
+/// Everything before the first row.
+fn head(members: &Members, rows: u64) -> Result<Vec<u8>, Refusal> {
+    if u16::try_from(members.spans.len()).is_err() {
+        let what = format!("recording {} holds too many streams", members.recording.id);
+        return Err(Refusal::new(
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "too_many_streams",
+            what,
+        ));
+    }
+    let streams: Vec<Value> = members
+        .spans
+        .iter()
+        .map(|span| {
+            let stream = &span.stream;
+            json!({ "device": stream.device, "sensor": stream.sensor, "boot": stream.boot })
+        })
+        .collect();
+    let reasons: Vec<&str> = NoData::ALL.iter().map(|reason| reason.name()).collect();
+    let head = json!({
+        "row_bytes": ROW_BYTES,
+        "rows": rows,
+        "streams": streams,
+        "reasons": reasons,
+        "clocks": ClockState::ALL.map(ClockState::name),
+        "pixel_step_celsius": word::PIXEL_STEP.get(),
+        "thermistor_step_celsius": word::THERMISTOR_STEP.get(),
+    });
+    let mut head = head.to_string().into_bytes();
+    head.resize(head.len().next_multiple_of(8), b' ');
+    let length = u32::try_from(head.len()).map_err(|_too_long| {
+        let what = "the names of the streams are too long";
+        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_many_streams", what)
+    })?;
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(length.to_le_bytes());
+    bytes.extend(head);
+    Ok(bytes)
+}
+
+struct Rows {
+    bytes: Vec<u8>,
+}
+
+impl Form for Rows {
+    fn write(&mut self, stream: usize, row: StoredRecord) -> io::Result<()> {
+        let stamp = &row.record.stamp;
+        let (kind, frame) = match &row.record.reading {
+            Reading::Frame(raw) => (0, Some(raw)),
+            Reading::NoData(reason) => (
+                1 + index_in(NoData::ALL, reason).map_err(io::Error::other)?,
+                None,
+            ),
+        };
+        let clock = index_in(&ClockState::ALL, &stamp.clock).map_err(io::Error::other)?;
+        let stream = u16::try_from(stream).map_err(io::Error::other)?;
+        self.bytes.extend(row.record.seq.to_le_bytes());
+        self.bytes.extend(stamp.t_boot_ns.to_le_bytes());
+        self.bytes.extend(stamp.t_utc_ns.to_le_bytes());
+        self.bytes.extend(row.t_arrival_ns.to_le_bytes());
+        self.bytes.extend(stream.to_le_bytes());
+        self.bytes.extend([kind, clock]);
+        self.put_frame(frame);
+        Ok(())
+    }
+
+    fn take(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.bytes)
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Rows {
+    fn put_frame(&mut self, frame: Option<&RawFrame>) {
+        let Some(raw) = frame else {
+            self.bytes.extend([0; 4 + 2 * PIXELS]);
+            return;
+        };
+        let thermistor = word::thermistor_steps(raw.thermistor);
+        self.bytes.extend(thermistor.to_le_bytes());
+        self.bytes.extend([0; 2]);
+        for pixel in raw.pixels {
+            self.bytes.extend(word::pixel_steps(pixel).to_le_bytes());
+        }
+    }
+}
+
+/// Where something stands in the list of its kind.
+fn index_in<T: PartialEq>(all: &[T], one: &T) -> Result<u8, &'static str> {
+    let index = all.iter().position(|other| other == one);
+    index
+        .and_then(|index| u8::try_from(index).ok())
+        .ok_or("a value that is not in the list of its kind")
+}

@@ -1,0 +1,187 @@
+//! Recordings: start, stop, note, list, and one with its frames.
+
+use crate::http::body::{object, read_json_body};
+use crate::http::recordings::csv;
+use crate::http::recordings::fields::{parse_id, text_of, wrong_value};
+use crate::http::recordings::frames;
+use crate::http::refusal::Refusal;
+use crate::http::state::AppState;
+use crate::live::Event;
+use crate::store::Recording;
+use axum::body::Bytes;
+use axum::extract::{Path, Request, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Json, Response};
+use serde_json::{Value, json};
+
+const HINT: &str = r#"send {"name": "kitchen, evening"}"#;
+const NOTE_HINT: &str = r#"send {"note": "two people, window open"}, or {"note": ""} for none"#;
+
+/// `POST /v1/recordings`.
+pub(crate) async fn start(
+    State(state): State<AppState>,
+    request: Request,
+) -> Result<Response, Refusal> {
+    let limits = state.limits();
+    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
+    let name = name_in(
+        &body,
+        limits.recording_name_chars_max,
+        limits.json_depth_max,
+    )?;
+    let recording = state
+        .store()
+        .start_recording(name, state.0.clock.utc_ns())
+        .await?;
+    state.0.live.tell(Event::new("recordings", &json!({})));
+    let place = format!("/v1/recordings/{}", recording.id);
+    Ok((
+        StatusCode::CREATED,
+        [(header::LOCATION, place)],
+        Json(recording_json(&recording)),
+    )
+        .into_response())
+}
+
+/// `POST /v1/recordings/{id}/stop`.
+pub(crate) async fn stop(
+    State(state): State<AppState>,
+    Path(id): Path<String>,
+) -> Result<Json<Value>, Refusal> {
+    let id = parse_id(&id)?;
+    let recording = state
+        .store()
+        .stop_recording(id, state.0.clock.utc_ns())
+        .await?;
+    state.0.live.tell(Event::new("recordings", &json!({})));
+    Ok(Json(recording_json(&recording)))
+}
+
+/// `GET /v1/recordings`.
+pub(crate) async fn list(State(state): State<AppState>) -> Result<Json<Value>, Refusal> {
+    let recordings = state.store().recordings().await?;
+    let recordings: Vec<Value> = recordings.iter().map(recording_json).collect();
+    Ok(Json(json!({ "recordings": recordings })))
+}
+
+/// `POST /v1/recordings/{id}/note`.
+pub(crate) async fn note(
+    State(state): State<AppState>,
+    Path(id): Path<String>,
+    request: Request,
+) -> Result<Json<Value>, Refusal> {
+    let id = parse_id(&id)?;
+    let limits = state.limits();
+    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
+    let note = note_in(
+        &body,
+        limits.recording_note_chars_max,
+        limits.json_depth_max,
+    )?;
+    let recording = state.store().note_recording(id, note).await?;
+    state.0.live.tell(Event::new("recordings", &json!({})));
+    Ok(Json(recording_json(&recording)))
+}
+
+/// `GET /v1/recordings/{id}`, `/v1/recordings/{id}.csv` and `/v1/recordings/{id}.frames`.
+pub(crate) async fn one(
+    State(state): State<AppState>,
+    Path(file): Path<String>,
+) -> Result<Response, Refusal> {
+    let (id, form) = match file.rsplit_once('.') {
+        Some((id, "csv")) => (id, Some(Wanted::Csv)),
+        Some((id, "frames")) => (id, Some(Wanted::Frames)),
+        _ => (file.as_str(), None),
+    };
+    let members = state.store().members(parse_id(id)?).await?;
+    match form {
+        None => Ok(Json(recording_json(&members.recording)).into_response()),
+        Some(Wanted::Csv) => csv::answer(state, members),
+        Some(Wanted::Frames) => frames::answer(state, members),
+    }
+}
+
+/// A form of a recording with its frames.
+enum Wanted {
+    Csv,
+    Frames,
+}
+
+fn recording_json(recording: &Recording) -> Value {
+    json!({
+        "id": recording.id.0,
+        "name": recording.name,
+        "note": recording.note,
+        "running": recording.t_stop_ns.is_none(),
+        "t_start_ns": recording.t_start_ns,
+        "t_stop_ns": recording.t_stop_ns,
+        "frames": recording.frames,
+        "missing": recording.missing,
+        "sensors": recording.sensors,
+        "csv": format!("/v1/recordings/{}.csv", recording.id),
+    })
+}
+
+/// The name in `{"name": "..."}`, and nothing beside it.
+fn name_in(body: &Bytes, chars_max: usize, depth_max: usize) -> Result<String, Refusal> {
+    let name = text_in(body, "name", depth_max, HINT)?;
+    check_name(&name, chars_max).map_err(|what| wrong_value("name", what, HINT))?;
+    Ok(name)
+}
+
+/// The note in `{"note": "..."}`, and nothing beside it.
+fn note_in(body: &Bytes, chars_max: usize, depth_max: usize) -> Result<String, Refusal> {
+    let note = text_in(body, "note", depth_max, NOTE_HINT)?;
+    check_note(&note, chars_max).map_err(|what| wrong_value("note", what, NOTE_HINT))?;
+    Ok(note)
+}
+
+/// The text of the one field that the body may have, without white space around it.
+fn text_in(
+    body: &Bytes,
+    field: &'static str,
+    depth_max: usize,
+    hint: &str,
+) -> Result<String, Refusal> {
+    let fields = object(body, depth_max, &[field], hint)?;
+    text_of(&fields, field, hint)
+}
+
+/// A note is one line of text, or nothing.
+fn check_note(note: &str, chars_max: usize) -> Result<(), String> {
+    let chars = note.chars().count();
+    if chars > chars_max {
+        return Err(format!(
+            "the note has {chars} characters, and {chars_max} are allowed"
+        ));
+    }
+    match note.chars().find(|character| character.is_control()) {
+        Some(character) => Err(format!("the note may not contain {character:?}")),
+        None => Ok(()),
+    }
+}
+
+/// A recording's name becomes a file's name.
+fn check_name(name: &str, chars_max: usize) -> Result<(), String> {
+    if name.is_empty() {
+        return Err("a recording needs a name".to_owned());
+    }
+    let chars = name.chars().count();
+    if chars > chars_max {
+        return Err(format!(
+            "the name has {chars} characters, and {chars_max} are allowed"
+        ));
+    }
+    if name.starts_with('.') {
+        return Err("the name may not begin with a full stop".to_owned());
+    }
+    match name
+        .chars()
+        .find(|character| character.is_control() || r#"/\:*?"<>|"#.contains(*character))
+    {
+        Some(character) => Err(format!(
+            "the name may not contain {character:?}, which no file name should"
+        )),
+        None => Ok(()),
+    }
+}

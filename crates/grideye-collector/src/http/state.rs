@@ -1,0 +1,179 @@
+//! What the handlers share.
+
+use crate::auth::{AccessFolder, Authenticator, TOKENS_MAX, TokenId};
+use crate::clock::{Clock, WallSteps};
+use crate::counters::Counters;
+use crate::http::agents::Agents;
+use crate::http::annex::Inside;
+use crate::http::bodies::Bodies;
+use crate::http::origin::Hosts;
+use crate::limits::Limits;
+use crate::live::{Event, Live, NewestFrames};
+use crate::log::{Log, Seldom};
+use crate::peer::AddressGroup;
+use crate::rates::Rates;
+use crate::store::{FrameStore, News, StoreError};
+use serde_json::json;
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::{Arc, Weak};
+use std::time::Duration;
+use tokio::sync::{Semaphore, mpsc, watch};
+use tower::ServiceExt as _;
+
+/// What the handlers share.
+#[derive(Clone)]
+pub struct AppState(pub(crate) Arc<Shared>);
+
+pub(crate) struct Shared {
+    pub(crate) store: Arc<dyn FrameStore>,
+    pub(crate) live: Arc<Live>,
+    pub(crate) agents: Agents,
+    pub(crate) limits: Limits,
+    pub(crate) clock: Arc<dyn Clock>,
+    pub(crate) wall_steps: WallSteps,
+    pub(crate) hosts: Hosts,
+    pub(crate) authenticator: Authenticator,
+    /// Of each good token.
+    pub(crate) rates: Rates<TokenId>,
+    /// Of each address from which somebody came without one.
+    pub(crate) unknown_rates: Rates<AddressGroup>,
+    pub(crate) counters: Arc<Counters>,
+    pub(crate) seldom: Seldom,
+    /// On the monotonic clock.
+    pub(crate) started_at: Duration,
+    pub(crate) bodies: Bodies,
+    pub(crate) live_clients: Arc<Semaphore>,
+    pub(crate) stopping: watch::Sender<bool>,
+}
+
+impl AppState {
+    /// Takes up what the store holds. Requests must name a loopback host.
+    ///
+    /// # Errors
+    /// [`StoreError`] if the store cannot be read.
+    pub async fn new(
+        store: Arc<dyn FrameStore>,
+        limits: Limits,
+        clock: Arc<dyn Clock>,
+    ) -> Result<Self, StoreError> {
+        Self::with(store, limits, clock, Door::default()).await
+    }
+
+    /// The same, for those alone that the folder of tokens names, once it names somebody.
+    ///
+    /// # Errors
+    /// [`StoreError`] if the store cannot be read, or with its message the folder.
+    pub async fn guarded(
+        store: Arc<dyn FrameStore>,
+        limits: Limits,
+        clock: Arc<dyn Clock>,
+        access: AccessFolder,
+        log: Log,
+    ) -> Result<Self, StoreError> {
+        let authenticator = Authenticator::of(access, limits.tokens_reread_every)
+            .map_err(|error| StoreError::Failed(error.to_string()))?;
+        let door = Door {
+            authenticator,
+            log,
+            ..Door::default()
+        };
+        Self::with(store, limits, clock, door).await
+    }
+
+    pub(crate) async fn with(
+        store: Arc<dyn FrameStore>,
+        limits: Limits,
+        clock: Arc<dyn Clock>,
+        door: Door,
+    ) -> Result<Self, StoreError> {
+        let (streams, newest) = (store.streams().await?, store.newest().await?);
+        let live = Arc::new(Live::new(Arc::clone(&clock), &limits, streams, newest));
+        let (rate, burst) = (limits.requests_per_second_max, limits.requests_burst_max);
+        let (unknown_rate, unknown_burst) = (
+            limits.unknown_requests_per_second_max,
+            limits.unknown_requests_burst_max,
+        );
+        let news = store.news();
+        let state = Self(Arc::new(Shared {
+            store,
+            live,
+            agents: Agents::new(limits.sensors_max),
+            hosts: door.hosts,
+            authenticator: door.authenticator,
+            rates: Rates::new(rate, burst, TOKENS_MAX),
+            unknown_rates: Rates::new(unknown_rate, unknown_burst, limits.unknown_peers_max),
+            counters: door.counters,
+            seldom: Seldom::new(door.log, limits.log_every),
+            started_at: clock.monotonic(),
+            wall_steps: WallSteps::new(&*clock),
+            clock,
+            bodies: Bodies::new(&limits),
+            live_clients: Arc::new(Semaphore::new(limits.live_clients_max)),
+            stopping: watch::Sender::new(false),
+            limits,
+        }));
+        if let Some(news) = news {
+            tokio::spawn(show_news(Arc::downgrade(&state.0), news));
+        }
+        Ok(state)
+    }
+
+    /// Ends the streams that would not end by themselves.
+    pub(crate) fn stop(&self) {
+        self.0.stopping.send_replace(true);
+    }
+
+    pub(crate) fn limits(&self) -> &Limits {
+        &self.0.limits
+    }
+
+    pub(crate) fn clock(&self) -> Arc<dyn Clock> {
+        Arc::clone(&self.0.clock)
+    }
+
+    pub(crate) fn store(&self) -> &dyn FrameStore {
+        &*self.0.store
+    }
+
+    pub(crate) fn inside(&self) -> Inside {
+        Inside {
+            store: Arc::clone(&self.0.store),
+            recent: self.0.live.recent().clone(),
+            newest: NewestFrames::new(Arc::clone(&self.0.live)),
+            clock: self.clock(),
+        }
+    }
+}
+
+/// Who is let in, and who hears of it.
+pub(crate) struct Door {
+    pub(crate) hosts: Hosts,
+    pub(crate) authenticator: Authenticator,
+    pub(crate) log: Log,
+    pub(crate) counters: Arc<Counters>,
+}
+
+impl Default for Door {
+    /// Anyone on this machine, in silence.
+    fn default() -> Self {
+        Self {
+            hosts: Hosts::new(IpAddr::V4(Ipv4Addr::LOCALHOST), &[]),
+            authenticator: Authenticator::open(),
+            log: Log::silent(),
+            counters: Arc::default(),
+        }
+    }
+}
+
+/// Shows what other collectors keep in the same store, for as long as both are there.
+async fn show_news(shared: Weak<Shared>, mut news: mpsc::Receiver<News>) {
+    while let Some(news) = news.recv().await {
+        let Some(shared) = shared.upgrade() else {
+            return;
+        };
+        match news {
+            News::Frames(elsewhere) => shared.live.take_elsewhere(*elsewhere),
+            News::Recordings => shared.live.tell(Event::new("recordings", &json!({}))),
+        }
+    }
+}

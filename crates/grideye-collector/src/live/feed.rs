@@ -1,0 +1,259 @@
+//! The present state of every sensor, and the feed of events that tells the live page of it.
+
+use crate::clock::Clock;
+use crate::limits::Limits;
+use crate::live::by_sensor::BySensor;
+use crate::live::event::Event;
+use crate::live::faults::Faults;
+use crate::live::recent::RecentFrames;
+use crate::live::senders::Senders;
+use crate::live::sensor::{Measured, Sensor, nanoseconds};
+use crate::store::{Appended, Elsewhere, StoredRecord, StreamSummary};
+use grideye_recording::Record;
+use grideye_recording::wire::{Batch, SensorBatch};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use tokio::sync::broadcast;
+
+/// What is known of the sensors now, and who wants to hear of it.
+pub(crate) struct Live {
+    sensors: Mutex<BySensor<Sensor>>,
+    senders: Mutex<Senders>,
+    recent: RecentFrames,
+    events: broadcast::Sender<Event>,
+    clock: Arc<dyn Clock>,
+    limits: Limits,
+}
+
+impl Live {
+    /// Starts from what the store holds, so that a restart of the collector does not empty the page.
+    pub(crate) fn new(
+        clock: Arc<dyn Clock>,
+        limits: &Limits,
+        streams: Vec<StreamSummary>,
+        newest: Vec<StoredRecord>,
+    ) -> Self {
+        let (events, _) = broadcast::channel(limits.live_lag_max.max(1));
+        let live = Self {
+            sensors: Mutex::default(),
+            senders: Mutex::default(),
+            recent: RecentFrames::new(limits),
+            events,
+            clock,
+            limits: limits.clone(),
+        };
+        let mut streams: BTreeMap<_, _> = streams
+            .into_iter()
+            .map(|stream| (stream.id.clone(), stream))
+            .collect();
+        for stored in newest.into_iter().take(limits.sensors_max) {
+            if let Some(stream) = streams.remove(&*stored.stream) {
+                live.restore(stream, &stored);
+            }
+        }
+        live
+    }
+
+    fn restore(&self, stream: StreamSummary, stored: &StoredRecord) {
+        let since_arrival = i128::from(self.clock.utc_ns()) - i128::from(stored.t_arrival_ns);
+        let arrived_ns = self.now_ns() - since_arrival.max(0);
+        let mut sensor = Sensor::new(stream);
+        sensor.faults = Faults::before(sensor.stream.account.as_ref());
+        let measured = Measured::new(&stored.record, None, arrived_ns, stored.t_arrival_ns);
+        sensor.show(&[measured], &self.limits);
+        let id = Arc::clone(&sensor.stream.id);
+        self.sensors().insert(&id.device, &id.sensor, sensor);
+    }
+
+    /// Whether the batch's sensors are known, or there is room for them.
+    pub(crate) fn has_room_for(&self, batch: &Batch) -> bool {
+        let sensors = self.sensors();
+        let new = batch
+            .sensors
+            .iter()
+            .filter(|part| sensors.get(&batch.device, &part.sensor).is_none())
+            .count();
+        sensors.len() + new <= self.limits.sensors_max
+    }
+
+    /// Takes in what the store has just kept, and tells those who listen.
+    pub(crate) fn take(&self, batch: &Batch, appended: Appended, t_arrival_ns: i64) {
+        let now = self.clock.monotonic();
+        let now_ns = nanoseconds(now);
+        // A batch without a count is somebody's who posts by hand, and one of a run that has ended is the next one's.
+        let account = batch.sensors.iter().find_map(|part| part.account.as_ref());
+        let is_going_on = account.is_some_and(|account| !account.ended);
+        let rivals = self.hear(&batch.device, &batch.boot, is_going_on, now);
+        let mut changed = Vec::new();
+        let mut sensors = self.sensors();
+        for (part, kept) in batch.sensors.iter().zip(appended.sensors) {
+            let stream = kept.stream;
+            let (device, name, most) = (&batch.device, &part.sensor, self.limits.sensors_max);
+            let new = || Sensor::new(stream.clone());
+            let Some(sensor) = sensors.get_or_make(device, name, most, new) else {
+                continue;
+            };
+            // The clock of a run that has ended need not be the sender's, so its frames could pass as new.
+            let is_backlog = part.account.as_ref().is_some_and(|account| account.ended);
+            let arrived = fresh_records(part, &kept.fresh)
+                .filter(|_| !is_backlog)
+                .map(|record| Measured::new(record, batch.t_sent_boot_ns, now_ns, t_arrival_ns));
+            let id = Arc::clone(&stream.id);
+            let shown = sensor.take(stream, arrived, &self.limits);
+            sensor.faults.count(sensor.stream.account.as_ref(), now);
+            self.recent.take(&id, records_of(&shown));
+            if self.events.receiver_count() > 0 {
+                let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
+                let event = sensor.event(&shown[skipped..], now_ns, self.limits.rate_window);
+                changed.push(with_rivals(event, &rivals));
+            }
+        }
+        drop(sensors);
+        if !changed.is_empty() {
+            self.tell(Event::new("frames", &json!({ "sensors": changed })));
+        }
+    }
+
+    /// Takes in what another collector has kept in the same store, and tells those who listen.
+    pub(crate) fn take_elsewhere(&self, news: Elsewhere) {
+        let now = self.clock.monotonic();
+        let now_ns = nanoseconds(now);
+        let id = Arc::clone(&news.stream.id);
+        let account = news.stream.account.as_ref();
+        let is_going_on = account.is_some_and(|account| !account.ended);
+        let rivals = self.hear(&id.device, &id.boot, is_going_on, now);
+        let mut sensors = self.sensors();
+        let new = || Sensor::new(news.stream.clone());
+        let most = self.limits.sensors_max;
+        let Some(sensor) = sensors.get_or_make(&id.device, &id.sensor, most, new) else {
+            return;
+        };
+        let sent = news.t_sent_boot_ns;
+        let arrived = news
+            .records
+            .iter()
+            .map(|stored| Measured::new(&stored.record, sent, now_ns, stored.t_arrival_ns));
+        let shown = sensor.take(news.stream, arrived, &self.limits);
+        sensor.faults.count(sensor.stream.account.as_ref(), now);
+        self.recent.take(&sensor.stream.id, records_of(&shown));
+        if self.events.receiver_count() == 0 {
+            return;
+        }
+        let event = sensor.event(&shown, now_ns, self.limits.rate_window);
+        drop(sensors);
+        let event = with_rivals(event, &rivals);
+        self.tell(Event::new("frames", &json!({ "sensors": [event] })));
+    }
+
+    /// Notes that a run has sent, if it is one that goes on. The runs that take turns as this device.
+    fn hear(&self, device: &str, boot: &str, is_going_on: bool, now: Duration) -> Vec<String> {
+        let mut senders = self.senders();
+        if is_going_on {
+            senders.heard(device, boot, now, self.limits.sensors_max);
+        }
+        owned(&senders.rivals(device, now))
+    }
+
+    /// The devices that several agents send as, and the runs of these: `[{"device": …, "boots": […]}]`.
+    pub(crate) fn rivals_json(&self) -> Value {
+        let senders = self.senders();
+        let rivals = senders.all_rivals(self.clock.monotonic());
+        let rivals = rivals.iter();
+        rivals
+            .map(|(device, boots)| json!({ "device": device, "boots": boots }))
+            .collect()
+    }
+
+    /// The newest frames of the sensors that are asked for.
+    pub(crate) fn recent(&self) -> &RecentFrames {
+        &self.recent
+    }
+
+    /// Sends an event to all who listen.
+    pub(crate) fn tell(&self, event: Event) {
+        // No listener is no fault.
+        let _ = self.events.send(event);
+    }
+
+    pub(crate) fn listen(&self) -> broadcast::Receiver<Event> {
+        self.events.subscribe()
+    }
+
+    /// Every sensor with its newest frame, in the shape of a `frames` event.
+    pub(crate) fn snapshot(&self) -> Value {
+        let now_ns = self.now_ns();
+        let sensors = self.sensors();
+        let shown: Vec<Value> = sensors
+            .values()
+            .map(|sensor| {
+                let event = sensor.event(&sensor.last_shown(), now_ns, self.limits.rate_window);
+                self.told_of_rivals(sensor, event)
+            })
+            .collect();
+        json!({ "sensors": shown })
+    }
+
+    /// Every sensor with its newest frame, raw words included.
+    pub(crate) fn sensors_json(&self) -> Value {
+        let now_ns = self.now_ns();
+        let sensors = self.sensors();
+        let states: Vec<Value> = sensors
+            .values()
+            .map(|sensor| {
+                self.told_of_rivals(sensor, sensor.state(now_ns, self.limits.rate_window))
+            })
+            .collect();
+        json!({ "sensors": states })
+    }
+
+    /// Sensors of which the present state is held.
+    pub(crate) fn sensors_count(&self) -> usize {
+        self.sensors().len()
+    }
+
+    fn told_of_rivals(&self, sensor: &Sensor, shown: Value) -> Value {
+        let senders = self.senders();
+        let rivals = senders.rivals(&sensor.stream.id.device, self.clock.monotonic());
+        with_rivals(shown, &owned(&rivals))
+    }
+
+    fn senders(&self) -> MutexGuard<'_, Senders> {
+        self.senders.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn sensors(&self) -> MutexGuard<'_, BySensor<Sensor>> {
+        self.sensors.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(super) fn now_ns(&self) -> i128 {
+        nanoseconds(self.clock.monotonic())
+    }
+}
+
+/// A sensor as it is shown, with the runs that take turns as its device, `null` where there is one alone.
+fn with_rivals(mut shown: Value, rivals: &[String]) -> Value {
+    shown["rivals"] = if rivals.is_empty() {
+        Value::Null
+    } else {
+        rivals.into()
+    };
+    shown
+}
+
+fn owned(boots: &[&str]) -> Vec<String> {
+    boots.iter().copied().map(str::to_owned).collect()
+}
+
+fn records_of<'r>(shown: &[Measured<&'r Record>]) -> impl Iterator<Item = &'r Record> {
+    shown.iter().map(|measured| measured.record)
+}
+
+fn fresh_records<'a>(
+    part: &'a SensorBatch,
+    fresh: &'a [u64],
+) -> impl Iterator<Item = &'a Record> + 'a {
+    let frames = part.frames.iter();
+    frames.filter(|record| fresh.binary_search(&record.seq).is_ok())
+}

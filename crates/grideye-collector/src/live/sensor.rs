@@ -1,0 +1,182 @@
+//! One sensor as it is shown: its newest records, how old they are, and how fast they come.
+
+use crate::limits::Limits;
+use crate::live::faults::Faults;
+use crate::store::StreamSummary;
+use grideye_recording::ClockState;
+use grideye_recording::Record;
+use std::collections::VecDeque;
+use std::time::Duration;
+/// One sensor as it is shown.
+pub(super) struct Sensor {
+    pub(super) stream: StreamSummary,
+    /// The record that is newest by the time it was measured.
+    pub(super) newest: Option<Measured>,
+    /// The newest record that has pixels.
+    pub(super) newest_frame: Option<Measured>,
+    /// The device's boot clock at record 0 of the run, if that came while this collector ran.
+    pub(super) began_boot_ns: Option<u64>,
+    /// Boot times of the frames within the rate's window, in nanoseconds.
+    pub(super) recent_boot_ns: VecDeque<u64>,
+    pub(super) faults: Faults,
+}
+
+/// A record, held or lent, and when it was measured. A batch lends its records: the newest alone is kept.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Measured<R = Record> {
+    pub(super) record: R,
+    /// On the collector's monotonic clock; below 0 when it was before that began.
+    pub(super) measured_ns: i128,
+    pub(super) basis: AgeBasis,
+}
+
+/// By what the age of a frame is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AgeBasis {
+    /// The device's boot clock when the frame was read and when it was sent.
+    BootClock,
+    /// The wall clocks of the device, which was set, and of the collector.
+    WallClock,
+    /// Only the time since it arrived: it is at least so old.
+    Arrival,
+}
+
+/// Frames within the window of the rate that are remembered for each sensor.
+const RECENT_MAX: usize = 128;
+
+impl Sensor {
+    pub(super) fn new(stream: StreamSummary) -> Self {
+        Self {
+            stream,
+            newest: None,
+            newest_frame: None,
+            began_boot_ns: None,
+            recent_boot_ns: VecDeque::new(),
+            faults: Faults::default(),
+        }
+    }
+
+    /// Shows what is newer than what is shown, and answers what that was. A backlog is kept, not shown.
+    pub(super) fn take<'r>(
+        &mut self,
+        stream: StreamSummary,
+        arrived: impl Iterator<Item = Measured<&'r Record>>,
+        limits: &Limits,
+    ) -> Vec<Measured<&'r Record>> {
+        let mut shown = Vec::with_capacity(arrived.size_hint().1.unwrap_or(0));
+        for measured in arrived {
+            let own = self.newest.as_ref().map(Measured::lent);
+            let newest = shown.last().copied().or(own);
+            if self.stream.id == stream.id {
+                if newest.is_some_and(|newest| newest.record.seq >= measured.record.seq) {
+                    continue;
+                }
+            } else if newest.is_some_and(|newest| newest.measured_ns >= measured.measured_ns) {
+                continue;
+            } else {
+                *self = Self::new(stream.clone());
+            }
+            shown.push(measured);
+        }
+        self.show(&shown, limits);
+        if self.stream.id == stream.id {
+            self.stream = stream;
+        }
+        shown
+    }
+
+    /// Shows records that are each newer than the one before.
+    pub(super) fn show(&mut self, shown: &[Measured<&Record>], limits: &Limits) {
+        let Some(newest) = shown.last() else { return };
+        let has_pixels = |measured: &&Measured<&Record>| measured.record.reading.frame().is_some();
+        let boot_ns = |measured: &Measured<&Record>| measured.record.stamp.t_boot_ns;
+        if let Some(first) = shown.iter().find(|measured| measured.record.seq == 0) {
+            self.began_boot_ns = Some(boot_ns(first));
+        }
+        self.newest = Some(newest.held());
+        if let Some(frame) = shown.iter().rfind(has_pixels) {
+            self.newest_frame = Some(frame.held());
+        }
+        let frames = shown.iter().filter(has_pixels);
+        self.recent_boot_ns.extend(frames.map(boot_ns));
+        let window_ns = u64::try_from(limits.rate_window.as_nanos()).unwrap_or(u64::MAX);
+        let oldest_ns = boot_ns(newest).saturating_sub(window_ns);
+        while self.recent_boot_ns.len() > RECENT_MAX
+            || self
+                .recent_boot_ns
+                .front()
+                .is_some_and(|first| *first < oldest_ns)
+        {
+            self.recent_boot_ns.pop_front();
+        }
+    }
+
+    /// The newest frame, and after it the newest record if that one has no pixels.
+    pub(super) fn last_shown(&self) -> Vec<Measured<&Record>> {
+        let newest = self.newest.as_ref();
+        let missing = newest.filter(|newest| newest.record.reading.frame().is_none());
+        let shown = self.newest_frame.as_ref().into_iter().chain(missing);
+        shown.map(Measured::lent).collect()
+    }
+
+    /// Frames a second by the device's own clock; `None` when the sensor has been silent for the rate's window.
+    pub(super) fn rate_hz(&self, now_ns: i128, window: Duration) -> Option<f64> {
+        let newest = self.newest_frame.as_ref()?;
+        if now_ns - newest.measured_ns > nanoseconds(window) {
+            return None;
+        }
+        let (first, last) = (self.recent_boot_ns.front()?, self.recent_boot_ns.back()?);
+        let span = Duration::from_nanos(last.checked_sub(*first)?);
+        let intervals = u32::try_from(self.recent_boot_ns.len() - 1).ok()?;
+        (!span.is_zero()).then(|| f64::from(intervals) / span.as_secs_f64())
+    }
+}
+
+impl Measured {
+    pub(super) fn lent(&self) -> Measured<&Record> {
+        Measured {
+            record: &self.record,
+            measured_ns: self.measured_ns,
+            basis: self.basis,
+        }
+    }
+}
+
+impl<'r> Measured<&'r Record> {
+    pub(super) fn held(&self) -> Measured {
+        Measured {
+            record: *self.record,
+            measured_ns: self.measured_ns,
+            basis: self.basis,
+        }
+    }
+
+    /// Finds out when a record was measured that arrived at `arrived_ns` on the monotonic clock.
+    pub(super) fn new(
+        record: &'r Record,
+        t_sent_boot_ns: Option<u64>,
+        arrived_ns: i128,
+        t_arrival_ns: i64,
+    ) -> Self {
+        let by_boot_clock = t_sent_boot_ns
+            .and_then(|sent| sent.checked_sub(record.stamp.t_boot_ns))
+            .map(|age| (i128::from(age), AgeBasis::BootClock));
+        let by_wall_clock = || {
+            let age = i128::from(t_arrival_ns) - i128::from(record.stamp.t_utc_ns);
+            let believed = record.stamp.clock != ClockState::Unsynced && age >= 0;
+            believed.then_some((age, AgeBasis::WallClock))
+        };
+        let (age_ns, basis) = by_boot_clock
+            .or_else(by_wall_clock)
+            .unwrap_or((0, AgeBasis::Arrival));
+        Self {
+            record,
+            measured_ns: arrived_ns - age_ns,
+            basis,
+        }
+    }
+}
+
+pub(super) fn nanoseconds(duration: Duration) -> i128 {
+    i128::try_from(duration.as_nanos()).unwrap_or(i128::MAX)
+}

@@ -1,0 +1,113 @@
+//! Signing in to the page with a token, and out of it.
+
+use crate::auth::{Caller, Presented, Scope};
+use crate::http::authorize::{self, Line};
+use crate::http::body::{object, read_json_body};
+use crate::http::{AppState, Refusal};
+use crate::page::assets;
+use axum::Extension;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Json, Response};
+use serde_json::{Value, json};
+
+const HINT: &str =
+    r#"send {"token": "grideye-…"}; `grideye token make NAME --scope read` makes one"#;
+
+/// `GET /login`: the page for signing in.
+pub(crate) async fn page() -> Response {
+    assets::login()
+}
+
+/// `POST /v1/login`: takes `{"token": "…"}` and answers with the page's cookie.
+pub(crate) async fn login(
+    State(state): State<AppState>,
+    request: Request,
+) -> Result<Response, Refusal> {
+    let line = Line::of(&request);
+    let limits = state.limits();
+    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
+    let token = object(&body, limits.json_depth_max, &["token"], HINT)?;
+    let token = token.get("token").and_then(Value::as_str);
+    let token = token.ok_or_else(|| wrong("expected a token"))?;
+    let now = state.0.clock.monotonic();
+    let known = state
+        .0
+        .authenticator
+        .authenticate(Presented::Token(token.trim()), now, || {
+            authorize::now_s(&state)
+        });
+    let record = match known {
+        // Nothing is asked for here: the page is open, and there is nothing to sign in to.
+        Ok(Caller::Anyone) => return Ok(StatusCode::NO_CONTENT.into_response()),
+        Ok(Caller::Holder { record, .. }) => record,
+        Err(_unknown) => {
+            authorize::unknown_peer_may(&state, line.peer)?;
+            let what = "this token is not, or no longer, known here";
+            return Err(Refusal::new(StatusCode::UNAUTHORIZED, "bad_token", what)
+                .field("token")
+                .hint(
+                    "`grideye token make NAME --scope read` on the collector's machine makes one",
+                ));
+        }
+    };
+    if matches!(record.scope, Scope::Ingest { .. }) {
+        let what = "this token is for a device's frames; it does not open the page";
+        return Err(Refusal::new(StatusCode::FORBIDDEN, "wrong_scope", what)
+            .field("token")
+            .hint(
+                "`grideye token make NAME --scope read` or `--scope admin` makes one that does",
+            ));
+    }
+    let time_max_s = i64::try_from(limits.session_time_max.as_secs()).unwrap_or(i64::MAX);
+    let t_end_s = authorize::now_s(&state).saturating_add(time_max_s);
+    let cookie = state.0.authenticator.cookie(&record, t_end_s)?;
+    Ok((
+        StatusCode::NO_CONTENT,
+        set_cookie(&cookie, time_max_s, line),
+    )
+        .into_response())
+}
+
+/// `POST /v1/logout`: takes the cookie away.
+pub(crate) async fn logout(request: Request) -> Response {
+    let headers = set_cookie("", 0, Line::of(&request));
+    (StatusCode::NO_CONTENT, headers).into_response()
+}
+
+/// `GET /v1/whoami`: what the caller may do here.
+pub(crate) async fn whoami(Extension(caller): Extension<Caller>) -> Json<Value> {
+    Json(match caller {
+        Caller::Anyone => json!({ "scope": "open" }),
+        Caller::Holder { record, by_cookie } => json!({
+            "scope": record.scope.name(),
+            "id": record.id.to_string(),
+            "name": record.name,
+            "devices": match &record.scope {
+                Scope::Ingest { devices } => Some(devices),
+                Scope::Read | Scope::Admin => None,
+            },
+            "signed_in": by_cookie,
+        }),
+    })
+}
+
+fn wrong(what: &str) -> Refusal {
+    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "wrong_value", what)
+        .field("token")
+        .hint(HINT)
+}
+
+/// Out of reach of scripts, of other sites, and with TLS of anything sent in the clear.
+fn set_cookie(value: &str, max_age_s: i64, line: Line) -> HeaderMap {
+    let secure = if line.is_encrypted { "; Secure" } else { "" };
+    let name = authorize::cookie_name(line);
+    let cookie =
+        format!("{name}={value}; Path=/; Max-Age={max_age_s}; HttpOnly; SameSite=Strict{secure}");
+    let mut headers = HeaderMap::new();
+    // It consists of hexadecimal digits and points: it is always a header's value.
+    if let Ok(cookie) = HeaderValue::try_from(cookie) {
+        headers.insert(header::SET_COOKIE, cookie);
+    }
+    headers
+}

@@ -1,0 +1,296 @@
+//! The socket: an accept loop of our own, because `axum::serve` waits for slow peers for ever.
+
+use crate::auth::Authenticator;
+use crate::clock::Clock;
+use crate::connections::{Admitted, Connections};
+use crate::counters::Counters;
+use crate::http::{Annex, AppState, Door, Hosts};
+use crate::limits::Limits;
+use crate::log::{Level, Log, LogEvent, Seldom};
+use crate::peer::TrustedProxies;
+use crate::router::Entrance;
+use crate::server::config::Config;
+use crate::server::descriptors;
+use crate::server::error::CollectorError;
+use crate::server::serving::Serving;
+use crate::server::stall::StallGuard;
+use crate::server::tls::Acceptors;
+use crate::store;
+use std::fmt;
+use std::future::Future;
+use std::io;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+
+/// A collector that holds its socket and its store.
+pub struct Collector {
+    listener: TcpListener,
+    local_addr: SocketAddr,
+    state: AppState,
+    acceptors: Option<Arc<Acceptors>>,
+    counters: Arc<Counters>,
+    trusted_proxies: TrustedProxies,
+    log: Log,
+    annexes: Vec<Annex>,
+}
+
+impl Collector {
+    /// Takes the address and opens the store.
+    ///
+    /// # Errors
+    /// [`CollectorError`] when the address or the store cannot be had; neither is held then.
+    pub async fn bind(mut config: Config) -> Result<Self, CollectorError> {
+        fit_to_descriptors(&mut config);
+        let address = config.listen;
+        let limits = &config.limits;
+        let authenticator = match &config.access {
+            Some(access) => Authenticator::of(access.clone(), limits.tokens_reread_every)?,
+            None => Authenticator::open(),
+        };
+        let asks_for_tokens = authenticator.asks_for_tokens(config.clock.monotonic());
+        check_exposure(&config, asks_for_tokens)?;
+        let acceptors = config
+            .tls
+            .as_ref()
+            .map(|tls| Acceptors::new(tls, config.access.as_ref(), &config.host_names))
+            .transpose()?;
+        let listener =
+            listen(address, config.limits.connections_max).map_err(|reason| {
+                match reason.kind() {
+                    io::ErrorKind::AddrInUse => CollectorError::AddressInUse { address },
+                    _ => CollectorError::Listen { address, reason },
+                }
+            })?;
+        let local_addr = listener
+            .local_addr()
+            .map_err(|reason| CollectorError::Socket { reason })?;
+        let counters = Arc::<Counters>::default();
+        let door = Door {
+            hosts: Hosts::new(local_addr.ip(), &config.host_names),
+            authenticator,
+            log: config.log.clone(),
+            counters: Arc::clone(&counters),
+        };
+        let state = open(&config, door).await.map_err(|reason| {
+            let path = PathBuf::from(config.store.to_string());
+            CollectorError::Store { path, reason }
+        })?;
+        let pin = acceptors.as_ref().and_then(Acceptors::pin);
+        config.log.say(
+            &LogEvent::new(Level::Info, "listening")
+                .with("address", local_addr)
+                .with("tls", acceptors.is_some())
+                .with("authority", pin.unwrap_or_else(|| "-".to_owned()))
+                .with("asks_for_tokens", asks_for_tokens),
+        );
+        Ok(Self {
+            listener,
+            local_addr,
+            state,
+            acceptors: acceptors.map(Arc::new),
+            counters,
+            trusted_proxies: TrustedProxies::new(&config.trusted_proxies),
+            log: config.log,
+            annexes: config.annexes,
+        })
+    }
+
+    /// The address listened on, with the port that was taken.
+    #[must_use]
+    pub fn local_addr(&self) -> SocketAddr {
+        self.local_addr
+    }
+
+    /// `http` or `https`.
+    #[must_use]
+    pub fn scheme(&self) -> &'static str {
+        if self.acceptors.is_some() {
+            "https"
+        } else {
+            "http"
+        }
+    }
+
+    /// Serves until `shutdown` is ready; then lets open requests finish, commits, and closes the store.
+    ///
+    /// # Errors
+    /// [`CollectorError::Close`] if the store does not close well.
+    pub async fn serve(
+        self,
+        shutdown: impl Future<Output = ()> + Send,
+    ) -> Result<(), CollectorError> {
+        let limits = self.state.limits().clone();
+        let server = Server {
+            entrance: Arc::new(Entrance::new(self.state.clone(), &self.annexes)),
+            open: Arc::new(Connections::new(&limits, self.counters)),
+            proxies: Arc::new(self.trusted_proxies),
+            acceptors: self.acceptors,
+            seldom: Seldom::new(self.log.clone(), limits.log_every),
+            clock: self.state.clock(),
+            stopping: watch::Sender::new(false),
+            limits,
+        };
+        // A displaced connection keeps its descriptor until its task has ended: so many may be late, then no more are accepted.
+        let tasks_max = server.limits.connections_max + descriptors::LEAVING_MAX;
+        let mut connections = JoinSet::new();
+        let mut shutdown = pin!(shutdown);
+        loop {
+            tokio::select! {
+                () = &mut shutdown => break,
+                accepted = self.listener.accept(), if connections.len() < tasks_max => {
+                    server.accept(accepted, &mut connections).await;
+                }
+                Some(_ended) = connections.join_next() => {}
+            }
+        }
+        drop(self.listener);
+        self.state.stop();
+        server.stopping.send_replace(true);
+        let finished = async { while connections.join_next().await.is_some() {} };
+        // Who does not finish in time is cut off when the set is dropped.
+        let _ = tokio::time::timeout(server.limits.shutdown_time_max, finished).await;
+        connections.shutdown().await;
+        let closed = self.state.store().close().await;
+        self.log.say(&LogEvent::new(Level::Info, "stopped"));
+        closed.map_err(|reason| CollectorError::Close { reason })
+    }
+}
+
+/// With a queue as long as the limit of connections, as far as the system allows. The default of 128 overflows: then some
+/// clients retry after a second, and others believe that they are connected and are not.
+fn listen(address: SocketAddr, queue: usize) -> io::Result<TcpListener> {
+    let socket = match address {
+        SocketAddr::V4(_) => TcpSocket::new_v4()?,
+        SocketAddr::V6(_) => TcpSocket::new_v6()?,
+    };
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(u32::from(u16::try_from(queue).unwrap_or(u16::MAX)))
+}
+
+/// Raises the number of files that this process may open. If that is too few, it takes fewer connections and logs it.
+fn fit_to_descriptors(config: &mut Config) {
+    let Some(descriptors) = descriptors::raise(&config.limits) else {
+        return;
+    };
+    let Some(fitted) = descriptors::fit(&config.limits, descriptors) else {
+        return;
+    };
+    config.log.say(
+        &LogEvent::new(Level::Warning, "few_descriptors")
+            .with("open_files_max", descriptors)
+            .with("connections_wanted", config.limits.connections_max)
+            .with("connections_max", fitted.connections_max),
+    );
+    config.limits = fitted;
+}
+
+/// Beyond loopback nobody is let in without a token and nothing is sent in the clear, unless that was asked for.
+fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), CollectorError> {
+    let address = config.listen;
+    if address.ip().to_canonical().is_loopback() || config.network_trusted {
+        return Ok(());
+    }
+    if !asks_for_tokens {
+        return Err(CollectorError::NoTokens { address });
+    }
+    match config.tls {
+        Some(_) => Ok(()),
+        None => Err(CollectorError::NoTls { address }),
+    }
+}
+
+async fn open(config: &Config, door: Door) -> Result<AppState, crate::store::StoreError> {
+    let clock = Arc::clone(&config.clock);
+    let store = store::open(&config.store, &config.limits, &clock, &config.log).await?;
+    AppState::with(store, config.limits.clone(), clock, door).await
+}
+
+/// A pause after the system could not hand over a connection, for example for want of file descriptors.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
+
+struct Server {
+    entrance: Arc<Entrance>,
+    open: Arc<Connections>,
+    proxies: Arc<TrustedProxies>,
+    acceptors: Option<Arc<Acceptors>>,
+    seldom: Seldom,
+    clock: Arc<dyn Clock>,
+    stopping: watch::Sender<bool>,
+    limits: Limits,
+}
+
+impl Server {
+    async fn accept(
+        &self,
+        accepted: io::Result<(TcpStream, SocketAddr)>,
+        connections: &mut JoinSet<()>,
+    ) {
+        let Ok((stream, peer)) = accepted else {
+            tokio::time::sleep(ACCEPT_PAUSE).await;
+            return;
+        };
+        let is_proxy = self.proxies.contains(peer.ip());
+        let Some(admitted) = self.open.admit(peer.ip(), is_proxy) else {
+            self.log("turned_away", peer.ip());
+            // Who waits for TLS does not understand this, and is told enough by the end of the connection.
+            if self.acceptors.is_none() {
+                turn_away(&stream);
+            }
+            return;
+        };
+        let Admitted {
+            connection,
+            displaced,
+        } = admitted;
+        if let Some(group) = displaced {
+            self.log("displaced", group);
+        }
+        // Small answers go out at once; that it may fail on a dead socket is found at the next read.
+        let _ = stream.set_nodelay(true);
+        let number = connection.number();
+        let serving = Serving {
+            peer: peer.ip().to_canonical(),
+            proxies: is_proxy.then(|| Arc::clone(&self.proxies)),
+            entrance: Arc::clone(&self.entrance),
+            limits: self.limits.clone(),
+            stopping: self.stopping.subscribe(),
+            connection,
+        };
+        let task = match self.acceptors.clone() {
+            None => {
+                let guarded = StallGuard::new(stream, self.limits.write_stall_max);
+                connections.spawn(serving.run(guarded, false))
+            }
+            Some(acceptors) => connections.spawn(async move {
+                if let Some(stream) = serving.encrypt(&acceptors, stream).await {
+                    serving.run(stream, true).await;
+                }
+            }),
+        };
+        self.open.serve_by(number, task);
+    }
+
+    /// Logs what happened to a connection, and from where it came.
+    fn log(&self, event: &'static str, peer: impl fmt::Display) {
+        let event = LogEvent::new(Level::Warning, event).with("peer", peer);
+        self.seldom.say("", self.clock.monotonic(), event);
+    }
+}
+
+/// Answers why, without waiting for anything; the connection is closed afterwards.
+fn turn_away(stream: &TcpStream) {
+    const BODY: &str = r#"{"error":{"code":"too_many_connections","message":"too many connections are open","field":null,"hint":"close some, or come again in a second"}}"#;
+    let answer = format!(
+        "HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/json\r\ncontent-length: {}\r\nretry-after: 1\r\nconnection: close\r\n\r\n{BODY}",
+        BODY.len()
+    );
+    // A new socket has room for this; if not, the closed connection says enough.
+    let _ = stream.try_write(answer.as_bytes());
+}

@@ -1,0 +1,128 @@
+//! One connection: TLS, then request after request until either side ends it.
+
+use crate::alarm::Alarm;
+use crate::connections::Connection;
+use crate::http::authorize::Line;
+use crate::limits::Limits;
+use crate::peer::TrustedProxies;
+use crate::router::{Answer, Entrance};
+use crate::server::stall::StallGuard;
+use crate::server::tls::Acceptors;
+use hyper::Request;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::TokioIo;
+use std::convert::Infallible;
+use std::net::IpAddr;
+use std::pin::pin;
+use std::sync::Arc;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpStream;
+use tokio::sync::watch;
+use tokio_rustls::server::TlsStream;
+
+/// What it takes to serve one connection.
+pub(super) struct Serving {
+    pub(super) peer: IpAddr,
+    /// All trusted proxies, where the peer is one of them.
+    pub(super) proxies: Option<Arc<TrustedProxies>>,
+    pub(super) entrance: Arc<Entrance>,
+    pub(super) limits: Limits,
+    pub(super) stopping: watch::Receiver<bool>,
+    pub(super) connection: Connection,
+}
+
+impl Serving {
+    /// Agrees on TLS, within the time that headers may take.
+    pub(super) async fn encrypt(
+        &self,
+        acceptors: &Acceptors,
+        stream: TcpStream,
+    ) -> Option<TlsStream<StallGuard<TcpStream>>> {
+        let agreed = async {
+            let address = stream.local_addr().ok()?.ip();
+            let acceptor = acceptors.for_address(address).ok()?;
+            let guarded = StallGuard::new(stream, self.limits.write_stall_max);
+            acceptor.accept(guarded).await.ok()
+        };
+        let mut stopping = self.stopping.clone();
+        let agreed = tokio::select! {
+            agreed = tokio::time::timeout(self.limits.header_time_max, agreed) => agreed.ok().flatten(),
+            _stop = stopping.wait_for(|stopping| *stopping) => return None,
+        };
+        if agreed.is_none() {
+            self.connection.tls_failed();
+        }
+        agreed
+    }
+
+    pub(super) async fn run<S>(self, stream: S, is_encrypted: bool)
+    where
+        S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    {
+        let Self {
+            peer,
+            proxies,
+            entrance,
+            limits,
+            mut stopping,
+            connection,
+        } = self;
+        let alarm = Alarm::default();
+        let mut builder = http1::Builder::new();
+        builder
+            .timer(alarm.clone())
+            // Otherwise the socket is read while a post is handled, into room made for it, to find out whether the peer has
+            // gone. Who has is found when it is next told something; who only ended its own side is answered.
+            .half_close(true)
+            // Nearly every answer is short: head and body go out as one piece. A long one is copied once more.
+            .writev(false)
+            .header_read_timeout(limits.header_time_max)
+            .max_header_size(limits.header_bytes_max);
+        let client = Arc::new(Client {
+            line: Line { peer, is_encrypted },
+            proxies,
+            entrance,
+            alarm,
+            connection: Arc::new(connection),
+        });
+        let service = service_fn(move |request: Request<Incoming>| {
+            let client = Arc::clone(&client);
+            async move { Ok::<_, Infallible>(client.answer(request).await) }
+        });
+        let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
+        // How a connection ended is the peer's business: it sees the same end. The connection is asked first and not by lot,
+        // because it is what wakes this task.
+        tokio::select! {
+            biased;
+            _ended = connection.as_mut() => return,
+            _stop = stopping.wait_for(|stopping| *stopping) => {}
+        }
+        connection.as_mut().graceful_shutdown();
+        let _ended = connection.await;
+    }
+}
+
+/// The other end of a connection, and what answers its requests.
+struct Client {
+    line: Line,
+    proxies: Option<Arc<TrustedProxies>>,
+    entrance: Arc<Entrance>,
+    alarm: Alarm,
+    connection: Arc<Connection>,
+}
+
+impl Client {
+    async fn answer(&self, request: Request<Incoming>) -> Answer {
+        let mut line = self.line;
+        if let Some(proxies) = &self.proxies {
+            line.peer = proxies.client(line.peer, request.headers());
+        }
+        let (alarm, connection) = (&self.alarm, &self.connection);
+        connection.asks();
+        let answer = self.entrance.answer(line, alarm, connection, request).await;
+        connection.is_answered();
+        answer
+    }
+}
