@@ -4,6 +4,15 @@ use axum::http::HeaderMap;
 use std::fmt;
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 
+/// The other end of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Peer {
+    /// Behind a trusted proxy, the address that it forwards for.
+    pub(crate) address: IpAddr,
+    /// Whether the request came by TLS.
+    pub(crate) is_encrypted: bool,
+}
+
 /// Addresses that count as one sender: an IPv4 address, or an IPv6 /64, because one machine may use every address in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct AddressGroup(IpAddr);

@@ -1,66 +1,18 @@
 //! Every route, as a router that needs no socket.
 
-use crate::alarm::Alarm;
-use crate::connections::Connection;
-use crate::http::audit;
-use crate::http::authorize::Line;
-use crate::http::devices;
-use crate::http::events;
-use crate::http::health;
-use crate::http::ingest;
-use crate::http::middleware;
-use crate::http::recent;
-use crate::http::recordings;
-use crate::http::{Annex, AppState, Refusal, in_own_form};
+use crate::http::{
+    Annex, AppState, Refusal, audit, devices, events, health, in_own_form, ingest, middleware,
+    recent, recordings,
+};
 use crate::openapi;
-use crate::page::assets;
-use crate::page::login;
+use crate::page::{assets, login};
 use axum::Router;
-use axum::body::{Body, Bytes};
 use axum::extract::DefaultBodyLimit;
-use axum::http::{Method, Request, StatusCode, header};
+use axum::http::{StatusCode, header};
 use axum::middleware::{from_fn_with_state, map_response};
-use axum::response::{IntoResponse as _, Json, Response};
+use axum::response::Json;
 use axum::routing::{delete, get, post};
-use http_body_util::{Either, Full};
-use hyper::body::Incoming;
 use serde_json::json;
-use std::sync::Arc;
-use tower::ServiceExt as _;
-
-/// An acknowledgement, which is most of them, or anything else.
-pub(crate) type Answer = Response<Either<Full<Bytes>, Body>>;
-
-/// The router, and beside it a shorter way for what nearly every request is.
-pub(crate) struct Entrance {
-    state: AppState,
-    router: Router,
-}
-
-impl Entrance {
-    pub(crate) fn new(state: AppState, annexes: &[Annex]) -> Self {
-        let router = app_with(state.clone(), annexes);
-        Self { state, router }
-    }
-
-    pub(crate) async fn answer(
-        &self,
-        line: Line,
-        alarm: &Alarm,
-        connection: &Arc<Connection>,
-        request: Request<Incoming>,
-    ) -> Answer {
-        if request.method() == Method::POST && request.uri().path() == "/v1/frames" {
-            return ingest::guarded_frames(&self.state, line, alarm, connection, request).await;
-        }
-        let mut request = request.map(Body::new);
-        request.extensions_mut().insert(line);
-        request.extensions_mut().insert(Arc::clone(connection));
-        // In a box, so that what a post takes along stays small.
-        let routed = Box::pin(self.router.clone().oneshot(request));
-        routed.await.into_response().map(Either::Right)
-    }
-}
 
 /// Every route of the collector.
 pub fn app(state: AppState) -> Router {
@@ -75,12 +27,14 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
     let inside = state.inside();
     let brought = annexes.iter().map(|annex| annex.routes(&inside));
     let brought = brought.fold(Router::new(), Router::merge);
-    let brought = brought.layer(map_response(in_own_form));
+    let small_body_bytes_max = state.limits().small_body_bytes_max;
+    let brought = brought
+        .layer(DefaultBodyLimit::max(small_body_bytes_max))
+        .layer(map_response(in_own_form));
     let document = openapi::openapi(annexes);
     let document = ([(header::CONTENT_TYPE, "application/json")], document);
     let names: Vec<&str> = annexes.iter().map(Annex::name).collect();
     let names = Json(json!({ "annexes": names }));
-    let small_body_bytes_max = state.limits().small_body_bytes_max;
     Router::new()
         .route("/", get(assets::page))
         .route("/editor", get(assets::editor))
@@ -123,8 +77,7 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
         .merge(brought.with_state(()))
         .fallback(unknown_path)
         .method_not_allowed_fallback(wrong_method)
-        .layer(DefaultBodyLimit::max(small_body_bytes_max))
-        .layer(from_fn_with_state(state.clone(), middleware::guard))
+        .layer(from_fn_with_state(state.clone(), middleware::around))
         .with_state(state)
 }
 

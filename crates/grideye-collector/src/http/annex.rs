@@ -1,4 +1,4 @@
-//! Routes that the program brings along, behind the collector's own guard.
+//! Routes that the program brings along, behind the collector's own middleware.
 
 use crate::clock::Clock;
 use crate::live::{NewestFrames, RecentFrames};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 /// Routes of the program's own beside the collector's, under a name by which the page knows that they are there.
 ///
-/// They pass the same guard: tokens and sign-in, `Host` and `Origin`, the limits of time and size, the headers of every
+/// They pass the same middleware: tokens and sign-in, `Host` and `Origin`, the limits of time and size, the headers of every
 /// answer. GET asks for a token that may read, anything else for one of scope admin. No path may be one of the
 /// collector's own, and a request that takes long must do so off the async threads. What the framework refuses in plain
 /// text, such as a query that is not understood, is answered in the collector's own form.

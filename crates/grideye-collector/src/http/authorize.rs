@@ -3,49 +3,11 @@
 use crate::auth::{Caller, Presented, Scope, Unknown};
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
-use crate::peer::AddressGroup;
+use crate::peer::{AddressGroup, Peer};
 use axum::extract::Request;
-use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
-use std::net::{IpAddr, Ipv4Addr};
 use std::time::Duration;
-
-/// From where a request came, behind a trusted proxy too, and whether by TLS.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Line {
-    pub(crate) peer: IpAddr,
-    pub(crate) is_encrypted: bool,
-}
-
-impl Line {
-    /// As the server attached it; without a server, from nowhere.
-    pub(crate) fn of(request: &Request) -> Self {
-        request.extensions().get().copied().unwrap_or(Self {
-            peer: IpAddr::V4(Ipv4Addr::UNSPECIFIED),
-            is_encrypted: false,
-        })
-    }
-}
-
-/// What of a request is looked at before anything else.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Asked<'r> {
-    pub(crate) line: Line,
-    pub(crate) method: &'r Method,
-    pub(crate) uri: &'r Uri,
-    pub(crate) headers: &'r HeaderMap,
-}
-
-impl<'r> Asked<'r> {
-    pub(crate) fn of(request: &'r Request) -> Self {
-        Self {
-            line: Line::of(request),
-            method: request.method(),
-            uri: request.uri(),
-            headers: request.headers(),
-        }
-    }
-}
 
 /// What a request needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,23 +58,25 @@ impl Need {
 }
 
 /// Lets the request through, and says who asks if that is known, or answers why not. `now` is on the monotonic clock.
-pub(crate) fn pass(
+pub(crate) fn authorize(
     state: &AppState,
     need: Need,
-    asked: Asked<'_>,
+    peer: Peer,
+    request: &Request,
     now: Duration,
 ) -> Result<Option<Caller>, Box<Response>> {
-    let peer = asked.line.peer;
-    let authenticated = authenticate(state, asked, now);
+    let authenticated = authenticate(state, peer, request.headers(), now);
     if need == Need::Nothing && authenticated.is_err() {
-        return unknown_peer_may(state, peer).map(|()| None).map_err(boxed);
+        return check_unknown_rate(state, peer)
+            .map(|()| None)
+            .map_err(boxed);
     }
     let caller = authenticated.or_else(|unknown| {
         // Only who is not known is held back by address: one bad client must not stop the good ones beside it.
-        unknown_peer_may(state, peer).map_err(boxed)?;
-        Err(Box::new(turned_back(asked, unknown)))
+        check_unknown_rate(state, peer).map_err(boxed)?;
+        Err(Box::new(refuse_unknown(request, unknown)))
     })?;
-    check(state, &caller, need, asked).map_err(boxed)?;
+    check(state, &caller, need, request).map_err(boxed)?;
     Ok(Some(caller))
 }
 
@@ -125,7 +89,7 @@ pub(crate) fn check_device(caller: Option<&Caller>, device: &str) -> Result<(), 
     let record = match caller {
         Some(Caller::Anyone) => return Ok(()),
         Some(Caller::Holder { record, .. }) => record,
-        // Who came past the gate has been recognised; nobody else may post.
+        // Whoever was let through has been authenticated; nobody else may post.
         None => return Err(not_authenticated()),
     };
     let speaks_for_it = match &record.scope {
@@ -158,8 +122,8 @@ fn not_authenticated() -> Refusal {
 
 /// The page's cookie. With TLS its name has a prefix that browsers hold to: set by this host alone, and never sent in the
 /// clear.
-pub(crate) const fn cookie_name(line: Line) -> &'static str {
-    if line.is_encrypted {
+pub(crate) const fn cookie_name(peer: Peer) -> &'static str {
+    if peer.is_encrypted {
         "__Host-grideye-session"
     } else {
         "grideye-session"
@@ -171,12 +135,18 @@ pub(crate) fn now_s(state: &AppState) -> i64 {
     state.0.clock.utc_ns().div_euclid(1_000_000_000)
 }
 
-fn authenticate(state: &AppState, asked: Asked<'_>, now: Duration) -> Result<Caller, Unknown> {
-    let presented = match bearer(asked.headers) {
+fn authenticate(
+    state: &AppState,
+    peer: Peer,
+    headers: &HeaderMap,
+    now: Duration,
+) -> Result<Caller, Unknown> {
+    let presented = match bearer(headers) {
         Shown::Twice => return Err(Unknown::BadToken),
         Shown::Once(token) => Presented::Token(token),
-        Shown::Not => cookie(asked.headers, cookie_name(asked.line))
-            .map_or(Presented::Nothing, Presented::Cookie),
+        Shown::Not => {
+            cookie(headers, cookie_name(peer)).map_or(Presented::Nothing, Presented::Cookie)
+        }
     };
     let authenticator = &state.0.authenticator;
     authenticator.authenticate(presented, now, || now_s(state))
@@ -217,12 +187,12 @@ fn cookie<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
 }
 
 /// A person who opens the page is led to where one signs in; a program is told.
-fn turned_back(asked: Asked<'_>, unknown: Unknown) -> Response {
-    let accepts = asked.headers.get(header::ACCEPT);
+fn refuse_unknown(request: &Request, unknown: Unknown) -> Response {
+    let accepts = request.headers().get(header::ACCEPT);
     let is_person = accepts
         .and_then(|accept| accept.to_str().ok())
         .is_some_and(|accept| accept.contains("text/html"));
-    if is_person && asked.method == Method::GET {
+    if is_person && request.method() == Method::GET {
         return Redirect::to("/login").into_response();
     }
     let (code, what) = match unknown {
@@ -240,7 +210,7 @@ fn turned_back(asked: Asked<'_>, unknown: Unknown) -> Response {
     response
 }
 
-fn check(state: &AppState, caller: &Caller, need: Need, asked: Asked<'_>) -> Result<(), Refusal> {
+fn check(state: &AppState, caller: &Caller, need: Need, request: &Request) -> Result<(), Refusal> {
     let Caller::Holder { record, by_cookie } = caller else {
         return Ok(());
     };
@@ -259,9 +229,9 @@ fn check(state: &AppState, caller: &Caller, need: Need, asked: Asked<'_>) -> Res
             .field("authorization")
             .hint("`grideye token make NAME --scope read` or `--scope admin` makes one; `grideye enroll DEVICE` one for frames"));
     }
-    let is_write = !matches!(*asked.method, Method::GET | Method::HEAD);
+    let is_write = !matches!(*request.method(), Method::GET | Method::HEAD);
     // A browser names the page of every write; that it is ours was checked before.
-    if *by_cookie && is_write && !asked.headers.contains_key(header::ORIGIN) {
+    if *by_cookie && is_write && !request.headers().contains_key(header::ORIGIN) {
         let what = "a write with the page's cookie must say from which page it comes";
         return Err(Refusal::new(StatusCode::FORBIDDEN, "no_origin", what).field("origin"));
     }
@@ -269,12 +239,12 @@ fn check(state: &AppState, caller: &Caller, need: Need, asked: Asked<'_>) -> Res
 }
 
 /// Holds back by address who has shown no good token.
-pub(crate) fn unknown_peer_may(state: &AppState, peer: IpAddr) -> Result<(), Refusal> {
+pub(crate) fn check_unknown_rate(state: &AppState, peer: Peer) -> Result<(), Refusal> {
     let now = state.0.clock.monotonic();
     if !state.0.authenticator.asks_for_tokens(now) {
         return Ok(());
     }
-    let group = AddressGroup::of(peer);
+    let group = AddressGroup::of(peer.address);
     state.0.unknown_rates.take(group, now).map_err(|wait| {
         too_many("too many requests without a good token", wait)
             .hint("see that the token is right: `grideye token list` shows those that are known")

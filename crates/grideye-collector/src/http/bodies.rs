@@ -5,7 +5,6 @@ use crate::http::refusal::Refusal;
 use crate::limits::Limits;
 use crate::peer::AddressGroup;
 use axum::http::StatusCode;
-use http_body_util::BodyExt as _;
 use std::collections::HashMap;
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -3,12 +3,9 @@
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::limits::Limits;
-use axum::BoxError;
-use axum::body::{Bytes, HttpBody};
+use axum::body::{Body, Bytes};
 use axum::extract::Request;
-use axum::http::HeaderMap;
-use axum::http::StatusCode;
-use axum::http::header;
+use axum::http::{HeaderMap, StatusCode, header};
 use grideye_recording::wire::JSON_TYPE;
 use http_body_util::BodyExt as _;
 use serde_json::{Map, Value};
@@ -81,21 +78,17 @@ pub(crate) fn essence(headers: &HeaderMap) -> Option<&str> {
 }
 
 /// The whole body; each piece is counted when it arrives.
-pub(crate) async fn collect<B>(
-    body: B,
+pub(crate) async fn collect(
+    mut body: Body,
     bytes_max: usize,
     mut count: impl FnMut(usize) -> Result<(), Refusal>,
-) -> Result<Bytes, Refusal>
-where
-    B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
-{
-    let mut body = pin!(body);
+) -> Result<Bytes, Refusal> {
     // Nearly every body is one piece, and is not copied. Several pieces are copied into one: kept as they came, pieces of a byte
     // would take much more memory than they count.
     let (mut first, mut whole) = (Bytes::new(), Vec::new());
-    while let Some(frame) = body.as_mut().frame().await {
+    while let Some(frame) = body.frame().await {
         let frame = frame.map_err(|error| {
-            let what = format!("the body could not be read: {}", error.into());
+            let what = format!("the body could not be read: {}", error);
             Refusal::new(StatusCode::BAD_REQUEST, "body_cut", what)
         })?;
         let Ok(piece) = frame.into_data() else {

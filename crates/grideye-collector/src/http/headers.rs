@@ -43,7 +43,7 @@ fn of(headers: impl IntoIterator<Item = (HeaderName, &'static str)>) -> HeaderMa
 }
 
 /// The headers of every answer, but for one that has [`OF_NO_PAGE`]; what the answer says itself stands.
-pub(crate) fn protect<B>(response: &mut Response<B>) {
+pub(crate) fn protect(response: &mut Response) {
     static EVERY: LazyLock<HeaderMap> = LazyLock::new(|| {
         let every = HEADERS.into_iter();
         of(every.chain([(header::CACHE_CONTROL, "no-store")]))

@@ -1,95 +1,52 @@
 //! `POST /v1/frames`: taken whole or not at all, and answered after it is on disk.
 
-use crate::alarm::Alarm;
 use crate::auth::Caller;
-use crate::connections::Connection;
 use crate::counters::{Counters, add};
-use crate::http::authorize::{Asked, Line, Need, check_device};
+use crate::http::authorize::check_device;
 use crate::http::bodies::Room;
 use crate::http::body::{check_announced, check_is_json, collect, essence, in_body_time};
+use crate::http::client::Client;
 use crate::http::headers::OF_NO_PAGE;
-use crate::http::middleware::Passing;
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::log::{Level, LogEvent};
-use crate::router::Answer;
 use crate::store::Appended;
-use axum::BoxError;
-use axum::body::{Body, Bytes, HttpBody};
+use axum::body::{Body, Bytes};
 use axum::extract::{Request, State};
-use axum::http::{self, HeaderMap, StatusCode};
-use axum::response::{IntoResponse as _, Response};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
 use grideye_recording::wire::{self, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, WireError};
-use http_body_util::{Either, Full};
-use hyper::body::Incoming;
-use std::pin::pin;
 use std::sync::Arc;
 
-/// Answers, and passes the guard by itself: on the way through the router, which looks for the route and boxes every layer,
-/// a post costs an eighth more.
-pub(crate) async fn guarded_frames(
-    state: &AppState,
-    line: Line,
-    alarm: &Alarm,
-    connection: &Connection,
-    request: http::Request<Incoming>,
-) -> Answer {
-    let (parts, body) = request.into_parts();
-    let asked = Asked {
-        line,
-        method: &parts.method,
-        uri: &parts.uri,
-        headers: &parts.headers,
-    };
-    let passing = Passing::of(state, line, Some(connection));
-    let caller = match passing.admit(Need::Ingest, asked) {
-        Err(refusal) => return passing.finish(*refusal).map(Either::Right),
-        Ok(caller) => caller,
-    };
-    // Held here and lent on: every function that took it would have room for it of its own.
-    let room = state.0.bodies.room(caller.as_ref(), line.peer);
-    let taken = pin!(take(state, caller.as_ref(), &parts.headers, body, room));
-    match passing.in_time(alarm, taken).await {
-        Ok(Ok(acknowledgement)) => passing
-            .finish(acknowledge(acknowledgement))
-            .map(Either::Left),
-        Ok(Err(refusal)) | Err(refusal) => {
-            passing.finish(refusal.into_response()).map(Either::Right)
-        }
-    }
-}
-
+/// `POST /v1/frames`.
 pub(crate) async fn frames(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
-    let line = Line::of(&request);
+    let peer = Client::of(&request).peer;
     let (parts, body) = request.into_parts();
     let caller = parts.extensions.get();
-    let room = state.0.bodies.room(caller, line.peer);
+    let room = state.0.bodies.room(caller, peer.address);
     let taken = take(&state, caller, &parts.headers, body, room).await?;
-    Ok(acknowledge(taken).map(Body::new))
+    Ok(acknowledge(taken))
 }
 
 /// The answer to a post that was taken. No browser shows it: it is spared the page's headers, ten times as long as what it
 /// says.
-fn acknowledge(acknowledgement: Vec<u8>) -> Response<Full<Bytes>> {
-    let mut response = Response::new(Full::from(acknowledgement));
+fn acknowledge(acknowledgement: Vec<u8>) -> Response {
+    let mut response = Response::new(Body::from(acknowledgement));
     response.headers_mut().clone_from(&OF_NO_PAGE);
     response
 }
 
 /// Takes a batch, and gives what is acknowledged of it, as JSON.
-async fn take<B>(
+async fn take(
     state: &AppState,
     caller: Option<&Caller>,
     headers: &HeaderMap,
-    body: B,
+    body: Body,
     mut room: Room<'_>,
-) -> Result<Vec<u8>, Refusal>
-where
-    B: HttpBody<Data = Bytes, Error: Into<BoxError>>,
-{
+) -> Result<Vec<u8>, Refusal> {
     let form = Form::of(headers)?;
     let shared = &state.0;
     let bytes_max = shared.limits.body_bytes_max;

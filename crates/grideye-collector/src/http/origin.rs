@@ -1,17 +1,19 @@
 //! Which host and which origin a request may name: a page of another site neither reads here nor writes.
 
-use crate::http::authorize::Asked;
 use crate::http::refusal::Refusal;
-use axum::http::HeaderMap;
-use axum::http::Method;
-use axum::http::StatusCode;
-use axum::http::Uri;
-use axum::http::header;
+use crate::peer::Peer;
+use axum::extract::Request;
+use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use std::net::IpAddr;
+
 /// A page of another site must neither read here by a name that it controls (DNS rebinding), nor write.
-pub(crate) fn check_origin(hosts: &Hosts, asked: Asked<'_>) -> Result<(), Refusal> {
-    let host = host_of(asked.uri, asked.headers)?;
-    let mut origins = asked.headers.get_all(header::ORIGIN).iter();
+pub(crate) fn check_origin(
+    hosts: &HostNames,
+    peer: Peer,
+    request: &Request,
+) -> Result<(), Refusal> {
+    let host = host_of(request.uri(), request.headers())?;
+    let mut origins = request.headers().get_all(header::ORIGIN).iter();
     let origin = origins.next();
     if origins.next().is_some() {
         let what = "the request must name its origin at most once";
@@ -23,17 +25,16 @@ pub(crate) fn check_origin(hosts: &Hosts, asked: Asked<'_>) -> Result<(), Refusa
             .field("host")
             .hint("use 127.0.0.1 or the address that it listens on, or start it with the name (`--host-name pi.local`)"));
     }
-    if matches!(*asked.method, Method::GET | Method::HEAD | Method::OPTIONS) {
+    if matches!(
+        *request.method(),
+        Method::GET | Method::HEAD | Method::OPTIONS
+    ) {
         return Ok(());
     }
     let Some(origin) = origin else {
         return Ok(());
     };
-    let scheme = if asked.line.is_encrypted {
-        "https"
-    } else {
-        "http"
-    };
+    let scheme = if peer.is_encrypted { "https" } else { "http" };
     let own = format!("{scheme}://{host}");
     if origin.as_bytes().eq_ignore_ascii_case(own.as_bytes()) {
         return Ok(());
@@ -62,12 +63,12 @@ fn host_of<'r>(uri: &'r Uri, headers: &'r HeaderMap) -> Result<&'r str, Refusal>
 
 /// The names that this server answers to.
 #[derive(Debug, Clone)]
-pub(crate) struct Hosts {
+pub(crate) struct HostNames {
     listen: IpAddr,
     names: Vec<String>,
 }
 
-impl Hosts {
+impl HostNames {
     /// Loopback names always, the address listened on, and `names`.
     pub(crate) fn new(listen: IpAddr, names: &[String]) -> Self {
         Self {
@@ -118,7 +119,7 @@ mod tests {
 
     #[test]
     fn loopback_and_the_own_address_are_answered_for_and_names_of_others_are_not() {
-        let hosts = Hosts::new(IpAddr::from([192, 168, 1, 7]), &["Pi.local".to_owned()]);
+        let hosts = HostNames::new(IpAddr::from([192, 168, 1, 7]), &["Pi.local".to_owned()]);
         for own in [
             "127.0.0.1",
             "127.0.0.1:8080",
@@ -155,16 +156,16 @@ mod tests {
 
     #[test]
     fn an_address_that_was_named_is_answered_for_and_its_neighbour_is_not() {
-        let hosts = Hosts::new(IpAddr::from([127, 0, 0, 1]), &["10.0.2.2".to_owned()]);
+        let hosts = HostNames::new(IpAddr::from([127, 0, 0, 1]), &["10.0.2.2".to_owned()]);
         assert!(hosts.accepts("10.0.2.2:8833"));
         assert!(!hosts.accepts("10.0.2.3:8833"));
-        let unnamed = Hosts::new(IpAddr::from([127, 0, 0, 1]), &[]);
+        let unnamed = HostNames::new(IpAddr::from([127, 0, 0, 1]), &[]);
         assert!(!unnamed.accepts("10.0.2.2:8833"));
     }
 
     #[test]
     fn where_every_address_is_listened_on_every_address_is_answered_for() {
-        let hosts = Hosts::new(IpAddr::from([0, 0, 0, 0]), &[]);
+        let hosts = HostNames::new(IpAddr::from([0, 0, 0, 0]), &[]);
         assert!(hosts.accepts("192.168.1.8:8080"));
         assert!(hosts.accepts("[2001:db8::1]:8080"));
         assert!(!hosts.accepts("evil.example"));

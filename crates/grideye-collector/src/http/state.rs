@@ -6,7 +6,7 @@ use crate::counters::Counters;
 use crate::http::agents::Agents;
 use crate::http::annex::Inside;
 use crate::http::bodies::Bodies;
-use crate::http::origin::Hosts;
+use crate::http::origin::HostNames;
 use crate::limits::Limits;
 use crate::live::{Event, Live, NewestFrames};
 use crate::log::{Log, Seldom};
@@ -18,7 +18,6 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, watch};
-use tower::ServiceExt as _;
 
 /// What the handlers share.
 #[derive(Clone)]
@@ -31,7 +30,7 @@ pub(crate) struct Shared {
     pub(crate) limits: Limits,
     pub(crate) clock: Arc<dyn Clock>,
     pub(crate) wall_steps: WallSteps,
-    pub(crate) hosts: Hosts,
+    pub(crate) hosts: HostNames,
     pub(crate) authenticator: Authenticator,
     /// Of each good token.
     pub(crate) rates: Rates<TokenId>,
@@ -56,14 +55,14 @@ impl AppState {
         limits: Limits,
         clock: Arc<dyn Clock>,
     ) -> Result<Self, StoreError> {
-        Self::with(store, limits, clock, Door::default()).await
+        Self::with(store, limits, clock, Options::default()).await
     }
 
     /// The same, for those alone that the folder of tokens names, once it names somebody.
     ///
     /// # Errors
     /// [`StoreError`] if the store cannot be read, or with its message the folder.
-    pub async fn guarded(
+    pub async fn with_tokens(
         store: Arc<dyn FrameStore>,
         limits: Limits,
         clock: Arc<dyn Clock>,
@@ -72,19 +71,19 @@ impl AppState {
     ) -> Result<Self, StoreError> {
         let authenticator = Authenticator::of(access, limits.tokens_reread_every)
             .map_err(|error| StoreError::Failed(error.to_string()))?;
-        let door = Door {
+        let options = Options {
             authenticator,
             log,
-            ..Door::default()
+            ..Options::default()
         };
-        Self::with(store, limits, clock, door).await
+        Self::with(store, limits, clock, options).await
     }
 
     pub(crate) async fn with(
         store: Arc<dyn FrameStore>,
         limits: Limits,
         clock: Arc<dyn Clock>,
-        door: Door,
+        options: Options,
     ) -> Result<Self, StoreError> {
         let (streams, newest) = (store.streams().await?, store.newest().await?);
         let live = Arc::new(Live::new(Arc::clone(&clock), &limits, streams, newest));
@@ -98,12 +97,12 @@ impl AppState {
             store,
             live,
             agents: Agents::new(limits.sensors_max),
-            hosts: door.hosts,
-            authenticator: door.authenticator,
+            hosts: options.hosts,
+            authenticator: options.authenticator,
             rates: Rates::new(rate, burst, TOKENS_MAX),
             unknown_rates: Rates::new(unknown_rate, unknown_burst, limits.unknown_peers_max),
-            counters: door.counters,
-            seldom: Seldom::new(door.log, limits.log_every),
+            counters: options.counters,
+            seldom: Seldom::new(options.log, limits.log_every),
             started_at: clock.monotonic(),
             wall_steps: WallSteps::new(&*clock),
             clock,
@@ -145,19 +144,19 @@ impl AppState {
     }
 }
 
-/// Who is let in, and who hears of it.
-pub(crate) struct Door {
-    pub(crate) hosts: Hosts,
+/// Which hosts are answered for, who is let in, and where events go.
+pub(crate) struct Options {
+    pub(crate) hosts: HostNames,
     pub(crate) authenticator: Authenticator,
     pub(crate) log: Log,
     pub(crate) counters: Arc<Counters>,
 }
 
-impl Default for Door {
+impl Default for Options {
     /// Anyone on this machine, in silence.
     fn default() -> Self {
         Self {
-            hosts: Hosts::new(IpAddr::V4(Ipv4Addr::LOCALHOST), &[]),
+            hosts: HostNames::new(IpAddr::V4(Ipv4Addr::LOCALHOST), &[]),
             authenticator: Authenticator::open(),
             log: Log::silent(),
             counters: Arc::default(),

@@ -3,8 +3,7 @@
 use crate::limits::Limits;
 use crate::live::faults::Faults;
 use crate::store::StreamSummary;
-use grideye_recording::ClockState;
-use grideye_recording::Record;
+use grideye_recording::{ClockState, Record};
 use std::collections::VecDeque;
 use std::time::Duration;
 /// One sensor as it is shown.

@@ -1,8 +1,7 @@
 //! Sensors as JSON.
 
 use crate::live::sensor::{AgeBasis, Measured, Sensor};
-use crate::store::StreamSummary;
-use crate::store::account;
+use crate::store::{StreamSummary, account};
 use amg8833::word;
 use grideye_frame::{Celsius, Reading};
 use grideye_recording::Record;

@@ -1,10 +1,11 @@
 //! Signing in to the page with a token, and out of it.
 
 use crate::auth::{Caller, Presented, Scope};
-use crate::http::authorize::{self, Line};
 use crate::http::body::{object, read_json_body};
-use crate::http::{AppState, Refusal};
+use crate::http::client::Client;
+use crate::http::{AppState, Refusal, authorize};
 use crate::page::assets;
+use crate::peer::Peer;
 use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -24,7 +25,7 @@ pub(crate) async fn login(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
-    let line = Line::of(&request);
+    let peer = Client::of(&request).peer;
     let limits = state.limits();
     let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
     let token = object(&body, limits.json_depth_max, &["token"], HINT)?;
@@ -42,7 +43,7 @@ pub(crate) async fn login(
         Ok(Caller::Anyone) => return Ok(StatusCode::NO_CONTENT.into_response()),
         Ok(Caller::Holder { record, .. }) => record,
         Err(_unknown) => {
-            authorize::unknown_peer_may(&state, line.peer)?;
+            authorize::check_unknown_rate(&state, peer)?;
             let what = "this token is not, or no longer, known here";
             return Err(Refusal::new(StatusCode::UNAUTHORIZED, "bad_token", what)
                 .field("token")
@@ -64,14 +65,14 @@ pub(crate) async fn login(
     let cookie = state.0.authenticator.cookie(&record, t_end_s)?;
     Ok((
         StatusCode::NO_CONTENT,
-        set_cookie(&cookie, time_max_s, line),
+        set_cookie(&cookie, time_max_s, peer),
     )
         .into_response())
 }
 
 /// `POST /v1/logout`: takes the cookie away.
 pub(crate) async fn logout(request: Request) -> Response {
-    let headers = set_cookie("", 0, Line::of(&request));
+    let headers = set_cookie("", 0, Client::of(&request).peer);
     (StatusCode::NO_CONTENT, headers).into_response()
 }
 
@@ -99,9 +100,9 @@ fn wrong(what: &str) -> Refusal {
 }
 
 /// Out of reach of scripts, of other sites, and with TLS of anything sent in the clear.
-fn set_cookie(value: &str, max_age_s: i64, line: Line) -> HeaderMap {
-    let secure = if line.is_encrypted { "; Secure" } else { "" };
-    let name = authorize::cookie_name(line);
+fn set_cookie(value: &str, max_age_s: i64, peer: Peer) -> HeaderMap {
+    let secure = if peer.is_encrypted { "; Secure" } else { "" };
+    let name = authorize::cookie_name(peer);
     let cookie =
         format!("{name}={value}; Path=/; Max-Age={max_age_s}; HttpOnly; SameSite=Strict{secure}");
     let mut headers = HeaderMap::new();

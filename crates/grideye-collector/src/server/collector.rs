@@ -1,29 +1,29 @@
-//! The socket: an accept loop of our own, because `axum::serve` waits for slow peers for ever.
+//! [`Collector`]: takes its address and its store, accepts connections, and closes both in order.
 
 use crate::auth::Authenticator;
 use crate::clock::Clock;
 use crate::connections::{Admitted, Connections};
 use crate::counters::Counters;
-use crate::http::{Annex, AppState, Door, Hosts};
+use crate::http::{Annex, AppState, HostNames, Options};
 use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::TrustedProxies;
-use crate::router::Entrance;
+use crate::router::app_with;
 use crate::server::config::Config;
 use crate::server::descriptors;
 use crate::server::error::CollectorError;
 use crate::server::serving::Serving;
-use crate::server::stall::StallGuard;
+use crate::server::stall::StallLimit;
 use crate::server::tls::Acceptors;
 use crate::store;
-use std::fmt;
+use axum::Router;
 use std::future::Future;
-use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
+use std::{fmt, io};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -71,13 +71,13 @@ impl Collector {
             .local_addr()
             .map_err(|reason| CollectorError::Socket { reason })?;
         let counters = Arc::<Counters>::default();
-        let door = Door {
-            hosts: Hosts::new(local_addr.ip(), &config.host_names),
+        let options = Options {
+            hosts: HostNames::new(local_addr.ip(), &config.host_names),
             authenticator,
             log: config.log.clone(),
             counters: Arc::clone(&counters),
         };
-        let state = open(&config, door).await.map_err(|reason| {
+        let state = open(&config, options).await.map_err(|reason| {
             let path = PathBuf::from(config.store.to_string());
             CollectorError::Store { path, reason }
         })?;
@@ -127,7 +127,7 @@ impl Collector {
     ) -> Result<(), CollectorError> {
         let limits = self.state.limits().clone();
         let server = Server {
-            entrance: Arc::new(Entrance::new(self.state.clone(), &self.annexes)),
+            router: app_with(self.state.clone(), &self.annexes),
             open: Arc::new(Connections::new(&limits, self.counters)),
             proxies: Arc::new(self.trusted_proxies),
             acceptors: self.acceptors,
@@ -206,17 +206,17 @@ fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), Collecto
     }
 }
 
-async fn open(config: &Config, door: Door) -> Result<AppState, crate::store::StoreError> {
+async fn open(config: &Config, options: Options) -> Result<AppState, crate::store::StoreError> {
     let clock = Arc::clone(&config.clock);
     let store = store::open(&config.store, &config.limits, &clock, &config.log).await?;
-    AppState::with(store, config.limits.clone(), clock, door).await
+    AppState::with(store, config.limits.clone(), clock, options).await
 }
 
 /// A pause after the system could not hand over a connection, for example for want of file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
 struct Server {
-    entrance: Arc<Entrance>,
+    router: Router,
     open: Arc<Connections>,
     proxies: Arc<TrustedProxies>,
     acceptors: Option<Arc<Acceptors>>,
@@ -258,15 +258,15 @@ impl Server {
         let serving = Serving {
             peer: peer.ip().to_canonical(),
             proxies: is_proxy.then(|| Arc::clone(&self.proxies)),
-            entrance: Arc::clone(&self.entrance),
+            router: self.router.clone(),
             limits: self.limits.clone(),
             stopping: self.stopping.subscribe(),
             connection,
         };
         let task = match self.acceptors.clone() {
             None => {
-                let guarded = StallGuard::new(stream, self.limits.write_stall_max);
-                connections.spawn(serving.run(guarded, false))
+                let limited = StallLimit::new(stream, self.limits.write_stall_max);
+                connections.spawn(serving.run(limited, false))
             }
             Some(acceptors) => connections.spawn(async move {
                 if let Some(stream) = serving.encrypt(&acceptors, stream).await {

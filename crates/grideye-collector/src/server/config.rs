@@ -51,7 +51,7 @@ pub struct Config {
     pub trusted_proxies: Vec<IpAddr>,
     /// Who hears what happens.
     pub log: Log,
-    /// Routes that the program brings along, behind the same guard.
+    /// Routes that the program brings along, behind the same middleware.
     pub annexes: Vec<Annex>,
 }
 

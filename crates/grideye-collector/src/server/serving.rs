@@ -2,12 +2,13 @@
 
 use crate::alarm::Alarm;
 use crate::connections::Connection;
-use crate::http::authorize::Line;
+use crate::http::client::Client;
 use crate::limits::Limits;
-use crate::peer::TrustedProxies;
-use crate::router::{Answer, Entrance};
-use crate::server::stall::StallGuard;
+use crate::peer::{Peer, TrustedProxies};
+use crate::server::stall::StallLimit;
 use crate::server::tls::Acceptors;
+use axum::Router;
+use axum::response::Response;
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
@@ -21,13 +22,14 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio_rustls::server::TlsStream;
+use tower::Service as _;
 
 /// What it takes to serve one connection.
 pub(super) struct Serving {
     pub(super) peer: IpAddr,
     /// All trusted proxies, where the peer is one of them.
     pub(super) proxies: Option<Arc<TrustedProxies>>,
-    pub(super) entrance: Arc<Entrance>,
+    pub(super) router: Router,
     pub(super) limits: Limits,
     pub(super) stopping: watch::Receiver<bool>,
     pub(super) connection: Connection,
@@ -39,12 +41,12 @@ impl Serving {
         &self,
         acceptors: &Acceptors,
         stream: TcpStream,
-    ) -> Option<TlsStream<StallGuard<TcpStream>>> {
+    ) -> Option<TlsStream<StallLimit<TcpStream>>> {
         let agreed = async {
             let address = stream.local_addr().ok()?.ip();
             let acceptor = acceptors.for_address(address).ok()?;
-            let guarded = StallGuard::new(stream, self.limits.write_stall_max);
-            acceptor.accept(guarded).await.ok()
+            let limited = StallLimit::new(stream, self.limits.write_stall_max);
+            acceptor.accept(limited).await.ok()
         };
         let mut stopping = self.stopping.clone();
         let agreed = tokio::select! {
@@ -64,7 +66,7 @@ impl Serving {
         let Self {
             peer,
             proxies,
-            entrance,
+            router,
             limits,
             mut stopping,
             connection,
@@ -80,16 +82,24 @@ impl Serving {
             .writev(false)
             .header_read_timeout(limits.header_time_max)
             .max_header_size(limits.header_bytes_max);
-        let client = Arc::new(Client {
-            line: Line { peer, is_encrypted },
+        let connection = Arc::new(connection);
+        let peer = Peer {
+            address: peer,
+            is_encrypted,
+        };
+        let answering = Arc::new(Answering {
+            client: Client {
+                peer,
+                alarm,
+                connection: Some(Arc::clone(&connection)),
+            },
             proxies,
-            entrance,
-            alarm,
-            connection: Arc::new(connection),
+            router,
+            connection,
         });
         let service = service_fn(move |request: Request<Incoming>| {
-            let client = Arc::clone(&client);
-            async move { Ok::<_, Infallible>(client.answer(request).await) }
+            let answering = Arc::clone(&answering);
+            async move { answering.answer(request).await }
         });
         let mut connection = pin!(builder.serve_connection(TokioIo::new(stream), service));
         // How a connection ended is the peer's business: it sees the same end. The connection is asked first and not by lot,
@@ -104,25 +114,24 @@ impl Serving {
     }
 }
 
-/// The other end of a connection, and what answers its requests.
-struct Client {
-    line: Line,
+/// What answers the requests of one connection.
+struct Answering {
+    client: Client,
     proxies: Option<Arc<TrustedProxies>>,
-    entrance: Arc<Entrance>,
-    alarm: Alarm,
+    router: Router,
     connection: Arc<Connection>,
 }
 
-impl Client {
-    async fn answer(&self, request: Request<Incoming>) -> Answer {
-        let mut line = self.line;
+impl Answering {
+    async fn answer(&self, mut request: Request<Incoming>) -> Result<Response, Infallible> {
+        let mut client = self.client.clone();
         if let Some(proxies) = &self.proxies {
-            line.peer = proxies.client(line.peer, request.headers());
+            client.peer.address = proxies.client(client.peer.address, request.headers());
         }
-        let (alarm, connection) = (&self.alarm, &self.connection);
-        connection.asks();
-        let answer = self.entrance.answer(line, alarm, connection, request).await;
-        connection.is_answered();
+        request.extensions_mut().insert(client);
+        self.connection.asks();
+        let answer = self.router.clone().call(request).await;
+        self.connection.is_answered();
         answer
     }
 }

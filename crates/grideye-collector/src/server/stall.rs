@@ -9,14 +9,14 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::Sleep;
 
 /// Passes everything through; a write that waits longer than allowed fails.
-pub(super) struct StallGuard<S> {
+pub(super) struct StallLimit<S> {
     stream: S,
     stall_max: Duration,
     /// Runs while a write waits.
     waiting: Option<Pin<Box<Sleep>>>,
 }
 
-impl<S> StallGuard<S> {
+impl<S> StallLimit<S> {
     pub(super) fn new(stream: S, stall_max: Duration) -> Self {
         Self {
             stream,
@@ -45,7 +45,7 @@ impl<S> StallGuard<S> {
     }
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for StallGuard<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for StallLimit<S> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -55,7 +55,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for StallGuard<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for StallGuard<S> {
+impl<S: AsyncWrite + Unpin> AsyncWrite for StallLimit<S> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -97,9 +97,9 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_peer_that_takes_nothing_is_given_up() {
         let (near, _far) = tokio::io::duplex(8);
-        let mut guarded = StallGuard::new(near, Duration::from_secs(20));
+        let mut limited = StallLimit::new(near, Duration::from_secs(20));
         let started = tokio::time::Instant::now();
-        let error = guarded.write_all(&[0; 64]).await.unwrap_err();
+        let error = limited.write_all(&[0; 64]).await.unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::TimedOut);
         assert_eq!(started.elapsed().as_secs(), 20);
     }
@@ -107,7 +107,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_peer_that_takes_a_little_now_and_then_is_kept() {
         let (near, mut far) = tokio::io::duplex(8);
-        let mut guarded = StallGuard::new(near, Duration::from_secs(20));
+        let mut limited = StallLimit::new(near, Duration::from_secs(20));
         let slow = tokio::spawn(async move {
             let mut piece = [0; 8];
             for _ in 0..8 {
@@ -115,7 +115,7 @@ mod tests {
                 far.read_exact(&mut piece).await.unwrap();
             }
         });
-        guarded.write_all(&[7; 64]).await.unwrap();
+        limited.write_all(&[7; 64]).await.unwrap();
         slow.await.unwrap();
     }
 }

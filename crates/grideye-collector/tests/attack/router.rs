@@ -1,8 +1,7 @@
 //! Every request that is made up goes through the router; a device delivers all the while.
 
-use crate::collector_process;
 use crate::made_up::{self, Dice, METHODS};
-use crate::{ALONE, from_environment};
+use crate::{ALONE, collector_process, from_environment};
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, Response, header};
@@ -61,7 +60,7 @@ impl Scene {
         let file = StoreLocation::File(around.path().join("frames.sqlite"));
         let store = Arc::new(SqliteStore::open(&file, &limits).unwrap());
         let clock = Arc::new(SystemClock::new());
-        let state = AppState::guarded(store, limits, clock, folder, Log::silent()).await;
+        let state = AppState::with_tokens(store, limits, clock, folder, Log::silent()).await;
         Self {
             router: app(state.unwrap()),
             good,

@@ -1,7 +1,7 @@
-//! Routes that the program brings along, through the router: guarded as the collector's own are.
+//! Routes that the program brings along, through the router and the middleware of the collector's own.
 
 use crate::batches::numbered;
-use crate::http::HandClock;
+use crate::server::HandClock;
 use axum::Router;
 use axum::body::Body;
 use axum::http::{Method, Request, StatusCode, header};
@@ -118,7 +118,7 @@ async fn they_are_behind_the_same_guard() {
     let limits = Limits::default();
     let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
     let clock = Arc::new(HandClock::default());
-    let state = AppState::guarded(store, limits, clock.clone(), folder.clone(), Log::silent());
+    let state = AppState::with_tokens(store, limits, clock.clone(), folder.clone(), Log::silent());
     let router = app_with(state.await.unwrap(), &[annex()]);
     let token = |name: &str, scope: Scope| {
         let token = folder.change(|book| book.add(name, scope, 1)).unwrap();

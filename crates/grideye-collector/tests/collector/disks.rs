@@ -1,7 +1,7 @@
 //! Stores on a disk that is full.
 
 use crate::batches::numbered;
-use crate::http::Server;
+use crate::server::Server;
 use grideye_collector::{FrameStore, Limits, SqliteStore, StoreError, StoreLocation};
 use std::path::{Path, PathBuf};
 use std::process::Command;

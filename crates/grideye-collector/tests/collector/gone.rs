@@ -2,7 +2,7 @@
 //! finds again, and nothing that was acknowledged is lost.
 
 use crate::batches::numbered;
-use crate::http::Server;
+use crate::server::Server;
 use grideye_collector::{
     FrameStore as _, Limits, Log, LogEvent, SqliteStore, StoreError, StoreLocation,
 };

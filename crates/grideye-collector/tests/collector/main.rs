@@ -1,9 +1,9 @@
 //! What the collector promises, seen from outside.
 
 #[cfg(test)]
-mod access;
-#[cfg(test)]
 mod annexes;
+#[cfg(test)]
+mod auth;
 #[cfg(test)]
 mod backup;
 #[cfg(test)]
@@ -28,6 +28,8 @@ mod postgres;
 mod recordings;
 #[cfg(test)]
 mod retain;
+#[cfg(test)]
+mod server;
 #[cfg(test)]
 mod settle;
 #[cfg(test)]

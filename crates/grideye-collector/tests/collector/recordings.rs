@@ -1,7 +1,7 @@
 //! Recordings over HTTP: their notes, and the frames as the page takes them.
 
 use crate::batches::{batch, flat, missing, numbered, part};
-use crate::http::{Reply, Server};
+use crate::server::{Reply, Server};
 use axum::http::header;
 use grideye_collector::Limits;
 use grideye_frame::NoData;

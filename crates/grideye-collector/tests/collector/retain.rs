@@ -2,8 +2,8 @@
 
 use crate::batches::{frame, numbered};
 use crate::clocks::{BEGIN_NS, Clocks};
-use crate::http::{Server, request};
 use crate::postgres;
+use crate::server::{Server, request};
 use axum::body::Body;
 use axum::http::Method;
 use grideye_collector::auth::AccessFolder;
@@ -330,7 +330,7 @@ async fn a_step_of_the_wall_clock_is_logged_once_with_its_size() {
     let store = SqliteStore::open(&StoreLocation::Memory, &limits).unwrap();
     let lines = Lines::default();
     let access = AccessFolder::new(folder.path().join("access"));
-    let state = AppState::guarded(
+    let state = AppState::with_tokens(
         Arc::new(store),
         limits,
         clocks.handed(),

@@ -3,8 +3,7 @@
 use crate::http::refusal::Refusal;
 use crate::store::RecordingId;
 use axum::http::StatusCode;
-use serde_json::Map;
-use serde_json::Value;
+use serde_json::{Map, Value};
 pub(super) fn parse_id(text: &str) -> Result<RecordingId, Refusal> {
     text.parse().map_err(|_not_a_number| {
         Refusal::new(

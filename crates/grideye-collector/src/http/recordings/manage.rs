@@ -1,9 +1,8 @@
 //! Recordings: start, stop, note, list, and one with its frames.
 
 use crate::http::body::{object, read_json_body};
-use crate::http::recordings::csv;
 use crate::http::recordings::fields::{parse_id, text_of, wrong_value};
-use crate::http::recordings::frames;
+use crate::http::recordings::{csv, frames};
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::live::Event;

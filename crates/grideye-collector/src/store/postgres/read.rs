@@ -8,8 +8,7 @@ use crate::store::recording_id::RecordingId;
 use crate::store::row::{Stored, count, unsigned};
 use crate::store::runs::Runs;
 use crate::store::types::{Members, Recording, Span, StoredRecord, StreamSummary};
-use grideye_recording::Record;
-use grideye_recording::StreamId;
+use grideye_recording::{Record, StreamId};
 use std::sync::Arc;
 use tokio_postgres::Row;
 

@@ -5,12 +5,9 @@ use crate::store::error::StoreError;
 use crate::store::label::{KeptLabel, Label};
 use crate::store::location::PostgresUrl;
 use crate::store::plan::Taken;
-use crate::store::postgres::follow;
-use crate::store::postgres::labels;
-use crate::store::postgres::read;
-use crate::store::postgres::schema;
 use crate::store::postgres::session::{Session, Shared};
 use crate::store::postgres::writer::Writer;
+use crate::store::postgres::{follow, labels, read, schema};
 use crate::store::queue::{Command, Queue, WriteFault};
 use crate::store::recording_id::RecordingId;
 use crate::store::types::{

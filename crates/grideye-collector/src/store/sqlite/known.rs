@@ -12,15 +12,13 @@
 //! finds rows in `pending`, after a crash or when another program has written, takes them in as if they came now.
 
 use crate::limits::Limits;
-use crate::store::account;
-use crate::store::chunk;
 use crate::store::error::StoreError;
 use crate::store::plan::{Contents, Plan, StreamState, Streams, Taken};
 use crate::store::row::{count, fitting};
-use crate::store::sqlite::pending;
-use crate::store::sqlite::read;
 use crate::store::sqlite::retain::Deleted;
+use crate::store::sqlite::{pending, read};
 use crate::store::types::{Appended, StreamSummary};
+use crate::store::{account, chunk};
 use grideye_recording::StreamId;
 use rusqlite::{Connection, params};
 use std::collections::{BTreeSet, HashMap, VecDeque};

@@ -10,14 +10,11 @@ use crate::store::plan::Taken;
 use crate::store::queue::{Command, Queue, WriteFault};
 use crate::store::recording_id::RecordingId;
 use crate::store::sqlite::held::{Held, Presence};
-use crate::store::sqlite::labels;
 use crate::store::sqlite::place::Place;
-use crate::store::sqlite::read;
 use crate::store::sqlite::retain::{DeletedCounts, Reason};
-use crate::store::sqlite::schema;
 use crate::store::sqlite::time::StoreTime;
-use crate::store::sqlite::upgrade;
 use crate::store::sqlite::write::Writer;
+use crate::store::sqlite::{labels, read, schema, upgrade};
 use crate::store::types::{
     Answer, Appended, FrameStore, Members, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
 };

@@ -1,0 +1,6 @@
+//! Who may do what, through the router: tokens, scopes, the page's cookie, and how often.
+
+mod answers;
+mod server;
+mod sign_in;
+mod tokens;

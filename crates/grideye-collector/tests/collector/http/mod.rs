@@ -1,0 +1,9 @@
+//! The HTTP interface through the router, without a socket.
+
+mod client;
+mod every_request;
+mod health;
+mod ingest;
+mod live;
+mod recordings;
+mod sensors;

@@ -1,0 +1,8 @@
+//! What every store must do.
+
+mod books;
+mod conformance;
+mod file;
+mod frames;
+mod helpers;
+mod recordings;
