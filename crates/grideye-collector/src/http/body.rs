@@ -88,7 +88,7 @@ pub(crate) async fn collect(
     let (mut first, mut whole) = (Bytes::new(), Vec::new());
     while let Some(frame) = body.frame().await {
         let frame = frame.map_err(|error| {
-            let what = format!("the body could not be read: {}", error);
+            let what = format!("the body could not be read: {error}");
             Refusal::new(StatusCode::BAD_REQUEST, "body_cut", what)
         })?;
         let Ok(piece) = frame.into_data() else {

@@ -10,7 +10,6 @@ use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-use tokio_stream::StreamExt;
 use tower::ServiceExt;
 
 /// When the tests begin: 2021-07-01 18:07:27 UTC, as the frames' wall clocks say.

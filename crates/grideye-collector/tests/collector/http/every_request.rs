@@ -4,8 +4,7 @@ use crate::batches::numbered;
 use crate::server::{Server, request};
 use axum::body::Body;
 use axum::http::{Method, StatusCode, header};
-use grideye_collector::{FrameStore, Limits};
-use tokio_stream::StreamExt;
+use grideye_collector::Limits;
 
 #[tokio::test]
 async fn only_bodies_of_frames_may_be_large() {

@@ -9,7 +9,6 @@ use grideye_collector::{FrameStore, Limits, SqliteStore};
 use serde_json::json;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio_stream::StreamExt;
 
 #[tokio::test]
 async fn health_is_that_of_the_store() {

@@ -7,7 +7,6 @@ use axum::http::StatusCode;
 use grideye_collector::Limits;
 use grideye_frame::NoData;
 use serde_json::json;
-use tokio_stream::StreamExt;
 
 #[tokio::test]
 async fn a_client_gets_the_state_and_then_every_batch_in_degrees() {

@@ -8,7 +8,6 @@ use grideye_frame::NoData;
 use grideye_recording::csv::Reader;
 use serde_json::json;
 use std::time::Duration;
-use tokio_stream::StreamExt;
 
 async fn start(server: &Server, name: &str) -> Reply {
     server

@@ -10,7 +10,6 @@ use grideye_recording::wire::Batch;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
-use tokio_stream::StreamExt;
 
 #[tokio::test]
 async fn a_sensors_state_tells_age_rate_and_books() {
