@@ -14,12 +14,8 @@
 //! | [`perceived`] | what a surface looks like from a distance | PeerJ CS 11:e3124, "Perceived temperature calculation" |
 //! | [`resample`] | sampling grid to pixels, as MATLAB's `imresize` does | the same, "Interpolation" |
 //! | [`physical`] | the other model: radiance averaged over each pixel's response | Planck, Stefan and Boltzmann; the AMG88's specification |
-//! | [`fusion`] | several sensors as one of more pixels | the same, "Scenario A" |
-//! | [`separation`] | situations told apart above the noise | the same, "Scenario B" |
-//! | [`coverage`] | where to put sensors | the paper's title; its tool does not do it |
 //! | [`variation`] | the same scene with other values in each frame | `scenes/README.md` |
 //! | [`fit`] | numbers of the file that a recording is to tell | `scenes/README.md` |
-//! | [`drawing`] | the view of the environment | the same, Figures 3, 11, 12, 14, 24 |
 //! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
 //!
 //! The library opens no file, reads no clock and owns no randomness: a scene asks for its trajectories through
@@ -66,14 +62,8 @@
 //! # Ok::<(), grideye_scene::SceneError>(())
 //! ```
 
-mod collision;
-mod count;
-pub mod coverage;
-pub mod drawing;
 mod file;
-pub mod fusion;
 mod geometry;
-pub mod ground;
 mod heat;
 pub mod limits;
 mod model;
@@ -82,17 +72,17 @@ mod picture;
 pub mod profile;
 mod radiometry;
 mod sensor;
-pub mod separation;
 pub mod simulator;
 mod text;
 pub mod variation;
 
-pub use collision::Contact;
 pub use file::files::Files;
 pub use geometry::cuboid::Cuboid;
 pub use geometry::pose::Pose;
 pub use geometry::solid::{Solid, SolidError};
+pub use geometry::{count, polygon};
 pub use model::body::{Agent, Body};
+pub use model::contact::{Contact, FreeSpace};
 pub use model::error::{SceneError, Warning};
 pub use model::fit;
 pub use model::room::Room;

@@ -40,7 +40,7 @@ pub use types::{
     TEXT_BYTES_MAX, Thermistor, WarmUp,
 };
 
-use crate::count::float;
+use crate::geometry::count::float;
 use crate::radiometry::perceived::ABSOLUTE_ZERO_C;
 use draw::Draws;
 use grideye_frame::{Celsius, Frame, PIXELS};
@@ -174,7 +174,7 @@ fn wander(seed: u64, at: f64, octaves: u32) -> f64 {
 /// A smooth random function of variance 1 everywhere, whose values at whole numbers are independent: any moment can be
 /// asked for without those before it.
 fn smooth(seed: u64, octave: u32, at: f64) -> f64 {
-    let knot = crate::count::floor(at);
+    let knot = crate::geometry::count::floor(at);
     let share = at - float(knot);
     let number = u64::try_from(knot).unwrap_or(u64::MAX);
     let before = Draws::knot(seed, octave, number).normal();

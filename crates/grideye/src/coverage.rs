@@ -1,43 +1,19 @@
 //! `grideye coverage`: how well the sensors of a room see a person at every place, and where the best places for some
 //! are.
 
-mod csv;
-mod json;
-mod table;
-
 use crate::cli::{Coverage, Posture as Asked, Where};
 use crate::exit::{Outcome, bad_input};
 use crate::export::raster;
 use crate::output::out;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
-use grideye_scene::coverage::{
-    Candidate, CoverageError, Figure, Grain, Look, Map, Mount, Mounts, Pick, Picture, Posture,
-    Rule, Sketch, Survey, Wish, candidates, pick, preset,
+use grideye_plan::coverage::{
+    Candidate, CoverageError, Figure, Grain, Look, Mount, Mounts, Posture, Report, Rule, Survey,
+    Wish, candidates, preset,
 };
 use grideye_scene::perceived::{ABSOLUTE_ZERO_C, Surface};
 use grideye_scene::{Scene, Sensor};
 use std::path::Path;
-
-/// All that was found.
-struct Found<'a> {
-    scene_name: String,
-    scene: &'a Scene,
-    survey: &'a Survey,
-    figure: &'a Figure,
-    wish: Wish,
-    /// The poses that were looked from: first those that are kept, then the candidates.
-    poses: &'a [Candidate],
-    kept: usize,
-    looks: &'a [Look],
-    /// The candidates that were picked; `None` if the scene's own sensors were asked for.
-    pick: Option<Pick>,
-    /// The poses of the map, by their places among all.
-    shown: Vec<usize>,
-    /// What the shown poses do together, and what they did with each pose more, the kept ones first.
-    map: Map,
-    steps: Vec<Map>,
-}
 
 /// Looks from all poses, picks the best, and prints and writes what was asked for.
 pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
@@ -72,80 +48,42 @@ pub(crate) fn run(options: &Coverage) -> Result<Outcome> {
         poses.extend(candidates(&survey, &mounts(options), &like).map_err(bad_input)?);
     }
     let looks = look(&survey, &poses, options)?;
-    let found = found(
-        options,
-        &scene,
-        &survey,
-        &figure,
+    let found = Report::new(
+        (name_of(&options.scene), &scene),
+        (&survey, &figure),
         wish,
         (&poses, kept.len()),
         &looks,
-    )?;
+        (!options.candidates.is_empty()).then_some(options.best),
+    )
+    .map_err(bad_input)?;
     tell(options, &found)?;
     Ok(outcome(options, &found))
 }
 
-fn tell(options: &Coverage, found: &Found<'_>) -> Result<()> {
+fn tell(options: &Coverage, found: &Report<'_>) -> Result<()> {
     for out in &options.out {
         write(out, found)?;
         progress::say(&format!("wrote the map to {}", out.display()));
     }
     if let Some(path) = &options.write {
-        files::write_text(path, &table::tables(found))?;
+        files::write_text(path, &found.tables())?;
         progress::say(&format!("wrote the poses to {}", path.display()));
     }
     if options.json {
-        out!("{}", json::text(found))?;
+        out!("{}", found.json())?;
     } else {
-        out!("{}", table::text(found))?;
+        out!("{}", found.text())?;
     }
     Ok(())
 }
 
-fn outcome(options: &Coverage, found: &Found<'_>) -> Outcome {
-    let share = 100.0 * share(found.map.totals.detected, found.map.totals.places);
+fn outcome(options: &Coverage, found: &Report<'_>) -> Outcome {
+    let share = 100.0 * found.detected_share();
     match options.at_least {
         Some(wanted) if share < wanted => Outcome::Disagrees,
         _ => Outcome::Done,
     }
-}
-
-fn found<'a>(
-    options: &Coverage,
-    scene: &'a Scene,
-    survey: &'a Survey,
-    figure: &'a Figure,
-    wish: Wish,
-    (poses, kept): (&'a [Candidate], usize),
-    looks: &'a [Look],
-) -> Result<Found<'a>> {
-    let own: Vec<usize> = (0..kept).collect();
-    // Asked for or not: it is what refuses a wish that makes no sense.
-    let picked = pick(survey.floor(), looks, &own, options.best, &wish).map_err(bad_input)?;
-    let picked = (!options.candidates.is_empty()).then_some(picked);
-    let mut shown = own;
-    let steps = picked.iter().flat_map(|pick| &pick.steps);
-    shown.extend(steps.map(|step| step.chosen));
-    let map_of = |poses: &[usize]| {
-        let looks: Vec<&Look> = poses.iter().filter_map(|pose| looks.get(*pose)).collect();
-        Map::new(survey.floor(), &looks, &wish)
-    };
-    Ok(Found {
-        scene_name: name_of(&options.scene),
-        scene,
-        survey,
-        figure,
-        wish,
-        poses,
-        kept,
-        looks,
-        pick: picked,
-        map: map_of(&shown),
-        steps: (1..=shown.len())
-            .map(|count| map_of(&shown[..count]))
-            .collect(),
-        shown,
-    })
 }
 
 fn look(survey: &Survey, poses: &[Candidate], options: &Coverage) -> Result<Vec<Look>> {
@@ -294,36 +232,12 @@ fn check_name(out: &Path) -> Result<()> {
     }
 }
 
-fn write(out: &Path, found: &Found<'_>) -> Result<()> {
+fn write(out: &Path, found: &Report<'_>) -> Result<()> {
     match extension(out) {
-        Some("csv") => files::write_whole(out, |file| csv::write(found, file)),
-        Some("png") => files::write_whole(out, |file| raster::write(&sketch(found), file)),
-        _ => files::write_text(out, &sketch(found).svg()),
+        Some("csv") => files::write_whole(out, |file| Ok(found.csv(file)?)),
+        Some("png") => files::write_whole(out, |file| raster::write(&found.sketch(), file)),
+        _ => files::write_text(out, &found.sketch().svg()),
     }
-}
-
-fn sketch(found: &Found<'_>) -> Sketch {
-    let sensors: Vec<(String, &Sensor)> = found
-        .shown
-        .iter()
-        .enumerate()
-        .map(|(index, pose)| {
-            (
-                found.shown_name(index).unwrap_or_default(),
-                &found.poses[*pose].sensor,
-            )
-        })
-        .collect();
-    Picture {
-        title: &format!("{}: coverage", found.scene_name),
-        summary: &table::summary_of_picture(found),
-        scene: found.scene,
-        floor: found.survey.floor(),
-        map: &found.map,
-        wish: &found.wish,
-        sensors: &sensors,
-    }
-    .sketch()
 }
 
 fn extension(path: &Path) -> Option<&str> {
@@ -334,14 +248,4 @@ fn name_of(scene: &Path) -> String {
     scene
         .file_stem()
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
-}
-
-/// A part of a count, 0 of nothing.
-#[expect(
-    clippy::as_conversions,
-    clippy::cast_precision_loss,
-    reason = "a floor has far fewer cells than 2^52"
-)]
-fn share(part: usize, whole: usize) -> f64 {
-    part as f64 / whole.max(1) as f64
 }

@@ -6,7 +6,7 @@ use crate::export::{self, Film};
 use crate::output::outln;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
-use grideye_scene::drawing::{self, Drawing};
+use grideye_plan::drawing::{self, Drawing};
 use grideye_scene::{Image, Model, Scene, Sensor, Simulator};
 use std::path::Path;
 use std::time::Duration;

@@ -1,6 +1,5 @@
 //! From an agent's keys and its trajectory to somebody who walks in the room.
 
-use crate::collision::Walls;
 use crate::file::body;
 use crate::file::document::AgentTable;
 use crate::file::files::Files;
@@ -10,6 +9,7 @@ use crate::file::way_points::{WayPoint, read_way_points};
 use crate::limits;
 use crate::limits::TIME_MAX_S;
 use crate::model::body::Agent;
+use crate::model::contact::Walls;
 use crate::model::error::SceneError;
 use crate::model::room::Room;
 use crate::motion::schedule::{Clock, Motion, Schedule};

@@ -1,11 +1,11 @@
 //! Cuboids side by side, one for each number: how the paper builds what has many temperatures (PeerJ CS 11:e3124,
 //! "Experiment 5": each pixel of a picture is a separate object, in close proximity to others).
 
-use crate::count::float;
 use crate::file::document::MosaicTable;
 use crate::file::rule::TEMPERATURE;
 use crate::file::source::Source;
 use crate::file::{body, clothes};
+use crate::geometry::count::float;
 use crate::geometry::cuboid::Cuboid;
 use crate::geometry::solid::Solid;
 use crate::heat::warmth::Warmth;

@@ -1,6 +1,5 @@
 //! From the file's tables to a scene that can be simulated, or to the error that says why not.
 
-use crate::collision::Walls;
 use crate::file::document::SceneTable;
 use crate::file::files::Files;
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, paper_experiment};
@@ -9,6 +8,7 @@ use crate::file::source::Source;
 use crate::file::{agent, body, clothes, fit, mosaic, prints, room, unit};
 use crate::geometry::solid::Solid;
 use crate::model::body::Body;
+use crate::model::contact::Walls;
 use crate::model::error::{SceneError, Warning};
 use crate::model::room::Room;
 use crate::model::scene::{Loaded, Model, Scene};

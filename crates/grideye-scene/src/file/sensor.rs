@@ -1,6 +1,5 @@
 //! From a sensor's keys, and the preset that they name, to a sensor in the room.
 
-use crate::count;
 use crate::file::document::SensorTable;
 use crate::file::files::Files;
 use crate::file::rule::{
@@ -9,6 +8,7 @@ use crate::file::rule::{
 use crate::file::source::Source;
 use crate::file::unit;
 use crate::file::unit::{Given, Unit};
+use crate::geometry::count;
 use crate::geometry::pose::Pose;
 use crate::limits;
 use crate::model::error::SceneError;

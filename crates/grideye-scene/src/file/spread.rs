@@ -4,11 +4,11 @@
 //! Faces are cut into parts of one temperature each, so that everything that draws faces draws these as well. A
 //! gradient is cut into strips of [`STEP_C`], or into [`STRIPS_MAX`]: nowhere is it off by more than half a strip.
 
-use crate::count;
 use crate::file::document::ObjectTable;
 use crate::file::rule::{CAPACITY, GRADIENT, POWER, TEMPERATURE, TIME_CONSTANT};
 use crate::file::source::Source;
 use crate::geometry::angle::rotation_z_deg;
+use crate::geometry::count;
 use crate::geometry::polygon::clipped;
 use crate::geometry::solid::Solid;
 use crate::heat::cooling::{Heat, Material};

@@ -1,8 +1,10 @@
 //! Shapes and places in the room, without temperature: each file knows only those below it.
 
 pub(crate) mod angle;
+pub(crate) mod collision;
+pub mod count;
 pub(crate) mod cuboid;
 pub(crate) mod distance;
-pub(crate) mod polygon;
+pub mod polygon;
 pub(crate) mod pose;
 pub(crate) mod solid;

@@ -5,7 +5,8 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// The part of a convex polygon where `side` is not below zero.
-pub(crate) fn clipped(outline: &[DVec3], side: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+#[must_use]
+pub fn clipped(outline: &[DVec3], side: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     let mut kept = Vec::with_capacity(outline.len() + 1);
     let Some(last) = outline.last() else {
         return kept;

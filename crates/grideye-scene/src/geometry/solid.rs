@@ -1,6 +1,6 @@
 //! Surfaces of flat faces: cuboids, pyramids, any polyhedron, and round bodies as polyhedra of many faces.
 
-use crate::count;
+use crate::geometry::count;
 use crate::geometry::cuboid::Cuboid;
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -246,6 +246,12 @@ impl Solid {
             .fold((first, first), |(low, high), vertex| {
                 (low.min(*vertex), high.max(*vertex))
             })
+    }
+
+    /// Whether its faces enclose a space: then only their outsides can be seen.
+    #[must_use]
+    pub const fn is_closed(&self) -> bool {
+        !matches!(self.enclosure, Enclosure::Open)
     }
 
     pub(crate) const fn enclosure(&self) -> Enclosure {

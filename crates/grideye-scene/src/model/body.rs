@@ -1,5 +1,6 @@
 //! What is in the room: bodies that stand, and agents that move.
 
+use crate::geometry::angle::rotation_z_deg;
 use crate::geometry::solid::Solid;
 use crate::heat::warmth::Warmth;
 use crate::motion::trajectory::Trajectory;
@@ -44,8 +45,33 @@ pub struct Agent {
 }
 
 impl Body {
+    /// A body of one temperature that stays as it is.
+    #[must_use]
+    pub fn new(name: &str, base_m: DVec3, solid: Solid, surface: Surface) -> Self {
+        Self {
+            name: name.to_owned(),
+            base_m,
+            solid,
+            surface,
+            warmth: Warmth::default(),
+            color: None,
+        }
+    }
+
+    /// The same turned counter-clockwise about the vertical through the origin, seen from above, and then moved.
+    #[must_use]
+    pub fn placed(&self, yaw_deg: f64, offset_m: DVec3) -> Self {
+        let turn = rotation_z_deg(yaw_deg);
+        Self {
+            base_m: offset_m + turn * self.base_m,
+            solid: self.solid.clone().placed(turn, offset_m),
+            ..self.clone()
+        }
+    }
+
     /// Its temperature on the whole after `time_s`.
-    pub(crate) fn celsius(&self, ambient_c: f64, time_s: f64) -> f64 {
+    #[must_use]
+    pub fn celsius(&self, ambient_c: f64, time_s: f64) -> f64 {
         match &self.warmth.heat {
             None => self.surface.celsius,
             Some(heat) => heat.celsius(self.surface.celsius, ambient_c, time_s),
@@ -54,6 +80,19 @@ impl Body {
 }
 
 impl Agent {
+    /// Somebody who stays where he is.
+    #[must_use]
+    pub fn at_rest(name: &str, parts: Vec<Body>, start_m: DVec3) -> Self {
+        Self {
+            name: name.to_owned(),
+            parts,
+            start_m,
+            trajectory: None,
+            turns: None,
+            touches: Vec::new(),
+        }
+    }
+
     /// Where the agent is at `time`: the middle of its underside, metres.
     #[must_use]
     pub fn position_m(&self, time: Duration) -> DVec3 {

@@ -1,6 +1,7 @@
 //! A checked scene as plain values: room, bodies, agents, sensors, and what was wrong with a file. Nothing here parses.
 
 pub(crate) mod body;
+pub(crate) mod contact;
 pub(crate) mod error;
 pub mod fit;
 pub(crate) mod print;

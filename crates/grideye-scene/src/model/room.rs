@@ -2,7 +2,6 @@
 
 use crate::geometry::polygon::{area_m2, normal, winding};
 use crate::geometry::solid::{Enclosure, Solid};
-use crate::heat::warmth::Warmth;
 use crate::model::body::Body;
 use crate::radiometry::perceived::Surface;
 use glam::{DVec2, DVec3};
@@ -103,7 +102,7 @@ impl Room {
 
     fn of_hull(hull: Hull, ambient_c: f64) -> Option<Self> {
         let (low_m, high_m) = hull.solid.bounds_m();
-        (hull.solid.enclosure() != Enclosure::Open).then_some(Self {
+        hull.solid.is_closed().then_some(Self {
             size_m: high_m - low_m,
             ambient_c,
             low_m,
@@ -181,7 +180,8 @@ impl Room {
     }
 
     /// The same cut into convex faces.
-    pub(crate) fn convex_sides_m(&self) -> Vec<Vec<DVec3>> {
+    #[must_use]
+    pub fn convex_sides_m(&self) -> Vec<Vec<DVec3>> {
         let Some(hull) = &self.hull else {
             return self.sides_m();
         };
@@ -194,7 +194,8 @@ impl Room {
 
     /// The walls that jut into the room, so that something of it is behind them: convex faces as [`Self::convex_sides_m`]
     /// has them; none in a convex room.
-    pub(crate) fn jutting_m(&self) -> Vec<Vec<DVec3>> {
+    #[must_use]
+    pub fn jutting_m(&self) -> Vec<Vec<DVec3>> {
         let Some(hull) = &self.hull else {
             return Vec::new();
         };
@@ -224,17 +225,12 @@ impl Room {
             let end = i64::try_from(vertices_m.len()).ok()?;
             faces.push((first..end).collect());
         }
-        Some(Body {
-            name: "walls".to_owned(),
-            base_m: self.low_m,
-            solid: Solid::new(vertices_m, &faces).ok()?,
-            surface: Surface {
-                celsius: self.ambient_c,
-                emissivity: 1.0,
-            },
-            warmth: Warmth::default(),
-            color: None,
-        })
+        let surface = Surface {
+            celsius: self.ambient_c,
+            emissivity: 1.0,
+        };
+        let solid = Solid::new(vertices_m, &faces).ok()?;
+        Some(Body::new("walls", self.low_m, solid, surface))
     }
 
     /// The room in messages, without its unit.

@@ -93,6 +93,12 @@ impl Scene {
         self.objects.iter().chain(&self.screen)
     }
 
+    /// The walls that jut into the room, as a body that hides what is behind them.
+    #[must_use]
+    pub const fn screen(&self) -> Option<&Body> {
+        self.screen.as_ref()
+    }
+
     /// The agents, in the order of the file.
     #[must_use]
     pub fn agents(&self) -> &[Agent] {
@@ -168,11 +174,21 @@ impl Scene {
         }
     }
 
+    /// The same scene, looked at by these sensors.
+    #[must_use]
+    pub fn with_sensors(&self, sensors: Vec<Sensor>) -> Self {
+        Self {
+            sensors,
+            ..self.clone()
+        }
+    }
+
     /// How many frames the sensor takes while an agent is on its way, the first at its start: 1 if nothing moves.
     #[must_use]
     pub fn frame_count(&self, sensor: &Sensor) -> u64 {
         // A hair's breadth keeps the last frame in, if the way ends on it but for rounding.
         let last = (self.duration().as_secs_f64() * sensor.sampling_hz + 1e-6).floor();
-        u64::try_from(crate::count::floor(last)).map_or(u64::MAX, |last| last.saturating_add(1))
+        u64::try_from(crate::geometry::count::floor(last))
+            .map_or(u64::MAX, |last| last.saturating_add(1))
     }
 }

@@ -53,6 +53,12 @@ pub struct Sensor {
 }
 
 impl Sensor {
+    /// The slopes at which its view ends on each axis: the tangents of half its angles.
+    #[must_use]
+    pub fn view_slopes(&self) -> DVec2 {
+        self.field_of_view_rad.map(|angle| libm::tan(0.5 * angle))
+    }
+
     /// What it reports of a temperature: the nearest that it can.
     #[must_use]
     pub fn detected(&self, celsius: f64) -> f64 {

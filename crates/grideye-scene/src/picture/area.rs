@@ -10,7 +10,7 @@
 //! four pixels by its moments. The fourth root in the law has no antiderivative in closed form; a Gauss rule that is
 //! exact for polynomials of degree 5 takes its place, on triangles no larger than a pixel.
 
-use crate::count;
+use crate::geometry::count;
 use crate::model::sensor::Sensor;
 use crate::radiometry::perceived::{Air, Glow};
 use glam::{DVec2, DVec3};
@@ -61,12 +61,10 @@ pub(crate) struct Still {
 impl Plane {
     pub(crate) fn new(sensor: &Sensor) -> Self {
         let half = 0.5 * DVec2::new(count::float(sensor.columns), count::float(sensor.rows));
-        let field = sensor.field_of_view_rad;
-        let slope = DVec2::new(libm::tan(0.5 * field.x), libm::tan(0.5 * field.y));
         Self {
             columns: sensor.columns,
             rows: sensor.rows,
-            pitch: slope / half,
+            pitch: sensor.view_slopes() / half,
             half,
         }
     }

@@ -77,9 +77,9 @@ impl Physical {
         let eye = Eye::new(sensor);
         let width = eye.narrowest_up_rad() / LINES_PER_WIDTH;
         let bands = (2.0 * eye.field.y / width).ceil().clamp(1.0, BANDS_MAX);
-        let count = crate::count::floor(bands);
+        let count = crate::geometry::count::floor(bands);
         let even = (0..=count)
-            .map(|band| eye.field.y * (2.0 * crate::count::float(band) / bands - 1.0))
+            .map(|band| eye.field.y * (2.0 * crate::geometry::count::float(band) / bands - 1.0))
             .collect();
         let mut physical = Self {
             light: Light::new(scene.band, scene.room.ambient_c, scene.reflected_c),

@@ -1,6 +1,6 @@
 //! How a sensor sees the corners and faces of a solid: a pinhole before a grid of points.
 
-use crate::count;
+use crate::geometry::count;
 use crate::geometry::polygon::winding;
 use crate::geometry::pose::Pose;
 use crate::geometry::solid::{Enclosure, Solid};

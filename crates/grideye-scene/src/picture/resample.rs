@@ -13,7 +13,7 @@
 //! assert!((pixels[0] - 20.813867).abs() < 1e-6);
 //! ```
 
-use crate::count;
+use crate::geometry::count;
 use std::ops::Range;
 
 /// Weights from one size of picture to another.

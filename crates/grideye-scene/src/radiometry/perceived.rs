@@ -18,7 +18,7 @@
 //! assert!((seen - 25.04).abs() < 0.005);
 //! ```
 
-use crate::count;
+use crate::geometry::count;
 use pulp::{Simd, bytemuck};
 
 /// Which reading of the paper's formula is used.

@@ -1,6 +1,6 @@
 //! What a specimen with a profile makes of a picture, and what is left of degrees in a sensor's steps.
 
-use crate::count;
+use crate::geometry::count;
 use crate::model::sensor::Sensor;
 use crate::picture::image::Image;
 use crate::profile::Profile;

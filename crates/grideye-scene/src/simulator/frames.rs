@@ -197,7 +197,7 @@ impl Simulator {
     }
 
     /// Puts others in the place of the agents, and hands those back.
-    pub(crate) fn replace_agents(&mut self, agents: Vec<Agent>) -> Vec<Agent> {
+    pub fn replace_agents(&mut self, agents: Vec<Agent>) -> Vec<Agent> {
         std::mem::replace(&mut self.agents, agents)
     }
 

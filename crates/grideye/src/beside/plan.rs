@@ -1,7 +1,8 @@
 //! A scene from above, as outlines for the page to draw.
 
 use super::frames::millimetres;
-use grideye_scene::{Agent, Scene, Sensor, ground};
+use grideye_plan::ground;
+use grideye_scene::{Agent, Scene, Sensor};
 use serde_json::{Value, json};
 
 /// Room, objects, sensors with what they have in view of the floor, and the agents' ways; metres, x to the right and y to

@@ -1,10 +1,10 @@
 //! Where the sensors of a draft see a person, coarsely, for the plan.
 
 use super::fault::Fault;
-use grideye_scene::Scene;
-use grideye_scene::coverage::{
+use grideye_plan::coverage::{
     Blind, CoverageError, Figure, Floor, Grain, Kind, Map, Spot, Survey, Wish,
 };
+use grideye_scene::Scene;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -1,6 +1,7 @@
 //! Where everything of a scene is at a moment, for the page to draw and to take hold of; metres.
 
-use grideye_scene::{Agent, Body, Scene, Sensor, ground};
+use grideye_plan::ground;
+use grideye_scene::{Agent, Body, Scene, Sensor};
 use serde_json::{Map, Value, json};
 use std::time::Duration;
 

@@ -2,7 +2,7 @@
 
 use super::font;
 use anyhow::Result;
-use grideye_scene::coverage::{Anchor, Shape, Sketch};
+use grideye_plan::coverage::{Anchor, Shape, Sketch};
 use std::io::Write;
 
 /// Dots for each unit of the drawing: as many as make its text readable.

@@ -1,6 +1,6 @@
 //! The normal distribution's integral from a table: it is asked for some thousand times a frame.
 
-use crate::count;
+use crate::geometry::count;
 
 /// Beyond so many standard deviations a response is nothing: 3 in 10 million of it lie outside.
 pub(super) const REACH: f64 = 5.0;

@@ -2,7 +2,7 @@
 
 use super::map::AMG88;
 use super::normal::{Normal, REACH};
-use crate::count;
+use crate::geometry::count;
 use crate::model::sensor::{Optics, Sensor};
 use glam::DVec2;
 

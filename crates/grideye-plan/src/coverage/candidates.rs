@@ -1,0 +1,375 @@
+//! The poses to try: on the ceiling, on walls and in corners.
+
+use super::error::CoverageError;
+use super::floor::bounds;
+use super::limits;
+use super::rays::edges;
+use super::survey::Survey;
+use glam::{DVec2, DVec3};
+use grideye_scene::Pose;
+use grideye_scene::Room;
+use grideye_scene::Scene;
+use grideye_scene::count;
+use grideye_scene::{Sensor, physical::Optics};
+use std::f64::consts::TAU;
+
+/// Where on the room a sensor is mounted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mount {
+    /// Under the ceiling.
+    Ceiling,
+    /// On a wall, away from its ends.
+    Wall,
+    /// In a corner that is not one of the room's inward ones.
+    Corner,
+}
+
+/// Which poses are tried: everywhere in the room's ceiling and on its walls, in all combinations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mounts {
+    /// Where.
+    pub mounts: Vec<Mount>,
+    /// About how far apart, metres: so many that they divide the room, or the wall, evenly.
+    pub spacing_m: f64,
+    /// Under the ceiling: angles of the axis off straight down, degrees, 0 to 90.
+    pub ceiling_tilts_deg: Vec<f64>,
+    /// Under the ceiling, tilted: directions, evenly over a whole turn from the right on.
+    pub ceiling_headings: usize,
+    /// On walls and in corners: heights above the floor, metres.
+    pub wall_heights_m: Vec<f64>,
+    /// On walls and in corners: angles of the axis below the level, degrees, 0 to 90.
+    pub wall_downs_deg: Vec<f64>,
+    /// On walls: directions off the one straight into the room, degrees, -90 to 90. In corners it is the bisector.
+    pub wall_headings_deg: Vec<f64>,
+}
+
+impl Default for Mounts {
+    /// Ceiling, walls and corners every 0.5 m.
+    fn default() -> Self {
+        Self {
+            mounts: vec![Mount::Ceiling, Mount::Wall, Mount::Corner],
+            spacing_m: 0.5,
+            ceiling_tilts_deg: vec![0.0, 30.0],
+            ceiling_headings: 8,
+            wall_heights_m: vec![2.2],
+            wall_downs_deg: vec![25.0, 45.0],
+            wall_headings_deg: vec![-30.0, 0.0, 30.0],
+        }
+    }
+}
+
+/// A pose that may be picked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Where it is mounted; `None` for a sensor of the scene.
+    pub mount: Option<Mount>,
+    /// The sensor there.
+    pub sensor: Sensor,
+    /// Its place, whole millimetres.
+    pub position_mm: DVec3,
+    /// As in a scene file, tenths of degrees.
+    pub elevation_deg: f64,
+    /// As in a scene file, tenths of degrees.
+    pub azimuth_deg: f64,
+}
+
+/// How far before a wall the window of a sensor is, metres: the room's walls hide what is behind them.
+const STANDOFF_M: f64 = 0.02;
+
+/// The candidates of a room, each a sensor like `like`: first those of the ceiling, row by row, then those of walls and
+/// corners along the outline. Those in furniture are left out.
+///
+/// # Errors
+/// [`CoverageError::Value`], [`CoverageError::TooManyCandidates`], [`CoverageError::NoCandidates`].
+pub fn candidates(
+    survey: &Survey,
+    mounts: &Mounts,
+    like: &Sensor,
+) -> Result<Vec<Candidate>, CoverageError> {
+    check(mounts)?;
+    let places = places(survey.scene().room(), mounts)?;
+    let room_free = |place: &Place| survey.is_free(place.position_mm / 1000.0);
+    let mut candidates = Vec::new();
+    for place in places.iter().filter(|place| room_free(place)) {
+        for (elevation_deg, azimuth_deg) in directions(place, mounts, like) {
+            if candidates.len() == limits::CANDIDATES_MAX {
+                return Err(CoverageError::TooManyCandidates {
+                    found: limits::CANDIDATES_MAX + 1,
+                });
+            }
+            let name = format!("candidate {}", candidates.len() + 1);
+            let position_m = place.position_mm / 1000.0;
+            let mut sensor = like.clone();
+            sensor.name = name;
+            sensor.pose = Pose::from_degrees(position_m, elevation_deg, azimuth_deg, 0.0);
+            candidates.push(Candidate {
+                mount: Some(place.mount),
+                sensor,
+                position_mm: place.position_mm,
+                elevation_deg,
+                azimuth_deg,
+            });
+        }
+    }
+    if candidates.is_empty() {
+        return Err(CoverageError::NoCandidates);
+    }
+    Ok(candidates)
+}
+
+impl Candidate {
+    /// A sensor of a scene as the only candidate of its place.
+    #[must_use]
+    pub fn of_sensor(sensor: &Sensor) -> Self {
+        let tenths = |angle_rad: f64| (angle_rad.to_degrees() * 10.0).round() / 10.0;
+        Self {
+            mount: None,
+            sensor: sensor.clone(),
+            position_mm: (sensor.pose.position_m * 1000.0).round(),
+            elevation_deg: tenths(sensor.pose.elevation_rad),
+            azimuth_deg: tenths(sensor.pose.azimuth_rad),
+        }
+    }
+
+    /// The keys of its `[[sensor]]` table in a scene file, under another name; of a profile, which is a file of its own,
+    /// only the noise.
+    #[must_use]
+    pub fn toml(&self, name: &str) -> String {
+        let sensor = &self.sensor;
+        let degrees = sensor.field_of_view_rad.map(f64::to_degrees).map(rounded);
+        let per_degree = rounded(count::float(sensor.grid_points.x) / degrees.x);
+        let [x, y, z] = self.position_mm.to_array();
+        let roll_deg = rounded(sensor.pose.roll_rad.to_degrees());
+        let mut text = format!(
+            "[[sensor]]\nname = {}\nposition_mm = [{x}, {y}, {z}]\nelevation_deg = {}\nazimuth_deg = {}\n",
+            toml::Value::from(name),
+            self.elevation_deg,
+            self.azimuth_deg
+        );
+        if roll_deg != 0.0 {
+            text.push_str(&format!("roll_deg = {roll_deg}\n"));
+        }
+        text.push_str(&format!(
+            "resolution = [{}, {}]\nfov_deg = [{}, {}]\npixels_per_degree = {per_degree}\nnoise_sigma_c = {}\nsampling_hz = {}\noperating_distance_mm = {}\n",
+            sensor.columns,
+            sensor.rows,
+            degrees.x,
+            degrees.y,
+            sensor.noise_sigma,
+            sensor.sampling_hz,
+            rounded(sensor.operating_distance_m * 1000.0),
+        ));
+        text.push_str(&optional_keys(sensor));
+        text
+    }
+}
+
+/// The keys that have a default, where the sensor has another value.
+fn optional_keys(sensor: &Sensor) -> String {
+    let mut text = String::new();
+    let pair = |rad: DVec2| {
+        let degrees = rad.map(f64::to_degrees).map(rounded);
+        format!("[{}, {}]", degrees.x, degrees.y)
+    };
+    if let Some((low, high)) = sensor.detectable_range_c {
+        text.push_str(&format!("detectable_range_c = [{low}, {high}]\n"));
+    }
+    if sensor.optics == Optics::Amg88 {
+        text.push_str("optics = \"datasheet\"\n");
+    }
+    if let Some(width) = sensor.pixel_width_rad {
+        text.push_str(&format!("pixel_width_deg = {}\n", pair(width)));
+    }
+    if sensor.blur_rad != DVec2::ZERO {
+        text.push_str(&format!("blur_deg = {}\n", pair(sensor.blur_rad)));
+    }
+    if sensor.step_c != 0.0 {
+        text.push_str(&format!("step_c = {}\n", sensor.step_c));
+    }
+    if sensor.profile.is_some() {
+        text.push_str("# its profile is a file: write profile = … in place of noise_sigma_c\n");
+    }
+    text
+}
+
+/// A sensor as a preset of the scene format has it, by the preset's name.
+///
+/// # Errors
+/// [`CoverageError::Scene`] for an unknown name.
+pub fn preset(name: &str) -> Result<Sensor, CoverageError> {
+    // The scene format is the one place where presets are told: it is asked.
+    let text = format!(
+        "[room]\nsize_mm = [1000, 1000, 1000]\nambient_c = 20\n[[sensor]]\nname = \"any\"\npreset = {}\n\
+         position_mm = [500, 500, 1000]\nelevation_deg = 90\nazimuth_deg = -90\n",
+        toml::Value::from(name)
+    );
+    let nothing = |_: &str| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+    let loaded = Scene::parse(&text, "a scene with this preset", &nothing)?;
+    Ok(loaded.scene.sensor("any")?.clone())
+}
+
+/// What is left of an angle's or a length's rounding would only hide the number.
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+struct Place {
+    mount: Mount,
+    position_mm: DVec3,
+    /// Into the room, degrees; none under the ceiling.
+    inward_deg: f64,
+}
+
+fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
+    let mut places = Vec::new();
+    let mut push = |mount: Mount, at_m: DVec3, inward: DVec2| {
+        let inward_deg = libm::atan2(inward.y, inward.x).to_degrees();
+        places.push(Place {
+            mount,
+            // Rounded up, a ceiling that is not at a whole millimetre would be below the sensor.
+            position_mm: (at_m * 1000.0)
+                .round()
+                .with_z((at_m.z * 1000.0 + 1e-6).floor()),
+            inward_deg,
+        });
+        if places.len() > limits::CANDIDATES_MAX {
+            return Err(CoverageError::TooManyCandidates {
+                found: places.len(),
+            });
+        }
+        Ok(())
+    };
+    let outline = room.outline_m();
+    let level_m = room.bounds_m().0.z;
+    if mounts.mounts.contains(&Mount::Ceiling) {
+        let (low, high) = bounds(&outline);
+        let across = steps(low.x, high.x, mounts.spacing_m);
+        for y in steps(low.y, high.y, mounts.spacing_m) {
+            for x in across.clone() {
+                let at_m = DVec3::new(x, y, room.bounds_m().1.z);
+                push(Mount::Ceiling, at_m, DVec2::ZERO)?;
+            }
+        }
+    }
+    for height_m in &mounts.wall_heights_m {
+        let corners = edges(&outline).zip(edges(&outline).skip(1).chain(edges(&outline).take(1)));
+        for ((start, end), (_, after)) in corners {
+            let along = (end - start).normalize_or_zero();
+            if mounts.mounts.contains(&Mount::Wall) {
+                for way_m in steps(0.0, start.distance(end), mounts.spacing_m) {
+                    let at = start + way_m * along + STANDOFF_M * along.perp();
+                    push(Mount::Wall, at.extend(level_m + height_m), along.perp())?;
+                }
+            }
+            let onwards = (after - end).normalize_or_zero();
+            if mounts.mounts.contains(&Mount::Corner) && along.perp_dot(onwards) > 1e-3 {
+                let inward = along.perp() + onwards.perp();
+                // As far from either wall.
+                let at = end + STANDOFF_M * inward / (1.0 + along.dot(onwards));
+                push(Mount::Corner, at.extend(level_m + height_m), inward)?;
+            }
+        }
+    }
+    Ok(places)
+}
+
+/// Places evenly over a length, as near to the spacing as it lets them, those at the ends half as far from the ends.
+fn steps(low: f64, high: f64, spacing: f64) -> impl Iterator<Item = f64> + Clone {
+    let count = ((high - low) / spacing).round().max(1.0);
+    let step = (high - low) / count;
+    let count = count::floor(count).min(limits::CANDIDATES_MAX + 1);
+    (0..count).map(move |index| low + (count::float(index) + 0.5) * step)
+}
+
+/// Elevations and azimuths, degrees.
+fn directions(place: &Place, mounts: &Mounts, like: &Sensor) -> Vec<(f64, f64)> {
+    if place.mount != Mount::Ceiling {
+        let straight = [0.0];
+        let headings = match place.mount {
+            Mount::Wall => mounts.wall_headings_deg.as_slice(),
+            _ => &straight,
+        };
+        let all = mounts.wall_downs_deg.iter();
+        return all
+            .flat_map(|down| {
+                headings
+                    .iter()
+                    .map(|heading| (*down, azimuth(place.inward_deg + heading)))
+            })
+            .collect();
+    }
+    let field = like.field_of_view_rad;
+    let is_square = field.x == field.y && like.columns == like.rows;
+    let turn_deg = TAU.to_degrees() / count::float(mounts.ceiling_headings);
+    let mut directions = Vec::new();
+    for tilt in &mounts.ceiling_tilts_deg {
+        if *tilt == 0.0 {
+            // Straight down the heading is the picture's top; the paper has the front there.
+            directions.push((90.0, -90.0));
+            if !is_square {
+                directions.push((90.0, 0.0));
+            }
+            continue;
+        }
+        let headings = (0..mounts.ceiling_headings).map(count::float);
+        directions.extend(headings.map(|heading| (90.0 - tilt, azimuth(heading * turn_deg))));
+    }
+    directions
+}
+
+/// To a tenth of a degree, above -180 and up to 180.
+fn azimuth(degrees: f64) -> f64 {
+    let tenths = (degrees * 10.0).round().rem_euclid(3600.0);
+    let tenths = if tenths > 1800.0 {
+        tenths - 3600.0
+    } else {
+        tenths
+    };
+    tenths / 10.0
+}
+
+fn check(mounts: &Mounts) -> Result<(), CoverageError> {
+    let angles = [
+        ("a tilt", &mounts.ceiling_tilts_deg, 0.0),
+        ("an angle below the level", &mounts.wall_downs_deg, 0.0),
+        ("a heading on a wall", &mounts.wall_headings_deg, -90.0),
+    ];
+    for (what, values, low) in angles {
+        let wrong = values.iter().find(|value| !(low..=90.0).contains(*value));
+        if let Some(wrong) = wrong {
+            return Err(CoverageError::Value {
+                what,
+                found: format!("{wrong}°"),
+                expected: format!("{low}° to 90°"),
+                hint: "tilts count from straight down, angles on walls from the level and from straight into the room",
+            });
+        }
+    }
+    let lengths = [("the spacing of the poses", mounts.spacing_m)]
+        .into_iter()
+        .chain(
+            mounts
+                .wall_heights_m
+                .iter()
+                .map(|height| ("a height on a wall", *height)),
+        );
+    for (what, length_m) in lengths {
+        if !(length_m.is_finite() && length_m >= 1e-3) {
+            return Err(CoverageError::Value {
+                what,
+                found: format!("{} mm", length_m * 1000.0),
+                expected: "1 mm or more".to_owned(),
+                hint: "lengths are in millimetres",
+            });
+        }
+    }
+    if mounts.ceiling_headings == 0 || mounts.ceiling_headings > 360 {
+        return Err(CoverageError::Value {
+            what: "the number of headings",
+            found: mounts.ceiling_headings.to_string(),
+            expected: "1 to 360".to_owned(),
+            hint: "8 is every 45 degrees",
+        });
+    }
+    Ok(())
+}

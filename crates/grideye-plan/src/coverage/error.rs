@@ -1,0 +1,76 @@
+//! Why there is no survey.
+
+use super::limits;
+use grideye_scene::SceneError;
+
+/// Why there is no survey.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CoverageError {
+    /// Cells too fine for the room.
+    #[error(
+        "{found} cells of the floor, expected at most {}\nhint: choose larger cells",
+        limits::CELLS_MAX
+    )]
+    TooManyCells {
+        /// How many there would be.
+        found: usize,
+    },
+    /// Too many poses.
+    #[error(
+        "{found} candidate poses, expected at most {}\nhint: choose a wider spacing, or fewer tilts, headings and heights",
+        limits::CANDIDATES_MAX
+    )]
+    TooManyCandidates {
+        /// How many there would be.
+        found: usize,
+    },
+    /// Too many pairs of a pose and a cell.
+    #[error(
+        "{poses} poses times {cells} cells are {} pairs, expected at most {}\nhint: choose a wider spacing of the poses, or larger cells",
+        poses.saturating_mul(*cells),
+        limits::PAIRS_MAX
+    )]
+    TooManyPairs {
+        /// Poses.
+        poses: usize,
+        /// Cells of the floor in the room.
+        cells: usize,
+    },
+    /// No pose at all.
+    #[error(
+        "no candidate pose is in the room\nhint: choose a narrower spacing, or heights below the ceiling"
+    )]
+    NoCandidates,
+    /// Nothing to look at: furniture everywhere.
+    #[error(
+        "there is no place for {figure}: furniture or walls are everywhere\nhint: choose smaller cells or a smaller person"
+    )]
+    NoPlace {
+        /// Who has no place.
+        figure: String,
+    },
+    /// A length, an angle or a count that makes no sense.
+    #[error("{what} is {found}, expected {expected}\nhint: {hint}")]
+    Value {
+        /// What.
+        what: &'static str,
+        /// Its value.
+        found: String,
+        /// The values there may be.
+        expected: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A sensor without noise sees everything.
+    #[error(
+        "sensor `{sensor}` has no noise to compare with\nhint: give it a noise_sigma_c above 0"
+    )]
+    NoNoise {
+        /// The sensor.
+        sensor: String,
+    },
+    /// A scene, a preset or a sensor that cannot be simulated.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}

@@ -1,0 +1,194 @@
+//! The floor in cells: what is on each, and where a person has room.
+
+use super::error::CoverageError;
+use super::figure::Figure;
+use super::limits;
+use super::rays::Blockers;
+use glam::{DVec2, DVec3, USizeVec2};
+use grideye_scene::Agent;
+use grideye_scene::FreeSpace;
+use grideye_scene::Room;
+use grideye_scene::Scene;
+use grideye_scene::count;
+
+/// How finely a floor is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grain {
+    /// About how long a cell is, metres: so many cells of one size that they fill the room.
+    pub cell_m: f64,
+    /// Turns of the person at each place, evenly over half a turn: 2 are 0° and 90°.
+    pub turns: usize,
+    /// Frames that are averaged before anybody looks.
+    pub frames: u32,
+}
+
+impl Default for Grain {
+    /// Cells of 0.2 m, 2 turns, single frames.
+    fn default() -> Self {
+        Self {
+            cell_m: 0.2,
+            turns: 2,
+            frames: 1,
+        }
+    }
+}
+
+/// A room's floor in cells: row by row from the front, each from the left.
+#[derive(Debug, Clone)]
+pub struct Floor {
+    /// Cells in a row.
+    pub columns: usize,
+    /// Rows.
+    pub rows: usize,
+    /// The sides of a cell, metres.
+    pub cell_m: DVec2,
+    /// The cells.
+    pub cells: Vec<Cell>,
+}
+
+/// One cell.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// The middle of its ground, metres.
+    pub ground_m: DVec3,
+    /// What is there.
+    pub kind: Kind,
+    /// The person in each turn that fits.
+    pub(crate) stands: Vec<Agent>,
+}
+
+/// What a cell is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Beyond the walls.
+    Outside,
+    /// Something stands there that the person cannot be on.
+    Furniture,
+    /// Ground, too near to a wall or to a thing for the person.
+    Tight,
+    /// Ground on which there is room for the person.
+    Place,
+}
+
+impl Kind {
+    /// Whether there is ground to be seen.
+    #[must_use]
+    pub const fn is_ground(self) -> bool {
+        matches!(self, Self::Tight | Self::Place)
+    }
+}
+
+impl Floor {
+    /// The floor of a scene for somebody.
+    pub(crate) fn new(
+        scene: &Scene,
+        blockers: &Blockers,
+        figure: &Figure,
+        grain: &Grain,
+    ) -> Result<Self, CoverageError> {
+        let (low, high) = bounds(&scene.room().outline_m());
+        let size = high - low;
+        let count = (size / grain.cell_m).round().max(DVec2::ONE);
+        if count.x * count.y > count::float(limits::CELLS_MAX) {
+            let found = count::floor(count.x * count.y);
+            return Err(CoverageError::TooManyCells { found });
+        }
+        let counts = USizeVec2::new(count::floor(count.x), count::floor(count.y));
+        let builder = Builder {
+            room: scene.room(),
+            level_m: scene.room().bounds_m().0.z,
+            free: FreeSpace::of(scene),
+            blockers,
+            figure,
+            grain,
+        };
+        let cell_m = size / count;
+        let middle = |index: usize| {
+            let place = DVec2::new(
+                count::float(index % counts.x),
+                count::float(index / counts.x),
+            );
+            low + (place + 0.5) * cell_m
+        };
+        Ok(Self {
+            columns: counts.x,
+            rows: counts.y,
+            cell_m,
+            cells: (0..counts.x * counts.y)
+                .map(|index| builder.cell(middle(index)))
+                .collect(),
+        })
+    }
+
+    /// Cells in which a person has room.
+    #[must_use]
+    pub fn places(&self) -> usize {
+        let places = self.cells.iter().filter(|cell| cell.kind == Kind::Place);
+        places.count()
+    }
+}
+
+struct Builder<'a> {
+    room: &'a Room,
+    /// The height of the floor.
+    level_m: f64,
+    free: FreeSpace,
+    blockers: &'a Blockers,
+    figure: &'a Figure,
+    grain: &'a Grain,
+}
+
+impl Builder<'_> {
+    fn cell(&self, at_m: DVec2) -> Cell {
+        let cell = |height_m: f64, kind: Kind, stands: Vec<Agent>| Cell {
+            ground_m: at_m.extend(height_m),
+            kind,
+            stands,
+        };
+        // A mesh may be a room of several levels: what is not above the lowest counts as outside.
+        if !self.room.contains(at_m.extend(self.level_m + 1e-3)) {
+            return cell(self.level_m, Kind::Outside, Vec::new());
+        }
+        let Some(height_m) = self.ground_m(at_m) else {
+            return cell(self.level_m, Kind::Furniture, Vec::new());
+        };
+        let turns = count::float(self.grain.turns);
+        let stands: Vec<Agent> = (0..self.grain.turns)
+            .map(|turn| 180.0 * count::float(turn) / turns)
+            .map(|turn_deg| self.figure.at(at_m.extend(height_m), turn_deg))
+            .filter(|stand| self.free.holds(&stand.parts))
+            .collect();
+        let kind = if stands.is_empty() {
+            Kind::Tight
+        } else {
+            Kind::Place
+        };
+        cell(height_m, kind, stands)
+    }
+
+    /// The height that the figure would be on; `None` if something is in its way.
+    fn ground_m(&self, at_m: DVec2) -> Option<f64> {
+        let spans = self.blockers.column(at_m);
+        let is_free = |height_m: &f64| {
+            let (low, high) = (
+                height_m + FreeSpace::TOLERANCE_M,
+                height_m + self.figure.height_m() - FreeSpace::TOLERANCE_M,
+            );
+            spans.iter().all(|span| span.1 <= low || span.0 >= high)
+        };
+        let highest = self.level_m + self.figure.climbs_m() + FreeSpace::TOLERANCE_M;
+        let tops = spans.iter().map(|span| span.1);
+        std::iter::once(self.level_m)
+            .chain(tops.filter(|top| *top <= highest))
+            .filter(is_free)
+            .reduce(f64::max)
+    }
+}
+
+pub(crate) fn bounds(outline: &[DVec2]) -> (DVec2, DVec2) {
+    outline
+        .iter()
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
+            (low.min(*at), high.max(*at))
+        })
+}

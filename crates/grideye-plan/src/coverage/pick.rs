@@ -1,0 +1,273 @@
+//! Picks the few poses that see the most together, one after the other.
+
+use super::error::CoverageError;
+use super::floor::{Floor, Kind};
+use super::limits;
+use super::survey::Look;
+use grideye_scene::count;
+
+/// What is wanted of the sensors together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wish {
+    /// From this contrast on a person counts as detected; 3 is the usual limit of detection.
+    pub sigma_min: f64,
+    /// How many sensors are to detect a person at each place.
+    pub sensors_min: usize,
+    /// What detects.
+    pub rule: Rule,
+}
+
+/// What detects a person at a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// One sensor by itself.
+    Alone,
+    /// All together: their contrasts add by their squares, as the noise of one knows nothing of the others'.
+    Together,
+}
+
+impl Default for Wish {
+    /// One sensor by itself, from 3 sigma on.
+    fn default() -> Self {
+        Self {
+            sigma_min: 3.0,
+            sensors_min: 1,
+            rule: Rule::Alone,
+        }
+    }
+}
+
+/// A greedy choice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pick {
+    /// One more pose after the other.
+    pub steps: Vec<Step>,
+    /// Whether the objective is submodular, so that each step reaches at least 1 - 1/e of what the best choice of as
+    /// many adds to the poses that are there anyway (Nemhauser, Wolsey and Fisher 1978). [`Rule::Together`] is not.
+    pub is_submodular: bool,
+}
+
+/// One pose more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Its place among the looks.
+    pub chosen: usize,
+    /// The objective with this and all poses before it, 0 to 1: the mean over all places of the sensors that detect a
+    /// person there, counted up to [`Wish::sensors_min`], as a part of it. With one wanted sensor that is the share of
+    /// places at which a person is detected.
+    pub objective: f64,
+    /// What no choice of as many poses can exceed, if the objective is submodular: the least, over all steps so far, of
+    /// what was reached and the largest single gains that were then left.
+    pub objective_max: Option<f64>,
+}
+
+/// Chooses up to `count` of the looks beside those that are `kept` anyway, one after the other: each time the one with
+/// which the objective rises most; of those that raise it as much, the one that adds most contrast up to twice the
+/// threshold; then the first. It ends early when no pose adds anything.
+///
+/// # Errors
+/// [`CoverageError::Value`].
+pub fn pick(
+    floor: &Floor,
+    looks: &[Look],
+    kept: &[usize],
+    count: usize,
+    wish: &Wish,
+) -> Result<Pick, CoverageError> {
+    check(count, wish)?;
+    let chooser = Chooser::new(floor, looks, wish);
+    let mut state = chooser.start(kept);
+    let mut taken = kept.to_vec();
+    let is_submodular = wish.rule == Rule::Alone;
+    let mut bounds = vec![f64::INFINITY; count];
+    let mut steps: Vec<Step> = Vec::new();
+    loop {
+        let mut gains = chooser.gains(&state, &taken);
+        let reached = chooser.objective(&state);
+        tighten(&mut bounds, reached, &gains);
+        if let (Some(last), true) = (steps.last_mut(), is_submodular) {
+            // No sum of shares exceeds all places.
+            let bound = bounds.get(taken.len() - kept.len() - 1);
+            last.objective_max = bound.map(|bound| bound.min(1.0));
+        }
+        if steps.len() == count {
+            break;
+        }
+        gains.sort_by(Gain::best_first);
+        let Some(best) = gains
+            .first()
+            .filter(|gain| gain.objective > 0.0 || gain.contrast > 0.0)
+        else {
+            break;
+        };
+        chooser.add(&mut state, best.look);
+        taken.push(best.look);
+        steps.push(Step {
+            chosen: best.look,
+            objective: chooser.objective(&state),
+            objective_max: None,
+        });
+    }
+    Ok(Pick {
+        steps,
+        is_submodular,
+    })
+}
+
+/// No choice of j poses exceeds what is reached by any set, and the j largest gains that are then left: the objective is
+/// submodular and does not fall.
+fn tighten(bounds: &mut [f64], reached: f64, gains: &[Gain]) {
+    let mut largest: Vec<f64> = gains.iter().map(|gain| gain.objective).collect();
+    largest.sort_by(|one, other| other.total_cmp(one));
+    let mut bound = reached;
+    let mut gains = largest.into_iter();
+    for least in bounds {
+        bound += gains.next().unwrap_or(0.0);
+        *least = least.min(bound);
+    }
+}
+
+struct Chooser<'a> {
+    looks: &'a [Look],
+    /// The cells that are places.
+    places: Vec<usize>,
+    wish: &'a Wish,
+}
+
+/// What the poses so far do at each place.
+#[derive(Debug, Clone, Copy, Default)]
+struct Have {
+    detecting: usize,
+    /// Sum of the squares of the contrasts, and the largest.
+    squares: f64,
+    largest: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Gain {
+    look: usize,
+    objective: f64,
+    contrast: f64,
+}
+
+impl Gain {
+    fn best_first(one: &Self, other: &Self) -> std::cmp::Ordering {
+        let by_objective = other.objective.total_cmp(&one.objective);
+        let by_contrast = other.contrast.total_cmp(&one.contrast);
+        by_objective
+            .then(by_contrast)
+            .then(one.look.cmp(&other.look))
+    }
+}
+
+impl<'a> Chooser<'a> {
+    fn new(floor: &Floor, looks: &'a [Look], wish: &'a Wish) -> Self {
+        let cells = floor.cells.iter().enumerate();
+        Self {
+            looks,
+            places: cells
+                .filter(|(_, cell)| cell.kind == Kind::Place)
+                .map(|(index, _)| index)
+                .collect(),
+            wish,
+        }
+    }
+
+    fn start(&self, kept: &[usize]) -> Vec<Have> {
+        let mut state = vec![Have::default(); self.places.len()];
+        for look in kept {
+            self.add(&mut state, *look);
+        }
+        state
+    }
+
+    fn add(&self, state: &mut [Have], look: usize) {
+        for (have, contrast) in state.iter_mut().zip(self.contrasts(look)) {
+            *have = have.with(contrast, self.wish);
+        }
+    }
+
+    /// The contrasts of one look at all places.
+    fn contrasts(&self, look: usize) -> impl Iterator<Item = f64> {
+        let cells = self.looks.get(look).map_or(&[][..], |look| &look.cells);
+        let contrast = |place: &usize| cells.get(*place).map_or(0.0, |seen| seen.contrast);
+        self.places.iter().map(contrast)
+    }
+
+    fn objective(&self, state: &[Have]) -> f64 {
+        let whole = count::float(state.len().max(1) * self.wish.sensors_min);
+        let points = state.iter().map(|have| have.points(self.wish));
+        count::float(points.sum::<usize>()) / whole
+    }
+
+    fn gains(&self, state: &[Have], taken: &[usize]) -> Vec<Gain> {
+        let whole = count::float(state.len().max(1) * self.wish.sensors_min);
+        let cap = 2.0 * self.wish.sigma_min;
+        let left = (0..self.looks.len()).filter(|look| !taken.contains(look));
+        left.map(|look| {
+            let (mut points, mut contrast) = (0, 0.0);
+            for (have, more) in state.iter().zip(self.contrasts(look)) {
+                let then = have.with(more, self.wish);
+                points += then.points(self.wish) - have.points(self.wish);
+                contrast += then.largest.min(cap) - have.largest.min(cap);
+            }
+            Gain {
+                look,
+                objective: count::float(points) / whole,
+                contrast,
+            }
+        })
+        .collect()
+    }
+}
+
+impl Have {
+    fn with(self, contrast: f64, wish: &Wish) -> Self {
+        Self {
+            detecting: self.detecting + usize::from(contrast >= wish.sigma_min),
+            squares: self.squares + contrast * contrast,
+            largest: self.largest.max(contrast),
+        }
+    }
+
+    fn points(self, wish: &Wish) -> usize {
+        match wish.rule {
+            Rule::Alone => self.detecting.min(wish.sensors_min),
+            Rule::Together => usize::from(self.squares.sqrt() >= wish.sigma_min),
+        }
+    }
+}
+
+fn check(count: usize, wish: &Wish) -> Result<(), CoverageError> {
+    let counts = [
+        ("the number of poses to pick", count),
+        ("the number of sensors at each place", wish.sensors_min),
+    ];
+    for (what, found) in counts {
+        if !(1..=limits::PICKED_MAX).contains(&found) {
+            return Err(CoverageError::Value {
+                what,
+                found: found.to_string(),
+                expected: format!("1 to {}", limits::PICKED_MAX),
+                hint: "2 is a good start for one room",
+            });
+        }
+    }
+    if !(wish.sigma_min.is_finite() && wish.sigma_min > 0.0) {
+        return Err(CoverageError::Value {
+            what: "the contrast to detect",
+            found: format!("{} sigma", wish.sigma_min),
+            expected: "a number above 0".to_owned(),
+            hint: "3 sigma is the usual limit of detection",
+        });
+    }
+    if wish.rule == Rule::Together && wish.sensors_min != 1 {
+        return Err(CoverageError::Value {
+            what: "the number of sensors at each place",
+            found: wish.sensors_min.to_string(),
+            expected: "1, if the sensors detect together".to_owned(),
+            hint: "count sensors that detect alone, or let all detect together",
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,113 @@
+//! All that was found of a room, before anybody writes it down.
+
+use crate::coverage::candidates::{Candidate, Mount};
+use crate::coverage::error::CoverageError;
+use crate::coverage::figure::Figure;
+use crate::coverage::map::Map;
+use crate::coverage::pick::{Pick, Wish, pick};
+use crate::coverage::survey::{Look, Survey};
+use grideye_scene::{Scene, count};
+
+/// All that a survey found, of the poses that are kept, and of those that were picked.
+#[derive(Debug)]
+pub struct Report<'a> {
+    pub(super) scene_name: String,
+    pub(super) scene: &'a Scene,
+    pub(super) survey: &'a Survey,
+    pub(super) figure: &'a Figure,
+    pub(super) wish: Wish,
+    /// The poses that were looked from: first those that are kept, then the candidates.
+    pub(super) poses: &'a [Candidate],
+    pub(super) kept: usize,
+    pub(super) looks: &'a [Look],
+    /// The candidates that were picked; `None` if the scene's own sensors were asked for.
+    pub(super) pick: Option<Pick>,
+    /// The poses of the map, by their places among all.
+    pub(super) shown: Vec<usize>,
+    /// What the shown poses do together, and what they did with each pose more, the kept ones first.
+    pub(super) map: Map,
+    pub(super) steps: Vec<Map>,
+}
+
+impl<'a> Report<'a> {
+    /// What the poses do together: the first `kept` of them, and the `best` of the others if there are any.
+    ///
+    /// # Errors
+    /// [`CoverageError::Value`] of a wish that makes no sense.
+    pub fn new(
+        (scene_name, scene): (String, &'a Scene),
+        (survey, figure): (&'a Survey, &'a Figure),
+        wish: Wish,
+        (poses, kept): (&'a [Candidate], usize),
+        looks: &'a [Look],
+        best: Option<usize>,
+    ) -> Result<Self, CoverageError> {
+        let own: Vec<usize> = (0..kept).collect();
+        // Asked for or not: it is what refuses a wish that makes no sense.
+        let pick = pick(survey.floor(), looks, &own, best.unwrap_or(1), &wish)?;
+        let pick = best.map(|_| pick);
+        let mut shown = own;
+        let steps = pick.iter().flat_map(|pick| &pick.steps);
+        shown.extend(steps.map(|step| step.chosen));
+        let map_of = |poses: &[usize]| {
+            let looks: Vec<&Look> = poses.iter().filter_map(|pose| looks.get(*pose)).collect();
+            Map::new(survey.floor(), &looks, &wish)
+        };
+        Ok(Self {
+            scene_name,
+            scene,
+            survey,
+            figure,
+            wish,
+            poses,
+            kept,
+            looks,
+            pick,
+            map: map_of(&shown),
+            steps: (1..=shown.len())
+                .map(|count| map_of(&shown[..count]))
+                .collect(),
+            shown,
+        })
+    }
+
+    /// The share of the places at which the wish comes true, 0 to 1.
+    #[must_use]
+    pub fn detected_share(&self) -> f64 {
+        share(self.map.totals.detected, self.map.totals.places)
+    }
+
+    /// The name of a shown pose: the scene's own for its sensors, and of a candidate where it is and which it is.
+    pub(super) fn shown_name(&self, index: usize) -> Option<String> {
+        let candidate = &self.poses[*self.shown.get(index)?];
+        if candidate.mount.is_none() {
+            return Some(candidate.sensor.name.clone());
+        }
+        let taken = |name: &String| {
+            self.scene
+                .sensors()
+                .iter()
+                .any(|sensor| sensor.name == *name)
+        };
+        let number = index + 1 - self.kept;
+        let mut name = format!("{}-{number}", place(candidate));
+        while taken(&name) {
+            name.push('b');
+        }
+        Some(name)
+    }
+}
+
+pub(super) const fn place(candidate: &Candidate) -> &'static str {
+    match candidate.mount {
+        None => "scene",
+        Some(Mount::Ceiling) => "ceiling",
+        Some(Mount::Wall) => "wall",
+        Some(Mount::Corner) => "corner",
+    }
+}
+
+/// A part of a count, 0 of nothing.
+pub(super) fn share(part: usize, whole: usize) -> f64 {
+    count::float(part) / count::float(whole.max(1))
+}

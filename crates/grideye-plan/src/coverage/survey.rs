@@ -1,0 +1,255 @@
+//! What each pose sees of every cell, and how well it sees a person there.
+
+use super::error::CoverageError;
+use super::figure::Figure;
+use super::floor::{Floor, Grain, Kind};
+use super::limits;
+use super::rays::Blockers;
+use glam::DVec3;
+use grideye_scene::Agent;
+use grideye_scene::Image;
+use grideye_scene::Scene;
+use grideye_scene::Sensor;
+use grideye_scene::Simulator;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+/// A room that poses are tried in.
+#[derive(Debug)]
+pub struct Survey {
+    /// Without agents and sensors.
+    empty: Scene,
+    blockers: Blockers,
+    floor: Floor,
+    frames: u32,
+}
+
+/// What one pose sees of each cell, in the order of [`Floor::cells`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Look {
+    /// The cells.
+    pub cells: Vec<Seen>,
+}
+
+/// What one pose sees of one cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Of the middle of its ground.
+    pub ground: InSight,
+    /// `sqrt(Σ (with - without)²) / sigma` of the person there, in the worst of the turns that fit; 0 if it is no place.
+    pub contrast: f64,
+    /// `max abs(with - without) / sigma`, likewise.
+    pub peak: f64,
+}
+
+/// Whether a point is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InSight {
+    /// It is.
+    Seen,
+    /// It is in the field of view, behind something.
+    Hidden,
+    /// It is beside the field of view.
+    OutOfView,
+}
+
+impl Survey {
+    /// A survey of the scene's room for somebody.
+    ///
+    /// # Errors
+    /// [`CoverageError::Value`], [`CoverageError::TooManyCells`], [`CoverageError::NoPlace`].
+    pub fn new(scene: &Scene, figure: &Figure, grain: &Grain) -> Result<Self, CoverageError> {
+        check(grain)?;
+        let empty = scene.without_agents().with_sensors(Vec::new());
+        let blockers = Blockers::new(&empty);
+        let floor = Floor::new(&empty, &blockers, figure, grain)?;
+        if floor.places() == 0 {
+            let figure = figure.name().to_owned();
+            return Err(CoverageError::NoPlace { figure });
+        }
+        Ok(Self {
+            empty,
+            blockers,
+            floor,
+            frames: grain.frames,
+        })
+    }
+
+    /// The floor.
+    #[must_use]
+    pub const fn floor(&self) -> &Floor {
+        &self.floor
+    }
+
+    /// Whether a point is in the room and in nothing that stands in it.
+    pub(crate) fn is_free(&self, point_m: DVec3) -> bool {
+        self.empty.room().contains(point_m) && !self.blockers.contain(point_m)
+    }
+
+    pub(crate) const fn scene(&self) -> &Scene {
+        &self.empty
+    }
+
+    /// What each of these sensors sees; `after_each` is called when one of them has looked, from any thread.
+    ///
+    /// The result is the same on any number of threads.
+    ///
+    /// # Errors
+    /// [`CoverageError::NoCandidates`], [`CoverageError::TooManyCandidates`], [`CoverageError::TooManyPairs`],
+    /// [`CoverageError::NoNoise`], [`CoverageError::Value`], and what keeps a sensor from being simulated.
+    pub fn look_all(
+        &self,
+        sensors: &[Sensor],
+        threads: usize,
+        after_each: &(dyn Fn() + Sync),
+    ) -> Result<Vec<Look>, CoverageError> {
+        self.check_counts(sensors.len(), threads)?;
+        let next = AtomicUsize::new(0);
+        let work = || {
+            let mut looks = Vec::new();
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                let Some(sensor) = sensors.get(index) else {
+                    return looks;
+                };
+                looks.push((index, self.look(sensor)));
+                after_each();
+            }
+        };
+        let mut looks: Vec<(usize, Result<Look, CoverageError>)> = std::thread::scope(|scope| {
+            let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+            let mut looks = work();
+            for other in others {
+                match other.join() {
+                    Ok(theirs) => looks.extend(theirs),
+                    Err(panic) => std::panic::resume_unwind(panic),
+                }
+            }
+            looks
+        });
+        looks.sort_by_key(|(index, _)| *index);
+        looks.into_iter().map(|(_, look)| look).collect()
+    }
+
+    /// What one sensor sees.
+    ///
+    /// # Errors
+    /// [`CoverageError::NoNoise`], and what keeps the sensor from being simulated.
+    pub fn look(&self, sensor: &Sensor) -> Result<Look, CoverageError> {
+        if sensor.noise_sigma <= 0.0 {
+            let sensor = sensor.name.clone();
+            return Err(CoverageError::NoNoise { sensor });
+        }
+        let scene = self.empty.with_sensors(vec![sensor.clone()]);
+        let mut simulator = Simulator::without_grid(&scene, &sensor.name)?;
+        let nobody = simulator.image(Duration::ZERO);
+        let sigma_c = sensor.noise_sigma / f64::from(self.frames).sqrt();
+        let cells = self.floor.cells.iter().map(|cell| {
+            let of_turns = cell.stands.iter().map(|stand| {
+                let somebody = with(&mut simulator, stand);
+                contrast(&somebody, &nobody, sigma_c)
+            });
+            let worst = of_turns.reduce(|one, other| (one.0.min(other.0), one.1.min(other.1)));
+            let (contrast, peak) = worst.unwrap_or((0.0, 0.0));
+            Seen {
+                ground: match cell.kind {
+                    Kind::Outside | Kind::Furniture => InSight::OutOfView,
+                    Kind::Tight | Kind::Place => self.in_sight(sensor, cell.ground_m),
+                },
+                contrast,
+                peak,
+            }
+        });
+        Ok(Look {
+            cells: cells.collect(),
+        })
+    }
+
+    fn in_sight(&self, sensor: &Sensor, ground_m: DVec3) -> InSight {
+        // A hair's breadth above the ground, so that the ground itself does not hide it.
+        let point_m = ground_m + 1e-3 * DVec3::Z;
+        let in_sensor = sensor.pose.point_in_sensor(point_m);
+        let slopes = sensor.view_slopes();
+        let is_in_view = in_sensor.x > 0.0
+            && in_sensor.y.abs() <= slopes.x * in_sensor.x
+            && in_sensor.z.abs() <= slopes.y * in_sensor.x;
+        if !is_in_view {
+            InSight::OutOfView
+        } else if self.blockers.are_in_sight(sensor.pose.position_m, point_m) {
+            InSight::Seen
+        } else {
+            InSight::Hidden
+        }
+    }
+
+    fn check_counts(&self, sensors: usize, threads: usize) -> Result<(), CoverageError> {
+        if sensors == 0 {
+            return Err(CoverageError::NoCandidates);
+        }
+        if sensors > limits::CANDIDATES_MAX {
+            return Err(CoverageError::TooManyCandidates { found: sensors });
+        }
+        let inside = self
+            .floor
+            .cells
+            .iter()
+            .filter(|cell| cell.kind != Kind::Outside);
+        let cells = inside.count();
+        if sensors.saturating_mul(cells) > limits::PAIRS_MAX {
+            return Err(CoverageError::TooManyPairs {
+                poses: sensors,
+                cells,
+            });
+        }
+        in_range("the number of threads", threads, limits::THREADS_MAX)
+    }
+}
+
+fn with(simulator: &mut Simulator, stand: &Agent) -> Image {
+    simulator.replace_agents(vec![stand.clone()]);
+    simulator.image(Duration::ZERO)
+}
+
+/// Root of the sum of squares, and the largest, of what somebody changes, in units of the noise.
+fn contrast(somebody: &Image, nobody: &Image, sigma_c: f64) -> (f64, f64) {
+    let changes = somebody.celsius.iter().zip(&nobody.celsius);
+    let (squares, largest) = changes
+        .map(|(with, without)| (with - without).abs())
+        .fold((0.0, 0.0_f64), |(squares, largest), change| {
+            (squares + change * change, largest.max(change))
+        });
+    (squares.sqrt() / sigma_c, largest / sigma_c)
+}
+
+fn check(grain: &Grain) -> Result<(), CoverageError> {
+    if !(grain.cell_m.is_finite() && grain.cell_m >= 1e-3) {
+        return Err(CoverageError::Value {
+            what: "the length of a cell",
+            found: format!("{} mm", grain.cell_m * 1000.0),
+            expected: "1 mm or more".to_owned(),
+            hint: "200 mm is a good one for rooms",
+        });
+    }
+    in_range("the number of turns", grain.turns, limits::TURNS_MAX)?;
+    if grain.frames == 0 {
+        return Err(CoverageError::Value {
+            what: "the number of frames",
+            found: "0".to_owned(),
+            expected: "1 or more".to_owned(),
+            hint: "1 is a single frame",
+        });
+    }
+    Ok(())
+}
+
+fn in_range(what: &'static str, found: usize, limit: usize) -> Result<(), CoverageError> {
+    if (1..=limit).contains(&found) {
+        return Ok(());
+    }
+    Err(CoverageError::Value {
+        what,
+        found: found.to_string(),
+        expected: format!("1 to {limit}"),
+        hint: "leave it out for the default",
+    })
+}

@@ -1,0 +1,147 @@
+//! The view of the environment: the room, what stands and walks in it, and what the sensors see of it, as one SVG
+//! (PeerJ CS 11:e3124, "Agent configuration, placement and trajectory definition", Figures 3, 11, 12, 14, 24).
+//!
+//! | in the drawing | is |
+//! |---|---|
+//! | blue, or its own colour | an object |
+//! | red, or its own colour | an agent, where it is at [`Drawing::time`] |
+//! | yellow pyramid | what a sensor has in view, up to the walls |
+//! | dotted line, circles | an agent's way, and where it is when a frame is taken |
+//!
+//! Left in perspective, right from above, both with hidden surfaces removed: faces are cut where they pass through
+//! one another and painted from the far to the near. The text is the whole picture: it names no other file.
+//!
+//! ```
+//! use grideye_plan::drawing::{Drawing, svg};
+//! use grideye_scene::Scene;
+//! let text = "[room]\nsize_mm = [4000, 6000, 2700]\nambient_c = 20\n";
+//! let nothing = |_: &str| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+//! let scene = Scene::parse(text, "room.toml", &nothing)?.scene;
+//! assert!(svg(&scene, &Drawing::new("an empty room")).starts_with("<svg "));
+//! # Ok::<(), grideye_scene::SceneError>(())
+//! ```
+
+mod camera;
+mod labels;
+pub mod limits;
+mod options;
+mod painter;
+mod pieces;
+mod plane;
+mod sheet;
+
+use camera::{Camera, Panel};
+use grideye_scene::Scene;
+use labels::Labels;
+pub use options::Drawing;
+use sheet::Sheet;
+pub(crate) use sheet::escaped;
+
+/// The scene in perspective and from above, as a self-contained SVG of 1280 x 720.
+#[must_use]
+pub fn svg(scene: &Scene, drawing: &Drawing<'_>) -> String {
+    let mut sheet = Sheet::new(WIDTH, HEIGHT);
+    let way = way_text(scene, drawing);
+    sheet.head(drawing.title, &summary(scene, way.as_deref()));
+    let bounds_m = pieces::bounds_m(scene);
+    for (title, panel, is_perspective) in [
+        ("Perspective", PERSPECTIVE, true),
+        ("From above", FROM_ABOVE, false),
+    ] {
+        let camera = if is_perspective {
+            Camera::perspective(bounds_m, &panel)
+        } else {
+            Camera::from_above(bounds_m, &panel)
+        };
+        sheet.panel(title, &panel);
+        draw(&mut sheet, &camera, scene, drawing, is_perspective);
+    }
+    sheet.legend(LEGEND_Y, way.is_some());
+    sheet.finish()
+}
+
+fn draw(
+    sheet: &mut Sheet,
+    camera: &Camera,
+    scene: &Scene,
+    drawing: &Drawing<'_>,
+    is_perspective: bool,
+) {
+    let walls = pieces::Walls::new(scene.room());
+    sheet.walls_behind(camera, &walls.around);
+    let all = pieces::of_scene((scene, &walls), drawing, camera, is_perspective);
+    for piece in painter::far_to_near(all, camera) {
+        sheet.piece(camera, &piece);
+    }
+    sheet.walls_before(camera, &walls.around);
+    sheet.walls_before(camera, &walls.jutting);
+    sheet.sensors(camera, scene.sensors());
+    if is_perspective {
+        sheet.axes(camera, pieces::bounds_m(scene));
+    } else {
+        sheet.ruler(camera, pieces::bounds_m(scene));
+    }
+    sheet.labels(&Labels::of(scene, drawing, camera));
+}
+
+/// One line about the scene.
+fn summary(scene: &Scene, way: Option<&str>) -> String {
+    let (low, high) = pieces::bounds_m(scene);
+    let [width, depth, height] = ((high - low) * 1000.0).round().to_array();
+    let mut line = format!(
+        "{width} x {depth} x {height} mm, {} °C; {}, {}, {}",
+        scene.room().ambient_c,
+        counted(scene.objects().len(), "object"),
+        counted(scene.agents().len(), "agent"),
+        counted(scene.sensors().len(), "sensor"),
+    );
+    if let Some(way) = way {
+        line.push_str("; ");
+        line.push_str(way);
+    }
+    line
+}
+
+fn counted(count: usize, what: &str) -> String {
+    match count {
+        0 => format!("no {what}s"),
+        1 => format!("1 {what}"),
+        _ => format!("{count} {what}s"),
+    }
+}
+
+/// What the circles stand for, if anybody walks.
+fn way_text(scene: &Scene, drawing: &Drawing<'_>) -> Option<String> {
+    let sensor = drawing.sampled_by.or(scene.sensors().first())?;
+    let every = scene
+        .agents()
+        .iter()
+        .filter(|agent| agent.trajectory.is_some())
+        .map(|agent| pieces::circle_step(agent, sensor))
+        .max()?;
+    let which = match every {
+        1 => "a circle at every frame".to_owned(),
+        2 => "a circle at every second frame".to_owned(),
+        step => format!("a circle at every {step}th frame"),
+    };
+    Some(format!(
+        "{which} of {} at {} Hz",
+        sensor.name, sensor.sampling_hz
+    ))
+}
+
+const WIDTH: f64 = 1280.0;
+const HEIGHT: f64 = 720.0;
+const LEGEND_Y: f64 = 696.0;
+const PERSPECTIVE: Panel = Panel {
+    left: 24.0,
+    top: 84.0,
+    width: 760.0,
+    height: 584.0,
+};
+const FROM_ABOVE: Panel = Panel {
+    left: 808.0,
+    top: 84.0,
+    width: 448.0,
+    height: 584.0,
+};

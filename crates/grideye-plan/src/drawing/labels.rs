@@ -1,0 +1,106 @@
+//! Names beside what they name, where there is room for them.
+
+use super::camera::Camera;
+use super::limits;
+use super::options::Drawing;
+use glam::{DVec2, DVec3};
+use grideye_scene::Body;
+use grideye_scene::Scene;
+use std::collections::HashSet;
+
+/// The names of one view.
+#[derive(Debug, Default)]
+pub(super) struct Labels {
+    pub(super) placed: Vec<Label>,
+    /// How many names had no room.
+    pub(super) left_out: usize,
+}
+
+/// A text and the middle of its base line.
+#[derive(Debug)]
+pub(super) struct Label {
+    pub(super) at: DVec2,
+    pub(super) text: String,
+}
+
+impl Labels {
+    /// Agents before sensors before objects: the first that come have the room.
+    pub(super) fn of(scene: &Scene, drawing: &Drawing<'_>, camera: &Camera) -> Self {
+        let mut labels = Self::default();
+        let time_s = drawing.time.as_secs_f64();
+        let titled = |name: &str, body: &Body| {
+            with_temperature(name, body.celsius(scene.room().ambient_c, time_s))
+        };
+        for agent in scene.agents() {
+            let name = match agent.parts.as_slice() {
+                [only] => titled(&agent.name, only),
+                _ => agent.name.clone(),
+            };
+            let parts = agent.bodies_at(drawing.time).into_iter();
+            if let Some(top_m) = top_m(parts.map(|part| part.solid.bounds_m())) {
+                labels.place(camera.project(top_m), name);
+            }
+        }
+        for sensor in scene.sensors() {
+            labels.place(camera.project(sensor.pose.position_m), sensor.name.clone());
+        }
+        let mut mosaics = HashSet::new();
+        for object in scene.objects() {
+            let text = match mosaic_of(&object.name) {
+                Some(mosaic) if mosaics.insert(mosaic) => mosaic.to_owned(),
+                Some(_) => continue,
+                None => titled(&object.name, object),
+            };
+            if let Some(top_m) = top_m(std::iter::once(object.solid.bounds_m())) {
+                labels.place(camera.project(top_m), text);
+            }
+        }
+        labels
+    }
+
+    /// Above its thing, or below it if another name is there already.
+    fn place(&mut self, thing: DVec2, text: String) {
+        let places = [-8.0, 16.0, -22.0].map(|down| thing + DVec2::new(0.0, down));
+        let free = places
+            .into_iter()
+            .find(|at| self.placed.iter().all(|other| !overlap(*at, &text, other)));
+        match free {
+            Some(at) if self.placed.len() < limits::LABELS_MAX => {
+                self.placed.push(Label { at, text });
+            }
+            _ => self.left_out += 1,
+        }
+    }
+}
+
+/// The name of the mosaic that a cell belongs to: without the two numbers at its end.
+fn mosaic_of(name: &str) -> Option<&str> {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let (front, column) = name.rsplit_once(' ')?;
+    let (mosaic, row) = front.rsplit_once(' ')?;
+    (is_number(row) && is_number(column)).then_some(mosaic)
+}
+
+fn with_temperature(name: &str, celsius: f64) -> String {
+    format!("{name}, {} °C", (celsius * 10.0).round() / 10.0)
+}
+
+/// The middle of the top of the box around bodies, each by its own.
+fn top_m(bounds: impl Iterator<Item = (DVec3, DVec3)>) -> Option<DVec3> {
+    bounds
+        .reduce(|(low, high), (body_low, body_high)| (low.min(body_low), high.max(body_high)))
+        .map(|(low, high)| (0.5 * (low + high)).with_z(high.z))
+}
+
+fn overlap(at: DVec2, text: &str, other: &Label) -> bool {
+    let apart = (at - other.at).abs();
+    apart.x < 0.5 * (width(text) + width(&other.text)) + 4.0 && apart.y < LINE_HEIGHT
+}
+
+/// About what the text takes in the sheet's type.
+pub(super) fn width(text: &str) -> f64 {
+    text.chars().map(|_| CHARACTER_WIDTH).sum()
+}
+
+const CHARACTER_WIDTH: f64 = 6.3;
+const LINE_HEIGHT: f64 = 13.0;

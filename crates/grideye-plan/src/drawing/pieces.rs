@@ -1,0 +1,411 @@
+//! What is in the room, as flat pieces to paint.
+
+use super::camera::Camera;
+use super::limits;
+use super::options::Drawing;
+use super::painter::{Paint, Piece, clipped};
+use super::plane::Plane;
+use glam::DVec3;
+use grideye_scene::Agent;
+use grideye_scene::Cuboid;
+use grideye_scene::Room;
+use grideye_scene::Scene;
+use grideye_scene::Sensor;
+use grideye_scene::Solid;
+use grideye_scene::count;
+use std::collections::HashMap;
+
+/// The lowest and the highest corner of what is drawn, metres.
+pub(super) fn bounds_m(scene: &Scene) -> (DVec3, DVec3) {
+    scene.room().bounds_m()
+}
+
+/// The room's floor, walls and ceiling, each as an outline whose inside the room is.
+pub(super) struct Walls {
+    /// Those that have the whole room before them: seen from within, none of them hides another.
+    pub(super) around: Vec<Vec<DVec3>>,
+    /// Those that jut into it, cut into convex faces.
+    pub(super) jutting: Vec<Vec<DVec3>>,
+    /// All of them, cut into convex faces.
+    convex: Vec<Vec<DVec3>>,
+}
+
+impl Walls {
+    pub(super) fn new(room: &Room) -> Self {
+        let jutting = room.jutting_m();
+        let mut around = room.sides_m();
+        around.retain(|side| !jutting.contains(side));
+        Self {
+            around,
+            jutting,
+            convex: room.convex_sides_m(),
+        }
+    }
+}
+
+/// Everything that hides and is hidden.
+pub(super) fn of_scene(
+    (scene, walls): (&Scene, &Walls),
+    drawing: &Drawing<'_>,
+    camera: &Camera,
+    is_perspective: bool,
+) -> Vec<Piece> {
+    let mut pieces = jutting_walls(walls, camera);
+    let mut faces_left = limits::FACES_MAX;
+    for body in scene.objects() {
+        let color = body.color.unwrap_or(OBJECT);
+        add_body(&mut pieces, &body.solid, color, camera, &mut faces_left);
+    }
+    for agent in scene.agents() {
+        for part in agent.bodies_at(drawing.time) {
+            let color = part.color.unwrap_or(AGENT);
+            add_body(&mut pieces, &part.solid, color, camera, &mut faces_left);
+        }
+        add_way(
+            &mut pieces,
+            agent,
+            drawing.sampled_by.or(scene.sensors().first()),
+        );
+    }
+    let root = count::float(scene.sensors().len().max(1)).sqrt();
+    let opacity = PYRAMID_OPACITY / (root * root.sqrt());
+    for sensor in scene.sensors() {
+        // From above the sides would dye all that is below them: their edges are enough, the two diagonals.
+        let of_sides = if is_perspective { opacity } else { 0.0 };
+        add_view(&mut pieces, sensor, walls, (of_sides, opacity));
+    }
+    pieces
+}
+
+/// Every how many frames a circle is drawn on the agent's way.
+pub(super) fn circle_step(agent: &Agent, sensor: &Sensor) -> usize {
+    frames_on_way(agent, sensor)
+        .div_ceil(limits::CIRCLES_MAX)
+        .max(1)
+}
+
+/// Where the agent is when the circles are drawn.
+pub(super) fn captured_points_m(agent: &Agent, sensor: &Sensor) -> Vec<DVec3> {
+    let step = circle_step(agent, sensor);
+    (0..frames_on_way(agent, sensor))
+        .step_by(step)
+        .map(|index| agent.position_m(sensor.frame_time(u32::try_from(index).unwrap_or(u32::MAX))))
+        .collect()
+}
+
+/// The corners of what a sensor has in view at a distance before it, in the order of the outline.
+fn view_corners_m(sensor: &Sensor, forward_m: f64) -> [DVec3; 4] {
+    let slopes = sensor.view_slopes();
+    let world_from_sensor = sensor.pose.world_from_sensor();
+    [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(to_left, to_top)| {
+        let direction = DVec3::new(1.0, to_left * slopes.x, to_top * slopes.y);
+        sensor.pose.position_m + world_from_sensor * (forward_m * direction)
+    })
+}
+
+fn frames_on_way(agent: &Agent, sensor: &Sensor) -> usize {
+    let last = (agent.duration().as_secs_f64() * sensor.sampling_hz + 1e-6).floor();
+    count::floor(last).saturating_add(1).min(FRAMES_MAX)
+}
+
+fn add_body(
+    pieces: &mut Vec<Piece>,
+    solid: &Solid,
+    color: [u8; 3],
+    camera: &Camera,
+    faces_left: &mut usize,
+) {
+    let faces = solid.faces().count();
+    if faces > limits::FACES_OF_BODY_MAX || faces > *faces_left {
+        add_solid(pieces, &box_around(solid), color, camera);
+        return;
+    }
+    *faces_left -= faces;
+    add_solid(pieces, solid, color, camera);
+}
+
+fn box_around(solid: &Solid) -> Solid {
+    let (low, high) = solid.bounds_m();
+    let size_m = (high - low).max(DVec3::splat(1e-6));
+    let base_m = low + 0.5 * size_m.with_z(0.0);
+    Solid::of_cuboid(&Cuboid::new(base_m, size_m, 0.0))
+}
+
+/// The faces that the eye sees from outside, with the edges that a draughtsman would draw.
+fn add_solid(pieces: &mut Vec<Piece>, solid: &Solid, color: [u8; 3], camera: &Camera) {
+    let outlines: Vec<&[usize]> = solid.faces().collect();
+    let points_m = |outline: &[usize]| -> Vec<DVec3> {
+        outline
+            .iter()
+            .map(|corner| solid.vertices_m()[*corner])
+            .collect()
+    };
+    let planes: Vec<Option<Plane>> = outlines
+        .iter()
+        .map(|outline| Plane::of_face(&points_m(outline)))
+        .collect();
+    let mut beside: HashMap<(usize, usize), Vec<usize>> = HashMap::new();
+    for (face, outline) in outlines.iter().enumerate() {
+        for edge in edges(outline) {
+            beside.entry(edge).or_default().push(face);
+        }
+    }
+    let is_open = !solid.is_closed();
+    let seen = |face: usize| planes[face].is_some_and(|plane| camera.side_of(&plane) > 0.0);
+    for (face, outline) in outlines.iter().enumerate() {
+        let Some(plane) = planes[face].filter(|_| is_open || seen(face)) else {
+            continue;
+        };
+        let normal = if seen(face) {
+            plane.normal
+        } else {
+            -plane.normal
+        };
+        let is_drawn = |edge: (usize, usize)| {
+            beside.get(&edge).is_none_or(|faces| match faces[..] {
+                [one, other] => seen(one) != seen(other) || is_crease(planes[one], planes[other]),
+                _ => true,
+            })
+        };
+        pieces.push(Piece {
+            points_m: points_m(outline),
+            edges: edges(outline).map(is_drawn).collect(),
+            paint: Paint::Face {
+                fill: shaded(color, normal),
+                opacity: 1.0,
+                edge: color.map(|part| part / 2),
+            },
+        });
+    }
+}
+
+fn edges(outline: &[usize]) -> impl Iterator<Item = (usize, usize)> {
+    let following = outline.iter().cycle().skip(1);
+    outline
+        .iter()
+        .zip(following)
+        .map(|(from, to)| (*from.min(to), *from.max(to)))
+}
+
+fn is_crease(one: Option<Plane>, other: Option<Plane>) -> bool {
+    one.zip(other)
+        .is_none_or(|(one, other)| one.normal.dot(other.normal) < CREASE_COS)
+}
+
+/// Lit from above, a little from the front left.
+fn shaded(color: [u8; 3], normal: DVec3) -> [u8; 3] {
+    let light = DVec3::new(-0.37, -0.56, 0.74);
+    let brightness = 0.72 + 0.28 * normal.dot(light).max(0.0);
+    color.map(|part| {
+        let lit = count::floor((f64::from(part) * brightness).round());
+        u8::try_from(lit).unwrap_or(u8::MAX)
+    })
+}
+
+fn add_way(pieces: &mut Vec<Piece>, agent: &Agent, sensor: Option<&Sensor>) {
+    let Some(trajectory) = &agent.trajectory else {
+        return;
+    };
+    let color = agent
+        .parts
+        .iter()
+        .find_map(|part| part.color)
+        .unwrap_or(AGENT);
+    for leg in trajectory.way_points_m().windows(2) {
+        pieces.push(Piece {
+            points_m: leg.to_vec(),
+            edges: Vec::new(),
+            paint: Paint::Line { color },
+        });
+    }
+    let Some(sensor) = sensor else { return };
+    let points_m = captured_points_m(agent, sensor);
+    let radius = if points_m.len() > CROWDED { 1.8 } else { 3.0 };
+    pieces.extend(points_m.into_iter().map(|point| Piece {
+        points_m: vec![point],
+        edges: Vec::new(),
+        paint: Paint::Circle { color, radius },
+    }));
+}
+
+/// The walls that jut out and show their insides: what is behind them shines through.
+fn jutting_walls(walls: &Walls, camera: &Camera) -> Vec<Piece> {
+    let is_seen = |side: &&Vec<DVec3>| {
+        Plane::of_face(side).is_some_and(|plane| camera.side_of(&plane) > 1e-9)
+    };
+    let piece = |side: &Vec<DVec3>| Piece {
+        points_m: side.clone(),
+        edges: vec![true; side.len()],
+        paint: Paint::Face {
+            fill: WALL,
+            opacity: WALL_OPACITY,
+            edge: WALL_EDGE,
+        },
+    };
+    walls.jutting.iter().filter(is_seen).map(piece).collect()
+}
+
+/// The pyramid up to the walls: its sides, and where it meets floor and walls.
+fn add_view(
+    pieces: &mut Vec<Piece>,
+    sensor: &Sensor,
+    walls: &Walls,
+    (of_sides, of_walls): (f64, f64),
+) {
+    let tip_m = sensor.pose.position_m;
+    let reach_m = walls.convex.iter().flatten();
+    let reach_m = reach_m.map(|corner| corner.distance(tip_m));
+    let corners_m = view_corners_m(sensor, 2.0 * reach_m.fold(0.0, f64::max));
+    let sides: Vec<Vec<DVec3>> = (0..4)
+        .map(|index| vec![tip_m, corners_m[index], corners_m[(index + 1) % 4]])
+        .collect();
+    let planes = |walls: &[Vec<DVec3>]| -> Vec<Plane> {
+        walls
+            .iter()
+            .filter_map(|wall| Plane::of_face(wall))
+            .collect()
+    };
+    let shadows: Vec<Vec<Plane>> = walls
+        .jutting
+        .iter()
+        .take(SHADOWS_MAX)
+        .filter_map(|wall| shadow(tip_m, wall))
+        .collect();
+    let outer = planes(&walls.around);
+    let sides_seen = sides.iter();
+    let sides_seen = sides_seen.filter_map(|side| within(side, &outer, of_sides));
+    pieces.extend(sides_seen.flat_map(|side| lit(side, &shadows)));
+    let ahead_m = tip_m + sensor.pose.world_from_sensor().x_axis;
+    let inward: Vec<Plane> = sides
+        .iter()
+        .filter_map(|side| facing(side, ahead_m))
+        .collect();
+    if inward.len() < sides.len() {
+        return;
+    }
+    let shows = |wall: &&Vec<DVec3>| {
+        Plane::of_face(wall).is_some_and(|plane| plane.height_m(tip_m) > -ON_WALL_M)
+    };
+    for wall in walls.convex.iter().filter(shows) {
+        let Some(seen) = within(wall, &inward, of_walls) else {
+            continue;
+        };
+        // Where the sides meet the wall its own outline ends too; those of floors that were cut are no edges.
+        let is_whole = walls.around.contains(wall) || walls.jutting.contains(wall);
+        let seen = Piece {
+            edges: vec![is_whole; seen.points_m.len()],
+            ..seen
+        };
+        pieces.extend(lit(seen, &shadows));
+    }
+}
+
+/// The planes around what a wall hides from a point, with that on their positive sides; `None` if the wall shows the
+/// point its back.
+fn shadow(tip_m: DVec3, wall: &[DVec3]) -> Option<Vec<Plane>> {
+    let plane = Plane::of_face(wall)?;
+    if plane.height_m(tip_m) <= ON_WALL_M {
+        return None;
+    }
+    let middle_m = wall.iter().sum::<DVec3>() / count::float(wall.len());
+    let next = wall.iter().cycle().skip(1);
+    let mut planes: Vec<Plane> = wall
+        .iter()
+        .zip(next)
+        .filter_map(|(from, to)| facing(&[tip_m, *from, *to], middle_m))
+        .collect();
+    planes.push(Plane {
+        normal: -plane.normal,
+        // The wall itself is not hidden.
+        offset_m: -plane.offset_m + ON_WALL_M,
+    });
+    Some(planes)
+}
+
+/// What is left of a piece outside all shadows.
+fn lit(piece: Piece, shadows: &[Vec<Plane>]) -> Vec<Piece> {
+    let mut lit = vec![piece];
+    for shadow in shadows {
+        lit = lit
+            .into_iter()
+            .flat_map(|piece| outside(piece, shadow))
+            .collect();
+    }
+    lit
+}
+
+fn outside(piece: Piece, shadow: &[Plane]) -> Vec<Piece> {
+    let is_hidden = shadow
+        .iter()
+        .try_fold(piece.clone(), |rest, plane| clipped(&rest, plane))
+        .is_some_and(|hidden| Plane::of_face(&hidden.points_m).is_some());
+    if !is_hidden {
+        return vec![piece];
+    }
+    let mut parts = Vec::new();
+    let mut rest = Some(piece);
+    for plane in shadow {
+        let Some(whole) = rest else { break };
+        let opposite = Plane {
+            normal: -plane.normal,
+            offset_m: -plane.offset_m,
+        };
+        let part = clipped(&whole, &opposite);
+        parts.extend(part.filter(|part| Plane::of_face(&part.points_m).is_some()));
+        rest = clipped(&whole, plane);
+    }
+    parts
+}
+
+/// What is left of a face on the positive side of all planes, in the yellow of what is seen.
+fn within(outline: &[DVec3], planes: &[Plane], opacity: f64) -> Option<Piece> {
+    let whole = Piece {
+        points_m: outline.to_vec(),
+        edges: vec![true; outline.len()],
+        paint: Paint::Face {
+            fill: SEEN,
+            opacity,
+            edge: SEEN_EDGE,
+        },
+    };
+    let piece = planes
+        .iter()
+        .try_fold(whole, |piece, plane| clipped(&piece, plane))?;
+    Plane::of_face(&piece.points_m).map(|_| piece)
+}
+
+/// The plane of a face, turned so that `point_m` is on its positive side.
+fn facing(outline: &[DVec3], point_m: DVec3) -> Option<Plane> {
+    let plane = Plane::of_face(outline)?;
+    let sign = if plane.height_m(point_m) < 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    Some(Plane {
+        normal: sign * plane.normal,
+        offset_m: sign * plane.offset_m,
+    })
+}
+
+/// PeerJ CS 11:e3124, "Object placement": blue unless the scene says otherwise.
+pub(super) const OBJECT: [u8; 3] = [0x5b, 0x8d, 0xd9];
+/// The same, "Agent configuration": red unless the scene says otherwise.
+pub(super) const AGENT: [u8; 3] = [0xd6, 0x3b, 0x33];
+pub(super) const SEEN: [u8; 3] = [0xff, 0xd5, 0x2e];
+pub(super) const SEEN_EDGE: [u8; 3] = [0xb8, 0x86, 0x00];
+
+const WALL: [u8; 3] = [0xe6; 3];
+const WALL_EDGE: [u8; 3] = [0x99; 3];
+const WALL_OPACITY: f64 = 0.6;
+/// Walls whose shadows are left out of what a sensor has in view; the shadows of further ones are not.
+const SHADOWS_MAX: usize = 100;
+/// A sensor this near to a wall is on it, metres.
+const ON_WALL_M: f64 = 1e-6;
+const PYRAMID_OPACITY: f64 = 0.22;
+/// Faces that meet at less than 30 degrees are one round surface.
+const CREASE_COS: f64 = 0.866;
+/// Circles on one way from which on they are drawn smaller.
+const CROWDED: usize = 60;
+/// Frames on a way that are counted.
+const FRAMES_MAX: usize = 1_000_000;

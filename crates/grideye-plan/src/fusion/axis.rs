@@ -1,0 +1,199 @@
+//! One axis of an array: how pixels and cells lie over one another.
+
+use grideye_scene::count;
+
+/// Centres so near to one another, in cells, are one.
+const SAME_CELL: f64 = 1e-6;
+
+/// One axis of the array.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// Pixels of one sensor, the paper's R.
+    pub pixels: usize,
+    /// Cells a pixel, the paper's multiplication factor m.
+    pub factor: usize,
+    /// Sensors, the paper's n.
+    pub sensors: usize,
+    /// Distance between sensors as the scene has it, metres; 0 for one sensor.
+    pub spacing_m: f64,
+    /// The same by Eq. 7, metres.
+    pub spacing_by_eq_7_m: f64,
+}
+
+impl Axis {
+    /// Cells that at least one sensor has in view: `R m + n - 1`.
+    #[must_use]
+    pub const fn union_cells(&self) -> usize {
+        self.pixels * self.factor + self.sensors - 1
+    }
+
+    /// Cells that every sensor has in view: `R m - (n - 1)`.
+    #[must_use]
+    pub const fn covered_cells(&self) -> usize {
+        (self.pixels * self.factor + 1).saturating_sub(self.sensors)
+    }
+
+    /// The pixel of a sensor that lies over a cell.
+    pub(super) fn pixel(&self, sensor: usize, cell: usize) -> Option<usize> {
+        let pixel = cell.checked_sub(sensor)? / self.factor;
+        (pixel < self.pixels).then_some(pixel)
+    }
+
+    pub(super) const fn samples(&self) -> usize {
+        self.sensors * self.pixels
+    }
+
+    /// The centre of a pixel, in cells from the first cell's edge.
+    fn centre(&self, sensor: usize, pixel: usize) -> f64 {
+        count::float(sensor) + count::float(self.factor) * (count::float(pixel) + 0.5)
+    }
+
+    /// For each cell the pixels with their weights, which sum to 1: those whose centres are nearest on either side.
+    pub(super) fn interpolation(&self) -> Vec<Vec<(usize, f64)>> {
+        let mut centres: Vec<(f64, usize)> = (0..self.sensors)
+            .flat_map(|sensor| (0..self.pixels).map(move |pixel| (sensor, pixel)))
+            .map(|(sensor, pixel)| (self.centre(sensor, pixel), sensor * self.pixels + pixel))
+            .collect();
+        centres.sort_by(|one, other| one.0.total_cmp(&other.0));
+        (0..self.union_cells())
+            .map(|cell| neighbours(&centres, count::float(cell) + 0.5))
+            .collect()
+    }
+
+    /// For each pixel of each sensor its response to each cell: a triangle that reaches to the middles of the next
+    /// pixels, as the resampling kernel is, mirrored at the border of the sensor's own view, as that is.
+    ///
+    /// A triangle as wide as two pixels is a sum of triangles as wide as two cells, with these weights, so that
+    /// blurring what the virtual sensor sees gives exactly what a sensor sees, where a pixel's centre is a cell's.
+    pub(super) fn blur(&self) -> Vec<Vec<(usize, f64)>> {
+        let reach = count::float(self.factor);
+        let width = self.pixels * self.factor;
+        let mut rows = Vec::with_capacity(self.samples());
+        for sensor in 0..self.sensors {
+            for pixel in 0..self.pixels {
+                let centre = self.centre(0, pixel);
+                // From one pixel before the first cell of this one, counted from there.
+                let taps = (0..3 * self.factor).map(|tap| {
+                    let from_start = pixel * self.factor + tap;
+                    let position = count::float(from_start) - reach + 0.5;
+                    let weight = (1.0 - (position - centre).abs() / reach).max(0.0);
+                    let inside = match from_start.checked_sub(self.factor) {
+                        None => self.factor - 1 - from_start,
+                        Some(cell) if cell >= width => 2 * width - 1 - cell,
+                        Some(cell) => cell,
+                    };
+                    (sensor + inside, weight / reach)
+                });
+                rows.push(taps.filter(|(_, weight)| *weight > 0.0).collect());
+            }
+        }
+        rows
+    }
+}
+
+fn neighbours(centres: &[(f64, usize)], at: f64) -> Vec<(usize, f64)> {
+    let after = centres.partition_point(|(centre, _)| *centre < at - SAME_CELL);
+    let before = if centres
+        .get(after)
+        .is_some_and(|(centre, _)| *centre <= at + SAME_CELL)
+    {
+        after
+    } else {
+        after.saturating_sub(1)
+    };
+    let after = after.min(centres.len().saturating_sub(1));
+    let (low, high) = (centres[before].0, centres[after].0);
+    let share = if high > low {
+        ((at - low) / (high - low)).clamp(0.0, 1.0)
+    } else {
+        1.0
+    };
+    let mut weights = Vec::new();
+    for (centre, part) in [(low, 1.0 - share), (high, share)] {
+        // Pixels of several sensors may have one centre: their mean stands for it.
+        let here: Vec<usize> = centres
+            .iter()
+            .filter(|(other, _)| (other - centre).abs() < SAME_CELL)
+            .map(|(_, pixel)| *pixel)
+            .collect();
+        if part > 0.0 {
+            let each = part / count::float(here.len());
+            weights.extend(here.into_iter().map(|pixel| (pixel, each)));
+        }
+    }
+    weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis_of(pixels: usize, factor: usize, sensors: usize) -> Axis {
+        Axis {
+            pixels,
+            factor,
+            sensors,
+            spacing_m: 0.0,
+            spacing_by_eq_7_m: 0.0,
+        }
+    }
+
+    #[test]
+    fn eq_8_of_the_paper_in_both_readings() {
+        let axis = axis_of(8, 3, 3);
+        assert_eq!((axis.union_cells(), axis.covered_cells()), (26, 22));
+        let axis = axis_of(2, 2, 2);
+        assert_eq!((axis.union_cells(), axis.covered_cells()), (5, 3));
+        assert_eq!(axis_of(2, 1, 5).covered_cells(), 0);
+    }
+
+    #[test]
+    fn the_response_of_a_pixel_is_the_triangle_and_sums_to_1() {
+        let blur = axis_of(3, 3, 2).blur();
+        assert_eq!(blur.len(), 6);
+        // The middle pixel of the first sensor: cells 2 to 6 by 1, 2, 3, 2, 1 ninths.
+        let expected = [(2, 1.0), (3, 2.0), (4, 3.0), (5, 2.0), (6, 1.0)];
+        for ((cell, weight), (expected_cell, ninths)) in blur[1].iter().zip(expected) {
+            assert_eq!(*cell, expected_cell);
+            assert!((weight - ninths / 9.0).abs() < 1e-15);
+        }
+        // That of the second sensor is one cell further.
+        assert_eq!(blur[4][0].0, 3);
+        for (sizes, rows) in [
+            ((3, 3, 2), blur),
+            ((4, 2, 3), axis_of(4, 2, 3).blur()),
+            ((1, 5, 1), axis_of(1, 5, 1).blur()),
+        ] {
+            for row in rows {
+                let total: f64 = row.iter().map(|(_, weight)| weight).sum();
+                assert!((total - 1.0).abs() < 1e-12, "{sizes:?}: {row:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_edge_pixel_is_mirrored() {
+        // One pixel of 2 cells: the triangle over cells -1 to 2 is 1, 3, 3, 1 eighths, folded 4, 4.
+        let blur = axis_of(1, 2, 1).blur();
+        let mut cells = [0.0; 2];
+        for (cell, weight) in &blur[0] {
+            cells[*cell] += weight;
+        }
+        assert_eq!(cells, [0.5, 0.5]);
+    }
+
+    #[test]
+    fn interpolation_is_exact_on_centres_and_linear_between_them() {
+        // Factor 3, 3 sensors: each inner cell is the centre of one pixel.
+        let axis = axis_of(2, 3, 3);
+        let weights = axis.interpolation();
+        assert_eq!(weights.len(), 8);
+        for (cell, pixel) in [(1, 0), (2, 2), (3, 4), (4, 1), (5, 3), (6, 5)] {
+            assert_eq!(weights[cell], [(pixel, 1.0)], "cell {cell}");
+        }
+        assert_eq!(weights[0], weights[1], "nothing lies beyond");
+        // Factor 4, 1 sensor: centres at 2 and 6; the cell at 3.5 is 5/8 of the first and 3/8 of the second.
+        let weights = axis_of(2, 4, 1).interpolation();
+        assert_eq!(weights[3], [(0, 0.625), (1, 0.375)]);
+    }
+}

@@ -1,0 +1,248 @@
+//! When solids meet: convex bodies that stand or move, and the first moment at which two of them are in one place.
+//!
+//! ```text
+//!  boxes around what each sweeps ──▶ distance of the convex bodies
+//!  meet at all?                      step on by distance / speed until it is nothing
+//! ```
+//!
+//! A step never leaps over a contact, as neither body is faster than the span's highest speed. It is at least
+//! [`STEP_M`] long, so that a contact that lasts for less than this may be missed. Bodies that are not convex are
+//! taken face by face: what counts is their surface.
+
+use crate::geometry::distance::{Gap, gap};
+use crate::geometry::polygon::normal;
+use crate::geometry::solid::{Enclosure, Solid};
+use glam::DVec3;
+
+/// Convex bodies are smaller by this on each side, metres: what only touches, or overlaps by up to twice this, is free.
+pub(crate) const TOLERANCE_M: f64 = 5e-4;
+
+/// The shortest step along a leg, metres; of a leg that is longer than so many steps, a part of it.
+const STEP_M: f64 = 5e-4;
+
+const STEPS_MAX: f64 = 10_000.0;
+
+/// Halvings of the last step: to a millionth of it.
+const HALVINGS: usize = 20;
+
+/// A moment and a place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Meeting {
+    pub(crate) time_s: f64,
+    pub(crate) place_m: DVec3,
+}
+
+/// Convex bodies, and the box around them all.
+#[derive(Debug, Clone)]
+pub(crate) struct Shape {
+    pub(crate) pieces: Vec<Piece>,
+    pub(crate) bounds: Bounds,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Piece {
+    points: Vec<DVec3>,
+    bounds: Bounds,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Bounds {
+    pub(crate) const NOTHING: Self = Self {
+        low: DVec3::INFINITY,
+        high: DVec3::NEG_INFINITY,
+    };
+
+    fn of(points: &[DVec3]) -> Self {
+        points.iter().fold(Self::NOTHING, |bounds, point| Self {
+            low: bounds.low.min(*point),
+            high: bounds.high.max(*point),
+        })
+    }
+
+    pub(crate) fn with(self, other: Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+
+    /// The box around all that this one covers while it is moved from one place to another.
+    pub(crate) fn swept(self, from_m: DVec3, to_m: DVec3) -> Self {
+        Self {
+            low: self.low + from_m.min(to_m),
+            high: self.high + from_m.max(to_m),
+        }
+    }
+
+    pub(crate) fn meets(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+}
+
+impl Shape {
+    pub(crate) fn new<'s>(solids: impl IntoIterator<Item = &'s Solid>) -> Self {
+        Self::of_pieces(solids.into_iter().flat_map(pieces).collect())
+    }
+
+    pub(crate) fn of_pieces(pieces: Vec<Piece>) -> Self {
+        let bounds = pieces.iter().map(|piece| piece.bounds);
+        Self {
+            bounds: bounds.fold(Bounds::NOTHING, Bounds::with),
+            pieces,
+        }
+    }
+
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        self.pieces.iter().any(|one| {
+            let mut near = other
+                .pieces
+                .iter()
+                .filter(|other| one.bounds.meets(&other.bounds));
+            near.any(|other| gap(&one.points, DVec3::ZERO, &other.points).distance_m <= 0.0)
+        })
+    }
+}
+
+impl Piece {
+    fn new(points: Vec<DVec3>) -> Self {
+        Self {
+            bounds: Bounds::of(&points),
+            points,
+        }
+    }
+
+    /// A convex face of a room, counter-clockwise from within, moved out of it by [`TOLERANCE_M`] so that bodies may
+    /// lean against it, and smaller so that it does not touch the face next to it.
+    pub(crate) fn of_wall(side: &[DVec3]) -> Self {
+        let out_m = -TOLERANCE_M * normal(side);
+        let moved: Vec<DVec3> = side.iter().map(|corner| *corner + out_m).collect();
+        Self::new(shrunk(&moved))
+    }
+}
+
+fn pieces(solid: &Solid) -> Vec<Piece> {
+    if solid.enclosure() == Enclosure::Convex {
+        return vec![Piece::new(shrunk(solid.vertices_m()))];
+    }
+    let vertices_m = solid.vertices_m();
+    let face = |corners: &[usize]| {
+        corners
+            .iter()
+            .map(|corner| vertices_m[*corner])
+            .collect::<Vec<_>>()
+    };
+    solid
+        .faces()
+        .map(|corners| Piece::new(face(corners)))
+        .collect()
+}
+
+/// The corners, nearer to the middle by [`TOLERANCE_M`] on each axis at most.
+fn shrunk(points: &[DVec3]) -> Vec<DVec3> {
+    let Bounds { low, high } = Bounds::of(points);
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let keep = (half - TOLERANCE_M).max(DVec3::ZERO) / half.max(DVec3::splat(TOLERANCE_M));
+    points
+        .iter()
+        .map(|vertex| middle + (*vertex - middle) * keep)
+        .collect()
+}
+
+/// A time in which neither of two turns or changes its direction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    pub(crate) start_s: f64,
+    pub(crate) end_s: f64,
+    /// The sum of their highest speeds.
+    pub(crate) speed_max_m_per_s: f64,
+}
+
+impl Span {
+    pub(crate) const STILL: Self = Self {
+        start_s: 0.0,
+        end_s: 0.0,
+        speed_max_m_per_s: 0.0,
+    };
+}
+
+/// A shape, and how far it has moved at a time.
+pub(crate) type Moving<'a> = (&'a Shape, &'a dyn Fn(f64) -> DVec3);
+
+/// The first moment of a span in which any of their pieces meet.
+pub(crate) fn first_meeting(one: Moving<'_>, other: Moving<'_>, span: &Span) -> Option<Meeting> {
+    let swept = |bounds: Bounds, moved_m: &dyn Fn(f64) -> DVec3| {
+        bounds.swept(moved_m(span.start_s), moved_m(span.end_s))
+    };
+    let mut first: Option<Meeting> = None;
+    for piece in &one.0.pieces {
+        let bounds = swept(piece.bounds, one.1);
+        if !bounds.meets(&swept(other.0.bounds, other.1)) {
+            continue;
+        }
+        for other_piece in &other.0.pieces {
+            if !bounds.meets(&swept(other_piece.bounds, other.1)) {
+                continue;
+            }
+            let gap_at = |time_s: f64| {
+                let (moved_m, other_moved_m) = (one.1(time_s), other.1(time_s));
+                let gap = gap(&piece.points, moved_m - other_moved_m, &other_piece.points);
+                Gap {
+                    middle_m: gap.middle_m + other_moved_m,
+                    ..gap
+                }
+            };
+            // Nobody asks for what comes after the first that was found.
+            let span = Span {
+                end_s: first.map_or(span.end_s, |first| first.time_s),
+                ..*span
+            };
+            let found = advance(&gap_at, &span);
+            first = match (first, found) {
+                (Some(first), Some(found)) if found.time_s >= first.time_s => Some(first),
+                (_, Some(found)) => Some(found),
+                (first, None) => first,
+            };
+        }
+    }
+    first
+}
+
+/// Steps through a span as fast as the gap allows.
+fn advance(gap_at: &dyn Fn(f64) -> Gap, span: &Span) -> Option<Meeting> {
+    let (start_s, end_s, speed) = (span.start_s, span.end_s, span.speed_max_m_per_s);
+    let step_min_m = STEP_M.max(speed * (end_s - start_s) / STEPS_MAX);
+    let (mut free_s, mut time_s) = (start_s, start_s);
+    loop {
+        let gap = gap_at(time_s);
+        if gap.distance_m <= 0.0 {
+            return Some(refined(gap_at, free_s, (time_s, gap)));
+        }
+        if time_s >= end_s || speed <= 0.0 {
+            return None;
+        }
+        free_s = time_s;
+        time_s = (time_s + gap.distance_m.max(step_min_m) / speed).min(end_s);
+    }
+}
+
+/// Where between a time that is free and one that is not the contact begins.
+fn refined(gap_at: &dyn Fn(f64) -> Gap, mut free_s: f64, mut met: (f64, Gap)) -> Meeting {
+    for _ in 0..HALVINGS {
+        let middle_s = 0.5 * (free_s + met.0);
+        let gap = gap_at(middle_s);
+        if gap.distance_m <= 0.0 {
+            met = (middle_s, gap);
+        } else {
+            free_s = middle_s;
+        }
+    }
+    Meeting {
+        time_s: met.0,
+        place_m: met.1.middle_m,
+    }
+}

@@ -1,0 +1,24 @@
+//! The two conversions between counts and lengths that the standard library has no lossless form of.
+
+/// A count as a float.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "counts here are grid points, pixels and frames, far below 2^52"
+)]
+#[must_use]
+pub const fn float(count: usize) -> f64 {
+    count as f64
+}
+
+/// The count at or below a float: zero below zero and for not-a-number, the largest count above the range.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a saturating conversion is what is wanted"
+)]
+#[must_use]
+pub const fn floor(length: f64) -> usize {
+    length as usize
+}

@@ -1,0 +1,300 @@
+//! Who runs into what: the first contact of each agent with each object and with each other agent, along the whole way,
+//! and where there is room for another body.
+
+use crate::geometry::collision::Piece;
+use crate::geometry::collision::{Bounds, Meeting, Shape, Span, TOLERANCE_M, first_meeting};
+use crate::geometry::solid::Solid;
+use crate::limits;
+use crate::model::body::{Agent, Body};
+use crate::model::room::Room;
+use crate::model::scene::Scene;
+use crate::motion::trajectory::{Leg, Trajectory};
+use glam::{DMat3, DVec3};
+use std::time::Duration;
+
+/// Two things that are in one place.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Contact {
+    /// The agent, and the object or the other agent.
+    pub names: [String; 2],
+    /// When it begins.
+    pub time: Duration,
+    /// Where it begins, metres.
+    pub place_m: DVec3,
+    /// The agent's place in the scene.
+    pub(crate) agent: usize,
+}
+
+impl Scene {
+    /// The first contact of every agent with every object and every other agent, in the order of their times; at most
+    /// [`limits::CONTACTS_MAX`].
+    ///
+    /// What an agent's file entry lists under `touches` is left out, and so are overlaps of less than a millimetre.
+    #[must_use]
+    pub fn contacts(&self) -> Vec<Contact> {
+        let obstacles: Vec<Obstacle<'_>> = self
+            .objects
+            .iter()
+            .map(|object| Obstacle::new(&object.name, [&object.solid]))
+            .collect();
+        let movers: Vec<Mover<'_>> = self.agents.iter().map(Mover::new).collect();
+        let mut contacts = Vec::new();
+        for (index, mover) in movers.iter().enumerate() {
+            let found = obstacles
+                .iter()
+                .filter(|obstacle| !mover.may_touch(obstacle.name))
+                .filter_map(|obstacle| {
+                    let meeting = mover.meets_shape(&obstacle.shape)?;
+                    Some(Contact::at(meeting, index, mover.agent, obstacle.name))
+                });
+            contacts.extend(found.take(limits::CONTACTS_MAX - contacts.len()));
+            let others = movers[index + 1..].iter();
+            let found = others
+                .filter(|other| {
+                    !mover.may_touch(&other.agent.name) && !other.may_touch(&mover.agent.name)
+                })
+                .filter_map(|other| {
+                    let meeting = mover.meets_agent(other)?;
+                    Some(Contact::at(meeting, index, mover.agent, &other.agent.name))
+                });
+            contacts.extend(found.take(limits::CONTACTS_MAX - contacts.len()));
+        }
+        contacts.sort_by_key(|contact| contact.time);
+        contacts
+    }
+}
+
+/// The walls that jut into a room, as obstacles.
+#[derive(Debug)]
+pub(crate) struct Walls {
+    shape: Shape,
+}
+
+impl Walls {
+    pub(crate) fn new(room: &Room) -> Self {
+        let sides = room.jutting_m();
+        let pieces = sides.iter().map(|side| Piece::of_wall(side));
+        Self {
+            shape: Shape::of_pieces(pieces.collect()),
+        }
+    }
+
+    /// Whether a body reaches through one of them, rather than to it.
+    pub(crate) fn meet(&self, solid: &Solid) -> bool {
+        let still = |_| DVec3::ZERO;
+        let span = Span::STILL;
+        let met = || first_meeting((&Shape::new([solid]), &still), (&self.shape, &still), &span);
+        !self.shape.pieces.is_empty() && met().is_some()
+    }
+
+    /// When and where an agent first reaches through one of them.
+    pub(crate) fn first_met_by(&self, agent: &Agent) -> Option<(Duration, DVec3)> {
+        if self.shape.pieces.is_empty() {
+            return None;
+        }
+        let meeting = Mover::new(agent).meets_shape(&self.shape)?;
+        let time = Duration::try_from_secs_f64(meeting.time_s).unwrap_or(Duration::MAX);
+        Some((time, meeting.place_m))
+    }
+}
+
+impl Contact {
+    fn at(meeting: Meeting, index: usize, agent: &Agent, other: &str) -> Self {
+        Self {
+            names: [agent.name.clone(), other.to_owned()],
+            time: Duration::try_from_secs_f64(meeting.time_s).unwrap_or(Duration::MAX),
+            place_m: meeting.place_m,
+            agent: index,
+        }
+    }
+}
+
+/// What may be run into.
+struct Obstacle<'a> {
+    name: &'a str,
+    shape: Shape,
+}
+
+impl<'a> Obstacle<'a> {
+    fn new<'s>(name: &'a str, solids: impl IntoIterator<Item = &'s Solid>) -> Self {
+        Self {
+            name,
+            shape: Shape::new(solids),
+        }
+    }
+}
+
+/// An agent with the straight legs of its way.
+struct Mover<'a> {
+    agent: &'a Agent,
+    legs: Vec<Leg>,
+    /// Turned as it is at first; of one that does not turn, for ever.
+    shape: Shape,
+    /// The box around it in all its turns.
+    bounds: Bounds,
+}
+
+impl<'a> Mover<'a> {
+    fn new(agent: &'a Agent) -> Self {
+        let legs = agent
+            .trajectory
+            .as_ref()
+            .map_or_else(Vec::new, Trajectory::legs);
+        let mut mover = Self {
+            agent,
+            legs,
+            shape: Shape::new(agent.parts.iter().map(|part| &part.solid)),
+            bounds: Bounds::NOTHING,
+        };
+        mover.bounds = mover.shape.bounds;
+        if let Some(turns) = &agent.turns {
+            let turned = turns.iter().map(|turn| mover.turned(*turn).bounds);
+            mover.bounds = turned.fold(mover.bounds, Bounds::with);
+        }
+        mover
+    }
+
+    fn may_touch(&self, name: &str) -> bool {
+        self.agent.touches.iter().any(|touched| touched == name)
+    }
+
+    /// How far it has moved from its start.
+    fn moved_m(&self, time_s: f64) -> DVec3 {
+        let trajectory = self.agent.trajectory.as_ref();
+        trajectory.map_or(DVec3::ZERO, |way| way.at_s(time_s) - self.agent.start_m)
+    }
+
+    fn turned(&self, turn: DMat3) -> Shape {
+        let turned: Vec<Solid> = self
+            .agent
+            .parts
+            .iter()
+            .map(|part| self.agent.turned(&part.solid, turn))
+            .collect();
+        Shape::new(&turned)
+    }
+
+    /// Its shape during a span, if it is not the one it has at first.
+    fn turned_in(&self, span: &Span) -> Option<Shape> {
+        let turns = self.agent.turns.as_ref()?;
+        let way = self.agent.trajectory.as_ref()?;
+        let middle_s = 0.5 * (span.start_s + span.end_s);
+        turns
+            .get(way.heads_for(middle_s))
+            .map(|turn| self.turned(*turn))
+    }
+
+    fn meets_shape(&self, obstacle: &Shape) -> Option<Meeting> {
+        self.spans(&self.legs).into_iter().find_map(|span| {
+            let (from_m, to_m) = (self.moved_m(span.start_s), self.moved_m(span.end_s));
+            if !self.bounds.swept(from_m, to_m).meets(&obstacle.bounds) {
+                return None;
+            }
+            let turned = self.turned_in(&span);
+            first_meeting(
+                (turned.as_ref().unwrap_or(&self.shape), &|time_s| {
+                    self.moved_m(time_s)
+                }),
+                (obstacle, &|_| DVec3::ZERO),
+                &span,
+            )
+        })
+    }
+
+    fn meets_agent(&self, other: &Self) -> Option<Meeting> {
+        let mut both = self.legs.clone();
+        both.extend(&other.legs);
+        self.spans(&both).into_iter().find_map(|mut span| {
+            let swept = |mover: &Self| {
+                let (from_m, to_m) = (mover.moved_m(span.start_s), mover.moved_m(span.end_s));
+                mover.bounds.swept(from_m, to_m)
+            };
+            if !swept(self).meets(&swept(other)) {
+                return None;
+            }
+            span.speed_max_m_per_s = self.speed_in(&span) + other.speed_in(&span);
+            let (turned, other_turned) = (self.turned_in(&span), other.turned_in(&span));
+            first_meeting(
+                (turned.as_ref().unwrap_or(&self.shape), &|time_s| {
+                    self.moved_m(time_s)
+                }),
+                (other_turned.as_ref().unwrap_or(&other.shape), &|time_s| {
+                    other.moved_m(time_s)
+                }),
+                &span,
+            )
+        })
+    }
+
+    /// The spans between all ends of the legs; one of no length if nobody moves.
+    fn spans(&self, legs: &[Leg]) -> Vec<Span> {
+        let mut ends_s: Vec<f64> = legs.iter().map(|leg| leg.end_s).collect();
+        ends_s.sort_by(f64::total_cmp);
+        ends_s.dedup();
+        let mut start_s = 0.0;
+        let mut spans = Vec::with_capacity(ends_s.len());
+        for end_s in ends_s {
+            let mut span = Span {
+                start_s,
+                end_s,
+                speed_max_m_per_s: 0.0,
+            };
+            span.speed_max_m_per_s = self.speed_in(&span);
+            spans.push(span);
+            start_s = end_s;
+        }
+        if spans.is_empty() {
+            spans.push(Span {
+                start_s,
+                end_s: start_s,
+                speed_max_m_per_s: 0.0,
+            });
+        }
+        spans
+    }
+
+    fn speed_in(&self, span: &Span) -> f64 {
+        let middle_s = 0.5 * (span.start_s + span.end_s);
+        let leg = self.legs.partition_point(|leg| leg.end_s <= middle_s);
+        self.legs.get(leg).map_or(0.0, |leg| leg.speed_max_m_per_s)
+    }
+}
+
+/// The room that objects and walls leave: for whoever asks often whether something else fits into a scene.
+#[derive(Debug)]
+pub struct FreeSpace {
+    room: Room,
+    walls: Walls,
+    objects: Vec<Shape>,
+}
+
+impl FreeSpace {
+    /// By how much bodies may overlap with what stands there and still fit, metres: it counts as touching.
+    pub const TOLERANCE_M: f64 = TOLERANCE_M;
+
+    /// What the walls and objects of a scene leave.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let objects = scene.objects.iter();
+        Self {
+            room: scene.room.clone(),
+            walls: Walls::new(&scene.room),
+            objects: objects.map(|object| Shape::new([&object.solid])).collect(),
+        }
+    }
+
+    /// Whether these bodies are in the room, reach through no wall and are where nothing stands; touching is allowed.
+    #[must_use]
+    pub fn holds(&self, bodies: &[Body]) -> bool {
+        let solids = || bodies.iter().map(|body| &body.solid);
+        let are_in_room =
+            solids().all(|solid| self.room.holds_corners_of(solid) && !self.walls.meet(solid));
+        let shape = Shape::new(solids());
+        let mut near = self
+            .objects
+            .iter()
+            .filter(|other| other.bounds.meets(&shape.bounds));
+        are_in_room && !near.any(|other| shape.overlaps(other))
+    }
+}
