@@ -14,7 +14,6 @@
 //! | [`perceived`] | what a surface looks like from a distance | PeerJ CS 11:e3124, "Perceived temperature calculation" |
 //! | [`resample`] | sampling grid to pixels, as MATLAB's `imresize` does | the same, "Interpolation" |
 //! | [`physical`] | the other model: radiance averaged over each pixel's response | Planck, Stefan and Boltzmann; the AMG88's specification |
-//! | [`variation`] | the same scene with other values in each frame | `scenes/README.md` |
 //! | [`fit`] | numbers of the file that a recording is to tell | `scenes/README.md` |
 //! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
 //!
@@ -74,7 +73,6 @@ mod radiometry;
 mod sensor;
 pub mod simulator;
 mod text;
-pub mod variation;
 
 pub use file::files::Files;
 pub use geometry::cuboid::Cuboid;
@@ -92,5 +90,6 @@ pub use motion::trajectory::Trajectory;
 pub use picture::image::{Image, Mask};
 pub use picture::{physical, resample};
 pub use radiometry::perceived;
+pub use sensor::noise::fnv1a;
 pub use simulator::Simulator;
 pub use text::Place;

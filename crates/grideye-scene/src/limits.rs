@@ -31,4 +31,4 @@ pub const PIXELS_PER_AXIS_MAX: usize = 1_024;
 /// Days that an agent may be on its way.
 pub const WALK_DAYS_MAX: u64 = 366;
 /// The latest time stamp and the longest stop, seconds.
-pub(crate) const TIME_MAX_S: f64 = 86_400.0 * 366.0;
+pub const TIME_MAX_S: f64 = 86_400.0 * 366.0;

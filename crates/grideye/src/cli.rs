@@ -25,7 +25,7 @@ pub(crate) use access::{
 };
 pub(crate) use align::Align;
 pub(crate) use coverage::{Coverage, Posture, Where};
-pub(crate) use dataset::{Dataset, Shard, Table};
+pub(crate) use dataset::Dataset;
 pub(crate) use emulate::Emulate;
 pub(crate) use mqtt::{BridgeOptions, BrokerOptions, Forget, MqttCommand, MqttWhat};
 pub(crate) use orient::Orient;

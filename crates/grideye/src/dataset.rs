@@ -1,66 +1,118 @@
 //! `grideye dataset`: labelled frames of a scene that differs from frame to frame.
-//!
-//! ```text
-//!  scene + what varies + seed ──▶ plan (dataset.json) ──▶ parts 0, 1, 2 … of so many frames each
-//!                                                          part k belongs to shard k mod n, is made by one thread,
-//!                                                          and gets its name when it is whole and on the disk
-//! ```
-//!
-//! Frame k is a function of (scene, seed, k), and a part of its frames: how many threads and shards there are, and
-//! where the work was interrupted, cannot be told from the files.
 
-mod folder;
-mod frames;
-mod part;
-mod plan;
+mod write;
 
-use crate::cli::Dataset;
-use crate::exit::Outcome;
+use crate::cli::{Dataset, Method};
+use crate::exit::{Outcome, bad_input};
+use crate::files::SceneText;
 use crate::output::outln;
-use crate::progress;
+use crate::{files, progress};
 use anyhow::Result;
-use folder::Folder;
-use frames::Studio;
-use indicatif::ProgressBar;
-use plan::Plan;
+use grideye_dataset::{
+    Cause, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Subject, Table, make,
+};
+use grideye_scene::Scene;
+use grideye_variation::{Recipe, VariationError};
+use std::fs::File;
+use std::io;
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::path::Path;
 use std::thread;
 
 /// Makes the parts of the shard that are not there yet.
 pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
-    let studio = Studio::new(options)?;
-    let plan = Plan::new(options, &studio)?;
-    let folder = Folder::open(&options.out, &plan)?;
-    let mine = plan.parts_of(options.shard);
-    let (mut missing, mut there, mut frames) = (Vec::new(), 0_u64, 0);
-    for part in mine {
-        frames += plan.count(part);
-        if folder.has(&plan, part)? {
+    let frames = frames(options)?;
+    let tables = options.formats.iter().map(|table| (*table).into());
+    let manifest = Manifest::new(
+        &frames,
+        concat!("grideye ", env!("CARGO_PKG_VERSION")),
+        options.frames,
+        options.frames_per_part,
+        tables,
+    )
+    .map_err(told)?;
+    let folder = Folder::open(&options.out, &manifest, &Disk).map_err(told)?;
+    let (mut missing, mut there, mut count) = (Vec::new(), 0_u64, 0);
+    for part in manifest.parts_of(options.shard) {
+        count += manifest.count(part);
+        if folder.has(&manifest, part).map_err(told)? {
             there += 1;
         } else {
             missing.push(part);
         }
     }
-    let bar = progress::bar(frames, "simulating");
-    let todo: u64 = missing.iter().map(|part| plan.count(*part)).sum();
-    bar.inc(frames - todo);
+    let bar = progress::bar(count, "simulating");
+    let todo: u64 = missing.iter().map(|part| manifest.count(*part)).sum();
+    bar.inc(count - todo);
     bar.reset_eta();
     let made = u64::try_from(missing.len())?;
-    missing.reverse();
-    let work = Work {
-        studio: &studio,
-        plan: &plan,
-        folder: &folder,
-        bar: &bar,
-        missing: Mutex::new(missing),
-        failed: AtomicBool::new(false),
-    };
-    work.done_by(threads(options))?;
+    let tick = || bar.inc(1);
+    make(
+        (&frames, &manifest),
+        &folder,
+        missing,
+        threads(options),
+        &tick,
+    )
+    .map_err(told)?;
     bar.finish_and_clear();
-    report(options, &plan, [made, there, frames])?;
+    report(options, &manifest, [made, there, count])?;
     Ok(Outcome::Done)
+}
+
+/// Reads the scene, and tries every value that was asked for.
+fn frames(options: &Dataset) -> Result<Frames> {
+    let SceneText {
+        text,
+        origin,
+        files: beside,
+    } = files::read_scene(&options.scene)?;
+    let remembered = Remembered::new(&beside);
+    let loaded = Scene::parse(&text, &origin, &remembered).map_err(bad_input)?;
+    for warning in loaded.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let recipe = Recipe::new(&text, &origin, &options.varied).map_err(asked)?;
+    recipe.check(&remembered).map_err(asked)?;
+    let title = options.scene.file_stem().unwrap_or_default();
+    let subject = Subject {
+        title: title.to_string_lossy().into_owned(),
+        sensor: files::sensor_name(&loaded.scene, options.sensor.as_deref())?,
+        text,
+        files: remembered.into_texts(),
+        vary: options.varied.clone(),
+        recipe,
+        without_grid: options.method == Method::Area,
+        seed: options.seed,
+    };
+    Frames::new(subject, &loaded.scene).map_err(told)
+}
+
+/// Files that appear whole under their names.
+struct Disk;
+
+impl Output for Disk {
+    fn write(&self, part: &Part, table: Table, about: &str, file: &File) -> Result<(), Cause> {
+        Ok(files::fill(file, |out| {
+            write::write(part, table, about, out)
+        })?)
+    }
+
+    fn rename(&self, partial: &Path, path: &Path) -> io::Result<()> {
+        files::rename(partial, path)
+    }
+}
+
+/// What was wrong with `--vary`.
+fn asked(error: VariationError) -> anyhow::Error {
+    bad_input(anyhow::Error::new(error).context("--vary"))
+}
+
+fn told(error: DatasetError) -> anyhow::Error {
+    match error.is_bad_input() {
+        true => bad_input(error),
+        false => error.into(),
+    }
 }
 
 fn threads(options: &Dataset) -> usize {
@@ -70,67 +122,7 @@ fn threads(options: &Dataset) -> usize {
         .map_or(1, NonZeroUsize::get)
 }
 
-/// The parts that are to be made, for any number of threads.
-struct Work<'a> {
-    studio: &'a Studio,
-    plan: &'a Plan,
-    folder: &'a Folder,
-    bar: &'a ProgressBar,
-    /// The next one is the last.
-    missing: Mutex<Vec<u64>>,
-    failed: AtomicBool,
-}
-
-impl Work<'_> {
-    /// Every part, or the first error: the other threads then end with the part that they are at.
-    fn done_by(&self, threads: usize) -> Result<()> {
-        thread::scope(|scope| {
-            let workers: Vec<_> = (0..threads).map(|_| scope.spawn(|| self.work())).collect();
-            let mut result = Ok(());
-            for worker in workers {
-                match worker.join() {
-                    Ok(done) => result = result.and(done),
-                    Err(panic) => std::panic::resume_unwind(panic),
-                }
-            }
-            result
-        })
-    }
-
-    fn work(&self) -> Result<()> {
-        let mut camera = self.studio.camera();
-        while let Some(part) = self.next() {
-            let done = self.make(&mut camera, part);
-            if done.is_err() {
-                self.failed.store(true, Ordering::Relaxed);
-                return done;
-            }
-        }
-        Ok(())
-    }
-
-    fn next(&self) -> Option<u64> {
-        if self.failed.load(Ordering::Relaxed) {
-            return None;
-        }
-        let mut missing = self.missing.lock().unwrap_or_else(PoisonError::into_inner);
-        missing.pop()
-    }
-
-    fn make(&self, camera: &mut frames::Camera<'_>, part: u64) -> Result<()> {
-        let mut made = part::Part::new(self.studio, self.plan, part);
-        for index in self.plan.frames_of(part) {
-            if self.failed.load(Ordering::Relaxed) {
-                return Ok(());
-            }
-            made.add(&camera.frame(index)?)?;
-            self.bar.inc(1);
-        }
-        self.folder.put(self.plan, &made)
-    }
-}
-
-fn report(options: &Dataset, plan: &Plan, [made, there, frames]: [u64; 3]) -> Result<()> {
+fn report(options: &Dataset, manifest: &Manifest, [made, there, frames]: [u64; 3]) -> Result<()> {
     let shard = options.shard;
     if options.json {
         let answer = serde_json::json!({
@@ -139,9 +131,9 @@ fn report(options: &Dataset, plan: &Plan, [made, there, frames]: [u64; 3]) -> Re
             "parts_made": made,
             "parts_there": there,
             "frames": frames,
-            "parts_of_dataset": plan.parts(),
-            "frames_of_dataset": plan.frames,
-            "fingerprint": plan.fingerprint,
+            "parts_of_dataset": manifest.parts(),
+            "frames_of_dataset": manifest.frames(),
+            "fingerprint": manifest.fingerprint(),
         });
         return outln!("{answer}");
     }
@@ -149,7 +141,7 @@ fn report(options: &Dataset, plan: &Plan, [made, there, frames]: [u64; 3]) -> Re
         "shard {} of {}: {frames} of {} frames in {}; {made} parts made, {there} were there",
         shard.number,
         shard.of,
-        plan.frames,
+        manifest.frames(),
         options.out.display()
     )
 }

@@ -16,7 +16,7 @@ pub(crate) fn fits(
     if tables.is_empty() {
         return Ok(Vec::new());
     }
-    let document = DeTable::parse(source.text).map_err(|error| source.malformed(&error))?;
+    let document = source.document()?;
     let mut known = HashSet::new();
     tables
         .iter()

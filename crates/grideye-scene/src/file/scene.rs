@@ -16,8 +16,26 @@ use crate::radiometry::perceived::Law;
 use crate::text::{millimetres, reach};
 use std::collections::HashSet;
 use toml::Spanned;
+use toml::de::DeTable;
 
 impl Scene {
+    /// The TOML document of a scene's text, for whoever changes the text: its places are bytes of the text.
+    ///
+    /// # Errors
+    /// What [`Scene::parse`] has of a text that is too long, or no TOML.
+    pub fn document<'t>(
+        text: &'t str,
+        origin: &'t str,
+    ) -> Result<Spanned<DeTable<'t>>, SceneError> {
+        let model = Model::default();
+        Source {
+            origin,
+            text,
+            model,
+        }
+        .document()
+    }
+
     /// Reads a scene; `origin` is the file's name in messages, `files` hands over the trajectories it names.
     ///
     /// # Errors

@@ -14,12 +14,21 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Component, Path};
 use toml::Spanned;
+use toml::de::DeTable;
 
 pub(crate) struct Source<'a> {
     pub(crate) origin: &'a str,
     pub(crate) text: &'a str,
     /// The model that it is read for: some keys mean something in one only.
     pub(crate) model: Model,
+}
+
+impl<'a> Source<'a> {
+    /// The TOML document, bounded; places in it are those of the text.
+    pub(crate) fn document(&self) -> Result<Spanned<DeTable<'a>>, SceneError> {
+        self.check_length()?;
+        DeTable::parse(self.text).map_err(|error| self.malformed(&error))
+    }
 }
 
 impl Source<'_> {

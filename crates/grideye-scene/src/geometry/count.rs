@@ -1,4 +1,4 @@
-//! The two conversions between counts and lengths that the standard library has no lossless form of.
+//! The conversions between numbers that the standard library has no lossless form of.
 
 /// A count as a float.
 #[expect(
@@ -21,4 +21,15 @@ pub const fn float(count: usize) -> f64 {
 #[must_use]
 pub const fn floor(length: f64) -> usize {
     length as usize
+}
+
+/// A temperature, or a share of a pixel, in single precision, which is what the formats of frames have: 2 µK at 20 °C.
+#[must_use]
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "fewer digits are what is wanted"
+)]
+pub const fn single(value: f64) -> f32 {
+    value as f32
 }

@@ -1,5 +1,6 @@
 //! A room with what is in it: the whole scene, and what the reader of its file is told.
 
+use crate::geometry::count::single;
 use crate::model::body::{Agent, Body};
 use crate::model::error::{SceneError, Warning};
 use crate::model::fit::Fit;
@@ -73,13 +74,8 @@ impl Scene {
 
     /// The temperature of the room.
     #[must_use]
-    #[expect(
-        clippy::as_conversions,
-        clippy::cast_possible_truncation,
-        reason = "single precision is what the vocabulary has, 2 µK at 20 °C"
-    )]
     pub const fn ambient(&self) -> Celsius {
-        Celsius::new(self.room.ambient_c as f32)
+        Celsius::new(single(self.room.ambient_c))
     }
 
     /// The objects that stand in the room, without those that were removed.

@@ -1,6 +1,8 @@
 //! A picture in degrees, and the share of each pixel that an agent fills.
 
+use crate::geometry::count::single;
 use grideye_frame::{COLUMNS, Celsius, Frame, ROWS};
+
 /// A picture in degrees, row by row: row 0 is the top, column 0 the left of what the sensor sees.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
@@ -40,18 +42,13 @@ impl Image {
 
     /// The picture as a frame of an 8 x 8 sensor, in the same order; `None` if it has another size.
     #[must_use]
-    #[expect(
-        clippy::as_conversions,
-        clippy::cast_possible_truncation,
-        reason = "single precision is what a frame has, 2 µK at 20 °C"
-    )]
     pub fn to_frame(&self, thermistor: Celsius) -> Option<Frame> {
         if (self.columns, self.rows) != (COLUMNS, ROWS) {
             return None;
         }
         let mut frame = Frame::uniform(thermistor);
         for (pixel, celsius) in frame.pixels.iter_mut().zip(&self.celsius) {
-            *pixel = Celsius::new(*celsius as f32);
+            *pixel = Celsius::new(single(*celsius));
         }
         Some(frame)
     }

@@ -36,7 +36,8 @@ fn generator(seed: u64, sensor: &str, time: Duration) -> ChaCha12Rng {
 }
 
 /// The FNV-1a hash of a text, 64 bits (Fowler, Noll, Vo).
-pub(crate) fn fnv1a(text: &str) -> u64 {
+#[must_use]
+pub fn fnv1a(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
     })

@@ -29,7 +29,6 @@ mod shapes;
 mod shipped;
 mod support;
 mod symmetry;
-mod variation;
 mod warmth;
 
 use grideye_scene::Simulator;

@@ -1,63 +1,17 @@
-//! Scenes that differ from frame to frame: which of their values vary, and what they are in one frame.
-//!
-//! ```text
-//!  scene file ──┐
-//!  what varies ─┴─▶ Recipe ──(seed, index)──▶ Draw: the scene's text with other values, seed of the noise, moment
-//!                                              │
-//!                                              └──▶ Scene, with agents put where the floor is free
-//! ```
-//!
-//! A draw is a function of the recipe, the seed and the frame's number, and every key has its own random numbers: what
-//! one frame shows depends neither on the other frames nor on the other keys that vary.
-//!
-//! ```
-//! use grideye_scene::variation::Recipe;
-//!
-//! let text = r#"
-//!     [room]
-//!     size_mm = [4000, 6000, 2700]
-//!     ambient_c = 20
-//!
-//!     [[agent]]
-//!     name = "person"
-//!     size_mm = [200, 500, 1750]
-//!     temperature_c = 31
-//!     position_mm = [2000, 3000, 0]
-//! "#;
-//! let no_files = std::collections::HashMap::<String, String>::new();
-//! let asked = ["room.ambient_c=18..26", "agent.person.position=floor"].map(String::from);
-//! let recipe = Recipe::new(text, "room.toml", &asked)?;
-//! recipe.check(&no_files)?;
-//!
-//! let draw = recipe.draw(1, 17);
-//! assert_eq!(draw, recipe.draw(1, 17));
-//! let loaded = recipe.scene(1, 17, &draw, &no_files)?;
-//! assert!((18.0..26.0).contains(&loaded.scene.room().ambient_c));
-//! assert_ne!(loaded.scene.agents()[0].start_m, recipe.scene(1, 18, &recipe.draw(1, 18), &no_files)?.scene.agents()[0].start_m);
-//! # Ok::<(), grideye_scene::variation::VariationError>(())
-//! ```
+//! A scene whose keys vary, and its draws.
 
-mod chance;
-mod error;
-mod floor;
-mod grammar;
-mod target;
-
-pub use error::{Mistake, VariationError};
-
-use crate::file::files::Files;
-use crate::file::source::Source;
-use crate::model::error::SceneError;
-use crate::model::scene::{Loaded, Model, Scene};
-use crate::model::sensor::Sensor;
-use chance::{NOISE, below, generator, share};
-use floor::{Floors, Lottery};
-use grammar::{Choice, Piece};
+use crate::chance::{NOISE, below, generator, share};
+use crate::error::{Mistake, VariationError};
+use crate::floor::{Floors, Lottery};
+use crate::grammar;
+use crate::grammar::{Choice, Piece};
+use crate::target;
+use crate::target::{Edit, Placed, edited};
+use grideye_scene::{Files, Loaded, Scene, SceneError, Sensor, limits};
 use rand_chacha::rand_core::Rng as _;
 use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::time::Duration;
-use target::{Edit, Placed, edited};
 use toml::de::DeTable;
 
 /// How often a place on the floor is looked for in one frame.
@@ -113,7 +67,7 @@ pub struct Draw {
     pub text: String,
     /// What was drawn, in the order of [`Recipe::columns`].
     pub values: Vec<Value>,
-    /// The seed for [`Simulator::noisy`](crate::Simulator::noisy): another one in each frame.
+    /// The seed for [`Simulator::noisy`](grideye_scene::Simulator::noisy): another one in each frame.
     pub noise_seed: u64,
     /// The moment of the frame in seconds, if it was to vary.
     pub time_s: Option<f64>,
@@ -127,13 +81,7 @@ impl Recipe {
     /// # Errors
     /// What cannot be read, or names what the scene has not; [`Self::check`] looks at the values.
     pub fn new(text: &str, origin: &str, asked: &[String]) -> Result<Self, VariationError> {
-        let source = Source {
-            origin,
-            text,
-            model: Model::default(),
-        };
-        source.check_length()?;
-        let document = DeTable::parse(text).map_err(|error| source.malformed(&error))?;
+        let document = Scene::document(text, origin)?;
         let mut recipe = Self {
             text: text.to_owned(),
             origin: origin.to_owned(),
@@ -394,12 +342,7 @@ impl Recipe {
 
     /// The agents to be placed, with their places in the text of a draw.
     fn floors(&self, text: &str) -> Result<Floors<'_>, SceneError> {
-        let source = Source {
-            origin: &self.origin,
-            text,
-            model: Model::default(),
-        };
-        let document = DeTable::parse(text).map_err(|error| source.malformed(&error))?;
+        let document = Scene::document(text, &self.origin)?;
         // The same keys were found in the scene itself, and values do not change which there are.
         let edits = |agent: &str| target::floor(text, &document, agent).unwrap_or_default();
         let placed = self.placed.iter().map(|placed| edits(&placed.agent));
@@ -426,7 +369,7 @@ fn on_floor(path: &str, values: &str) -> Result<String, Mistake> {
 
 fn check_time(asked: &str, numbers: &[f64]) -> Result<(), VariationError> {
     match numbers {
-        [time_s] if (0.0..=crate::limits::TIME_MAX_S).contains(time_s) => Ok(()),
+        [time_s] if (0.0..=limits::TIME_MAX_S).contains(time_s) => Ok(()),
         _ => Err(VariationError::Asked {
             asked: asked.to_owned(),
             mistake: Mistake::NoTime,

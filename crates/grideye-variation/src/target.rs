@@ -272,15 +272,15 @@ const LISTED_MAX: usize = 20;
 
 /// An agent that is put on the floor.
 #[derive(Debug, Clone)]
-pub(super) struct Placed {
-    pub(super) asked: String,
-    pub(super) agent: String,
+pub(crate) struct Placed {
+    pub(crate) asked: String,
+    pub(crate) agent: String,
     /// The first is its position's.
-    pub(super) edits: Vec<Edit>,
+    pub(crate) edits: Vec<Edit>,
 }
 
 /// The text with values in the places of the edits, which do not overlap.
-pub(super) fn edited(text: &str, mut edits: Vec<(&Edit, String)>) -> String {
+pub(crate) fn edited(text: &str, mut edits: Vec<(&Edit, String)>) -> String {
     edits.sort_by_key(|(edit, _)| (edit.range.start, edit.range.end));
     let mut whole = String::with_capacity(text.len() + 32 * edits.len());
     let mut copied = 0;

@@ -2,29 +2,26 @@
 
 use super::chance::{generator, share};
 use super::target::{Edit, Placed, edited};
-use crate::file::files::Files;
-use crate::model::error::SceneError;
-use crate::model::scene::Scene;
-use crate::text::MM_PER_M;
 use glam::DVec3;
+use grideye_scene::{Files, Scene, SceneError};
 use rand_chacha::ChaCha12Rng;
 
 /// A draw's text, and where in it the places of the agents go that are put on the floor.
-pub(super) struct Floors<'a> {
+pub(crate) struct Floors<'a> {
     /// The scene file's name in messages.
-    pub(super) origin: &'a str,
-    pub(super) placed: &'a [Placed],
-    pub(super) text: String,
+    pub(crate) origin: &'a str,
+    pub(crate) placed: &'a [Placed],
+    pub(crate) text: String,
     /// Of each agent, the first for its position, the others for what goes with its way.
-    pub(super) edits: Vec<Vec<Edit>>,
-    pub(super) silence: Option<Edit>,
+    pub(crate) edits: Vec<Vec<Edit>>,
+    pub(crate) silence: Option<Edit>,
 }
 
 impl Floors<'_> {
-    pub(super) fn edits(&self, places: &[Lottery]) -> Vec<(&Edit, String)> {
+    pub(crate) fn edits(&self, places: &[Lottery]) -> Vec<(&Edit, String)> {
         let mut edits = Vec::new();
         for (place, of_agent) in places.iter().zip(&self.edits) {
-            let [x_mm, y_mm, z_mm] = (place.place_m * MM_PER_M).to_array();
+            let [x_mm, y_mm, z_mm] = (1000.0 * place.place_m).to_array();
             let position = format!("[{x_mm:?}, {y_mm:?}, {z_mm:?}]");
             let values = std::iter::once(position).chain(std::iter::repeat(String::new()));
             edits.extend(of_agent.iter().zip(values));
@@ -38,14 +35,14 @@ impl Floors<'_> {
     }
 
     /// The lowest and the highest corner of the room.
-    pub(super) fn room_m(&self, files: &dyn Files) -> Result<(DVec3, DVec3), SceneError> {
+    pub(crate) fn room_m(&self, files: &dyn Files) -> Result<(DVec3, DVec3), SceneError> {
         let text = edited(&self.text, self.silent().collect());
         let loaded = Scene::parse(&text, self.origin, files)?;
         Ok(loaded.scene.room().bounds_m())
     }
 
     /// The agent that cannot be where it is, if there is one.
-    pub(super) fn misplaced(
+    pub(crate) fn misplaced(
         &self,
         places: &[Lottery],
         files: &dyn Files,
@@ -75,16 +72,16 @@ impl Floors<'_> {
 }
 
 /// Places on the floor, one after the other.
-pub(super) struct Lottery {
+pub(crate) struct Lottery {
     generator: ChaCha12Rng,
     low_m: DVec3,
     size_m: DVec3,
-    pub(super) place_m: DVec3,
-    pub(super) drawn: usize,
+    pub(crate) place_m: DVec3,
+    pub(crate) drawn: usize,
 }
 
 impl Lottery {
-    pub(super) fn new(seed: u64, agent: &str, index: u64, (low_m, high_m): (DVec3, DVec3)) -> Self {
+    pub(crate) fn new(seed: u64, agent: &str, index: u64, (low_m, high_m): (DVec3, DVec3)) -> Self {
         let mut lottery = Self {
             generator: generator(seed, &format!("agent.{agent}.position"), index),
             low_m,
@@ -97,7 +94,7 @@ impl Lottery {
     }
 
     /// Anywhere on the underside of the box around the room; the room refuses what is not in it.
-    pub(super) fn next(&mut self) {
+    pub(crate) fn next(&mut self) {
         let (x, y) = (share(&mut self.generator), share(&mut self.generator));
         self.place_m = self.low_m + self.size_m * DVec3::new(x, y, 0.0);
         self.drawn += 1;

@@ -1,10 +1,30 @@
 //! Scenes that vary: what is drawn, where it goes in the text, and what is refused.
 
-use crate::{CEILING, ROOM, no_files};
-use grideye_scene::variation::{Draw, Recipe, TRIES_MAX, Value, VariationError};
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    reason = "a test that panics has failed, and its counts are small"
+)]
+
 use grideye_scene::{Scene, Simulator};
+use grideye_variation::{Draw, Recipe, TRIES_MAX, Value, VariationError};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
+
+const ROOM: &str = "[room]\nsize_mm = [4000, 6000, 2700]\nambient_c = 20.1\n";
+
+const CEILING: &str = "[[sensor]]\nname = \"ceiling\"\npreset = \"grid-eye\"\n\
+    position_mm = [2000, 3000, 2700]\nelevation_deg = 90\nazimuth_deg = -90\n";
+
+fn no_files(_: &str) -> std::io::Result<String> {
+    Err(std::io::ErrorKind::NotFound.into())
+}
+
+fn parsed(text: &str) -> Scene {
+    Scene::parse(text, "room.toml", &no_files).unwrap().scene
+}
 
 const PEOPLE: &str = r#"
 [[object]]
@@ -274,7 +294,7 @@ fn what_is_not_present_is_as_if_it_were_not_written() {
         .unwrap()
         .to_owned();
     assert!(tail.len() < PEOPLE.len());
-    let written = crate::scene(&format!("{ROOM}{written}{CEILING}"));
+    let written = parsed(&format!("{ROOM}{written}{CEILING}"));
     let pictures = [&scene, &written].map(|scene| {
         Simulator::new(scene, "ceiling")
             .unwrap()
@@ -308,7 +328,7 @@ fn the_seen_share_of_an_agent_is_what_hides_it_leaves() {
     };
     for method in [Simulator::new, Simulator::without_grid] {
         let seen = |z_mm| {
-            method(&crate::scene(&wall(z_mm)), "s")
+            method(&parsed(&wall(z_mm)), "s")
                 .unwrap()
                 .visibility(0, Duration::ZERO)
         };

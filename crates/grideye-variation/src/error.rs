@@ -1,6 +1,6 @@
 //! Why a scene cannot be varied as asked.
 
-use crate::model::error::SceneError;
+use grideye_scene::SceneError;
 
 /// The most choices of one key.
 pub(crate) const CHOICES_MAX: usize = 1_000;

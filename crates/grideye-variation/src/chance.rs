@@ -1,12 +1,12 @@
 //! Random numbers that depend on the seed, on what they are drawn for, and on the frame alone.
 
-use crate::sensor::noise::fnv1a;
+use grideye_scene::fnv1a;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 /// ChaCha with 12 rounds, as for the noise; its key is the seed, the FNV-1a hash of what is drawn for, the frame's
 /// number, and a tag that the noise does not have.
-pub(super) fn generator(seed: u64, key: &str, index: u64) -> ChaCha12Rng {
+pub(crate) fn generator(seed: u64, key: &str, index: u64) -> ChaCha12Rng {
     let mut bytes = [0; 32];
     bytes[..8].copy_from_slice(&seed.to_le_bytes());
     bytes[8..16].copy_from_slice(&fnv1a(key).to_le_bytes());
@@ -16,17 +16,17 @@ pub(super) fn generator(seed: u64, key: &str, index: u64) -> ChaCha12Rng {
 }
 
 /// 0 to 1, 1 excluded, in steps of 2⁻⁵³.
-pub(super) fn share(generator: &mut ChaCha12Rng) -> f64 {
+pub(crate) fn share(generator: &mut ChaCha12Rng) -> f64 {
     let high = generator.next_u32() >> 5;
     let low = generator.next_u32() >> 6;
     (f64::from(high) * 67_108_864.0 + f64::from(low)) / 9_007_199_254_740_992.0
 }
 
 /// One of so many, each as likely but for 2⁻³² of them; there is one at least.
-pub(super) fn below(generator: &mut ChaCha12Rng, count: usize) -> usize {
+pub(crate) fn below(generator: &mut ChaCha12Rng, count: usize) -> usize {
     let wide = u64::from(generator.next_u32()) * u64::try_from(count).unwrap_or(u64::MAX);
     usize::try_from(wide >> 32).unwrap_or(0)
 }
 
 /// What the seed of the noise is drawn for: no key of a scene has a space before its name.
-pub(super) const NOISE: &str = " noise";
+pub(crate) const NOISE: &str = " noise";

@@ -1,0 +1,290 @@
+//! The folder of a dataset: what is whole there, what is ours, and how a part gets into it.
+//!
+//! A part is written under a name of its own, locked, synced, and renamed when it is whole. Whatever moment the
+//! power fails at, a file that carries a part's name is that part. Nothing that this dataset did not write is
+//! overwritten.
+
+use crate::error::{Cause, DatasetError};
+use crate::manifest::Manifest;
+use crate::part::Part;
+use crate::table::Table;
+use rustix::fs::{FlockOperation, flock};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+
+/// The name of the manifest's file.
+const MANIFEST: &str = "dataset.json";
+/// The longest manifest that is read.
+const MANIFEST_BYTES_MAX: u64 = 4 << 20;
+/// What is read of the beginning or the end of a part at most, for the fingerprint.
+const LOOK_BYTES_MAX: u64 = 32 << 20;
+
+/// How files come to be: what the program that makes a dataset brings.
+pub trait Output: Sync {
+    /// Writes a part as that kind of file, with these words about its dataset.
+    ///
+    /// # Errors
+    /// Whatever keeps it from being written.
+    fn write(&self, part: &Part, table: Table, about: &str, file: &File) -> Result<(), Cause>;
+
+    /// Gives a synced file its name, which outlasts a power cut.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    fn rename(&self, partial: &Path, path: &Path) -> io::Result<()>;
+}
+
+/// The folder of a dataset.
+pub struct Folder<'a> {
+    path: PathBuf,
+    output: &'a dyn Output,
+}
+
+impl<'a> Folder<'a> {
+    /// The folder of this dataset: a new one, or one in which the same was begun.
+    ///
+    /// # Errors
+    /// If it is of another dataset, or cannot be made.
+    pub fn open(
+        path: &Path,
+        manifest: &Manifest,
+        output: &'a dyn Output,
+    ) -> Result<Self, DatasetError> {
+        fs::create_dir_all(path).map_err(|cause| DatasetError::NoFolder {
+            path: path.to_path_buf(),
+            cause,
+        })?;
+        let folder = Self {
+            path: path.to_path_buf(),
+            output,
+        };
+        let file = path.join(MANIFEST);
+        match fs::metadata(&file) {
+            Ok(metadata) if metadata.len() > MANIFEST_BYTES_MAX => Err(DatasetError::Foreign(file)),
+            Ok(_) => check_manifest(&file, manifest),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                folder.put_manifest(&file, manifest)
+            }
+            Err(error) => Err(unread(&file, error)),
+        }?;
+        Ok(folder)
+    }
+
+    /// Whether all files of a part are there.
+    ///
+    /// # Errors
+    /// If one that is there is not this dataset's, or cannot be read.
+    pub fn has(&self, manifest: &Manifest, part: u64) -> Result<bool, DatasetError> {
+        let mut all = true;
+        for table in manifest.tables() {
+            all &= self.has_file(manifest, part, table)?;
+        }
+        Ok(all)
+    }
+
+    /// Writes the files of a part that are not there.
+    pub(crate) fn put(&self, manifest: &Manifest, part: &Part) -> Result<(), DatasetError> {
+        for table in manifest.tables() {
+            if !self.has_file(manifest, part.number, table)? {
+                let path = self.file(part.number, table);
+                self.put_file(manifest, part, table, &path)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn file(&self, part: u64, table: Table) -> PathBuf {
+        self.path.join(format!("part-{part:06}.{}", table.name()))
+    }
+
+    /// Whether that file is there; an error if what is there is not ours.
+    fn has_file(&self, manifest: &Manifest, part: u64, table: Table) -> Result<bool, DatasetError> {
+        let path = self.file(part, table);
+        let file = match File::open(&path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+            Err(error) => return Err(unread(&path, error)),
+        };
+        match is_ours(file, manifest, table) {
+            Ok(true) => Ok(true),
+            Ok(false) => Err(DatasetError::Foreign(path)),
+            Err(error) => Err(unread(&path, error)),
+        }
+    }
+
+    fn put_file(
+        &self,
+        manifest: &Manifest,
+        part: &Part,
+        table: Table,
+        path: &Path,
+    ) -> Result<(), DatasetError> {
+        let partial = partial_name(path);
+        let locked = locked(&partial, FlockOperation::NonBlockingLockExclusive)
+            .map_err(|error| unwritten(path, error))?;
+        let Some(file) = locked else {
+            return Err(DatasetError::Locked(partial));
+        };
+        let put = || -> Result<(), Cause> {
+            // Whoever had the lock before may have made it.
+            if path.exists() {
+                return Ok(fs::remove_file(&partial)?);
+            }
+            file.set_len(0)?;
+            let written = self
+                .output
+                .write(part, table, &manifest.json(), &file)
+                .and_then(|()| Ok(file.sync_all()?))
+                .and_then(|()| Ok(self.output.rename(&partial, path)?));
+            if written.is_err() {
+                // The first error is the one to report; the next run writes over what cannot be removed.
+                drop(fs::remove_file(&partial));
+            }
+            written
+        };
+        put().map_err(|error| unwritten(path, error))
+    }
+
+    /// Writes the manifest, unless another process of the same dataset does.
+    fn put_manifest(&self, path: &Path, manifest: &Manifest) -> Result<(), DatasetError> {
+        let partial = partial_name(path);
+        let put = || -> Result<bool, Cause> {
+            let Some(mut file) = locked(&partial, FlockOperation::LockExclusive)? else {
+                return Err(format!("{} comes and goes", partial.display()).into());
+            };
+            if path.exists() {
+                fs::remove_file(&partial)?;
+                return Ok(false);
+            }
+            file.set_len(0)?;
+            let text = serde_json::to_string_pretty(manifest)?;
+            file.write_all(format!("{text}\n").as_bytes())?;
+            file.sync_all()?;
+            self.output.rename(&partial, path)?;
+            Ok(true)
+        };
+        if put().map_err(|error| unwritten(path, error))? {
+            return Ok(());
+        }
+        check_manifest(path, manifest)
+    }
+}
+
+/// The name of a file that is not whole: the same each time, so that the next run takes it up.
+fn partial_name(path: &Path) -> PathBuf {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    PathBuf::from(partial)
+}
+
+/// The file, made if it is not there, and nobody else's as long as it is open; `None` if it is somebody's.
+fn locked(path: &Path, how: FlockOperation) -> Result<Option<File>, Cause> {
+    for _ in 0..LOCK_TRIES_MAX {
+        let file = OpenOptions::new()
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)?;
+        match flock(&file, how) {
+            Ok(()) => {}
+            Err(rustix::io::Errno::WOULDBLOCK) => return Ok(None),
+            Err(error) => return Err(io::Error::from(error).into()),
+        }
+        // It may have been renamed between the two.
+        let mine = file.metadata()?;
+        if fs::metadata(path)
+            .is_ok_and(|named| (named.dev(), named.ino()) == (mine.dev(), mine.ino()))
+        {
+            return Ok(Some(file));
+        }
+    }
+    Ok(None)
+}
+
+const LOCK_TRIES_MAX: usize = 10;
+
+fn check_manifest(file: &Path, manifest: &Manifest) -> Result<(), DatasetError> {
+    let text = fs::read(file).map_err(|error| unread(file, error))?;
+    let Ok(there) = serde_json::from_slice::<Manifest>(&text) else {
+        return Err(DatasetError::Foreign(file.to_path_buf()));
+    };
+    let differences = manifest.differences(&there);
+    if differences.is_empty() {
+        return Ok(());
+    }
+    Err(DatasetError::OtherDataset {
+        path: file.to_path_buf(),
+        differences: differences.join("; "),
+    })
+}
+
+/// Whether a file is whole and of this dataset: its own words about it stand at the beginning of one kind, at the end
+/// of the other, and either ends in a way that nothing incomplete does.
+fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool> {
+    let length = file.metadata()?.len();
+    let begin = read_at(&mut file, 0, 4)?;
+    let end = read_at(&mut file, length.saturating_sub(END_BYTES), END_BYTES)?;
+    let fingerprint = manifest.fingerprint();
+    let (is_whole, at, look, wanted) = match table {
+        Table::Parquet => {
+            let footer = footer_bytes(&end).min(length);
+            let is_whole = begin == b"PAR1" && end.ends_with(b"PAR1");
+            let wanted = fingerprint.bytes().collect();
+            (is_whole, length - footer, footer, wanted)
+        }
+        Table::Npz => {
+            let is_whole = begin == b"PK\x03\x04" && end.starts_with(b"PK\x05\x06");
+            // In arrays for numpy, each character has four bytes.
+            let wanted: Vec<u8> = fingerprint
+                .chars()
+                .flat_map(|character| u32::from(character).to_le_bytes())
+                .collect();
+            let words = u64::try_from(manifest.json().len()).unwrap_or(u64::MAX);
+            (
+                is_whole,
+                0,
+                words.saturating_mul(4).saturating_add(HEADS_BYTES),
+                wanted,
+            )
+        }
+    };
+    let words = read_at(&mut file, at, look.min(LOOK_BYTES_MAX))?;
+    let mut places = words.windows(wanted.len().max(1));
+    Ok(is_whole && places.any(|place| place == wanted))
+}
+
+/// So many bytes from there, or as many as there are.
+fn read_at(file: &mut File, at: u64, bytes: u64) -> io::Result<Vec<u8>> {
+    file.seek(SeekFrom::Start(at))?;
+    let mut read = Vec::new();
+    io::Read::by_ref(file).take(bytes).read_to_end(&mut read)?;
+    Ok(read)
+}
+
+/// The length of a Parquet file's footer, which stands before the last four bytes, with both.
+fn footer_bytes(end: &[u8]) -> u64 {
+    let at = end.len().saturating_sub(8);
+    let bytes = end.get(at..at + 4).unwrap_or_default().iter().rev();
+    8 + bytes.fold(0, |size, byte| (size << 8) | u64::from(*byte))
+}
+
+/// What stands before the words about a dataset in an archive.
+const HEADS_BYTES: u64 = 4096;
+/// The end record of a zip archive without a comment.
+const END_BYTES: u64 = 22;
+
+fn unread(path: &Path, cause: io::Error) -> DatasetError {
+    DatasetError::Unread {
+        path: path.to_path_buf(),
+        cause,
+    }
+}
+
+fn unwritten(path: &Path, cause: Cause) -> DatasetError {
+    DatasetError::Unwritten {
+        path: path.to_path_buf(),
+        cause,
+    }
+}

@@ -1,0 +1,261 @@
+//! One labelled frame after the other: the scene of the frame, what its sensor measures, and what is true of it.
+
+use crate::error::DatasetError;
+use grideye_scene::{Files, Scene, Simulator, simulator};
+use grideye_variation::{Draw, Recipe, Value};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::io;
+use std::rc::Rc;
+use std::time::Duration;
+
+/// Simulators that are kept for frames of the same values: as many as a few keys of a few choices have.
+const KEPT_MAX: usize = 32;
+/// What the simulators that are kept take up in memory at most, if it is more than one.
+const KEPT_BYTES: usize = 64 << 20;
+
+/// What a dataset is to show.
+#[derive(Debug)]
+pub struct Subject {
+    /// The scene's name, and its text.
+    pub title: String,
+    /// The text of the scene.
+    pub text: String,
+    /// The files that the scene, or one of its variants, names.
+    pub files: BTreeMap<String, String>,
+    /// What of it varies, as it was asked for …
+    pub vary: Vec<String>,
+    /// … and as it was read.
+    pub recipe: Recipe,
+    /// The sensor that looks.
+    pub sensor: String,
+    /// Whether pixels are exact areas, and not points of the paper's grid.
+    pub without_grid: bool,
+    /// Of all that varies, and of the noise.
+    pub seed: u64,
+}
+
+/// What all frames have in common.
+#[derive(Debug)]
+pub struct Frames {
+    pub(crate) subject: Subject,
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+}
+
+/// A frame with its labels.
+#[derive(Debug)]
+pub(crate) struct Labelled {
+    pub(crate) index: u64,
+    pub(crate) time: Duration,
+    pub(crate) noise_seed: u64,
+    /// What the sensor measures, and what it would measure without noise, °C.
+    pub(crate) celsius: Vec<f64>,
+    pub(crate) truth_c: Vec<f64>,
+    /// Of each agent; `None` where it is absent.
+    pub(crate) agents: Vec<Option<Label>>,
+    /// What varies, in the order of the recipe.
+    pub(crate) varied: Vec<Value>,
+}
+
+/// What is true of an agent in a frame.
+#[derive(Debug)]
+pub(crate) struct Label {
+    /// Metres.
+    pub(crate) position_m: [f64; 3],
+    /// The share of it that is seen, 0 to 1.
+    pub(crate) visibility: f64,
+    /// How many pixels it would fill if nothing hid it.
+    pub(crate) pixels: f64,
+    /// The share of each pixel that is it, 0 to 1.
+    pub(crate) mask: Vec<f64>,
+}
+
+impl Frames {
+    /// The frames of a subject, whose scene as it stands this is.
+    ///
+    /// # Errors
+    /// [`DatasetError::Scene`] if it has no such sensor.
+    pub fn new(subject: Subject, scene: &Scene) -> Result<Self, DatasetError> {
+        let sensor = scene.sensor(&subject.sensor)?;
+        Ok(Self {
+            columns: sensor.columns,
+            rows: sensor.rows,
+            subject,
+        })
+    }
+
+    /// The agents of the file, in its order; each may be absent from a frame.
+    pub(crate) fn agents(&self) -> &[String] {
+        self.subject.recipe.agents()
+    }
+
+    /// What a frame with its labels takes up, about.
+    pub(crate) fn bytes_of_frame(&self) -> u64 {
+        let pixels = u64::try_from(self.columns * self.rows).unwrap_or(u64::MAX);
+        let agents = u64::try_from(self.agents().len()).unwrap_or(u64::MAX);
+        pixels
+            .saturating_mul(4)
+            .saturating_mul(agents.saturating_add(2))
+    }
+
+    /// Makes frames, one after the other.
+    pub(crate) const fn maker(&self) -> Maker<'_> {
+        Maker {
+            frames: self,
+            kept: VecDeque::new(),
+        }
+    }
+
+    /// A scene with its simulator.
+    fn set(&self, scene: Scene, index: u64) -> Result<Set, DatasetError> {
+        let simulator = match self.subject.without_grid {
+            false => Simulator::new(&scene, &self.subject.sensor),
+            true => Simulator::without_grid(&scene, &self.subject.sensor),
+        }?;
+        let sensor = simulator.sensor();
+        let (found, expected) = ((sensor.columns, sensor.rows), (self.columns, self.rows));
+        if found != expected {
+            return Err(DatasetError::Size {
+                index,
+                found,
+                expected,
+            });
+        }
+        Ok(Set { scene, simulator })
+    }
+}
+
+/// Makes frames, and remembers what it made them with.
+pub(crate) struct Maker<'a> {
+    frames: &'a Frames,
+    /// By the scene's text, the latest first.
+    kept: VecDeque<(String, Rc<Set>)>,
+}
+
+struct Set {
+    scene: Scene,
+    simulator: Simulator,
+}
+
+impl Maker<'_> {
+    /// The frame of that number.
+    pub(crate) fn frame(&mut self, index: u64) -> Result<Labelled, DatasetError> {
+        let frames = self.frames;
+        let Subject { recipe, seed, .. } = &frames.subject;
+        let draw = recipe.draw(*seed, index);
+        let set = match self.kept(&draw.text) {
+            Some(set) => set,
+            None => self.build(index, &draw)?,
+        };
+        let Set { scene, simulator } = set.as_ref();
+        let time = recipe.time(index, &draw, scene, simulator.sensor());
+        let labels = frames.agents().iter().map(|name| {
+            let number = scene
+                .agents()
+                .iter()
+                .position(|agent| agent.name == *name)?;
+            Some(label(scene, simulator, number, time))
+        });
+        let (image, noisy) = simulator.image_and_noisy(time, draw.noise_seed);
+        Ok(Labelled {
+            index,
+            time,
+            noise_seed: draw.noise_seed,
+            truth_c: image.celsius,
+            celsius: noisy.celsius,
+            agents: labels.collect(),
+            varied: draw.values,
+        })
+    }
+
+    fn kept(&mut self, text: &str) -> Option<Rc<Set>> {
+        if self.frames.subject.recipe.places_agents() {
+            return None;
+        }
+        let at = self.kept.iter().position(|(kept, _)| kept == text)?;
+        let found = self.kept.remove(at)?;
+        let set = Rc::clone(&found.1);
+        self.kept.push_front(found);
+        Some(set)
+    }
+
+    fn build(&mut self, index: u64, draw: &Draw) -> Result<Rc<Set>, DatasetError> {
+        let Subject {
+            recipe,
+            seed,
+            files,
+            ..
+        } = &self.frames.subject;
+        let scene = recipe.scene(*seed, index, draw, files)?.scene;
+        let set = Rc::new(match self.of_the_same_room(&scene) {
+            Some(mut set) => {
+                set.simulator.set_agents(&scene);
+                Set { scene, ..set }
+            }
+            None => self.frames.set(scene, index)?,
+        });
+        let fitting = KEPT_BYTES / set.simulator.grid_bytes().max(1);
+        self.kept.truncate(fitting.clamp(1, KEPT_MAX) - 1);
+        self.kept.push_front((draw.text.clone(), Rc::clone(&set)));
+        Ok(set)
+    }
+
+    /// Takes a set back in which nothing but the agents is another.
+    fn of_the_same_room(&mut self, scene: &Scene) -> Option<Set> {
+        let at = self
+            .kept
+            .iter()
+            .position(|(_, set)| set.scene.has_the_room_of(scene))?;
+        let (_, set) = self.kept.remove(at)?;
+        Rc::into_inner(set)
+    }
+}
+
+fn label(scene: &Scene, simulator: &Simulator, agent: usize, time: Duration) -> Label {
+    let (seen, whole) = (
+        simulator.truth_of(agent, time),
+        simulator.unhidden(agent, time),
+    );
+    Label {
+        position_m: scene.agents()[agent].position_m(time).to_array(),
+        visibility: simulator::visibility(&seen, &whole),
+        pixels: whole.pixels(),
+        mask: seen.share,
+    }
+}
+
+/// Files beside the scene, each read once.
+pub struct Remembered<'a> {
+    files: &'a dyn Files,
+    texts: RefCell<BTreeMap<String, String>>,
+}
+
+impl<'a> Remembered<'a> {
+    /// These files, none of them read yet.
+    #[must_use]
+    pub fn new(files: &'a dyn Files) -> Self {
+        Self {
+            files,
+            texts: RefCell::default(),
+        }
+    }
+
+    /// Those that were read, by their names.
+    #[must_use]
+    pub fn into_texts(self) -> BTreeMap<String, String> {
+        self.texts.into_inner()
+    }
+}
+
+impl Files for Remembered<'_> {
+    fn read(&self, relative: &str) -> io::Result<String> {
+        if let Some(text) = self.texts.borrow().get(relative) {
+            return Ok(text.clone());
+        }
+        let text = self.files.read(relative)?;
+        let mut texts = self.texts.borrow_mut();
+        texts.insert(relative.to_owned(), text.clone());
+        Ok(text)
+    }
+}

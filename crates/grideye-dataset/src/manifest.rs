@@ -1,0 +1,176 @@
+//! What a dataset is, before any of it is made: everything that its bytes depend on, and how it is cut into parts.
+
+use crate::error::DatasetError;
+use crate::frames::Frames;
+use crate::shard::Shard;
+use crate::table::Table;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Parts of a dataset: so many names have six digits.
+const PARTS_MAX: u64 = 1_000_000;
+/// Frames of a part, unless they are too large or it was said otherwise.
+const FRAMES_PER_PART: u64 = 1_000;
+/// What the frames of a part take up in memory, about, unless it was said otherwise.
+const PART_BYTES: u64 = 64 << 20;
+/// The version of the files' layout.
+const LAYOUT: u32 = 1;
+
+/// The content of `dataset.json`: two datasets with the same one have the same bytes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// The version of the layout of the files.
+    pub(crate) layout: u32,
+    /// The program and its version.
+    pub(crate) program: String,
+    /// The scene's name.
+    pub(crate) scene: String,
+    /// SHA-256 of the scene file.
+    pub(crate) scene_sha256: String,
+    /// SHA-256 of each file that the scene names.
+    pub(crate) files_sha256: BTreeMap<String, String>,
+    /// What varies, as it was asked for.
+    pub(crate) vary: Vec<String>,
+    pub(crate) sensor: String,
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+    /// The agents, in the order of the arrays.
+    pub(crate) agents: Vec<String>,
+    pub(crate) method: String,
+    pub(crate) seed: u64,
+    pub(crate) frames: u64,
+    pub(crate) frames_per_part: u64,
+    pub(crate) formats: Vec<String>,
+    /// SHA-256 of all of the above.
+    #[serde(default)]
+    pub(crate) fingerprint: String,
+}
+
+impl Manifest {
+    /// What these frames are as a dataset of so many, made by that program; the frames of a part are chosen if nobody
+    /// says how many.
+    ///
+    /// # Errors
+    /// [`DatasetError::Parts`].
+    pub fn new(
+        subject: &Frames,
+        program: &str,
+        frames: u64,
+        frames_per_part: Option<u64>,
+        tables: impl Iterator<Item = Table>,
+    ) -> Result<Self, DatasetError> {
+        let bytes = subject.bytes_of_frame();
+        let fitting = (PART_BYTES / bytes.max(1)).clamp(1, FRAMES_PER_PART);
+        let mut formats: Vec<String> = tables.map(|table| table.name().to_owned()).collect();
+        formats.sort();
+        formats.dedup();
+        let of = &subject.subject;
+        let files = of.files.iter();
+        let mut manifest = Self {
+            layout: LAYOUT,
+            program: program.to_owned(),
+            scene: of.title.clone(),
+            scene_sha256: sha256(of.text.as_bytes()),
+            files_sha256: files
+                .map(|(name, text)| (name.clone(), sha256(text.as_bytes())))
+                .collect(),
+            vary: of.vary.clone(),
+            sensor: of.sensor.clone(),
+            columns: subject.columns,
+            rows: subject.rows,
+            agents: subject.agents().to_vec(),
+            method: if of.without_grid { "area" } else { "grid" }.to_owned(),
+            seed: of.seed,
+            frames,
+            frames_per_part: frames_per_part.unwrap_or(fitting),
+            formats,
+            fingerprint: String::new(),
+        };
+        if manifest.parts() > PARTS_MAX {
+            return Err(DatasetError::Parts {
+                frames,
+                per_part: manifest.frames_per_part,
+                limit: PARTS_MAX,
+            });
+        }
+        manifest.fingerprint = sha256(manifest.json().as_bytes());
+        Ok(manifest)
+    }
+
+    /// Its content on one line.
+    #[must_use]
+    pub fn json(&self) -> String {
+        // Numbers, texts and lists of them always are JSON.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// Frames of the whole dataset.
+    #[must_use]
+    pub const fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// What tells it from every other dataset.
+    #[must_use]
+    pub fn fingerprint(&self) -> &str {
+        &self.fingerprint
+    }
+
+    /// The number of parts.
+    #[must_use]
+    pub const fn parts(&self) -> u64 {
+        self.frames.div_ceil(self.frames_per_part)
+    }
+
+    /// The parts of a shard, in their order.
+    pub fn parts_of(&self, shard: Shard) -> impl Iterator<Item = u64> + use<> {
+        (0..self.parts()).filter(move |part| shard.has(*part))
+    }
+
+    /// The frames of a part.
+    #[must_use]
+    pub fn frames_of(&self, part: u64) -> Range<u64> {
+        let first = part * self.frames_per_part;
+        first..(first + self.frames_per_part).min(self.frames)
+    }
+
+    /// How many frames a part has.
+    #[must_use]
+    pub fn count(&self, part: u64) -> u64 {
+        let frames = self.frames_of(part);
+        frames.end - frames.start
+    }
+
+    /// The kinds of files of each part.
+    pub(crate) fn tables(&self) -> impl Iterator<Item = Table> + '_ {
+        let all = [Table::Npz, Table::Parquet];
+        all.into_iter()
+            .filter(|table| self.formats.iter().any(|name| name == table.name()))
+    }
+
+    /// What is different in another manifest, for whoever wonders why it is not taken up again.
+    pub(crate) fn differences(&self, there: &Self) -> Vec<String> {
+        let (Ok(here), Ok(there)) = (serde_json::to_value(self), serde_json::to_value(there))
+        else {
+            return Vec::new();
+        };
+        let Some(here) = here.as_object() else {
+            return Vec::new();
+        };
+        here.iter()
+            .filter(|(key, value)| *key != "fingerprint" && there.get(key) != Some(value))
+            .map(|(key, value)| {
+                let old = there.get(key).map_or_else(String::new, ToString::to_string);
+                format!("{key} was {old} and is {value}")
+            })
+            .collect()
+    }
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}

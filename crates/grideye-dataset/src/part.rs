@@ -1,0 +1,144 @@
+//! The frames of one part, array by array.
+
+use crate::frames::{Frames, Labelled};
+use crate::manifest::Manifest;
+use grideye_scene::count::single;
+use grideye_variation::Value;
+
+/// The labelled frames of a part.
+#[derive(Debug)]
+pub struct Part {
+    /// Which part.
+    pub number: u64,
+    /// Columns and rows of a frame.
+    pub size: (usize, usize),
+    /// Numbers of the frames, from 0.
+    pub frame: Vec<u64>,
+    /// Moments, seconds.
+    pub time_s: Vec<f64>,
+    /// Seeds of the noise.
+    pub noise_seed: Vec<u64>,
+    /// What the sensor measures, frame by frame, °C.
+    pub celsius: Vec<f32>,
+    /// What it would measure without noise, °C.
+    pub truth_c: Vec<f32>,
+    /// Labels of each agent.
+    pub agents: Vec<AgentLabels>,
+    /// What varies.
+    pub varied: Vec<VariedColumn>,
+}
+
+/// The labels of one agent, frame by frame.
+#[derive(Debug)]
+pub struct AgentLabels {
+    /// Its name.
+    pub name: String,
+    /// Where it is on each axis, metres; nothing where it is absent.
+    pub position_m: [Vec<Option<f64>>; 3],
+    /// Whether it is there.
+    pub present: Vec<bool>,
+    /// The share of it that is seen, 0 to 1.
+    pub visibility: Vec<Option<f64>>,
+    /// How many pixels it would fill if nothing hid it.
+    pub pixels: Vec<Option<f64>>,
+    /// The share of each pixel that is it, frame by frame.
+    pub mask: Vec<f32>,
+}
+
+/// One thing that varies, frame by frame.
+#[derive(Debug)]
+pub struct VariedColumn {
+    /// Its name.
+    pub name: String,
+    /// Its values.
+    pub values: Scalars,
+}
+
+/// Of one kind each, as the column has it.
+#[derive(Debug)]
+pub enum Scalars {
+    /// Numbers.
+    Numbers(Vec<f64>),
+    /// Texts.
+    Texts(Vec<String>),
+}
+
+impl Part {
+    /// A part without frames yet.
+    pub(crate) fn new(frames: &Frames, manifest: &Manifest, number: u64) -> Self {
+        let agents = frames
+            .agents()
+            .iter()
+            .map(|name| AgentLabels::new(name.clone()));
+        let varied = frames
+            .subject
+            .recipe
+            .columns()
+            .iter()
+            .map(|column| VariedColumn {
+                name: column.name.clone(),
+                values: if column.is_number {
+                    Scalars::Numbers(Vec::new())
+                } else {
+                    Scalars::Texts(Vec::new())
+                },
+            });
+        Self {
+            number,
+            size: (manifest.columns, manifest.rows),
+            frame: Vec::new(),
+            time_s: Vec::new(),
+            noise_seed: Vec::new(),
+            celsius: Vec::new(),
+            truth_c: Vec::new(),
+            agents: agents.collect(),
+            varied: varied.collect(),
+        }
+    }
+
+    /// One more frame.
+    pub(crate) fn add(&mut self, labelled: &Labelled) {
+        self.frame.push(labelled.index);
+        self.time_s.push(labelled.time.as_secs_f64());
+        self.noise_seed.push(labelled.noise_seed);
+        self.celsius
+            .extend(labelled.celsius.iter().copied().map(single));
+        self.truth_c
+            .extend(labelled.truth_c.iter().copied().map(single));
+        let pixels = self.size.0 * self.size.1;
+        for (agent, label) in self.agents.iter_mut().zip(&labelled.agents) {
+            let label = label.as_ref();
+            agent.present.push(label.is_some());
+            for (axis, values) in agent.position_m.iter_mut().enumerate() {
+                values.push(label.map(|label| label.position_m[axis]));
+            }
+            agent.visibility.push(label.map(|label| label.visibility));
+            agent.pixels.push(label.map(|label| label.pixels));
+            match label {
+                Some(label) => agent.mask.extend(label.mask.iter().copied().map(single)),
+                None => agent.mask.resize(agent.mask.len() + pixels, 0.0),
+            }
+        }
+        for (varied, value) in self.varied.iter_mut().zip(&labelled.varied) {
+            match (&mut varied.values, value) {
+                (Scalars::Numbers(numbers), Value::Number(number)) => numbers.push(*number),
+                (Scalars::Texts(texts), Value::Text(text)) => texts.push(text.clone()),
+                (Scalars::Texts(texts), Value::Number(number)) => texts.push(number.to_string()),
+                (Scalars::Numbers(numbers), Value::Text(_)) => numbers.push(f64::NAN),
+            }
+        }
+    }
+}
+
+impl AgentLabels {
+    const fn new(name: String) -> Self {
+        Self {
+            name,
+            position_m: [Vec::new(), Vec::new(), Vec::new()],
+            present: Vec::new(),
+            visibility: Vec::new(),
+            pixels: Vec::new(),
+            mask: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! What holds of every scene, however it is turned, mirrored, moved and hidden.
+
+mod frames;
+mod picture;
+
+use crate::{CEILING, ROOM, object, picture, scene, simulator};
+use grideye_frame::{Celsius, PixelIndex};
+use grideye_scene::perceived::{Law, Surface, perceived_celsius};
+use grideye_scene::{Image, Scene, Simulator};
+use proptest::prelude::*;
+use std::time::Duration;
+
+const AMBIENT_C: f64 = 20.1;
+
+/// By how much two frames may differ that would be equal without rounding, °C: the law's fourth root is taken by power
+/// series, each within 1e-11 of it, and two pictures of one surface may have two of them.
+const TWO_SERIES_C: f64 = 3e-11;
+
+fn assert_close(found: &[f64], expected: &[f64]) {
+    assert_eq!(found.len(), expected.len());
+    for (pixel, (found, expected)) in found.iter().zip(expected).enumerate() {
+        assert!(
+            (found - expected).abs() < TWO_SERIES_C,
+            "pixel {pixel}: {found} instead of {expected}"
+        );
+    }
+}
+
+/// Rows of an 8 x 8 picture with their columns in reverse.
+fn left_right(picture: &[f64]) -> Vec<f64> {
+    picture
+        .chunks_exact(8)
+        .flat_map(|row| row.iter().rev())
+        .copied()
+        .collect()
+}
+
+fn warmest(picture: &[f64]) -> (usize, usize) {
+    let index = (0..64)
+        .max_by(|one, other| picture[*one].total_cmp(&picture[*other]))
+        .unwrap();
+    (index / 8, index % 8)
+}

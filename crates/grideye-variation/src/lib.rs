@@ -1,0 +1,51 @@
+//! What of a scene is not exactly known or shall differ: which of its values vary, and what they are in one draw.
+//!
+//! The grammar belongs to nobody who uses it: `grideye dataset --vary` writes it today, and what a calibration looks for
+//! or a verdict tolerates can be said in it as well.
+//!
+//! ```text
+//!  scene file ──┐
+//!  what varies ─┴─▶ Recipe ──(seed, index)──▶ Draw: the scene's text with other values, seed of the noise, moment
+//!                                              │
+//!                                              └──▶ Scene, with agents put where the floor is free
+//! ```
+//!
+//! A draw is a function of the recipe, the seed and the frame's number, and every key has its own random numbers: what
+//! one frame shows depends neither on the other frames nor on the other keys that vary.
+//!
+//! ```
+//! use grideye_variation::Recipe;
+//!
+//! let text = r#"
+//!     [room]
+//!     size_mm = [4000, 6000, 2700]
+//!     ambient_c = 20
+//!
+//!     [[agent]]
+//!     name = "person"
+//!     size_mm = [200, 500, 1750]
+//!     temperature_c = 31
+//!     position_mm = [2000, 3000, 0]
+//! "#;
+//! let no_files = std::collections::HashMap::<String, String>::new();
+//! let asked = ["room.ambient_c=18..26", "agent.person.position=floor"].map(String::from);
+//! let recipe = Recipe::new(text, "room.toml", &asked)?;
+//! recipe.check(&no_files)?;
+//!
+//! let draw = recipe.draw(1, 17);
+//! assert_eq!(draw, recipe.draw(1, 17));
+//! let loaded = recipe.scene(1, 17, &draw, &no_files)?;
+//! assert!((18.0..26.0).contains(&loaded.scene.room().ambient_c));
+//! assert_ne!(loaded.scene.agents()[0].start_m, recipe.scene(1, 18, &recipe.draw(1, 18), &no_files)?.scene.agents()[0].start_m);
+//! # Ok::<(), grideye_variation::VariationError>(())
+//! ```
+
+mod chance;
+mod error;
+mod floor;
+mod grammar;
+mod recipe;
+mod target;
+
+pub use error::{Mistake, VariationError};
+pub use recipe::{Column, Draw, Recipe, TRIES_MAX, Value};
