@@ -58,7 +58,7 @@ pub use figure::{Figure, Posture};
 pub use floor::{Cell, Floor, Grain, Kind};
 pub use map::{Blind, Map, Spot, Totals};
 pub use pick::{Pick, Rule, Step, Wish, pick};
-pub use picture::Picture;
+pub use picture::MapDrawing;
 pub use report::Report;
 pub use sketch::{Anchor, Shape, Sketch};
 pub use survey::{InSight, Look, Seen, Survey};

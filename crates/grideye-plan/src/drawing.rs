@@ -41,7 +41,7 @@ pub(crate) use sheet::escaped;
 #[must_use]
 pub fn svg(scene: &Scene, drawing: &Drawing<'_>) -> String {
     let mut sheet = Sheet::new(WIDTH, HEIGHT);
-    let way = way_text(scene, drawing);
+    let way = trajectory_text(scene, drawing);
     sheet.head(drawing.title, &summary(scene, way.as_deref()));
     let bounds_m = pieces::bounds_m(scene);
     for (title, panel, is_perspective) in [
@@ -111,7 +111,7 @@ fn counted(count: usize, what: &str) -> String {
 }
 
 /// What the circles stand for, if anybody walks.
-fn way_text(scene: &Scene, drawing: &Drawing<'_>) -> Option<String> {
+fn trajectory_text(scene: &Scene, drawing: &Drawing<'_>) -> Option<String> {
     let sensor = drawing.sampled_by.or(scene.sensors().first())?;
     let every = scene
         .agents()

@@ -9,7 +9,7 @@ use grideye_scene::polygon::clipped;
 /// The outline of a body where it stands, metres: its convex hull, counter-clockwise.
 #[must_use]
 pub fn outline_m(body: &Body) -> Vec<DVec2> {
-    let corners = body.solid.vertices_m().iter();
+    let corners = body.mesh.vertices_m().iter();
     hull(corners.map(|corner| corner.truncate()).collect())
 }
 

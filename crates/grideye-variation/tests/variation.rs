@@ -4,7 +4,6 @@
     clippy::unwrap_used,
     clippy::panic,
     clippy::as_conversions,
-    clippy::cast_precision_loss,
     reason = "a test that panics has failed, and its counts are small"
 )]
 

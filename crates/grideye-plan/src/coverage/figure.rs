@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use grideye_scene::Cuboid;
-use grideye_scene::Solid;
+use grideye_scene::Mesh;
 use grideye_scene::perceived::Surface;
 use grideye_scene::{Agent, Body};
 
@@ -74,8 +74,8 @@ impl Figure {
             }
         };
         let part = |(base_m, size_m): (DVec3, DVec3)| {
-            let solid = Solid::of_cuboid(&Cuboid::new(base_m, size_m, 0.0));
-            Body::new(name, base_m, solid, surface)
+            let mesh = Mesh::of_cuboid(&Cuboid::new(base_m, size_m, 0.0));
+            Body::new(name, base_m, mesh, surface)
         };
         Self::of_parts(name, boxes.into_iter().map(part).collect(), climbs_m)
     }
@@ -89,7 +89,7 @@ impl Figure {
     }
 
     fn of_parts(name: &str, parts: Vec<Body>, climbs_m: f64) -> Self {
-        let tops = parts.iter().map(|part| part.solid.bounds_m().1.z);
+        let tops = parts.iter().map(|part| part.mesh.bounds_m().1.z);
         Self {
             name: name.to_owned(),
             height_m: tops.fold(0.0, f64::max),

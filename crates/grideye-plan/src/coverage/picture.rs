@@ -17,7 +17,7 @@ use grideye_scene::count;
 
 /// What is drawn.
 #[derive(Debug, Clone, Copy)]
-pub struct Picture<'a> {
+pub struct MapDrawing<'a> {
     /// The head line.
     pub title: &'a str,
     /// The line below it.
@@ -34,11 +34,11 @@ pub struct Picture<'a> {
     pub sensors: &'a [(String, &'a Sensor)],
 }
 
-impl Picture<'_> {
+impl MapDrawing<'_> {
     /// The drawing: at the left the contrast of a person, at the right the sensors that see the ground.
     #[must_use]
     pub fn sketch(&self) -> Sketch {
-        let high = Plan::new(self.scene, DVec2::ZERO).height() + TOP;
+        let high = FloorToPage::new(self.scene, DVec2::ZERO).height() + TOP;
         let mut sketch = Sketch::new(WIDTH, high + BELOW);
         let at = DVec2::new(MARGIN, 30.0);
         sketch.text(at, Anchor::Start, 18.0, self.title);
@@ -53,19 +53,19 @@ impl Picture<'_> {
             ("Sensors that see the floor", MARGIN + PANEL + GAP),
         ];
         for (index, (title, left)) in panels.into_iter().enumerate() {
-            let plan = Plan::new(self.scene, DVec2::new(left, TOP));
+            let to_page = FloorToPage::new(self.scene, DVec2::new(left, TOP));
             sketch.text(DVec2::new(left, TOP - 14.0), Anchor::Start, 13.0, title);
             for (cell, spot) in self.floor.cells.iter().zip(&self.map.spots) {
-                let box_ = plan.cell(cell.ground_m, self.floor.cell_m);
+                let box_ = to_page.cell(cell.ground_m, self.floor.cell_m);
                 if index == 0 {
                     self.contrast(&mut sketch, box_, spot);
                 } else {
                     self.count(&mut sketch, box_, spot);
                 }
             }
-            self.room(&mut sketch, &plan);
-            self.markers(&mut sketch, &plan);
-            plan.rulers(&mut sketch);
+            self.room(&mut sketch, &to_page);
+            self.markers(&mut sketch, &to_page);
+            to_page.rulers(&mut sketch);
         }
         self.legend(&mut sketch, high + LEGEND);
         sketch
@@ -113,10 +113,10 @@ impl Picture<'_> {
     }
 
     /// Walls, and the outlines of what stands in the room, with names where there is room.
-    fn room(&self, sketch: &mut Sketch, plan: &Plan) {
+    fn room(&self, sketch: &mut Sketch, to_page: &FloorToPage) {
         for object in self.scene.objects() {
             let outline = ground::outline_m(object);
-            let on_page: Vec<DVec2> = outline.iter().map(|corner| plan.page(*corner)).collect();
+            let on_page: Vec<DVec2> = outline.iter().map(|corner| to_page.page(*corner)).collect();
             let (low, high) = bounds(&on_page);
             sketch.closed(on_page, 1.2, DARK);
             let wide = 6.4 * count::float(object.name.chars().count());
@@ -126,17 +126,20 @@ impl Picture<'_> {
             }
         }
         let outline = self.scene.room().outline_m();
-        let walls = outline.iter().map(|corner| plan.page(*corner));
+        let walls = outline.iter().map(|corner| to_page.page(*corner));
         sketch.closed(walls.collect(), 3.0, DARK);
     }
 
     /// Each sensor, which way it looks, and what of the floor is in its field of view.
-    fn markers(&self, sketch: &mut Sketch, plan: &Plan) {
+    fn markers(&self, sketch: &mut Sketch, to_page: &FloorToPage) {
         for (name, sensor) in self.sensors {
             let footprint = ground::in_view_m(self.scene.room(), sensor);
-            let on_page: Vec<DVec2> = footprint.iter().map(|corner| plan.page(*corner)).collect();
+            let on_page: Vec<DVec2> = footprint
+                .iter()
+                .map(|corner| to_page.page(*corner))
+                .collect();
             sketch.dashed(&on_page);
-            let at = plan.page(sensor.pose.position_m.truncate());
+            let at = to_page.page(sensor.pose.position_m.truncate());
             let forward = sensor.pose.world_from_sensor().x_axis;
             let ahead = DVec2::new(forward.x, -forward.y);
             if ahead.length() > 0.05 {
@@ -192,14 +195,14 @@ impl Picture<'_> {
 type Cell = (DVec2, DVec2);
 
 /// From the room to a panel.
-struct Plan {
+struct FloorToPage {
     low: DVec2,
     high: DVec2,
     top_left: DVec2,
     scale: f64,
 }
 
-impl Plan {
+impl FloorToPage {
     fn new(scene: &Scene, top_left: DVec2) -> Self {
         let (low, high) = bounds(&scene.room().outline_m());
         let scale = (DVec2::new(PANEL - RULER, PANEL_HEIGHT) / (high - low)).min_element();

@@ -1,13 +1,13 @@
 //! What a straight line meets in a room: is a point seen from another, and what stands above a point of the floor.
 
 use glam::{DVec2, DVec3};
+use grideye_scene::Mesh;
 use grideye_scene::Scene;
-use grideye_scene::Solid;
 
 /// What stands in the way.
 #[derive(Debug, Clone)]
 pub(crate) struct Blockers {
-    solids: Vec<Blocker>,
+    meshes: Vec<Blocker>,
     /// The walls that jut into the room: they hide, and nobody stands on them.
     walls: Option<Blocker>,
 }
@@ -22,23 +22,23 @@ struct Blocker {
 
 impl Blockers {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let solids = scene.objects().iter().map(|object| &object.solid);
+        let meshes = scene.objects().iter().map(|object| &object.mesh);
         Self {
-            solids: solids.map(Blocker::new).collect(),
-            walls: scene.screen().map(|walls| Blocker::new(&walls.solid)),
+            meshes: meshes.map(Blocker::new).collect(),
+            walls: scene.screen().map(|walls| Blocker::new(&walls.mesh)),
         }
     }
 
     /// Whether nothing stands between two points of the room.
     pub(crate) fn are_in_sight(&self, from_m: DVec3, to_m: DVec3) -> bool {
-        let mut all = self.solids.iter().chain(&self.walls);
-        all.all(|solid| !solid.is_met(from_m, to_m))
+        let mut all = self.meshes.iter().chain(&self.walls);
+        all.all(|mesh| !mesh.is_met(from_m, to_m))
     }
 
     /// From where to where something is above a point of the floor, metres, in no order.
     pub(crate) fn column(&self, at_m: DVec2) -> Vec<(f64, f64)> {
-        let solids = self.solids.iter();
-        solids.flat_map(|solid| solid.column(at_m)).collect()
+        let meshes = self.meshes.iter();
+        meshes.flat_map(|mesh| mesh.column(at_m)).collect()
     }
 
     /// Whether a point is in something.
@@ -49,20 +49,20 @@ impl Blockers {
 }
 
 impl Blocker {
-    fn new(solid: &Solid) -> Self {
-        let (low, high) = solid.bounds_m();
-        let vertices_m = solid.vertices_m();
+    fn new(mesh: &Mesh) -> Self {
+        let (low, high) = mesh.bounds_m();
+        let vertices_m = mesh.vertices_m();
         let corners = |face: &[usize]| face.iter().map(|corner| vertices_m[*corner]).collect();
         Self {
             low,
             high,
-            faces: solid.faces().map(corners).collect(),
-            is_closed: solid.is_closed(),
+            faces: mesh.faces().map(corners).collect(),
+            is_closed: mesh.is_closed(),
         }
     }
 
     fn is_met(&self, from_m: DVec3, to_m: DVec3) -> bool {
-        // A line that misses the box around it misses the solid.
+        // A line that misses the box around it misses the mesh.
         let (low, high) = (from_m.min(to_m), from_m.max(to_m));
         if self.low.cmpgt(high).any() || self.high.cmplt(low).any() {
             return false;

@@ -37,7 +37,7 @@ impl Labels {
                 _ => agent.name.clone(),
             };
             let parts = agent.bodies_at(drawing.time).into_iter();
-            if let Some(top_m) = top_m(parts.map(|part| part.solid.bounds_m())) {
+            if let Some(top_m) = top_m(parts.map(|part| part.mesh.bounds_m())) {
                 labels.place(camera.project(top_m), name);
             }
         }
@@ -51,7 +51,7 @@ impl Labels {
                 Some(_) => continue,
                 None => titled(&object.name, object),
             };
-            if let Some(top_m) = top_m(std::iter::once(object.solid.bounds_m())) {
+            if let Some(top_m) = top_m(std::iter::once(object.mesh.bounds_m())) {
                 labels.place(camera.project(top_m), text);
             }
         }

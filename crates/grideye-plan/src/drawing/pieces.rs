@@ -8,10 +8,10 @@ use super::plane::Plane;
 use glam::DVec3;
 use grideye_scene::Agent;
 use grideye_scene::Cuboid;
+use grideye_scene::Mesh;
 use grideye_scene::Room;
 use grideye_scene::Scene;
 use grideye_scene::Sensor;
-use grideye_scene::Solid;
 use grideye_scene::count;
 use std::collections::HashMap;
 
@@ -54,14 +54,14 @@ pub(super) fn of_scene(
     let mut faces_left = limits::FACES_MAX;
     for body in scene.objects() {
         let color = body.color.unwrap_or(OBJECT);
-        add_body(&mut pieces, &body.solid, color, camera, &mut faces_left);
+        add_body(&mut pieces, &body.mesh, color, camera, &mut faces_left);
     }
     for agent in scene.agents() {
         for part in agent.bodies_at(drawing.time) {
             let color = part.color.unwrap_or(AGENT);
-            add_body(&mut pieces, &part.solid, color, camera, &mut faces_left);
+            add_body(&mut pieces, &part.mesh, color, camera, &mut faces_left);
         }
-        add_way(
+        add_trajectory(
             &mut pieces,
             agent,
             drawing.sampled_by.or(scene.sensors().first()),
@@ -79,7 +79,7 @@ pub(super) fn of_scene(
 
 /// Every how many frames a circle is drawn on the agent's way.
 pub(super) fn circle_step(agent: &Agent, sensor: &Sensor) -> usize {
-    frames_on_way(agent, sensor)
+    frames_on_trajectory(agent, sensor)
         .div_ceil(limits::CIRCLES_MAX)
         .max(1)
 }
@@ -87,7 +87,7 @@ pub(super) fn circle_step(agent: &Agent, sensor: &Sensor) -> usize {
 /// Where the agent is when the circles are drawn.
 pub(super) fn captured_points_m(agent: &Agent, sensor: &Sensor) -> Vec<DVec3> {
     let step = circle_step(agent, sensor);
-    (0..frames_on_way(agent, sensor))
+    (0..frames_on_trajectory(agent, sensor))
         .step_by(step)
         .map(|index| agent.position_m(sensor.frame_time(u32::try_from(index).unwrap_or(u32::MAX))))
         .collect()
@@ -103,41 +103,41 @@ fn view_corners_m(sensor: &Sensor, forward_m: f64) -> [DVec3; 4] {
     })
 }
 
-fn frames_on_way(agent: &Agent, sensor: &Sensor) -> usize {
+fn frames_on_trajectory(agent: &Agent, sensor: &Sensor) -> usize {
     let last = (agent.duration().as_secs_f64() * sensor.sampling_hz + 1e-6).floor();
     count::floor(last).saturating_add(1).min(FRAMES_MAX)
 }
 
 fn add_body(
     pieces: &mut Vec<Piece>,
-    solid: &Solid,
+    mesh: &Mesh,
     color: [u8; 3],
     camera: &Camera,
     faces_left: &mut usize,
 ) {
-    let faces = solid.faces().count();
+    let faces = mesh.faces().count();
     if faces > limits::FACES_OF_BODY_MAX || faces > *faces_left {
-        add_solid(pieces, &box_around(solid), color, camera);
+        add_solid(pieces, &box_around(mesh), color, camera);
         return;
     }
     *faces_left -= faces;
-    add_solid(pieces, solid, color, camera);
+    add_solid(pieces, mesh, color, camera);
 }
 
-fn box_around(solid: &Solid) -> Solid {
-    let (low, high) = solid.bounds_m();
+fn box_around(mesh: &Mesh) -> Mesh {
+    let (low, high) = mesh.bounds_m();
     let size_m = (high - low).max(DVec3::splat(1e-6));
     let base_m = low + 0.5 * size_m.with_z(0.0);
-    Solid::of_cuboid(&Cuboid::new(base_m, size_m, 0.0))
+    Mesh::of_cuboid(&Cuboid::new(base_m, size_m, 0.0))
 }
 
 /// The faces that the eye sees from outside, with the edges that a draughtsman would draw.
-fn add_solid(pieces: &mut Vec<Piece>, solid: &Solid, color: [u8; 3], camera: &Camera) {
-    let outlines: Vec<&[usize]> = solid.faces().collect();
+fn add_solid(pieces: &mut Vec<Piece>, mesh: &Mesh, color: [u8; 3], camera: &Camera) {
+    let outlines: Vec<&[usize]> = mesh.faces().collect();
     let points_m = |outline: &[usize]| -> Vec<DVec3> {
         outline
             .iter()
-            .map(|corner| solid.vertices_m()[*corner])
+            .map(|corner| mesh.vertices_m()[*corner])
             .collect()
     };
     let planes: Vec<Option<Plane>> = outlines
@@ -150,7 +150,7 @@ fn add_solid(pieces: &mut Vec<Piece>, solid: &Solid, color: [u8; 3], camera: &Ca
             beside.entry(edge).or_default().push(face);
         }
     }
-    let is_open = !solid.is_closed();
+    let is_open = !mesh.is_closed();
     let seen = |face: usize| planes[face].is_some_and(|plane| camera.side_of(&plane) > 0.0);
     for (face, outline) in outlines.iter().enumerate() {
         let Some(plane) = planes[face].filter(|_| is_open || seen(face)) else {
@@ -202,7 +202,7 @@ fn shaded(color: [u8; 3], normal: DVec3) -> [u8; 3] {
     })
 }
 
-fn add_way(pieces: &mut Vec<Piece>, agent: &Agent, sensor: Option<&Sensor>) {
+fn add_trajectory(pieces: &mut Vec<Piece>, agent: &Agent, sensor: Option<&Sensor>) {
     let Some(trajectory) = &agent.trajectory else {
         return;
     };
@@ -211,7 +211,7 @@ fn add_way(pieces: &mut Vec<Piece>, agent: &Agent, sensor: Option<&Sensor>) {
         .iter()
         .find_map(|part| part.color)
         .unwrap_or(AGENT);
-    for leg in trajectory.way_points_m().windows(2) {
+    for leg in trajectory.waypoints_m().windows(2) {
         pieces.push(Piece {
             points_m: leg.to_vec(),
             edges: Vec::new(),

@@ -5,16 +5,16 @@ use crate::file::document::AgentTable;
 use crate::file::files::Files;
 use crate::file::rule::{ACCELERATION, SPEED};
 use crate::file::source::{Source, read_below};
-use crate::file::way_points::{WayPoint, read_way_points};
-use crate::limits;
-use crate::limits::TIME_MAX_S;
+use crate::file::waypoints::{Waypoint, read_waypoints};
 use crate::model::body::Agent;
 use crate::model::contact::Walls;
 use crate::model::error::SceneError;
+use crate::model::limits;
+use crate::model::limits::TIME_MAX_S;
 use crate::model::room::Room;
 use crate::motion::schedule::{Clock, Motion, Schedule};
 use crate::motion::trajectory::{Trajectory, lengths_m};
-use crate::text::{MM_PER_M, millimetres, reach};
+use crate::text::lengths::{MM_PER_M, millimetres, reach};
 use glam::{DMat3, DVec3};
 use toml::Spanned;
 
@@ -25,11 +25,11 @@ pub(crate) fn agent(
     files: &dyn Files,
 ) -> Result<Agent, SceneError> {
     let keys = table.get_ref();
-    let way_points = way_points(source, table, files)?;
-    let start_m = way_points
+    let waypoints = waypoints(source, table, files)?;
+    let start_m = waypoints
         .first()
         .map_or(DVec3::ZERO, |point| point.position_mm / MM_PER_M);
-    let trajectory = trajectory(source, table, &way_points)?;
+    let trajectory = trajectory(source, table, &waypoints)?;
     let agent = Agent {
         name: source.name(&keys.name)?,
         parts: body::parts(source, table, start_m, room.ambient_c, files)?,
@@ -40,30 +40,30 @@ pub(crate) fn agent(
     };
     // The agent turns at way-points only: if it is inside there, before and after the turn, it is so between them, but
     // for walls that jut into the room.
-    for (index, point) in way_points.iter().enumerate() {
+    for (index, point) in waypoints.iter().enumerate() {
         check_inside(&agent, index, point, room)?;
     }
-    check_walls(&agent, &way_points, walls)?;
+    check_walls(&agent, &waypoints, walls)?;
     Ok(agent)
 }
 
 /// The rows of the trajectory, or the position as the only way-point.
-fn way_points(
+fn waypoints(
     source: &Source<'_>,
     table: &Spanned<AgentTable>,
     files: &dyn Files,
-) -> Result<Vec<WayPoint>, SceneError> {
+) -> Result<Vec<Waypoint>, SceneError> {
     let keys = table.get_ref();
     let place = || source.place(table.span().start);
     let titled = || format!("agent `{}`", keys.name.get_ref());
     match (&keys.position_mm, &keys.trajectory) {
-        (Some(position_mm), None) => Ok(vec![WayPoint::standing(
+        (Some(position_mm), None) => Ok(vec![Waypoint::standing(
             source.position_m(position_mm)? * MM_PER_M,
             source.place(position_mm.span().start),
         )]),
         (None, Some(path)) => {
             let text = read_below(source, ("trajectory", "trajectory"), path, files)?;
-            read_way_points(path.get_ref(), &text)
+            read_waypoints(path.get_ref(), &text)
         }
         (Some(_), Some(_)) => Err(SceneError::KeysConflict {
             place: place(),
@@ -84,14 +84,14 @@ fn way_points(
 fn trajectory(
     source: &Source<'_>,
     table: &Spanned<AgentTable>,
-    way_points: &[WayPoint],
+    waypoints: &[Waypoint],
 ) -> Result<Option<Trajectory>, SceneError> {
     let keys = table.get_ref();
     let motion = motion(source, table)?;
     let Some(path) = &keys.trajectory else {
         return check_no_way(source, keys).map(|()| None);
     };
-    let points_m: Vec<DVec3> = way_points
+    let points_m: Vec<DVec3> = waypoints
         .iter()
         .map(|point| point.position_mm / MM_PER_M)
         .collect();
@@ -101,7 +101,7 @@ fn trajectory(
         key: "speed_mm_per_s",
         hint: "a person walks at 500 to 1500 mm/s; the paper's examples have 800 and 1600",
     };
-    let stamps: Option<Vec<f64>> = way_points.iter().map(|point| point.time_s).collect();
+    let stamps: Option<Vec<f64>> = waypoints.iter().map(|point| point.time_s).collect();
     match (stamps, &keys.speed_mm_per_s) {
         (Some(_), Some(speed)) => Err(SceneError::KeysConflict {
             place: source.place(speed.span().start),
@@ -110,11 +110,11 @@ fn trajectory(
             other: "t_s",
             hint: "a trajectory with the column t_s says itself when each way-point is reached; leave the speed or the column out",
         }),
-        (Some(stamps), None) => stamped(motion, way_points, points_m, &stamps).map(Some),
+        (Some(stamps), None) => stamped(motion, waypoints, points_m, &stamps).map(Some),
         (None, None) => Err(missing_speed()),
         (None, Some(speed)) => {
             let speed_m_per_s = source.number(speed, &SPEED)? / MM_PER_M;
-            let trajectory = paced(motion, way_points, points_m, speed_m_per_s);
+            let trajectory = paced(motion, waypoints, points_m, speed_m_per_s);
             if trajectory.end_s() <= TIME_MAX_S {
                 return Ok(Some(trajectory));
             }
@@ -188,11 +188,11 @@ fn motion(source: &Source<'_>, table: &Spanned<AgentTable>) -> Result<Motion, Sc
 /// A way walked at a speed.
 fn paced(
     motion: Motion,
-    way_points: &[WayPoint],
+    waypoints: &[Waypoint],
     points_m: Vec<DVec3>,
     speed_m_per_s: f64,
 ) -> Trajectory {
-    let dwells_s: Vec<f64> = way_points.iter().map(|point| point.dwell_s).collect();
+    let dwells_s: Vec<f64> = waypoints.iter().map(|point| point.dwell_s).collect();
     let without_stop = dwells_s.iter().all(|dwell_s| *dwell_s <= 0.0);
     if motion == Motion::Constant && without_stop {
         return Trajectory::new(points_m, speed_m_per_s);
@@ -208,12 +208,12 @@ fn paced(
 /// A way whose way-points are reached at their times.
 fn stamped(
     motion: Motion,
-    way_points: &[WayPoint],
+    waypoints: &[Waypoint],
     points_m: Vec<DVec3>,
     stamps: &[f64],
 ) -> Result<Trajectory, SceneError> {
     let mut free_s = None;
-    for (point, time_s) in way_points.iter().zip(stamps) {
+    for (point, time_s) in waypoints.iter().zip(stamps) {
         let refused = |expected: String| SceneError::TrajectoryRow {
             place: point.place.clone(),
             found: format!("`{time_s}` as t_s"),
@@ -230,7 +230,7 @@ fn stamped(
             return Err(refused(format!("a stop that ends by {TIME_MAX_S} s")));
         }
     }
-    let dwells_s: Vec<f64> = way_points.iter().map(|point| point.dwell_s).collect();
+    let dwells_s: Vec<f64> = waypoints.iter().map(|point| point.dwell_s).collect();
     let lengths_m = lengths_m(&points_m);
     match Schedule::new(&lengths_m, &dwells_s, motion, Clock::Stamps(stamps)) {
         Ok(schedule) => Ok(Trajectory::scheduled(points_m, lengths_m, schedule)),
@@ -241,7 +241,7 @@ fn stamped(
             // From rest to rest, half the way up and half the way down: L = a T² / 4.
             let needed = (4.0 * leg_m * MM_PER_M / (travel_s * travel_s)).ceil();
             Err(SceneError::TrajectoryRow {
-                place: way_points[index].place.clone(),
+                place: waypoints[index].place.clone(),
                 found: format!(
                     "{} mm in {travel_s} s",
                     (leg_m * MM_PER_M * 1000.0).round() / 1000.0
@@ -270,7 +270,7 @@ fn turns(
     };
     match faces.get_ref().as_str() {
         "fixed" => Ok(None),
-        "way" => Ok(Some(headings(trajectory.way_points_m()))),
+        "way" => Ok(Some(headings(trajectory.waypoints_m()))),
         _ => Err(source.refused(
             "faces",
             faces.span(),
@@ -282,9 +282,9 @@ fn turns(
 
 /// The rotation that turns +x to the horizontal direction of the leg before each way-point; a leg without one keeps
 /// that of the leg before it, the first ones that of the first that has one.
-fn headings(way_points_m: &[DVec3]) -> Vec<DMat3> {
+fn headings(waypoints_m: &[DVec3]) -> Vec<DMat3> {
     let mut headings: Vec<Option<DMat3>> = vec![None];
-    for pair in way_points_m.windows(2) {
+    for pair in waypoints_m.windows(2) {
         let along = (pair[1] - pair[0]).with_z(0.0);
         let before = headings.last().copied().flatten();
         headings.push(match along.try_normalize() {
@@ -303,16 +303,16 @@ fn headings(way_points_m: &[DVec3]) -> Vec<DMat3> {
 fn check_inside(
     agent: &Agent,
     index: usize,
-    point: &WayPoint,
+    point: &Waypoint,
     room: &Room,
 ) -> Result<(), SceneError> {
     let moved_m = point.position_mm / MM_PER_M - agent.start_m;
     let beyond = |turn: DMat3| {
         agent.parts.iter().find_map(|part| {
-            let solid = agent
-                .turned(&part.solid, turn)
+            let mesh = agent
+                .turned(&part.mesh, turn)
                 .placed(DMat3::IDENTITY, moved_m);
-            (!room.holds_corners_of(&solid)).then(|| reach(solid.bounds_m()))
+            (!room.holds_corners_of(&mesh)).then(|| reach(mesh.bounds_m()))
         })
     };
     let reaches = match &agent.turns {
@@ -334,13 +334,13 @@ fn check_inside(
 }
 
 /// Between the way-points, a wall that juts into the room may be in the way.
-fn check_walls(agent: &Agent, way_points: &[WayPoint], walls: &Walls) -> Result<(), SceneError> {
+fn check_walls(agent: &Agent, waypoints: &[Waypoint], walls: &Walls) -> Result<(), SceneError> {
     let Some((time, place_m)) = walls.first_met_by(agent) else {
         return Ok(());
     };
     let way = agent.trajectory.as_ref();
     let heads_for = way.map_or(0, |way| way.heads_for(time.as_secs_f64()));
-    let Some(point) = way_points.get(heads_for) else {
+    let Some(point) = waypoints.get(heads_for) else {
         return Ok(());
     };
     Err(SceneError::AgentMeetsWall {

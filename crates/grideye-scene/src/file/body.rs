@@ -8,12 +8,12 @@ use crate::file::spread::Stand;
 use crate::file::{clothes, obj, spread};
 use crate::geometry::angle::{rotation_x_deg, rotation_y_deg, rotation_z_deg};
 use crate::geometry::cuboid::Cuboid;
-use crate::geometry::solid::{Solid, SolidError};
-use crate::heat::warmth::Warmth;
-use crate::limits;
+use crate::geometry::mesh::{Mesh, MeshError};
+use crate::heat::thermal::Thermal;
 use crate::model::body::Body;
 use crate::model::error::SceneError;
-use crate::text::MM_PER_M;
+use crate::model::limits;
+use crate::text::lengths::MM_PER_M;
 use glam::{DMat3, DVec3};
 use toml::Spanned;
 
@@ -97,18 +97,18 @@ fn single(
     };
     let yaw_deg = source.number_or(keys.yaw_deg.as_ref(), &YAW, 0.0)?;
     let size_m = source.size_m(size_mm)?;
-    let solid = match simple(keys.shape.as_ref(), size_m) {
-        Some(solid) => solid.placed(rotation_z_deg(yaw_deg), start_m),
+    let mesh = match simple(keys.shape.as_ref(), size_m) {
+        Some(mesh) => mesh.placed(rotation_z_deg(yaw_deg), start_m),
         None if keys.shape.is_some() => return Err(unknown_shape(source, keys.shape.as_ref())),
-        None => Solid::of_cuboid(&Cuboid::new(start_m, size_m, yaw_deg)),
+        None => Mesh::of_cuboid(&Cuboid::new(start_m, size_m, yaw_deg)),
     };
     Ok(Body {
         name: source.name(&keys.name)?,
         base_m: start_m,
-        solid,
+        mesh,
         surface: clothes::surface(source, made_of, ambient_c)?,
         color: color(source, keys.color.as_ref())?,
-        warmth: Warmth::default(),
+        thermal: Thermal::default(),
     })
 }
 
@@ -128,16 +128,16 @@ fn body(
     let surface = clothes::surface(source, made_of, ambient_c)?;
     let yaw_deg = source.number_or(keys.yaw_deg.as_ref(), &YAW, 0.0)?;
     let tilt = tilt(source, keys)?.unwrap_or(DMat3::IDENTITY);
-    let whole = solid(source, table, base_m, files)?;
+    let whole = mesh(source, table, base_m, files)?;
     let stand = Stand::new(base_m, yaw_deg, tilt, surface.celsius);
-    let (solid, warmth) = spread::of(source, table, whole, &stand)?;
+    let (mesh, thermal) = spread::of(source, table, whole, &stand)?;
     Ok(Body {
         name: source.name(&keys.name)?,
         base_m,
-        solid,
+        mesh,
         surface,
         color: color(source, keys.color.as_ref())?,
-        warmth,
+        thermal,
     })
 }
 
@@ -150,12 +150,12 @@ fn tilt(source: &Source<'_>, keys: &ObjectTable) -> Result<Option<DMat3>, SceneE
     Ok((pitch_deg.is_some() || roll_deg.is_some()).then_some(rotation))
 }
 
-fn solid(
+fn mesh(
     source: &Source<'_>,
     table: &Spanned<ObjectTable>,
     base_m: DVec3,
     files: &dyn Files,
-) -> Result<Solid, SceneError> {
+) -> Result<Mesh, SceneError> {
     let keys = table.get_ref();
     let yaw_deg = source.number_or(keys.yaw_deg.as_ref(), &YAW, 0.0)?;
     let tilt = tilt(source, keys)?;
@@ -176,26 +176,26 @@ fn solid(
             Ok(polyhedron(source, keys, vertices_mm, faces)?.placed(rotation, base_m))
         }
         ("obj", _, _, _, Some(file)) => {
-            Ok(mesh(source, keys, file, files)?.placed(rotation, base_m))
+            Ok(of_file(source, keys, file, files)?.placed(rotation, base_m))
         }
         ("cuboid", Some(size_mm), ..) if tilt.is_none() => {
             let size_m = source.size_m(size_mm)?;
-            Ok(Solid::of_cuboid(&Cuboid::new(base_m, size_m, yaw_deg)))
+            Ok(Mesh::of_cuboid(&Cuboid::new(base_m, size_m, yaw_deg)))
         }
         (_, Some(size_mm), ..) => simple(keys.shape.as_ref(), source.size_m(size_mm)?)
-            .map(|solid| solid.placed(rotation, base_m))
+            .map(|mesh| mesh.placed(rotation, base_m))
             .ok_or_else(|| unknown_shape(source, keys.shape.as_ref())),
         _ => Err(unknown_shape(source, keys.shape.as_ref())),
     }
 }
 
 /// A shape that its size alone describes, on the origin.
-fn simple(shape: Option<&Spanned<String>>, size_m: DVec3) -> Option<Solid> {
+fn simple(shape: Option<&Spanned<String>>, size_m: DVec3) -> Option<Mesh> {
     match shape.map_or("cuboid", |shape| shape.get_ref()) {
-        "cuboid" => Some(Solid::of_cuboid(&Cuboid::new(DVec3::ZERO, size_m, 0.0))),
-        "pyramid" => Some(Solid::pyramid(size_m)),
-        "ellipsoid" => Some(Solid::ellipsoid(size_m)),
-        "capsule" => Some(Solid::capsule(size_m)),
+        "cuboid" => Some(Mesh::of_cuboid(&Cuboid::new(DVec3::ZERO, size_m, 0.0))),
+        "pyramid" => Some(Mesh::pyramid(size_m)),
+        "ellipsoid" => Some(Mesh::ellipsoid(size_m)),
+        "capsule" => Some(Mesh::capsule(size_m)),
         _ => None,
     }
 }
@@ -259,7 +259,7 @@ fn polyhedron(
     keys: &ObjectTable,
     vertices_mm: &Spanned<Vec<Spanned<Triple>>>,
     faces: &Spanned<Vec<Vec<i64>>>,
-) -> Result<Solid, SceneError> {
+) -> Result<Mesh, SceneError> {
     for (what, found, byte) in [
         (
             "vertices",
@@ -272,14 +272,14 @@ fn polyhedron(
         source.check_count(what, found, limits::VERTICES_MAX, byte, hint)?;
     }
     let vertices_m = source.vertices_m(vertices_mm.get_ref())?;
-    Solid::new(vertices_m, faces.get_ref()).map_err(|error| no_solid(source, keys, faces, error))
+    Mesh::new(vertices_m, faces.get_ref()).map_err(|error| no_solid(source, keys, faces, error))
 }
 
 fn no_solid(
     source: &Source<'_>,
     keys: &ObjectTable,
     faces: &Spanned<Vec<Vec<i64>>>,
-    error: SolidError,
+    error: MeshError,
 ) -> SceneError {
     SceneError::NoSolid {
         place: source.place(faces.span().start),
@@ -289,12 +289,12 @@ fn no_solid(
     }
 }
 
-fn mesh(
+fn of_file(
     source: &Source<'_>,
     keys: &ObjectTable,
     file: &Spanned<String>,
     files: &dyn Files,
-) -> Result<Solid, SceneError> {
+) -> Result<Mesh, SceneError> {
     let text = read_below(source, ("file", "OBJ file"), file, files)?;
     let unit_mm = source.number_or(keys.unit_mm.as_ref(), &UNIT, MM_PER_M)?;
     obj::read(

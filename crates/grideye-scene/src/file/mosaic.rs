@@ -7,13 +7,13 @@ use crate::file::source::Source;
 use crate::file::{body, clothes};
 use crate::geometry::count::float;
 use crate::geometry::cuboid::Cuboid;
-use crate::geometry::solid::Solid;
-use crate::heat::warmth::Warmth;
-use crate::limits;
+use crate::geometry::mesh::Mesh;
+use crate::heat::thermal::Thermal;
 use crate::model::body::Body;
 use crate::model::error::SceneError;
+use crate::model::limits;
 use crate::radiometry::perceived::Surface;
-use crate::text::Rule;
+use crate::text::refusal::Rule;
 use glam::DVec3;
 use toml::Spanned;
 
@@ -45,13 +45,13 @@ pub(crate) fn cells(
             cells.push(Body {
                 name: format!("{name} {} {}", row + 1, column + 1),
                 base_m,
-                solid: Solid::of_cuboid(&Cuboid::new(base_m, size_m, 0.0)),
+                mesh: Mesh::of_cuboid(&Cuboid::new(base_m, size_m, 0.0)),
                 surface: Surface {
                     celsius: source.number(celsius, &CELL)?,
                     emissivity,
                 },
                 color,
-                warmth: Warmth::default(),
+                thermal: Thermal::default(),
             });
         }
     }

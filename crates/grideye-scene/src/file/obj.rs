@@ -1,14 +1,15 @@
 //! Wavefront OBJ: vertices and faces of it, which every modelling program writes.
 
-use crate::geometry::solid::Solid;
-use crate::limits;
+use crate::geometry::mesh::Mesh;
 use crate::model::error::SceneError;
-use crate::text::{Place, excerpt};
+use crate::model::limits;
+use crate::text::place::Place;
+use crate::text::refusal::excerpt;
 use glam::DVec3;
 
 /// The surface in an OBJ file whose unit is `unit_m`. Lines other than `v` and `f` are passed over, and so are the
 /// texture and normal of a corner.
-pub(crate) fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Result<Solid, SceneError> {
+pub(crate) fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Result<Mesh, SceneError> {
     let mut vertices_m = Vec::new();
     let mut faces = Vec::new();
     let mut first_face = 1;
@@ -53,7 +54,7 @@ pub(crate) fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Result<So
             });
         }
     }
-    Solid::new(vertices_m, &faces).map_err(|source| SceneError::NoSolid {
+    Mesh::new(vertices_m, &faces).map_err(|source| SceneError::NoSolid {
         place: Place {
             file: file.into(),
             line: first_face,
@@ -100,10 +101,10 @@ mod tests {
 
     #[test]
     fn all_ways_to_name_a_corner_are_read() {
-        let solid = read("t.obj", TETRAHEDRON, 0.001, "t").unwrap();
-        assert_eq!(solid.vertices_m()[1], DVec3::new(0.001, 0.0, 0.0));
-        assert_eq!(solid.faces().count(), 4);
-        assert_eq!(solid.enclosure(), crate::geometry::solid::Enclosure::Convex);
+        let mesh = read("t.obj", TETRAHEDRON, 0.001, "t").unwrap();
+        assert_eq!(mesh.vertices_m()[1], DVec3::new(0.001, 0.0, 0.0));
+        assert_eq!(mesh.faces().count(), 4);
+        assert_eq!(mesh.enclosure(), crate::geometry::mesh::Enclosure::Convex);
     }
 
     #[test]

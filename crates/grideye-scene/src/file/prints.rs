@@ -1,12 +1,12 @@
 //! Finds the warm prints of a scene: where the underside of a body rests on an object that keeps them.
 
 use super::source::Source;
+use crate::geometry::mesh::Mesh;
 use crate::geometry::polygon::clipped;
-use crate::geometry::solid::Solid;
-use crate::heat::cooling::Material;
-use crate::limits;
+use crate::heat::transient::Material;
 use crate::model::body::{Agent, Body};
 use crate::model::error::SceneError;
+use crate::model::limits;
 use crate::model::print::Print;
 use crate::model::scene::Scene;
 use crate::motion::trajectory::Stay;
@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3};
 pub(crate) fn prints(source: &Source<'_>, scene: &Scene) -> Result<Vec<Print>, SceneError> {
     let mut prints = Vec::new();
     for (index, object) in scene.objects.iter().enumerate() {
-        let Some(material) = object.warmth.material else {
+        let Some(material) = object.thermal.material else {
             continue;
         };
         for agent in &scene.agents {
@@ -51,12 +51,12 @@ fn on_object(
     agent: &Agent,
     contact: Stay,
 ) {
-    let vertices_m = object.solid.vertices_m();
+    let vertices_m = object.mesh.vertices_m();
     for part in &agent.parts {
-        let standing = agent.standing(&part.solid, contact.from_s);
+        let standing = agent.standing(&part.mesh, contact.from_s);
         let (low, high) = standing.bounds_m();
         let below = outline_from_above(standing.vertices_m());
-        for (number, face) in object.solid.faces().enumerate() {
+        for (number, face) in object.mesh.faces().enumerate() {
             let corners: Vec<DVec3> = face.iter().map(|corner| vertices_m[*corner]).collect();
             let (bottom_m, top_m) = heights(&corners);
             let is_level = top_m - bottom_m < ABOVE_M && runs_left(&corners);
@@ -69,9 +69,9 @@ fn on_object(
                 .fold(corners, |rest, (from, to)| {
                     clipped(&rest, |point| (*to - *from).cross(point - *from).z)
                 });
-            let offset_c = object.warmth.offsets_c.get(number).copied();
+            let offset_c = object.thermal.offsets_c.get(number).copied();
             let corners: Vec<i64> = (0..).take(print.len()).collect();
-            let Ok(sheet) = Solid::new(print, &[corners]) else {
+            let Ok(sheet) = Mesh::new(print, &[corners]) else {
                 // Nothing of the body is above this face.
                 continue;
             };

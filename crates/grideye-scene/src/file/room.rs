@@ -5,12 +5,12 @@ use crate::file::files::Files;
 use crate::file::obj;
 use crate::file::rule::{AMBIENT, HEIGHT, PLAN, UNIT};
 use crate::file::source::{Source, read_below};
+use crate::geometry::mesh::Mesh;
 use crate::geometry::polygon::area_m2;
-use crate::geometry::solid::Solid;
-use crate::limits;
 use crate::model::error::SceneError;
+use crate::model::limits;
 use crate::model::room::Room;
-use crate::text::MM_PER_M;
+use crate::text::lengths::MM_PER_M;
 use glam::DVec2;
 use toml::Spanned;
 
@@ -32,7 +32,7 @@ pub(crate) fn room(
         Kind::Mesh(vertices_mm, faces) => {
             check_faces(source, faces.get_ref().len(), faces)?;
             let vertices_m = source.vertices_m(vertices_mm.get_ref())?;
-            let solid = Solid::new(vertices_m, faces.get_ref()).map_err(|error| {
+            let mesh = Mesh::new(vertices_m, faces.get_ref()).map_err(|error| {
                 SceneError::NoSolid {
                     place: source.place(faces.span().start),
                     name: "room".to_owned(),
@@ -40,14 +40,14 @@ pub(crate) fn room(
                     hint: "faces are lists of vertices, counted from 0, in the order of the outline",
                 }
             })?;
-            mesh(source, "faces", faces, solid, ambient_c)
+            of_mesh(source, "faces", faces, mesh, ambient_c)
         }
         Kind::File(file) => {
             let text = read_below(source, ("file", "OBJ file"), file, files)?;
             let unit_mm = source.number_or(keys.unit_mm.as_ref(), &UNIT, MM_PER_M)?;
-            let solid = obj::read(file.get_ref(), &text, unit_mm / MM_PER_M, "room")?;
-            check_faces(source, solid.faces().count(), file)?;
-            mesh(source, "file", file, solid, ambient_c)
+            let mesh = obj::read(file.get_ref(), &text, unit_mm / MM_PER_M, "room")?;
+            check_faces(source, mesh.faces().count(), file)?;
+            of_mesh(source, "file", file, mesh, ambient_c)
         }
     }
 }
@@ -134,14 +134,14 @@ fn check_faces<T>(source: &Source<'_>, found: usize, key: &Spanned<T>) -> Result
     )
 }
 
-fn mesh<T>(
+fn of_mesh<T>(
     source: &Source<'_>,
     key: &'static str,
     place: &Spanned<T>,
-    solid: Solid,
+    mesh: Mesh,
     ambient_c: f64,
 ) -> Result<Room, SceneError> {
-    Room::of_mesh(solid, ambient_c).ok_or_else(|| {
+    Room::of_mesh(mesh, ambient_c).ok_or_else(|| {
         source.refused(
             key,
             place.span(),

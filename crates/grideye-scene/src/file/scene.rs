@@ -5,15 +5,15 @@ use crate::file::files::Files;
 use crate::file::rule::{DURATION, PAPER_EXPERIMENT, REFLECTED, paper_experiment};
 use crate::file::sensor::sensor;
 use crate::file::source::Source;
-use crate::file::{agent, body, clothes, fit, mosaic, prints, room, unit};
-use crate::geometry::solid::Solid;
+use crate::file::{agent, body, clothes, fit, mosaic, physical, prints, room};
+use crate::geometry::mesh::Mesh;
 use crate::model::body::Body;
 use crate::model::contact::Walls;
 use crate::model::error::{SceneError, Warning};
 use crate::model::room::Room;
 use crate::model::scene::{Loaded, Model, Scene};
 use crate::radiometry::perceived::Law;
-use crate::text::{millimetres, reach};
+use crate::text::lengths::{millimetres, reach};
 use std::collections::HashSet;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -73,7 +73,7 @@ fn parse(
     let mut tables: SceneTable = toml::from_str(text).map_err(|error| source.malformed(&error))?;
     source.check_counts(&tables)?;
     source.check_names(&tables)?;
-    let of_file = unit::model(&source, tables.model.as_ref())?;
+    let of_file = physical::model(&source, tables.model.as_ref())?;
     source.model = model.unwrap_or(of_file);
     check_touches(&source, &tables)?;
     tables.leave_out_absent();
@@ -98,7 +98,7 @@ fn parse(
         sensors,
         model: source.model,
         law,
-        band: unit::band(&source, &tables)?,
+        band: physical::band(&source, &tables)?,
         reflected_c,
         duration_s,
         paper_experiment: experiment.and_then(paper_experiment),
@@ -122,7 +122,7 @@ fn objects(
     files: &dyn Files,
 ) -> Result<(Vec<Body>, Vec<Warning>), SceneError> {
     let (mut objects, mut warnings) = (Vec::new(), Vec::new());
-    let mut keep = |object: Body, byte: usize| match beyond(&object.solid, room, walls) {
+    let mut keep = |object: Body, byte: usize| match beyond(&object.mesh, room, walls) {
         None => objects.push(object),
         Some(reach_mm) => warnings.push(Warning::ObjectOutsideRoom {
             place: source.place(byte),
@@ -234,7 +234,7 @@ fn law(source: &Source<'_>, law: Option<&Spanned<String>>) -> Result<Law, SceneE
 }
 
 /// From where to where a body reaches, if it sticks out of the room or through one of its walls.
-fn beyond(solid: &Solid, room: &Room, walls: &Walls) -> Option<String> {
-    let inside = room.holds_corners_of(solid) && !walls.meet(solid);
-    (!inside).then(|| reach(solid.bounds_m()))
+fn beyond(mesh: &Mesh, room: &Room, walls: &Walls) -> Option<String> {
+    let inside = room.holds_corners_of(mesh) && !walls.meet(mesh);
+    (!inside).then(|| reach(mesh.bounds_m()))
 }

@@ -2,21 +2,21 @@
 
 use crate::file::document::SensorTable;
 use crate::file::files::Files;
+use crate::file::physical;
+use crate::file::physical::{Given, PhysicalKeys};
 use crate::file::rule::{
     AZIMUTH, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, RANGE, ROLL, SAMPLING,
 };
 use crate::file::source::Source;
-use crate::file::unit;
-use crate::file::unit::{Given, Unit};
 use crate::geometry::count;
 use crate::geometry::pose::Pose;
-use crate::limits;
 use crate::model::error::SceneError;
+use crate::model::limits;
 use crate::model::room::Room;
 use crate::model::scene::Model;
 use crate::model::sensor::Sensor;
 use crate::profile::Profile;
-use crate::text::{MM_PER_M, millimetres};
+use crate::text::lengths::{MM_PER_M, millimetres};
 use glam::DVec2;
 use glam::USizeVec2;
 use toml::Spanned;
@@ -53,8 +53,8 @@ pub(crate) fn sensor(
         fov_deg,
         is_grid_eye: preset.is_some_and(|preset| preset.netd_at_1_hz_c.is_some()),
     };
-    let unit = unit::unit(source, table, &given, files)?;
-    let noise_sigma = noise_sigma(source, keys, (preset, &unit), sampling_hz)?;
+    let physical = physical::keys(source, table, &given, files)?;
+    let noise_sigma = noise_sigma(source, keys, (preset, &physical), sampling_hz)?;
     Ok(Sensor {
         columns: resolution.x,
         rows: resolution.y,
@@ -69,11 +69,11 @@ pub(crate) fn sensor(
         )? / MM_PER_M,
         detectable_range_c: source.range(keys.detectable_range_c.as_ref(), &RANGE)?,
         pose: pose(source, keys, &name, room)?,
-        optics: unit.optics,
-        pixel_width_rad: unit.pixel_width_rad,
-        blur_rad: unit.blur_rad,
-        profile: unit.profile,
-        step_c: unit.step_c,
+        optics: physical.optics,
+        pixel_width_rad: physical.pixel_width_rad,
+        blur_rad: physical.blur_rad,
+        profile: physical.profile,
+        step_c: physical.step_c,
         name,
     })
 }
@@ -82,13 +82,13 @@ pub(crate) fn sensor(
 fn noise_sigma(
     source: &Source<'_>,
     keys: &SensorTable,
-    (preset, unit): (Option<&Preset>, &Unit),
+    (preset, physical): (Option<&Preset>, &PhysicalKeys),
     sampling_hz: f64,
 ) -> Result<Option<f64>, SceneError> {
     let given = source.optional(keys.noise_sigma_c.as_ref(), &NOISE)?;
-    let of_profile = unit.profile.as_ref().map(Profile::sigma_c);
+    let of_profile = physical.profile.as_ref().map(Profile::sigma_c);
     let of_preset = preset.map(|preset| match (source.model, preset.netd_at_1_hz_c) {
-        (Model::Physical, Some(at_1_hz_c)) => unit::netd_c(at_1_hz_c, sampling_hz),
+        (Model::Physical, Some(at_1_hz_c)) => physical::netd_c(at_1_hz_c, sampling_hz),
         _ => preset.noise_sigma_c,
     });
     Ok(given.or(of_profile).or(of_preset))
@@ -114,7 +114,7 @@ fn pose(
         source.number(&keys.elevation_deg, &ELEVATION)?,
         source.number(&keys.azimuth_deg, &AZIMUTH)?,
         source.number_or(keys.roll_deg.as_ref(), &ROLL, 0.0)?
-            + unit::turned_deg(source, keys.pixel_1.as_ref())?,
+            + physical::turned_deg(source, keys.pixel_1.as_ref())?,
     ))
 }
 

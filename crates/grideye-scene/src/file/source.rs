@@ -3,11 +3,13 @@
 use crate::file::document::{Exactly, PerAxis, SceneTable, Triple};
 use crate::file::files::Files;
 use crate::file::rule::{FIELD_OF_VIEW, POSITION, SIZE, VERTEX};
-use crate::limits;
 use crate::model::error::SceneError;
 use crate::model::fit::FITS_MAX;
+use crate::model::limits;
 use crate::model::scene::Model;
-use crate::text::{MM_PER_M, Place, Rule, excerpt};
+use crate::text::lengths::MM_PER_M;
+use crate::text::place::Place;
+use crate::text::refusal::{Rule, excerpt};
 use glam::{DVec2, DVec3, USizeVec2};
 use grideye_frame::{NAME_RULE, is_name};
 use std::collections::HashMap;

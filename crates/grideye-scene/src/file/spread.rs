@@ -9,12 +9,12 @@ use crate::file::rule::{CAPACITY, GRADIENT, POWER, TEMPERATURE, TIME_CONSTANT};
 use crate::file::source::Source;
 use crate::geometry::angle::rotation_z_deg;
 use crate::geometry::count;
+use crate::geometry::mesh::Mesh;
 use crate::geometry::polygon::clipped;
-use crate::geometry::solid::Solid;
-use crate::heat::cooling::{Heat, Material};
-use crate::heat::warmth::Warmth;
-use crate::limits;
+use crate::heat::thermal::Thermal;
+use crate::heat::transient::{Material, Transient};
 use crate::model::error::SceneError;
+use crate::model::limits;
 use glam::{DMat3, DVec3};
 use toml::Spanned;
 
@@ -47,31 +47,31 @@ const PARTS_MAX: usize = 100;
 pub(crate) fn of(
     source: &Source<'_>,
     table: &Spanned<ObjectTable>,
-    solid: Solid,
+    mesh: Mesh,
     stand: &Stand,
-) -> Result<(Solid, Warmth), SceneError> {
+) -> Result<(Mesh, Thermal), SceneError> {
     check_keys(source, table)?;
     let keys = table.get_ref();
-    let (solid, offsets_c) = if let Some(faces_c) = &keys.faces_c {
-        let offsets_c = by_face(source, keys, faces_c, &solid, stand.celsius)?;
-        (solid, offsets_c)
+    let (mesh, offsets_c) = if let Some(faces_c) = &keys.faces_c {
+        let offsets_c = by_face(source, keys, faces_c, &mesh, stand.celsius)?;
+        (mesh, offsets_c)
     } else if let Some(gradient) = &keys.gradient_c_per_m {
         for part in gradient.get_ref().0 {
             source.number(&Spanned::new(gradient.span(), part), &GRADIENT)?;
         }
         let gradient = stand.rotation * DVec3::from_array(gradient.get_ref().0);
-        along(&solid, stand.base_m, gradient)
+        along(&mesh, stand.base_m, gradient)
     } else if keys.texture_c.is_some() {
-        texture(source, table, &solid, stand)?
+        texture(source, table, &mesh, stand)?
     } else {
-        (solid, Vec::new())
+        (mesh, Vec::new())
     };
-    let warmth = Warmth {
-        heat: heat(source, table)?,
+    let thermal = Thermal {
+        transient: heat(source, table)?,
         material: material(source, keys)?,
         offsets_c,
     };
-    Ok((solid, warmth))
+    Ok((mesh, thermal))
 }
 
 /// Keys that exclude one another, and keys that mean nothing alone.
@@ -141,7 +141,7 @@ fn check_keys(source: &Source<'_>, table: &Spanned<ObjectTable>) -> Result<(), S
     }
 }
 
-/// The faces of a cuboid in the order of `Solid::of_cuboid`.
+/// The faces of a cuboid in the order of `Mesh::of_cuboid`.
 const CUBOID_FACES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
 
 fn face_number(keys: &ObjectTable, name: &str) -> Option<usize> {
@@ -160,15 +160,15 @@ fn by_face(
     source: &Source<'_>,
     keys: &ObjectTable,
     faces_c: &Spanned<std::collections::BTreeMap<String, Spanned<f64>>>,
-    solid: &Solid,
+    mesh: &Mesh,
     celsius: f64,
 ) -> Result<Vec<f64>, SceneError> {
-    let mut offsets_c = vec![0.0; solid.faces().count()];
+    let mut offsets_c = vec![0.0; mesh.faces().count()];
     for (name, face_c) in faces_c.get_ref() {
         let face_c_checked = source.number(face_c, &TEMPERATURE)?;
         let number = face_number(keys, name);
         let mut is_there = false;
-        for (offset_c, given) in offsets_c.iter_mut().zip(solid.given()) {
+        for (offset_c, given) in offsets_c.iter_mut().zip(mesh.given()) {
             if Some(*given) == number {
                 *offset_c = face_c_checked - celsius;
                 is_there = true;
@@ -187,12 +187,12 @@ fn by_face(
 }
 
 /// Cuts a body into strips across a gradient, °C a metre in the room.
-fn along(solid: &Solid, base_m: DVec3, gradient: DVec3) -> (Solid, Vec<f64>) {
+fn along(mesh: &Mesh, base_m: DVec3, gradient: DVec3) -> (Mesh, Vec<f64>) {
     let offset_c = |point: DVec3| gradient.dot(point - base_m);
-    let (low_c, high_c) = range(solid.vertices_m().iter().map(|point| offset_c(*point)));
+    let (low_c, high_c) = range(mesh.vertices_m().iter().map(|point| offset_c(*point)));
     let strips = count::floor(((high_c - low_c) / STEP_C).ceil()).clamp(1, STRIPS_MAX);
     let step_c = (high_c - low_c) / count::float(strips);
-    solid.cut(|_, corners| {
+    mesh.cut(|_, corners| {
         let (from_c, to_c) = range(corners.iter().map(|point| offset_c(*point)));
         let strip = |celsius: f64| {
             let index = if step_c > 0.0 {
@@ -217,9 +217,9 @@ fn along(solid: &Solid, base_m: DVec3, gradient: DVec3) -> (Solid, Vec<f64>) {
 fn texture(
     source: &Source<'_>,
     table: &Spanned<ObjectTable>,
-    solid: &Solid,
+    mesh: &Mesh,
     stand: &Stand,
-) -> Result<(Solid, Vec<f64>), SceneError> {
+) -> Result<(Mesh, Vec<f64>), SceneError> {
     let keys = table.get_ref();
     let cells = Cells::of(source, keys)?;
     let on = keys.texture_on.as_ref().map_or("all", |on| on.get_ref());
@@ -243,8 +243,8 @@ fn texture(
         _ => (DVec3::X, DVec3::Y),
     };
     let (right, up) = (stand.rotation * right, stand.rotation * up);
-    let across = range(solid.vertices_m().iter().map(|point| right.dot(*point)));
-    let upward = range(solid.vertices_m().iter().map(|point| up.dot(*point)));
+    let across = range(mesh.vertices_m().iter().map(|point| right.dot(*point)));
+    let upward = range(mesh.vertices_m().iter().map(|point| up.dot(*point)));
     let place = |point: DVec3| {
         let column = (right.dot(point) - across.0) / (across.1 - across.0);
         let row = (upward.1 - up.dot(point)) / (upward.1 - upward.0);
@@ -253,8 +253,8 @@ fn texture(
             row * count::float(cells.rows),
         ]
     };
-    let given = solid.given().to_vec();
-    Ok(solid.cut(|face, corners| {
+    let given = mesh.given().to_vec();
+    Ok(mesh.cut(|face, corners| {
         if on != "all" && Some(given[face]) != number {
             return vec![(corners.to_vec(), 0.0)];
         }
@@ -401,7 +401,10 @@ impl Cells {
     }
 }
 
-fn heat(source: &Source<'_>, table: &Spanned<ObjectTable>) -> Result<Option<Heat>, SceneError> {
+fn heat(
+    source: &Source<'_>,
+    table: &Spanned<ObjectTable>,
+) -> Result<Option<Transient>, SceneError> {
     let keys = table.get_ref();
     let Some(time_constant) = &keys.time_constant_s else {
         return Ok(None);
@@ -428,7 +431,7 @@ fn heat(source: &Source<'_>, table: &Spanned<ObjectTable>) -> Result<Option<Heat
         ));
     }
     let rise_c = power_w * time_constant_s / capacity;
-    Ok(Some(Heat {
+    Ok(Some(Transient {
         time_constant_s,
         rise_c,
         on_s,

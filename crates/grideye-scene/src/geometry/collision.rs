@@ -1,4 +1,4 @@
-//! When solids meet: convex bodies that stand or move, and the first moment at which two of them are in one place.
+//! When meshes meet: convex bodies that stand or move, and the first moment at which two of them are in one place.
 //!
 //! ```text
 //!  boxes around what each sweeps ──▶ distance of the convex bodies
@@ -10,8 +10,8 @@
 //! taken face by face: what counts is their surface.
 
 use crate::geometry::distance::{Gap, gap};
+use crate::geometry::mesh::{Enclosure, Mesh};
 use crate::geometry::polygon::normal;
-use crate::geometry::solid::{Enclosure, Solid};
 use glam::DVec3;
 
 /// Convex bodies are smaller by this on each side, metres: what only touches, or overlaps by up to twice this, is free.
@@ -85,8 +85,8 @@ impl Bounds {
 }
 
 impl Shape {
-    pub(crate) fn new<'s>(solids: impl IntoIterator<Item = &'s Solid>) -> Self {
-        Self::of_pieces(solids.into_iter().flat_map(pieces).collect())
+    pub(crate) fn new<'s>(meshes: impl IntoIterator<Item = &'s Mesh>) -> Self {
+        Self::of_pieces(meshes.into_iter().flat_map(pieces).collect())
     }
 
     pub(crate) fn of_pieces(pieces: Vec<Piece>) -> Self {
@@ -125,19 +125,18 @@ impl Piece {
     }
 }
 
-fn pieces(solid: &Solid) -> Vec<Piece> {
-    if solid.enclosure() == Enclosure::Convex {
-        return vec![Piece::new(shrunk(solid.vertices_m()))];
+fn pieces(mesh: &Mesh) -> Vec<Piece> {
+    if mesh.enclosure() == Enclosure::Convex {
+        return vec![Piece::new(shrunk(mesh.vertices_m()))];
     }
-    let vertices_m = solid.vertices_m();
+    let vertices_m = mesh.vertices_m();
     let face = |corners: &[usize]| {
         corners
             .iter()
             .map(|corner| vertices_m[*corner])
             .collect::<Vec<_>>()
     };
-    solid
-        .faces()
+    mesh.faces()
         .map(|corners| Piece::new(face(corners)))
         .collect()
 }

@@ -173,7 +173,7 @@ fn farthest(points: &[DVec3], direction: DVec3) -> DVec3 {
 mod tests {
     use super::*;
     use crate::geometry::cuboid::Cuboid;
-    use crate::geometry::solid::Solid;
+    use crate::geometry::mesh::Mesh;
 
     fn cuboid(base: [f64; 3], size: [f64; 3], yaw_deg: f64) -> Vec<DVec3> {
         let cuboid = Cuboid::new(DVec3::from_array(base), DVec3::from_array(size), yaw_deg);
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn round_bodies_and_flat_ones() {
-        let ball = Solid::ellipsoid(DVec3::splat(1.0));
+        let ball = Mesh::ellipsoid(DVec3::splat(1.0));
         let other: Vec<DVec3> = ball
             .vertices_m()
             .iter()

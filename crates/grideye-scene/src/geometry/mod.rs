@@ -5,6 +5,6 @@ pub(crate) mod collision;
 pub mod count;
 pub(crate) mod cuboid;
 pub(crate) mod distance;
+pub(crate) mod mesh;
 pub mod polygon;
 pub(crate) mod pose;
-pub(crate) mod solid;

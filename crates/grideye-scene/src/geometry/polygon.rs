@@ -1,6 +1,6 @@
 //! Flat outlines in the room: cut, turned towards and measured; and how often a closed surface goes around a point.
 
-use super::solid::Solid;
+use super::mesh::Mesh;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -50,9 +50,9 @@ pub(crate) fn area_m2(plan_m: &[DVec2]) -> f64 {
 /// How often a closed surface goes around the sensor: 1 inside, 0 outside.
 ///
 /// The sum of the solid angles of its triangles (Van Oosterom and Strackee 1983), with their signs.
-pub(crate) fn winding(solid: &Solid, in_sensor: &[DVec3]) -> f64 {
+pub(crate) fn winding(mesh: &Mesh, in_sensor: &[DVec3]) -> f64 {
     let mut solid_angle = 0.0;
-    for face in solid.faces() {
+    for face in mesh.faces() {
         for pair in face.windows(2).skip(1) {
             let [a, b, c] = [face[0], pair[0], pair[1]].map(|corner| in_sensor[corner]);
             let (a_m, b_m, c_m) = (a.length(), b.length(), c.length());

@@ -1,4 +1,4 @@
 //! How warm a body is: over its faces, and in time.
 
-pub(crate) mod cooling;
-pub(crate) mod warmth;
+pub(crate) mod thermal;
+pub(crate) mod transient;

@@ -1,8 +1,8 @@
 //! What is in the room: bodies that stand, and agents that move.
 
 use crate::geometry::angle::rotation_z_deg;
-use crate::geometry::solid::Solid;
-use crate::heat::warmth::Warmth;
+use crate::geometry::mesh::Mesh;
+use crate::heat::thermal::Thermal;
 use crate::motion::trajectory::Trajectory;
 use crate::radiometry::perceived::Surface;
 use glam::{DMat3, DVec3};
@@ -17,11 +17,11 @@ pub struct Body {
     /// Its place in the room: what the file calls its position, metres.
     pub base_m: DVec3,
     /// Its surface, where it stands.
-    pub solid: Solid,
+    pub mesh: Mesh,
     /// Its temperature at the start and on the whole, and its emissivity.
     pub surface: Surface,
     /// How its temperature is spread over its faces, and how it changes.
-    pub(crate) warmth: Warmth,
+    pub(crate) thermal: Thermal,
     /// Its colour in drawings of the room: red, green, blue.
     pub color: Option<[u8; 3]>,
 }
@@ -47,13 +47,13 @@ pub struct Agent {
 impl Body {
     /// A body of one temperature that stays as it is.
     #[must_use]
-    pub fn new(name: &str, base_m: DVec3, solid: Solid, surface: Surface) -> Self {
+    pub fn new(name: &str, base_m: DVec3, mesh: Mesh, surface: Surface) -> Self {
         Self {
             name: name.to_owned(),
             base_m,
-            solid,
+            mesh,
             surface,
-            warmth: Warmth::default(),
+            thermal: Thermal::default(),
             color: None,
         }
     }
@@ -64,7 +64,7 @@ impl Body {
         let turn = rotation_z_deg(yaw_deg);
         Self {
             base_m: offset_m + turn * self.base_m,
-            solid: self.solid.clone().placed(turn, offset_m),
+            mesh: self.mesh.clone().placed(turn, offset_m),
             ..self.clone()
         }
     }
@@ -72,7 +72,7 @@ impl Body {
     /// Its temperature on the whole after `time_s`.
     #[must_use]
     pub fn celsius(&self, ambient_c: f64, time_s: f64) -> f64 {
-        match &self.warmth.heat {
+        match &self.thermal.transient {
             None => self.surface.celsius,
             Some(heat) => heat.celsius(self.surface.celsius, ambient_c, time_s),
         }
@@ -116,21 +116,21 @@ impl Agent {
         let at_m = self.position_m(time);
         let parts = self.parts.iter().map(|part| Body {
             base_m: at_m + turn * (part.base_m - self.start_m),
-            solid: self.standing(&part.solid, time.as_secs_f64()),
+            mesh: self.standing(&part.mesh, time.as_secs_f64()),
             ..part.clone()
         });
         parts.collect()
     }
 
     /// One of its parts where it is after `time_s`.
-    pub(crate) fn standing(&self, part: &Solid, time_s: f64) -> Solid {
+    pub(crate) fn standing(&self, part: &Mesh, time_s: f64) -> Mesh {
         let time = Duration::try_from_secs_f64(time_s).unwrap_or(Duration::MAX);
         let turned = self.turned(part, self.turn(time).unwrap_or(DMat3::IDENTITY));
         turned.placed(DMat3::IDENTITY, self.position_m(time) - self.start_m)
     }
 
     /// One of its parts, turned about the vertical through its start.
-    pub(crate) fn turned(&self, part: &Solid, turn: DMat3) -> Solid {
+    pub(crate) fn turned(&self, part: &Mesh, turn: DMat3) -> Mesh {
         part.clone()
             .placed(turn, self.start_m - turn * self.start_m)
     }

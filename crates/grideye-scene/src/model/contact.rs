@@ -3,9 +3,9 @@
 
 use crate::geometry::collision::Piece;
 use crate::geometry::collision::{Bounds, Meeting, Shape, Span, TOLERANCE_M, first_meeting};
-use crate::geometry::solid::Solid;
-use crate::limits;
+use crate::geometry::mesh::Mesh;
 use crate::model::body::{Agent, Body};
+use crate::model::limits;
 use crate::model::room::Room;
 use crate::model::scene::Scene;
 use crate::motion::trajectory::{Leg, Trajectory};
@@ -36,7 +36,7 @@ impl Scene {
         let obstacles: Vec<Obstacle<'_>> = self
             .objects
             .iter()
-            .map(|object| Obstacle::new(&object.name, [&object.solid]))
+            .map(|object| Obstacle::new(&object.name, [&object.mesh]))
             .collect();
         let movers: Vec<Mover<'_>> = self.agents.iter().map(Mover::new).collect();
         let mut contacts = Vec::new();
@@ -81,10 +81,10 @@ impl Walls {
     }
 
     /// Whether a body reaches through one of them, rather than to it.
-    pub(crate) fn meet(&self, solid: &Solid) -> bool {
+    pub(crate) fn meet(&self, mesh: &Mesh) -> bool {
         let still = |_| DVec3::ZERO;
         let span = Span::STILL;
-        let met = || first_meeting((&Shape::new([solid]), &still), (&self.shape, &still), &span);
+        let met = || first_meeting((&Shape::new([mesh]), &still), (&self.shape, &still), &span);
         !self.shape.pieces.is_empty() && met().is_some()
     }
 
@@ -117,10 +117,10 @@ struct Obstacle<'a> {
 }
 
 impl<'a> Obstacle<'a> {
-    fn new<'s>(name: &'a str, solids: impl IntoIterator<Item = &'s Solid>) -> Self {
+    fn new<'s>(name: &'a str, meshes: impl IntoIterator<Item = &'s Mesh>) -> Self {
         Self {
             name,
-            shape: Shape::new(solids),
+            shape: Shape::new(meshes),
         }
     }
 }
@@ -144,7 +144,7 @@ impl<'a> Mover<'a> {
         let mut mover = Self {
             agent,
             legs,
-            shape: Shape::new(agent.parts.iter().map(|part| &part.solid)),
+            shape: Shape::new(agent.parts.iter().map(|part| &part.mesh)),
             bounds: Bounds::NOTHING,
         };
         mover.bounds = mover.shape.bounds;
@@ -166,11 +166,11 @@ impl<'a> Mover<'a> {
     }
 
     fn turned(&self, turn: DMat3) -> Shape {
-        let turned: Vec<Solid> = self
+        let turned: Vec<Mesh> = self
             .agent
             .parts
             .iter()
-            .map(|part| self.agent.turned(&part.solid, turn))
+            .map(|part| self.agent.turned(&part.mesh, turn))
             .collect();
         Shape::new(&turned)
     }
@@ -280,17 +280,17 @@ impl FreeSpace {
         Self {
             room: scene.room.clone(),
             walls: Walls::new(&scene.room),
-            objects: objects.map(|object| Shape::new([&object.solid])).collect(),
+            objects: objects.map(|object| Shape::new([&object.mesh])).collect(),
         }
     }
 
     /// Whether these bodies are in the room, reach through no wall and are where nothing stands; touching is allowed.
     #[must_use]
     pub fn holds(&self, bodies: &[Body]) -> bool {
-        let solids = || bodies.iter().map(|body| &body.solid);
+        let meshes = || bodies.iter().map(|body| &body.mesh);
         let are_in_room =
-            solids().all(|solid| self.room.holds_corners_of(solid) && !self.walls.meet(solid));
-        let shape = Shape::new(solids());
+            meshes().all(|mesh| self.room.holds_corners_of(mesh) && !self.walls.meet(mesh));
+        let shape = Shape::new(meshes());
         let mut near = self
             .objects
             .iter()

@@ -1,8 +1,8 @@
 //! Why a scene is refused, and what deserves a look.
 
-use crate::geometry::solid::SolidError;
+use crate::geometry::mesh::MeshError;
 use crate::profile::ProfileError;
-use crate::text::Place;
+use crate::text::place::Place;
 use std::fmt;
 use std::io;
 use std::time::Duration;
@@ -178,7 +178,7 @@ pub enum SceneError {
         /// The object, or the part of an agent.
         name: String,
         /// What is wrong with them.
-        source: SolidError,
+        source: MeshError,
         /// What to do.
         hint: &'static str,
     },

@@ -4,6 +4,7 @@ pub(crate) mod body;
 pub(crate) mod contact;
 pub(crate) mod error;
 pub mod fit;
+pub mod limits;
 pub(crate) mod print;
 pub(crate) mod room;
 pub(crate) mod scene;

@@ -3,8 +3,8 @@
 //! A print is a sheet a hair above the object's face, as large as the part of the face below the body, and warmer than
 //! the face by a share of what the body was warmer: all of it while the body is there, then less and less.
 
-use crate::geometry::solid::Solid;
-use crate::heat::cooling::{Material, left};
+use crate::geometry::mesh::Mesh;
+use crate::heat::transient::{Material, left};
 use crate::model::body::Body;
 use crate::motion::trajectory::Stay;
 use crate::radiometry::perceived::Surface;
@@ -12,7 +12,7 @@ use crate::radiometry::perceived::Surface;
 /// A print on an object.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Print {
-    pub(crate) sheet: Solid,
+    pub(crate) sheet: Mesh,
     /// The object's place in the scene, and how much warmer than it on the whole its face is there.
     pub(crate) object: usize,
     pub(crate) offset_c: f64,
@@ -26,7 +26,7 @@ pub(crate) struct Print {
 const FADED_C: f64 = 1e-3;
 
 impl Print {
-    pub(crate) const fn sheet(&self) -> &Solid {
+    pub(crate) const fn sheet(&self) -> &Mesh {
         &self.sheet
     }
 

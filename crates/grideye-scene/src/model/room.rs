@@ -1,7 +1,7 @@
 //! The room: a box, a floor plan drawn upwards, or a closed mesh; what is in it, and which of its walls hide something.
 
+use crate::geometry::mesh::{Enclosure, Mesh};
 use crate::geometry::polygon::{area_m2, normal, winding};
-use crate::geometry::solid::{Enclosure, Solid};
 use crate::model::body::Body;
 use crate::radiometry::perceived::Surface;
 use glam::{DVec2, DVec3};
@@ -24,7 +24,7 @@ pub struct Room {
 #[derive(Debug, Clone, PartialEq)]
 struct Hull {
     /// Closed, its faces looking out of the room.
-    solid: Solid,
+    mesh: Mesh,
     /// Counter-clockwise from above.
     outline_m: Vec<DVec2>,
     /// Floor, ceiling and walls as they are drawn, looking into the room.
@@ -69,10 +69,10 @@ impl Room {
                 .collect()
         };
         let sides_m = faces.iter().map(side_m).collect();
-        let solid = Solid::new(vertices_m, &faces).ok()?;
+        let mesh = Mesh::new(vertices_m, &faces).ok()?;
         Self::of_hull(
             Hull {
-                solid,
+                mesh,
                 outline_m,
                 sides_m,
             },
@@ -81,18 +81,18 @@ impl Room {
     }
 
     /// The space inside a closed surface; `None` if it is not closed.
-    pub(crate) fn of_mesh(solid: Solid, ambient_c: f64) -> Option<Self> {
+    pub(crate) fn of_mesh(mesh: Mesh, ambient_c: f64) -> Option<Self> {
         let inward = |face: &[usize]| -> Vec<DVec3> {
             let corners = face.iter().rev();
-            corners.map(|corner| solid.vertices_m()[*corner]).collect()
+            corners.map(|corner| mesh.vertices_m()[*corner]).collect()
         };
-        let sides_m: Vec<Vec<DVec3>> = solid.faces().map(inward).collect();
-        let (low_m, high_m) = solid.bounds_m();
+        let sides_m: Vec<Vec<DVec3>> = mesh.faces().map(inward).collect();
+        let (low_m, high_m) = mesh.bounds_m();
         let outline_m = outline_of_floor(&sides_m)
             .unwrap_or_else(|| rectangle(low_m.truncate(), high_m.truncate()));
         Self::of_hull(
             Hull {
-                solid,
+                mesh,
                 outline_m,
                 sides_m,
             },
@@ -101,8 +101,8 @@ impl Room {
     }
 
     fn of_hull(hull: Hull, ambient_c: f64) -> Option<Self> {
-        let (low_m, high_m) = hull.solid.bounds_m();
-        hull.solid.is_closed().then_some(Self {
+        let (low_m, high_m) = hull.mesh.bounds_m();
+        hull.mesh.is_closed().then_some(Self {
             size_m: high_m - low_m,
             ambient_c,
             low_m,
@@ -147,13 +147,12 @@ impl Room {
     }
 
     /// Whether all corners of a surface are in the room; a body may still reach through a wall that juts out.
-    pub(crate) fn holds_corners_of(&self, solid: &Solid) -> bool {
+    pub(crate) fn holds_corners_of(&self, mesh: &Mesh) -> bool {
         if self.is_box() {
-            let (low_m, high_m) = solid.bounds_m();
+            let (low_m, high_m) = mesh.bounds_m();
             return self.contains(low_m) && self.contains(high_m);
         }
-        solid
-            .vertices_m()
+        mesh.vertices_m()
             .iter()
             .all(|vertex| self.contains(*vertex))
     }
@@ -185,8 +184,8 @@ impl Room {
         let Some(hull) = &self.hull else {
             return self.sides_m();
         };
-        let corner_m = |corner: &usize| hull.solid.vertices_m()[*corner];
-        let faces = hull.solid.faces();
+        let corner_m = |corner: &usize| hull.mesh.vertices_m()[*corner];
+        let faces = hull.mesh.faces();
         faces
             .map(|face| face.iter().rev().map(corner_m).collect())
             .collect()
@@ -199,10 +198,10 @@ impl Room {
         let Some(hull) = &self.hull else {
             return Vec::new();
         };
-        if hull.solid.enclosure() == Enclosure::Convex {
+        if hull.mesh.enclosure() == Enclosure::Convex {
             return Vec::new();
         }
-        let corners = hull.solid.vertices_m();
+        let corners = hull.mesh.vertices_m();
         let juts = |face: &Vec<DVec3>| {
             let (inward, anchor) = (normal(face), face[0]);
             let behind = |corner: &DVec3| inward.dot(*corner - anchor) < -JUTTING_M;
@@ -229,13 +228,13 @@ impl Room {
             celsius: self.ambient_c,
             emissivity: 1.0,
         };
-        let solid = Solid::new(vertices_m, &faces).ok()?;
-        Some(Body::new("walls", self.low_m, solid, surface))
+        let mesh = Mesh::new(vertices_m, &faces).ok()?;
+        Some(Body::new("walls", self.low_m, mesh, surface))
     }
 
     /// The room in messages, without its unit.
     pub(crate) fn described(&self) -> String {
-        use crate::text::millimetres;
+        use crate::text::lengths::millimetres;
         let (low_m, high_m) = self.bounds_m();
         self.hull.as_ref().map_or_else(
             || millimetres(self.size_m),
@@ -250,14 +249,14 @@ impl Room {
 
 impl Hull {
     fn is_around(&self, point_m: DVec3) -> bool {
-        let vertices = self.solid.vertices_m().iter();
+        let vertices = self.mesh.vertices_m().iter();
         let from_point: Vec<DVec3> = vertices.map(|vertex| *vertex - point_m).collect();
-        winding(&self.solid, &from_point) > 0.5
+        winding(&self.mesh, &from_point) > 0.5
     }
 
     fn touches(&self, point_m: DVec3) -> bool {
-        let corner_m = |corner: &usize| self.solid.vertices_m()[*corner];
-        self.solid.faces().any(|face| {
+        let corner_m = |corner: &usize| self.mesh.vertices_m()[*corner];
+        self.mesh.faces().any(|face| {
             let face: Vec<DVec3> = face.iter().map(corner_m).collect();
             let outward = normal(&face);
             let next = face.iter().cycle().skip(1);

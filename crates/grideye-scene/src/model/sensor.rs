@@ -46,7 +46,7 @@ pub struct Sensor {
     pub pixel_width_rad: Option<DVec2>,
     /// Full width at half height of its point spread on each axis, radians, 0 for a sharp one; in the physical model.
     pub blur_rad: DVec2,
-    /// Which specimen it is, if it is one: what [`Simulator::noisy`](crate::Simulator::noisy) then adds.
+    /// Which unit it is, if it is one: what [`Simulator::noisy`](crate::Simulator::noisy) then adds.
     pub profile: Option<Profile>,
     /// Noisy temperatures are multiples of this, °C; 0 for any.
     pub step_c: f64,

@@ -41,11 +41,11 @@ pub(crate) struct Stretch {
     /// Arc length at which it begins, metres.
     pub(crate) from_m: f64,
     pub(crate) length_m: f64,
-    profile: Profile,
+    curve: SpeedCurve,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Profile {
+enum SpeedCurve {
     Constant,
     Ramps { ramp_s: f64 },
     MinimumJerk,
@@ -82,9 +82,9 @@ impl Stretch {
         if self.length_m <= 0.0 {
             return self.start_s;
         }
-        let passed_s = match self.profile {
-            Profile::Constant => covered_m / self.length_m * self.travel_s,
-            Profile::Ramps { ramp_s } => {
+        let passed_s = match self.curve {
+            SpeedCurve::Constant => covered_m / self.length_m * self.travel_s,
+            SpeedCurve::Ramps { ramp_s } => {
                 let ramp_m = 0.5 * self.speed_max_m_per_s() * ramp_s;
                 let by_ramp = |part_m: f64| ramp_s * (part_m / ramp_m).sqrt();
                 let rest_m = self.length_m - covered_m;
@@ -97,8 +97,8 @@ impl Stretch {
                 }
             }
             // Its stretches are single legs, so that only their ends are asked for.
-            Profile::MinimumJerk if covered_m < self.length_m => 0.0,
-            Profile::MinimumJerk => self.travel_s,
+            SpeedCurve::MinimumJerk if covered_m < self.length_m => 0.0,
+            SpeedCurve::MinimumJerk => self.travel_s,
         };
         self.start_s + passed_s
     }
@@ -107,21 +107,21 @@ impl Stretch {
         if self.travel_s <= 0.0 {
             return 0.0;
         }
-        match self.profile {
-            Profile::Constant => self.length_m / self.travel_s,
-            Profile::Ramps { ramp_s } => self.length_m / (self.travel_s - ramp_s),
-            Profile::MinimumJerk => 1.875 * self.length_m / self.travel_s,
+        match self.curve {
+            SpeedCurve::Constant => self.length_m / self.travel_s,
+            SpeedCurve::Ramps { ramp_s } => self.length_m / (self.travel_s - ramp_s),
+            SpeedCurve::MinimumJerk => 1.875 * self.length_m / self.travel_s,
         }
     }
 
     fn covered_m(&self, passed_s: f64) -> f64 {
         let share = passed_s / self.travel_s;
-        match self.profile {
-            Profile::Constant => self.length_m * share,
-            Profile::MinimumJerk => {
+        match self.curve {
+            SpeedCurve::Constant => self.length_m * share,
+            SpeedCurve::MinimumJerk => {
                 self.length_m * share * share * share * (10.0 + share * (-15.0 + 6.0 * share))
             }
-            Profile::Ramps { ramp_s } => {
+            SpeedCurve::Ramps { ramp_s } => {
                 let speed = self.speed_max_m_per_s();
                 let left_s = self.travel_s - passed_s;
                 if passed_s < ramp_s {
@@ -165,7 +165,7 @@ impl Schedule {
             }
             let start_s = schedule.end_s;
             let length_m = lengths_m[to] - lengths_m[from];
-            let (travel_s, profile) = match clock {
+            let (travel_s, curve) = match clock {
                 Clock::Speed(speed) => by_speed(motion, length_m, speed),
                 Clock::Stamps(times_s) => {
                     by_time(motion, length_m, times_s[to] - start_s).ok_or(TooFast(to))?
@@ -176,7 +176,7 @@ impl Schedule {
                 travel_s,
                 from_m: lengths_m[from],
                 length_m,
-                profile,
+                curve,
             });
             let arrival_s = match clock {
                 Clock::Speed(_) => start_s + travel_s,
@@ -198,31 +198,31 @@ impl Schedule {
     }
 }
 
-fn by_speed(motion: Motion, length_m: f64, speed_m_per_s: f64) -> (f64, Profile) {
+fn by_speed(motion: Motion, length_m: f64, speed_m_per_s: f64) -> (f64, SpeedCurve) {
     let cruise_s = length_m / speed_m_per_s;
     match motion {
-        Motion::Constant => (cruise_s, Profile::Constant),
-        Motion::MinimumJerk => (cruise_s, Profile::MinimumJerk),
+        Motion::Constant => (cruise_s, SpeedCurve::Constant),
+        Motion::MinimumJerk => (cruise_s, SpeedCurve::MinimumJerk),
         Motion::Trapezoidal {
             acceleration_m_per_s2,
         } => {
             let ramp_s = speed_m_per_s / acceleration_m_per_s2;
             if cruise_s >= ramp_s {
-                (cruise_s + ramp_s, Profile::Ramps { ramp_s })
+                (cruise_s + ramp_s, SpeedCurve::Ramps { ramp_s })
             } else {
                 // Too short for the whole speed: half the way up, half the way down.
                 let ramp_s = (length_m / acceleration_m_per_s2).sqrt();
-                (2.0 * ramp_s, Profile::Ramps { ramp_s })
+                (2.0 * ramp_s, SpeedCurve::Ramps { ramp_s })
             }
         }
     }
 }
 
 /// `None` if the acceleration does not suffice.
-fn by_time(motion: Motion, length_m: f64, travel_s: f64) -> Option<(f64, Profile)> {
-    let profile = match motion {
-        Motion::Constant => Profile::Constant,
-        Motion::MinimumJerk => Profile::MinimumJerk,
+fn by_time(motion: Motion, length_m: f64, travel_s: f64) -> Option<(f64, SpeedCurve)> {
+    let curve = match motion {
+        Motion::Constant => SpeedCurve::Constant,
+        Motion::MinimumJerk => SpeedCurve::MinimumJerk,
         Motion::Trapezoidal {
             acceleration_m_per_s2,
         } => {
@@ -233,10 +233,10 @@ fn by_time(motion: Motion, length_m: f64, travel_s: f64) -> Option<(f64, Profile
                 return None;
             }
             let ramp_s = 2.0 * square_s2 / (travel_s + root_s2.sqrt());
-            Profile::Ramps { ramp_s }
+            SpeedCurve::Ramps { ramp_s }
         }
     };
-    Some((travel_s, profile))
+    Some((travel_s, curve))
 }
 
 #[cfg(test)]

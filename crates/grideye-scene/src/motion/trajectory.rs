@@ -11,7 +11,7 @@ use std::time::Duration;
 /// the walker is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
-    way_points_m: Vec<DVec3>,
+    waypoints_m: Vec<DVec3>,
     /// Arc length from the start to each way-point; as many as way-points.
     lengths_m: Vec<f64>,
     pace: Pace,
@@ -43,8 +43,8 @@ pub(crate) struct Stay {
 impl Trajectory {
     /// The points that the polyline joins, metres.
     #[must_use]
-    pub fn way_points_m(&self) -> &[DVec3] {
-        &self.way_points_m
+    pub fn waypoints_m(&self) -> &[DVec3] {
+        &self.waypoints_m
     }
 
     /// Length of the whole polyline, metres.
@@ -75,22 +75,22 @@ impl Trajectory {
         self.at_s(time.as_secs_f64())
     }
 
-    pub(crate) fn new(way_points_m: Vec<DVec3>, speed_m_per_s: f64) -> Self {
+    pub(crate) fn new(waypoints_m: Vec<DVec3>, speed_m_per_s: f64) -> Self {
         Self {
-            lengths_m: lengths_m(&way_points_m),
-            way_points_m,
+            lengths_m: lengths_m(&waypoints_m),
+            waypoints_m,
             pace: Pace::Constant { speed_m_per_s },
         }
     }
 
     /// A way by its way-points' [`lengths_m`] and the schedule that was made of them.
     pub(crate) fn scheduled(
-        way_points_m: Vec<DVec3>,
+        waypoints_m: Vec<DVec3>,
         lengths_m: Vec<f64>,
         schedule: Schedule,
     ) -> Self {
         Self {
-            way_points_m,
+            waypoints_m,
             lengths_m,
             pace: Pace::Schedule(schedule),
         }
@@ -111,7 +111,7 @@ impl Trajectory {
     /// The way-point that the walker is on its way to, or has just reached, at a time in seconds.
     pub(crate) fn heads_for(&self, time_s: f64) -> usize {
         let length_m = self.length_at_s(time_s);
-        let last = self.way_points_m.len().saturating_sub(1);
+        let last = self.waypoints_m.len().saturating_sub(1);
         self.lengths_m
             .partition_point(|reached| *reached < length_m)
             .clamp(last.min(1), last)
@@ -185,7 +185,7 @@ impl Trajectory {
     }
 
     fn at_length_m(&self, length_m: f64) -> DVec3 {
-        let last = self.way_points_m.len().saturating_sub(1);
+        let last = self.waypoints_m.len().saturating_sub(1);
         let next = self
             .lengths_m
             .partition_point(|reached| *reached <= length_m)
@@ -194,19 +194,19 @@ impl Trajectory {
         let leg_m = self.lengths_m[next] - self.lengths_m[before];
         let share = ((length_m - self.lengths_m[before]) / leg_m).clamp(0.0, 1.0);
         if leg_m > 0.0 && share < 1.0 {
-            self.way_points_m[before].lerp(self.way_points_m[next], share)
+            self.waypoints_m[before].lerp(self.waypoints_m[next], share)
         } else {
-            self.way_points_m[next]
+            self.waypoints_m[next]
         }
     }
 }
 
 /// Arc length from the first way-point to each.
-pub(crate) fn lengths_m(way_points_m: &[DVec3]) -> Vec<f64> {
-    let mut lengths_m = Vec::with_capacity(way_points_m.len());
+pub(crate) fn lengths_m(waypoints_m: &[DVec3]) -> Vec<f64> {
+    let mut lengths_m = Vec::with_capacity(waypoints_m.len());
     let mut length_m = 0.0;
-    let mut previous = way_points_m.first().copied().unwrap_or(DVec3::ZERO);
-    for point in way_points_m {
+    let mut previous = waypoints_m.first().copied().unwrap_or(DVec3::ZERO);
+    for point in waypoints_m {
         length_m += previous.distance(*point);
         lengths_m.push(length_m);
         previous = *point;
@@ -217,7 +217,7 @@ pub(crate) fn lengths_m(way_points_m: &[DVec3]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limits::{self, TIME_MAX_S};
+    use crate::model::limits::{self, TIME_MAX_S};
 
     fn corner() -> Trajectory {
         // 3 m along x, a point twice, 4 m along y, at 0.5 m/s: 14 s.

@@ -43,7 +43,7 @@ struct Piece {
 
 /// The picture plane of one sensor.
 #[derive(Debug, Clone)]
-pub(crate) struct Plane {
+pub(crate) struct ImagePlane {
     columns: usize,
     rows: usize,
     /// Slope per pixel on each axis, and half the picture in pixels.
@@ -53,12 +53,12 @@ pub(crate) struct Plane {
 
 /// What stands still, cut into the pieces that are seen.
 #[derive(Debug, Clone)]
-pub(crate) struct Still {
+pub(crate) struct StaticFacets {
     facets: Vec<Facet>,
     pieces: Vec<Piece>,
 }
 
-impl Plane {
+impl ImagePlane {
     pub(crate) fn new(sensor: &Sensor) -> Self {
         let half = 0.5 * DVec2::new(count::float(sensor.columns), count::float(sensor.rows));
         Self {
@@ -132,7 +132,7 @@ impl Plane {
     }
 }
 
-impl Still {
+impl StaticFacets {
     pub(crate) fn new(facets: Vec<Facet>) -> Self {
         let mut pieces = Vec::new();
         for (index, facet) in facets.iter().enumerate() {
@@ -152,7 +152,7 @@ impl Still {
     }
 
     /// Adds to each pixel by how much it is warmer than ambient.
-    pub(crate) fn add(&self, plane: &Plane, air: &Air, pixels: &mut [f64]) {
+    pub(crate) fn add(&self, plane: &ImagePlane, air: &Air, pixels: &mut [f64]) {
         for piece in &self.pieces {
             let facet = &self.facets[piece.facet];
             let excess = |point| plane.excess(air, facet, point);
@@ -163,7 +163,7 @@ impl Still {
     /// Adds to each pixel by how much the moving facets before this change it.
     pub(crate) fn add_change(
         &self,
-        plane: &Plane,
+        plane: &ImagePlane,
         air: &Air,
         moving: &[Facet],
         pixels: &mut [f64],
@@ -187,7 +187,7 @@ impl Still {
     /// Adds to each pixel its share of the moving facets whose owner counts.
     pub(crate) fn add_share(
         &self,
-        plane: &Plane,
+        plane: &ImagePlane,
         moving: &[Facet],
         counts: impl Fn(u32) -> bool,
         pixels: &mut [f64],
@@ -219,7 +219,7 @@ impl Still {
     }
 }
 
-impl Plane {
+impl ImagePlane {
     /// Adds the integral of a smooth value over a convex polygon to the pixels, weighted by their responses.
     fn integrate(&self, outline: &[DVec2], value: &impl Fn(DVec2) -> f64, pixels: &mut [f64]) {
         if area(outline) <= AREA_MIN {

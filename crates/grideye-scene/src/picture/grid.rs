@@ -1,31 +1,33 @@
 //! Which surface is seen in each cell of the sampling grid, row by row: the nearest one.
 
 mod backdrop;
-mod painted;
-mod stroke;
+mod shaded;
+mod span;
 
 pub(crate) use backdrop::Backdrop;
-pub(crate) use painted::Painted;
+pub(crate) use shaded::ShadedPatch;
 
-use crate::picture::projection::{LANES_MAX, View};
+use crate::picture::projection::{LANES_MAX, SamplingGrid};
 use crate::picture::resample::Resampler;
 use crate::radiometry::perceived::Air;
-use backdrop::Back;
-use painted::{dispatch, hull};
+use backdrop::Background;
 use pulp::{Simd, WithSimd};
+use shaded::{dispatch, hull};
+use span::{
+    CellRow, CellSpan, DepthTested, InFront, OverNothing, RowBuffers, Sums, put_back, tail,
+};
 use std::ops::Range;
-use stroke::{Alone, Before, Change, Easel, Line, Strip, Sums, put_back, tail};
 
 /// Where what moves is drawn before the backdrop, one row at a time, and added up for the pixels.
 ///
 /// Resampling is separable: the rows' weights are applied here, cell by cell, so that each inner loop runs along a row
 /// of cells; the columns' weights follow once for each row of pixels.
-pub(crate) struct Bench<'a> {
-    view: &'a View,
+pub(crate) struct Accumulator<'a> {
+    view: &'a SamplingGrid,
     air: &'a Air,
     backdrop: &'a Backdrop,
     resampler: &'a Resampler,
-    easel: Easel,
+    buffers: RowBuffers,
     /// By how much the row at hand changes, column by column.
     values: Vec<f64>,
     /// A row of sums that nobody reads.
@@ -40,9 +42,9 @@ pub(crate) struct Bench<'a> {
 /// The owner of what stands still.
 pub(crate) const NOBODY: u32 = u32::MAX;
 
-impl<'a> Bench<'a> {
+impl<'a> Accumulator<'a> {
     pub(crate) fn new(
-        view: &'a View,
+        view: &'a SamplingGrid,
         air: &'a Air,
         backdrop: &'a Backdrop,
         resampler: &'a Resampler,
@@ -53,7 +55,7 @@ impl<'a> Bench<'a> {
             air,
             backdrop,
             resampler,
-            easel: Easel::new(columns),
+            buffers: RowBuffers::new(columns),
             values: vec![0.0; columns + LANES_MAX],
             spare: vec![0.0; columns + LANES_MAX],
             sums: vec![0.0; resampler.output_rows() * (columns + LANES_MAX)],
@@ -63,9 +65,9 @@ impl<'a> Bench<'a> {
     }
 
     /// Adds to each pixel what the patches change in its cells, in degrees.
-    pub(crate) fn add_excess(mut self, patches: &[Painted], pixels: &mut [f64]) {
+    pub(crate) fn add_excess(mut self, patches: &[ShadedPatch], pixels: &mut [f64]) {
         dispatch(Draw {
-            bench: &mut self,
+            accumulator: &mut self,
             patches,
             counts: None,
         });
@@ -75,16 +77,16 @@ impl<'a> Bench<'a> {
     /// Adds to each pixel the share of its cells in which a patch is seen whose owner counts.
     pub(crate) fn add_share(
         mut self,
-        patches: &[Painted],
+        patches: &[ShadedPatch],
         counts: impl Fn(u32) -> bool,
         pixels: &mut [f64],
     ) {
         let counts: Vec<f64> = patches
             .iter()
-            .map(|painted| f64::from(u8::from(counts(painted.owner))))
+            .map(|shaded| f64::from(u8::from(counts(shaded.owner))))
             .collect();
         dispatch(Draw {
-            bench: &mut self,
+            accumulator: &mut self,
             patches,
             counts: Some(&counts),
         });
@@ -110,8 +112,8 @@ impl<'a> Bench<'a> {
 
 /// Draws all rows that the patches cover.
 struct Draw<'b, 'a> {
-    bench: &'b mut Bench<'a>,
-    patches: &'b [Painted],
+    accumulator: &'b mut Accumulator<'a>,
+    patches: &'b [ShadedPatch],
     /// Which of them count, if that is what is asked for.
     counts: Option<&'b [f64]>,
 }
@@ -123,8 +125,8 @@ impl WithSimd for Draw<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut upcoming: Vec<usize> = (0..self.patches.len()).collect();
         upcoming.sort_by_key(|index| std::cmp::Reverse(self.patches[*index].patch.rows().start));
-        let (mut current, mut strips) = (Vec::new(), Vec::new());
-        let rows = self.patches.iter().map(|painted| painted.patch.rows());
+        let (mut current, mut spans) = (Vec::new(), Vec::new());
+        let rows = self.patches.iter().map(|shaded| shaded.patch.rows());
         for row in rows.reduce(hull).unwrap_or(0..0) {
             while let Some(index) = upcoming.pop() {
                 if self.patches[index].patch.rows().start > row {
@@ -134,11 +136,11 @@ impl WithSimd for Draw<'_, '_> {
                 current.push(index);
             }
             current.retain(|index| self.patches[*index].patch.rows().end > row);
-            self.cut(row, &current, &mut strips);
-            let mut rest = &strips[..];
+            self.cut(row, &current, &mut spans);
+            let mut rest = &spans[..];
             while !rest.is_empty() {
                 let (group, after) = rest.split_at(overlapping(rest));
-                self.bench.draw(simd, row, group);
+                self.accumulator.draw(simd, row, group);
                 rest = after;
             }
         }
@@ -146,78 +148,81 @@ impl WithSimd for Draw<'_, '_> {
 }
 
 impl<'b> Draw<'b, '_> {
-    /// The strips of these patches in a row, from the left.
+    /// The spans of these patches in a row, from the left.
     #[inline(always)]
-    fn cut(&self, row: usize, current: &[usize], strips: &mut Vec<Strip<'b>>) {
-        let (up, columns) = (self.bench.view.slope_up(row), self.bench.view.columns());
-        strips.clear();
+    fn cut(&self, row: usize, current: &[usize], spans: &mut Vec<CellSpan<'b>>) {
+        let (up, columns) = (
+            self.accumulator.view.slope_up(row),
+            self.accumulator.view.columns(),
+        );
+        spans.clear();
         for index in current {
-            let painted = &self.patches[*index];
-            let covered = painted.patch.columns(up, columns);
+            let shaded = &self.patches[*index];
+            let covered = shaded.patch.columns(up, columns);
             if covered.is_empty() {
                 continue;
             }
-            strips.push(Strip {
-                painted,
+            spans.push(CellSpan {
+                shaded,
                 covered,
                 counts: self.counts.map(|counts| counts[*index]),
             });
-            let mut place = strips.len() - 1;
-            while place > 0 && strips[place - 1].covered.start > strips[place].covered.start {
-                strips.swap(place - 1, place);
+            let mut place = spans.len() - 1;
+            while place > 0 && spans[place - 1].covered.start > spans[place].covered.start {
+                spans.swap(place - 1, place);
                 place -= 1;
             }
         }
     }
 }
 
-/// How many of the strips, at the start of a row of them, lie over one another: 1 if the first is alone.
+/// How many of the spans, at the start of a row of them, lie over one another: 1 if the first is alone.
 #[inline(always)]
-fn overlapping(strips: &[Strip<'_>]) -> usize {
+fn overlapping(spans: &[CellSpan<'_>]) -> usize {
     let (mut count, mut end) = (0, usize::MAX);
-    for strip in strips {
-        if count > 0 && strip.covered.start >= end {
+    for span in spans {
+        if count > 0 && span.covered.start >= end {
             break;
         }
         end = if count == 0 {
-            strip.covered.end
+            span.covered.end
         } else {
-            end.max(strip.covered.end)
+            end.max(span.covered.end)
         };
         count += 1;
     }
     count
 }
 
-impl Bench<'_> {
-    /// Draws strips that lie over one another, or one.
+impl Accumulator<'_> {
+    /// Draws spans that lie over one another, or one.
     #[inline(always)]
-    fn draw<S: Simd>(&mut self, simd: S, row: usize, strips: &[Strip<'_>]) {
-        let line = Line {
+    fn draw<S: Simd>(&mut self, simd: S, row: usize, spans: &[CellSpan<'_>]) {
+        let line = CellRow {
             view: self.view,
             air: self.air,
             row,
         };
         let (pixel_rows, weights) = self.resampler.rows_of(row);
         self.changed_rows = hull(self.changed_rows.clone(), pixel_rows.clone());
-        if let ([strip], [_] | [_, _]) = (strips, weights) {
-            self.changed = hull(self.changed.clone(), strip.covered.clone());
-            self.draw_one(simd, line, strip);
+        if let ([span], [_] | [_, _]) = (spans, weights) {
+            self.changed = hull(self.changed.clone(), span.covered.clone());
+            self.draw_one(simd, line, span);
         } else {
             let mut changed = 0..0;
-            for strip in strips {
-                changed = hull(changed, strip.covered.clone());
+            for span in spans {
+                changed = hull(changed, span.covered.clone());
             }
             self.changed = hull(self.changed.clone(), changed.clone());
-            self.draw_over_one_another(simd, line, strips, &changed);
+            self.draw_over_one_another(simd, line, spans, &changed);
             self.collect(row, changed);
         }
     }
 
-    /// Draws a strip and gives what it changes to the rows of pixels, run by run of what is behind it.
+    /// Draws a span and gives what it changes to the rows of pixels, run by run of what is behind it.
     #[inline(always)]
-    fn draw_one<S: Simd>(&mut self, simd: S, line: Line<'_>, strip: &Strip<'_>) {
-        let (mut start, end) = (strip.covered.start, strip.covered.end);
+    fn draw_one<S: Simd>(&mut self, simd: S, line: CellRow<'_>, span: &CellSpan<'_>) {
+        let (mut start, end) = (span.covered.start, span.covered.end);
         let backdrop = self.backdrop;
         for run in backdrop.runs(line.row) {
             if run.columns.end <= start {
@@ -227,28 +232,34 @@ impl Bench<'_> {
                 break;
             }
             if run.columns.start > start {
-                self.draw_part(simd, line, strip, start..run.columns.start, Back::Nothing);
+                self.draw_part(
+                    simd,
+                    line,
+                    span,
+                    start..run.columns.start,
+                    Background::Nothing,
+                );
                 start = run.columns.start;
             }
             let part = start..run.columns.end.min(end);
             start = part.end;
-            self.draw_part(simd, line, strip, part, Back::Something(run.nearest));
+            self.draw_part(simd, line, span, part, Background::Something(run.nearest));
         }
         if start < end {
-            self.draw_part(simd, line, strip, start..end, Back::Nothing);
+            self.draw_part(simd, line, span, start..end, Background::Nothing);
         }
     }
 
-    /// Draws a part of a strip. The sums beyond it are put back: to ask in each cell whether it belongs to the part
+    /// Draws a part of a span. The sums beyond it are put back: to ask in each cell whether it belongs to the part
     /// would take longer.
     #[inline(always)]
     fn draw_part<S: Simd>(
         &mut self,
         simd: S,
-        line: Line<'_>,
-        strip: &Strip<'_>,
+        line: CellRow<'_>,
+        span: &CellSpan<'_>,
         part: Range<usize>,
-        back: Back,
+        back: Background,
     ) {
         let cells = part.len().next_multiple_of(S::F64_LANES);
         let (pixel_rows, weights) = self.resampler.rows_of(line.row);
@@ -268,21 +279,21 @@ impl Bench<'_> {
             weights: [weights[0], weight],
         };
         let cell = self.backdrop.cells(line.row, part.clone()).start;
-        let (painted, covered) = (strip.painted, part.clone());
-        let behind = self.backdrop.from::<S>(cell);
-        match (back, strip.counts) {
-            (Back::Nothing, None) => line.draw(simd, painted, covered, Alone { sums }),
-            (Back::Something(nearest), None) if line.is_before(painted, &part, nearest) => {
-                let excess = behind.excess;
-                line.draw(simd, painted, covered, Before { sums, excess });
+        let (shaded, covered) = (span.shaded, part.clone());
+        let existing = self.backdrop.from::<S>(cell);
+        match (back, span.counts) {
+            (Background::Nothing, None) => line.draw(simd, shaded, covered, OverNothing { sums }),
+            (Background::Something(nearest), None) if line.is_before(shaded, &part, nearest) => {
+                let excess = existing.excess;
+                line.draw(simd, shaded, covered, InFront { sums, excess });
             }
             (_, counts) => {
-                let change = Change {
+                let change = DepthTested {
                     sums,
-                    behind,
+                    existing,
                     counts,
                 };
-                line.draw(simd, painted, covered, change);
+                line.draw(simd, shaded, covered, change);
             }
         }
         put_back(first, part.len(), &beyond[0]);
@@ -293,27 +304,27 @@ impl Bench<'_> {
     fn draw_over_one_another<S: Simd>(
         &mut self,
         simd: S,
-        line: Line<'_>,
-        strips: &[Strip<'_>],
+        line: CellRow<'_>,
+        spans: &[CellSpan<'_>],
         changed: &Range<usize>,
     ) {
         let cells = self.backdrop.cells(line.row, changed.clone());
         let count = cells.len();
         let before = &self.backdrop.excess_c[cells.clone()];
-        let easel = &mut self.easel;
-        easel.depth[changed.clone()].copy_from_slice(&self.backdrop.inverse_depth[cells]);
-        easel.excess[changed.clone()].copy_from_slice(before);
-        easel.counts[changed.clone()].fill(0.0);
+        let buffers = &mut self.buffers;
+        buffers.depth[changed.clone()].copy_from_slice(&self.backdrop.inverse_depth[cells]);
+        buffers.excess[changed.clone()].copy_from_slice(before);
+        buffers.counts[changed.clone()].fill(0.0);
         let mut is_counted = false;
-        for strip in strips {
-            is_counted |= strip.counts.is_some();
-            easel.draw(simd, line, strip);
+        for span in spans {
+            is_counted |= span.counts.is_some();
+            buffers.draw(simd, line, span);
         }
         if is_counted {
-            self.values[..count].copy_from_slice(&easel.counts[changed.clone()]);
+            self.values[..count].copy_from_slice(&buffers.counts[changed.clone()]);
             return;
         }
-        let after = easel.excess[changed.clone()].iter().zip(before);
+        let after = buffers.excess[changed.clone()].iter().zip(before);
         for (value, (after, before)) in self.values[..count].iter_mut().zip(after) {
             *value = after - before;
         }
@@ -359,13 +370,13 @@ mod tests {
         let files = |_: &str| Err(io::Error::from(io::ErrorKind::NotFound));
         let scene = Scene::parse(SCENE, "room.toml", &files).unwrap().scene;
         let (sensor, air) = (&scene.sensors()[0], Air::new(Law::B, 20.0, 5.0));
-        let view = View::new(sensor);
-        let painted = |body: &Body| -> Vec<Painted> {
-            let sight = Sight::new(&sensor.pose, &body.solid, DVec3::ZERO);
+        let view = SamplingGrid::new(sensor);
+        let shaded = |body: &Body| -> Vec<ShadedPatch> {
+            let sight = Sight::new(&sensor.pose, &body.mesh, DVec3::ZERO);
             let patches = view.patches(&sight).into_iter();
             let glow = air.glow(body.surface);
             patches
-                .map(|patch| Painted {
+                .map(|patch| ShadedPatch {
                     root: air.root(&glow, patch.distances_m()),
                     patch,
                     glow,
@@ -374,18 +385,18 @@ mod tests {
                 .collect()
         };
         let bodies = scene.objects();
-        let backdrop = Backdrop::new(&view, &air, &painted(&bodies[0]));
+        let backdrop = Backdrop::new(&view, &air, &shaded(&bodies[0]));
         let resampler = Resampler::new((view.columns(), view.rows()), (8, 8));
-        let moving = [painted(&bodies[1]), painted(&bodies[2])].concat();
+        let moving = [shaded(&bodies[1]), shaded(&bodies[2])].concat();
         for counts in [None, Some(vec![1.0; moving.len()])] {
             let sums = |run: fn(Draw<'_, '_>)| -> Vec<u64> {
-                let mut bench = Bench::new(&view, &air, &backdrop, &resampler);
+                let mut accumulator = Accumulator::new(&view, &air, &backdrop, &resampler);
                 run(Draw {
-                    bench: &mut bench,
+                    accumulator: &mut accumulator,
                     patches: &moving,
                     counts: counts.as_deref(),
                 });
-                bench.sums.iter().map(|sum| sum.to_bits()).collect()
+                accumulator.sums.iter().map(|sum| sum.to_bits()).collect()
             };
             let widest = sums(|draw| dispatch(draw));
             assert!(widest.iter().filter(|bits| **bits != 0).count() > 100);

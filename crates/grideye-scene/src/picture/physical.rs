@@ -235,7 +235,7 @@ impl Physical {
         faces.sort_by_key(|(bands, _)| bands.start);
         let first = faces.first().map_or(0, |(bands, _)| bands.start);
         let end = faces.iter().map(|(bands, _)| bands.end).max().unwrap_or(0);
-        let mut bench = Bench::default();
+        let mut buffers = LineBuffers::default();
         let (mut waiting, mut active) = (faces.into_iter().peekable(), Vec::new());
         for band in first..end {
             active.retain(|(bands, _): &(Range<usize>, &Face)| bands.end > band);
@@ -251,24 +251,24 @@ impl Physical {
                 let ends = (ends[0], ends[1]);
                 let up = middle_slope(ends);
                 if is_whole {
-                    bench.behind.copy_from(&self.lines[band]);
+                    buffers.behind.copy_from(&self.lines[band]);
                 } else {
-                    self.draw_still(band, up, &mut bench.behind, &mut bench.scratch);
+                    self.draw_still(band, up, &mut buffers.behind, &mut buffers.scratch);
                 }
-                bench.seen.copy_from(&bench.behind);
+                buffers.seen.copy_from(&buffers.behind);
                 for (_, face) in &active {
                     if let Some(span) = face.span(up, self.left_max) {
-                        bench.seen.insert(span, &mut bench.scratch);
+                        buffers.seen.insert(span, &mut buffers.scratch);
                     }
                 }
                 let behind = if less_still {
-                    bench.behind.spans()
+                    buffers.behind.spans()
                 } else {
                     &[]
                 };
-                line::steps(bench.seen.spans(), &value, behind, &mut bench.steps);
-                to_angles(&mut bench.steps);
-                self.eye.add(&bench.steps, ends, pixels);
+                line::steps(buffers.seen.spans(), &value, behind, &mut buffers.steps);
+                to_angles(&mut buffers.steps);
+                self.eye.add(&buffers.steps, ends, pixels);
             }
         }
     }
@@ -288,7 +288,7 @@ impl Physical {
 
 /// What is written over and over for each line.
 #[derive(Default)]
-struct Bench {
+struct LineBuffers {
     behind: Line,
     seen: Line,
     steps: Vec<Step>,

@@ -1,9 +1,9 @@
-//! How a sensor sees the corners and faces of a solid: a pinhole before a grid of points.
+//! How a sensor sees the corners and faces of a mesh: a pinhole before a grid of points.
 
 use crate::geometry::count;
+use crate::geometry::mesh::{Enclosure, Mesh};
 use crate::geometry::polygon::winding;
 use crate::geometry::pose::Pose;
-use crate::geometry::solid::{Enclosure, Solid};
 use crate::model::sensor::Sensor;
 use glam::DVec3;
 use std::ops::Range;
@@ -17,7 +17,7 @@ pub(crate) const LANES_MAX: usize = 8;
 /// The ray of a cell is `(1, left, up)` in the sensor's axes, so a place on it is known by its depth, the metres
 /// forward.
 #[derive(Debug, Clone)]
-pub(crate) struct View {
+pub(crate) struct SamplingGrid {
     columns: usize,
     /// Slope to the left of each column of points, metres for each metre forward; falling, and going on beyond the grid.
     slopes_left: Vec<f64>,
@@ -29,7 +29,7 @@ pub(crate) struct View {
     focal_points: [f64; 2],
 }
 
-impl View {
+impl SamplingGrid {
     pub(crate) fn new(sensor: &Sensor) -> Self {
         let focal =
             |points: usize, angle_rad: f64| 0.5 * count::float(points) / libm::tan(0.5 * angle_rad);
@@ -71,7 +71,7 @@ impl View {
         self.slopes_up[row]
     }
 
-    /// The patches of what the sensor sees of a solid, as far as they may be in its view.
+    /// The patches of what the sensor sees of a mesh, as far as they may be in its view.
     pub(crate) fn patches(&self, sight: &Sight) -> Vec<Patch> {
         match sight {
             Sight::Inside(touching) => vec![self.patch_all_around(touching)],
@@ -142,7 +142,7 @@ impl View {
         bounds
     }
 
-    /// The patch of a solid that the sensor is in, at no distance, but for rays that leave the faces it touches.
+    /// The patch of a mesh that the sensor is in, at no distance, but for rays that leave the faces it touches.
     fn patch_all_around(&self, touching: &[DVec3]) -> Patch {
         Patch {
             rows: 0..self.rows(),
@@ -154,10 +154,10 @@ impl View {
     }
 }
 
-/// What a sensor sees of a solid, if nothing is before it.
+/// What a sensor sees of a mesh, if nothing is before it.
 #[derive(Debug, Clone)]
 pub(crate) enum Sight {
-    /// It is in the solid, or on it, and touches faces with these outward normals: it sees the solid in all directions
+    /// It is in the mesh, or on it, and touches faces with these outward normals: it sees the mesh in all directions
     /// that do not lead out of one of them.
     Inside(Vec<DVec3>),
     /// The faces that show it their outsides.
@@ -167,7 +167,7 @@ pub(crate) enum Sight {
 /// A face in the sensor's axes.
 #[derive(Debug, Clone)]
 pub(crate) struct SeenFace {
-    /// Its place among the solid's faces.
+    /// Its place among the mesh's faces.
     pub(crate) face: usize,
     pub(crate) corners: Vec<DVec3>,
     /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
@@ -177,18 +177,18 @@ pub(crate) struct SeenFace {
 }
 
 impl Sight {
-    /// What the sensor sees of a solid that has moved by `moved_m` in the room.
-    pub(crate) fn new(pose: &Pose, solid: &Solid, moved_m: DVec3) -> Self {
-        let in_sensor: Vec<DVec3> = solid
+    /// What the sensor sees of a mesh that has moved by `moved_m` in the room.
+    pub(crate) fn new(pose: &Pose, mesh: &Mesh, moved_m: DVec3) -> Self {
+        let in_sensor: Vec<DVec3> = mesh
             .vertices_m()
             .iter()
             .map(|vertex| pose.point_in_sensor(*vertex + moved_m))
             .collect();
-        if let Some(touching) = enclosure(solid, &in_sensor) {
+        if let Some(touching) = enclosure(mesh, &in_sensor) {
             return Self::Inside(touching);
         }
-        let seen = |(index, face)| SeenFace::new((index, face), &in_sensor, solid.enclosure());
-        Self::Outside(solid.faces().enumerate().filter_map(seen).collect())
+        let seen = |(index, face)| SeenFace::new((index, face), &in_sensor, mesh.enclosure());
+        Self::Outside(mesh.faces().enumerate().filter_map(seen).collect())
     }
 }
 
@@ -305,7 +305,7 @@ impl Patch {
         )
     }
 
-    /// Its place among the solid's faces; none for a solid that the sensor is in.
+    /// Its place among the mesh's faces; none for a mesh that the sensor is in.
     pub(crate) fn face(&self) -> usize {
         self.face
     }
@@ -316,7 +316,7 @@ impl Patch {
     }
 }
 
-/// The face that is seen of a solid by a sensor in it.
+/// The face that is seen of a mesh by a sensor in it.
 const NO_FACE: usize = usize::MAX;
 
 /// One over no depth: so large that a body is seen at its own temperature, and finite, so that two can be compared.
@@ -325,15 +325,15 @@ const AT_NO_DISTANCE: DVec3 = DVec3::new(1e30, 0.0, 0.0);
 /// A sensor this near to a face is on it, metres.
 const TOUCH_M: f64 = 1e-9;
 
-/// If the sensor is in a closed solid, or on a convex one: the outward normals of the faces that it touches.
-fn enclosure(solid: &Solid, in_sensor: &[DVec3]) -> Option<Vec<DVec3>> {
-    match solid.enclosure() {
+/// If the sensor is in a closed mesh, or on a convex one: the outward normals of the faces that it touches.
+fn enclosure(mesh: &Mesh, in_sensor: &[DVec3]) -> Option<Vec<DVec3>> {
+    match mesh.enclosure() {
         Enclosure::Open => return None,
-        Enclosure::Closed => return (winding(solid, in_sensor) > 0.5).then(Vec::new),
+        Enclosure::Closed => return (winding(mesh, in_sensor) > 0.5).then(Vec::new),
         Enclosure::Convex => {}
     }
     let mut touching = Vec::new();
-    for face in solid.faces() {
+    for face in mesh.faces() {
         let corners = || face.iter().map(|corner| in_sensor[*corner]);
         let anchor = corners().next()?;
         let outward = normal(anchor, corners()).normalize_or_zero();

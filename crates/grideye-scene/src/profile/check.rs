@@ -9,7 +9,8 @@ use super::types::{
     ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile,
     TEXT_BYTES_MAX, Thermistor, WarmUp,
 };
-use crate::text::{Place, Rule, excerpt};
+use crate::text::place::Place;
+use crate::text::refusal::{Rule, excerpt};
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 use std::ops::Range;
 use toml::Spanned;

@@ -1,4 +1,4 @@
-//! The random numbers of one specimen: each purpose has its own stream.
+//! The random numbers of one unit: each purpose has its own stream.
 
 use grideye_frame::PIXELS;
 use rand_chacha::ChaCha12Rng;
@@ -23,8 +23,8 @@ impl Draws {
         Self::new(seed, KNOT, octave, number)
     }
 
-    /// For what the specimen keeps for ever.
-    pub(crate) fn specimen(seed: u64) -> Self {
+    /// For what the unit keeps for ever.
+    pub(crate) fn unit(seed: u64) -> Self {
         Self::new(seed, SPECIMEN, 0, 0)
     }
 

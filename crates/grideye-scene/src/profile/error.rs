@@ -1,6 +1,6 @@
 //! Why a profile is refused.
 
-use crate::text::Place;
+use crate::text::place::Place;
 
 /// Why a profile was refused: each names the place, what was found there, what was expected and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! What a profile holds: how one specimen differs from a perfect sensor.
+//! What a profile holds: how one unit differs from a perfect sensor.
 
 use grideye_frame::PIXELS;
 
@@ -14,13 +14,13 @@ pub const OCTAVES_MAX: u32 = 10;
 /// Characters of a profile's name at most.
 pub const NAME_CHARACTERS_MAX: usize = 100;
 
-/// How a specimen differs from a perfect sensor. The default is the perfect one.
+/// How a unit differs from a perfect sensor. The default is the perfect one.
 ///
 /// [`parse`](Self::parse) admits only the ranges given at each field; whoever fills a profile in by hand is held to
 /// the same ranges when it is written and read again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    /// What the specimen is called, up to [`NAME_CHARACTERS_MAX`] characters; may be empty.
+    /// What the unit is called, up to [`NAME_CHARACTERS_MAX`] characters; may be empty.
     pub name: String,
     /// Standard deviation of each pixel's own noise from one 100 ms tick to the next, °C, 0 to 100, before
     /// quantisation. White, Gaussian, independent of every other pixel.
@@ -59,7 +59,7 @@ pub struct CommonMode {
 pub struct FixedPattern {
     /// Added to each pixel, °C, -100 to 100.
     pub offset_c: [f64; PIXELS],
-    /// Standard deviation of one more offset a pixel, drawn from the seed, °C, 0 to 100: other seeds are other specimens.
+    /// Standard deviation of one more offset a pixel, drawn from the seed, °C, 0 to 100: other seeds are other units.
     pub spread_c: f64,
 }
 

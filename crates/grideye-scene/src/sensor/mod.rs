@@ -1,4 +1,4 @@
-//! What a sensor makes of a picture: noise, the faults of one specimen, steps.
+//! What a sensor makes of a picture: noise, the faults of one unit, steps.
 
 pub(crate) mod noise;
-pub(crate) mod specimen;
+pub(crate) mod unit;

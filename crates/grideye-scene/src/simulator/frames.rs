@@ -5,11 +5,11 @@ use crate::model::error::SceneError;
 use crate::model::print::Print;
 use crate::model::scene::{Model, Scene};
 use crate::model::sensor::Sensor;
-use crate::picture::area::{Facet, Plane, Still};
-use crate::picture::grid::{Backdrop, Bench, NOBODY, Painted};
+use crate::picture::area::{Facet, ImagePlane, StaticFacets};
+use crate::picture::grid::{Accumulator, Backdrop, NOBODY, ShadedPatch};
 use crate::picture::image::{Image, Mask};
 use crate::picture::physical::{Physical, Shown};
-use crate::picture::projection::{Sight, View};
+use crate::picture::projection::{SamplingGrid, Sight};
 use crate::picture::resample::Resampler;
 use crate::radiometry::perceived::{Air, Glow, Surface};
 use glam::DVec3;
@@ -53,25 +53,25 @@ impl Objects {
 }
 
 fn is_changing(object: &Body) -> bool {
-    object.warmth.heat.is_some()
+    object.thermal.transient.is_some()
 }
 
 /// What a surface is made of: of one temperature, or of one for each face.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Skin<'a> {
+pub(super) struct BodySurface<'a> {
     pub(super) surface: Surface,
     pub(super) offsets_c: &'a [f64],
     pub(super) owner: u32,
 }
 
-impl<'a> Skin<'a> {
+impl<'a> BodySurface<'a> {
     fn of(body: &'a Body, ambient_c: f64, time_s: f64, owner: u32) -> Self {
         Self {
             surface: Surface {
                 celsius: body.celsius(ambient_c, time_s),
                 ..body.surface
             },
-            offsets_c: &body.warmth.offsets_c,
+            offsets_c: &body.thermal.offsets_c,
             owner,
         }
     }
@@ -95,13 +95,16 @@ impl<'a> Skin<'a> {
 #[derive(Debug, Clone)]
 pub(super) enum Method {
     Grid(Box<Grid>),
-    Area { plane: Plane, still: Still },
+    Area {
+        plane: ImagePlane,
+        still: StaticFacets,
+    },
     Physical(Box<Physical>),
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
-    pub(super) view: View,
+    pub(super) view: SamplingGrid,
     pub(super) resampler: Resampler,
     pub(super) backdrop: Backdrop,
 }
@@ -118,18 +121,18 @@ impl Simulator {
         }
         let ambient_c = scene.room.ambient_c;
         let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
-        let view = View::new(&sensor);
+        let view = SamplingGrid::new(&sensor);
         let resampler =
             Resampler::new((view.columns(), view.rows()), (sensor.columns, sensor.rows));
-        let standing: Vec<Painted> = scene
+        let standing: Vec<ShadedPatch> = scene
             .standing()
             .filter(|object| !is_changing(object))
             .flat_map(|object| {
-                let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
-                painted(
+                let sight = Sight::new(&sensor.pose, &object.mesh, DVec3::ZERO);
+                shaded(
                     &view,
                     &air,
-                    &Skin::of(object, ambient_c, 0.0, NOBODY),
+                    &BodySurface::of(object, ambient_c, 0.0, NOBODY),
                     &sight,
                 )
             })
@@ -168,21 +171,21 @@ impl Simulator {
         }
         let ambient_c = scene.room.ambient_c;
         let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
-        let plane = Plane::new(&sensor);
+        let plane = ImagePlane::new(&sensor);
         let standing = scene
             .standing()
             .filter(|object| !is_changing(object))
             .flat_map(|object| {
-                let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
+                let sight = Sight::new(&sensor.pose, &object.mesh, DVec3::ZERO);
                 facets(
                     &plane,
                     &air,
-                    &Skin::of(object, ambient_c, 0.0, NOBODY),
+                    &BodySurface::of(object, ambient_c, 0.0, NOBODY),
                     &sight,
                 )
             })
             .collect();
-        let still = Still::new(standing);
+        let still = StaticFacets::new(standing);
         let mut still_c = vec![ambient_c; sensor.columns * sensor.rows];
         still.add(&plane, &air, &mut still_c);
         Ok(Self {
@@ -206,8 +209,12 @@ impl Simulator {
         let standing = |physical: &Physical| {
             let objects = scene.standing().filter(|object| !is_changing(object));
             let shown = objects.map(|object| {
-                let sight = Sight::new(&sensor.pose, &object.solid, DVec3::ZERO);
-                shown(physical, &Skin::of(object, ambient_c, 0.0, NOBODY), &sight)
+                let sight = Sight::new(&sensor.pose, &object.mesh, DVec3::ZERO);
+                shown(
+                    physical,
+                    &BodySurface::of(object, ambient_c, 0.0, NOBODY),
+                    &sight,
+                )
             });
             shown.collect()
         };
@@ -247,9 +254,10 @@ impl Simulator {
         match &self.method {
             Method::Grid(grid) => {
                 let patches = self.changing_by(time, |skin, sight| {
-                    painted(&grid.view, &self.air, skin, sight)
+                    shaded(&grid.view, &self.air, skin, sight)
                 });
-                grid.bench(&self.air).add_excess(&patches, &mut celsius);
+                grid.accumulator(&self.air)
+                    .add_excess(&patches, &mut celsius);
             }
             Method::Area { plane, still } => {
                 let moving =
@@ -271,7 +279,7 @@ impl Simulator {
     /// what its [`Profile`](crate::profile::Profile) makes of it, if it has one. Then the nearest multiple of
     /// [`Sensor::step_c`].
     ///
-    /// A profile's specimen is that of the seed, its ticks are tenths of a second from the scene's beginning, and a
+    /// A profile's unit is that of the seed, its ticks are tenths of a second from the scene's beginning, and a
     /// frame of a slower sensor is the mean of as many ticks as it takes, up to ten, from its own on.
     ///
     /// The noise depends on the seed, the sensor's name and the time, and on nothing else; frames of other times or
@@ -307,9 +315,9 @@ impl Simulator {
         match &self.method {
             Method::Grid(grid) => {
                 let patches = self.changing_by(time, |skin, sight| {
-                    painted(&grid.view, &self.air, skin, sight)
+                    shaded(&grid.view, &self.air, skin, sight)
                 });
-                grid.bench(&self.air)
+                grid.accumulator(&self.air)
                     .add_share(&patches, counts, &mut share);
             }
             Method::Area { plane, still } => {
@@ -346,18 +354,21 @@ impl Simulator {
     pub(super) fn changing_by<T>(
         &self,
         time: Duration,
-        build: impl Fn(&Skin<'_>, &Sight) -> Vec<T>,
+        build: impl Fn(&BodySurface<'_>, &Sight) -> Vec<T>,
     ) -> Vec<T> {
         let (ambient_c, time_s) = (self.ambient_c, time.as_secs_f64());
         let mut built = Vec::new();
         for object in self.objects.all.iter().filter(|object| is_changing(object)) {
-            let sight = Sight::new(&self.sensor.pose, &object.solid, DVec3::ZERO);
-            built.extend(build(&Skin::of(object, ambient_c, time_s, NOBODY), &sight));
+            let sight = Sight::new(&self.sensor.pose, &object.mesh, DVec3::ZERO);
+            built.extend(build(
+                &BodySurface::of(object, ambient_c, time_s, NOBODY),
+                &sight,
+            ));
         }
         for print in &self.objects.prints {
             if let Some(surface) = print.surface(&self.objects.all, ambient_c, time_s) {
                 let sight = Sight::new(&self.sensor.pose, print.sheet(), DVec3::ZERO);
-                let skin = Skin {
+                let skin = BodySurface {
                     surface,
                     offsets_c: &[],
                     owner: NOBODY,
@@ -370,12 +381,12 @@ impl Simulator {
             let turn = agent.turn(time);
             for part in &agent.parts {
                 let sight = match turn {
-                    None => Sight::new(&self.sensor.pose, &part.solid, moved_m),
+                    None => Sight::new(&self.sensor.pose, &part.mesh, moved_m),
                     Some(turn) => {
-                        Sight::new(&self.sensor.pose, &agent.turned(&part.solid, turn), moved_m)
+                        Sight::new(&self.sensor.pose, &agent.turned(&part.mesh, turn), moved_m)
                     }
                 };
-                let skin = Skin::of(part, ambient_c, time_s, number(index));
+                let skin = BodySurface::of(part, ambient_c, time_s, number(index));
                 built.extend(build(&skin, &sight));
             }
         }
@@ -384,18 +395,23 @@ impl Simulator {
 }
 
 impl Grid {
-    fn bench<'a>(&'a self, air: &'a Air) -> Bench<'a> {
-        Bench::new(&self.view, air, &self.backdrop, &self.resampler)
+    fn accumulator<'a>(&'a self, air: &'a Air) -> Accumulator<'a> {
+        Accumulator::new(&self.view, air, &self.backdrop, &self.resampler)
     }
 }
 
-/// The number of an agent on the canvas.
+/// The number that cells know an agent by.
 pub(super) fn number(agent: usize) -> u32 {
     u32::try_from(agent).unwrap_or(NOBODY)
 }
 
 /// The faces of a body that are seen, for the sampling grid.
-pub(super) fn painted(view: &View, air: &Air, skin: &Skin<'_>, sight: &Sight) -> Vec<Painted> {
+pub(super) fn shaded(
+    view: &SamplingGrid,
+    air: &Air,
+    skin: &BodySurface<'_>,
+    sight: &Sight,
+) -> Vec<ShadedPatch> {
     let whole = air.glow(skin.surface);
     let patches = view.patches(sight).into_iter();
     patches
@@ -405,7 +421,7 @@ pub(super) fn painted(view: &View, air: &Air, skin: &Skin<'_>, sight: &Sight) ->
             } else {
                 skin.glow(air, patch.face())
             };
-            Painted {
+            ShadedPatch {
                 root: air.root(&glow, patch.distances_m()),
                 patch,
                 glow,
@@ -416,14 +432,19 @@ pub(super) fn painted(view: &View, air: &Air, skin: &Skin<'_>, sight: &Sight) ->
 }
 
 /// What the physical model is to show of a body.
-pub(super) fn shown(physical: &Physical, skin: &Skin<'_>, sight: &Sight) -> Shown {
+pub(super) fn shown(physical: &Physical, skin: &BodySurface<'_>, sight: &Sight) -> Shown {
     physical.shown(sight, skin.owner, |face| {
         face.map_or(skin.surface, |face| skin.of_face(face))
     })
 }
 
 /// The faces of a body that are seen, in the picture plane.
-pub(super) fn facets(plane: &Plane, air: &Air, skin: &Skin<'_>, sight: &Sight) -> Vec<Facet> {
+pub(super) fn facets(
+    plane: &ImagePlane,
+    air: &Air,
+    skin: &BodySurface<'_>,
+    sight: &Sight,
+) -> Vec<Facet> {
     match sight {
         Sight::Inside(touching) => plane
             .facet_all_around(touching, (air, air.glow(skin.surface), skin.owner))

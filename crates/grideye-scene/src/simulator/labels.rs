@@ -1,13 +1,13 @@
 //! What a frame is labelled with: where each agent is, and how much of it is seen.
 
-use super::frames::{Method, Objects, Simulator, facets, number, painted, shown};
+use super::frames::{Method, Objects, Simulator, facets, number, shaded, shown};
 use crate::model::scene::Scene;
-use crate::picture::area::{Facet, Still};
-use crate::picture::grid::{Backdrop, Bench, Painted};
+use crate::picture::area::{Facet, StaticFacets};
+use crate::picture::grid::{Accumulator, Backdrop, ShadedPatch};
 use crate::picture::image::{Image, Mask};
 use crate::picture::physical::Shown;
 use crate::sensor::noise::add_noise;
-use crate::sensor::specimen;
+use crate::sensor::unit;
 use std::time::Duration;
 
 impl Simulator {
@@ -39,7 +39,7 @@ impl Simulator {
     pub(super) fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
         let sensor = &self.sensor;
         match &sensor.profile {
-            Some(profile) => specimen::measure(profile, sensor, &mut image, (time, seed)),
+            Some(profile) => unit::measure(profile, sensor, &mut image, (time, seed)),
             None => add_noise(
                 &mut image.celsius,
                 sensor.noise_sigma,
@@ -48,7 +48,7 @@ impl Simulator {
                 time,
             ),
         }
-        specimen::quantise(&mut image.celsius, sensor.step_c);
+        unit::quantise(&mut image.celsius, sensor.step_c);
         self.detected(image)
     }
 
@@ -60,19 +60,19 @@ impl Simulator {
         let counts = |owner| owner == number(agent);
         match &self.method {
             Method::Grid(grid) => {
-                let mut patches: Vec<Painted> = self.changing_by(time, |skin, sight| {
-                    painted(&grid.view, &self.air, skin, sight)
+                let mut patches: Vec<ShadedPatch> = self.changing_by(time, |skin, sight| {
+                    shaded(&grid.view, &self.air, skin, sight)
                 });
-                patches.retain(|painted| counts(painted.owner));
+                patches.retain(|shaded| counts(shaded.owner));
                 let empty = Backdrop::empty(&grid.view);
-                Bench::new(&grid.view, &self.air, &empty, &grid.resampler)
+                Accumulator::new(&grid.view, &self.air, &empty, &grid.resampler)
                     .add_share(&patches, counts, &mut share);
             }
             Method::Area { plane, .. } => {
                 let mut alone: Vec<Facet> =
                     self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
                 alone.retain(|facet| counts(facet.owner));
-                Still::new(Vec::new()).add_share(plane, &alone, counts, &mut share);
+                StaticFacets::new(Vec::new()).add_share(plane, &alone, counts, &mut share);
             }
             Method::Physical(physical) => {
                 let alone: Vec<Shown> = self.changing_by(time, |skin, sight| {

@@ -58,7 +58,7 @@ fn experiment_5_is_a_face_of_1056_cuboids_1200_mm_below_a_lepton() {
         let (row, column) = (index / 32, index % 32);
         assert_eq!(cell.name, format!("face {} {}", row + 1, column + 1));
         assert_eq!(cell.surface.celsius, face_c(row, column), "{row}, {column}");
-        let (low, high) = cell.solid.bounds_m();
+        let (low, high) = cell.mesh.bounds_m();
         assert!((high - low).abs_diff_eq(glam::DVec3::new(0.009, 0.009, 0.01), 1e-12));
         assert!((sensor.pose.position_m.z - high.z - 1.2).abs() < 1e-12);
         bounds = Some(bounds.map_or((low, high), |(a, b)| (a.min(low), b.max(high))));

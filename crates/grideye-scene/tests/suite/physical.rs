@@ -363,12 +363,12 @@ fn it_is_the_integral_over_the_map_that_rays_add_up_to() {
             }
             for ((a, excess), across) in slopes.iter().zip(&line).zip(&across[pixel]) {
                 let response = down * across;
-                let solid = (1.0 + a * a) * (1.0 + b * b) / (1.0 + a * a + b * b).powf(1.5);
+                let mesh = (1.0 + a * a) * (1.0 + b * b) / (1.0 + a * a + b * b).powf(1.5);
                 let parts = [
                     response,
                     response * excess,
-                    response * solid,
-                    response * solid * excess,
+                    response * mesh,
+                    response * mesh * excess,
                 ];
                 for (sum, part) in sums[pixel].iter_mut().zip(parts) {
                     *sum += part;

@@ -86,7 +86,7 @@ fn experiment_1_is_the_papers_table_1() {
         panic!("one body");
     };
     assert_eq!(body.surface.celsius, 28.0);
-    let (low, high) = body.solid.bounds_m();
+    let (low, high) = body.mesh.bounds_m();
     assert!((high - low).abs_diff_eq(glam::DVec3::new(0.5, 0.2, 1.75), 1e-12));
     let fan_coil = scene
         .objects()

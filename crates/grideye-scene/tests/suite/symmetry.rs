@@ -36,7 +36,7 @@ struct Walker {
 struct Situation {
     objects: Vec<Thing>,
     walkers: Vec<Walker>,
-    /// Warmth that is kept below whoever stands on it.
+    /// Thermal that is kept below whoever stands on it.
     mat: bool,
     seconds: f64,
 }

@@ -35,7 +35,7 @@ fn seeing(scene: &Scene, sensor: &Sensor) -> Value {
 
 fn walking(agent: &Agent) -> Value {
     let way = agent.trajectory.as_ref();
-    let way_m = way.map(|way| points(way.way_points_m().iter().map(|at| (at.x, at.y))));
+    let way_m = way.map(|way| points(way.waypoints_m().iter().map(|at| (at.x, at.y))));
     json!({
         "name": agent.name,
         "starts_m": [millimetres(agent.start_m.x), millimetres(agent.start_m.y)],

@@ -10,7 +10,7 @@ const FACES_MAX: usize = 4_000;
 /// Numbers of a list that is shown with its key.
 const LIST_MAX: usize = 4;
 /// Way-points that can be taken hold of.
-const WAY_POINTS_MAX: usize = 200;
+const WAYPOINTS_MAX: usize = 200;
 
 /// The kinds of tables, as the file has them.
 const KINDS: [&str; 4] = ["object", "mosaic", "agent", "sensor"];
@@ -96,31 +96,31 @@ impl Drawing<'_> {
         item["bodies"] = bodies.iter().map(|body| self.body(body)).collect();
         item["at_m"] = json!(point(at_m.to_array()));
         if let Some(way) = &agent.trajectory {
-            let points = way.way_points_m();
+            let points = way.waypoints_m();
             let points_m = points
                 .iter()
-                .take(WAY_POINTS_MAX)
+                .take(WAYPOINTS_MAX)
                 .map(|at| point(at.to_array()));
             item["way"] = json!({
                 "file": table["trajectory"],
                 "points_m": points_m.collect::<Vec<[f64; 3]>>(),
-                "is_whole": points.len() <= WAY_POINTS_MAX,
+                "is_whole": points.len() <= WAYPOINTS_MAX,
             });
         }
     }
 
     /// Corners, faces and outline of a body.
     fn body(&mut self, body: &Body) -> Value {
-        let faces: Vec<&[usize]> = body.solid.faces().collect();
+        let faces: Vec<&[usize]> = body.mesh.faces().collect();
         self.faces += faces.len();
         let (vertices, faces) = if self.faces <= FACES_MAX {
-            let vertices = body.solid.vertices_m().iter();
+            let vertices = body.mesh.vertices_m().iter();
             (
                 vertices.map(|at| [at.x, at.y, at.z]).collect(),
                 json!(faces),
             )
         } else {
-            let (low, high) = body.solid.bounds_m();
+            let (low, high) = body.mesh.bounds_m();
             (corners(low.to_array(), high.to_array()), json!(BOX_FACES))
         };
         json!({

@@ -2,7 +2,7 @@
 
 use super::found::Report;
 use super::table::summary_of_picture;
-use crate::coverage::picture::Picture;
+use crate::coverage::picture::MapDrawing;
 use crate::coverage::sketch::Sketch;
 use grideye_scene::Sensor;
 
@@ -21,7 +21,7 @@ impl Report<'_> {
                 )
             })
             .collect();
-        Picture {
+        MapDrawing {
             title: &format!("{}: coverage", self.scene_name),
             summary: &summary_of_picture(self),
             scene: self.scene,

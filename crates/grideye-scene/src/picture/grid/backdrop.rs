@@ -1,8 +1,8 @@
 //! What stands still, drawn once, and where each row of it shows anything.
 
-use super::painted::{Painted, dispatch, hull};
-use super::stroke::{Behind, Easel, Line, Picture};
-use crate::picture::projection::{LANES_MAX, View};
+use super::shaded::{ShadedPatch, dispatch, hull};
+use super::span::{CellRow, Existing, Overwrite, RowBuffers};
+use crate::picture::projection::{LANES_MAX, SamplingGrid};
 use crate::picture::resample::Resampler;
 use crate::radiometry::perceived::Air;
 use pulp::{Simd, WithSimd};
@@ -30,14 +30,14 @@ pub(super) struct Run {
 
 /// What is behind some cells of a row.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Back {
+pub(super) enum Background {
     Nothing,
     /// Something of which nothing is nearer than this one over a depth.
     Something(f64),
 }
 
 impl Backdrop {
-    pub(crate) fn new(view: &View, air: &Air, patches: &[Painted]) -> Self {
+    pub(crate) fn new(view: &SamplingGrid, air: &Air, patches: &[ShadedPatch]) -> Self {
         let cells = view.columns() * view.rows();
         let mut backdrop = Self {
             stride: view.columns(),
@@ -46,7 +46,7 @@ impl Backdrop {
             runs: Vec::new(),
             runs_before: vec![0; view.rows() + 1],
         };
-        dispatch(PaintBackdrop {
+        dispatch(DrawBackdrop {
             backdrop: &mut backdrop,
             view,
             air,
@@ -57,7 +57,7 @@ impl Backdrop {
     }
 
     /// Nothing but the room, in the memory of one row.
-    pub(crate) fn empty(view: &View) -> Self {
+    pub(crate) fn empty(view: &SamplingGrid) -> Self {
         let row = || vec![0.0; view.columns() + LANES_MAX];
         Self {
             stride: 0,
@@ -110,8 +110,8 @@ impl Backdrop {
 
     /// What is there from a cell on.
     #[inline(always)]
-    pub(super) fn from<S: Simd>(&self, cell: usize) -> Behind<'_, S> {
-        Behind::new(&self.inverse_depth[cell..], &self.excess_c[cell..])
+    pub(super) fn from<S: Simd>(&self, cell: usize) -> Existing<'_, S> {
+        Existing::new(&self.inverse_depth[cell..], &self.excess_c[cell..])
     }
 
     #[inline(always)]
@@ -121,40 +121,40 @@ impl Backdrop {
     }
 }
 
-struct PaintBackdrop<'a> {
+struct DrawBackdrop<'a> {
     backdrop: &'a mut Backdrop,
-    view: &'a View,
+    view: &'a SamplingGrid,
     air: &'a Air,
-    patches: &'a [Painted],
+    patches: &'a [ShadedPatch],
 }
 
-impl WithSimd for PaintBackdrop<'_> {
+impl WithSimd for DrawBackdrop<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let (view, backdrop) = (self.view, self.backdrop);
-        let mut easel = Easel::new(backdrop.stride);
-        for painted in self.patches {
-            for row in painted.patch.rows() {
-                let covered = painted.patch.columns(view.slope_up(row), view.columns());
+        let mut buffers = RowBuffers::new(backdrop.stride);
+        for shaded in self.patches {
+            for row in shaded.patch.rows() {
+                let covered = shaded.patch.columns(view.slope_up(row), view.columns());
                 if covered.is_empty() {
                     continue;
                 }
-                let line = Line {
+                let line = CellRow {
                     view,
                     air: self.air,
                     row,
                 };
                 let cells = backdrop.cells(row, covered.clone());
-                let picture = Picture {
-                    behind: backdrop.from(cells.start),
-                    depth: S::as_mut_simd_f64s(&mut easel.new_depth).0,
-                    excess: S::as_mut_simd_f64s(&mut easel.new_excess).0,
+                let picture = Overwrite {
+                    existing: backdrop.from(cells.start),
+                    depth: S::as_mut_simd_f64s(&mut buffers.new_depth).0,
+                    excess: S::as_mut_simd_f64s(&mut buffers.new_excess).0,
                     counts: None,
                 };
-                line.draw(simd, painted, covered, picture);
-                let (depth, excess) = (&easel.new_depth, &easel.new_excess);
+                line.draw(simd, shaded, covered, picture);
+                let (depth, excess) = (&buffers.new_depth, &buffers.new_excess);
                 let count = cells.len();
                 backdrop.inverse_depth[cells.clone()].copy_from_slice(&depth[..count]);
                 backdrop.excess_c[cells].copy_from_slice(&excess[..count]);

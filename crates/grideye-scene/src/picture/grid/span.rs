@@ -1,7 +1,7 @@
 //! One patch in one row of cells: how deep and how warm it is there, and what of it is kept.
 
-use super::painted::Painted;
-use crate::picture::projection::{LANES_MAX, View};
+use super::shaded::ShadedPatch;
+use crate::picture::projection::{LANES_MAX, SamplingGrid};
 use crate::radiometry::perceived::{Air, Shade, WithShade};
 use pulp::Simd;
 use std::ops::Range;
@@ -12,7 +12,7 @@ const SAME_DEPTH: f64 = 1e-11;
 
 /// A patch in the cells of one row. All slices have one length; what comes of the cells beyond the patch's last means
 /// nothing.
-struct Stroke<'a, S: Simd, O> {
+struct SpanShader<'a, S: Simd, O> {
     /// One over the plane's depth on the ray without slope to the left, and what each unit of slope adds.
     at_axis: (f64, f64),
     /// Square of the distance to depth 1 on the ray without slope to the left.
@@ -23,7 +23,7 @@ struct Stroke<'a, S: Simd, O> {
     outcome: O,
 }
 
-/// What is kept of a stroke.
+/// What is kept of a patch in a row.
 pub(super) trait Outcome<S: Simd> {
     /// The same with slices of this length, so that the compiler need not look at each place whether it is there.
     fn fit(self, length: usize) -> Self;
@@ -36,12 +36,12 @@ type Seen<S> = (<S as Simd>::f64s, <S as Simd>::f64s);
 
 /// What is there before a patch is drawn: one over the depths, 0 where nothing is, and how much warmer than ambient it
 /// seems, °C.
-pub(super) struct Behind<'a, S: Simd> {
+pub(super) struct Existing<'a, S: Simd> {
     depth: &'a [S::f64s],
     pub(super) excess: &'a [S::f64s],
 }
 
-impl<'a, S: Simd> Behind<'a, S> {
+impl<'a, S: Simd> Existing<'a, S> {
     #[inline(always)]
     pub(super) fn new(depth: &'a [f64], excess: &'a [f64]) -> Self {
         Self {
@@ -86,20 +86,20 @@ impl<S: Simd> Sums<'_, S> {
 }
 
 /// By how much a patch before nothing changes each cell, in degrees.
-pub(super) struct Alone<'a, S: Simd> {
+pub(super) struct OverNothing<'a, S: Simd> {
     pub(super) sums: Sums<'a, S>,
 }
 
 /// By how much a patch that is nearer than all that is there changes each cell, in degrees.
-pub(super) struct Before<'a, S: Simd> {
+pub(super) struct InFront<'a, S: Simd> {
     pub(super) sums: Sums<'a, S>,
     pub(super) excess: &'a [S::f64s],
 }
 
 /// By how much the patch changes each cell, in degrees or by what it counts.
-pub(super) struct Change<'a, S: Simd> {
+pub(super) struct DepthTested<'a, S: Simd> {
     pub(super) sums: Sums<'a, S>,
-    pub(super) behind: Behind<'a, S>,
+    pub(super) existing: Existing<'a, S>,
     pub(super) counts: Option<f64>,
 }
 
@@ -107,14 +107,14 @@ pub(super) struct Change<'a, S: Simd> {
 type Counts<'a, S> = (&'a [<S as Simd>::f64s], &'a mut [<S as Simd>::f64s], f64);
 
 /// What is seen after the patch was drawn.
-pub(super) struct Picture<'a, S: Simd> {
-    pub(super) behind: Behind<'a, S>,
+pub(super) struct Overwrite<'a, S: Simd> {
+    pub(super) existing: Existing<'a, S>,
     pub(super) depth: &'a mut [S::f64s],
     pub(super) excess: &'a mut [S::f64s],
     pub(super) counts: Option<Counts<'a, S>>,
 }
 
-impl<S: Simd> Outcome<S> for Alone<'_, S> {
+impl<S: Simd> Outcome<S> for OverNothing<'_, S> {
     #[inline(always)]
     fn fit(self, length: usize) -> Self {
         Self {
@@ -128,7 +128,7 @@ impl<S: Simd> Outcome<S> for Alone<'_, S> {
     }
 }
 
-impl<S: Simd> Outcome<S> for Before<'_, S> {
+impl<S: Simd> Outcome<S> for InFront<'_, S> {
     #[inline(always)]
     fn fit(self, length: usize) -> Self {
         Self {
@@ -144,19 +144,19 @@ impl<S: Simd> Outcome<S> for Before<'_, S> {
     }
 }
 
-impl<S: Simd> Outcome<S> for Change<'_, S> {
+impl<S: Simd> Outcome<S> for DepthTested<'_, S> {
     #[inline(always)]
     fn fit(self, length: usize) -> Self {
         Self {
             sums: self.sums.fit(length),
-            behind: self.behind.fit(length),
+            existing: self.existing.fit(length),
             counts: self.counts,
         }
     }
 
     #[inline(always)]
     fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
-        let old = (self.behind.depth[at], self.behind.excess[at]);
+        let old = (self.existing.depth[at], self.existing.excess[at]);
         let change = match self.counts {
             Some(counts) => simd.splat_f64s(counts),
             None => simd.sub_f64s(new.1, old.1),
@@ -167,11 +167,11 @@ impl<S: Simd> Outcome<S> for Change<'_, S> {
     }
 }
 
-impl<S: Simd> Outcome<S> for Picture<'_, S> {
+impl<S: Simd> Outcome<S> for Overwrite<'_, S> {
     #[inline(always)]
     fn fit(self, length: usize) -> Self {
         Self {
-            behind: self.behind.fit(length),
+            existing: self.existing.fit(length),
             depth: &mut self.depth[..length],
             excess: &mut self.excess[..length],
             counts: match self.counts {
@@ -185,7 +185,7 @@ impl<S: Simd> Outcome<S> for Picture<'_, S> {
 
     #[inline(always)]
     fn keep(&mut self, simd: S, at: usize, new: Seen<S>) {
-        let old = (self.behind.depth[at], self.behind.excess[at]);
+        let old = (self.existing.depth[at], self.existing.excess[at]);
         let wins = wins(simd, new, old);
         self.depth[at] = simd.select_f64s_m64s(wins, new.0, old.0);
         self.excess[at] = simd.select_f64s_m64s(wins, new.1, old.1);
@@ -196,7 +196,7 @@ impl<S: Simd> Outcome<S> for Picture<'_, S> {
 }
 
 // No closures in here: the compiler would keep them out of the code for the processor's own vectors.
-impl<S: Simd, O: Outcome<S>> WithShade<S> for Stroke<'_, S, O> {
+impl<S: Simd, O: Outcome<S>> WithShade<S> for SpanShader<'_, S, O> {
     #[inline(always)]
     fn with(self, simd: S, shade: impl Shade) {
         let length = self.left.len();
@@ -228,56 +228,56 @@ fn wins<S: Simd>(simd: S, new: Seen<S>, old: Seen<S>) -> S::m64s {
 
 /// A patch in one row.
 #[derive(Debug, Clone)]
-pub(super) struct Strip<'a> {
-    pub(super) painted: &'a Painted,
+pub(super) struct CellSpan<'a> {
+    pub(super) shaded: &'a ShadedPatch,
     /// The columns that it covers.
     pub(super) covered: Range<usize>,
     /// What it counts, if that is asked for.
     pub(super) counts: Option<f64>,
 }
 
-/// The row in which strips are drawn.
+/// The row in which spans are drawn.
 #[derive(Clone, Copy)]
-pub(super) struct Line<'a> {
-    pub(super) view: &'a View,
+pub(super) struct CellRow<'a> {
+    pub(super) view: &'a SamplingGrid,
     pub(super) air: &'a Air,
     pub(super) row: usize,
 }
 
-impl Line<'_> {
+impl CellRow<'_> {
     /// Draws some cells of a patch, and a few more to fill the last vector.
     #[inline(always)]
     pub(super) fn draw<S: Simd>(
         &self,
         simd: S,
-        painted: &Painted,
+        shaded: &ShadedPatch,
         covered: Range<usize>,
         outcome: impl Outcome<S>,
     ) {
         let up = self.view.slope_up(self.row);
         let cells = covered.len().next_multiple_of(S::F64_LANES);
         let (left, left2) = self.view.slopes_left(covered.start..covered.start + cells);
-        let stroke = Stroke {
-            at_axis: painted.patch.inverse_depth(up),
+        let shader = SpanShader {
+            at_axis: shaded.patch.inverse_depth(up),
             ray2: 1.0 + up * up,
             left: S::as_simd_f64s(left).0,
             left2: S::as_simd_f64s(left2).0,
             outcome,
         };
-        self.air.shade(simd, &painted.glow, &painted.root, stroke);
+        self.air.shade(simd, &shaded.glow, &shaded.root, shader);
     }
 }
 
-impl Line<'_> {
+impl CellRow<'_> {
     /// Whether a patch hides all that is not nearer than this one over a depth, in these columns.
     #[inline(always)]
     pub(super) fn is_before(
         &self,
-        painted: &Painted,
+        shaded: &ShadedPatch,
         columns: &Range<usize>,
         nearest: f64,
     ) -> bool {
-        let (start, by_slope) = painted.patch.inverse_depth(self.view.slope_up(self.row));
+        let (start, by_slope) = shaded.patch.inverse_depth(self.view.slope_up(self.row));
         // Along a row, one over the depth rises or falls all the way. Twice the margin is more than its rounding.
         let (left, _) = self.view.slopes_left(columns.clone());
         let least = nearest + 2.0 * SAME_DEPTH * nearest;
@@ -302,19 +302,19 @@ pub(super) fn put_back(values: &mut [f64], count: usize, beyond: &[f64; LANES_MA
 
 /// Where several patches of one row are drawn before one another.
 #[derive(Debug)]
-pub(super) struct Easel {
+pub(super) struct RowBuffers {
     /// What is seen, and what it counts.
     pub(super) depth: Vec<f64>,
     pub(super) excess: Vec<f64>,
     pub(super) counts: Vec<f64>,
-    /// The same where a strip has just been drawn. Two places, so that it is written whole: to write here and there
+    /// The same where a span has just been drawn. Two places, so that it is written whole: to write here and there
     /// takes many times as long on some processors.
     pub(super) new_depth: Vec<f64>,
     pub(super) new_excess: Vec<f64>,
     pub(super) new_counts: Vec<f64>,
 }
 
-impl Easel {
+impl RowBuffers {
     pub(super) fn new(columns: usize) -> Self {
         let row = || vec![0.0; columns + LANES_MAX];
         Self {
@@ -328,13 +328,13 @@ impl Easel {
     }
 
     #[inline(always)]
-    pub(super) fn draw<S: Simd>(&mut self, simd: S, line: Line<'_>, strip: &Strip<'_>) {
-        let (start, cells) = (strip.covered.start, strip.covered.len());
-        let picture = Picture {
-            behind: Behind::new(&self.depth[start..], &self.excess[start..]),
+    pub(super) fn draw<S: Simd>(&mut self, simd: S, line: CellRow<'_>, span: &CellSpan<'_>) {
+        let (start, cells) = (span.covered.start, span.covered.len());
+        let picture = Overwrite {
+            existing: Existing::new(&self.depth[start..], &self.excess[start..]),
             depth: S::as_mut_simd_f64s(&mut self.new_depth).0,
             excess: S::as_mut_simd_f64s(&mut self.new_excess).0,
-            counts: match strip.counts {
+            counts: match span.counts {
                 Some(counts) => Some((
                     S::as_simd_f64s(&self.counts[start..]).0,
                     S::as_mut_simd_f64s(&mut self.new_counts).0,
@@ -343,11 +343,11 @@ impl Easel {
                 None => None,
             },
         };
-        line.draw(simd, strip.painted, strip.covered.clone(), picture);
-        self.depth[strip.covered.clone()].copy_from_slice(&self.new_depth[..cells]);
-        self.excess[strip.covered.clone()].copy_from_slice(&self.new_excess[..cells]);
-        if strip.counts.is_some() {
-            self.counts[strip.covered.clone()].copy_from_slice(&self.new_counts[..cells]);
+        line.draw(simd, span.shaded, span.covered.clone(), picture);
+        self.depth[span.covered.clone()].copy_from_slice(&self.new_depth[..cells]);
+        self.excess[span.covered.clone()].copy_from_slice(&self.new_excess[..cells]);
+        if span.counts.is_some() {
+            self.counts[span.covered.clone()].copy_from_slice(&self.new_counts[..cells]);
         }
     }
 }

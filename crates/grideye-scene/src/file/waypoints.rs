@@ -1,13 +1,14 @@
 //! Reads the way-points of a trajectory from its CSV file.
 
-use crate::limits;
-use crate::limits::TIME_MAX_S;
 use crate::model::error::SceneError;
-use crate::text::{Place, excerpt};
+use crate::model::limits;
+use crate::model::limits::TIME_MAX_S;
+use crate::text::place::Place;
+use crate::text::refusal::excerpt;
 use glam::DVec3;
 
 /// A way-point and the place of its row.
-pub(crate) struct WayPoint {
+pub(crate) struct Waypoint {
     pub(crate) position_mm: DVec3,
     /// When it is reached, if the trajectory has the column for it.
     pub(crate) time_s: Option<f64>,
@@ -16,7 +17,7 @@ pub(crate) struct WayPoint {
     pub(crate) place: Place,
 }
 
-impl WayPoint {
+impl Waypoint {
     /// A place that is stood on from the start.
     pub(crate) const fn standing(position_mm: DVec3, place: Place) -> Self {
         Self {
@@ -36,7 +37,7 @@ const DWELL: &str = "dwell_s";
 
 /// Reads a trajectory: a header `x_mm,y_mm,z_mm`, before it `t_s` and after it `dwell_s` if wanted, then one way-point
 /// a row; lines that begin with `#` and empty lines are skipped.
-pub(crate) fn read_way_points(file: &str, text: &str) -> Result<Vec<WayPoint>, SceneError> {
+pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, SceneError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut table = Table {
         file,
@@ -57,24 +58,24 @@ pub(crate) fn read_way_points(file: &str, text: &str) -> Result<Vec<WayPoint>, S
         }
         None => return Err(table.too_short("an empty file")),
     }
-    let mut way_points = Vec::new();
+    let mut waypoints = Vec::new();
     for row in rows {
         let way_point = table.way_point(&table.readable(row)?)?;
-        if way_points.len() == limits::WAY_POINTS_MAX {
+        if waypoints.len() == limits::WAYPOINTS_MAX {
             return Err(SceneError::TooMany {
                 place: way_point.place,
                 what: "way-points",
-                found: limits::WAY_POINTS_MAX + 1,
-                limit: limits::WAY_POINTS_MAX,
+                found: limits::WAYPOINTS_MAX + 1,
+                limit: limits::WAYPOINTS_MAX,
                 hint: "straight stretches need no way-points between their ends",
             });
         }
-        way_points.push(way_point);
+        waypoints.push(way_point);
     }
-    if way_points.is_empty() {
+    if waypoints.is_empty() {
         return Err(table.too_short("a header and no row"));
     }
-    Ok(way_points)
+    Ok(waypoints)
 }
 
 struct Table<'a> {
@@ -121,7 +122,7 @@ impl Table<'_> {
         })
     }
 
-    fn way_point(&self, row: &csv::StringRecord) -> Result<WayPoint, SceneError> {
+    fn way_point(&self, row: &csv::StringRecord) -> Result<Waypoint, SceneError> {
         if row.len() != self.columns.len() {
             return Err(SceneError::TrajectoryRow {
                 place: self.place(row.position(), 0),
@@ -133,7 +134,7 @@ impl Table<'_> {
         for (coordinate, column) in coordinates.iter_mut().zip(COLUMNS) {
             *coordinate = self.number(row, column)?.unwrap_or_default();
         }
-        Ok(WayPoint {
+        Ok(Waypoint {
             position_mm: DVec3::from_array(coordinates),
             time_s: self.number(row, TIME)?,
             dwell_s: self.number(row, DWELL)?.unwrap_or_default(),
@@ -215,23 +216,23 @@ mod tests {
     #[test]
     fn rows_are_read_with_their_places() {
         let text = "\u{feff}# a walk\nx_mm,y_mm,z_mm\n300, 1340,0\n# half way\n\n2800,1340,0\n";
-        let points = read_way_points("walk.csv", text).unwrap();
+        let points = read_waypoints("walk.csv", text).unwrap();
         assert_eq!(points.len(), 2);
         assert_eq!(points[0].position_mm, DVec3::new(300.0, 1340.0, 0.0));
         assert_eq!(points[1].place.to_string(), "walk.csv:6:1");
     }
 
     #[test]
-    fn more_way_points_than_the_limit_are_refused() {
-        let mut text = "x_mm,y_mm,z_mm\n".to_owned() + &"1,2,0\n".repeat(limits::WAY_POINTS_MAX);
+    fn more_waypoints_than_the_limit_are_refused() {
+        let mut text = "x_mm,y_mm,z_mm\n".to_owned() + &"1,2,0\n".repeat(limits::WAYPOINTS_MAX);
         assert_eq!(
-            read_way_points("w.csv", &text)
+            read_waypoints("w.csv", &text)
                 .map(|points| points.len())
                 .ok(),
-            Some(limits::WAY_POINTS_MAX)
+            Some(limits::WAYPOINTS_MAX)
         );
         text.push_str("1,2,0\n");
-        let refused = read_way_points("w.csv", &text).err().unwrap().to_string();
+        let refused = read_waypoints("w.csv", &text).err().unwrap().to_string();
         assert!(
             refused
                 .starts_with("w.csv:100002:1: 100001 way-points, expected at most 100000\nhint: "),

@@ -1,4 +1,4 @@
-//! The keys of a scene file that the physical model, or a real specimen of a sensor, has and the paper has not.
+//! The keys of a scene file that the physical model, or a real unit of a sensor, has and the paper has not.
 
 use crate::file::document::{PerAxis, SceneTable, SensorTable};
 use crate::file::files::Files;
@@ -9,7 +9,7 @@ use crate::model::scene::Model;
 use crate::model::sensor::Optics;
 use crate::profile::{Profile, ProfileError};
 use crate::radiometry::radiance::Band;
-use crate::text::Rule;
+use crate::text::refusal::Rule;
 use glam::{DVec2, USizeVec2};
 use grideye_frame::{COLUMNS, ROWS};
 use toml::Spanned;
@@ -48,7 +48,7 @@ pub(crate) fn band(source: &Source<'_>, tables: &SceneTable) -> Result<Band, Sce
 }
 
 /// What a sensor's keys say beyond its pose and the paper's model.
-pub(crate) struct Unit {
+pub(crate) struct PhysicalKeys {
     pub(crate) optics: Optics,
     pub(crate) pixel_width_rad: Option<DVec2>,
     pub(crate) blur_rad: DVec2,
@@ -70,12 +70,12 @@ impl Given<'_> {
     }
 }
 
-pub(crate) fn unit(
+pub(crate) fn keys(
     source: &Source<'_>,
     table: &Spanned<SensorTable>,
     given: &Given<'_>,
     files: &dyn Files,
-) -> Result<Unit, SceneError> {
+) -> Result<PhysicalKeys, SceneError> {
     let keys = table.get_ref();
     let width_deg = per_axis(source, keys.pixel_width_deg.as_ref(), &PIXEL_WIDTH)?;
     if let (Some(_), Some(blur)) = (&keys.blur_deg, &keys.blur_px) {
@@ -91,7 +91,7 @@ pub(crate) fn unit(
     let blur_px =
         per_axis(source, keys.blur_px.as_ref(), &BLUR_PIXELS)?.map(|blur| blur * step_deg);
     let blur_deg = per_axis(source, keys.blur_deg.as_ref(), &BLUR)?.or(blur_px);
-    Ok(Unit {
+    Ok(PhysicalKeys {
         optics: optics(source, keys.optics.as_ref(), given)?,
         pixel_width_rad: width_deg.map(|width| width.map(f64::to_radians)),
         blur_rad: blur_deg.unwrap_or(DVec2::ZERO).map(f64::to_radians),

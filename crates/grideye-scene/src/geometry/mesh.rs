@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 /// A surface of flat, convex faces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Solid {
+pub struct Mesh {
     vertices_m: Vec<DVec3>,
     /// Indices into `vertices_m`, face after face, counter-clockwise as seen from outside.
     corners: Vec<usize>,
@@ -33,7 +33,7 @@ pub(crate) enum Enclosure {
 /// Why vertices and faces make no surface.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum SolidError {
+pub enum MeshError {
     /// A face with fewer than three corners.
     #[error("face {face} has {corners} corners, expected at least 3")]
     TooFewCorners {
@@ -78,7 +78,7 @@ const CUBOID_FACES: [[usize; 4]; 6] = [
     [4, 5, 7, 6],
 ];
 
-impl Solid {
+impl Mesh {
     /// The faces of a cuboid, where it stands.
     #[must_use]
     pub fn of_cuboid(cuboid: &Cuboid) -> Self {
@@ -131,10 +131,10 @@ impl Solid {
     /// round, so long as all agree; one that is open, or whose faces disagree, is seen from both sides.
     ///
     /// # Errors
-    /// [`SolidError`].
-    pub fn new(vertices_m: Vec<DVec3>, faces: &[Vec<i64>]) -> Result<Self, SolidError> {
+    /// [`MeshError`].
+    pub fn new(vertices_m: Vec<DVec3>, faces: &[Vec<i64>]) -> Result<Self, MeshError> {
         let last = i64::try_from(vertices_m.len()).unwrap_or(i64::MAX) - 1;
-        let mut solid = Self {
+        let mut mesh = Self {
             vertices_m,
             corners: Vec::new(),
             starts: vec![0],
@@ -143,7 +143,7 @@ impl Solid {
         };
         for (face, corners) in faces.iter().enumerate() {
             if corners.len() < 3 {
-                return Err(SolidError::TooFewCorners {
+                return Err(MeshError::TooFewCorners {
                     face,
                     corners: corners.len(),
                 });
@@ -151,28 +151,28 @@ impl Solid {
             let known = |corner: &i64| {
                 usize::try_from(*corner)
                     .ok()
-                    .filter(|index| *index < solid.vertices_m.len())
-                    .ok_or(SolidError::UnknownVertex {
+                    .filter(|index| *index < mesh.vertices_m.len())
+                    .ok_or(MeshError::UnknownVertex {
                         face,
                         corner: *corner,
                         last,
                     })
             };
             let corners = corners.iter().map(known).collect::<Result<Vec<_>, _>>()?;
-            let pieces = convex_pieces(&solid.vertices_m, &corners);
+            let pieces = convex_pieces(&mesh.vertices_m, &corners);
             if pieces.is_empty() {
-                return Err(SolidError::NoArea { face });
+                return Err(MeshError::NoArea { face });
             }
             for piece in pieces {
-                solid.push(&piece);
-                solid.given.push(face);
+                mesh.push(&piece);
+                mesh.given.push(face);
             }
         }
-        if solid.starts.len() == 1 {
-            return Err(SolidError::Empty);
+        if mesh.starts.len() == 1 {
+            return Err(MeshError::Empty);
         }
-        solid.close();
-        Ok(solid)
+        mesh.close();
+        Ok(mesh)
     }
 
     /// The same surface, turned about the origin and then moved.
@@ -264,7 +264,7 @@ impl Solid {
         let turn = 2.0 * PI / count::float(SEGMENTS);
         // A regular polygon of this radius has the area of the circle of radius 1.
         let outside = (turn / libm::sin(turn)).sqrt();
-        let mut solid = Self {
+        let mut mesh = Self {
             vertices_m: vec![DVec3::ZERO],
             corners: Vec::new(),
             starts: vec![0],
@@ -282,19 +282,18 @@ impl Solid {
             };
             for rise in rises {
                 let height = half.z * (1.0 - cos) + rise;
-                solid.vertices_m.extend((0..SEGMENTS).map(|segment| {
+                mesh.vertices_m.extend((0..SEGMENTS).map(|segment| {
                     let (across, along) = libm::sincos(turn * count::float(segment));
                     let radius = outside * sin;
                     DVec3::new(half.x * radius * along, half.y * radius * across, height)
                 }));
             }
         }
-        solid
-            .vertices_m
+        mesh.vertices_m
             .push(DVec3::new(0.0, 0.0, size_m.z + cylinder_m));
-        solid.join_rings();
-        solid.given = (0..solid.starts.len() - 1).collect();
-        solid
+        mesh.join_rings();
+        mesh.given = (0..mesh.starts.len() - 1).collect();
+        mesh
     }
 
     /// The faces between rings of [`SEGMENTS`] vertices each, with one vertex below and one above them all.
@@ -447,11 +446,11 @@ mod tests {
     use super::*;
 
     /// Volume by the divergence theorem, and the area of all faces.
-    fn measure(solid: &Solid) -> (f64, f64) {
+    fn measure(mesh: &Mesh) -> (f64, f64) {
         let mut measured = (0.0, 0.0);
-        for face in solid.faces() {
-            let area = area_vector(&solid.vertices_m, face);
-            measured.0 += area.dot(solid.vertices_m[face[0]]) / 6.0;
+        for face in mesh.faces() {
+            let area = area_vector(&mesh.vertices_m, face);
+            measured.0 += area.dot(mesh.vertices_m[face[0]]) / 6.0;
             measured.1 += 0.5 * area.length();
         }
         measured
@@ -464,14 +463,14 @@ mod tests {
     #[test]
     fn a_cuboid_has_its_volume_and_area() {
         let cuboid = Cuboid::new(DVec3::new(1.0, 2.0, 0.5), DVec3::new(2.0, 1.0, 3.0), 30.0);
-        let (volume_m3, area_m2) = measure(&Solid::of_cuboid(&cuboid));
+        let (volume_m3, area_m2) = measure(&Mesh::of_cuboid(&cuboid));
         assert!(close_to(volume_m3, 6.0, 1e-12), "{volume_m3}");
         assert!(close_to(area_m2, 22.0, 1e-12), "{area_m2}");
     }
 
     #[test]
     fn a_pyramid_has_a_third_of_its_box() {
-        let pyramid = Solid::pyramid(DVec3::new(2.0, 3.0, 1.5));
+        let pyramid = Mesh::pyramid(DVec3::new(2.0, 3.0, 1.5));
         let (volume_m3, _) = measure(&pyramid);
         assert!(close_to(volume_m3, 3.0, 1e-12), "{volume_m3}");
         assert_eq!(pyramid.faces().count(), 5);
@@ -479,26 +478,26 @@ mod tests {
 
     #[test]
     fn round_bodies_have_nearly_their_volume_and_height() {
-        let ellipsoid = Solid::ellipsoid(DVec3::new(0.2, 0.3, 0.4));
+        let ellipsoid = Mesh::ellipsoid(DVec3::new(0.2, 0.3, 0.4));
         let expected = 4.0 / 3.0 * PI * 0.1 * 0.15 * 0.2;
         assert!(close_to(measure(&ellipsoid).0, expected, 0.01));
         assert_eq!(ellipsoid.bounds_m().1.z, 0.4);
         assert_eq!(ellipsoid.bounds_m().0.z, 0.0);
 
-        let capsule = Solid::capsule(DVec3::new(0.2, 0.2, 1.0));
+        let capsule = Mesh::capsule(DVec3::new(0.2, 0.2, 1.0));
         let expected = PI * 0.01 * 0.8 + 4.0 / 3.0 * PI * 0.001;
         assert!(close_to(measure(&capsule).0, expected, 0.01));
         assert_eq!(capsule.bounds_m().1.z, 1.0);
-        for solid in [ellipsoid, capsule] {
-            assert!(solid.is_convex());
+        for mesh in [ellipsoid, capsule] {
+            assert!(mesh.is_convex());
         }
     }
 
     fn cube() -> (Vec<DVec3>, Vec<Vec<i64>>) {
-        let solid = Solid::of_cuboid(&Cuboid::new(DVec3::ZERO, DVec3::ONE, 0.0));
+        let mesh = Mesh::of_cuboid(&Cuboid::new(DVec3::ZERO, DVec3::ONE, 0.0));
         let faces =
             CUBOID_FACES.map(|face| face.map(|corner| i64::try_from(corner).unwrap()).to_vec());
-        (solid.vertices_m, faces.to_vec())
+        (mesh.vertices_m, faces.to_vec())
     }
 
     #[test]
@@ -507,19 +506,19 @@ mod tests {
         for face in &mut faces {
             face.reverse();
         }
-        let solid = Solid::new(vertices, &faces).unwrap();
-        assert_eq!(solid.enclosure(), Enclosure::Convex);
-        assert!(close_to(measure(&solid).0, 1.0, 1e-12));
+        let mesh = Mesh::new(vertices, &faces).unwrap();
+        assert_eq!(mesh.enclosure(), Enclosure::Convex);
+        assert!(close_to(measure(&mesh).0, 1.0, 1e-12));
     }
 
     #[test]
     fn a_surface_with_a_hole_or_a_face_the_wrong_way_is_open() {
         let (vertices, mut faces) = cube();
         faces[2].reverse();
-        let twisted = Solid::new(vertices.clone(), &faces).unwrap();
+        let twisted = Mesh::new(vertices.clone(), &faces).unwrap();
         assert_eq!(twisted.enclosure(), Enclosure::Open);
         faces.remove(2);
-        let holed = Solid::new(vertices, &faces).unwrap();
+        let holed = Mesh::new(vertices, &faces).unwrap();
         assert_eq!(holed.enclosure(), Enclosure::Open);
     }
 
@@ -539,7 +538,7 @@ mod tests {
             .map(|(x, y)| DVec3::new(*x, *y, 0.7))
             .collect();
         for corners in [vec![0, 1, 2, 3, 4, 5], vec![3, 2, 1, 0, 5, 4]] {
-            let sheet = Solid::new(vertices.clone(), &[corners]).unwrap();
+            let sheet = Mesh::new(vertices.clone(), &[corners]).unwrap();
             assert!(close_to(measure(&sheet).1, 3.0, 1e-12));
             assert_eq!(sheet.faces().count(), 4);
         }
@@ -548,18 +547,18 @@ mod tests {
     #[test]
     fn what_makes_no_surface_is_refused() {
         let (vertices, _) = cube();
-        let refused = |faces: &[Vec<i64>]| Solid::new(vertices.clone(), faces).unwrap_err();
-        assert_eq!(refused(&[]), SolidError::Empty);
+        let refused = |faces: &[Vec<i64>]| Mesh::new(vertices.clone(), faces).unwrap_err();
+        assert_eq!(refused(&[]), MeshError::Empty);
         assert_eq!(
             refused(&[vec![0, 1]]),
-            SolidError::TooFewCorners {
+            MeshError::TooFewCorners {
                 face: 0,
                 corners: 2
             }
         );
         assert_eq!(
             refused(&[vec![0, 1, 3], vec![0, 1, -1]]),
-            SolidError::UnknownVertex {
+            MeshError::UnknownVertex {
                 face: 1,
                 corner: -1,
                 last: 7
@@ -569,6 +568,6 @@ mod tests {
             refused(&[vec![0, 1, 8]]).to_string(),
             "face 0 names vertex 8, expected 0 to 7"
         );
-        assert_eq!(refused(&[vec![0, 1, 0]]), SolidError::NoArea { face: 0 });
+        assert_eq!(refused(&[vec![0, 1, 0]]), MeshError::NoArea { face: 0 });
     }
 }

@@ -23,7 +23,7 @@ pub const PRINTS_MAX: usize = 10_000;
 /// Corners of a room's floor plan, and faces of a room given as a mesh.
 pub const ROOM_CORNERS_MAX: usize = 1_000;
 /// Way-points of a trajectory.
-pub const WAY_POINTS_MAX: usize = 100_000;
+pub const WAYPOINTS_MAX: usize = 100_000;
 /// Points of a sensor's sampling grid on one axis: field of view times points a degree.
 pub const GRID_POINTS_MAX: usize = 2_048;
 /// Pixels of a sensor on one axis.

@@ -1,48 +1,11 @@
-//! How one specimen of an 8 x 8 sensor differs from a perfect one: its noise, its pattern, its drift, its clock.
-//!
-//! ```text
-//!  scene ──Simulator::image(t)──▶ what is there ──Profile::apply(seed, tick, t)──▶ what the sensor measures ──▶ steps of 0.25 °C
-//!          without its noise                      + pattern + warm-up + common mode + noise, glitches            the emulator's
-//! ```
-//!
-//! A profile is a TOML file; `scenes/profiles/README.md` specifies it, and the files beside it are an ideal sensor, one
-//! of the datasheet, and one measured on real recordings. A profile brings the whole of the sensor's noise, so it goes
-//! on top of [`Simulator::image`](crate::Simulator::image), never of [`noisy`](crate::Simulator::noisy).
-//!
-//! What is measured is a pure function of (profile, seed, tick, time, scene): the same bytes on every machine, in any
-//! order of calls, by the same rules as the simulator's own noise. Clocks, registers and quantisation are unknown here:
-//! the numbers of the sensor's clock are only handed on.
-//!
-//! ```
-//! use grideye_frame::{Celsius, Frame};
-//! use grideye_scene::profile::Profile;
-//! use std::time::Duration;
-//!
-//! let profile = Profile::parse("[noise]\nsigma_c = 0.3\n[thermistor]\noffset_c = 4.5\n", "mine.toml")?;
-//! let room = Frame::uniform(Celsius::new(21.0));
-//! let measured = profile.apply(7, 0, Duration::ZERO, room);
-//! assert_eq!(measured.thermistor.get(), 25.5);
-//! assert_ne!(measured.pixels[0], measured.pixels[1]);
-//! assert_eq!(measured, profile.apply(7, 0, Duration::ZERO, room));
-//! # Ok::<(), grideye_scene::profile::ProfileError>(())
-//! ```
-
-mod check;
-mod document;
-mod draw;
-mod error;
-mod text;
-mod types;
-
-pub use error::ProfileError;
-pub use types::{
-    CYCLE_TICKS, ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile,
-    TEXT_BYTES_MAX, Thermistor, WarmUp,
-};
+//! What a unit with a profile measures, tick by tick.
 
 use crate::geometry::count::float;
+use crate::profile::draw::Draws;
+use crate::profile::error::ProfileError;
+use crate::profile::types::{CYCLE_TICKS, CommonMode, FixedPattern, Profile, Thermistor};
+use crate::profile::{check, text};
 use crate::radiometry::perceived::ABSOLUTE_ZERO_C;
-use draw::Draws;
 use grideye_frame::{Celsius, Frame, PIXELS};
 use std::time::Duration;
 
@@ -62,19 +25,19 @@ impl Profile {
         text::toml(self)
     }
 
-    /// What the specimen measures in its tick number `index`, at time `t` since power-on, where the scene is `scene`.
+    /// What the unit measures in its tick number `index`, at time `t` since power-on, where the scene is `scene`.
     ///
     /// `index` counts the sensor's internal ticks of 100 ms, whatever the frame rate. The pixels of `scene` are what a
-    /// perfect sensor would see; its thermistor is the ambient temperature. `seed` is the specimen and its luck.
+    /// perfect sensor would see; its thermistor is the ambient temperature. `seed` is the unit and its luck.
     ///
     /// Every draw is one of ChaCha with 12 rounds: bytes 0 to 7 of the key are the seed, 8 to 15 the purpose (1 tick, 2
-    /// wander, 3 specimen), 16 to 23 the wander's octave or zero, 24 to 31 the tag `grideyep`; the stream is the tick, the number of the
+    /// wander, 3 unit), 16 to 23 the wander's octave or zero, 24 to 31 the tag `grideyep`; the stream is the tick, the number of the
     /// wander's knot, or 0; numbers are little-endian. A result below absolute zero is cut off there.
     #[must_use]
     pub fn apply(&self, seed: u64, index: u64, t: Duration, scene: Frame) -> Frame {
         let t_s = t.as_secs_f64();
         let common_c = self.common_c(seed, index, t_s);
-        let unit_c = self.fixed_pattern.of_specimen(seed);
+        let unit_c = self.fixed_pattern.of_unit(seed);
         let mut tick = Draws::tick(seed, index);
         let mut measured = scene;
         for (pixel, celsius) in measured.pixels.iter_mut().enumerate() {
@@ -145,13 +108,13 @@ impl Profile {
 }
 
 impl FixedPattern {
-    /// What this specimen shows too much in each pixel, °C.
-    fn of_specimen(&self, seed: u64) -> [f64; PIXELS] {
+    /// What this unit shows too much in each pixel, °C.
+    fn of_unit(&self, seed: u64) -> [f64; PIXELS] {
         let mut offset_c = self.offset_c;
         if self.spread_c > 0.0 {
-            let mut specimen = Draws::specimen(seed);
+            let mut unit = Draws::unit(seed);
             for pixel in &mut offset_c {
-                *pixel += self.spread_c * specimen.normal();
+                *pixel += self.spread_c * unit.normal();
             }
         }
         offset_c

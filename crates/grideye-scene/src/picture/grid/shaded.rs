@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// A patch and what it is made of.
 #[derive(Debug, Clone)]
-pub(crate) struct Painted {
+pub(crate) struct ShadedPatch {
     pub(crate) patch: Patch,
     pub(crate) glow: Glow,
     pub(crate) root: Root,

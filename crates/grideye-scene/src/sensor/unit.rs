@@ -1,4 +1,4 @@
-//! What a specimen with a profile makes of a picture, and what is left of degrees in a sensor's steps.
+//! What a unit with a profile makes of a picture, and what is left of degrees in a sensor's steps.
 
 use crate::geometry::count;
 use crate::model::sensor::Sensor;
@@ -10,7 +10,7 @@ use std::time::Duration;
 /// Ticks of the slowest frame: the sensor's own mean at 1 frame a second.
 const TICKS_MAX: f64 = 10.0;
 
-/// Puts the specimen's pattern, drift and noise on a picture of 8 x 8 pixels; others have no profile.
+/// Puts the unit's pattern, drift and noise on a picture of 8 x 8 pixels; others have no profile.
 pub(crate) fn measure(
     profile: &Profile,
     sensor: &Sensor,

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 /// A lumped body.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Heat {
+pub(crate) struct Transient {
     /// Time in which a difference to ambient falls to 1/e, seconds.
     pub(crate) time_constant_s: f64,
     /// How much warmer than ambient it gets in the end while its power is on, °C.
@@ -19,7 +19,7 @@ pub(crate) struct Heat {
     pub(crate) on_s: Vec<[f64; 2]>,
 }
 
-impl Heat {
+impl Transient {
     /// Its temperature after `time_s`, from `start_c` at the start of the scene.
     pub(crate) fn celsius(&self, start_c: f64, ambient_c: f64, time_s: f64) -> f64 {
         let mut excess_c = start_c - ambient_c;
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn a_kettle_cools_and_a_radiator_warms_up() {
-        let kettle = Heat {
+        let kettle = Transient {
             time_constant_s: 600.0,
             rise_c: 0.0,
             on_s: Vec::new(),
@@ -102,7 +102,7 @@ mod tests {
             assert!((found - expected).abs() < 1e-9, "{minutes}: {found}");
         }
         // On for 900 s from 300 s: towards 60 °C with a time constant of 600 s, then back.
-        let radiator = Heat {
+        let radiator = Transient {
             time_constant_s: 600.0,
             rise_c: 40.0,
             on_s: vec![[300.0, 1200.0]],
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn the_law_of_cooling_holds_at_every_moment() {
-        let heat = Heat {
+        let heat = Transient {
             time_constant_s: 250.0,
             rise_c: 30.0,
             on_s: vec![[10.0, 100.0], [150.0, 1e9]],
