@@ -138,13 +138,6 @@ const COMMANDS: &[(&str, Kept)] = &[
             &["agrees"],
         ),
     ),
-    (
-        "grideye compare --scene my-room.toml --recording evening.csv --pdf evening.pdf",
-        By(
-            "tests/tests/compare_outputs.rs",
-            "a_pdf_is_printed_or_the_missing_browser_is_named",
-        ),
-    ),
     // firmware-config/README.md
     (
         "sudo cp 99-grideye-i2c.rules /etc/udev/rules.d/",

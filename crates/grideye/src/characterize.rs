@@ -1,7 +1,7 @@
 //! `grideye characterize`: the sensor itself, measured from a recording.
 
 use crate::cli::{Characterize, Nobody};
-use crate::compare::command_line;
+use crate::compare::{check_is_page, command_line};
 use crate::exit::{Outcome, bad_input};
 use crate::output::out;
 use crate::{files, progress, recordings};
@@ -18,6 +18,7 @@ use std::time::Duration;
 
 /// Measures, prints the table, and writes what was asked for.
 pub(crate) fn run(options: &Characterize) -> Result<Outcome> {
+    check_is_page(options.report.as_deref())?;
     files::keep_apart(
         options.scene.iter().chain([&options.recording]),
         options

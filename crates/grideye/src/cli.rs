@@ -282,11 +282,6 @@ pub(crate) struct Compare {
     /// Report to write, one file for any browser.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) report: Option<PathBuf>,
-    /// The report as PDF; Chromium prints it.
-    ///
-    /// Chromium has to be installed.
-    #[arg(long, value_name = "FILE.pdf")]
-    pub(crate) pdf: Option<PathBuf>,
     /// Each part of the verdict as a test case.
     ///
     /// For a server of continuous integration.

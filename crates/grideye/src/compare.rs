@@ -3,8 +3,8 @@
 use crate::cli::Compare;
 use crate::exit::{Outcome, bad_input};
 use crate::output::{out, outln};
-use crate::{files, pdf, progress, recordings};
-use anyhow::{Context as _, Result};
+use crate::{files, progress, recordings};
+use anyhow::{Context as _, Result, anyhow};
 use grideye_recording::Record;
 use grideye_scene::Scene;
 use grideye_scene::profile::Profile;
@@ -23,6 +23,7 @@ use std::time::Duration;
 
 /// Compares, prints the verdict with its scores, and writes the reports that were asked for.
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
+    check_is_page(options.report.as_deref())?;
     let loaded = files::load_scene(Some(&options.sides.scene))?;
     files::keep_apart(
         [&options.sides.scene, &options.sides.recording]
@@ -33,7 +34,6 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
         options
             .report
             .iter()
-            .chain(&options.pdf)
             .chain(&options.junit)
             .chain(&options.sides.json),
     )?;
@@ -115,17 +115,24 @@ fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Resul
         write_text(path, &report::junit(comparison, context))?;
     }
     match &options.sides.json {
-        Some(path) if path.as_os_str() == "-" => out!("{}", report::json(comparison, context))?,
+        Some(path) if path.as_os_str() == "-" => out!("{}", report::json(comparison, context)),
         Some(path) => {
             write_text(path, &report::json(comparison, context))?;
-            print(comparison, context.experiment)?;
+            print(comparison, context.experiment)
         }
-        None => print(comparison, context.experiment)?,
+        None => print(comparison, context.experiment),
     }
-    // Last, so that all else is written where there is no browser.
-    match &options.pdf {
-        Some(path) => pdf::write(path, &report::html(comparison, context)),
-        None => Ok(()),
+}
+
+/// Refuses a page under the name of a PDF: a browser prints one from the page.
+pub(crate) fn check_is_page(report: Option<&Path>) -> Result<()> {
+    match report {
+        Some(path) if path.extension().is_some_and(|end| end == "pdf") => Err(bad_input(anyhow!(
+            "a report is a page, and {} is the name of a PDF\nhint: write --report {} and print it from a browser",
+            path.display(),
+            path.with_extension("html").display()
+        ))),
+        _ => Ok(()),
     }
 }
 

@@ -47,7 +47,6 @@ mod mqtt;
 mod orient;
 mod output;
 mod paced_clock;
-mod pdf;
 mod progress;
 mod recently;
 mod record;

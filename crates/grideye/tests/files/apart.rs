@@ -40,11 +40,6 @@ const ROWS: &[Row] = &[
     row(
         "room.toml",
         "x",
-        "compare --scene IN --recording recording.csv --pdf OUT",
-    ),
-    row(
-        "room.toml",
-        "x",
         "compare --scene IN --recording recording.csv --junit OUT",
     ),
     row(
@@ -240,7 +235,7 @@ fn two_results_of_one_command_have_two_names() {
     std::os::unix::fs::symlink("a.csv", desk.path("v.svg")).unwrap();
     for arguments in [
         "compare --scene room.toml --recording recording.csv --report x --json ./x",
-        "compare --scene room.toml --recording recording.csv --junit x --pdf x",
+        "compare --scene room.toml --recording recording.csv --junit x --report x",
         "calibrate --scene room.toml --recording recording.csv --out x --write-profile x",
         "characterize recording.csv --profile x --report x",
         "coverage room.toml --out x.svg --out ./x.svg",
