@@ -21,8 +21,8 @@ const URL: &str = "http://127.0.0.1:8833";
 const BROUGHT: [(&str, &str, &str); 4] = [
     (
         "exports",
-        include_str!("../../crates/grideye/openapi/exports.json"),
-        include_str!("../../crates/grideye/src/exports.rs"),
+        include_str!("../../crates/grideye-export/openapi.json"),
+        include_str!("../../crates/grideye-export/src/annex.rs"),
     ),
     (
         "scenes",

@@ -49,7 +49,6 @@ mod pick;
 mod picture;
 mod rays;
 mod report;
-mod sketch;
 mod survey;
 
 pub use candidates::{Candidate, Mount, Mounts, candidates, preset};
@@ -60,5 +59,4 @@ pub use map::{Blind, Map, Spot, Totals};
 pub use pick::{Pick, Rule, Step, Wish, pick};
 pub use picture::MapDrawing;
 pub use report::Report;
-pub use sketch::{Anchor, Shape, Sketch};
 pub use survey::{InSight, Look, Seen, Survey};

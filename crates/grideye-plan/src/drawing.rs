@@ -35,7 +35,6 @@ use grideye_scene::Scene;
 use labels::Labels;
 pub use options::Drawing;
 use sheet::Sheet;
-pub(crate) use sheet::escaped;
 
 /// The scene in perspective and from above, as a self-contained SVG of 1280 x 720.
 #[must_use]

@@ -16,5 +16,4 @@ pub mod coverage;
 pub mod drawing;
 pub mod fusion;
 pub mod ground;
-mod ruler;
 pub mod separation;

@@ -4,7 +4,6 @@ use crate::access::{outward_address, url_of};
 use crate::beside;
 use crate::cli::{Collect, LogFormat};
 use crate::exit::{Outcome, bad_input};
-use crate::exports;
 use crate::mqtt;
 use crate::output::outln;
 use crate::progress;
@@ -72,7 +71,9 @@ fn config(options: &Collect) -> Result<Config> {
     config.tls = tls(options);
     config.log = log(options.log);
     config.annexes = beside::annexes(&options.scenes)?;
-    config.annexes.push(exports::annex());
+    config
+        .annexes
+        .push(grideye_export::annex::annex(tempfile::tempfile));
     let bridge = mqtt::annex(&options.mqtt, config.log.clone())?;
     config.annexes.extend(bridge);
     let limits = &mut config.limits;

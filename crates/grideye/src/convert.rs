@@ -2,10 +2,10 @@
 
 use crate::cli::Convert;
 use crate::exit::{Outcome, bad_input};
-use crate::export::recording;
-use crate::{files, recordings};
+use crate::{export, files, recordings};
 use amg8833::word;
 use anyhow::{Result, anyhow};
+use grideye_export::ExportError;
 use grideye_frame::Celsius;
 use grideye_recording::bare::Assumed;
 use grideye_recording::{Row, StreamId, linaige};
@@ -23,8 +23,9 @@ pub(crate) fn run(options: &Convert) -> Result<Outcome> {
         _ => true,
     };
     let assumed = assumed(options)?;
-    let mut rows = recordings::open_assuming(&options.input, assumed.as_ref())?.filter(asked);
-    recording::write(&mut rows, &options.output)?;
+    let rows = recordings::open_assuming(&options.input, assumed.as_ref())?.filter(asked);
+    let mut rows = rows.map(|row| row.map_err(|error| ExportError::Row(error.to_string())));
+    export::write_recording(&mut rows, &options.output)?;
     Ok(Outcome::Done)
 }
 

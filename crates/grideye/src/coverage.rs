@@ -3,7 +3,6 @@
 
 use crate::cli::{Coverage, Posture as Asked, Where};
 use crate::exit::{Outcome, bad_input};
-use crate::export::raster;
 use crate::output::out;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
@@ -235,7 +234,7 @@ fn check_name(out: &Path) -> Result<()> {
 fn write(out: &Path, found: &Report<'_>) -> Result<()> {
     match extension(out) {
         Some("csv") => files::write_whole(out, |file| Ok(found.csv(file)?)),
-        Some("png") => files::write_whole(out, |file| raster::write(&found.sketch(), file)),
+        Some("png") => files::write_whole(out, |file| Ok(found.sketch().png(file)?)),
         _ => files::write_text(out, &found.sketch().svg()),
     }
 }

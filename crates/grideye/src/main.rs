@@ -38,7 +38,6 @@ mod editor;
 mod emulate;
 mod exit;
 mod export;
-mod exports;
 mod files;
 mod fuse;
 mod man;

@@ -2,10 +2,11 @@
 
 use crate::cli::{self, Simulate};
 use crate::exit::{Outcome, bad_input};
-use crate::export::{self, Film};
+use crate::export;
 use crate::output::outln;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
+use grideye_export::film::Film;
 use grideye_plan::drawing::{self, Drawing};
 use grideye_scene::{Image, Model, Scene, Sensor, Simulator};
 use std::path::Path;
@@ -78,10 +79,10 @@ fn write(
         ambient: scene.ambient(),
         frame: &|index| {
             let time = sensor.frame_time(index);
-            (time, simulator.noisy(time, options.seed))
+            (time, simulator.noisy(time, options.seed).celsius)
         },
     };
-    export::write(&film, out)
+    export::write_film(&film, out)
 }
 
 /// The room as the paper shows it.

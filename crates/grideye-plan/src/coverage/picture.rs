@@ -7,10 +7,10 @@ use super::floor::bounds;
 use super::floor::{Floor, Kind};
 use super::map::{Blind, Map, Spot};
 use super::pick::Wish;
-use super::sketch::{Anchor, DARK, GREY, Shape, Sketch, WHITE};
 use crate::ground;
-use crate::ruler::round_step;
 use glam::{DVec2, DVec3};
+use grideye_draw::number::round_step;
+use grideye_draw::sketch::{Anchor, DARK, GRAY, Shape, Sketch, WHITE};
 use grideye_scene::Scene;
 use grideye_scene::Sensor;
 use grideye_scene::count;
@@ -240,7 +240,7 @@ impl FloorToPage {
             for tick in 0..=count::floor(length / step + 1e-9) {
                 let way = step * count::float(tick);
                 let from = self.page(self.low + way * along) + 2.0 * outwards;
-                sketch.line(vec![from, from + 5.0 * outwards], 1.0, GREY);
+                sketch.line(vec![from, from + 5.0 * outwards], 1.0, GRAY);
                 let text = format!("{}", (way * 1000.0).round() / 1000.0);
                 let (anchor, offset) = if along.x > 0.0 {
                     (Anchor::Middle, DVec2::new(0.0, 18.0))
@@ -294,7 +294,7 @@ fn swatch(sketch: &mut Sketch, at: DVec2, (fill, how): ([u8; 3], Hatch), name: &
         cell.1,
         DVec2::new(cell.0.x, cell.1.y),
     ];
-    sketch.closed(corners.to_vec(), 0.8, GREY);
+    sketch.closed(corners.to_vec(), 0.8, GRAY);
     sketch.text(at + DVec2::new(22.0, 0.0), Anchor::Start, 12.0, name);
     at + DVec2::new(38.0 + 6.4 * count::float(name.chars().count()), 0.0)
 }

@@ -5,8 +5,8 @@ use super::labels::{Labels, width};
 use super::painter::{Paint, Piece};
 use super::pieces::{AGENT, OBJECT, SEEN, SEEN_EDGE};
 use super::plane::Plane;
-use crate::ruler::round_step;
 use glam::{DVec2, DVec3};
+use grideye_draw::number::round_step;
 use grideye_scene::Sensor;
 use grideye_scene::count;
 

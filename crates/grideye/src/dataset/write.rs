@@ -1,9 +1,9 @@
 //! Both kinds of files that a part of a dataset is written as.
 
-use crate::export::npz::{Archive, header};
-use crate::export::parquet::{Column, Values};
 use anyhow::Result;
 use grideye_dataset::{AgentLabels, Part, Scalars, Table};
+use grideye_export::npz::{Archive, header};
+use grideye_export::parquet::{Column, Values};
 use std::io::Write;
 
 /// Writes a part as that kind of file, with these words about its dataset.
@@ -20,7 +20,7 @@ pub(super) fn write(
                 ("grideye.dataset", about.to_owned()),
                 ("grideye.part", part.number.to_string()),
             ];
-            crate::export::parquet::write(&columns(part), &about, out)
+            Ok(grideye_export::parquet::write(&columns(part), &about, out)?)
         }
     }
 }
@@ -98,7 +98,7 @@ fn npz(part: &Part, about: &str, out: &mut impl Write) -> Result<()> {
     )?;
     agent_arrays(part, &mut archive)?;
     varied_arrays(part, &mut archive)?;
-    archive.0.finish()
+    Ok(archive.0.finish()?)
 }
 
 /// What is told of each agent, frame by frame: an array for each, and the names.
@@ -194,7 +194,7 @@ impl<W: Write> Arrays<W> {
         for value in values {
             self.0.add(&value)?;
         }
-        self.0.end()
+        Ok(self.0.end()?)
     }
 
     fn doubles(
@@ -226,7 +226,7 @@ impl<W: Write> Arrays<W> {
                 self.0.add(&u32::from(character).to_le_bytes())?;
             }
         }
-        self.0.end()
+        Ok(self.0.end()?)
     }
 }
 

@@ -5,7 +5,7 @@ use crate::cli::Demo;
 use crate::client::{AuditRow, Client};
 use crate::paced_clock::PacedClock;
 use crate::sensor::{self, AgentClock, SharedBus};
-use crate::{beside, collect, exports, progress};
+use crate::{beside, collect, progress};
 use amg8833_emulator::Address;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
@@ -57,7 +57,9 @@ impl Stage {
         let store = StoreLocation::File(options.out.join(STORE));
         let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
         config.annexes = beside::annexes(&options.scenes)?;
-        config.annexes.push(exports::annex());
+        config
+            .annexes
+            .push(grideye_export::annex::annex(tempfile::tempfile));
         let collector = runtime.block_on(Collector::bind(config))?;
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);

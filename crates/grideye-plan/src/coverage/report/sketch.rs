@@ -3,7 +3,7 @@
 use super::found::Report;
 use super::table::summary_of_picture;
 use crate::coverage::picture::MapDrawing;
-use crate::coverage::sketch::Sketch;
+use grideye_draw::sketch::Sketch;
 use grideye_scene::Sensor;
 
 impl Report<'_> {

@@ -1,0 +1,115 @@
+//! Colors: inferno for temperatures, blue to red for differences.
+
+use crate::number::float;
+
+/// A color as red, green and blue of 0 to 255.
+pub type Rgb = [u8; 3];
+
+/// Every seventeenth color of matplotlib's inferno (Smith and van der Walt, CC0); between them it is straight to
+/// within 7 of 255.
+pub const INFERNO: [Rgb; 16] = [
+    [0, 0, 4],
+    [12, 8, 38],
+    [36, 12, 79],
+    [66, 10, 104],
+    [93, 18, 110],
+    [120, 28, 109],
+    [147, 38, 103],
+    [174, 48, 92],
+    [199, 62, 76],
+    [221, 81, 58],
+    [237, 105, 37],
+    [248, 133, 15],
+    [252, 165, 10],
+    [250, 198, 45],
+    [242, 230, 97],
+    [252, 255, 164],
+];
+
+/// Too cold, equal, too warm: told apart without red-green vision, and by lightness from the middle.
+pub const DIFFERENCE: [Rgb; 3] = [[33, 102, 172], [247, 247, 247], [178, 24, 43]];
+
+/// The color at a place of 0 to 1 on a row of colors; places beyond are held at the ends.
+#[must_use]
+pub fn color(stops: &[Rgb], place: f64) -> Rgb {
+    let last = stops.len().saturating_sub(1);
+    let position = place.clamp(0.0, 1.0) * float(last);
+    let below = (0..last)
+        .rev()
+        .find(|&stop| float(stop) <= position)
+        .unwrap_or(0);
+    let share = position - float(below);
+    let (from, to) = (stops[below], stops[(below + 1).min(last)]);
+    std::array::from_fn(|channel| blend(from[channel], to[channel], share))
+}
+
+/// Whether black text is read better than white on a color (relative luminance, WCAG 2.2).
+fn wants_black_text(color: Rgb) -> bool {
+    let linear = color.map(|channel| (f64::from(channel) / 255.0).powf(2.2));
+    0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] > 0.18
+}
+
+/// Black or white, whichever is read better on a color, as SVG and CSS write it.
+#[must_use]
+pub fn ink(color: Rgb) -> &'static str {
+    if wants_black_text(color) {
+        "#000"
+    } else {
+        "#fff"
+    }
+}
+
+/// A color as SVG and CSS write it: `#0a10ff`.
+#[must_use]
+pub fn hex([red, green, blue]: Rgb) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "rounded and held between two bytes, so the value fits"
+)]
+fn blend(from: u8, to: u8, share: f64) -> u8 {
+    let value = f64::from(from) + (f64::from(to) - f64::from(from)) * share.clamp(0.0, 1.0);
+    value.round().clamp(0.0, 255.0) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lightness(color: Rgb) -> f64 {
+        0.2126 * f64::from(color[0]) + 0.7152 * f64::from(color[1]) + 0.0722 * f64::from(color[2])
+    }
+
+    /// A gray print and an eye without color vision keep the order of temperatures.
+    #[test]
+    fn inferno_grows_lighter_all_the_way() {
+        let colors: Vec<f64> = (0..=150)
+            .map(|step| lightness(color(&INFERNO, f64::from(step) / 150.0)))
+            .collect();
+        assert!(
+            colors.windows(2).all(|pair| pair[1] >= pair[0]),
+            "{colors:?}"
+        );
+        assert_eq!(color(&INFERNO, 0.0), INFERNO[0]);
+        assert_eq!(color(&INFERNO, 1.0), INFERNO[15]);
+        assert_eq!(color(&INFERNO, 2.0), INFERNO[15]);
+        assert_eq!(color(&INFERNO, 1.0 / 15.0), INFERNO[1]);
+    }
+
+    #[test]
+    fn differences_are_lightest_at_zero() {
+        assert_eq!(color(&DIFFERENCE, 0.5), DIFFERENCE[1]);
+        assert!(lightness(color(&DIFFERENCE, 0.2)) < lightness(color(&DIFFERENCE, 0.4)));
+        assert!(lightness(color(&DIFFERENCE, 0.8)) < lightness(color(&DIFFERENCE, 0.6)));
+    }
+
+    #[test]
+    fn text_stands_out() {
+        assert!(!wants_black_text([0, 0, 4]));
+        assert!(wants_black_text([252, 255, 164]));
+    }
+}

@@ -1,0 +1,496 @@
+//! `GET /v1/exports/1.npz`: a recording from the collector as a file for other programs, as `grideye convert` writes it.
+//!
+//! An annex of the collector, which knows no format but its own CSV. A file is written whole before its first byte is
+//! sent, so that what cannot be written is refused, and nobody takes a part for the whole.
+
+use crate::ExportError;
+use crate::recording::{self, Format};
+use axum::Router;
+use axum::body::{Body, Bytes};
+use axum::extract::{Path, Query, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use grideye_collector::store::{Members, Recording, Span};
+use grideye_collector::{Annex, FrameStore, Refusal, attachment};
+use grideye_recording::Row;
+use serde::Deserialize;
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{self, BufWriter, Read as _, Seek as _, Write as _};
+use std::sync::Arc;
+use tokio::runtime::Handle;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
+use tokio_stream::wrappers::ReceiverStream;
+
+/// The formats that are offered, and their types.
+const OFFERED: [(&str, &str); 5] = [
+    ("npz", "application/zip"),
+    ("parquet", "application/vnd.apache.parquet"),
+    ("mcap", "application/octet-stream"),
+    ("png", "image/png"),
+    ("gif", "image/gif"),
+];
+/// Those of them that are pictures: of one run of one sensor.
+const PICTURES: [&str; 2] = ["png", "gif"];
+/// Files that are written at once; one more is answered 503.
+const WRITTEN_MAX: usize = 2;
+/// Rows of a recording that is written while somebody waits for it; of one more, that person is told how to write it.
+const ROWS_MAX: u64 = 1_000_000;
+/// Rows of a run that is drawn while somebody waits for it: a picture holds its frames in memory.
+const DRAWN_ROWS_MAX: u64 = 100_000;
+/// Sensors that a refusal names, of those that can be chosen.
+const NAMED_MAX: usize = 8;
+/// Rows that are asked of the store at once.
+const PAGE_ROWS: usize = 4_096;
+/// Bytes that are sent at once, and how many of these are ready before the peer takes them.
+const PIECE_BYTES: usize = 256 * 1024;
+const PIECES_READY_MAX: usize = 2;
+
+#[derive(Clone)]
+struct Exports {
+    store: Arc<dyn FrameStore>,
+    room: Arc<Semaphore>,
+    drawn_rows_max: u64,
+    scratch: Scratch,
+}
+
+/// Makes a file without a name, for what is written before it is sent.
+pub type Scratch = fn() -> io::Result<File>;
+
+/// Of which frames: without `sensor`, or with `sensor` and without `boot`, of all that there are.
+#[derive(Debug, Default, Deserialize)]
+struct Asked {
+    /// The sensor's name, or `device/sensor`.
+    sensor: Option<String>,
+    /// One run of the agent.
+    boot: Option<String>,
+}
+
+/// The routes, for the collector.
+#[must_use]
+pub fn annex(scratch: Scratch) -> Annex {
+    Annex::new("exports", move |inside| {
+        let exports = Exports {
+            store: Arc::clone(&inside.store),
+            room: Arc::new(Semaphore::new(WRITTEN_MAX)),
+            drawn_rows_max: DRAWN_ROWS_MAX,
+            scratch,
+        };
+        Router::new()
+            .route("/v1/exports/{file}", get(export))
+            .with_state(exports)
+    })
+    .described_by(include_str!("../openapi.json"))
+}
+
+async fn export(
+    State(exports): State<Exports>,
+    Path(file): Path<String>,
+    Query(asked): Query<Asked>,
+) -> Result<Response, Refusal> {
+    let (id, extension) = file.rsplit_once('.').unwrap_or((&file, ""));
+    let offered = OFFERED.iter().find(|(known, _)| *known == extension);
+    let written = offered.and_then(|(known, _)| recording::format(known));
+    let (Some((extension, content_type)), Some(format)) = (offered, written) else {
+        return Err(unknown_format(extension));
+    };
+    let id = id.parse().map_err(|_not_a_number| unknown_recording())?;
+    let mut members = exports.store.members(id).await.map_err(Refusal::from)?;
+    check_length(&members.recording)?;
+    members.spans = choose(members.spans, &asked)?;
+    let is_picture = PICTURES.contains(extension);
+    if is_picture {
+        check_one(&members.spans)?;
+    }
+    let rows_max = is_picture.then_some(exports.drawn_rows_max);
+    let room = exports.room.try_acquire_owned().map_err(|_none_left| {
+        let what = format!("{WRITTEN_MAX} files are being written already");
+        Refusal::new(StatusCode::SERVICE_UNAVAILABLE, "too_many_exports", what)
+            .hint("ask again in a few seconds")
+    })?;
+    let name = attachment(&members.recording.name, extension);
+    let rows = Pages::of(exports.store, members, rows_max, Handle::current());
+    let file = write(rows, format, (room, exports.scratch)).await?;
+    let headers = [(header::CONTENT_DISPOSITION, name)];
+    let kind = [(header::CONTENT_TYPE, *content_type)];
+    Ok((headers, kind, send(file)).into_response())
+}
+
+fn unknown_format(extension: &str) -> Refusal {
+    let names: Vec<String> = OFFERED
+        .iter()
+        .map(|(known, _)| format!(".{known}"))
+        .collect();
+    let shown: String = extension.chars().take(16).collect();
+    let what = format!("there is no export as {shown:?}");
+    Refusal::new(StatusCode::NOT_FOUND, "unknown_format", what).hint(format!(
+        "end it with {}; GET /v1/recordings/1.csv is recording 1 as CSV",
+        names.join(" or ")
+    ))
+}
+
+fn unknown_recording() -> Refusal {
+    let what = "recordings are known by number";
+    Refusal::new(StatusCode::NOT_FOUND, "no_such_recording", what)
+        .hint("GET /v1/recordings lists them")
+}
+
+/// The spans that were asked for.
+fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
+    if asked.sensor.is_none() && asked.boot.is_none() {
+        return Ok(spans);
+    }
+    let names = names(&spans);
+    let is_asked = |span: &Span| {
+        let stream = &span.stream;
+        let whole = format!("{}/{}", stream.device, stream.sensor);
+        let sensor = asked.sensor.as_deref();
+        sensor.is_none_or(|sensor| sensor == stream.sensor || sensor == whole)
+            && asked.boot.as_deref().is_none_or(|boot| boot == stream.boot)
+    };
+    let chosen: Vec<Span> = spans.into_iter().filter(is_asked).collect();
+    if chosen.is_empty() {
+        let what = "this recording has no frame of that sensor and run";
+        return Err(
+            Refusal::new(StatusCode::NOT_FOUND, "no_such_sensor", what).hint(format!(
+                "it has {}",
+                if names.is_empty() {
+                    "none at all"
+                } else {
+                    &names
+                }
+            )),
+        );
+    }
+    Ok(chosen)
+}
+
+fn check_one(spans: &[Span]) -> Result<(), Refusal> {
+    if spans.len() <= 1 {
+        return Ok(());
+    }
+    let what = "a picture shows one run of one sensor, and here are several";
+    Err(
+        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "several_streams", what)
+            .hint(format!("add one of {}", names(spans))),
+    )
+}
+
+/// How each of the first of these is asked for.
+fn names(spans: &[Span]) -> String {
+    let named: Vec<String> = spans
+        .iter()
+        .take(NAMED_MAX)
+        .map(|Span { stream, .. }| {
+            format!(
+                "?sensor={}/{}&boot={}",
+                stream.device, stream.sensor, stream.boot
+            )
+        })
+        .collect();
+    let more = if spans.len() > NAMED_MAX {
+        " and more"
+    } else {
+        ""
+    };
+    format!("{}{more}", named.join(", "))
+}
+
+fn check_length(recording: &Recording) -> Result<(), Refusal> {
+    let rows = recording.frames.saturating_add(recording.missing);
+    if rows <= ROWS_MAX {
+        return Ok(());
+    }
+    let id = recording.id;
+    let what = format!("recording {id} has {rows} rows, and {ROWS_MAX} are written here at most");
+    Err(
+        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long", what).hint(format!(
+            "take /v1/recordings/{id}.csv, and `grideye convert` writes the others from it"
+        )),
+    )
+}
+
+/// Writes the rows into a file without a name, away from the threads that serve requests.
+async fn write(
+    mut rows: Pages,
+    format: Format,
+    (room, scratch): (OwnedSemaphorePermit, Scratch),
+) -> Result<File, Refusal> {
+    let work = tokio::task::spawn_blocking(move || {
+        let _room = room;
+        let no_room =
+            |error| io::Error::other(format!("there is no room for a temporary file: {error}"));
+        let mut file = scratch().map_err(no_room)?;
+        let mut buffered = BufWriter::new(&file);
+        format(&mut rows, &mut buffered)?;
+        buffered.flush()?;
+        drop(buffered);
+        file.rewind()?;
+        Ok(file)
+    });
+    let failed = |what: String| {
+        Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "not_written", what)
+            .hint("the folder for temporary files (TMPDIR) needs room for the whole file")
+    };
+    let written: Result<File, ExportError> =
+        work.await.map_err(|error| failed(error.to_string()))?;
+    written.map_err(|error| match error.is_of_the_frames() {
+        // In the words of `grideye convert`.
+        true => Refusal::new(
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "cannot_be_written",
+            error.to_string(),
+        ),
+        false => failed(format!("the file cannot be written: {error}")),
+    })
+}
+
+/// The rows of a recording, page by page from the store.
+struct Pages {
+    store: Arc<dyn FrameStore>,
+    runtime: Handle,
+    members: Members,
+    /// How many there may be, and how many were taken.
+    rows_max: Option<u64>,
+    taken: u64,
+    span: usize,
+    after_seq: Option<u64>,
+    ready: VecDeque<Row>,
+}
+
+impl Pages {
+    const fn of(
+        store: Arc<dyn FrameStore>,
+        members: Members,
+        rows_max: Option<u64>,
+        runtime: Handle,
+    ) -> Self {
+        Self {
+            store,
+            runtime,
+            members,
+            rows_max,
+            taken: 0,
+            span: 0,
+            after_seq: None,
+            ready: VecDeque::new(),
+        }
+    }
+
+    /// Takes the next page, of the next span where one has ended; nothing is ready after the last.
+    fn fill(&mut self) -> Result<(), ExportError> {
+        while self.ready.is_empty() {
+            let Some(span) = self.members.spans.get(self.span) else {
+                return Ok(());
+            };
+            let page = self.store.page(span.clone(), self.after_seq, PAGE_ROWS);
+            let page = self.runtime.block_on(page);
+            let page = page.map_err(|error| ExportError::Source(error.into()))?;
+            match page.last() {
+                Some(last) => self.after_seq = Some(last.record.seq),
+                None => (self.span, self.after_seq) = (self.span + 1, None),
+            }
+            self.ready.extend(page.into_iter().map(|stored| Row {
+                stream: (*stored.stream).clone(),
+                record: stored.record,
+                t_arrival_ns: Some(stored.t_arrival_ns),
+            }));
+        }
+        Ok(())
+    }
+
+    fn count(&mut self, row: Row) -> Result<Row, ExportError> {
+        self.taken += 1;
+        match self.rows_max {
+            Some(rows_max) if self.taken > rows_max => Err(ExportError::Row(format!(
+                "more than {rows_max} rows are not drawn here\nhint: take /v1/recordings/{}.csv, and `grideye convert --sensor {}/{}` draws it",
+                self.members.recording.id, row.stream.device, row.stream.sensor
+            ))),
+            _ => Ok(row),
+        }
+    }
+}
+
+impl Iterator for Pages {
+    type Item = Result<Row, ExportError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match self.fill() {
+            Ok(()) => self.ready.pop_front().map(|row| self.count(row)),
+            Err(error) => Some(Err(error)),
+        }
+    }
+}
+
+/// Sends a file piece by piece; the one who takes it sets the pace.
+fn send(mut file: File) -> Body {
+    let (pieces, ready) = mpsc::channel(PIECES_READY_MAX);
+    tokio::task::spawn_blocking(move || {
+        loop {
+            let mut piece = vec![0; PIECE_BYTES];
+            let length = match file.read(&mut piece) {
+                Ok(0) => return,
+                Ok(length) => length,
+                Err(error) => {
+                    // Cuts the transfer.
+                    let _ = pieces.blocking_send(Err(error));
+                    return;
+                }
+            };
+            piece.truncate(length);
+            if pieces.blocking_send(Ok(Bytes::from(piece))).is_err() {
+                // The one who asked has gone.
+                return;
+            }
+        }
+    });
+    Body::from_stream(ReceiverStream::new(ready))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_collector::store::{RecordingId, StoreLocation};
+    use grideye_collector::{Limits, SqliteStore};
+    use grideye_recording::wire::{Batch, Limits as WireLimits};
+
+    async fn exports(written_max: usize) -> Exports {
+        let store = SqliteStore::open(&StoreLocation::Memory, &Limits::default()).unwrap();
+        store.start_recording("r".to_owned(), 1).await.unwrap();
+        Exports {
+            store: Arc::new(store),
+            room: Arc::new(Semaphore::new(written_max)),
+            drawn_rows_max: 3,
+            scratch: tempfile::tempfile,
+        }
+    }
+
+    async fn answer(exports: &Exports, file: &str, asked: Asked) -> Response {
+        let file = Path(file.to_owned());
+        export(State(exports.clone()), file, Query(asked))
+            .await
+            .into_response()
+    }
+
+    async fn status(exports: &Exports, file: &str) -> u16 {
+        answer(exports, file, Asked::default())
+            .await
+            .status()
+            .as_u16()
+    }
+
+    /// Keeps so many frames of a sensor in a run.
+    async fn keep(exports: &Exports, sensor: &str, boot: &str, frames: u64) {
+        let frames: Vec<serde_json::Value> = (0..frames)
+            .map(|seq| {
+                serde_json::json!({
+                    "seq": seq, "t_boot_ns": seq * 100_000_000, "t_utc_ns": 5, "clock": "unsynced",
+                    "pixels_raw": vec![80 + seq; 64], "thermistor_raw": 402
+                })
+            })
+            .collect();
+        let json = serde_json::json!({
+            "device": "pi-1", "boot": boot, "sensors": [{ "sensor": sensor, "frames": frames }]
+        });
+        let json = serde_json::to_vec(&json).unwrap();
+        let batch = Batch::from_json(&json, &WireLimits::default()).unwrap();
+        exports.store.append(Arc::new(batch), 2).await.unwrap();
+    }
+
+    fn of(sensor: &str, boot: Option<&str>) -> Asked {
+        Asked {
+            sensor: Some(sensor.to_owned()),
+            boot: boot.map(str::to_owned),
+        }
+    }
+
+    /// The status and code of a refusal, and its hint.
+    async fn refused(exports: &Exports, file: &str, asked: Asked) -> (u16, String, String) {
+        let answer = answer(exports, file, asked).await;
+        let status = answer.status().as_u16();
+        let bytes = axum::body::to_bytes(answer.into_body(), 10_000)
+            .await
+            .unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+        let said = |key: &str| json["error"][key].as_str().unwrap_or_default().to_owned();
+        (status, said("code"), said("hint"))
+    }
+
+    #[tokio::test]
+    async fn a_picture_shows_one_run_of_one_sensor_and_no_more_rows_than_its_limit() {
+        let exports = exports(1).await;
+        keep(&exports, "s1", "b1", 3).await;
+        assert_eq!(status(&exports, "1.png").await, 200);
+        keep(&exports, "s2", "b1", 4).await;
+        keep(&exports, "s2", "b2", 2).await;
+        assert_eq!(status(&exports, "1.npz").await, 200);
+        for (asked, wanted) in [
+            (of("s1", None), 200),
+            (of("pi-1/s1", Some("b1")), 200),
+            (of("s2", Some("b2")), 200),
+            (of("pi-2/s1", None), 404),
+            (of("s1", Some("b2")), 404),
+            (of("s2", None), 422),
+        ] {
+            let said = format!("{asked:?}");
+            let answer = answer(&exports, "1.gif", asked).await;
+            assert_eq!(answer.status(), wanted, "{said}");
+        }
+        let (status, code, hint) = refused(&exports, "1.png", Asked::default()).await;
+        assert_eq!((status, code.as_str()), (422, "several_streams"));
+        assert!(hint.contains("?sensor=pi-1/s2&boot=b2"), "{hint}");
+        // Its fourth row is one more than is drawn in this test.
+        let long = of("s2", Some("b1"));
+        let (status, code, hint) = refused(&exports, "1.png", long).await;
+        assert_eq!((status, code.as_str()), (422, "cannot_be_written"));
+        assert!(
+            hint.contains("`grideye convert --sensor pi-1/s2` draws it"),
+            "{hint}"
+        );
+    }
+
+    #[tokio::test]
+    async fn a_recording_without_frames_is_no_picture_and_the_refusal_says_so() {
+        let exports = exports(1).await;
+        let (status, code, hint) = refused(&exports, "1.png", Asked::default()).await;
+        assert_eq!((status, code.as_str()), (422, "cannot_be_written"));
+        assert!(hint.contains("it has no rows"), "{hint}");
+    }
+
+    #[tokio::test]
+    async fn what_is_not_there_is_not_found() {
+        let exports = exports(1).await;
+        assert_eq!(status(&exports, "1.npz").await, 200);
+        for none in ["1.jpg", "1.csv", "1", "", ".npz", "x.npz", "2.npz"] {
+            assert_eq!(status(&exports, none).await, 404, "{none}");
+        }
+    }
+
+    #[tokio::test]
+    async fn no_more_are_written_at_once_than_there_is_room_for() {
+        let exports = exports(1).await;
+        let room = Arc::clone(&exports.room).try_acquire_owned().unwrap();
+        assert_eq!(status(&exports, "1.mcap").await, 503);
+        drop(room);
+        assert_eq!(status(&exports, "1.mcap").await, 200);
+    }
+
+    #[test]
+    fn a_recording_that_takes_too_long_is_refused() {
+        let mut recording = Recording {
+            id: RecordingId(1),
+            name: "long".to_owned(),
+            note: String::new(),
+            t_start_ns: 1,
+            t_stop_ns: None,
+            frames: ROWS_MAX - 1,
+            missing: 1,
+            sensors: 1,
+        };
+        check_length(&recording).unwrap();
+        recording.missing = 2;
+        let refused = check_length(&recording).unwrap_err().into_response();
+        assert_eq!(refused.status(), 422);
+    }
+}

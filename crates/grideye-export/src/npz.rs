@@ -1,0 +1,213 @@
+//! Arrays for numpy: a zip archive, stored and not deflated, of `.npy` files (NEP 1, version 1.0 of the format;
+//! APPNOTE 6.3.10 for the archive). Equal arrays give equal bytes: the archive's dates are all 1980-01-01.
+
+use crate::ExportError;
+use std::io::Write;
+
+/// Bytes of an archive without the 64-bit extension.
+pub(crate) const ARCHIVE_BYTES_MAX: u64 = 0xffff_0000;
+
+/// Magic, version 1.0, and a dictionary that is padded so that the numbers begin at a multiple of 64.
+#[must_use]
+pub fn header(dtype: &str, shape: &str) -> Vec<u8> {
+    let mut dictionary =
+        format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}");
+    let prefix = 10;
+    let whole = (prefix + dictionary.len() + 1).next_multiple_of(64);
+    while prefix + dictionary.len() + 1 < whole {
+        dictionary.push(' ');
+    }
+    dictionary.push('\n');
+    let length = u16::try_from(dictionary.len()).unwrap_or(u16::MAX);
+    [
+        b"\x93NUMPY\x01\x00".as_slice(),
+        &length.to_le_bytes(),
+        dictionary.as_bytes(),
+    ]
+    .concat()
+}
+
+/// As single precision.
+#[must_use]
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    reason = "single precision is what the format has, 2 µK at 20 °C"
+)]
+pub const fn single(celsius: f64) -> f32 {
+    celsius as f32
+}
+
+/// A zip archive of stored files whose length is known only at their end.
+#[derive(Debug)]
+pub struct Archive<W> {
+    out: W,
+    written: u64,
+    entries: Vec<Entry>,
+}
+
+#[derive(Debug)]
+struct Entry {
+    name: &'static str,
+    offset: u64,
+    length: u64,
+    /// CRC-32 of ISO 3309, which zip and PNG share.
+    crc: crc32fast::Hasher,
+}
+
+impl Entry {
+    fn checksum(&self) -> [u8; 4] {
+        self.crc.clone().finalize().to_le_bytes()
+    }
+}
+
+impl<W: Write> Archive<W> {
+    /// An archive without files.
+    #[must_use]
+    pub const fn new(out: W) -> Self {
+        Self {
+            out,
+            written: 0,
+            entries: Vec::new(),
+        }
+    }
+
+    /// Begins a file of that name with these bytes.
+    ///
+    /// # Errors
+    /// If the output takes nothing, or the archive has no room for so many bytes.
+    pub fn begin(&mut self, name: &'static str, head: &[u8]) -> Result<(), ExportError> {
+        let offset = self.written;
+        let local = [
+            b"PK\x03\x04".as_slice(),
+            &VERSION_AND_FLAGS,
+            &[0; 12],
+            &name_length(name),
+            &[0; 2],
+            name.as_bytes(),
+        ];
+        self.put(&local.concat())?;
+        self.entries.push(Entry {
+            name,
+            offset,
+            length: 0,
+            crc: crc32fast::Hasher::new(),
+        });
+        self.add(head)
+    }
+
+    /// More of the file that was begun last.
+    ///
+    /// # Errors
+    /// If the output takes nothing, or the archive has no room for so many bytes.
+    pub fn add(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
+        if let Some(entry) = self.entries.last_mut() {
+            entry.crc.update(bytes);
+            entry.length += u64::try_from(bytes.len())?;
+        }
+        self.put(bytes)
+    }
+
+    /// Ends the file that was begun last.
+    ///
+    /// # Errors
+    /// If the output takes nothing, or the archive has no room for so many bytes.
+    pub fn end(&mut self) -> Result<(), ExportError> {
+        let Some(entry) = self.entries.last_mut() else {
+            return Ok(());
+        };
+        let length = u32::try_from(entry.length)?.to_le_bytes();
+        let descriptor = [
+            b"PK\x07\x08".as_slice(),
+            &entry.checksum(),
+            &length,
+            &length,
+        ];
+        self.put(&descriptor.concat())
+    }
+
+    /// Ends the archive.
+    ///
+    /// # Errors
+    /// If the output takes nothing, or the archive has no room for so many bytes.
+    pub fn finish(mut self) -> Result<(), ExportError> {
+        let directory = self.written;
+        let mut records = Vec::new();
+        for entry in &self.entries {
+            let length = u32::try_from(entry.length)?.to_le_bytes();
+            let parts = [
+                b"PK\x01\x02".as_slice(),
+                &VERSION_AND_FLAGS[..2],
+                &VERSION_AND_FLAGS,
+                &entry.checksum(),
+                &length,
+                &length,
+                &name_length(entry.name),
+                &[0; 12],
+                &u32::try_from(entry.offset)?.to_le_bytes(),
+                entry.name.as_bytes(),
+            ];
+            records.extend(parts.concat());
+        }
+        let count = u16::try_from(self.entries.len())?.to_le_bytes();
+        let tail = [
+            b"PK\x05\x06".as_slice(),
+            &[0; 4],
+            &count,
+            &count,
+            &u32::try_from(records.len())?.to_le_bytes(),
+            &u32::try_from(directory)?.to_le_bytes(),
+            &[0; 2],
+        ];
+        self.put(&records)?;
+        self.put(&tail.concat())
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
+        self.out.write_all(bytes)?;
+        self.written += u64::try_from(bytes.len())?;
+        Ok(())
+    }
+}
+
+fn name_length(name: &str) -> [u8; 2] {
+    u16::try_from(name.len()).unwrap_or(u16::MAX).to_le_bytes()
+}
+
+/// Version 2.0; bit 3: lengths and checksum follow the file; method 0: stored; 00:00 on 1980-01-01.
+const VERSION_AND_FLAGS: [u8; 10] = [20, 0, 8, 0, 0, 0, 0, 0, 0x21, 0];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_checksum_is_the_one_of_zip() {
+        // The check value of CRC-32/ISO-HDLC in the catalogue of parametrised CRC algorithms.
+        let mut written = Vec::new();
+        let mut archive = Archive::new(&mut written);
+        archive.begin("a", b"1234").unwrap();
+        archive.add(b"56789").unwrap();
+        archive.end().unwrap();
+        archive.finish().unwrap();
+        let checksums = written
+            .windows(4)
+            .filter(|bytes| *bytes == 0xcbf4_3926_u32.to_le_bytes());
+        assert_eq!(
+            checksums.count(),
+            2,
+            "behind the file, and in the directory"
+        );
+    }
+
+    #[test]
+    fn a_header_is_the_one_that_numpy_writes() {
+        // numpy.save of numpy.zeros((3, 8, 8), numpy.float32): 128 bytes before the numbers.
+        let head = header("<f4", "(3, 8, 8)");
+        assert_eq!(head.len(), 128);
+        assert!(head.starts_with(
+            b"\x93NUMPY\x01\x00v\x00{'descr': '<f4', 'fortran_order': False, 'shape': (3, 8, 8), }"
+        ));
+        assert!(head.ends_with(b" \n"));
+    }
+}

@@ -1,0 +1,264 @@
+//! Apache Parquet: columns of equal length, in groups of rows; written without compression, so that a file can be
+//! read with nothing but the format's core, and with equal bytes for equal columns.
+//!
+//! | values | type in the file |
+//! |---|---|
+//! | [`Values::Unsigned`] | `INT64`, unsigned |
+//! | [`Values::Signed`] | `INT64`, or nothing where there is no value |
+//! | [`Values::Double`] | `DOUBLE`, or nothing where there is no value |
+//! | [`Values::Flag`] | `BOOLEAN` |
+//! | [`Values::Text`] | `BYTE_ARRAY (STRING)` |
+//! | [`Values::MaybeText`] | `BYTE_ARRAY (STRING)`, or nothing where there is no value |
+//! | [`Values::Singles`] | `LIST` of `FLOAT`, of one length in all rows |
+
+use crate::ExportError;
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{
+    BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int64Type,
+};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::{WriterProperties, WriterVersion};
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::{ColumnPath, Type};
+use std::io::Write;
+use std::sync::Arc;
+
+/// A column of a group of rows.
+#[derive(Debug)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// Its values.
+    pub values: Values,
+}
+
+/// What a column holds: one for each row.
+#[derive(Debug)]
+pub enum Values {
+    /// Numbers without a sign.
+    Unsigned(Vec<u64>),
+    /// Numbers, or nothing.
+    Signed(Vec<Option<i64>>),
+    /// Numbers in double precision, or nothing.
+    Double(Vec<Option<f64>>),
+    /// Yes or no.
+    Flag(Vec<bool>),
+    /// Texts.
+    Text(Vec<String>),
+    /// Texts, or nothing.
+    MaybeText(Vec<Option<String>>),
+    /// So many for each row, row by row.
+    Singles {
+        /// How many.
+        per_row: usize,
+        /// All of them.
+        values: Vec<f32>,
+    },
+}
+
+/// Writes the columns as one group of rows, with these words about the file.
+///
+/// # Errors
+/// If the output takes nothing, or the columns are not those that the file began with.
+pub fn write(
+    columns: &[Column],
+    about: &[(&str, String)],
+    out: impl Write + Send,
+) -> Result<(), ExportError> {
+    let mut table = Table::new(columns, about, out)?;
+    table.add(columns)?;
+    table.finish()
+}
+
+/// A file to which groups of rows are added.
+pub struct Table<W: Write + Send> {
+    writer: SerializedFileWriter<W>,
+}
+
+impl<W: Write + Send> Table<W> {
+    /// A table with columns of these names and types, whatever they hold, and with these words about the file.
+    ///
+    /// # Errors
+    /// If the output takes nothing, or the columns are not those that the file began with.
+    pub fn new(columns: &[Column], about: &[(&str, String)], out: W) -> Result<Self, ExportError> {
+        let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
+        let schema = Type::group_type_builder("rows")
+            .with_fields(fields)
+            .build()?;
+        let about = about
+            .iter()
+            .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()))
+            .collect();
+        let mut properties = WriterProperties::builder()
+            .set_writer_version(WriterVersion::PARQUET_1_0)
+            .set_key_value_metadata(Some(about));
+        for column in columns.iter().filter(|column| column.is_ever_new()) {
+            properties = properties.set_column_dictionary_enabled(column.path(), false);
+        }
+        let properties = Arc::new(properties.build());
+        let writer = SerializedFileWriter::new(out, Arc::new(schema), properties)?;
+        Ok(Self { writer })
+    }
+
+    /// Adds a group of rows.
+    ///
+    /// # Errors
+    /// If the output takes nothing, or the columns are not those that the file began with.
+    pub fn add(&mut self, columns: &[Column]) -> Result<(), ExportError> {
+        let mut group = self.writer.next_row_group()?;
+        for column in columns {
+            let missing =
+                || ParquetError::General(format!("no place for the column {}", column.name));
+            let mut open = group.next_column()?.ok_or_else(missing)?;
+            column.values.put(&mut open)?;
+            open.close()?;
+        }
+        group.close()?;
+        Ok(())
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// If the output takes nothing, or the columns are not those that the file began with.
+    pub fn finish(self) -> Result<(), ExportError> {
+        self.writer.close()?;
+        Ok(())
+    }
+}
+
+impl Column {
+    /// A column of that name.
+    #[must_use]
+    pub fn new(name: impl Into<String>, values: Values) -> Self {
+        Self {
+            name: name.into(),
+            values,
+        }
+    }
+
+    /// Whether hardly any value is there twice, so that a dictionary would only cost. Shares of pixels are mostly 0.
+    fn is_ever_new(&self) -> bool {
+        match &self.values {
+            Values::Singles { values, .. } => {
+                let zeros = values.iter().filter(|value| **value == 0.0).count();
+                zeros * 2 < values.len()
+            }
+            _ => false,
+        }
+    }
+
+    fn path(&self) -> ColumnPath {
+        match &self.values {
+            Values::Singles { .. } => ColumnPath::new(
+                [self.name.as_str(), "list", "element"]
+                    .map(str::to_owned)
+                    .to_vec(),
+            ),
+            _ => ColumnPath::new(vec![self.name.clone()]),
+        }
+    }
+}
+
+/// The column's place in the schema.
+fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
+    let name = column.name.as_str();
+    let plain = |physical| Type::primitive_type_builder(name, physical);
+    let required = Repetition::REQUIRED;
+    let field = match &column.values {
+        Values::Unsigned(_) => plain(Physical::INT64)
+            .with_repetition(required)
+            .with_logical_type(Some(LogicalType::integer(64, false))),
+        Values::Signed(_) => plain(Physical::INT64)
+            .with_repetition(Repetition::OPTIONAL)
+            .with_logical_type(Some(LogicalType::integer(64, true))),
+        Values::Double(_) => plain(Physical::DOUBLE).with_repetition(Repetition::OPTIONAL),
+        Values::Flag(_) => plain(Physical::BOOLEAN).with_repetition(required),
+        Values::Text(_) => plain(Physical::BYTE_ARRAY)
+            .with_repetition(required)
+            .with_logical_type(Some(LogicalType::String)),
+        Values::MaybeText(_) => plain(Physical::BYTE_ARRAY)
+            .with_repetition(Repetition::OPTIONAL)
+            .with_logical_type(Some(LogicalType::String)),
+        Values::Singles { .. } => return list(name),
+    };
+    Ok(Arc::new(field.build()?))
+}
+
+/// Three levels, as the format's document LogicalTypes.md has lists.
+fn list(name: &str) -> Result<Arc<Type>, ExportError> {
+    let element = Type::primitive_type_builder("element", Physical::FLOAT)
+        .with_repetition(Repetition::REQUIRED)
+        .build()?;
+    let repeated = Type::group_type_builder("list")
+        .with_repetition(Repetition::REPEATED)
+        .with_fields(vec![Arc::new(element)])
+        .build()?;
+    let list = Type::group_type_builder(name)
+        .with_repetition(Repetition::REQUIRED)
+        .with_logical_type(Some(LogicalType::List))
+        .with_fields(vec![Arc::new(repeated)])
+        .build()?;
+    Ok(Arc::new(list))
+}
+
+impl Values {
+    fn put(&self, column: &mut SerializedColumnWriter<'_>) -> Result<(), ExportError> {
+        match self {
+            Self::Unsigned(values) => {
+                let bits: Vec<i64> = values
+                    .iter()
+                    .map(|value| i64::from_ne_bytes(value.to_ne_bytes()))
+                    .collect();
+                batch::<Int64Type>(column, &bits, None, None)
+            }
+            Self::Flag(values) => batch::<BoolType>(column, values, None, None),
+            Self::Signed(values) => {
+                let there: Vec<i64> = values.iter().copied().flatten().collect();
+                batch::<Int64Type>(column, &there, Some(&levels(values)), None)
+            }
+            Self::Double(values) => {
+                let there: Vec<f64> = values.iter().copied().flatten().collect();
+                batch::<DoubleType>(column, &there, Some(&levels(values)), None)
+            }
+            Self::MaybeText(values) => {
+                let there = values.iter().flatten();
+                let bytes: Vec<ByteArray> = there.map(|text| text.as_str().into()).collect();
+                batch::<ByteArrayType>(column, &bytes, Some(&levels(values)), None)
+            }
+            Self::Text(values) => {
+                let bytes: Vec<ByteArray> =
+                    values.iter().map(|text| text.as_str().into()).collect();
+                batch::<ByteArrayType>(column, &bytes, None, None)
+            }
+            Self::Singles { per_row, values } => {
+                let there = vec![1; values.len()];
+                let begins: Vec<i16> = (0..values.len())
+                    .map(|index| i16::from(index % per_row != 0))
+                    .collect();
+                batch::<FloatType>(column, values, Some(&there), Some(&begins))
+            }
+        }
+    }
+}
+
+/// 1 where there is a value, 0 where there is none.
+fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
+    values
+        .iter()
+        .map(|value| i16::from(value.is_some()))
+        .collect()
+}
+
+fn batch<T: DataType>(
+    column: &mut SerializedColumnWriter<'_>,
+    values: &[T::T],
+    definitions: Option<&[i16]>,
+    repetitions: Option<&[i16]>,
+) -> Result<(), ExportError> {
+    column
+        .typed::<T>()
+        .write_batch(values, definitions, repetitions)?;
+    Ok(())
+}

@@ -1,0 +1,80 @@
+//! Apache Parquet with the columns of the recording format, by the same names and in the same order:
+//!
+//! | column | type |
+//! |---|---|
+//! | `device`, `sensor`, `boot`, `clock` | string |
+//! | `seq`, `t_boot_ns` | unsigned 64-bit |
+//! | `t_utc_ns`, `t_arrival_ns` | signed 64-bit, nanoseconds since 1970-01-01 UTC; the latter may be null |
+//! | `missing` | string, null where there is a frame |
+//! | `thermistor`, `pixel1` to `pixel64` | double, °C, null where there is no frame |
+
+use super::rows::{Out, Rows};
+use crate::ExportError;
+use crate::parquet::{Column, Table, Values};
+use amg8833::word;
+use grideye_frame::{PIXELS, RawFrame, Reading};
+use grideye_recording::Row;
+
+/// Rows that are in memory together.
+const GROUP_ROWS: usize = 20_000;
+
+pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
+    let about = [(
+        "program",
+        concat!("grideye ", env!("CARGO_PKG_VERSION")).to_owned(),
+    )];
+    let mut table = Table::new(&columns(&[]), &about, out)?;
+    let mut group = Vec::new();
+    let mut written = 0;
+    for row in rows {
+        group.push(row?);
+        written += 1;
+        if group.len() == GROUP_ROWS {
+            table.add(&columns(&group))?;
+            group.clear();
+        }
+    }
+    if !group.is_empty() {
+        table.add(&columns(&group))?;
+    }
+    table.finish()?;
+    Ok(format!("{written} rows"))
+}
+
+fn columns(rows: &[Row]) -> Vec<Column> {
+    let text =
+        |of: fn(&Row) -> &str| Values::Text(rows.iter().map(|row| of(row).to_owned()).collect());
+    let unsigned = |of: fn(&Row) -> u64| Values::Unsigned(rows.iter().map(of).collect());
+    let signed = |of: fn(&Row) -> Option<i64>| Values::Signed(rows.iter().map(of).collect());
+    let celsius = |of: &dyn Fn(&RawFrame) -> f32| {
+        let value = |row: &Row| row.record.reading.frame().map(|frame| f64::from(of(frame)));
+        Values::Double(rows.iter().map(value).collect())
+    };
+    let missing = |row: &Row| match &row.record.reading {
+        Reading::Frame(_) => None,
+        Reading::NoData(reason) => Some(reason.name().to_owned()),
+    };
+    let mut columns = vec![
+        Column::new("device", text(|row| &row.stream.device)),
+        Column::new("sensor", text(|row| &row.stream.sensor)),
+        Column::new("boot", text(|row| &row.stream.boot)),
+        Column::new("seq", unsigned(|row| row.record.seq)),
+        Column::new("t_boot_ns", unsigned(|row| row.record.stamp.t_boot_ns)),
+        Column::new("t_utc_ns", signed(|row| Some(row.record.stamp.t_utc_ns))),
+        Column::new("clock", text(|row| row.record.stamp.clock.name())),
+        Column::new("t_arrival_ns", signed(|row| row.t_arrival_ns)),
+        Column::new(
+            "missing",
+            Values::MaybeText(rows.iter().map(missing).collect()),
+        ),
+        Column::new(
+            "thermistor",
+            celsius(&|frame| word::thermistor_celsius(frame.thermistor).get()),
+        ),
+    ];
+    columns.extend((0..PIXELS).map(|index| {
+        let values = celsius(&|frame| word::pixel_celsius(frame.pixels[index]).get());
+        Column::new(format!("pixel{}", index + 1), values)
+    }));
+    columns
+}

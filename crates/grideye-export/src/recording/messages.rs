@@ -1,0 +1,181 @@
+//! MCAP (mcap.dev), as Foxglove and its like read it: two topics for each device and sensor.
+//!
+//! | topic | schema | holds |
+//! |---|---|---|
+//! | `/DEVICE/SENSOR/image` | `foxglove.RawImage`, JSON | 8 x 8 pixels of 32 bits (`32FC1`), °C |
+//! | `/DEVICE/SENSOR/state` | `grideye.State`, JSON | thermistor, number, clock, and why a frame is missing |
+//!
+//! A message's time is the device's wall clock; where that was never set, the time since the device started.
+
+use super::rows::{Out, Rows};
+use crate::ExportError;
+use amg8833::word;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use grideye_frame::{COLUMNS, RawFrame, Reading};
+use grideye_recording::{Row, Stamp};
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+
+/// Bytes of a pixel as a 32-bit number.
+const PIXEL_BYTES: usize = 4;
+
+/// Writes messages as they come, on channels that are opened when they are first needed.
+struct Messages<W: Write + Seek> {
+    file: Writer<W>,
+    image: u16,
+    state: u16,
+    /// The channels of image and state, by device and sensor.
+    channels: BTreeMap<(String, String), (u16, u16)>,
+    written: u32,
+}
+
+pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportError> {
+    let mut messages = Messages::new(out)?;
+    let mut count: u64 = 0;
+    for row in rows {
+        messages.row(&row?)?;
+        count += 1;
+    }
+    messages.file.finish()?;
+    Ok(format!("{count} rows"))
+}
+
+impl<W: Write + Seek> Messages<W> {
+    fn new(out: W) -> Result<Self, ExportError> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .library(concat!("grideye ", env!("CARGO_PKG_VERSION")));
+        let mut file = options.create(out)?;
+        let mut schema = |name, schema: Value| {
+            file.add_schema(name, "jsonschema", schema.to_string().as_bytes())
+        };
+        let image = schema("foxglove.RawImage", image_schema())?;
+        let state = schema("grideye.State", state_schema())?;
+        Ok(Self {
+            file,
+            image,
+            state,
+            channels: BTreeMap::new(),
+            written: 0,
+        })
+    }
+
+    fn row(&mut self, row: &Row) -> Result<(), ExportError> {
+        let (image, state) = self.channels_of(row)?;
+        let at_ns = time_ns(&row.record.stamp);
+        if let Reading::Frame(frame) = &row.record.reading {
+            self.message(image, at_ns, &image_message(row, frame, at_ns))?;
+        }
+        self.message(state, at_ns, &state_message(row))
+    }
+
+    fn channels_of(&mut self, row: &Row) -> Result<(u16, u16), ExportError> {
+        let key = (row.stream.device.clone(), row.stream.sensor.clone());
+        if let Some(known) = self.channels.get(&key) {
+            return Ok(*known);
+        }
+        let place = format!("/{}/{}", key.0, key.1);
+        let mut open = |schema, what| {
+            let topic = format!("{place}/{what}");
+            self.file
+                .add_channel(schema, &topic, "json", &BTreeMap::new())
+        };
+        let channels = (open(self.image, "image")?, open(self.state, "state")?);
+        self.channels.insert(key, channels);
+        Ok(channels)
+    }
+
+    fn message(&mut self, channel_id: u16, at_ns: u64, message: &Value) -> Result<(), ExportError> {
+        let header = MessageHeader {
+            channel_id,
+            sequence: self.written,
+            log_time: at_ns,
+            publish_time: at_ns,
+        };
+        self.written = self.written.wrapping_add(1);
+        let bytes = message.to_string();
+        Ok(self
+            .file
+            .write_to_known_channel(&header, bytes.as_bytes())?)
+    }
+}
+
+/// Wall time, or time since the device started where the wall clock was never set.
+fn time_ns(stamp: &Stamp) -> u64 {
+    let wall_ns = u64::try_from(stamp.t_utc_ns).unwrap_or(0);
+    if wall_ns == 0 {
+        stamp.t_boot_ns
+    } else {
+        wall_ns
+    }
+}
+
+fn image_message(row: &Row, frame: &RawFrame, at_ns: u64) -> Value {
+    let celsius = |pixel| word::pixel_celsius(pixel).get().to_le_bytes();
+    let bytes: Vec<u8> = frame.pixels.iter().copied().flat_map(celsius).collect();
+    json!({
+        "timestamp": { "sec": at_ns / 1_000_000_000, "nsec": at_ns % 1_000_000_000 },
+        "frame_id": format!("{}/{}", row.stream.device, row.stream.sensor),
+        "width": COLUMNS,
+        "height": frame.pixels.len() / COLUMNS,
+        "encoding": "32FC1",
+        "step": COLUMNS * PIXEL_BYTES,
+        "data": STANDARD.encode(bytes),
+    })
+}
+
+fn state_message(row: &Row) -> Value {
+    let (thermistor, missing) = match &row.record.reading {
+        Reading::Frame(frame) => (Some(word::thermistor_celsius(frame.thermistor).get()), None),
+        Reading::NoData(reason) => (None, Some(reason.name())),
+    };
+    json!({
+        "boot": row.stream.boot,
+        "seq": row.record.seq,
+        "t_boot_ns": row.record.stamp.t_boot_ns,
+        "clock": row.record.stamp.clock.name(),
+        "thermistor_celsius": thermistor,
+        "missing": missing,
+    })
+}
+
+/// The fields of `foxglove.RawImage`, as docs.foxglove.dev/docs/visualization/message-schemas/raw-image names them.
+fn image_schema() -> Value {
+    let time = json!({
+        "type": "object",
+        "title": "time",
+        "properties": { "sec": { "type": "integer", "minimum": 0 }, "nsec": { "type": "integer", "minimum": 0, "maximum": 999_999_999 } },
+    });
+    json!({
+        "title": "foxglove.RawImage",
+        "type": "object",
+        "properties": {
+            "timestamp": time,
+            "frame_id": { "type": "string" },
+            "width": { "type": "integer", "minimum": 0 },
+            "height": { "type": "integer", "minimum": 0 },
+            "encoding": { "type": "string" },
+            "step": { "type": "integer", "minimum": 0 },
+            "data": { "type": "string", "contentEncoding": "base64" },
+        },
+    })
+}
+
+fn state_schema() -> Value {
+    json!({
+        "title": "grideye.State",
+        "type": "object",
+        "properties": {
+            "boot": { "type": "string" },
+            "seq": { "type": "integer", "minimum": 0 },
+            "t_boot_ns": { "type": "integer", "minimum": 0 },
+            "clock": { "enum": ["unsynced", "synced", "stepped"] },
+            "thermistor_celsius": { "type": ["number", "null"] },
+            "missing": { "type": ["string", "null"] },
+        },
+    })
+}

@@ -1,0 +1,77 @@
+//! Frames and recordings under the name that the user gave: its end chooses the format.
+
+use crate::exit::bad_input;
+use crate::{files, progress};
+use anyhow::{Result, anyhow};
+use grideye_export::film::{self, Film};
+use grideye_export::recording::{self, Rows};
+use grideye_export::{ExportError, tiles};
+use grideye_scene::Image;
+use std::path::Path;
+
+/// Writes the film in the format that the name of the file asks for.
+pub(crate) fn write_film(film: &Film<'_>, out: &Path) -> Result<()> {
+    let format = extension(out).and_then(|extension| film::format(film, extension));
+    let format = format.ok_or_else(|| unknown(out, film::ENDS))?;
+    if extension(out) == Some("csv") && !film.is_recording() {
+        progress::say(&format!(
+            "a recording holds 8 x 8 pixels, and {} has {} x {}: writing a table of degrees instead",
+            film.sensor, film.columns, film.rows
+        ));
+    }
+    let bar = progress::bar(u64::from(film.frames), "simulating");
+    let mut written = String::new();
+    files::write_whole(out, |file| {
+        written = format(film, file, &|| bar.inc(1)).map_err(blamed)?;
+        Ok(())
+    })?;
+    bar.finish_and_clear();
+    progress::say(&format!("wrote {written} to {}", out.display()));
+    Ok(())
+}
+
+/// Writes the rows of a recording in the format that the name of the file asks for.
+pub(crate) fn write_recording(rows: Rows<'_>, out: &Path) -> Result<()> {
+    let format = extension(out).and_then(recording::format);
+    let format = format.ok_or_else(|| unknown(out, recording::ENDS))?;
+    let mut written = String::new();
+    files::write_whole(out, |file| {
+        written = format(rows, file).map_err(blamed)?;
+        Ok(())
+    })?;
+    progress::say(&format!("wrote {written} to {}", out.display()));
+    Ok(())
+}
+
+/// Writes images of one size side by side, on one scale of colors (.png).
+pub(crate) fn write_tiles(images: &[&Image], out: &Path) -> Result<()> {
+    if extension(out) != Some("png") {
+        return Err(unknown(out, ".png"));
+    }
+    let size = images
+        .first()
+        .map_or((1, 1), |image| (image.columns, image.rows));
+    let images: Vec<&[f64]> = images.iter().map(|image| &*image.celsius).collect();
+    files::write_whole(out, |file| {
+        tiles::write(&images, size, file).map_err(blamed)
+    })
+}
+
+fn extension(out: &Path) -> Option<&str> {
+    out.extension().and_then(|extension| extension.to_str())
+}
+
+fn unknown(out: &Path, ends: &str) -> anyhow::Error {
+    bad_input(anyhow!(
+        "cannot tell what to write from the name {}\nhint: end it with {ends}",
+        out.display()
+    ))
+}
+
+/// Marks what is the caller's to mend.
+fn blamed(error: ExportError) -> anyhow::Error {
+    match error.is_of_the_frames() {
+        true => bad_input(error),
+        false => error.into(),
+    }
+}
