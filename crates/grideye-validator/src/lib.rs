@@ -53,7 +53,6 @@ mod expected;
 mod frames;
 pub mod metrics;
 mod numbers;
-mod numerals;
 pub mod report;
 mod scene_comparison;
 pub mod thresholds;

@@ -3,7 +3,7 @@
 use crate::background::stretch::Stretch;
 use crate::frames::sensor_step_c;
 use crate::numbers::{common_offset, count};
-use crate::numerals::fixed;
+use grideye_draw::text::fixed;
 
 /// What is left of the recording's empty stretches when the room is explained, root of the mean square over the pixels,
 /// their common level taken out, °C.

@@ -9,7 +9,7 @@ use crate::calibrate::types::{Calibration, Estimate};
 use crate::calibrate::uncertainty::{Uncertainty, student_97_5};
 use crate::frames::pixels::STEP_VARIANCE;
 use crate::numbers::count;
-use crate::numerals::fixed;
+use grideye_draw::text::fixed;
 use grideye_frame::PIXELS;
 use grideye_scene::fit::Fit;
 use serde_json::json;

@@ -3,7 +3,7 @@
 use crate::characterize::characterization::{Characterization, NOMINAL_HZ};
 use crate::characterize::presence::{Presence, Spot};
 use crate::characterize::timing::Jump;
-use crate::numerals::{fixed, signed};
+use grideye_draw::text::{fixed, signed};
 use grideye_frame::COLUMNS;
 use serde_json::{Map, Value, json};
 use std::fmt;

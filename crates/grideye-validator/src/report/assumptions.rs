@@ -5,7 +5,7 @@ use crate::expected::DRAWS;
 use crate::frames::Protocol;
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
-use crate::numerals::{fixed, signed};
+use grideye_draw::text::{fixed, signed};
 use crate::report::context::Context;
 use crate::report::paper;
 use crate::report::text::list;

@@ -2,9 +2,9 @@
 
 use crate::characterize::{AllanPoint, Characterization};
 use crate::numbers::extremes;
-use crate::numerals::{fixed, signed};
-use crate::report::palette::{DIFFERENCE, INFERNO, Rgb, colour, wants_black_text};
-use crate::report::text::escape;
+use grideye_draw::palette::{DIFFERENCE, INFERNO, Rgb, color, ink};
+use grideye_draw::svg::Svg;
+use grideye_draw::text::{escape, fixed, signed};
 use grideye_frame::{COLUMNS, PIXELS};
 
 const STYLE: &str = include_str!("characterization.css");
@@ -67,7 +67,7 @@ impl Characterization {
             &self.noise.sigma_c,
             "Noise of each pixel, °C",
             "From frame to frame, as read; pixel 1 is at the top left.",
-            &|sigma| colour(&INFERNO, (sigma - least) / (most - least).max(1e-9)),
+            &|sigma| color(&INFERNO, (sigma - least) / (most - least).max(1e-9)),
             &|sigma| fixed(sigma, 2),
         );
         let pattern = self.pattern.map_or_else(String::new, |pattern| {
@@ -79,7 +79,7 @@ impl Characterization {
                 &pattern.offset_c,
                 "Fixed pattern, °C",
                 "What each pixel keeps beyond a smooth surface; signs say which way.",
-                &|offset| colour(&DIFFERENCE, 0.5 + offset / largest / 2.0),
+                &|offset| color(&DIFFERENCE, 0.5 + offset / largest / 2.0),
                 &|offset| signed(offset, 2),
             )
         });
@@ -89,7 +89,7 @@ impl Characterization {
                 &pattern.surface_c,
                 "Smooth surface, °C",
                 "Taken for the scene's, above the middle pixel; in the profile of an empty room alone.",
-                &|level| colour(&INFERNO, (level - low) / (high - low).max(1e-9)),
+                &|level| color(&INFERNO, (level - low) / (high - low).max(1e-9)),
                 &|level| signed(level, 2),
             )
         });
@@ -140,12 +140,14 @@ impl Characterization {
             .iter()
             .map(|tau| pixel[0] * (taus[0] / tau).sqrt())
             .collect();
-        let mut svg = plot.axes();
-        svg.push_str(&plot.curve("white", &taus, &white, "white noise"));
-        svg.push_str(&plot.curve("pixel", &taus, &pixel, "one pixel"));
-        svg.push_str(&plot.curve("common", &taus, &common, "common mode"));
-        svg.push_str("</svg>");
-        svg
+        let label = "Allan deviation over averaging time, both logarithmic";
+        let mut svg = Svg::inline("plot", (WIDTH, HEIGHT), label);
+        plot.axes(&mut svg);
+        plot.curve(&mut svg, "white", (&taus, &white), "white noise");
+        plot.curve(&mut svg, "pixel", (&taus, &pixel), "one pixel");
+        plot.curve(&mut svg, "common", (&taus, &common), "common mode");
+        svg.close("svg");
+        svg.finish()
     }
 }
 
@@ -157,30 +159,24 @@ fn map(
     shade: &dyn Fn(f64) -> Rgb,
     text: &dyn Fn(f64) -> String,
 ) -> String {
-    let mut svg =
-        format!("<figure><svg viewBox=\"0 0 320 320\" role=\"img\" aria-label=\"{title}\">");
+    let mut svg = Svg::default();
+    let head = svg.element("svg").with("viewBox", "0 0 320 320");
+    head.with("role", "img").with("aria-label", title).open();
     for (pixel, value) in values.iter().enumerate() {
-        let [red, green, blue] = shade(*value);
-        let ink = if wants_black_text([red, green, blue]) {
-            "#000"
-        } else {
-            "#fff"
-        };
-        let (column, row) = (pixel % COLUMNS, pixel / COLUMNS);
-        svg.push_str(&format!(
-            "<rect x=\"{}\" y=\"{}\" width=\"40\" height=\"40\" fill=\"rgb({red},{green},{blue})\"/>\
-             <text x=\"{}\" y=\"{}\" fill=\"{ink}\">{}</text>",
-            40 * column,
-            40 * row,
-            40 * column + 20,
-            40 * row + 20,
-            text(*value)
-        ));
+        let shade = shade(*value);
+        let [red, green, blue] = shade;
+        let (x, y) = (40 * (pixel % COLUMNS), 40 * (pixel / COLUMNS));
+        let cell = svg.element("rect").with("x", x).with("y", y);
+        cell.with("width", 40)
+            .with("height", 40)
+            .with("fill", format_args!("rgb({red},{green},{blue})"))
+            .end();
+        let number = svg.element("text").with("x", x + 20).with("y", y + 20);
+        number.with("fill", ink(shade)).text(text(*value));
     }
-    svg.push_str(&format!(
-        "</svg><figcaption><b>{title}</b><br>{note}</figcaption></figure>"
-    ));
-    svg
+    svg.close("svg");
+    let svg = svg.finish();
+    format!("<figure>{svg}<figcaption><b>{title}</b><br>{note}</figcaption></figure>")
 }
 
 /// From below the least to above the greatest in whole and half decades, as logarithms.
@@ -214,37 +210,31 @@ impl Plot {
         TOP + (HEIGHT - TOP - BOTTOM) * (self.y[1] - value.log10()) / (self.y[1] - self.y[0])
     }
 
-    fn axes(&self) -> String {
+    fn axes(&self, svg: &mut Svg) {
         let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
-        let mut svg = format!(
-            "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Allan deviation over averaging time, both logarithmic\">"
-        );
         for value in ticks(self.x) {
             let x = self.at_x(value);
-            svg.push_str(&format!(
-                "<path class=\"grid\" d=\"M{x:.1} {TOP}V{bottom}\"/><text class=\"middle\" x=\"{x:.1}\" y=\"{:.1}\">{value}</text>",
-                bottom + 16.0
-            ));
+            svg.mark("grid", format_args!("M{x:.1} {TOP}V{bottom}"));
+            let number = svg.element("text").with("class", "middle");
+            number.xy((x, bottom + 16.0)).text(value);
         }
         for value in ticks(self.y) {
             let y = self.at_y(value);
-            svg.push_str(&format!(
-                "<path class=\"grid\" d=\"M{LEFT} {y:.1}H{right}\"/><text class=\"end\" x=\"{:.1}\" y=\"{y:.1}\">{value}</text>",
-                LEFT - 8.0
-            ));
+            svg.mark("grid", format_args!("M{LEFT} {y:.1}H{right}"));
+            let number = svg.element("text").with("class", "end");
+            number.xy((LEFT - 8.0, y)).text(value);
         }
-        svg.push_str(&format!(
-            "<text class=\"middle\" x=\"{:.1}\" y=\"{:.1}\">averaged over, s</text>\
-             <text class=\"middle\" transform=\"translate(18 {:.1}) rotate(-90)\">Allan deviation, °C</text>",
-            (LEFT + right) / 2.0,
-            HEIGHT - 12.0,
-            (TOP + bottom) / 2.0
-        ));
-        svg
+        let name = svg.element("text").with("class", "middle");
+        name.xy(((LEFT + right) / 2.0, HEIGHT - 12.0))
+            .text("averaged over, s");
+        let middle = (TOP + bottom) / 2.0;
+        let turned = format!("translate(18 {middle:.1}) rotate(-90)");
+        let name = svg.element("text").with("class", "middle");
+        name.with("transform", turned).text("Allan deviation, °C");
     }
 
     /// A curve with its name at its end; what is not above zero is left out.
-    fn curve(&self, class: &str, x: &[f64], y: &[f64], name: &str) -> String {
+    fn curve(&self, svg: &mut Svg, class: &str, (x, y): (&[f64], &[f64]), name: &str) {
         let points: Vec<(f64, f64)> = x
             .iter()
             .zip(y)
@@ -252,17 +242,16 @@ impl Plot {
             .map(|(x, y)| (self.at_x(*x), self.at_y(*y).min(HEIGHT - BOTTOM)))
             .collect();
         let Some((end_x, end_y)) = points.last() else {
-            return String::new();
+            return;
         };
         let way: Vec<String> = points
             .iter()
             .map(|(x, y)| format!("{x:.1},{y:.1}"))
             .collect();
-        format!(
-            "<polyline class=\"{class}\" points=\"{}\"/><text class=\"name\" x=\"{:.1}\" y=\"{end_y:.1}\">{name}</text>",
-            way.join(" "),
-            end_x + 8.0
-        )
+        let line = svg.element("polyline").with("class", class);
+        line.with("points", way.join(" ")).end();
+        let text = svg.element("text").with("class", "name");
+        text.xy((end_x + 8.0, *end_y)).text(name);
     }
 }
 

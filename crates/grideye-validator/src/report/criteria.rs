@@ -4,7 +4,7 @@ use crate::compare::Comparison;
 use crate::expected::DRAWS;
 use crate::report::context::Context;
 use crate::report::ruler;
-use crate::report::text::escape;
+use grideye_draw::text::escape;
 use crate::verdict::State;
 
 /// Every part of the verdict with its state, in words and marks as well as in colour.

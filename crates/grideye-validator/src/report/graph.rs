@@ -3,7 +3,7 @@
 use crate::compare::EvaluationGraph;
 use crate::metrics::IS_THRESHOLD;
 use crate::numbers::count;
-use std::fmt::Write;
+use grideye_draw::svg::{Svg, path};
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 340.0;
@@ -15,9 +15,10 @@ const BOTTOM: f64 = 52.0;
 /// Share of pixels over the threshold: the pair, the blank frame and the ceiling, told apart by their strokes.
 pub(crate) fn svg(graph: &EvaluationGraph) -> String {
     let plot = Plot::new(graph);
-    let mut svg = format!(
-        "<svg class=\"graph\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" \
-         aria-label=\"Evaluation graph: share of pixels whose difference is below a threshold\">"
+    let mut svg = Svg::inline(
+        "graph",
+        (WIDTH, HEIGHT),
+        "Evaluation graph: share of pixels whose difference is below a threshold",
     );
     plot.axes(&mut svg);
     plot.threshold(&mut svg);
@@ -27,8 +28,8 @@ pub(crate) fn svg(graph: &EvaluationGraph) -> String {
     plot.curve(&mut svg, "blank", &graph.blank);
     plot.curve(&mut svg, "pair", &graph.simulated);
     legend(&mut svg, graph.repeat.is_some());
-    svg.push_str("</svg>");
-    svg
+    svg.close("svg");
+    svg.finish()
 }
 
 struct Plot<'a> {
@@ -72,33 +73,32 @@ impl<'a> Plot<'a> {
         TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - share)
     }
 
-    fn axes(&self, svg: &mut String) {
+    fn axes(&self, svg: &mut Svg) {
         let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
         for quarter in 0..=4_u32 {
             let y = Self::y(f64::from(quarter) / 4.0);
-            let _ = write!(
-                svg,
-                "<path class=\"grid\" d=\"M{LEFT} {y:.1}H{right}\"/><text class=\"end\" x=\"{:.0}\" y=\"{y:.1}\">{} %</text>",
-                LEFT - 8.0,
-                25 * quarter
-            );
+            svg.mark("grid", format_args!("M{LEFT} {y:.1}H{right}"));
+            let number = svg.element("text").with("class", "end");
+            let number = number.at("x", LEFT - 8.0, 0).at("y", y, 1);
+            number.text(format_args!("{} %", 25 * quarter));
         }
         for tick in self.ticks() {
             let x = self.x(tick);
-            let _ = write!(
-                svg,
-                "<path class=\"grid\" d=\"M{x:.1} {TOP}V{bottom}\"/><text class=\"middle\" x=\"{x:.1}\" y=\"{:.0}\">{tick}</text>",
-                bottom + 16.0
-            );
+            svg.mark("grid", format_args!("M{x:.1} {TOP}V{bottom}"));
+            let number = svg.element("text").with("class", "middle");
+            number.at("x", x, 1).at("y", bottom + 16.0, 0).text(tick);
         }
-        let _ = write!(
-            svg,
-            "<text class=\"middle name\" x=\"{:.0}\" y=\"{:.0}\">threshold in °C</text>\
-             <text class=\"middle name\" transform=\"translate(14 {:.0}) rotate(-90)\">pixels that differ by less</text>",
-            f64::midpoint(LEFT, right),
-            HEIGHT - 10.0,
-            f64::midpoint(TOP, bottom)
-        );
+        let name = svg.element("text").with("class", "middle name");
+        name.at("x", f64::midpoint(LEFT, right), 0)
+            .at("y", HEIGHT - 10.0, 0)
+            .text("threshold in °C");
+        let middle = f64::midpoint(TOP, bottom);
+        let name = svg.element("text").with("class", "middle name");
+        name.with(
+            "transform",
+            format_args!("translate(14 {middle:.0}) rotate(-90)"),
+        )
+        .text("pixels that differ by less");
     }
 
     fn ticks(&self) -> Vec<f64> {
@@ -108,38 +108,27 @@ impl<'a> Plot<'a> {
             .collect()
     }
 
-    fn threshold(&self, svg: &mut String) {
+    fn threshold(&self, svg: &mut Svg) {
         let (x, bottom) = (self.x(IS_THRESHOLD), HEIGHT - BOTTOM);
-        let _ = write!(
-            svg,
-            "<path class=\"mark\" d=\"M{x:.1} {TOP}V{bottom}\"/>\
-             <text class=\"name\" x=\"{:.1}\" y=\"{:.0}\">IS is read here: 2σ = {IS_THRESHOLD:.2} °C</text>",
-            x + 6.0,
-            bottom - 12.0
-        );
+        svg.mark("mark", format_args!("M{x:.1} {TOP}V{bottom}"));
+        let name = svg.element("text").with("class", "name");
+        name.at("x", x + 6.0, 1)
+            .at("y", bottom - 12.0, 0)
+            .text(format_args!("IS is read here: 2σ = {IS_THRESHOLD:.2} °C"));
     }
 
-    fn curve(&self, svg: &mut String, class: &str, shares: &[f64]) {
-        let _ = write!(svg, "<path class=\"curve {class}\" d=\"");
+    fn curve(&self, svg: &mut Svg, class: &str, shares: &[f64]) {
         let points = self
             .thresholds_c
             .iter()
             .zip(shares)
-            .filter(|&(&threshold, _)| threshold <= self.largest_c);
-        for (index, (&threshold, &share)) in points.enumerate() {
-            let command = if index == 0 { 'M' } else { 'L' };
-            let _ = write!(
-                svg,
-                "{command}{:.1} {:.1}",
-                self.x(threshold),
-                Self::y(share)
-            );
-        }
-        svg.push_str("\"/>");
+            .filter(|&(&threshold, _)| threshold <= self.largest_c)
+            .map(|(&threshold, &share)| (self.x(threshold), Self::y(share)));
+        svg.mark(&format!("curve {class}"), path(points, 1, false));
     }
 }
 
-fn legend(svg: &mut String, has_repeat: bool) {
+fn legend(svg: &mut Svg, has_repeat: bool) {
     let mut entries = vec![("pair", "simulated"), ("blank", "blank frame (floor)")];
     if has_repeat {
         entries.push(("repeat", "the sensor's own repeat (ceiling)"));
@@ -147,11 +136,9 @@ fn legend(svg: &mut String, has_repeat: bool) {
     let x = WIDTH - RIGHT - 270.0;
     for (index, (class, label)) in entries.iter().enumerate() {
         let y = HEIGHT - BOTTOM - 104.0 + 24.0 * count(index);
-        let _ = write!(
-            svg,
-            "<path class=\"curve {class}\" d=\"M{x:.0} {y:.0}h36\"/><text class=\"name\" x=\"{:.0}\" y=\"{y:.0}\">{label}</text>",
-            x + 46.0
-        );
+        svg.mark(&format!("curve {class}"), format_args!("M{x:.0} {y:.0}h36"));
+        let name = svg.element("text").with("class", "name");
+        name.at("x", x + 46.0, 0).at("y", y, 0).text(label);
     }
 }
 

@@ -3,10 +3,11 @@
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Protocol;
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
-use crate::numerals::{fixed, seconds, signed};
+use grideye_draw::text::{fixed, seconds, signed};
 use crate::report::context::Context;
 use crate::report::image::Shows;
-use crate::report::text::{escape, list};
+use crate::report::text::list;
+use grideye_draw::text::escape;
 use crate::report::{
     alignment, assumptions, criteria, graph, image, maps, paper, scores, timeline,
 };

@@ -4,12 +4,13 @@ use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Shape;
 use crate::metrics::IS_THRESHOLD;
 use crate::numbers::count;
-use crate::numerals::{fixed, signed};
-use crate::report::palette::{DIFFERENCE, INFERNO, Rgb, colour, wants_black_text};
-use crate::report::text::escape;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use std::fmt::Write;
+use grideye_draw::canvas::Canvas;
+use grideye_draw::encode;
+use grideye_draw::palette::{DIFFERENCE, INFERNO, Rgb, color, ink};
+use grideye_draw::svg::Svg;
+use grideye_draw::text::{fixed, signed};
 
 /// From the coldest to the warmest temperature that the pictures show, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,34 +90,28 @@ pub(crate) fn svg(
     title: &str,
 ) -> String {
     let (width, height) = (shape.columns * CELL, shape.rows * CELL);
-    let colours: Vec<Rgb> = values.iter().map(|&value| shows.colour(value)).collect();
-    let mut svg = format!(
-        "<svg class=\"frame\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{title}\"><title>{title}</title>\
-         <image width=\"{width}\" height=\"{height}\" preserveAspectRatio=\"none\" href=\"{}\"/>",
-        png_uri(shape, &colours),
-        title = escape(title),
-    );
-    for (index, (&value, &colour)) in values.iter().zip(&colours).enumerate() {
+    let colors: Vec<Rgb> = values.iter().map(|&value| shows.color(value)).collect();
+    let mut svg = Svg::inline("frame", (width, height), title);
+    svg.element("title").text(title);
+    let image = svg.element("image").with("width", width);
+    let image = image.with("height", height);
+    image
+        .with("preserveAspectRatio", "none")
+        .with("href", png_uri(shape, &colors))
+        .end();
+    for (index, (&value, &color)) in values.iter().zip(&colors).enumerate() {
         let (x, y) = (index % shape.columns * CELL, index / shape.columns * CELL);
         if shows.is_hatched(value) {
-            let _ = write!(svg, "<path class=\"hatch\" d=\"{}\"/>", hatch(x, y));
+            svg.mark("hatch", hatch(x, y));
         }
         if numbered && shape.columns <= NUMBERED_COLUMNS_MAX {
-            let ink = if wants_black_text(colour) {
-                "#000"
-            } else {
-                "#fff"
-            };
-            let (x, y) = (x + CELL / 2, y + CELL / 2);
-            let _ = write!(
-                svg,
-                "<text x=\"{x}\" y=\"{y}\" fill=\"{ink}\">{}</text>",
-                shows.label(value)
-            );
+            let number = svg.element("text").with("x", x + CELL / 2);
+            let number = number.with("y", y + CELL / 2);
+            number.with("fill", ink(color)).text(shows.label(value));
         }
     }
-    svg.push_str("</svg>");
-    svg
+    svg.close("svg");
+    svg.finish()
 }
 
 /// The scale as a bar with its ends and middle written below, in degrees.
@@ -142,14 +137,14 @@ pub(crate) fn scale(shows: Shows) -> String {
 }
 
 impl Shows {
-    fn colour(self, value: f64) -> Rgb {
+    fn color(self, value: f64) -> Rgb {
         match self {
-            Self::Temperatures(range) => colour(
+            Self::Temperatures(range) => color(
                 &INFERNO,
                 (value - range.coldest_c) / (range.warmest_c - range.coldest_c),
             ),
             Self::Differences { limit_c } => {
-                colour(&DIFFERENCE, f64::midpoint(value / limit_c, 1.0))
+                color(&DIFFERENCE, f64::midpoint(value / limit_c, 1.0))
             }
         }
     }
@@ -177,24 +172,12 @@ fn hatch(x: usize, y: usize) -> String {
     )
 }
 
-fn png_uri(shape: Shape, colours: &[Rgb]) -> String {
-    let bytes = png(shape, colours).unwrap_or_default();
-    format!("data:image/png;base64,{}", STANDARD.encode(bytes))
-}
-
-fn png(shape: Shape, colours: &[Rgb]) -> Option<Vec<u8>> {
-    let (width, height) = (
-        u32::try_from(shape.columns).ok()?,
-        u32::try_from(shape.rows).ok()?,
-    );
+fn png_uri(shape: Shape, colors: &[Rgb]) -> String {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header().ok()?;
-    writer.write_image_data(&colours.concat()).ok()?;
-    writer.finish().ok()?;
-    Some(bytes)
+    let canvas = Canvas::of(shape.columns, colors.to_vec());
+    // Memory takes every byte.
+    drop(encode::rgb(&canvas, &mut bytes));
+    format!("data:image/png;base64,{}", STANDARD.encode(bytes))
 }
 
 /// The frame of the film in which the most stands out from the background: the one to show large.
@@ -216,23 +199,6 @@ pub(crate) fn key_frame(comparison: &Comparison) -> Option<&FilmFrame> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_png_holds_the_colours_it_was_given() {
-        let shape = Shape {
-            columns: 3,
-            rows: 2,
-        };
-        let colours: Vec<Rgb> = (0..6).map(|n| [n, 10 * n, 255 - n]).collect();
-        let bytes = png(shape, &colours).unwrap();
-        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
-            .read_info()
-            .unwrap();
-        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-        let frame = reader.next_frame(&mut pixels).unwrap();
-        assert_eq!((frame.width, frame.height), (3, 2));
-        assert_eq!(pixels, colours.concat());
-    }
 
     #[test]
     fn differences_from_the_threshold_on_are_hatched() {

@@ -2,7 +2,7 @@
 
 use crate::compare::Comparison;
 use crate::report::context::Context;
-use crate::report::text::escape;
+use grideye_draw::text::escape;
 use crate::verdict::{Criterion, State, Verdict};
 use std::fmt::Write;
 

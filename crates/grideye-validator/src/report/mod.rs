@@ -11,7 +11,6 @@ mod image;
 mod json;
 mod junit;
 mod maps;
-pub mod palette;
 pub mod paper;
 mod ruler;
 mod scores;

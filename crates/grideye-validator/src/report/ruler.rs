@@ -1,9 +1,9 @@
 //! A score on a line, between what right scenes have and what chance has, as SVG.
 
 use crate::expected::ScoreDistribution;
-use crate::numerals::fixed;
 use crate::verdict::Asked;
-use std::fmt::Write as _;
+use grideye_draw::svg::Svg;
+use grideye_draw::text::fixed;
 
 const WIDTH: f64 = 440.0;
 const HEIGHT: f64 = 46.0;
@@ -18,30 +18,34 @@ const BEYOND: f64 = 0.001;
 /// upright stroke what is asked, the diamond what was found.
 pub(crate) fn svg(asked: &Asked) -> String {
     let axis = Axis::new(asked);
-    let mut svg = format!(
-        "<svg class=\"ruler\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{} found, {} asked for\">\
-         <line class=\"axis\" x1=\"0\" x2=\"{WIDTH}\" y1=\"{MIDDLE}\" y2=\"{MIDDLE}\"/>",
+    let label = format!(
+        "{} found, {} asked for",
         fixed(asked.value, 2),
         fixed(asked.least, 2)
     );
+    let mut svg = Svg::inline("ruler", (WIDTH, HEIGHT), &label);
+    let line = svg.element("line").with("class", "axis");
+    let line = line.with("x1", 0).with("x2", WIDTH);
+    line.with("y1", MIDDLE).with("y2", MIDDLE).end();
     bar(&mut svg, &axis, "right", &asked.right);
     if let Some(without) = &asked.without {
         bar(&mut svg, &axis, "without", without);
     }
     let (least, value) = (axis.x(asked.least), axis.x(asked.value));
-    // Writing into a string does not fail.
-    let _ = write!(
-        svg,
-        "<line class=\"least\" x1=\"{least:.1}\" x2=\"{least:.1}\" y1=\"1\" y2=\"29\"/>\
-         <path class=\"found\" d=\"M{value:.1} {:.1}l7 7l-7 7l-7 -7z\"/>",
-        MIDDLE - 7.0
+    let line = svg.element("line").with("class", "least");
+    let line = line.at("x1", least, 1).at("x2", least, 1);
+    line.with("y1", 1).with("y2", 29).end();
+    let top = MIDDLE - 7.0;
+    svg.mark(
+        "found",
+        format_args!("M{value:.1} {top:.1}l7 7l-7 7l-7 -7z"),
     );
     labels(
         &mut svg,
         [(least, asked.least, "soft"), (value, asked.value, "name")],
     );
-    svg.push_str("</svg>");
-    svg
+    svg.close("svg");
+    svg.finish()
 }
 
 struct Axis {
@@ -71,18 +75,18 @@ impl Axis {
     }
 }
 
-fn bar(svg: &mut String, axis: &Axis, class: &str, law: &ScoreDistribution) {
+fn bar(svg: &mut Svg, axis: &Axis, class: &str, law: &ScoreDistribution) {
     let (from, to) = (axis.x(law.low(BEYOND)), axis.x(law.high(BEYOND)));
-    let _ = write!(
-        svg,
-        "<rect class=\"{class}\" x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"12\" rx=\"3\"/>",
-        MIDDLE - 6.0,
-        (to - from).max(2.0)
-    );
+    let bar = svg.element("rect").with("class", class);
+    bar.xy((from, MIDDLE - 6.0))
+        .at("width", (to - from).max(2.0), 1)
+        .with("height", 12)
+        .with("rx", 3)
+        .end();
 }
 
 /// Two numbers below the line, moved apart where they would touch.
-fn labels(svg: &mut String, [mut least, mut value]: [(f64, f64, &str); 2]) {
+fn labels(svg: &mut Svg, [mut least, mut value]: [(f64, f64, &str); 2]) {
     const APART: f64 = 36.0;
     let gap = value.0 - least.0;
     if gap.abs() < APART {
@@ -93,11 +97,11 @@ fn labels(svg: &mut String, [mut least, mut value]: [(f64, f64, &str); 2]) {
     }
     for (x, number, class) in [least, value] {
         let x = x.clamp(EDGE / 2.0, WIDTH - EDGE / 2.0);
-        let _ = write!(
-            svg,
-            "<text class=\"middle {class}\" x=\"{x:.1}\" y=\"39\">{}</text>",
-            fixed(number, 2)
-        );
+        svg.element("text")
+            .with("class", format_args!("middle {class}"))
+            .at("x", x, 1)
+            .with("y", 39)
+            .text(fixed(number, 2));
     }
 }
 

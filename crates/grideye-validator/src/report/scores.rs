@@ -2,7 +2,7 @@
 
 use crate::compare::Comparison;
 use crate::metrics::score::{Better, Measure, Score};
-use crate::numerals::{fixed, frames as frames_in_words};
+use grideye_draw::text::{fixed, frames as frames_in_words};
 use crate::report::context::Context;
 use crate::report::paper;
 use crate::report::paper::EXPERIMENTS;

@@ -2,7 +2,7 @@
 
 use crate::compare::Comparison;
 use crate::metrics::score::{Better, Measure, Score};
-use crate::numerals::fixed;
+use grideye_draw::text::fixed;
 use crate::report::paper;
 use crate::report::scores::GROUPS;
 use crate::report::text::{UNDEFINED, value};

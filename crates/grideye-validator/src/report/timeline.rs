@@ -3,7 +3,8 @@
 use crate::compare::{Comparison, FrameScores};
 use crate::metrics::score::Measure;
 use crate::numbers::count;
-use crate::numerals::{fixed, signed};
+use grideye_draw::svg::Svg;
+use grideye_draw::text::{fixed, signed};
 use std::fmt::Write;
 
 const WIDTH: f64 = 720.0;
@@ -76,15 +77,13 @@ fn panels(comparison: &Comparison) -> [Panel; 3] {
 
 fn svg(panels: &[Panel]) -> String {
     let height = TOP + count(panels.len()) * (PANEL + GAP) + 8.0;
-    let mut svg = format!(
-        "<svg class=\"graph time\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"Scores over time\">"
-    );
+    let mut svg = Svg::inline("graph time", (WIDTH, height), "Scores over time");
     for (index, panel) in panels.iter().enumerate() {
         let top = TOP + count(index) * (PANEL + GAP);
         Plot::new(panel, top).draw(&mut svg, index + 1 == panels.len());
     }
-    svg.push_str("</svg>");
-    svg
+    svg.close("svg");
+    svg.finish()
 }
 
 struct Plot<'a> {
@@ -125,14 +124,13 @@ impl<'a> Plot<'a> {
         self.top + PANEL * (high - value) / (high - low)
     }
 
-    fn draw(&self, svg: &mut String, is_last: bool) {
+    fn draw(&self, svg: &mut Svg, is_last: bool) {
         let right = WIDTH - RIGHT;
-        let _ = write!(
-            svg,
-            "<text class=\"name\" x=\"{LEFT}\" y=\"{:.1}\">{}</text>",
-            self.top - 14.0,
-            self.panel.title
-        );
+        let title = svg.element("text").with("class", "name");
+        title
+            .with("x", LEFT)
+            .at("y", self.top - 14.0, 1)
+            .text(&self.panel.title);
         let (low, high) = self.values;
         for value in [low, f64::midpoint(low, high), high] {
             let y = self.y(value);
@@ -141,24 +139,17 @@ impl<'a> Plot<'a> {
             } else {
                 fixed(value, 2)
             };
-            let _ = write!(
-                svg,
-                "<path class=\"grid\" d=\"M{LEFT} {y:.1}H{right}\"/><text class=\"end\" x=\"{:.0}\" y=\"{y:.1}\">{label}</text>",
-                LEFT - 8.0
-            );
+            svg.mark("grid", format_args!("M{LEFT} {y:.1}H{right}"));
+            let number = svg.element("text").with("class", "end");
+            number.at("x", LEFT - 8.0, 0).at("y", y, 1).text(label);
         }
-        for &floor in &self.panel.floors {
-            let y = self.y(floor);
-            let _ = write!(
-                svg,
-                "<path class=\"curve blank\" d=\"M{LEFT} {y:.1}H{right}\"/>"
-            );
-        }
-        if let Some(ceiling) = self.panel.ceiling {
-            let y = self.y(ceiling);
-            let _ = write!(
-                svg,
-                "<path class=\"curve repeat\" d=\"M{LEFT} {y:.1}H{right}\"/>"
+        let floors = self.panel.floors.iter().map(|floor| ("blank", *floor));
+        let ceiling = self.panel.ceiling.map(|ceiling| ("repeat", ceiling));
+        for (class, value) in floors.chain(ceiling) {
+            let y = self.y(value);
+            svg.mark(
+                &format!("curve {class}"),
+                format_args!("M{LEFT} {y:.1}H{right}"),
             );
         }
         self.line(svg);
@@ -166,9 +157,9 @@ impl<'a> Plot<'a> {
     }
 
     /// A gap where the measure is not defined.
-    fn line(&self, svg: &mut String) {
+    fn line(&self, svg: &mut Svg) {
         let mut path = String::new();
-        let mut dots = String::new();
+        let mut dots = Vec::new();
         let mut is_begun = false;
         for &(time_s, value) in &self.panel.points {
             let Some(value) = value else {
@@ -179,26 +170,28 @@ impl<'a> Plot<'a> {
             let command = if is_begun { 'L' } else { 'M' };
             is_begun = true;
             let _ = write!(path, "{command}{x:.1} {y:.1}");
-            let _ = write!(dots, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.6\"/>");
+            dots.push((x, y));
         }
-        let _ = write!(svg, "<path class=\"curve pair\" d=\"{path}\"/>");
+        svg.mark("curve pair", path);
         if self.panel.points.len() <= DOTS_MAX {
-            let _ = write!(svg, "<g class=\"dots\">{dots}</g>");
+            svg.element("g").with("class", "dots").open();
+            for (x, y) in dots {
+                let dot = svg.element("circle").at("cx", x, 1).at("cy", y, 1);
+                dot.with("r", 2.6).end();
+            }
+            svg.close("g");
         }
     }
 
-    fn times(&self, svg: &mut String, is_last: bool) {
+    fn times(&self, svg: &mut Svg, is_last: bool) {
         let bottom = self.top + PANEL + 14.0;
         let (first, last) = self.times_s;
         for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
             let time_s = first + share * (last - first);
             let unit = if is_last { " s" } else { "" };
-            let _ = write!(
-                svg,
-                "<text class=\"middle\" x=\"{:.1}\" y=\"{bottom:.1}\">{}{unit}</text>",
-                self.x(time_s),
-                fixed(time_s, 1)
-            );
+            let time = svg.element("text").with("class", "middle");
+            time.xy((self.x(time_s), bottom))
+                .text(format_args!("{}{unit}", fixed(time_s, 1)));
         }
     }
 }

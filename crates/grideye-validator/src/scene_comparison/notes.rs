@@ -3,7 +3,7 @@
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
-use crate::numerals::fixed;
+use grideye_draw::text::fixed;
 use crate::scene_comparison::types::Options;
 
 /// One sentence for each thing that was left out, taken out, aligned or found not to lie as the scene has it.

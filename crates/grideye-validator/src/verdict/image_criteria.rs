@@ -5,7 +5,7 @@ use crate::expected::distribution::Scale;
 use crate::expected::units::Pick;
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::unclaimed::WarmBlock;
-use crate::numerals::fixed;
+use grideye_draw::text::fixed;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::criterion::{Criterion, State};
 use crate::verdict::types::Evidence;

@@ -1,6 +1,6 @@
 //! From the numbers to the verdict.
 
-use crate::numerals::fixed;
+use grideye_draw::text::fixed;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::criterion::State;
 use crate::verdict::image_criteria::{level, orientation, unclaimed};

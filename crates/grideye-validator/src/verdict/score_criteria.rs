@@ -5,7 +5,7 @@ use crate::expected::units::Pick;
 use crate::expected::{DRAWS, ScoreDistribution};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
-use crate::numerals::fixed;
+use grideye_draw::text::fixed;
 use crate::thresholds::Thresholds;
 use crate::verdict::criterion::{Asked, Criterion, State};
 use crate::verdict::types::Evidence;

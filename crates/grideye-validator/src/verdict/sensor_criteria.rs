@@ -6,7 +6,7 @@
 
 use crate::frames::pixels::decoded;
 use crate::numbers::{count, greatest_common_divisor, median, normal_tail};
-use crate::numerals::fixed;
+use grideye_draw::text::fixed;
 use crate::thresholds::Thresholds;
 use crate::verdict::criterion::{Criterion, State};
 use grideye_frame::{PIXELS, PixelWord, RawFrame};

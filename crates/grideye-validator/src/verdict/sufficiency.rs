@@ -1,7 +1,7 @@
 //! Whether a recording holds enough to tell anything from.
 
 use crate::metrics::score::Measure;
-use crate::numerals::{fixed, frames};
+use grideye_draw::text::{fixed, frames};
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::criterion::{Criterion, State};
 use crate::verdict::types::Evidence;
