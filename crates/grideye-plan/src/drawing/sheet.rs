@@ -7,39 +7,44 @@ use super::pieces::{AGENT, OBJECT, SEEN, SEEN_EDGE};
 use super::plane::Plane;
 use glam::{DVec2, DVec3};
 use grideye_draw::number::round_step;
+use grideye_draw::palette::hex;
+use grideye_draw::svg::{self, Element, Svg};
 use grideye_scene::Sensor;
 use grideye_scene::count;
 
 #[derive(Debug)]
 pub(super) struct Sheet {
-    svg: String,
+    svg: Svg,
 }
 
 impl Sheet {
     pub(super) fn new(width: f64, height: f64) -> Self {
         Self {
-            svg: format!(
-                "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-                 font-family=\"sans-serif\" font-size=\"12\" fill=\"#222222\">\n\
-                 <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n"
-            ),
+            svg: Svg::page(width, height, &[("font-size", "12"), ("fill", "#222222")]),
         }
     }
 
     pub(super) fn finish(mut self) -> String {
-        self.svg.push_str("</svg>\n");
-        self.svg
+        self.svg.close("svg");
+        self.svg.line_end();
+        self.svg.finish()
     }
 
     pub(super) fn head(&mut self, title: &str, summary: &str) {
-        let (title, summary) = (escaped(title), escaped(summary));
-        self.add(&format!("<title>{title}</title>"));
-        self.add(&format!(
-            "<text x=\"24\" y=\"34\" font-size=\"19\" font-weight=\"bold\">{title}</text>"
-        ));
-        self.add(&format!(
-            "<text x=\"24\" y=\"56\" fill=\"#555555\">{summary}</text>"
-        ));
+        self.line("title", |element| {
+            element.text(title);
+        });
+        self.line("text", |element| {
+            let element = element.with("x", 24).with("y", 34);
+            element
+                .with("font-size", 19)
+                .with("font-weight", "bold")
+                .text(title);
+        });
+        self.line("text", |element| {
+            let element = element.with("x", 24).with("y", 56);
+            element.with("fill", "#555555").text(summary);
+        });
     }
 
     pub(super) fn panel(&mut self, title: &str, panel: &Panel) {
@@ -49,21 +54,26 @@ impl Sheet {
             width,
             height,
         } = *panel;
-        self.add(&format!(
-            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" rx=\"6\" fill=\"#fafafa\" stroke=\"#dddddd\"/>"
-        ));
-        self.add(&format!(
-            "<text x=\"{}\" y=\"{}\" fill=\"#777777\">{title}</text>",
-            left + 12.0,
-            top + 20.0
-        ));
+        self.line("rect", |element| {
+            let element = element.with("x", left).with("y", top);
+            let element = element.with("width", width).with("height", height);
+            let element = element.with("rx", 6).with("fill", "#fafafa");
+            element.with("stroke", "#dddddd").end();
+        });
+        self.line("text", |element| {
+            let element = element.with("x", left + 12.0).with("y", top + 20.0);
+            element.with("fill", "#777777").text(title);
+        });
     }
 
     /// Floor and walls that are seen from within.
     pub(super) fn walls_behind(&mut self, camera: &Camera, walls: &[Vec<DVec3>]) {
         for wall in walls.iter().filter(|wall| is_seen(camera, wall)) {
             let outline = path(camera, wall, true);
-            self.add(&format!("<path class=\"wall\" d=\"{outline}\" fill=\"#f1f1f1\" stroke=\"#999999\" stroke-width=\"1\"/>"));
+            self.line("path", |element| {
+                let element = element.with("class", "wall").with("d", outline);
+                stroke(element.with("fill", "#f1f1f1"), "#999999", "1").end();
+            });
         }
     }
 
@@ -71,9 +81,11 @@ impl Sheet {
     pub(super) fn walls_before(&mut self, camera: &Camera, walls: &[Vec<DVec3>]) {
         for wall in walls.iter().filter(|wall| !is_seen(camera, wall)) {
             let outline = path(camera, wall, true);
-            self.add(&format!(
-                "<path class=\"wire\" d=\"{outline}\" fill=\"none\" stroke=\"#999999\" stroke-width=\"0.8\" stroke-dasharray=\"6 4\"/>"
-            ));
+            self.line("path", |element| {
+                let element = element.with("class", "wire").with("d", outline);
+                let element = stroke(element.with("fill", "none"), "#999999", "0.8");
+                element.with("stroke-dasharray", "6 4").end();
+            });
         }
     }
 
@@ -87,19 +99,20 @@ impl Sheet {
             Paint::Line { color } => {
                 let line = path(camera, &piece.points_m, false);
                 let color = hex(color);
-                self.add(&format!(
-                    "<path class=\"way\" d=\"{line}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.6\" stroke-dasharray=\"0.1 4\" stroke-linecap=\"round\"/>"
-                ));
+                self.line("path", |element| {
+                    let element = element.with("class", "way").with("d", line);
+                    dotted(element.with("fill", "none"), &color);
+                });
             }
             Paint::Circle { color, radius } => {
                 for point in &piece.points_m {
                     let at = camera.project(*point);
-                    self.add(&format!(
-                        "<circle class=\"captured\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" fill=\"#ffffff\" stroke=\"{}\" stroke-width=\"1.1\"/>",
-                        at.x,
-                        at.y,
-                        hex(color)
-                    ));
+                    self.line("circle", |element| {
+                        let element = element.with("class", "captured");
+                        let element = element.at("cx", at.x, 1).at("cy", at.y, 1);
+                        let element = element.with("r", radius).with("fill", "#ffffff");
+                        stroke(element, &hex(color), "1.1").end();
+                    });
                 }
             }
         }
@@ -111,18 +124,18 @@ impl Sheet {
             let at = camera.project(sensor.pose.position_m);
             let ahead = sensor.pose.position_m + 0.25 * sensor.pose.world_from_sensor().x_axis;
             let ahead = camera.project(ahead);
-            self.add(&format!(
-                "<g class=\"sensor\" stroke=\"{}\"><line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke-width=\"1.5\"/>\
-                 <rect x=\"{:.1}\" y=\"{:.1}\" width=\"9\" height=\"9\" fill=\"{}\" stroke-width=\"1.2\"/></g>",
-                hex(SEEN_EDGE),
-                at.x,
-                at.y,
-                ahead.x,
-                ahead.y,
-                at.x - 4.5,
-                at.y - 4.5,
-                hex(SEEN)
-            ));
+            let group = self.svg.element("g").with("class", "sensor");
+            group.with("stroke", hex(SEEN_EDGE)).open();
+            let line = ends(self.svg.element("line"), at, ahead);
+            line.with("stroke-width", 1.5).end();
+            let place = self.svg.element("rect").xy((at.x - 4.5, at.y - 4.5));
+            let place = place.with("width", 9).with("height", 9);
+            place
+                .with("fill", hex(SEEN))
+                .with("stroke-width", 1.2)
+                .end();
+            self.svg.close("g");
+            self.svg.line_end();
         }
     }
 
@@ -137,10 +150,10 @@ impl Sheet {
             let towards = (camera.project(end) - corner).normalize_or_zero();
             let tip = corner + 34.0 * towards;
             let text = corner + 46.0 * towards;
-            self.add(&format!(
-                "<line class=\"axis\" x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"#444444\" stroke-width=\"1.6\"/>",
-                corner.x, corner.y, tip.x, tip.y
-            ));
+            self.line("line", |element| {
+                let element = ends(element.with("class", "axis"), corner, tip);
+                stroke(element, "#444444", "1.6").end();
+            });
             self.text(text + DVec2::new(0.0, 4.0), name, "#444444");
         }
     }
@@ -154,10 +167,10 @@ impl Sheet {
                 let length = step * count::float(tick);
                 let from = camera.project(low + length * axis);
                 let to = from + 5.0 * outwards;
-                self.add(&format!(
-                    "<line class=\"tick\" x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"#777777\"/>",
-                    from.x, from.y, to.x, to.y
-                ));
+                self.line("line", |element| {
+                    let element = ends(element.with("class", "tick"), from, to);
+                    element.with("stroke", "#777777").end();
+                });
                 let unit = if tick == 0 { " m" } else { "" };
                 let text = format!("{}{unit}", (length * 1000.0).round() / 1000.0);
                 self.text(
@@ -174,7 +187,9 @@ impl Sheet {
             self.text(label.at, &label.text, "#222222");
         }
         if labels.left_out > 0 {
-            self.add(&format!("<!-- {} names have no room -->", labels.left_out));
+            self.svg
+                .remark(format_args!("{} names have no room", labels.left_out));
+            self.svg.line_end();
         }
     }
 
@@ -186,26 +201,25 @@ impl Sheet {
             (AGENT, "agent"),
             (SEEN, "sensor and what it has in view"),
         ] {
-            self.add(&format!(
-                "<rect x=\"{x}\" y=\"{}\" width=\"14\" height=\"14\" fill=\"{}\" stroke=\"#888888\" stroke-width=\"0.5\"/>",
-                y - 11.0,
-                hex(color)
-            ));
-            self.add(&format!("<text x=\"{}\" y=\"{y}\">{text}</text>", x + 20.0));
+            self.line("rect", |element| {
+                let element = element.with("x", x).with("y", y - 11.0);
+                let element = element.with("width", 14).with("height", 14);
+                stroke(element.with("fill", hex(color)), "#888888", "0.5").end();
+            });
+            self.remark((x + 20.0, y), text);
             x += 44.0 + width(text);
         }
         if somebody_walks {
             let color = hex(AGENT);
-            self.add(&format!(
-                "<path d=\"M{x} {0}h34\" stroke=\"{color}\" stroke-width=\"1.6\" stroke-dasharray=\"0.1 4\" stroke-linecap=\"round\"/>\
-                 <circle cx=\"{1}\" cy=\"{0}\" r=\"3\" fill=\"#ffffff\" stroke=\"{color}\"/>",
-                y - 4.0,
-                x + 17.0
-            ));
-            self.add(&format!(
-                "<text x=\"{}\" y=\"{y}\">way, and where a frame is taken</text>",
-                x + 42.0
-            ));
+            let middle = y - 4.0;
+            let way = self.svg.element("path");
+            dotted(way.with("d", format_args!("M{x} {middle}h34")), &color);
+            self.line("circle", |element| {
+                let element = element.with("cx", x + 17.0).with("cy", middle);
+                let element = element.with("r", 3).with("fill", "#ffffff");
+                element.with("stroke", &color).end();
+            });
+            self.remark((x + 42.0, y), "way, and where a frame is taken");
         }
     }
 
@@ -220,12 +234,17 @@ impl Sheet {
         if opacity <= 0.0 {
             // Only its edges.
         } else if opacity < 1.0 {
-            self.add(&format!("<path class=\"view\" d=\"{outline}\" fill=\"{fill}\" fill-opacity=\"{opacity:.3}\"/>"));
+            self.line("path", |element| {
+                let element = element.with("class", "view").with("d", outline);
+                let element = element.with("fill", &fill);
+                element.at("fill-opacity", opacity, 3).end();
+            });
         } else {
             // The hair line in its own colour closes the seams between faces that were cut.
-            self.add(&format!(
-                "<path d=\"{outline}\" fill=\"{fill}\" stroke=\"{fill}\" stroke-width=\"0.4\"/>"
-            ));
+            self.line("path", |element| {
+                let element = element.with("d", outline).with("fill", &fill);
+                stroke(element, &fill, "0.4").end();
+            });
         }
         if is_tiny(camera, &piece.points_m) {
             // Edges would be all that is seen of it.
@@ -240,23 +259,48 @@ impl Sheet {
             })
             .collect();
         if !lines.is_empty() {
-            self.add(&format!("<path d=\"{lines}\" fill=\"none\" stroke=\"{edge}\" stroke-width=\"0.8\" stroke-linecap=\"round\"/>"));
+            self.line("path", |element| {
+                let element = element.with("d", lines).with("fill", "none");
+                let element = stroke(element, &edge, "0.8");
+                element.with("stroke-linecap", "round").end();
+            });
         }
     }
 
     fn text(&mut self, at: DVec2, text: &str, color: &str) {
-        self.add(&format!(
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{color}\" stroke=\"#ffffff\" stroke-width=\"3\" stroke-linejoin=\"round\" paint-order=\"stroke\">{}</text>",
-            at.x,
-            at.y,
-            escaped(text)
-        ));
+        self.line("text", |element| {
+            let element = element.xy((at.x, at.y)).with("text-anchor", "middle");
+            element.with("fill", color).halo().text(text);
+        });
     }
 
-    fn add(&mut self, element: &str) {
-        self.svg.push_str(element);
-        self.svg.push('\n');
+    /// A plain line of the legend.
+    fn remark(&mut self, (x, y): (f64, f64), text: &str) {
+        self.line("text", |element| {
+            element.with("x", x).with("y", y).text(text);
+        });
     }
+
+    /// An element on a line of its own.
+    fn line(&mut self, name: &'static str, write: impl FnOnce(Element<'_>)) {
+        write(self.svg.element(name));
+        self.svg.line_end();
+    }
+}
+
+fn stroke<'a>(element: Element<'a>, color: &str, width: &str) -> Element<'a> {
+    element.with("stroke", color).with("stroke-width", width)
+}
+
+/// A way is dots.
+fn dotted(element: Element<'_>, color: &str) {
+    let element = stroke(element, color, "1.6").with("stroke-dasharray", "0.1 4");
+    element.with("stroke-linecap", "round").end();
+}
+
+fn ends<'a>(element: Element<'a>, from: DVec2, to: DVec2) -> Element<'a> {
+    let element = element.at("x1", from.x, 1).at("y1", from.y, 1);
+    element.at("x2", to.x, 1).at("y2", to.y, 1)
 }
 
 fn is_seen(camera: &Camera, wall: &[DVec3]) -> bool {
@@ -272,38 +316,8 @@ fn is_tiny(camera: &Camera, points_m: &[DVec3]) -> bool {
 }
 
 fn path(camera: &Camera, points_m: &[DVec3], closed: bool) -> String {
-    let mut path = String::new();
-    for (index, point) in points_m.iter().enumerate() {
-        let at = camera.project(*point);
-        let letter = if index == 0 { 'M' } else { 'L' };
-        path.push_str(&format!("{letter}{:.1} {:.1}", at.x, at.y));
-    }
-    if closed {
-        path.push('Z');
-    }
-    path
-}
-
-fn hex([red, green, blue]: [u8; 3]) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
-}
-
-/// Text that cannot be read as markup; what XML cannot hold at all becomes a space.
-pub(crate) fn escaped(text: &str) -> String {
-    let mut safe = String::new();
-    for character in text.chars() {
-        match character {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            other if other.is_control() || matches!(other, '\u{fffe}' | '\u{ffff}') => {
-                safe.push(' ');
-            }
-            other => safe.push(other),
-        }
-    }
-    safe
+    let places = points_m.iter().map(|point| camera.project(*point));
+    svg::path(places.map(|at| (at.x, at.y)), 1, closed)
 }
 
 /// Faces smaller than this on the page have no edges.

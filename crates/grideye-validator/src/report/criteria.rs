@@ -4,8 +4,8 @@ use crate::compare::Comparison;
 use crate::expected::DRAWS;
 use crate::report::context::Context;
 use crate::report::ruler;
-use grideye_draw::text::escape;
 use crate::verdict::State;
+use grideye_draw::text::escape;
 
 /// Every part of the verdict with its state, in words and marks as well as in colour.
 pub(crate) fn section(comparison: &Comparison) -> String {

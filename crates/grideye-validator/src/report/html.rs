@@ -3,15 +3,15 @@
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Protocol;
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
-use grideye_draw::text::{fixed, seconds, signed};
 use crate::report::context::Context;
 use crate::report::image::Shows;
 use crate::report::text::list;
-use grideye_draw::text::escape;
 use crate::report::{
     alignment, assumptions, criteria, graph, image, maps, paper, scores, timeline,
 };
 use crate::verdict::Verdict;
+use grideye_draw::text::escape;
+use grideye_draw::text::{fixed, seconds, signed};
 
 /// The comparison as one HTML file: no script, no network, readable in grey and in print. The verdict comes first.
 #[must_use]

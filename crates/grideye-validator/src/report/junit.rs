@@ -2,8 +2,8 @@
 
 use crate::compare::Comparison;
 use crate::report::context::Context;
-use grideye_draw::text::escape;
 use crate::verdict::{Criterion, State, Verdict};
+use grideye_draw::text::escape;
 use std::fmt::Write;
 
 /// One test case for each criterion and one for the verdict. What failed is a failure, what cannot be told an error,

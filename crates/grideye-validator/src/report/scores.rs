@@ -2,11 +2,11 @@
 
 use crate::compare::Comparison;
 use crate::metrics::score::{Better, Measure, Score};
-use grideye_draw::text::{fixed, frames as frames_in_words};
 use crate::report::context::Context;
 use crate::report::paper;
 use crate::report::paper::EXPERIMENTS;
 use crate::report::text::{UNDEFINED, value};
+use grideye_draw::text::{fixed, frames as frames_in_words};
 
 /// What the verdict rests on, then the paper's own and plain distances, then what counts bins.
 pub(crate) const GROUPS: [(&str, &str, &[Measure]); 4] = [

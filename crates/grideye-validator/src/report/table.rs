@@ -2,10 +2,10 @@
 
 use crate::compare::Comparison;
 use crate::metrics::score::{Better, Measure, Score};
-use grideye_draw::text::fixed;
 use crate::report::paper;
 use crate::report::scores::GROUPS;
 use crate::report::text::{UNDEFINED, value};
+use grideye_draw::text::fixed;
 
 /// Every score in a line with its floors, its ceiling, its skill and, marked as the paper's, the figure that the paper
 /// published for `experiment`. The bins that entropies were counted in stand below.

@@ -3,8 +3,8 @@
 use crate::align::{
     Alignment, OFFSET_MAX_PX, OffsetFound, Orientation, OrientationFound, TimeAlignment, TimeFound,
 };
-use grideye_draw::text::fixed;
 use crate::scene_comparison::types::Options;
+use grideye_draw::text::fixed;
 
 /// One sentence for each thing that was left out, taken out, aligned or found not to lie as the scene has it.
 pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Vec<String> {

@@ -5,11 +5,11 @@ use crate::expected::distribution::Scale;
 use crate::expected::units::Pick;
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::unclaimed::WarmBlock;
-use grideye_draw::text::fixed;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::criterion::{Criterion, State};
 use crate::verdict::types::Evidence;
 use crate::verdict::weighed::{PROFILE, Weighed};
+use grideye_draw::text::fixed;
 
 /// Something warm where the scene has nothing warm.
 pub(crate) fn unclaimed(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Weighed {

@@ -1,6 +1,5 @@
 //! From the numbers to the verdict.
 
-use grideye_draw::text::fixed;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::criterion::State;
 use crate::verdict::image_criteria::{level, orientation, unclaimed};
@@ -8,6 +7,7 @@ use crate::verdict::score_criteria::scores;
 use crate::verdict::sufficiency::{Insufficiency, insufficiency, sufficiency};
 use crate::verdict::types::{Evidence, Judgement, Verdict};
 use crate::verdict::weighed::Weighed;
+use grideye_draw::text::fixed;
 
 /// Weighs the evidence.
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgement {

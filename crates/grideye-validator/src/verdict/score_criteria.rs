@@ -5,11 +5,11 @@ use crate::expected::units::Pick;
 use crate::expected::{DRAWS, ScoreDistribution};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
-use grideye_draw::text::fixed;
 use crate::thresholds::Thresholds;
 use crate::verdict::criterion::{Asked, Criterion, State};
 use crate::verdict::types::Evidence;
 use crate::verdict::weighed::{PROFILE, Weighed};
+use grideye_draw::text::fixed;
 
 /// C and gain, with and without people.
 pub(crate) fn scores(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Vec<Weighed> {

@@ -6,9 +6,9 @@
 
 use crate::frames::pixels::decoded;
 use crate::numbers::{count, greatest_common_divisor, median, normal_tail};
-use grideye_draw::text::fixed;
 use crate::thresholds::Thresholds;
 use crate::verdict::criterion::{Criterion, State};
+use grideye_draw::text::fixed;
 use grideye_frame::{PIXELS, PixelWord, RawFrame};
 use grideye_recording::Record;
 

@@ -1,11 +1,11 @@
 //! Whether a recording holds enough to tell anything from.
 
 use crate::metrics::score::Measure;
-use grideye_draw::text::{fixed, frames};
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::criterion::{Criterion, State};
 use crate::verdict::types::Evidence;
 use crate::verdict::weighed::Weighed;
+use grideye_draw::text::{fixed, frames};
 
 /// Why the recording cannot tell.
 pub(crate) struct Insufficiency {

@@ -16,9 +16,11 @@ fn map() -> Camera {
 const BOUNDS_M: (DVec3, DVec3) = (DVec3::ZERO, DVec3::new(4.0, 6.0, 2.7));
 
 fn drawn(draw: impl FnOnce(&mut Sheet)) -> Vec<String> {
-    let mut sheet = Sheet { svg: String::new() };
+    let mut sheet = Sheet {
+        svg: Svg::default(),
+    };
     draw(&mut sheet);
-    sheet.svg.lines().map(str::to_owned).collect()
+    sheet.svg.finish().lines().map(str::to_owned).collect()
 }
 
 /// A square on the floor, from the front left corner.
@@ -265,15 +267,6 @@ fn the_legend_names_what_there_is() {
         end + 42.0
     );
     assert_eq!(walks[7], text);
-}
-
-#[test]
-fn text_is_no_markup_and_what_xml_has_not_is_a_space() {
-    assert_eq!(escaped("a&b<c>d\"e'"), "a&amp;b&lt;c&gt;d&quot;e'");
-    assert_eq!(
-        escaped("a\u{0}b\nc\u{fffe}d\u{ffff}e\u{fffd}"),
-        "a b c d e\u{fffd}"
-    );
 }
 
 /// Level, at 1, 1 m, looking to the right: a square of 9 points about its place, and a line of a quarter of a metre ahead.
