@@ -256,7 +256,7 @@ const COMMANDS: &[(&str, Kept)] = &[
         "grideye dataset scenes/experiment-1.toml --frames 5000 --out frames --shard 2/4",
         Run("", &["shard 2 of 4: 1000 of 5000 frames in frames"]),
     ),
-    // crates/grideye/HOME_ASSISTANT.md
+    // crates/grideye-homeassistant/README.md
     (
         "grideye collect --mqtt mqtt://homeassistant.local",
         By(
@@ -432,7 +432,7 @@ fn documents() -> Vec<PathBuf> {
     for crate_folder in std::fs::read_dir(root().join("crates")).unwrap() {
         documents.push(crate_folder.unwrap().path().join("README.md"));
     }
-    for page in ["DATASET.md", "HOME_ASSISTANT.md"] {
+    for page in ["DATASET.md"] {
         documents.push(root().join("crates/grideye").join(page));
     }
     documents.retain(|document| document.exists());

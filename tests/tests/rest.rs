@@ -36,8 +36,8 @@ const BROUGHT: [(&str, &str, &str); 4] = [
     ),
     (
         "mqtt",
-        include_str!("../../crates/grideye/openapi/mqtt.json"),
-        include_str!("../../crates/grideye/src/mqtt/mod.rs"),
+        include_str!("../../crates/grideye-homeassistant/openapi.json"),
+        include_str!("../../crates/grideye-homeassistant/src/lib.rs"),
     ),
 ];
 

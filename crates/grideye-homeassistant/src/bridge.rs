@@ -3,14 +3,14 @@
 //! A broker that is slow, away or gone costs the collector nothing: while nothing can be said nothing is looked at, and
 //! what is said next is what is newest then.
 
-use super::broker::Broker;
-use super::connection::{CONNECT_TIME_MAX, Connection};
-use super::discovery::{self, OFFLINE, ONLINE};
-use super::fault::Fault;
-use super::packet::{Heard, Message};
-use super::sensor::{Sensor, Telling};
-use super::status::Status;
-use super::topics::BRIDGE;
+use crate::broker::Broker;
+use crate::connection::{CONNECT_TIME_MAX, Connection};
+use crate::discovery::{self, OFFLINE, ONLINE};
+use crate::fault::Fault;
+use crate::packet::{Heard, Message};
+use crate::sensor::{Sensor, Telling};
+use crate::status::Status;
+use crate::topics::BRIDGE;
 use grideye_collector::{Clock, Level, Log, LogEvent, NewestFrame, NewestFrames};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 /// How often the newest frames are looked at: agents post twice a second.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 /// Sensors that are told of; of one more it is said that it is not.
-pub(super) const SENSORS_MAX: usize = 512;
+pub(crate) const SENSORS_MAX: usize = 512;
 /// Sensors that an earlier collector left at the broker and that are remembered.
 const LEFT_MAX: usize = 2 * SENSORS_MAX;
 /// How often the broker is asked whether it is there, and how long it may take to answer.
@@ -35,7 +35,7 @@ const STEADY: Duration = Duration::from_secs(10);
 const FAULT_SAID_EVERY: Duration = Duration::from_secs(600);
 
 /// The bridge's work, from one connection to the next.
-pub(super) struct Bridge {
+pub(crate) struct Bridge {
     broker: Broker,
     telling: Telling,
     newest: NewestFrames,
@@ -65,7 +65,7 @@ struct Link {
 }
 
 impl Bridge {
-    pub(super) fn new(
+    pub(crate) fn new(
         broker: Broker,
         telling: Telling,
         (newest, clock): (NewestFrames, Arc<dyn Clock>),
@@ -87,7 +87,7 @@ impl Bridge {
     }
 
     /// Connects and tells, again and again. The end of the program is told by the last will.
-    pub(super) async fn run(mut self) {
+    pub(crate) async fn run(mut self) {
         let mut pause = PAUSE_FIRST;
         loop {
             let began = Instant::now();

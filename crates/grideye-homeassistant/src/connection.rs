@@ -1,8 +1,8 @@
 //! One connection to the broker. Nothing is queued: what cannot be written within a time ends the connection.
 
-use super::broker::Broker;
-use super::fault::Fault;
-use super::packet::{self, Heard, Hello, Message};
+use crate::broker::Broker;
+use crate::fault::Fault;
+use crate::packet::{self, Heard, Hello, Message};
 use std::io;
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _};
@@ -11,16 +11,16 @@ use tokio::time::timeout;
 use tokio_rustls::TlsConnector;
 
 /// From the first packet of the network to the broker's word that the connection is taken.
-pub(super) const CONNECT_TIME_MAX: Duration = Duration::from_secs(10);
+pub(crate) const CONNECT_TIME_MAX: Duration = Duration::from_secs(10);
 /// A broker that takes no packet for so long is given up.
-pub(super) const WRITE_TIME_MAX: Duration = Duration::from_secs(10);
+pub(crate) const WRITE_TIME_MAX: Duration = Duration::from_secs(10);
 /// The broker gives up this program, and tells its last will, after half as long again (mqtt-v3.1.1, §3.1.2.10).
 const KEEP_ALIVE_S: u16 = 30;
 /// Bytes that are read at once.
 const READ_BYTES: usize = 4096;
 
 /// Packets in both directions.
-pub(super) struct Connection {
+pub(crate) struct Connection {
     stream: Box<dyn Stream>,
     inbox: Vec<u8>,
 }
@@ -30,7 +30,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin + Send> Stream for S {}
 
 impl Connection {
     /// Connects, as nobody else at the same time under this name; the broker publishes the will when it hears no more.
-    pub(super) async fn open(
+    pub(crate) async fn open(
         broker: &Broker,
         client_id: &str,
         will: Option<&Message>,
@@ -65,20 +65,20 @@ impl Connection {
         }
     }
 
-    pub(super) async fn publish(&mut self, message: &Message) -> Result<(), Fault> {
+    pub(crate) async fn publish(&mut self, message: &Message) -> Result<(), Fault> {
         self.write(&packet::publish(message)).await
     }
 
-    pub(super) async fn subscribe(&mut self, filters: &[String]) -> Result<(), Fault> {
+    pub(crate) async fn subscribe(&mut self, filters: &[String]) -> Result<(), Fault> {
         self.write(&packet::subscribe(filters)).await
     }
 
-    pub(super) async fn ping(&mut self) -> Result<(), Fault> {
+    pub(crate) async fn ping(&mut self) -> Result<(), Fault> {
         self.write(&packet::PING).await
     }
 
     /// Ends it without the last will.
-    pub(super) async fn close(mut self) -> Result<(), Fault> {
+    pub(crate) async fn close(mut self) -> Result<(), Fault> {
         self.write(&packet::DISCONNECT).await?;
         self.stream
             .shutdown()
@@ -87,7 +87,7 @@ impl Connection {
     }
 
     /// The next packet. What has come of one is kept when this is given up before it is whole.
-    pub(super) async fn hear(&mut self) -> Result<Heard, Fault> {
+    pub(crate) async fn hear(&mut self) -> Result<Heard, Fault> {
         loop {
             let taken = packet::take(&mut self.inbox);
             if let Some(heard) = taken.map_err(|garbled| Fault::garbled(&garbled))? {

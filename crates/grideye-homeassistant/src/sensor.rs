@@ -1,30 +1,41 @@
 //! What the broker knows of one sensor, and what it is told next.
 
-use super::discovery::{self, ABSENT, Named, OFFLINE, ONLINE, PRESENT};
-use super::packet::Message;
-use super::presence::{Presence, Rule};
-use super::topics::{self, Topics};
+use crate::discovery::{self, ABSENT, Named, OFFLINE, ONLINE, PRESENT};
+use crate::packet::Message;
+use crate::presence::{Presence, Rule};
+use crate::topics::{self, Topics};
 use amg8833::word;
 use grideye_collector::NewestFrame;
-use grideye_draw::still;
-use grideye_frame::{Celsius, Frame};
+use grideye_frame::{Celsius, Frame, PIXELS};
 use grideye_recording::StreamId;
 use serde_json::json;
 use std::time::Duration;
 
 /// What is told, and how often.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Telling {
-    pub(crate) topics: Topics,
+#[derive(Debug, Clone)]
+pub struct Telling {
+    /// Where it is told.
+    pub topics: Topics,
     /// Temperatures no oftener than this; presence as soon as it changes.
-    pub(crate) state_every: Duration,
-    /// Pictures no oftener than this; `None` for no pictures.
-    pub(crate) image_every: Option<Duration>,
+    pub state_every: Duration,
+    /// `None` for no pictures.
+    pub images: Option<Images>,
     /// A sensor whose newest frame is older is not available.
-    pub(crate) silent_after: Duration,
+    pub silent_after: Duration,
     /// A sensor whose newest frame is older is removed; `None` for never.
-    pub(crate) forget_after: Option<Duration>,
-    pub(crate) presence: Rule,
+    pub forget_after: Option<Duration>,
+    /// When somebody is there.
+    pub presence: Rule,
+}
+
+/// Pictures of the frames.
+#[derive(Debug, Clone, Copy)]
+pub struct Images {
+    /// No oftener than this.
+    pub every: Duration,
+    /// The picture of a frame's degrees Celsius and its number, as a file that a browser shows; `None` where there is none
+    /// this time.
+    pub draw: fn(&[f32; PIXELS], u64) -> Option<Vec<u8>>,
 }
 
 impl Telling {
@@ -36,8 +47,8 @@ impl Telling {
 
 /// One sensor, from its first frame on.
 #[derive(Debug)]
-pub(super) struct Sensor {
-    pub(super) named: Named,
+pub(crate) struct Sensor {
+    pub(crate) named: Named,
     standing: Standing,
     /// What was said of its availability on this connection.
     is_available: Option<bool>,
@@ -71,7 +82,7 @@ struct Told {
 }
 
 impl Sensor {
-    pub(super) fn new(stream: &StreamId) -> Self {
+    pub(crate) fn new(stream: &StreamId) -> Self {
         Self {
             named: Named {
                 id: topics::id(&stream.device, &stream.sensor),
@@ -87,12 +98,12 @@ impl Sensor {
         }
     }
 
-    pub(super) fn is_announced(&self) -> bool {
+    pub(crate) fn is_announced(&self) -> bool {
         self.standing == Standing::Announced
     }
 
     /// Another connection, a broker or a Home Assistant that has just started: everything is said once more.
-    pub(super) fn say_again(&mut self) {
+    pub(crate) fn say_again(&mut self) {
         if self.standing == Standing::Announced {
             self.standing = Standing::Heard;
         }
@@ -102,7 +113,7 @@ impl Sensor {
     }
 
     /// Somebody took the configuration away; what else is kept of it goes too, until the agent is started again.
-    pub(super) fn remove(&mut self, telling: &Telling) -> Vec<Message> {
+    pub(crate) fn remove(&mut self, telling: &Telling) -> Vec<Message> {
         let boot = self.seen.as_ref().map(|(boot, _)| boot.clone());
         self.standing = Standing::Removed(boot.unwrap_or_default());
         self.is_available = None;
@@ -110,7 +121,7 @@ impl Sensor {
     }
 
     /// What there is to say now.
-    pub(super) fn look(
+    pub(crate) fn look(
         &mut self,
         newest: &NewestFrame,
         telling: &Telling,
@@ -178,14 +189,12 @@ impl Sensor {
                 frame: id.clone(),
             });
         }
-        let image_every = telling.image_every;
-        if is_new(self.image.as_ref(), &id)
-            && image_every.is_some_and(|every| is_time(self.image.as_ref(), every, now))
-        {
+        let last = self.image.as_ref();
+        let is_due = |images: &Images| is_new(last, &id) && is_time(last, images.every, now);
+        if let Some(images) = telling.images.filter(is_due) {
             let topic = telling.topics.image(&self.named.id);
-            let picture = still::png(&frame.pixels.map(Celsius::get), seq);
-            // A picture in memory is written, or there is none this time.
-            told.extend(picture.ok().map(|png| Message::passing(topic, png)));
+            let picture = (images.draw)(&frame.pixels.map(Celsius::get), seq);
+            told.extend(picture.map(|picture| Message::passing(topic, picture)));
             self.image = Some(Told { at: now, frame: id });
         }
         told

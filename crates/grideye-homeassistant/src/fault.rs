@@ -6,9 +6,9 @@ use std::time::Duration;
 
 /// What went wrong, and what to do about it. Holds no password.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Fault {
-    pub(super) what: String,
-    pub(super) hint: &'static str,
+pub struct Fault {
+    pub(crate) what: String,
+    pub(crate) hint: &'static str,
 }
 
 impl fmt::Display for Fault {
@@ -25,28 +25,28 @@ impl Fault {
         Self { what, hint }
     }
 
-    pub(super) fn unreachable(reason: &io::Error) -> Self {
+    pub(crate) fn unreachable(reason: &io::Error) -> Self {
         Self::new(
             format!("no way to the broker: {reason}"),
             "is it running at that address? mosquitto listens on loopback alone until its configuration has a line `listener 1883`",
         )
     }
 
-    pub(super) fn silent(longest: Duration) -> Self {
+    pub(crate) fn silent(longest: Duration) -> Self {
         Self::new(
             format!("the broker did not answer within {} s", longest.as_secs()),
             "is there an MQTT broker at that port? 1883 is the usual one, 8883 with mqtts://",
         )
     }
 
-    pub(super) fn encryption(reason: &io::Error) -> Self {
+    pub(crate) fn encryption(reason: &io::Error) -> Self {
         Self::new(
             format!("the broker's encryption is not to be trusted: {reason}"),
             "--mqtt-authority names the authority that signed the broker's certificate, which must be for the host in --mqtt",
         )
     }
 
-    pub(super) fn broken(reason: &io::Error) -> Self {
+    pub(crate) fn broken(reason: &io::Error) -> Self {
         if reason.kind() == io::ErrorKind::UnexpectedEof {
             return Self::closed();
         }
@@ -56,14 +56,14 @@ impl Fault {
         )
     }
 
-    pub(super) fn closed() -> Self {
+    pub(crate) fn closed() -> Self {
         Self::new(
             "the broker closed the connection",
             "if it does so again and again, another collector publishes at the same place: give one of them another --mqtt-topic",
         )
     }
 
-    pub(super) fn garbled(what: &impl fmt::Display) -> Self {
+    pub(crate) fn garbled(what: &impl fmt::Display) -> Self {
         Self::new(
             format!("what answers is no MQTT broker: it sent {what}"),
             "1883 is the usual port, 8883 with mqtts://; its web socket's port is another",
@@ -71,7 +71,7 @@ impl Fault {
     }
 
     /// A refusal by its code (mqtt-v3.1.1, table 3.1).
-    pub(super) fn refused(code: u8, has_password: bool) -> Self {
+    pub(crate) fn refused(code: u8, has_password: bool) -> Self {
         match (code, has_password) {
             (4 | 5, true) => Self::new(
                 "the broker refuses the user or the password",

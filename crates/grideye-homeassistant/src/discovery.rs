@@ -3,8 +3,8 @@
 //! One topic for each entity, and not one for the device, which Home Assistant reads since 2024.11 alone: these it has read
 //! for much longer (`origin` since 2023.8), and still does.
 
-use super::packet::Message;
-use super::topics::{ENTITIES, Topics};
+use crate::packet::Message;
+use crate::topics::{ENTITIES, Topics};
 use serde_json::{Value, json};
 use std::time::Duration;
 
@@ -12,22 +12,22 @@ use std::time::Duration;
 const MANUFACTURER: &str = "Panasonic";
 const MODEL: &str = "Grid-EYE AMG8833";
 /// What an availability topic says.
-pub(super) const ONLINE: &str = "online";
-pub(super) const OFFLINE: &str = "offline";
+pub(crate) const ONLINE: &str = "online";
+pub(crate) const OFFLINE: &str = "offline";
 /// What presence is.
-pub(super) const PRESENT: &str = "ON";
-pub(super) const ABSENT: &str = "OFF";
+pub(crate) const PRESENT: &str = "ON";
+pub(crate) const ABSENT: &str = "OFF";
 
 /// A sensor as people and Home Assistant know it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Named {
-    pub(super) id: String,
-    pub(super) device: String,
-    pub(super) sensor: String,
+pub(crate) struct Named {
+    pub(crate) id: String,
+    pub(crate) device: String,
+    pub(crate) sensor: String,
 }
 
 /// The configurations; a value older than `expires` is not shown as if it were one.
-pub(super) fn configurations(topics: &Topics, named: &Named, expires: Duration) -> Vec<Message> {
+pub(crate) fn configurations(topics: &Topics, named: &Named, expires: Duration) -> Vec<Message> {
     let told = |place: (&str, &str)| {
         let mut config = common(topics, named, place.1);
         let own = own(topics, &named.id, place, expires);
@@ -40,7 +40,7 @@ pub(super) fn configurations(topics: &Topics, named: &Named, expires: Duration) 
 }
 
 /// What takes away all that the broker keeps of a sensor.
-pub(super) fn removal(topics: &Topics, id: &str) -> Vec<Message> {
+pub(crate) fn removal(topics: &Topics, id: &str) -> Vec<Message> {
     let mut removal: Vec<Message> = ENTITIES
         .iter()
         .map(|place| Message::cleared(topics.config(id, *place)))

@@ -6,9 +6,9 @@
 use std::fmt;
 
 /// A text's or a password's longest, in bytes: its length is written in two (§1.5.3).
-pub(super) const TEXT_BYTES_MAX: usize = 65_535;
+pub(crate) const TEXT_BYTES_MAX: usize = 65_535;
 /// The longest packet that is read. What is subscribed to is a word or one sensor's configuration.
-pub(super) const PACKET_BYTES_MAX: usize = 64 * 1024;
+pub(crate) const PACKET_BYTES_MAX: usize = 64 * 1024;
 
 const CONNECT: u8 = 0x10;
 const PUBLISH: u8 = 0x30;
@@ -21,21 +21,21 @@ const HEARD: [u8; 4] = [2, 3, 9, 13];
 const SUBSCRIPTION: u16 = 1;
 
 /// Asks for a ping's answer (§3.12).
-pub(super) const PING: [u8; 2] = [0xC0, 0x00];
+pub(crate) const PING: [u8; 2] = [0xC0, 0x00];
 /// Ends a connection without its last will (§3.14).
-pub(super) const DISCONNECT: [u8; 2] = [0xE0, 0x00];
+pub(crate) const DISCONNECT: [u8; 2] = [0xE0, 0x00];
 
 /// Something to publish.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Message {
-    pub(super) topic: String,
-    pub(super) payload: Vec<u8>,
+pub(crate) struct Message {
+    pub(crate) topic: String,
+    pub(crate) payload: Vec<u8>,
     /// The broker keeps it for who subscribes later; an empty one takes away what it keeps.
-    pub(super) retain: bool,
+    pub(crate) retain: bool,
 }
 
 impl Message {
-    pub(super) fn passing(topic: String, payload: impl Into<Vec<u8>>) -> Self {
+    pub(crate) fn passing(topic: String, payload: impl Into<Vec<u8>>) -> Self {
         let payload = payload.into();
         Self {
             topic,
@@ -44,7 +44,7 @@ impl Message {
         }
     }
 
-    pub(super) fn retained(topic: String, payload: impl Into<Vec<u8>>) -> Self {
+    pub(crate) fn retained(topic: String, payload: impl Into<Vec<u8>>) -> Self {
         let payload = payload.into();
         Self {
             topic,
@@ -54,23 +54,23 @@ impl Message {
     }
 
     /// Takes away what the broker keeps.
-    pub(super) fn cleared(topic: String) -> Self {
+    pub(crate) fn cleared(topic: String) -> Self {
         Self::retained(topic, Vec::new())
     }
 }
 
 /// Who connects, and what the broker says of it when it is gone.
-pub(super) struct Hello<'a> {
-    pub(super) client_id: &'a str,
-    pub(super) user: Option<&'a str>,
-    pub(super) password: Option<&'a [u8]>,
-    pub(super) will: Option<&'a Message>,
-    pub(super) keep_alive_s: u16,
+pub(crate) struct Hello<'a> {
+    pub(crate) client_id: &'a str,
+    pub(crate) user: Option<&'a str>,
+    pub(crate) password: Option<&'a [u8]>,
+    pub(crate) will: Option<&'a Message>,
+    pub(crate) keep_alive_s: u16,
 }
 
 /// What came from the broker.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(crate) enum Heard {
     /// The connection is taken, or refused with a code (§3.2.2.3).
     Connected(u8),
     /// One answer for each topic that was subscribed to, 0x80 for one that is refused (§3.9.3).
@@ -82,7 +82,7 @@ pub(super) enum Heard {
 
 /// What no broker sends to such a client.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Garbled(&'static str);
+pub(crate) struct Garbled(&'static str);
 
 impl fmt::Display for Garbled {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -91,7 +91,7 @@ impl fmt::Display for Garbled {
 }
 
 /// §3.1, with a clean session.
-pub(super) fn connect(hello: &Hello<'_>) -> Vec<u8> {
+pub(crate) fn connect(hello: &Hello<'_>) -> Vec<u8> {
     let mut flags = 0x02;
     let mut payload = Vec::new();
     put_text(&mut payload, hello.client_id.as_bytes());
@@ -118,7 +118,7 @@ pub(super) fn connect(hello: &Hello<'_>) -> Vec<u8> {
 }
 
 /// §3.3, at quality of service 0.
-pub(super) fn publish(message: &Message) -> Vec<u8> {
+pub(crate) fn publish(message: &Message) -> Vec<u8> {
     let mut body = Vec::with_capacity(2 + message.topic.len() + message.payload.len());
     put_text(&mut body, message.topic.as_bytes());
     body.extend(&message.payload);
@@ -127,7 +127,7 @@ pub(super) fn publish(message: &Message) -> Vec<u8> {
 }
 
 /// §3.8, at quality of service 0.
-pub(super) fn subscribe(filters: &[String]) -> Vec<u8> {
+pub(crate) fn subscribe(filters: &[String]) -> Vec<u8> {
     let mut body = SUBSCRIPTION.to_be_bytes().to_vec();
     for filter in filters {
         put_text(&mut body, filter.as_bytes());
@@ -137,7 +137,7 @@ pub(super) fn subscribe(filters: &[String]) -> Vec<u8> {
 }
 
 /// Takes the first packet away from what has come; `None` while it is not whole.
-pub(super) fn take(inbox: &mut Vec<u8>) -> Result<Option<Heard>, Garbled> {
+pub(crate) fn take(inbox: &mut Vec<u8>) -> Result<Option<Heard>, Garbled> {
     let Some((start, length)) = extent(inbox)? else {
         return Ok(None);
     };

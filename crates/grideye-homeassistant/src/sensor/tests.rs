@@ -12,7 +12,10 @@ fn telling() -> Telling {
             base: "grideye".to_owned(),
         },
         state_every: seconds(5),
-        image_every: Some(seconds(1)),
+        images: Some(Images {
+            every: seconds(1),
+            draw: |_, seq| Some(seq.to_string().into_bytes()),
+        }),
         silent_after: seconds(15),
         forget_after: Some(seconds(86_400)),
         presence: Rule {
@@ -200,7 +203,7 @@ fn one_that_was_removed_stays_so_until_its_agent_is_started_again() {
 fn pictures_can_be_left_out() {
     let mut sensor = sensor();
     let telling = Telling {
-        image_every: None,
+        images: None,
         ..telling()
     };
     let new = frame("b1", 0, 0, Duration::ZERO);

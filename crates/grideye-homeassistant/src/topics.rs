@@ -10,15 +10,15 @@ const DISTINCTION_BYTES: usize = 4;
 
 /// Where messages go.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Topics {
+pub struct Topics {
     /// What Home Assistant listens below, `homeassistant` unless it was set otherwise there.
-    pub(crate) discovery: String,
+    pub discovery: String,
     /// What everything else is below.
-    pub(crate) base: String,
+    pub base: String,
 }
 
 /// The six things that a sensor is in Home Assistant: its platform there, and its name within the sensor.
-pub(super) const ENTITIES: [(&str, &str); 6] = [
+pub(crate) const ENTITIES: [(&str, &str); 6] = [
     ("camera", "image"),
     ("sensor", "min"),
     ("sensor", "max"),
@@ -29,17 +29,17 @@ pub(super) const ENTITIES: [(&str, &str); 6] = [
 
 impl Topics {
     /// Where Home Assistant finds what an entity is.
-    pub(super) fn config(&self, id: &str, (platform, entity): (&str, &str)) -> String {
+    pub(crate) fn config(&self, id: &str, (platform, entity): (&str, &str)) -> String {
         format!("{}/{platform}/{id}/{entity}/config", self.discovery)
     }
 
     /// The configurations of all cameras; that of ours is cleared by whoever removes the sensor.
-    pub(super) fn all_cameras(&self) -> String {
+    pub(crate) fn all_cameras(&self) -> String {
         self.config("+", ENTITIES[0])
     }
 
     /// Whose camera's configuration this is.
-    pub(super) fn camera_of<'a>(&self, topic: &'a str) -> Option<&'a str> {
+    pub(crate) fn camera_of<'a>(&self, topic: &'a str) -> Option<&'a str> {
         let (platform, entity) = ENTITIES[0];
         let rest = topic.strip_prefix(&self.discovery)?.strip_prefix('/')?;
         let rest = rest.strip_prefix(platform)?.strip_prefix('/')?;
@@ -51,50 +51,50 @@ impl Topics {
     }
 
     /// Where Home Assistant says that it has started.
-    pub(super) fn birth(&self) -> String {
+    pub(crate) fn birth(&self) -> String {
         format!("{}/status", self.discovery)
     }
 
     /// `online` while this program is connected.
-    pub(super) fn bridge(&self) -> String {
+    pub(crate) fn bridge(&self) -> String {
         self.availability(BRIDGE)
     }
 
     /// `online` while the sensor sends frames.
-    pub(super) fn availability(&self, id: &str) -> String {
+    pub(crate) fn availability(&self, id: &str) -> String {
         format!("{}/{id}/availability", self.base)
     }
 
     /// Whose availability this is.
-    pub(super) fn available_of<'a>(&self, topic: &'a str) -> Option<&'a str> {
+    pub(crate) fn available_of<'a>(&self, topic: &'a str) -> Option<&'a str> {
         let rest = topic.strip_prefix(&self.base)?.strip_prefix('/')?;
         let id = rest.strip_suffix("/availability")?;
         (!id.contains('/')).then_some(id)
     }
 
     /// The temperatures, and whether somebody is there.
-    pub(super) fn state(&self, id: &str) -> String {
+    pub(crate) fn state(&self, id: &str) -> String {
         format!("{}/{id}/state", self.base)
     }
 
     /// The picture.
-    pub(super) fn image(&self, id: &str) -> String {
+    pub(crate) fn image(&self, id: &str) -> String {
         format!("{}/{id}/image", self.base)
     }
 
     /// The same for every start of a bridge to these topics, so that the broker ends the one before it, which may have
     /// lost its network, instead of saying of the new one that it is gone. 23 letters and digits go with every broker.
-    pub(super) fn client_id(&self) -> String {
+    pub(crate) fn client_id(&self) -> String {
         let distinction = distinction(&[&self.discovery, &self.base], 8);
         format!("grideye{distinction}")
     }
 }
 
 /// The bridge among the sensors; none of these begins so.
-pub(super) const BRIDGE: &str = "bridge";
+pub(crate) const BRIDGE: &str = "bridge";
 
 /// A sensor's identifier: the same for ever, and another for each device and sensor.
-pub(super) fn id(device: &str, sensor: &str) -> String {
+pub(crate) fn id(device: &str, sensor: &str) -> String {
     format!(
         "grideye_{}_{}_{}",
         letters(device),

@@ -10,29 +10,29 @@ use std::time::Duration;
 
 /// When somebody is there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rule {
+pub struct Rule {
     /// So many pixels, at least 1.
-    pub(crate) pixels: usize,
+    pub pixels: usize,
     /// So many degrees above the frame's median.
-    pub(crate) above_c: f64,
+    pub above_c: f64,
     /// Nobody is there once fewer were for so long.
-    pub(crate) hold: Duration,
+    pub hold: Duration,
 }
 
 /// What was last said, and since when it is contradicted.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Presence {
+pub(crate) struct Presence {
     is_there: bool,
     last_warm_at: Duration,
 }
 
 impl Presence {
-    pub(super) fn is_there(&self) -> bool {
+    pub(crate) fn is_there(&self) -> bool {
         self.is_there
     }
 
     /// Looks at a frame; `now` never goes back.
-    pub(super) fn see(&mut self, frame: &Frame, rule: &Rule, now: Duration) -> bool {
+    pub(crate) fn see(&mut self, frame: &Frame, rule: &Rule, now: Duration) -> bool {
         let least_c = if self.is_there {
             rule.above_c - f64::from(word::PIXEL_STEP.get())
         } else {

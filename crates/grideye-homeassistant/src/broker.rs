@@ -1,38 +1,44 @@
 //! Which broker, as whom, and whose certificate is believed.
 
-use crate::cli::BrokerOptions;
-use crate::exit::bad_input;
-use crate::files;
-use anyhow::{Context as _, Result, anyhow};
 use rustls::crypto::ring::default_provider;
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::{ClientConfig, RootCertStore};
 use std::fmt;
-use std::io::Read as _;
-use std::path::Path;
 use std::sync::Arc;
 
-/// Where the password is when no file has it.
-pub(super) const PASSWORD_VARIABLE: &str = "GRIDEYE_MQTT_PASSWORD";
-/// Longest file of a password or of authorities: Debian's file of all public ones has 220 kB.
-const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;
 /// Bytes of a user's name or a password.
 const CREDENTIAL_BYTES_MAX: usize = 1024;
 
 /// A broker that can be connected to.
 #[derive(Debug, Clone)]
-pub(super) struct Broker {
-    pub(super) host: String,
-    pub(super) port: u16,
-    pub(super) user: Option<String>,
-    pub(super) password: Option<Password>,
-    pub(super) encryption: Option<Encryption>,
+pub struct Broker {
+    pub(crate) host: String,
+    pub(crate) port: u16,
+    pub(crate) user: Option<String>,
+    pub(crate) password: Option<Password>,
+    pub(crate) encryption: Option<Encryption>,
 }
 
 /// Shown to the broker and to nobody else: debugging does not show it.
 #[derive(Clone, PartialEq, Eq)]
-pub(super) struct Password(pub(super) Vec<u8>);
+pub struct Password(pub(crate) Vec<u8>);
+
+impl Password {
+    /// These bytes.
+    #[must_use]
+    pub const fn new(bytes: Vec<u8>) -> Self {
+        Self(bytes)
+    }
+
+    /// The first line of a file; `None` where that is empty.
+    #[must_use]
+    pub fn first_line_of(text: &[u8]) -> Option<Self> {
+        let line = text.split(|byte| *byte == b'\n').next()?;
+        let line = line.strip_suffix(b"\r").unwrap_or(line);
+        (!line.is_empty()).then(|| Self(line.to_vec()))
+    }
+}
 
 impl fmt::Debug for Password {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -42,9 +48,9 @@ impl fmt::Debug for Password {
 
 /// TLS, and the name that the broker's certificate must have.
 #[derive(Debug, Clone)]
-pub(super) struct Encryption {
-    pub(super) config: Arc<ClientConfig>,
-    pub(super) name: ServerName<'static>,
+pub(crate) struct Encryption {
+    pub(crate) config: Arc<ClientConfig>,
+    pub(crate) name: ServerName<'static>,
 }
 
 /// Without the user: for logs and people.
@@ -59,6 +65,11 @@ impl fmt::Display for Broker {
     }
 }
 
+/// Why no broker can be connected to so, and what to do about it. Holds no password.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct BrokerError(String);
+
 /// A URL in its parts.
 #[derive(Debug, PartialEq, Eq)]
 struct Parts {
@@ -69,47 +80,41 @@ struct Parts {
 }
 
 impl Broker {
-    /// The broker that the options name; `None` if they name none. `from_environment` is a password that stands there.
+    /// The broker at `mqtt://[USER@]HOST[:PORT]`. One at `mqtts://` needs the authority of its certificate: the name of a
+    /// file, for messages, and the certificates in it, in PEM.
     ///
     /// # Errors
-    /// Bad input when the URL, the password or the authority is none.
-    pub(super) fn of(
-        options: &BrokerOptions,
-        from_environment: Option<Vec<u8>>,
-    ) -> Result<Option<Self>> {
-        let Some(url) = &options.url else {
-            return Ok(None);
-        };
+    /// When the URL, the password or the authority is none.
+    pub fn new(
+        url: &str,
+        password: Option<Password>,
+        authority: Option<(&str, &[u8])>,
+    ) -> Result<Self, BrokerError> {
         let parts = parts(url).map_err(|what| {
             // The URL is not repeated: there may be a password in it.
-            bad_input(anyhow!("--mqtt: {what}\nhint: mqtt://[USER@]HOST[:PORT], and mqtts:// for a broker with TLS"))
+            BrokerError(format!("--mqtt: {what}\nhint: mqtt://[USER@]HOST[:PORT], and mqtts:// for a broker with TLS"))
         })?;
-        let password = match &options.password_file {
-            Some(path) => Some(password_of(path)?),
-            None => from_environment.map(Password),
-        };
         check_password(password.as_ref(), parts.user.as_ref())?;
-        let encryption = match (parts.is_encrypted, &options.authority) {
-            (true, Some(path)) => Some(encryption(path, &parts.host)?),
+        let encryption = match (parts.is_encrypted, authority) {
+            (true, Some(authority)) => Some(encryption(authority, &parts.host)?),
             (false, None) => None,
             (true, None) => {
-                return Err(bad_input(anyhow!(
-                    "--mqtt: the broker is encrypted, and nobody says whose certificate to believe\nhint: --mqtt-authority FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones"
-                )));
+                return Err(BrokerError("--mqtt: the broker is encrypted, and nobody says whose certificate to believe\nhint: --mqtt-authority FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones".to_owned()));
             }
             (false, Some(_)) => {
-                return Err(bad_input(anyhow!(
+                return Err(BrokerError(
                     "--mqtt-authority is for a broker with TLS\nhint: --mqtt mqtts://HOST"
-                )));
+                        .to_owned(),
+                ));
             }
         };
-        Ok(Some(Self {
+        Ok(Self {
             host: parts.host,
             port: parts.port,
             user: parts.user,
             password,
             encryption,
-        }))
+        })
     }
 }
 
@@ -159,44 +164,28 @@ fn parts(url: &str) -> Result<Parts, &'static str> {
 }
 
 /// A broker takes no password without a user (mqtt-v3.1.1, §3.1.2.9).
-fn check_password(password: Option<&Password>, user: Option<&String>) -> Result<()> {
+fn check_password(password: Option<&Password>, user: Option<&String>) -> Result<(), BrokerError> {
     let bytes = password.map_or(0, |password| password.0.len());
     if password.is_some() && user.is_none() {
-        return Err(bad_input(anyhow!(
-            "--mqtt: there is a password and no user\nhint: --mqtt mqtt://USER@HOST"
-        )));
+        let what = "--mqtt: there is a password and no user\nhint: --mqtt mqtt://USER@HOST";
+        return Err(BrokerError(what.to_owned()));
     }
     if bytes > CREDENTIAL_BYTES_MAX || user.is_some_and(|user| user.len() > CREDENTIAL_BYTES_MAX) {
-        return Err(bad_input(anyhow!(
+        return Err(BrokerError(format!(
             "--mqtt: user and password have {CREDENTIAL_BYTES_MAX} bytes at most\nhint: does --mqtt-password-file name the right file?"
         )));
     }
     Ok(())
 }
 
-/// The first line of a file.
-fn password_of(path: &Path) -> Result<Password> {
-    let text = read(path)?;
-    let line = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let line = line.strip_suffix(b"\r").unwrap_or(line);
-    if line.is_empty() {
-        return Err(bad_input(anyhow!(
-            "{}: there is no password in its first line\nhint: printf %s 'PASSWORD' > FILE; chmod 600 FILE",
-            path.display()
-        )));
-    }
-    Ok(Password(line.to_vec()))
-}
-
-fn encryption(path: &Path, host: &str) -> Result<Encryption> {
+fn encryption((file, pem): (&str, &[u8]), host: &str) -> Result<Encryption, BrokerError> {
     let refuse = |what: String| {
-        bad_input(anyhow!(
-            "{}: {what}\nhint: --mqtt-authority names certificates in PEM, which begin with -----BEGIN CERTIFICATE-----",
-            path.display()
+        BrokerError(format!(
+            "{file}: {what}\nhint: --mqtt-authority names certificates in PEM, which begin with -----BEGIN CERTIFICATE-----"
         ))
     };
     let mut roots = RootCertStore::empty();
-    for certificate in CertificateDer::pem_slice_iter(&read(path)?) {
+    for certificate in CertificateDer::pem_slice_iter(pem) {
         let certificate = certificate.map_err(|error| refuse(error.to_string()))?;
         roots
             .add(certificate)
@@ -207,30 +196,16 @@ fn encryption(path: &Path, host: &str) -> Result<Encryption> {
     }
     let config = ClientConfig::builder_with_provider(Arc::new(default_provider()))
         .with_safe_default_protocol_versions()
-        .context("TLS")?
+        .map_err(|error| BrokerError(format!("TLS: {error}")))?
         .with_root_certificates(roots)
         .with_no_client_auth();
     let name = ServerName::try_from(host.to_owned()).map_err(|error| {
-        bad_input(anyhow!(
+        BrokerError(format!(
             "--mqtt: {host}: {error}\nhint: a host name or an address"
         ))
     })?;
     let config = Arc::new(config);
     Ok(Encryption { config, name })
-}
-
-fn read(path: &Path) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    files::open(path)?
-        .take(FILE_BYTES_MAX)
-        .read_to_end(&mut bytes)
-        .map_err(|error| {
-            bad_input(anyhow!(
-                "{}: {error}\nhint: a short text file is wanted",
-                path.display()
-            ))
-        })?;
-    Ok(bytes)
 }
 
 #[cfg(test)]
@@ -286,24 +261,19 @@ mod tests {
         }
     }
 
-    fn options(url: &str) -> BrokerOptions {
-        BrokerOptions {
-            url: Some(url.to_owned()),
-            password_file: None,
-            authority: None,
-            prefix: "homeassistant".to_owned(),
-            base: "grideye".to_owned(),
-        }
+    fn refused(url: &str, password: Option<&str>, authority: Option<(&str, &[u8])>) -> String {
+        let password = password.map(|password| Password::new(password.into()));
+        let error = Broker::new(url, password, authority).unwrap_err();
+        format!("{error:?} {error}")
     }
 
     #[test]
     fn a_password_is_refused_on_the_command_line_and_never_shown() {
-        let refused = Broker::of(&options("mqtt://ana:hunter2@pi"), None).unwrap_err();
-        let said = format!("{refused:?} {refused:#}");
+        let said = refused("mqtt://ana:hunter2@pi", None, None);
         assert!(said.contains("--mqtt-password-file"), "{said}");
         assert!(!said.contains("hunter2"), "{said}");
-        let broker = Broker::of(&options("mqtt://ana@pi"), Some(b"hunter2".to_vec()));
-        let broker = broker.unwrap().unwrap();
+        let password = Password::new(b"hunter2".to_vec());
+        let broker = Broker::new("mqtt://ana@pi", Some(password), None).unwrap();
         let said = format!("{broker:?} {broker}");
         assert!(
             !said.contains("hunter2") && !said.contains("104, 117"),
@@ -313,44 +283,29 @@ mod tests {
 
     #[test]
     fn a_password_is_the_first_line_of_its_file_and_has_a_user() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("password");
-        let with_file = |text: &str, url: &str| {
-            std::fs::write(&path, text).unwrap();
-            let mut options = options(url);
-            options.password_file = Some(path.clone());
-            Broker::of(&options, Some(b"other".to_vec()))
-        };
-        let broker = with_file("s3cret word\r\nmore\n", "mqtt://ana@pi")
-            .unwrap()
-            .unwrap();
-        assert_eq!(broker.password, Some(Password(b"s3cret word".to_vec())));
-        for (text, url) in [
-            ("\n", "mqtt://ana@pi"),
+        let password = Password::first_line_of(b"s3cret word\r\nmore\n");
+        assert_eq!(password, Some(Password(b"s3cret word".to_vec())));
+        assert_eq!(Password::first_line_of(b"\n"), None);
+        let longest = "x".repeat(CREDENTIAL_BYTES_MAX);
+        for (password, url) in [
             ("x", "mqtt://pi"),
-            (&*"x".repeat(CREDENTIAL_BYTES_MAX + 1), "mqtt://ana@pi"),
+            (&*format!("{longest}x"), "mqtt://ana@pi"),
         ] {
-            let refused = with_file(text, url).unwrap_err().to_string();
-            assert!(refused.contains("hint: "), "{refused}");
+            let said = refused(url, Some(password), None);
+            assert!(said.contains("hint: "), "{said}");
         }
-        assert!(with_file(&"x".repeat(CREDENTIAL_BYTES_MAX), "mqtt://ana@pi").is_ok());
+        let password = Password::new(longest.into_bytes());
+        assert!(Broker::new("mqtt://ana@pi", Some(password), None).is_ok());
     }
 
     #[test]
     fn encryption_needs_an_authority() {
-        let refused = Broker::of(&options("mqtts://pi"), None)
-            .unwrap_err()
-            .to_string();
-        assert!(refused.contains("--mqtt-authority"), "{refused}");
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("authority.pem");
-        std::fs::write(&path, "no certificate").unwrap();
-        let mut options = options("mqtts://pi");
-        options.authority = Some(path);
-        let refused = Broker::of(&options, None).unwrap_err().to_string();
-        assert!(refused.contains("no certificate"), "{refused}");
-        options.url = Some("mqtt://pi".to_owned());
-        let refused = Broker::of(&options, None).unwrap_err().to_string();
-        assert!(refused.contains("mqtts://HOST"), "{refused}");
+        let said = refused("mqtts://pi", None, None);
+        assert!(said.contains("--mqtt-authority"), "{said}");
+        let authority = Some(("authority.pem", &b"no certificate"[..]));
+        let said = refused("mqtts://pi", None, authority);
+        assert!(said.contains("no certificate"), "{said}");
+        let said = refused("mqtt://pi", None, authority);
+        assert!(said.contains("mqtts://HOST"), "{said}");
     }
 }

@@ -1,12 +1,12 @@
 //! How the bridge does, for `GET /v1/mqtt`.
 
-use super::fault::Fault;
+use crate::fault::Fault;
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Shared by the bridge, which writes, and by who asks.
 #[derive(Debug, Clone)]
-pub(super) struct Status(Arc<Mutex<Told>>);
+pub(crate) struct Status(Arc<Mutex<Told>>);
 
 #[derive(Debug)]
 struct Told {
@@ -19,7 +19,7 @@ struct Told {
 }
 
 impl Status {
-    pub(super) fn new(broker: String) -> Self {
+    pub(crate) fn new(broker: String) -> Self {
         Self(Arc::new(Mutex::new(Told {
             broker,
             is_connected: false,
@@ -30,28 +30,28 @@ impl Status {
         })))
     }
 
-    pub(super) fn connected(&self) {
+    pub(crate) fn connected(&self) {
         let mut told = self.told();
         told.is_connected = true;
         told.connections += 1;
         told.fault = None;
     }
 
-    pub(super) fn lost(&self, fault: &Fault) {
+    pub(crate) fn lost(&self, fault: &Fault) {
         let mut told = self.told();
         told.is_connected = false;
         told.fault = Some(fault.clone());
     }
 
-    pub(super) fn announced(&self, sensors: usize) {
+    pub(crate) fn announced(&self, sensors: usize) {
         self.told().sensors = sensors;
     }
 
-    pub(super) fn published(&self) {
+    pub(crate) fn published(&self) {
         self.told().published += 1;
     }
 
-    pub(super) fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         let told = self.told();
         let fault = told.fault.as_ref();
         json!({

@@ -1,0 +1,55 @@
+//! Takes away what the broker keeps of a sensor.
+
+use crate::bridge::SENSORS_MAX;
+use crate::broker::Broker;
+use crate::connection::{CONNECT_TIME_MAX, Connection};
+use crate::discovery;
+use crate::fault::Fault;
+use crate::packet::Heard;
+use crate::topics::{self, ENTITIES, Topics};
+use tokio::time::timeout;
+
+/// Removes the sensor of a device from Home Assistant: whether there was anything to remove.
+///
+/// # Errors
+/// Where the broker is not reached, or does not answer as one.
+pub async fn forget(
+    broker: &Broker,
+    topics: &Topics,
+    device: &str,
+    sensor: &str,
+) -> Result<bool, Fault> {
+    let id = topics::id(device, sensor);
+    let client_id = format!("grideyeforget{}", std::process::id());
+    let connection = Connection::open(broker, &client_id, None).await?;
+    remove(connection, topics, &id).await
+}
+
+/// Whether there was a configuration.
+async fn remove(mut connection: Connection, topics: &Topics, id: &str) -> Result<bool, Fault> {
+    let camera = topics.config(id, ENTITIES[0]);
+    connection.subscribe(&[camera]).await?;
+    let found = until_pong(&mut connection).await?;
+    for message in discovery::removal(topics, id) {
+        connection.publish(&message).await?;
+    }
+    // The broker has taken all before it answers this.
+    until_pong(&mut connection).await?;
+    connection.close().await?;
+    Ok(found)
+}
+
+/// Asks for a sign of life, and says whether something was published before it came.
+async fn until_pong(connection: &mut Connection) -> Result<bool, Fault> {
+    connection.ping().await?;
+    let mut found = false;
+    for _ in 0..SENSORS_MAX {
+        let heard = timeout(CONNECT_TIME_MAX, connection.hear()).await;
+        match heard.map_err(|_elapsed| Fault::silent(CONNECT_TIME_MAX))?? {
+            Heard::Pong => return Ok(found),
+            Heard::Published(message) => found |= !message.payload.is_empty(),
+            Heard::Connected(_) | Heard::Subscribed(_) => {}
+        }
+    }
+    Err(Fault::garbled(&"no end of messages"))
+}
