@@ -7,7 +7,6 @@ mod dataset;
 mod emulate;
 mod mqtt;
 mod orient;
-pub(crate) mod place;
 
 use clap::builder::TypedValueParser as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};

@@ -45,12 +45,10 @@ mod migrate;
 mod mqtt;
 mod orient;
 mod output;
-mod paced_clock;
 mod progress;
 mod recently;
 mod record;
 mod recordings;
-mod sensor;
 mod simulate;
 mod store;
 

@@ -1,10 +1,9 @@
 //! The options of `grideye emulate`. The text of its help is laid out by hand, so that it fits on one screen.
 
-use super::place::{Placed, address_of, device};
 use super::{Method, positive};
-use crate::emulate::{AtEnd, Replay};
 use amg8833_emulator::{Address, CLOCK_ERROR_PPM_MAX};
-use clap::{ArgGroup, Args};
+use clap::{ArgGroup, Args, ValueEnum};
+use grideye_rig::{Placed, address_of, device};
 use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::program::Via;
 use std::net::SocketAddr;
@@ -122,6 +121,45 @@ pub(crate) struct Emulate {
     /// The program and its arguments.
     #[arg(last = true, value_name = "PROGRAM")]
     pub(crate) program: Vec<String>,
+}
+
+/// When a recording's frames come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Replay {
+    /// At the times at which they were recorded.
+    Times,
+    /// One with each frame of the sensor: none twice, none left out.
+    Frames,
+}
+
+impl From<Replay> for grideye_rig::Replay {
+    fn from(replay: Replay) -> Self {
+        match replay {
+            Replay::Times => Self::Times,
+            Replay::Frames => Self::Frames,
+        }
+    }
+}
+
+/// What comes after the end of a walk or a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AtEnd {
+    /// The last picture stays.
+    Hold,
+    /// It begins anew.
+    Loop,
+    /// The bus is gone (ENODEV), and a server ends.
+    End,
+}
+
+impl From<AtEnd> for grideye_rig::AtEnd {
+    fn from(at_end: AtEnd) -> Self {
+        match at_end {
+            AtEnd::Hold => Self::Hold,
+            AtEnd::Loop => Self::Loop,
+            AtEnd::End => Self::End,
+        }
+    }
 }
 
 fn constant(text: &str) -> Result<f32, String> {

@@ -1,10 +1,11 @@
 //! What the emulated sensor is shown: a scene, or a recording.
 
 use crate::cli::Demo;
-use crate::sensor::{self, Source};
+use crate::exit::bad_input;
 use crate::{compare, files, recordings};
 use anyhow::Result;
 use grideye_frame::{RawFrame, TICK};
+use grideye_rig::{Source, replay_source, scene_source};
 use grideye_scene::Scene;
 use grideye_validator::report::Input;
 use std::path::PathBuf;
@@ -96,9 +97,9 @@ impl Show {
         match self {
             Self::Scene(shown) => {
                 let simulator = files::simulator(&shown.scene, Some(&shown.sensor))?;
-                sensor::scene_source(&shown.scene, simulator, seed)
+                scene_source(&shown.scene, simulator, seed).map_err(bad_input)
             }
-            Self::Replay(replay) => Ok(sensor::replay_source(&replay.frames)),
+            Self::Replay(replay) => Ok(replay_source(&replay.frames)),
         }
     }
 }

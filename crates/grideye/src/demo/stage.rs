@@ -3,8 +3,6 @@
 use super::show::Show;
 use crate::cli::Demo;
 use crate::client::{AuditRow, Client};
-use crate::paced_clock::PacedClock;
-use crate::sensor::{self, AgentClock, SharedBus};
 use crate::{beside, collect, progress};
 use amg8833_emulator::Address;
 use anyhow::{Context as _, Result, anyhow};
@@ -12,6 +10,7 @@ use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
 use grideye_agent::config::{BusConfig, Config as AgentConfig};
 use grideye_agent::log::{Level, Log};
 use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
+use grideye_rig::{AgentClock, PacedClock, SCL_HZ, SharedBus};
 use indicatif::ProgressBar;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -113,11 +112,11 @@ impl Stage {
         let boot = start.boot.clone();
         let recording = self.client.start_recording(&format!("demo-{boot}"))?.id;
         let clock = Arc::new(PacedClock::new(options.speed));
-        let bus = SharedBus::new(sensor::bus(
+        let bus = SharedBus::new(grideye_rig::bus(
             Arc::clone(&clock),
             Address::High,
             show.source(options.seed)?,
-            sensor::SCL_HZ,
+            SCL_HZ,
         ));
         let agent = start_agent(start, &bus, clock)?;
         let bar = progress::bar(frames, "recording");

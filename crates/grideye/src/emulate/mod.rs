@@ -1,37 +1,27 @@
 //! `grideye emulate`: another program with emulated AMG8833 sensors on its `/dev/i2c-N`, on a socket, or over USB/IP.
 //!
 //! ```text
-//!  parts: scene, recording, profile ─▶ machine: buses in real time ─▶ Rack ─▶ ways: fuse, preload, socket, usbip
-//!  plan: which sensor where ─────────┘   clock, faults, trace, counts
+//!  parts: scene, recording, profile ─▶ grideye-rig: the machine ─▶ ways: fuse, preload, socket, usbip
+//!  plan: which sensor where ─────────┘   trace
 //! ```
 
-mod clock;
-mod machine;
 mod parts;
 mod plan;
 mod say;
-mod show;
 mod trace;
 mod ways;
-mod wires;
 
 use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
 use crate::files;
 use anyhow::{Result, anyhow};
-use clock::Timebase;
-use machine::Machine;
+use grideye_rig::{Machine, Timebase, Wiring, World, buses};
 use say::Voice;
-use show::World;
-use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
-
-pub(crate) use show::{AtEnd, Replay};
+use trace::TraceFile;
 
 /// The program meets a sensor that has been on for two frames: one that was switched on this instant reads zero.
 const ON_BEFORE: Duration = Duration::from_millis(250);
-/// How often sensors that nobody asks measure what has fallen due.
-const KEEP_UP_EVERY: Duration = Duration::from_secs(1);
 
 /// Builds the machine, opens the ways to it, and serves until the program, the time or the user ends it.
 pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
@@ -52,33 +42,28 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     } else {
         ON_BEFORE
     };
-    let wiring = parts::wiring(options, &prepared)?;
+    let script = parts::faults(options)?;
+    let trace = options.trace.as_deref();
+    let trace = trace
+        .map(|path| TraceFile::create(path, buses(&prepared.parts)))
+        .transpose()?;
+    let observer_of = trace.as_ref().map(|trace| |bus| trace.observer(bus));
+    let wiring = Wiring {
+        scl_hz: options.scl,
+        script,
+        trace: observer_of.as_ref().map(|observer_of| observer_of as _),
+    };
     let voice = Voice::new(options, &prepared);
     let base = Timebase::new(ahead, options.speed);
-    let machine = Machine::new(base, &world, prepared.parts, &wiring);
-    let outcome = keeping_up(&machine, || ways::serve(options, &machine, &voice));
-    if let (Err(_), Some(trace)) = (&outcome, &wiring.trace) {
+    let machine = Machine::new(base, &world, prepared.parts, &wiring).map_err(bad_input)?;
+    let outcome = machine.keeping_up(|| ways::serve(options, &machine, &voice));
+    if let (Err(_), Some(trace)) = (&outcome, &trace) {
         trace.keep_unless_empty();
     }
     let outcome = outcome?;
-    if let Some(trace) = &wiring.trace {
+    if let Some(trace) = &trace {
         voice.note(&trace.finish()?);
     }
     voice.end(&machine.counts(), outcome)?;
     Ok(outcome)
-}
-
-/// Does this while the sensors go on measuring.
-fn keeping_up(machine: &Machine, serve: impl FnOnce() -> Result<Outcome>) -> Result<Outcome> {
-    let (done, is_done) = mpsc::channel::<()>();
-    std::thread::scope(|scope| {
-        scope.spawn(move || {
-            while is_done.recv_timeout(KEEP_UP_EVERY) == Err(RecvTimeoutError::Timeout) {
-                machine.keep_up();
-            }
-        });
-        let outcome = serve();
-        drop(done);
-        outcome
-    })
 }

@@ -1,20 +1,12 @@
 //! Which sensor goes to which place: what the command line says and what it leaves open, and every contradiction in it.
 
-use crate::cli::place::{Branch, Place, Placed};
 use crate::exit::bad_input;
 use amg8833_emulator::Address;
 use anyhow::{Result, anyhow};
-use std::collections::BTreeMap;
+use grideye_rig::{Place, Placed, Planned};
 
 /// The bus of a sensor whose place was left open: a Raspberry Pi's.
 const BUS: u32 = 1;
-
-/// One sensor of the emulated machine.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Planned {
-    pub(super) name: String,
-    pub(super) place: Place,
-}
 
 /// What was asked for.
 #[derive(Debug)]
@@ -56,8 +48,6 @@ pub(super) fn sensors(wish: &Wish<'_>, known: Option<&[String]>) -> Result<Vec<P
     if let Some(known) = known {
         check_names(&planned, known)?;
     }
-    check_places(&planned)?;
-    check_muxes(&planned)?;
     Ok(planned)
 }
 
@@ -95,51 +85,6 @@ fn check_names(planned: &[Planned], known: &[String]) -> Result<()> {
             known.join(", ")
         ))),
     }
-}
-
-/// Two sensors at one place would answer at once, and so would one on the bus itself and one behind its multiplexer.
-fn check_places(planned: &[Planned]) -> Result<()> {
-    let mut taken: BTreeMap<Place, &str> = BTreeMap::new();
-    for Planned { name, place } in planned {
-        if let Some(other) = taken.insert(*place, name) {
-            return Err(bad_input(anyhow!(
-                "{other} and {name} are both at {place}\nhint: give one of them another bus, address or channel"
-            )));
-        }
-    }
-    for Planned { name, place } in planned {
-        let Some(Branch { mux, .. }) = place.branch else {
-            continue;
-        };
-        let before_the_mux = Place {
-            branch: None,
-            ..*place
-        };
-        if let Some(other) = taken.get(&before_the_mux) {
-            return Err(bad_input(anyhow!(
-                "{other} at {before_the_mux} and {name} at {place} answer at once when the multiplexer 0x{mux:02x} opens that channel\nhint: give one of them the other address"
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// One multiplexer a bus is emulated.
-fn check_muxes(planned: &[Planned]) -> Result<()> {
-    let mut muxes: BTreeMap<u32, u8> = BTreeMap::new();
-    for Planned { place, .. } in planned {
-        let Some(Branch { mux, .. }) = place.branch else {
-            continue;
-        };
-        let first = *muxes.entry(place.bus).or_insert(mux);
-        if first != mux {
-            return Err(bad_input(anyhow!(
-                "bus {} has a multiplexer at 0x{first:02x} and one at 0x{mux:02x}, and one a bus is emulated\nhint: use its other channels, there are eight, or another bus",
-                place.bus
-            )));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -194,18 +139,7 @@ mod tests {
             (&[][..], None, "2 sensors"),
             (&["window"], None, "\"window\""),
             (&["a", "b=1:0x68"], None, "the sensor a has no place"),
-            (
-                &["a=1:0x68", "b=1:0x68"],
-                None,
-                "a and b are both at 1:0x68",
-            ),
             (&["a=1:0x68"], Some(Address::High), "--address"),
-            (&["a=1:0x70.3:0x68", "b=1:0x68"], None, "answer at once"),
-            (
-                &["a=1:0x70.3:0x68", "b=1:0x71.4:0x68"],
-                None,
-                "0x70 and one at 0x71",
-            ),
         ] {
             let error = plan(sensors, address, two).unwrap_err();
             assert!(error.contains(words) && error.contains("hint:"), "{error}");

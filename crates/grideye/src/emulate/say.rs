@@ -1,12 +1,12 @@
 //! What `grideye emulate` says of itself: one line when it is ready, one of what went over the buses.
 
-use super::machine::{Counts, Part};
 use super::parts::Prepared;
 use crate::cli::Emulate;
 use crate::exit::Outcome;
 use crate::output::outln;
 use crate::progress;
 use anyhow::Result;
+use grideye_rig::{Counts, Part};
 use serde::Serialize;
 
 /// Says things as the options want it.

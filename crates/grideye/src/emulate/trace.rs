@@ -2,8 +2,9 @@
 
 use crate::exit::bad_input;
 use crate::files::{self, Pending};
-use amg8833_emulator::trace::{CsvTrace, TraceSummary, Transfer, VcdTrace};
+use amg8833_emulator::trace::{CsvTrace, TraceSummary, VcdTrace};
 use anyhow::{Result, anyhow};
+use grideye_rig::Observer;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
@@ -24,9 +25,6 @@ enum Format {
     Csv(CsvTrace<File>),
     Vcd(VcdTrace<File>),
 }
-
-/// What a bus tells its messages to.
-pub(super) type Observer = Box<dyn FnMut(&Transfer<'_>) + Send>;
 
 impl TraceFile {
     /// Makes the file; its name says which format.

@@ -1,10 +1,10 @@
 //! The ways to the emulated buses: opened before anybody is told of them, closed before the program ends.
 
-use super::machine::Machine;
 use super::say::{Reached, Voice};
 use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
 use anyhow::{Context as _, Result, anyhow};
+use grideye_rig::Machine;
 use i2c_emulation::program::{self, RunError};
 use i2c_emulation::{fuse, socket, usbip};
 use rustix::process::{Pid, Signal, getpgrp, kill_process};

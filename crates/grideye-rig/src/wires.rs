@@ -1,7 +1,7 @@
 //! The wires of one bus: alone, or with a multiplexer on it.
 
-use super::clock::BusClock;
-use super::show::Show;
+use crate::clock::BusClock;
+use crate::show::Show;
 use amg8833_emulator::script::{Rule, Script};
 use amg8833_emulator::{Bus, BusError, CHANNELS, Mux, MuxAddress, Traffic};
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
@@ -10,17 +10,17 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 
 /// A bus, or one channel of a multiplexer, with up to two sensors.
-pub(super) type SensorBus = Bus<Arc<BusClock>, Show>;
+pub(crate) type SensorBus = Bus<Arc<BusClock>, Show>;
 
 /// Everything that hangs on one pair of wires.
-pub(super) enum Wires {
+pub(crate) enum Wires {
     Plain(Box<SensorBus>),
     Branched(Box<Mux<Arc<BusClock>, Show>>),
 }
 
 impl Wires {
     /// Wires without sensors; with a multiplexer, if there is an address for one.
-    pub(super) fn new(clock: &Arc<BusClock>, mux: Option<u8>, scl_hz: Option<NonZeroU32>) -> Self {
+    pub(crate) fn new(clock: &Arc<BusClock>, mux: Option<u8>, scl_hz: Option<NonZeroU32>) -> Self {
         let mut trunk = Bus::new(Arc::clone(clock));
         if let Some(scl_hz) = scl_hz {
             trunk = trunk.with_scl_hz(scl_hz);
@@ -35,7 +35,7 @@ impl Wires {
     }
 
     /// The bus before the multiplexer, or the whole of it.
-    pub(super) fn trunk(&mut self) -> &mut SensorBus {
+    pub(crate) fn trunk(&mut self) -> &mut SensorBus {
         match self {
             Self::Plain(bus) => bus,
             Self::Branched(mux) => mux.trunk_mut(),
@@ -43,7 +43,7 @@ impl Wires {
     }
 
     /// The trunk, or one channel of the multiplexer.
-    pub(super) fn segment(&mut self, channel: Option<u8>) -> Option<&mut SensorBus> {
+    pub(crate) fn segment(&mut self, channel: Option<u8>) -> Option<&mut SensorBus> {
         match (self, channel) {
             (wires, None) => Some(wires.trunk()),
             (Self::Plain(_), Some(_)) => None,
@@ -52,7 +52,7 @@ impl Wires {
     }
 
     /// The trunk and all channels.
-    pub(super) fn segments(&self) -> Box<dyn Iterator<Item = &SensorBus> + '_> {
+    pub(crate) fn segments(&self) -> Box<dyn Iterator<Item = &SensorBus> + '_> {
         match self {
             Self::Plain(bus) => Box::new(iter::once(&**bus)),
             Self::Branched(mux) => Box::new(mux.buses()),
@@ -60,7 +60,7 @@ impl Wires {
     }
 
     /// What went over the trunk, and with it everything.
-    pub(super) fn traffic(&self) -> Traffic {
+    pub(crate) fn traffic(&self) -> Traffic {
         match self {
             Self::Plain(bus) => bus.traffic(),
             Self::Branched(mux) => mux.trunk().traffic(),
@@ -68,7 +68,7 @@ impl Wires {
     }
 
     /// Lets everything happen that is due by now.
-    pub(super) fn advance(&mut self) {
+    pub(crate) fn advance(&mut self) {
         match self {
             Self::Plain(bus) => bus.advance(),
             Self::Branched(mux) => mux.advance(),
@@ -77,7 +77,7 @@ impl Wires {
 
     /// Runs the script of this bus from now on. Rules for the whole bus are the trunk's; those for an address are also
     /// for the sensors of that address behind the multiplexer, each with luck of its own.
-    pub(super) fn set_script(&mut self, script: &Script) {
+    pub(crate) fn set_script(&mut self, script: &Script) {
         if let Self::Branched(mux) = self {
             let rules: Vec<Rule> = script
                 .rules()

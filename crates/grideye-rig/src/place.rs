@@ -1,40 +1,52 @@
-//! Where a sensor sits, as the command line writes it: `NAME`, `NAME=BUS:ADDRESS`, `NAME=BUS:MUX.CHANNEL:ADDRESS`.
+//! Where a sensor sits, and how that is written: `NAME`, `NAME=BUS:ADDRESS`, `NAME=BUS:MUX.CHANNEL:ADDRESS`.
 
 use amg8833_emulator::Address;
 use std::fmt;
 use std::str::FromStr;
 
 /// The highest number of a bus: Linux has as many minor numbers (`MINORMASK` in `drivers/i2c/i2c-dev.c`).
-pub(crate) const BUS_NUMBER_MAX: u32 = (1 << 20) - 1;
+const BUS_NUMBER_MAX: u32 = (1 << 20) - 1;
 /// The channels of a TCA9548A.
-pub(crate) const CHANNELS: u8 = 8;
+const CHANNELS: u8 = 8;
 /// The addresses that a TCA9548A can be wired to (its data sheet, table 8-1).
 const MUX_ADDRESSES: std::ops::RangeInclusive<u8> = 0x70..=0x77;
 
 /// A sensor's place in the emulated machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct Place {
+pub struct Place {
     /// Bus 1 is `/dev/i2c-1`.
-    pub(crate) bus: u32,
+    pub bus: u32,
     /// The multiplexer's channel that the sensor is behind.
-    pub(crate) branch: Option<Branch>,
-    pub(crate) address: Address,
+    pub branch: Option<Branch>,
+    /// 0x68 or 0x69.
+    pub address: Address,
 }
 
 /// One channel of a multiplexer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct Branch {
+pub struct Branch {
     /// Seven bits, 0x70 to 0x77.
-    pub(crate) mux: u8,
+    pub mux: u8,
     /// 0 to 7.
-    pub(crate) channel: u8,
+    pub channel: u8,
 }
 
 /// A sensor that was asked for, and its place if that was said with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Placed {
-    pub(crate) name: String,
-    pub(crate) place: Option<Place>,
+pub struct Placed {
+    /// What the scene or the recording calls it.
+    pub name: String,
+    /// `None` where it was left open.
+    pub place: Option<Place>,
+}
+
+/// One sensor of the emulated machine.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Planned {
+    /// What the scene or the recording calls it.
+    pub name: String,
+    /// Where it sits.
+    pub place: Place,
 }
 
 impl FromStr for Placed {
@@ -113,7 +125,10 @@ impl fmt::Display for Place {
 }
 
 /// The address of an AMG8833, in hexadecimal with 0x or in decimal.
-pub(crate) fn address_of(text: &str) -> Result<Address, String> {
+///
+/// # Errors
+/// Where it is no address of one.
+pub fn address_of(text: &str) -> Result<Address, String> {
     number(text)
         .and_then(|bits| u8::try_from(bits).ok())
         .and_then(Address::from_bits)
@@ -121,7 +136,10 @@ pub(crate) fn address_of(text: &str) -> Result<Address, String> {
 }
 
 /// The number of a bus in the path of its device.
-pub(crate) fn device(text: &str) -> Result<u32, String> {
+///
+/// # Errors
+/// Where it is no path of an I2C bus.
+pub fn device(text: &str) -> Result<u32, String> {
     let number = text.strip_prefix("/dev/i2c-").ok_or_else(|| {
         format!("{text} is no path of an I2C bus\nhint: the emulated bus N is /dev/i2c-N, such as /dev/i2c-1")
     })?;

@@ -1,12 +1,13 @@
 //! The emulated machine: its buses with their sensors, in real time, and what went over them.
 
-use super::clock::{BusClock, Timebase};
-use super::plan::Planned;
-use super::show::{Show, World};
-use super::trace::TraceFile;
-use super::wires::{SensorBus, Wires};
+use crate::clock::{BusClock, Timebase};
+use crate::error::RigError;
+use crate::parts::Part;
+use crate::show::World;
+use crate::wires::{SensorBus, Wires};
 use amg8833_emulator::script::Script;
-use amg8833_emulator::{BusError, Clock as _, Options, Refusals};
+use amg8833_emulator::trace::Transfer;
+use amg8833_emulator::{BusError, Clock as _, Refusals};
 use embedded_hal::i2c::{Error as _, ErrorKind, NoAcknowledgeSource};
 use i2c_emulation::adapter::{EmulatedAdapter, Fault, HalAdapter, Message, TransferError};
 use i2c_emulation::rack::{Rack, SharedAdapter};
@@ -15,27 +16,29 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::num::NonZeroU32;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-/// One sensor to be built in.
-pub(super) struct Part {
-    pub(super) planned: Planned,
-    pub(super) show: Show,
-    pub(super) options: Options,
-}
+/// How often sensors that nobody asks measure what has fallen due.
+const KEEP_UP_EVERY: Duration = Duration::from_secs(1);
+
+/// What a bus tells its messages to.
+pub type Observer = Box<dyn FnMut(&Transfer<'_>) + Send>;
 
 /// What the buses are like.
-pub(super) struct Wiring {
+#[derive(Default)]
+pub struct Wiring<'a> {
     /// `None`: transfers take no time.
-    pub(super) scl_hz: Option<NonZeroU32>,
+    pub scl_hz: Option<NonZeroU32>,
     /// Begins with the first transfer on any bus.
-    pub(super) script: Option<Script>,
-    /// Is told of every message.
-    pub(super) trace: Option<TraceFile>,
+    pub script: Option<Script>,
+    /// Gives the bus of each number somebody who is told of every message.
+    pub trace: Option<&'a dyn Fn(u32) -> Observer>,
 }
 
 /// All buses, switched on, with time standing still until [`start`](Self::start).
-pub(super) struct Machine {
+pub struct Machine {
     base: Arc<Timebase>,
     buses: BTreeMap<u32, Handle>,
     endings: Vec<Arc<AtomicBool>>,
@@ -43,24 +46,33 @@ pub(super) struct Machine {
 
 /// What went over the buses.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub(super) struct Counts {
-    pub(super) transactions: u64,
-    pub(super) bytes: u64,
-    pub(super) nacks: u64,
+pub struct Counts {
+    /// Addressed by a START or a repeated one.
+    pub transactions: u64,
+    /// Address bytes included.
+    pub bytes: u64,
+    /// Bytes that nobody acknowledged.
+    pub nacks: u64,
     /// What the sensors refused, by reason.
-    pub(super) refused: BTreeMap<&'static str, u64>,
+    pub refused: BTreeMap<&'static str, u64>,
     /// Faults that struck, by kind.
-    pub(super) faults: BTreeMap<&'static str, u64>,
+    pub faults: BTreeMap<&'static str, u64>,
 }
 
 impl Machine {
     /// Builds the buses and switches the sensors on, at time zero.
-    pub(super) fn new(
+    ///
+    /// # Errors
+    /// Where a fault of the script names a bus or an address without a sensor.
+    pub fn new(
         base: Arc<Timebase>,
         world: &Arc<World>,
         parts: Vec<Part>,
-        wiring: &Wiring,
-    ) -> Self {
+        wiring: &Wiring<'_>,
+    ) -> Result<Self, RigError> {
+        if let Some(script) = &wiring.script {
+            check_targets(script, &parts)?;
+        }
         let endings: Vec<_> = parts
             .iter()
             .map(|part| Arc::clone(&part.show.timeline.ended))
@@ -98,15 +110,16 @@ impl Machine {
                 (number, handle)
             })
             .collect();
-        Self {
+        Ok(Self {
             base,
             buses,
             endings,
-        }
+        })
     }
 
     /// The buses, for a way to reach them.
-    pub(super) fn rack(&self) -> Rack {
+    #[must_use]
+    pub fn rack(&self) -> Rack {
         let mut rack = Rack::new();
         for (number, handle) in &self.buses {
             rack.insert(*number, SharedAdapter::new(handle.clone()));
@@ -115,24 +128,40 @@ impl Machine {
     }
 
     /// Lets time run.
-    pub(super) fn start(&self) {
+    pub fn start(&self) {
         self.base.start();
     }
 
     /// Whether everything that was to be shown was shown.
-    pub(super) fn has_ended(&self) -> bool {
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
         all_set(&self.endings)
     }
 
-    /// Lets the sensors measure what has fallen due, so that nobody who comes after an hour has to wait for that.
-    pub(super) fn keep_up(&self) {
+    /// Does this while the sensors go on measuring, so that nobody who comes after an hour has to wait for that.
+    pub fn keeping_up<T>(&self, serve: impl FnOnce() -> T) -> T {
+        let (done, is_done) = mpsc::channel::<()>();
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                while is_done.recv_timeout(KEEP_UP_EVERY) == Err(RecvTimeoutError::Timeout) {
+                    self.keep_up();
+                }
+            });
+            let outcome = serve();
+            drop(done);
+            outcome
+        })
+    }
+
+    fn keep_up(&self) {
         for handle in self.buses.values() {
             lock(&handle.line).wires.bus().advance();
         }
     }
 
     /// What went over the buses so far.
-    pub(super) fn counts(&self) -> Counts {
+    #[must_use]
+    pub fn counts(&self) -> Counts {
         let mut counts = Counts::default();
         for handle in self.buses.values() {
             counts.add(lock(&handle.line).wires.bus());
@@ -141,8 +170,25 @@ impl Machine {
     }
 }
 
+/// A fault of a sensor or bus that is not there would never strike, and nobody would be told.
+fn check_targets(script: &Script, parts: &[Part]) -> Result<(), RigError> {
+    for (number, rule) in (1..).zip(script.rules()) {
+        let is_met = |part: &Part| {
+            let place = &part.planned.place;
+            rule.bus.is_none_or(|bus| bus == place.bus)
+                && rule.address.is_none_or(|address| address == place.address)
+        };
+        if !parts.iter().any(is_met) {
+            let places = parts.iter().map(|part| part.planned.place.to_string());
+            let places = places.collect::<Vec<_>>().join(", ");
+            return Err(RigError::NoTarget { number, places });
+        }
+    }
+    Ok(())
+}
+
 /// One bus with its sensors, switched on.
-fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring) -> Wires {
+fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring<'_>) -> Wires {
     let mux = parts
         .iter()
         .find_map(|part| part.planned.place.branch)
@@ -155,8 +201,8 @@ fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring) 
             bus.plug(place.address, part.show, part.options);
         }
     }
-    if let Some(trace) = &wiring.trace {
-        wires.trunk().set_trace(trace.observer(number));
+    if let Some(observer_of) = wiring.trace {
+        wires.trunk().set_trace(observer_of(number));
     }
     wires
 }

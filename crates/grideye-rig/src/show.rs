@@ -8,7 +8,6 @@
 //! when one of them is reset.
 
 use amg8833_emulator::FrameSource;
-use clap::ValueEnum;
 use grideye_frame::{Celsius, Frame, TICK};
 use grideye_scene::Simulator;
 use grideye_scene::profile::Profile;
@@ -20,8 +19,8 @@ use std::time::Duration;
 const NOT_BEGUN: u64 = u64::MAX;
 
 /// When a recording's frames come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Replay {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Replay {
     /// At the times at which they were recorded.
     Times,
     /// One with each frame of the sensor: none twice, none left out.
@@ -29,8 +28,8 @@ pub(crate) enum Replay {
 }
 
 /// What comes after the end of a walk or a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum AtEnd {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AtEnd {
     /// The last picture stays.
     Hold,
     /// It begins anew.
@@ -41,20 +40,21 @@ pub(crate) enum AtEnd {
 
 /// The time that all sensors share: it stands at zero until somebody speaks on one of the buses.
 #[derive(Debug)]
-pub(super) struct World {
+pub struct World {
     begun_ns: AtomicU64,
 }
 
 impl World {
     /// A world that waits for the first transfer.
-    pub(super) fn new() -> Arc<Self> {
+    #[must_use]
+    pub fn new() -> Arc<Self> {
         Arc::new(Self {
             begun_ns: AtomicU64::new(NOT_BEGUN),
         })
     }
 
     /// Begins now; `false` if it has begun before.
-    pub(super) fn begin(&self, now: Duration) -> bool {
+    pub(crate) fn begin(&self, now: Duration) -> bool {
         let begun = self.begun_ns.compare_exchange(
             NOT_BEGUN,
             nanoseconds(now),
@@ -73,17 +73,17 @@ impl World {
 
 /// How long something is shown, and what comes then.
 #[derive(Debug, Clone)]
-pub(super) struct Timeline {
+pub(crate) struct Timeline {
     /// Zero for what never changes.
-    pub(super) length: Duration,
-    pub(super) at_end: AtEnd,
+    pub(crate) length: Duration,
+    pub(crate) at_end: AtEnd,
     /// Set for good once the end was reached.
-    pub(super) ended: Arc<AtomicBool>,
+    pub(crate) ended: Arc<AtomicBool>,
 }
 
 impl Timeline {
     /// A timeline whose end has not been reached.
-    pub(super) fn new(length: Duration, at_end: AtEnd) -> Self {
+    pub(crate) fn new(length: Duration, at_end: AtEnd) -> Self {
         Self {
             length,
             at_end,
@@ -115,7 +115,7 @@ impl Timeline {
 }
 
 /// What is shown.
-pub(super) enum Pictures {
+pub(crate) enum Pictures {
     /// A scene through one of its sensors, with the scene's own noise if there is a seed for it.
     Scene {
         simulator: Box<Simulator>,
@@ -131,19 +131,19 @@ pub(super) enum Pictures {
 }
 
 /// One specimen of the sensor, whose noise and pattern the profile tells and the seed decides.
-pub(super) struct Specimen {
-    pub(super) profile: Arc<Profile>,
-    pub(super) seed: u64,
+pub(crate) struct Specimen {
+    pub(crate) profile: Arc<Profile>,
+    pub(crate) seed: u64,
     /// Ticks that it has measured.
-    pub(super) ticks: u64,
+    pub(crate) ticks: u64,
 }
 
 /// A frame source: pictures on a timeline in a world, seen by an ideal sensor or by a specimen.
-pub(super) struct Show {
-    pub(super) world: Arc<World>,
-    pub(super) timeline: Timeline,
-    pub(super) pictures: Pictures,
-    pub(super) specimen: Option<Specimen>,
+pub(crate) struct Show {
+    pub(crate) world: Arc<World>,
+    pub(crate) timeline: Timeline,
+    pub(crate) pictures: Pictures,
+    pub(crate) specimen: Option<Specimen>,
 }
 
 impl FrameSource for Show {
@@ -196,7 +196,7 @@ impl Show {
 }
 
 /// The time from the first frame to the end of the last, which is seen for a tick at least.
-pub(super) fn length(frames: &[(Duration, Frame)]) -> Duration {
+pub(crate) fn length(frames: &[(Duration, Frame)]) -> Duration {
     frames.last().map_or(Duration::ZERO, |(at, _)| *at + TICK)
 }
 

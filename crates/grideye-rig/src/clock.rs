@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 /// Where all buses take their time from. It stands still until it is started.
 #[derive(Debug)]
-pub(super) struct Timebase {
+pub struct Timebase {
     started: OnceLock<Instant>,
     ahead: Duration,
     speed: f64,
@@ -15,7 +15,8 @@ pub(super) struct Timebase {
 
 impl Timebase {
     /// Stands at zero; once started, it shows `ahead` and runs `speed` (positive) times as fast as real time.
-    pub(super) fn new(ahead: Duration, speed: f64) -> Arc<Self> {
+    #[must_use]
+    pub fn new(ahead: Duration, speed: f64) -> Arc<Self> {
         Arc::new(Self {
             started: OnceLock::new(),
             ahead,
@@ -24,7 +25,7 @@ impl Timebase {
     }
 
     /// Lets it run, if it does not yet.
-    pub(super) fn start(&self) {
+    pub(crate) fn start(&self) {
         self.started.get_or_init(Instant::now);
     }
 
@@ -38,7 +39,7 @@ impl Timebase {
 
 /// The time of one bus. While it transfers, its bits run ahead of real time; [`settle`](Self::settle) waits for that.
 #[derive(Debug)]
-pub(super) struct BusClock {
+pub(crate) struct BusClock {
     base: Arc<Timebase>,
     busy_until_ns: AtomicU64,
     held_ns: AtomicU64,
@@ -49,7 +50,7 @@ const NOT_HELD: u64 = u64::MAX;
 
 impl BusClock {
     /// A bus of this machine.
-    pub(super) fn new(base: &Arc<Timebase>) -> Arc<Self> {
+    pub(crate) fn new(base: &Arc<Timebase>) -> Arc<Self> {
         Arc::new(Self {
             base: Arc::clone(base),
             busy_until_ns: AtomicU64::new(0),
@@ -59,18 +60,18 @@ impl BusClock {
 
     /// From here on only bits move this bus's time, so that a transfer is as long as its bits, and not as this program
     /// takes for it.
-    pub(super) fn hold(&self) {
+    pub(crate) fn hold(&self) {
         let now_ns = u64::try_from(self.now().as_nanos()).unwrap_or(NOT_HELD);
         self.held_ns.store(now_ns, Ordering::SeqCst);
     }
 
     /// The time of this bus follows the machine's again.
-    pub(super) fn release(&self) {
+    pub(crate) fn release(&self) {
         self.held_ns.store(NOT_HELD, Ordering::SeqCst);
     }
 
     /// Waits until the bus has had the time for its bits.
-    pub(super) fn settle(&self) {
+    pub(crate) fn settle(&self) {
         let busy_until = Duration::from_nanos(self.busy_until_ns.load(Ordering::SeqCst));
         if let Some(early) = busy_until.checked_sub(self.base.now()) {
             std::thread::sleep(scaled(early, self.base.speed.recip()));

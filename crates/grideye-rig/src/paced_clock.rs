@@ -4,13 +4,14 @@
 //! A host that stalls for a moment stalls the emulated sensor with it, so the demonstration shows what the recorder
 //! does and not how busy this computer is. On a Raspberry Pi the agent runs on the system's clock.
 
+use amg8833_emulator::Clock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Emulated time, `speed` times as fast as real time at the most.
 #[derive(Debug)]
-pub(crate) struct PacedClock {
+pub struct PacedClock {
     now_ns: AtomicU64,
     speed: f64,
     started: Instant,
@@ -20,7 +21,8 @@ pub(crate) struct PacedClock {
 
 impl PacedClock {
     /// A clock that starts at zero now. `speed` must be positive.
-    pub(crate) fn new(speed: f64) -> Self {
+    #[must_use]
+    pub fn new(speed: f64) -> Self {
         Self {
             now_ns: AtomicU64::new(0),
             speed,
@@ -30,18 +32,19 @@ impl PacedClock {
     }
 
     /// Emulated time since the start.
-    pub(crate) fn now(&self) -> Duration {
+    #[must_use]
+    pub fn now(&self) -> Duration {
         Duration::from_nanos(self.now_ns.load(Ordering::SeqCst))
     }
 
     /// Moves emulated time on without waiting: the time that a transfer takes on the bus.
-    pub(crate) fn pass(&self, duration: Duration) {
+    pub fn pass(&self, duration: Duration) {
         self.now_ns
             .fetch_add(nanoseconds(duration), Ordering::SeqCst);
     }
 
     /// Moves emulated time on to `until`, and waits until real time has caught up with it.
-    pub(crate) fn sleep_until(&self, until: Duration) {
+    pub fn sleep_until(&self, until: Duration) {
         self.now_ns.fetch_max(nanoseconds(until), Ordering::SeqCst);
         let due = self.now().div_f64(self.speed);
         if let Some(wait) = self.wait_for(due) {
@@ -58,6 +61,16 @@ impl PacedClock {
             *origin = real.saturating_sub(due);
         }
         wait
+    }
+}
+
+impl Clock for PacedClock {
+    fn now(&self) -> Duration {
+        PacedClock::now(self)
+    }
+
+    fn pass(&self, bus_time: Duration) {
+        PacedClock::pass(self, bus_time);
     }
 }
 

@@ -1,0 +1,47 @@
+//! The emulated machine: a scene, a recording or one temperature as AMG8833 sensors on emulated buses, with their clock.
+//!
+//! ```text
+//!  Shown ─▶ parts ─▶ Machine: buses in real time ─▶ Rack, for /dev/i2c-N, a socket or USB/IP
+//!  Place ──────┘        clock, faults, counts
+//!  Source ─▶ a sensor alone on its bus in paced time ─▶ SharedBus, for the agent in this process
+//! ```
+//!
+//! Here, and nowhere else, the simulator meets the emulator: as a function of time that yields a frame.
+//!
+//! ```
+//! use grideye_rig::{AtEnd, Build, Machine, Planned, Shown, Timebase, Wiring, World, parts};
+//! use std::time::Duration;
+//!
+//! let world = World::new();
+//! let ceiling = Planned { name: "ceiling".to_owned(), place: "1:0x69".parse()? };
+//! let build = Build { seed: 1, profile: None, clock_error_ppm: None, at_end: AtEnd::Hold };
+//! let parts = parts(&Shown::Constant(21.5), &world, vec![ceiling], &build)?;
+//! let base = Timebase::new(Duration::from_millis(250), 1.0);
+//! let machine = Machine::new(base, &world, parts, &Wiring::default())?;
+//! assert_eq!(machine.rack().iter().count(), 1);
+//! machine.start();
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod agent;
+mod clock;
+mod error;
+mod machine;
+mod paced_clock;
+mod parts;
+mod place;
+mod sensor;
+mod show;
+mod shown;
+mod wires;
+
+pub use agent::{AgentClock, SharedBus};
+pub use clock::Timebase;
+pub use error::RigError;
+pub use machine::{Counts, Machine, Observer, Wiring};
+pub use paced_clock::PacedClock;
+pub use parts::{Build, Part, buses, parts};
+pub use place::{Branch, Place, Placed, Planned, address_of, device};
+pub use sensor::{SCL_HZ, Source, bus, replay_source, scene_source};
+pub use show::{AtEnd, Replay, World};
+pub use shown::{Recorded, Shown, Simulate, recorded};

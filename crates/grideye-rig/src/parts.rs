@@ -1,0 +1,151 @@
+//! The sensors of a machine, as they are built in.
+
+use crate::error::RigError;
+use crate::place::{Branch, Place, Planned};
+use crate::show::{AtEnd, Show, Specimen, Timeline, World};
+use crate::shown::Shown;
+use amg8833_emulator::{Drift, Options};
+use grideye_scene::profile::Profile;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// How the sensors are built.
+#[derive(Debug, Clone)]
+pub struct Build {
+    /// Of the noise; two sensors are two specimens.
+    pub seed: u64,
+    /// How real sensors are: their noise, their pattern and their clock; `None` for the scene's own noise.
+    pub profile: Option<Profile>,
+    /// How far the sensors' clocks are off, in parts per million, instead of the profile's.
+    pub clock_error_ppm: Option<i32>,
+    /// What comes after the end of a walk or a recording.
+    pub at_end: AtEnd,
+}
+
+/// One sensor to be built in.
+pub struct Part {
+    /// What it is called, and where it sits.
+    pub planned: Planned,
+    pub(crate) show: Show,
+    pub(crate) options: Options,
+}
+
+/// The sensors at their places, with what each is shown.
+///
+/// # Errors
+/// Where two sensors would answer at once, or one of them cannot be shown this.
+pub fn parts(
+    shown: &Shown,
+    world: &Arc<World>,
+    planned: Vec<Planned>,
+    build: &Build,
+) -> Result<Vec<Part>, RigError> {
+    check(&planned)?;
+    let profile = build.profile.clone().map(Arc::new);
+    let noise_seed = profile.is_none().then_some(build.seed);
+    let part = |(index, planned): (u64, Planned)| {
+        let (length, pictures) = shown.pictures(&planned.name, noise_seed)?;
+        let specimen = profile.as_ref().map(|profile| Specimen {
+            profile: Arc::clone(profile),
+            seed: build.seed.wrapping_add(index),
+            ticks: 0,
+        });
+        Ok(Part {
+            planned,
+            show: Show {
+                world: Arc::clone(world),
+                timeline: Timeline::new(length, build.at_end),
+                pictures,
+                specimen,
+            },
+            options: chip(build),
+        })
+    };
+    (0..).zip(planned).map(part).collect()
+}
+
+/// How many buses these sensors are on.
+#[must_use]
+pub fn buses(parts: &[Part]) -> usize {
+    let numbers = parts.iter().map(|part| part.planned.place.bus);
+    numbers.collect::<BTreeSet<u32>>().len()
+}
+
+/// How the chip behaves: its clock is the caller's, else the profile's.
+fn chip(build: &Build) -> Options {
+    let profile = build.profile.as_ref();
+    let of_the_profile = profile.map_or(0, Profile::clock_error_ppm);
+    let drift_ppm = profile.map_or(0, Profile::clock_drift_ppm_per_hour);
+    Options {
+        clock_error_ppm: build.clock_error_ppm.unwrap_or(of_the_profile),
+        clock_drift: Drift::PpmPerHour(drift_ppm),
+        ..Options::default()
+    }
+}
+
+/// Two sensors at one place would answer at once, and so would one on the bus itself and one behind its multiplexer; and
+/// one multiplexer a bus is emulated.
+fn check(planned: &[Planned]) -> Result<(), RigError> {
+    let mut taken: BTreeMap<Place, &String> = BTreeMap::new();
+    for Planned { name, place } in planned {
+        if let Some(other) = taken.insert(*place, name) {
+            return Err(RigError::Taken {
+                one: other.clone(),
+                other: name.clone(),
+                place: *place,
+            });
+        }
+    }
+    let mut muxes: BTreeMap<u32, u8> = BTreeMap::new();
+    for Planned { name, place } in planned {
+        let Some(Branch { mux, .. }) = place.branch else {
+            continue;
+        };
+        let before = Place {
+            branch: None,
+            ..*place
+        };
+        if let Some(one) = taken.get(&before) {
+            return Err(RigError::Together {
+                one: String::clone(one),
+                before,
+                other: name.clone(),
+                place: *place,
+                mux,
+            });
+        }
+        let first = *muxes.entry(place.bus).or_insert(mux);
+        if first != mux {
+            return Err(RigError::SecondMux {
+                bus: place.bus,
+                first,
+                second: mux,
+            });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sensors_that_would_answer_at_once_are_named_with_a_way_out() {
+        for (places, words) in [
+            (["1:0x68", "1:0x68"], "a and b are both at 1:0x68"),
+            (["1:0x70.3:0x68", "1:0x68"], "answer at once"),
+            (["1:0x70.3:0x68", "1:0x71.4:0x68"], "0x70 and one at 0x71"),
+        ] {
+            let planned = ["a", "b"].into_iter().zip(places);
+            let planned: Vec<Planned> = planned
+                .map(|(name, place)| Planned {
+                    name: name.to_owned(),
+                    place: place.parse().unwrap(),
+                })
+                .collect();
+            let error = check(&planned).unwrap_err().to_string();
+            assert!(error.contains(words) && error.contains("hint:"), "{error}");
+        }
+    }
+}

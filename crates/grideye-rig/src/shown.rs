@@ -1,0 +1,136 @@
+//! What all sensors of a machine are shown: a scene, a recording, or one temperature.
+
+use crate::error::RigError;
+use crate::sensor;
+use crate::show::{self, Pictures, Replay};
+use amg8833::word;
+use grideye_frame::{Celsius, Frame};
+use grideye_recording::{Record, StreamId};
+use grideye_scene::{Scene, SceneError, Simulator};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+/// The frames of each sensor of a recording with their times since the first of all, by the sensor's name.
+pub type Recorded = BTreeMap<String, Vec<(Duration, Frame)>>;
+
+/// How frames of a scene's sensor are made: [`Simulator::new`] or [`Simulator::without_grid`].
+pub type Simulate = fn(&Scene, &str) -> Result<Simulator, SceneError>;
+
+/// What all sensors are shown.
+pub enum Shown {
+    /// A scene through its sensors.
+    Scene {
+        /// The scene.
+        scene: Box<Scene>,
+        /// How its frames are made.
+        simulate: Simulate,
+    },
+    /// The frames of a recording.
+    Recording {
+        /// When they come.
+        replay: Replay,
+        /// Those of each sensor.
+        sensors: Recorded,
+    },
+    /// One temperature everywhere, °C.
+    Constant(f32),
+}
+
+impl Shown {
+    /// The sensors that there are to choose from; `None` where any name will do.
+    #[must_use]
+    pub fn names(&self) -> Option<Vec<String>> {
+        match self {
+            Self::Scene { scene, .. } => {
+                let names = scene.sensors().iter().map(|sensor| sensor.name.clone());
+                Some(names.collect())
+            }
+            Self::Recording { sensors, .. } if sensors.len() > 1 => {
+                Some(sensors.keys().cloned().collect())
+            }
+            Self::Recording { .. } | Self::Constant(_) => None,
+        }
+    }
+
+    /// What one sensor is shown, and for how long.
+    pub(crate) fn pictures(
+        &self,
+        name: &str,
+        noise_seed: Option<u64>,
+    ) -> Result<(Duration, Pictures), RigError> {
+        match self {
+            Self::Scene { scene, simulate } => {
+                let simulator = simulate(scene, name)?;
+                sensor::check_resolution(&simulator)?;
+                let pictures = Pictures::Scene {
+                    simulator: Box::new(simulator),
+                    thermistor: match noise_seed {
+                        Some(_) => sensor::self_heated(scene.ambient()),
+                        // A profile knows how warm its chip becomes.
+                        None => scene.ambient(),
+                    },
+                    noise_seed,
+                };
+                Ok((scene.duration(), pictures))
+            }
+            Self::Recording { replay, sensors } => {
+                // The one sensor of a recording answers to any name.
+                let frames = sensors
+                    .get(name)
+                    .or_else(|| sensors.values().next())
+                    .map_or(&[][..], Vec::as_slice);
+                let pictures = match replay {
+                    Replay::Times => Pictures::Times(frames.to_vec()),
+                    Replay::Frames => Pictures::Frames {
+                        frames: frames.iter().map(|(_, frame)| *frame).collect(),
+                        shown: 0,
+                    },
+                };
+                // All of them end, and begin anew, together.
+                let length = sensors.values().map(|frames| show::length(frames)).max();
+                Ok((length.unwrap_or_default(), pictures))
+            }
+            Self::Constant(celsius) => {
+                let room = Celsius::new(*celsius);
+                let mut frame = Frame::uniform(room);
+                if noise_seed.is_some() {
+                    frame.thermistor = sensor::self_heated(room);
+                }
+                Ok((Duration::ZERO, Pictures::Constant(Box::new(frame))))
+            }
+        }
+    }
+}
+
+/// The frames of a recording's streams with their times since the first of all; those that are missing are left out.
+///
+/// # Errors
+/// Where it holds no frame, or streams whose times have no common beginning.
+pub fn recorded(streams: BTreeMap<StreamId, Vec<Record>>) -> Result<Recorded, RigError> {
+    let mut sensors = Recorded::new();
+    let boots: BTreeSet<(&str, &str)> = streams
+        .keys()
+        .map(|stream| (stream.device.as_str(), stream.boot.as_str()))
+        .collect();
+    if boots.len() > 1 {
+        return Err(RigError::SeveralBoots {
+            streams: streams.len(),
+            boots: boots.len(),
+        });
+    }
+    let boot_ns = |record: &Record| record.reading.frame().map(|_| record.stamp.t_boot_ns);
+    let first_ns = streams.values().flatten().filter_map(boot_ns).min();
+    let first_ns = first_ns.ok_or(RigError::NoFrame)?;
+    for (stream, records) in streams {
+        let frames = records.iter().filter_map(|record| {
+            let since_ns = record.stamp.t_boot_ns.saturating_sub(first_ns);
+            let frame = word::frame(record.reading.frame()?);
+            Some((Duration::from_nanos(since_ns), frame))
+        });
+        let frames: Vec<_> = frames.collect();
+        if !frames.is_empty() {
+            sensors.insert(stream.sensor, frames);
+        }
+    }
+    Ok(sensors)
+}
