@@ -115,7 +115,8 @@ impl Desk {
     }
 }
 
-/// The keys that `main.js` names, as its source has them: `p: {`, `"[": {`, `",": playing(`, and the digits.
+/// The keys that `main.js` names, as its source has them: `p: {`, `"[": {`, `",": playing(`, and the digits; and those
+/// that annexes bring.
 fn keys_of_the_page() -> Result<BTreeSet<String>, Failure> {
     let source = include_str!("../../crates/grideye-collector/assets/main.js");
     let list = source
@@ -129,11 +130,21 @@ fn keys_of_the_page() -> Result<BTreeSet<String>, Failure> {
             continue;
         }
         let line = line.trim_start();
+        if line.starts_with("...") {
+            continue;
+        }
         let key = match line.strip_prefix('"') {
             Some(quoted) => quoted.split_once("\": "),
             None => line.split_once(": "),
         };
         keys.insert(key.ok_or(line)?.0.to_owned());
+    }
+    for brought in [
+        include_str!("../../crates/grideye-studio/assets/beside.js"),
+        include_str!("../../crates/grideye-studio/assets/to-editor.js"),
+    ] {
+        let key = brought.split("key: \"").nth(1).ok_or("no key")?;
+        keys.extend(key.chars().next().map(String::from));
     }
     Ok(keys)
 }

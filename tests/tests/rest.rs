@@ -26,13 +26,13 @@ const BROUGHT: [(&str, &str, &str); 4] = [
     ),
     (
         "scenes",
-        include_str!("../../crates/grideye/openapi/scenes.json"),
-        include_str!("../../crates/grideye/src/beside/mod.rs"),
+        include_str!("../../crates/grideye-studio/openapi/scenes.json"),
+        include_str!("../../crates/grideye-studio/src/beside/mod.rs"),
     ),
     (
         "editor",
-        include_str!("../../crates/grideye/openapi/editor.json"),
-        include_str!("../../crates/grideye/src/editor/mod.rs"),
+        include_str!("../../crates/grideye-studio/openapi/editor.json"),
+        include_str!("../../crates/grideye-studio/src/editor/mod.rs"),
     ),
     (
         "mqtt",
@@ -71,7 +71,8 @@ fn the_document_names_every_path_that_programs_may_call() {
     for (annex, paths, source) in BROUGHT {
         let paths: BTreeMap<String, serde_json::Value> = serde_json::from_str(paths).unwrap();
         let described: BTreeSet<&str> = paths.keys().map(String::as_str).collect();
-        assert_eq!(described, self::routes(source), "{annex}");
+        let routes = self::routes(source).into_iter().filter(called);
+        assert_eq!(described, routes.collect::<BTreeSet<_>>(), "{annex}");
     }
 }
 

@@ -1,4 +1,4 @@
-import { Beside } from "./beside.js";
+import { brought } from "./brought.js";
 import { Devices } from "./devices.js";
 import { follow } from "./feed.js";
 import { commands } from "./keys.js";
@@ -7,7 +7,6 @@ import { Look } from "./look.js";
 import { Playback } from "./playback.js";
 import { Recordings } from "./recordings.js";
 import { Sensor } from "./sensor.js";
-import { fetched } from "./simulation.js";
 import { offerSignOut } from "./sign-out.js";
 import { say } from "./words.js";
 
@@ -33,7 +32,8 @@ const recordings = new Recordings();
 const devices = new Devices();
 const library = new Library(recordings);
 const look = new Look();
-const beside = new Beside(document.querySelector("#beside"), {
+const { panel } = brought;
+const beside = panel && new panel.Panel(document.querySelector("#beside"), {
   look,
   among: "live",
   toggled: (open) => { document.querySelector("#wall").dataset.beside = open; },
@@ -42,15 +42,13 @@ const playback = new Playback(recordings, look);
 let view = "sensors";
 let large = null;
 let watched = null;
-let hasScenes = false;
-let hasEditor = false;
 
 function take({ sensors: states }) {
   for (const state of states) {
     const key = `${state.device}/${state.sensor}`;
     if (!sensors.has(key)) {
       const sensor = new Sensor(template, { key, look, enlarge: (which) => show(which === large ? null : which) });
-      sensor.offerBeside(() => beside.toggle());
+      if (panel) sensor.offerBeside(panel.title, () => beside.toggle());
       sensors.set(key, sensor);
       arrange();
     }
@@ -74,10 +72,10 @@ function arrange() {
     button.hidden = sensors.size === 1;
     say(button, key === large ? "Smaller" : "Larger");
   }
-  putBeside(hasScenes && shown.length === 1 ? shown[0] : null);
+  if (panel) putBeside(shown.length === 1 ? shown[0] : null);
 }
 
-/** Lets the one sensor in sight be seen beside a scene, where the program has scenes. */
+/** Lets the one sensor in sight be seen beside what the panel shows. */
 function putBeside(only) {
   const [key, sensor] = only ?? [null, null];
   for (const [other, { element }] of sensors) element.querySelector("[data-field=beside]").hidden = other !== key;
@@ -158,6 +156,9 @@ look.listen(() => {
   for (const { picture } of sensors.values()) picture.redraw();
   playback.redraw();
 });
+for (const { id, title, href } of brought.links) {
+  document.querySelector("nav").append(Object.assign(document.createElement("a"), { id, textContent: title, href }));
+}
 back.addEventListener("click", () => show(null));
 addEventListener("hashchange", followAddress);
 followAddress();
@@ -173,10 +174,10 @@ commands({
   l: { says: "one sensor large, or all", when: () => view === "sensors", does: () => show(sensors.has(large) ? null : (meant()?.element.dataset.key ?? null)) },
   "[": { says: "the sensor before", does: () => step(-1) },
   "]": { says: "the sensor after", does: () => step(1) },
-  b: { says: "one sensor beside a scene, or alone", does: () => (view === "playback" ? playback.toggleBeside(meant()?.track.key) : beside.toggle()) },
+  ...panel && { [panel.key]: { says: panel.says, does: () => (view === "playback" ? playback.toggleBeside(meant()?.track.key) : beside.toggle()) } },
   d: { says: "devices, or sensors", does: () => toggleView("devices") },
   r: { says: "recordings, or sensors", does: () => toggleView("recordings") },
-  e: { says: "edit scenes", when: () => hasEditor, does: () => location.assign("/editor") },
+  ...Object.fromEntries(brought.links.map(({ key, says, href }) => [key, { says, does: () => location.assign(href) }])),
   Escape: { says: "all sensors, or all recordings", does: () => (view === "playback" ? toggleView("recordings") : show(null)) },
   " ": playing("play", "play or pause"),
   ",": playing("back", "one frame back"),
@@ -215,13 +216,6 @@ follow({
   labels: (changed) => playback.labelled(changed),
 });
 
-fetched("/v1/annexes").then(({ annexes }) => {
-  hasScenes = annexes?.includes("scenes") ?? false;
-  hasEditor = annexes?.includes("editor") ?? false;
-  document.querySelector("#to-editor").hidden = !hasEditor;
-  playback.offerBeside(hasScenes);
-  arrange();
-});
 offerSignOut(document.querySelector("#sign-out"));
 
 setInterval(() => {

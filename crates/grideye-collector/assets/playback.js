@@ -1,7 +1,7 @@
 // One recording played back: pictures as they are drawn live, a strip to move in, and keys for all of it.
 
 import { complain } from "./ask.js";
-import { Beside } from "./beside.js";
+import { brought } from "./brought.js";
 import { offerFiles } from "./exports.js";
 import { Labels } from "./labels.js";
 import { NoteField } from "./note.js";
@@ -38,13 +38,13 @@ export class Playback {
   #length = 0;
   #beside;
   #watched = null;
-  #hasScenes = false;
 
   /** `recordings` is the list that this one is found in, `look` how pictures are drawn. */
   constructor(recordings, look) {
     this.#recordings = recordings;
     this.#look = look;
-    this.#beside = new Beside(element("played-beside"), { look, among: "played", toggled: () => {} });
+    const { panel } = brought;
+    this.#beside = panel && new panel.Panel(element("played-beside"), { look, among: "played", toggled: () => {} });
     this.#note = new NoteField(element("played-note"), recordings, element("played-trouble"));
     recordings.listen(() => this.#describe());
     element("speed").replaceChildren(...SPEEDS.map((speed) => new Option(`${speed}×`, speed)));
@@ -80,20 +80,19 @@ export class Playback {
     }
   }
 
-  /** Whether the program has scenes to see a sensor beside. */
-  offerBeside(offered) {
-    this.#hasScenes = offered;
-    for (const sensor of this.#sensors) sensor.offerBeside(offered);
-    // What was chosen for the only sensor before is seen again.
-    if (offered && this.#sensors.length === 1 && this.#watched === null) this.#watch(this.#sensors[0]);
-  }
-
-  /** Opens or closes the panel that shows this sensor beside a scene. */
+  /** Opens or closes the panel beside this sensor. */
   toggleBeside(key) {
     const sensor = this.sensors.get(key);
-    if (!this.#hasScenes || !sensor) return;
+    if (!this.#beside || !sensor) return;
     if (this.#watched !== sensor) this.#watch(sensor);
     this.#beside.toggle();
+  }
+
+  #offerBeside() {
+    if (!this.#beside) return;
+    for (const sensor of this.#sensors) sensor.offerBeside(brought.panel.title);
+    // What was chosen for the only sensor before is seen again.
+    if (this.#sensors.length === 1) this.#watch(this.#sensors[0]);
   }
 
   #watch(sensor) {
@@ -101,7 +100,7 @@ export class Playback {
     this.#watched = sensor;
     const track = sensor?.track;
     const key = `${track?.key} of recording ${this.#id}`;
-    this.#beside.follow(sensor === null ? null : { key, device: track.device, sensor: track.sensor, recording: this.#id });
+    this.#beside?.follow(sensor === null ? null : { key, device: track.device, sensor: track.sensor, recording: this.#id });
     sensor?.watch(this.#beside);
   }
 
@@ -165,7 +164,7 @@ export class Playback {
       const beside = () => this.toggleBeside(track.key);
       return new PlayedSensor(this.#template, track, { look: this.#look, began_ms, beside });
     });
-    this.offerBeside(this.#hasScenes);
+    this.#offerBeside();
     this.#wall.dataset.count = tracks.length;
     this.#wall.replaceChildren(...this.#sensors.map((sensor) => sensor.element));
     this.#transport.hidden = false;

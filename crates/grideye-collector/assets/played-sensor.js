@@ -14,7 +14,7 @@ export class PlayedSensor {
   #moment = null;
   #watcher = null;
 
-  /** `beside` is called when this one is to be seen beside a scene. */
+  /** `beside` is called when the panel beside this one is asked for. */
   constructor(template, track, { look, began_ms, beside }) {
     this.#track = track;
     this.#began_ms = began_ms;
@@ -27,9 +27,10 @@ export class PlayedSensor {
     this.#fields.beside.addEventListener("click", beside);
   }
 
-  /** Whether the button for that is there. */
-  offerBeside(offered) {
-    this.#fields.beside.hidden = !offered;
+  /** Shows the button for that. */
+  offerBeside(title) {
+    say(this.#fields.beside, title);
+    this.#fields.beside.hidden = false;
   }
 
   /** Tells `watcher` of each frame, of how the picture lies, and of gaps, from now on; `null` tells nobody. */

@@ -56,7 +56,8 @@ export class Sensor {
   }
 
   /** What the button beside "Larger" does. */
-  offerBeside(toggle) {
+  offerBeside(title, toggle) {
+    say(this.#fields.beside, title);
     this.#fields.beside.addEventListener("click", toggle);
   }
 

@@ -41,7 +41,7 @@ mod server;
 pub mod store;
 
 pub use clock::{Clock, SystemClock};
-pub use http::{Annex, AppState, Inside, Refusal, attachment};
+pub use http::{Annex, AppState, Asset, Inside, Refusal, attachment};
 pub use limits::Limits;
 pub use live::{NewestFrame, NewestFrames, RecentFrames};
 pub use log::{Level, Log, LogEvent};

@@ -7,7 +7,7 @@ use crate::http::{
 use crate::openapi;
 use crate::page::{assets, login};
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
+use axum::extract::{DefaultBodyLimit, Path};
 use axum::http::{StatusCode, header};
 use axum::middleware::{from_fn_with_state, map_response};
 use axum::response::Json;
@@ -33,12 +33,15 @@ pub fn app_with(state: AppState, annexes: &[Annex]) -> Router {
         .layer(map_response(in_own_form));
     let document = openapi::openapi(annexes);
     let document = ([(header::CONTENT_TYPE, "application/json")], document);
+    let (page, parts) = (assets::page(annexes), assets::parts(annexes));
     let names: Vec<&str> = annexes.iter().map(Annex::name).collect();
     let names = Json(json!({ "annexes": names }));
     Router::new()
-        .route("/", get(assets::page))
-        .route("/editor", get(assets::editor))
-        .route("/assets/{name}", get(assets::asset))
+        .route("/", get(|| async move { page }))
+        .route(
+            "/assets/{name}",
+            get(|Path(name): Path<String>| async move { assets::asset(&parts, &name) }),
+        )
         .route("/login", get(login::page))
         .route("/healthz", get(health::alive))
         .route("/metrics", get(health::metrics))

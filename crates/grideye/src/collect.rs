@@ -1,12 +1,12 @@
 //! `grideye collect`: the collector as a program.
 
 use crate::access::{outward_address, url_of};
-use crate::beside;
 use crate::cli::{Collect, LogFormat};
 use crate::exit::{Outcome, bad_input};
 use crate::mqtt;
 use crate::output::outln;
 use crate::progress;
+use crate::scenes;
 use crate::store;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::auth::{AccessFolder, Address};
@@ -70,7 +70,7 @@ fn config(options: &Collect) -> Result<Config> {
     config.access = Some(AccessFolder::new(&options.folder.path));
     config.tls = tls(options);
     config.log = log(options.log);
-    config.annexes = beside::annexes(&options.scenes)?;
+    config.annexes = scenes::annexes(&options.scenes)?;
     config
         .annexes
         .push(grideye_export::annex::annex(tempfile::tempfile));

@@ -11,15 +11,13 @@ use grideye_scene::profile::Profile;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::thresholds::ThresholdSet;
 use grideye_validator::{
-    Comparison, KnownUnit, Measure, Options, THREADS_MAX, ValidatorError, Verdict, compare_scene,
-    paper,
+    Comparison, KnownUnit, Measure, Options, THREADS_MAX, Verdict, compare_scene, paper,
 };
 use sha2::{Digest as _, Sha256};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// Compares, prints the verdict with its scores, and writes the reports that were asked for.
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
@@ -144,21 +142,6 @@ pub(crate) fn compare(
     seed: u64,
 ) -> Result<Comparison> {
     compare_scene(records, scene, sensor, &how(seed)).map_err(bad_input)
-}
-
-/// The same of frames that begin within the scene, on one processor; the others are for who else is served.
-pub(crate) fn compare_from(
-    start: Duration,
-    records: &[Record],
-    scene: &Scene,
-    sensor: &str,
-) -> Result<Comparison, ValidatorError> {
-    let how = Options {
-        start,
-        threads: 1,
-        ..how(SEED)
-    };
-    compare_scene(records, scene, sensor, &how)
 }
 
 /// Of the simulation, where nobody chose another.

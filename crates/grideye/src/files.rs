@@ -11,7 +11,7 @@ mod text;
 mod whole;
 
 pub(crate) use apart::keep_apart;
-pub(crate) use text::{open_below, read_text, text};
+pub(crate) use text::{read_text, text};
 pub(crate) use whole::{Pending, fill, rename, replace, target, write_text, write_whole};
 
 use crate::exit::bad_input;
@@ -29,19 +29,13 @@ pub(crate) const DEFAULT_SCENE: &str = include_str!("../../../scenes/experiment-
 #[derive(Default)]
 pub(crate) struct Beside {
     folder: PathBuf,
-    /// Whether no link may lead out of the folder: others ask for these scenes.
-    is_shut: bool,
     read: RefCell<Vec<PathBuf>>,
 }
 
 impl Files for Beside {
     fn read(&self, relative: &str) -> io::Result<String> {
         let path = self.folder.join(relative);
-        let file = match self.is_shut {
-            true => open_below(&self.folder, &path)?,
-            false => File::open(&path)?,
-        };
-        let text = read_text(file)?;
+        let text = read_text(File::open(&path)?)?;
         self.read.borrow_mut().push(path);
         Ok(text)
     }
@@ -68,26 +62,14 @@ pub(crate) struct SceneText {
 /// The text of a scene file, and its place.
 pub(crate) fn read_scene(path: &Path) -> Result<SceneText> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    Ok(in_folder(folder, false, path, scene_text(path)?))
-}
-
-/// The same of a scene of a folder that others ask for: no link leads out of it.
-pub(crate) fn read_scene_below(folder: &Path, path: &Path) -> Result<SceneText> {
-    let read = open_below(folder, path).and_then(read_text);
-    let text = read.map_err(|error| text::unread(path, &error, SCENE, SCENE_HINT))?;
-    Ok(in_folder(folder, true, path, text))
-}
-
-fn in_folder(folder: &Path, is_shut: bool, path: &Path, text: String) -> SceneText {
-    SceneText {
-        text,
+    Ok(SceneText {
+        text: scene_text(path)?,
         origin: path.display().to_string(),
         files: Beside {
             folder: folder.to_path_buf(),
-            is_shut,
             read: RefCell::default(),
         },
-    }
+    })
 }
 
 /// The scene in `path`, or the built-in one; its warnings go to standard error.
@@ -129,11 +111,9 @@ pub(crate) fn parse_scene(model: Option<Model>, text: SceneText) -> Result<Loade
 
 /// The text of a scene file.
 pub(crate) fn scene_text(path: &Path) -> Result<String> {
-    text(path, SCENE, SCENE_HINT)
+    let hint = "scenes/ holds some, and scenes/README.md describes the format";
+    text(path, "the scene", hint)
 }
-
-const SCENE: &str = "the scene";
-const SCENE_HINT: &str = "scenes/ holds some, and scenes/README.md describes the format";
 
 /// The simulator of one sensor of the scene: the named one, or the only one.
 pub(crate) fn simulator(scene: &Scene, sensor: Option<&str>) -> Result<Simulator> {

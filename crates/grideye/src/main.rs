@@ -20,7 +20,6 @@
 mod access;
 mod audit;
 mod backup;
-mod beside;
 mod calibrate;
 mod characterize;
 mod cli;
@@ -32,9 +31,7 @@ mod convert;
 mod coverage;
 mod dataset;
 mod demo;
-mod desk;
 mod distinguish;
-mod editor;
 mod emulate;
 mod exit;
 mod export;
@@ -46,9 +43,9 @@ mod mqtt;
 mod orient;
 mod output;
 mod progress;
-mod recently;
 mod record;
 mod recordings;
+mod scenes;
 mod simulate;
 mod store;
 

@@ -7,6 +7,17 @@ use axum::Router;
 use std::fmt;
 use std::sync::Arc;
 
+/// A file for pages, served as `/assets/NAME` to whoever asks.
+#[derive(Debug, Clone, Copy)]
+pub struct Asset {
+    /// Its name, which no file of the collector or of another annex has.
+    pub name: &'static str,
+    /// Its `Content-Type`.
+    pub kind: &'static str,
+    /// What it holds.
+    pub text: &'static str,
+}
+
 /// Routes of the program's own beside the collector's, under a name by which the page knows that they are there.
 ///
 /// They pass the same middleware: tokens and sign-in, `Host` and `Origin`, the limits of time and size, the headers of every
@@ -29,6 +40,8 @@ use std::sync::Arc;
 pub struct Annex {
     name: &'static str,
     described: &'static str,
+    assets: &'static [Asset],
+    head: &'static str,
     routes: Arc<dyn Fn(&Inside) -> Router + Send + Sync>,
 }
 
@@ -41,6 +54,8 @@ impl Annex {
         Self {
             name,
             described: "{}",
+            assets: &[],
+            head: "",
             routes: Arc::new(routes),
         }
     }
@@ -55,6 +70,19 @@ impl Annex {
         }
     }
 
+    /// With files for pages.
+    #[must_use]
+    pub fn with_assets(self, assets: &'static [Asset]) -> Self {
+        Self { assets, ..self }
+    }
+
+    /// With HTML for the head of the live page: style sheets, templates, and scripts, which run before the page's own and
+    /// hand it what they bring (`assets/brought.js`).
+    #[must_use]
+    pub fn on_the_page(self, head: &'static str) -> Self {
+        Self { head, ..self }
+    }
+
     /// As `GET /v1/annexes` lists it.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -63,6 +91,14 @@ impl Annex {
 
     pub(crate) fn described(&self) -> &'static str {
         self.described
+    }
+
+    pub(crate) fn assets(&self) -> &'static [Asset] {
+        self.assets
+    }
+
+    pub(crate) fn head(&self) -> &'static str {
+        self.head
     }
 
     pub(crate) fn routes(&self, inside: &Inside) -> Router {

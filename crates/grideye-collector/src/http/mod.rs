@@ -22,7 +22,7 @@ pub(crate) mod recordings;
 mod refusal;
 mod state;
 
-pub use annex::{Annex, Inside};
+pub use annex::{Annex, Asset, Inside};
 pub(crate) use origin::HostNames;
 pub use recordings::attachment;
 pub use refusal::Refusal;

@@ -1,37 +1,36 @@
 //! The live page: files that are part of the program.
 
-use crate::http::Refusal;
-use axum::extract::Path;
-use axum::http::{StatusCode, header};
+use crate::http::{Annex, Asset, Refusal};
+use axum::body::Bytes;
+use axum::http::{HeaderName, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
+const HTML: &str = "text/html; charset=utf-8";
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
 /// A file of `assets/` with its type.
 macro_rules! file {
     ($name:literal, $kind:expr) => {
-        ($name, $kind, include_str!(concat!("../../assets/", $name)))
+        Asset {
+            name: $name,
+            kind: $kind,
+            text: include_str!(concat!("../../assets/", $name)),
+        }
     };
 }
 
-/// Name, type and text.
-const ASSETS: [(&str, &str, &str); 52] = [
+/// The files of the collector's own pages.
+const ASSETS: [Asset; 34] = [
     file!("style.css", "text/css; charset=utf-8"),
-    file!("editor.css", "text/css; charset=utf-8"),
     file!("favicon.svg", "image/svg+xml"),
     file!("advice.js", JAVASCRIPT),
     file!("ask.js", JAVASCRIPT),
-    file!("beside.js", JAVASCRIPT),
-    file!("cover.js", JAVASCRIPT),
+    file!("brought.js", JAVASCRIPT),
     file!("devices.js", JAVASCRIPT),
-    file!("difference.js", JAVASCRIPT),
-    file!("draft.js", JAVASCRIPT),
-    file!("editor.js", JAVASCRIPT),
     file!("exports.js", JAVASCRIPT),
     file!("feed.js", JAVASCRIPT),
-    file!("fields.js", JAVASCRIPT),
-    file!("floor-plan.js", JAVASCRIPT),
-    file!("hatch.js", JAVASCRIPT),
     file!("heatmap.js", JAVASCRIPT),
     file!("history.js", JAVASCRIPT),
     file!("keep.js", JAVASCRIPT),
@@ -41,75 +40,74 @@ const ASSETS: [(&str, &str, &str); 52] = [
     file!("login.js", JAVASCRIPT),
     file!("look.js", JAVASCRIPT),
     file!("main.js", JAVASCRIPT),
-    file!("names.js", JAVASCRIPT),
-    file!("new-things.js", JAVASCRIPT),
     file!("note.js", JAVASCRIPT),
     file!("orientation.js", JAVASCRIPT),
     file!("palettes.js", JAVASCRIPT),
     file!("picture.js", JAVASCRIPT),
-    file!("plan.js", JAVASCRIPT),
     file!("playback.js", JAVASCRIPT),
     file!("played-sensor.js", JAVASCRIPT),
     file!("player.js", JAVASCRIPT),
     file!("recorded.js", JAVASCRIPT),
     file!("recordings.js", JAVASCRIPT),
-    file!("room-view.js", JAVASCRIPT),
     file!("scale.js", JAVASCRIPT),
-    file!("scene-text.js", JAVASCRIPT),
-    file!("scores.js", JAVASCRIPT),
-    file!("seen.js", JAVASCRIPT),
     file!("sensor.js", JAVASCRIPT),
     file!("sign-out.js", JAVASCRIPT),
-    file!("simulation.js", JAVASCRIPT),
     file!("smooth.js", JAVASCRIPT),
-    file!("thing-list.js", JAVASCRIPT),
-    file!("things.js", JAVASCRIPT),
     file!("timeline.js", JAVASCRIPT),
     file!("track.js", JAVASCRIPT),
     file!("troubles.js", JAVASCRIPT),
     file!("words.js", JAVASCRIPT),
 ];
 
-pub(crate) async fn page() -> Response {
-    file(
-        "text/html; charset=utf-8",
-        include_str!("../../assets/index.html"),
-    )
+/// What stands where the annexes' parts of the page come.
+const ANNEXES: &str = "  <!-- annexes -->\n";
+
+/// The live page, with what the annexes bring to it.
+pub(crate) fn page(annexes: &[Annex]) -> impl IntoResponse + Clone + use<> {
+    let heads: String = annexes.iter().map(Annex::head).collect();
+    let page = include_str!("../../assets/index.html").replace(ANNEXES, &heads);
+    file(HTML, Bytes::from(page))
 }
 
-/// The page on which scenes are edited.
-pub(crate) async fn editor() -> Response {
-    file(
-        "text/html; charset=utf-8",
-        include_str!("../../assets/editor.html"),
-    )
+/// The files of all pages.
+///
+/// # Panics
+/// When two of them have one name.
+pub(crate) fn parts(annexes: &[Annex]) -> Arc<[Asset]> {
+    let brought = annexes.iter().flat_map(Annex::assets);
+    let parts: Arc<[Asset]> = ASSETS.iter().chain(brought).copied().collect();
+    let names: BTreeSet<&str> = parts.iter().map(|part| part.name).collect();
+    assert_eq!(
+        names.len(),
+        parts.len(),
+        "two files of the pages have one name"
+    );
+    parts
 }
 
 /// The page for signing in.
 pub(crate) fn login() -> Response {
-    file(
-        "text/html; charset=utf-8",
-        include_str!("../../assets/login.html"),
-    )
+    file(HTML, include_str!("../../assets/login.html")).into_response()
 }
 
-pub(crate) async fn asset(Path(name): Path<String>) -> Result<Response, Refusal> {
-    let found = ASSETS.iter().find(|(asset, ..)| *asset == name);
-    let (_, content_type, text) = found.ok_or_else(|| {
+/// The file of that name.
+pub(crate) fn asset(parts: &[Asset], name: &str) -> Result<impl IntoResponse + use<>, Refusal> {
+    let found = parts.iter().find(|asset| asset.name == name);
+    let Asset { kind, text, .. } = found.ok_or_else(|| {
         Refusal::new(
             StatusCode::NOT_FOUND,
             "unknown_path",
             "the page has no such part",
         )
     })?;
-    Ok(file(content_type, text))
+    Ok(file(kind, *text))
 }
 
 /// The files change with the program, so the browser asks for them anew each time.
-fn file(content_type: &'static str, text: &'static str) -> Response {
+fn file<T>(kind: &'static str, text: T) -> ([(HeaderName, &'static str); 2], T) {
     let headers = [
-        (header::CONTENT_TYPE, content_type),
+        (header::CONTENT_TYPE, kind),
         (header::CACHE_CONTROL, "no-cache"),
     ];
-    (headers, text).into_response()
+    (headers, text)
 }

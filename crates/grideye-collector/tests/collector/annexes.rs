@@ -10,7 +10,7 @@ use axum::routing::{get, post};
 use grideye_collector::auth::{AccessFolder, Scope};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{
-    Annex, AppState, Inside, Limits, Log, Refusal, SqliteStore, app, app_with,
+    Annex, AppState, Asset, Inside, Limits, Log, Refusal, SqliteStore, app, app_with,
 };
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -84,6 +84,31 @@ async fn open() -> (AppState, Router, Arc<HandClock>) {
     let clock = Arc::new(HandClock::default());
     let state = AppState::new(store, limits, clock.clone()).await.unwrap();
     (state.clone(), app_with(state, &[annex()]), clock)
+}
+
+#[tokio::test]
+async fn files_that_are_brought_along_are_served_and_the_page_loads_them_before_its_own() {
+    const FILES: [Asset; 1] = [Asset {
+        name: "test.js",
+        kind: "text/javascript; charset=utf-8",
+        text: "brought();",
+    }];
+    let (state, ..) = open().await;
+    let script = "<script type=\"module\" src=\"/assets/test.js\"></script>";
+    let brought = annex().with_assets(&FILES).on_the_page(script);
+    let router = app_with(state, &[brought]);
+    let text = async |path: &str| {
+        let request = Request::get(path).header(header::HOST, "127.0.0.1:8080");
+        let request = request.body(Body::empty()).unwrap();
+        let (head, body) = router.clone().oneshot(request).await.unwrap().into_parts();
+        assert_eq!(head.headers[header::CACHE_CONTROL], "no-cache");
+        let bytes = axum::body::to_bytes(body, 1 << 20).await.unwrap();
+        String::from_utf8(bytes.to_vec()).unwrap()
+    };
+    assert_eq!(text("/assets/test.js").await, "brought();");
+    let page = text("/").await;
+    let (ours, its_own) = (page.find(script), page.find("/assets/main.js"));
+    assert!(ours.is_some() && ours < its_own, "{page}");
 }
 
 #[tokio::test]

@@ -3,7 +3,7 @@
 use super::show::Show;
 use crate::cli::Demo;
 use crate::client::{AuditRow, Client};
-use crate::{beside, collect, progress};
+use crate::{collect, progress, scenes};
 use amg8833_emulator::Address;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
@@ -55,7 +55,7 @@ impl Stage {
             grideye_collector::runtime().context("cannot start the collector's threads")?;
         let store = StoreLocation::File(options.out.join(STORE));
         let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
-        config.annexes = beside::annexes(&options.scenes)?;
+        config.annexes = scenes::annexes(&options.scenes)?;
         config
             .annexes
             .push(grideye_export::annex::annex(tempfile::tempfile));

@@ -3,11 +3,9 @@
 use crate::exit::bad_input;
 use anyhow::{Result, anyhow};
 use grideye_scene::limits::TEXT_BYTES_MAX;
-use rustix::fs::OFlags;
 use std::fmt;
-use std::fs::{self, File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Read};
-use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 
 const MIB: usize = 1 << 20;
@@ -64,7 +62,7 @@ pub(crate) fn text(path: &Path, what: &str, hint: &str) -> Result<String> {
 }
 
 /// The error of a text that the user named.
-pub(super) fn unread(path: &Path, error: &io::Error, what: &str, hint: &str) -> anyhow::Error {
+fn unread(path: &Path, error: &io::Error, what: &str, hint: &str) -> anyhow::Error {
     let shown = path.display();
     let place = error
         .get_ref()
@@ -75,23 +73,6 @@ pub(super) fn unread(path: &Path, error: &io::Error, what: &str, hint: &str) -> 
         ),
         None => anyhow!("cannot read {what} {shown}: {error}\nhint: {hint}"),
     })
-}
-
-/// Opens a file that lies below a folder, and none that a link leads to elsewhere.
-///
-/// # Errors
-/// [`io::ErrorKind::InvalidInput`] if it lies elsewhere, or is no file.
-pub(crate) fn open_below(folder: &Path, path: &Path) -> io::Result<File> {
-    let real = fs::canonicalize(path)?;
-    if !real.starts_with(fs::canonicalize(folder)?) || !real.is_file() {
-        let told = "it is no file below the scenes' folder";
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
-    }
-    let no_follow = i32::try_from(OFlags::NOFOLLOW.bits()).unwrap_or_default();
-    OpenOptions::new()
-        .read(true)
-        .custom_flags(no_follow)
-        .open(real)
 }
 
 #[cfg(test)]

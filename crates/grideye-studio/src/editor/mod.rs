@@ -2,6 +2,7 @@
 //!
 //! | method | path | does |
 //! |---|---|---|
+//! | GET | `/editor` | the page |
 //! | GET | `/v1/editor/scenes/{scene}` | the text of a scene of the folder, with its version |
 //! | POST | `/v1/editor/draft` | makes edits in a text; what is then where, and what every sensor would see |
 //! | POST | `/v1/editor/coverage` | where a draft's sensors see a person |
@@ -18,14 +19,16 @@ mod outline;
 mod shelf;
 mod way;
 
-use crate::beside::catalogue::Catalogue;
+use crate::assets;
+use crate::catalogue::{Catalogue, Shelved};
 use crate::desk::Desk;
+use crate::disk::Disk;
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
 use axum::extract::{DefaultBodyLimit, Path as PathOf, State};
-use axum::http::StatusCode;
-use axum::response::Json;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Json};
 use axum::routing::{get, post};
 use draft::Draft;
 use grideye_collector::{Annex, Refusal};
@@ -41,16 +44,17 @@ const BODY_BYTES_MAX: usize = 4 * 1024 * 1024;
 /// Coverage maps that are computed or waited for.
 const MAPS_WAITING_MAX: usize = 4;
 
-/// The routes for a folder of scenes.
-pub(crate) fn annex(folder: PathBuf) -> Annex {
+/// The routes for a folder of scenes, and the page.
+pub(crate) fn annex(folder: PathBuf, disk: Disk) -> Annex {
     Annex::new("editor", move |_inside| {
         let editor = Arc::new(Editor {
-            shelf: Shelf::new(folder.clone()),
-            catalogue: Catalogue::new(folder.clone()),
+            shelf: Shelf::new(folder.clone(), disk),
+            catalogue: Catalogue::new(folder.clone(), disk),
             drafts: Desk::new(),
             maps: Desk::with_waiting(MAPS_WAITING_MAX),
         });
         Router::new()
+            .route("/editor", get(page))
             .route("/v1/editor/scenes/{scene}", get(open).put(save))
             .route("/v1/editor/draft", post(draft))
             .route("/v1/editor/coverage", post(coverage))
@@ -58,6 +62,8 @@ pub(crate) fn annex(folder: PathBuf) -> Annex {
             .with_state(editor)
     })
     .described_by(include_str!("../../openapi/editor.json"))
+    .with_assets(&assets::EDITOR)
+    .on_the_page(assets::EDITOR_HEAD)
 }
 
 struct Editor {
@@ -69,6 +75,15 @@ struct Editor {
 }
 
 type Shared = State<Arc<Editor>>;
+
+/// The page changes with the program, so the browser asks for it each time.
+async fn page() -> impl IntoResponse {
+    let headers = [
+        (header::CONTENT_TYPE, "text/html; charset=utf-8"),
+        (header::CACHE_CONTROL, "no-cache"),
+    ];
+    (headers, assets::EDITOR_PAGE)
+}
 
 async fn open(State(editor): Shared, PathOf(name): PathOf<String>) -> Result<Json<Value>, Refusal> {
     let here = Arc::clone(&editor);
@@ -136,7 +151,7 @@ fn read<T: DeserializeOwned>(body: Body) -> Result<T, Refusal> {
     serde_json::from_slice(&bytes).map_err(|error| {
         let what = format!("the body is none that is understood here: {error}");
         Refusal::new(StatusCode::BAD_REQUEST, "not_understood", what)
-            .hint("crates/grideye/EDITOR.md has examples")
+            .hint("crates/grideye-studio/README.md has examples")
     })
 }
 
@@ -165,7 +180,7 @@ impl Editor {
     /// Which other scenes go the ways of this one: these change with it.
     fn shared(&self, name: &str) -> Value {
         let scenes = self.catalogue.list().unwrap_or_default();
-        let ways = |scene: &crate::beside::catalogue::Shelved| {
+        let ways = |scene: &Shelved| {
             let loaded = scene.loaded.as_ref();
             loaded
                 .map(|loaded| loaded.trajectories.clone())

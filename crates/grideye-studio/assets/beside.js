@@ -1,6 +1,7 @@
 // Real beside simulated: one sensor's frames, what a scene would show it at the same moments, and how alike they are.
 // What gives the frames, live or in playback, calls `follow` and then `lies`, `frame` and `state`.
 
+import { brought } from "./brought.js";
 import { DIFFERENCES, rangeAround, signed, summed } from "./difference.js";
 import { HeatMap } from "./heatmap.js";
 import { keep, kept } from "./keep.js";
@@ -306,6 +307,8 @@ export class Beside {
     say(this.#fields.trouble, error ? `${error.message}${hint}` : "");
   }
 }
+
+brought.panel = { title: "Beside a scene", key: "b", says: "one sensor beside a scene, or alone", Panel: Beside };
 
 /** One entry for each sensor that has as many pixels as a frame, or one that says why there is none. */
 function optionsOf(scene) {

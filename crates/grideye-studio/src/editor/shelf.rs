@@ -1,17 +1,16 @@
 //! The files of the scenes' folder, opened and saved: by plain names only, whole or not at all, and never over what
 //! somebody else wrote meanwhile.
 
-use crate::beside::catalogue;
-use crate::files;
-use anyhow::Result;
+use crate::catalogue;
+use crate::disk::{Disk, open_below};
 use axum::http::StatusCode;
 use grideye_collector::Refusal;
+use ring::digest::{SHA256, digest};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, Write as _};
+use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -27,6 +26,7 @@ const NAME_CHARACTERS_MAX: usize = 100;
 /// The folder.
 pub(super) struct Shelf {
     folder: PathBuf,
+    disk: Disk,
     /// Held from looking whether a file is as it was until it is written.
     writing: Mutex<()>,
 }
@@ -53,9 +53,10 @@ pub(super) struct Save {
 }
 
 impl Shelf {
-    pub(super) const fn new(folder: PathBuf) -> Self {
+    pub(super) const fn new(folder: PathBuf, disk: Disk) -> Self {
         Self {
             folder,
+            disk,
             writing: Mutex::new(()),
         }
     }
@@ -87,7 +88,7 @@ impl Shelf {
     pub(super) fn read(&self, relative: &str) -> io::Result<String> {
         let elsewhere = |_refusal| io::Error::other("it is no file below the scenes' folder");
         let path = self.file_path(relative).map_err(elsewhere)?;
-        files::read_text(files::open_below(&self.folder, &path)?)
+        self.disk.read_below(&self.folder, &path)
     }
 
     /// Writes the trajectories that changed, and then the scene. What is replaced stays as `NAME.toml~`.
@@ -110,7 +111,7 @@ impl Shelf {
         writes.push((scene, &of_scene));
         for (path, text) in &writes {
             self.keep_old(path)
-                .and_then(|()| write(path, &text.text))
+                .and_then(|()| self.write(path, &mut text.text.as_bytes()))
                 .map_err(|error| failed(path, &error))?;
         }
         let versions: BTreeMap<&String, String> = save
@@ -225,7 +226,7 @@ impl Shelf {
     }
 
     fn text_of(&self, path: &Path) -> Result<Option<String>, Refusal> {
-        let opened = files::open_below(&self.folder, path);
+        let opened = open_below(&self.folder, path);
         let (bytes, file) = match opened.and_then(|file| Ok((file.metadata()?.len(), file))) {
             Ok(opened) => opened,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -243,7 +244,7 @@ impl Shelf {
             return Err(unusable("scene", what)
                 .hint("use an editor for text, and put meshes into files of their own"));
         }
-        match files::read_text(file) {
+        match (self.disk.read)(file) {
             Ok(text) => Ok(Some(text)),
             Err(error) if error.kind() == io::ErrorKind::InvalidData => {
                 Err(unusable("scene", format!("{}: {error}", path.display())))
@@ -254,7 +255,7 @@ impl Shelf {
 
     /// Keeps what is about to be replaced beside it.
     fn keep_old(&self, path: &Path) -> Result<(), io::Error> {
-        let mut old = match files::open_below(&self.folder, path) {
+        let mut old = match open_below(&self.folder, path) {
             Ok(old) => old,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
             Err(error) => return Err(error),
@@ -262,27 +263,20 @@ impl Shelf {
         let mut name = path.file_name().unwrap_or_default().to_os_string();
         name.push("~");
         let kept = path.with_file_name(name);
-        files::replace(&kept, |out| {
-            io::copy(&mut old, out)?;
-            Ok(())
-        })
-        .map_err(io::Error::other)
+        (self.disk.replace)(&kept, &mut old)
+    }
+
+    fn write(&self, path: &Path, content: &mut dyn Read) -> Result<(), io::Error> {
+        fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))?;
+        (self.disk.replace)(path, content)
     }
 }
 
 /// What tells one text from any other.
 pub(super) fn version_of(text: &str) -> String {
-    let digest = Sha256::digest(text.as_bytes());
-    digest
-        .iter()
-        .take(16)
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
-}
-
-fn write(path: &Path, text: &str) -> Result<(), io::Error> {
-    fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))?;
-    files::replace(path, |out| Ok(out.write_all(text.as_bytes())?)).map_err(io::Error::other)
+    let digest = digest(&SHA256, text.as_bytes());
+    let bytes = digest.as_ref().iter();
+    bytes.take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn failed(path: &Path, error: &io::Error) -> Refusal {

@@ -1,10 +1,14 @@
 //! The scenes of a folder, read when they are asked for and again when a file of them changes.
 
-use crate::files::{self, LoadedScene, SceneText};
+use crate::disk::Disk;
 use crate::recently::Recently;
 use anyhow::{Context as _, Result, anyhow};
-use grideye_scene::Simulator;
+use axum::http::StatusCode;
+use grideye_collector::Refusal;
+use grideye_scene::{Files, Scene, Simulator};
+use std::cell::RefCell;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
@@ -21,6 +25,7 @@ const SIMULATORS_MAX: usize = 16;
 /// The scenes of one folder.
 pub(crate) struct Catalogue {
     folder: PathBuf,
+    disk: Disk,
     scenes: Mutex<Vec<Arc<Shelved>>>,
     simulators: Mutex<Recently<(String, String, u64), Arc<Simulator>>>,
 }
@@ -43,9 +48,10 @@ pub(crate) struct Shelved {
 type Mark = (SystemTime, u64);
 
 impl Catalogue {
-    pub(crate) fn new(folder: PathBuf) -> Self {
+    pub(crate) fn new(folder: PathBuf, disk: Disk) -> Self {
         Self {
             folder,
+            disk,
             scenes: Mutex::default(),
             simulators: Mutex::new(Recently::new(SIMULATORS_MAX)),
         }
@@ -68,7 +74,7 @@ impl Catalogue {
                     Some(known) if known.is_fresh() => Arc::clone(known),
                     _ => {
                         let edition = known.map_or(0, |known| known.edition + 1);
-                        Arc::new(Shelved::read(&self.folder, path, name, edition))
+                        Arc::new(Shelved::read(&self.folder, self.disk, path, name, edition))
                     }
                 }
             })
@@ -111,11 +117,11 @@ impl Catalogue {
 }
 
 impl Shelved {
-    fn read(folder: &Path, path: &Path, name: String, edition: u64) -> Self {
-        let text = text_of(folder, path);
-        let title = text.as_ref().map(|text| title_of(&text.text));
+    fn read(folder: &Path, disk: Disk, path: &Path, name: String, edition: u64) -> Self {
+        let text = text_of(folder, disk, path);
+        let title = text.as_ref().map(|text| title_of(text));
         let title = title.unwrap_or_default();
-        let loaded = text.and_then(|text| files::parse_scene(None, text));
+        let loaded = text.and_then(|text| LoadedScene::read(folder, disk, path, &text));
         let others = loaded.as_ref().map(|loaded| loaded.trajectories.clone());
         let seen = std::iter::once(path.to_owned()).chain(others.unwrap_or_default());
         let seen = seen.map(|path| (mark_of(&path), path));
@@ -128,21 +134,76 @@ impl Shelved {
         }
     }
 
+    /// What it holds.
+    ///
+    /// # Errors
+    /// 422 with the reason why it cannot be used.
+    pub(crate) fn usable(&self) -> Result<&LoadedScene, Refusal> {
+        self.loaded.as_ref().map_err(|error| unusable(error))
+    }
+
     fn is_fresh(&self) -> bool {
         let mut seen = self.seen.iter();
         seen.all(|(path, mark)| mark.is_some() && mark_of(path) == *mark)
     }
 }
 
-fn text_of(folder: &Path, path: &Path) -> Result<SceneText> {
+/// Of a scene; `error` may bring its hint along, on a line of its own.
+pub(crate) fn unusable(error: &str) -> Refusal {
+    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "unusable_scene", error)
+}
+
+/// A scene, and the files that it is made of besides its own.
+pub(crate) struct LoadedScene {
+    pub(crate) scene: Scene,
+    pub(crate) trajectories: Vec<PathBuf>,
+}
+
+impl LoadedScene {
+    fn read(folder: &Path, disk: Disk, path: &Path, text: &str) -> Result<Self> {
+        let files = Below {
+            folder,
+            disk,
+            read: RefCell::default(),
+        };
+        let loaded = Scene::parse(text, &path.display().to_string(), &files)
+            // It names its cause itself.
+            .map_err(|error| anyhow!("{error}"))?;
+        Ok(Self {
+            scene: loaded.scene,
+            trajectories: files.read.into_inner(),
+        })
+    }
+}
+
+/// Files below the folder, as a scene names them; those that were read are remembered.
+struct Below<'a> {
+    folder: &'a Path,
+    disk: Disk,
+    read: RefCell<Vec<PathBuf>>,
+}
+
+impl Files for Below<'_> {
+    fn read(&self, relative: &str) -> io::Result<String> {
+        let path = self.folder.join(relative);
+        let text = self.disk.read_below(self.folder, &path)?;
+        self.read.borrow_mut().push(path);
+        Ok(text)
+    }
+}
+
+fn text_of(folder: &Path, disk: Disk, path: &Path) -> Result<String> {
+    let shown = path.display();
     let bytes = fs::metadata(path).map_or(0, |about| about.len());
     if bytes > SCENE_BYTES_MAX {
         return Err(anyhow!(
-            "the scene {} has {bytes} bytes, and {SCENE_BYTES_MAX} are read\nhint: put meshes into files of their own",
-            path.display()
+            "the scene {shown} has {bytes} bytes, and {SCENE_BYTES_MAX} are read\nhint: put meshes into files of their own"
         ));
     }
-    files::read_scene_below(folder, path)
+    disk.read_below(folder, path).map_err(|error| match error.kind() {
+        io::ErrorKind::InvalidData => anyhow!("{shown}: {error}\nhint: save the scene as UTF-8"),
+        _ => anyhow!("cannot read the scene {shown}: {error}\nhint: scenes/ holds some, and scenes/README.md describes the format"),
+    })
 }
 
 fn mark_of(path: &Path) -> Option<Mark> {

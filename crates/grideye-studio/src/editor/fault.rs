@@ -1,9 +1,11 @@
 //! What keeps a text from being a scene, and where.
 
-use super::draft::ORIGIN;
 use grideye_scene::{Place, SceneError};
 use serde_json::{Value, json};
 use std::fmt;
+
+/// What places in the scene's own text name as their file.
+pub(super) const ORIGIN: &str = "scene";
 
 /// A fault with its place, if it has one, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,7 +42,7 @@ impl Fault {
     }
 
     /// A text that is no TOML.
-    pub(super) fn of_toml(text: &str, error: &toml::de::Error) -> Self {
+    pub(super) fn of_toml(text: &str, error: &toml_edit::TomlError) -> Self {
         let byte = error.span().map_or(0, |span| span.start);
         let before = text.get(..byte).unwrap_or(text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);

@@ -1,7 +1,6 @@
 //! What a sensor of a scene sees, in pieces of five seconds, with where the agents are meanwhile.
 
-use super::catalogue::{Catalogue, Shelved};
-use crate::files::LoadedScene;
+use crate::catalogue::{Catalogue, LoadedScene, Shelved};
 use anyhow::Result;
 use grideye_frame::TICK;
 use grideye_scene::Agent;

@@ -171,7 +171,7 @@ async fn router(folder: &Path, clock: Arc<HandClock>) -> Router {
     let limits = Limits::default();
     let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
     let state = AppState::new(store, limits, clock).await.unwrap();
-    app_with(state, &[annex(folder.to_owned())])
+    app_with(state, &[annex(folder.to_owned(), crate::disk::plain())])
 }
 
 const COMPARISON: &str = "sensors/ceiling/comparison?device=pi-1&of=s1";

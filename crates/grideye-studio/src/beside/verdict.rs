@@ -1,16 +1,15 @@
 //! How alike the last seconds of a sensor and a scene are, worked out for all pages that ask at once.
 
-use super::catalogue::Shelved;
 use super::window::{Laid, Window, window};
-use crate::compare::compare_from;
+use crate::catalogue::{LoadedScene, Shelved};
 use crate::desk::Desk;
-use crate::files::LoadedScene;
 use crate::recently::Recently;
 use axum::http::StatusCode;
 use grideye_collector::store::{RecordingId, Span};
 use grideye_collector::{Inside, Refusal};
 use grideye_recording::Record;
 use grideye_validator::report::{self, Context};
+use grideye_validator::{Options, compare_scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -26,6 +25,8 @@ pub(super) const AGAIN_AFTER_MIN: Duration = Duration::from_secs(2);
 const REST: u32 = 3;
 /// Comparisons that are kept.
 const KEPT_MAX: usize = 64;
+/// Of the simulation.
+const SEED: u64 = 2;
 
 /// What a page asks: which frames, and where the scene lies over them.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -80,7 +81,7 @@ impl Verdicts {
         sensor: String,
         question: Question,
     ) -> Result<Value, Refusal> {
-        let loaded = super::usable(&scene)?;
+        let loaded = scene.usable()?;
         let laid = laid(loaded, &question)?;
         let length = length(question.seconds)?;
         let key = (
@@ -213,7 +214,14 @@ fn compared(scene: &Shelved, sensor: &str, found: Option<Window>) -> Value {
         experiment: loaded.scene.paper_experiment(),
         ..Context::default()
     };
-    let result = compare_from(start, &records, &loaded.scene, sensor);
+    let how = Options {
+        seed: SEED,
+        start,
+        // The other processors are for who else is served.
+        threads: 1,
+        ..Options::default()
+    };
+    let result = compare_scene(&records, &loaded.scene, sensor, &how);
     let why = result.as_ref().err().map(ToString::to_string);
     let comparison = result
         .ok()

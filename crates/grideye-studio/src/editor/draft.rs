@@ -1,7 +1,7 @@
 //! A scene that is being edited: its text with some edits made, what is then where, and what every sensor would see.
 
 use super::edit::{self, EDITS_MAX, Edit};
-use super::fault::{Fault, parts, place_json};
+use super::fault::{Fault, ORIGIN, parts, place_json};
 use super::outline::{self, hundredths};
 use super::shelf::{Shelf, TEXT_BYTES_MAX, version_of};
 use super::way::{self, WayEdit};
@@ -15,8 +15,6 @@ use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
-/// What places in the scene's own text name as their file.
-pub(super) const ORIGIN: &str = "scene";
 /// Sensors whose frames are made; those of others are not shown.
 const SENSORS_MAX: usize = 32;
 /// Pixels of a frame that is shown; a Lepton has 4,800.

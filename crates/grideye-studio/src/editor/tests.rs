@@ -57,7 +57,10 @@ impl Page {
         let state = AppState::new(Arc::new(store), limits, Arc::new(SystemClock::new()))
             .await
             .unwrap();
-        let app = app_with(state, &[annex(folder.path().join("scenes"))]);
+        let app = app_with(
+            state,
+            &[annex(folder.path().join("scenes"), crate::disk::plain())],
+        );
         Self { folder, app }
     }
 
@@ -502,8 +505,8 @@ async fn scenes_that_go_the_same_ways_are_named() {
 async fn every_scene_of_the_repository_is_shown_and_changed() {
     let page = Page::new().await;
     let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"));
-    let shelf = super::shelf::Shelf::new(folder.clone());
-    let paths = crate::beside::catalogue::scene_files(&folder).unwrap();
+    let shelf = super::shelf::Shelf::new(folder.clone(), crate::disk::plain());
+    let paths = crate::catalogue::scene_files(&folder).unwrap();
     assert!(paths.len() > 20);
     for path in paths {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();

@@ -1,24 +1,18 @@
-//! Edits of a scene's text: each replaces, adds or takes away a few characters and leaves all others, remarks and layout
-//! among them, as somebody wrote them.
+//! What an edit is: what it does, and where.
 
-mod layout;
-mod set;
-mod tables;
-
-use super::fault::Fault;
+use crate::editor::fault::Fault;
 use serde::Deserialize;
 use serde_json::Value;
-use toml::de::DeTable;
 
 /// Edits of one request.
-pub(super) const EDITS_MAX: usize = 64;
+pub(crate) const EDITS_MAX: usize = 64;
 /// Steps of a path, such as the four of `agent 0 part 1 size_mm`.
 const STEPS_MAX: usize = 6;
 
 /// One edit of the scene's own text.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "does", rename_all = "kebab-case", deny_unknown_fields)]
-pub(super) enum Edit {
+pub(crate) enum Edit {
     /// Gives a key a value, whether or not it has one.
     Set {
         /// Where it is.
@@ -55,9 +49,9 @@ pub(super) enum Edit {
 }
 
 /// A key, or a place in a list.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
-pub(super) enum Step {
+pub(crate) enum Step {
     /// Counted from 0.
     Index(usize),
     /// As the file spells it.
@@ -67,7 +61,7 @@ pub(super) enum Step {
 /// What can be added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// A box.
     Object,
     /// A person who stands.
@@ -76,30 +70,7 @@ pub(super) enum Kind {
     Sensor,
 }
 
-/// The text with one edit made.
-///
-/// # Errors
-/// When there is nothing at the path, or the text is laid out so that the edit would do something else.
-pub(super) fn edited(text: &str, edit: &Edit) -> Result<String, Fault> {
-    let document = DeTable::parse(text).map_err(|error| Fault::of_toml(text, &error))?;
-    let document = document.get_ref();
-    let made = match edit {
-        Edit::Set { path, to } => set::set(text, document, path, to),
-        Edit::Unset { path } => set::unset(text, document, path),
-        Edit::Add { kind, name, at_mm } => Ok(tables::add(text, document, *kind, name, *at_mm)),
-        Edit::Copy { path, name } => tables::copy(text, document, path, name),
-        Edit::Remove { path } => tables::remove(text, document, path),
-    }?;
-    // Whatever the layout: a text that is no TOML any more is never handed on.
-    match DeTable::parse(&made) {
-        Ok(_) => Ok(made),
-        Err(_broken) => Err(Fault::unfit(
-            "the scene's text is laid out so that this cannot be done in it",
-        )),
-    }
-}
-
-fn check_path(path: &[Step]) -> Result<(), Fault> {
+pub(super) fn check_path(path: &[Step]) -> Result<(), Fault> {
     if path.is_empty() || path.len() > STEPS_MAX {
         let what = format!("a path of {} steps, expected 1 to {STEPS_MAX}", path.len());
         return Err(Fault::unfit(&what));
@@ -107,14 +78,16 @@ fn check_path(path: &[Step]) -> Result<(), Fault> {
     Ok(())
 }
 
+/// The error of a path that leads nowhere.
+pub(super) fn nothing_at(path: &[Step]) -> Fault {
+    Fault::unfit(&format!("the scene has no {}", said(path)))
+}
+
 /// As a person would say it: `sensor 0 position_mm`.
-fn said(path: &[Step]) -> String {
+pub(super) fn said(path: &[Step]) -> String {
     let steps = path.iter().map(|step| match step {
         Step::Index(index) => index.to_string(),
         Step::Key(key) => key.clone(),
     });
     steps.collect::<Vec<_>>().join(" ")
 }
-
-#[cfg(test)]
-mod tests;

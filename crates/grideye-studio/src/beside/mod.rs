@@ -9,60 +9,38 @@
 //!
 //! The collector knows nothing of scenes: it is handed these routes, and asks the same tokens for them as for its own.
 
-pub(crate) mod catalogue;
 mod frames;
 mod plan;
 mod verdict;
 mod window;
 
-use crate::cli::Scenes;
+use crate::assets;
+use crate::catalogue::{Catalogue, LoadedScene, Shelved, unusable};
 use crate::desk::Desk;
-use crate::editor;
-use crate::exit::bad_input;
-use crate::files::LoadedScene;
+use crate::disk::Disk;
 use crate::recently::Recently;
-use anyhow::Result;
 use axum::Router;
 use axum::extract::{Path as PathOf, Query, State};
 use axum::http::StatusCode;
 use axum::response::Json;
 use axum::routing::get;
-use catalogue::{Catalogue, Shelved};
 use grideye_collector::{Annex, Inside, Refusal};
 use grideye_frame::{COLUMNS, ROWS};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use verdict::{Question, Verdicts};
 
-/// Where scenes are looked for unless a folder is named.
-const FOLDER: &str = "scenes";
 /// Pieces of simulated frames that are kept: 200 of 30 kB each.
 const PIECES_MAX: usize = 200;
 
-/// The routes for the folder that was named, or for `scenes` if there is one; none where there is neither.
-///
-/// # Errors
-/// When a folder was named that cannot be read.
-pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
-    let folder = match &options.folder {
-        Some(folder) => folder.as_path(),
-        None if Path::new(FOLDER).is_dir() => Path::new(FOLDER),
-        None => return Ok(Vec::new()),
-    };
-    catalogue::scene_files(folder).map_err(bad_input)?;
-    Ok(vec![
-        annex(folder.to_owned()),
-        editor::annex(folder.to_owned()),
-    ])
-}
-
-fn annex(folder: PathBuf) -> Annex {
+/// The routes for a folder of scenes, and the panel on the live page.
+pub(crate) fn annex(folder: PathBuf, disk: Disk) -> Annex {
     Annex::new("scenes", move |inside| {
         let beside = Arc::new(Beside {
             inside: inside.clone(),
-            catalogue: Arc::new(Catalogue::new(folder.clone())),
+            catalogue: Arc::new(Catalogue::new(folder.clone(), disk)),
             desk: Desk::new(),
             pieces: Mutex::new(Recently::new(PIECES_MAX)),
             verdicts: Verdicts::new(),
@@ -78,6 +56,8 @@ fn annex(folder: PathBuf) -> Annex {
             .with_state(beside)
     })
     .described_by(include_str!("../../openapi/scenes.json"))
+    .with_assets(&assets::BESIDE)
+    .on_the_page(assets::BESIDE_HEAD)
 }
 
 struct Beside {
@@ -126,7 +106,7 @@ async fn floor_plan(
     PathOf(scene): PathOf<String>,
 ) -> Result<Json<Value>, Refusal> {
     let scene = beside.find(scene).await?;
-    Ok(Json(plan::plan(&usable(&scene)?.scene)))
+    Ok(Json(plan::plan(&scene.usable()?.scene)))
 }
 
 #[derive(Deserialize)]
@@ -142,7 +122,7 @@ async fn simulated(
     Query(At { at_s }): Query<At>,
 ) -> Result<Json<Value>, Refusal> {
     let scene = beside.find(scene).await?;
-    let loaded = usable(&scene)?;
+    let loaded = scene.usable()?;
     check_sensor(loaded, &sensor)?;
     let number = frames::piece_at(at_s, loaded);
     let key = (scene.name.clone(), scene.edition, sensor.clone(), number);
@@ -170,7 +150,7 @@ async fn comparison(
     Query(question): Query<Question>,
 ) -> Result<Json<Value>, Refusal> {
     let scene = beside.find(scene).await?;
-    check_sensor(usable(&scene)?, &sensor)?;
+    check_sensor(scene.usable()?, &sensor)?;
     let answer = beside
         .verdicts
         .answer(&beside.inside, scene, sensor, question);
@@ -193,15 +173,6 @@ impl Beside {
     fn pieces(&self) -> std::sync::MutexGuard<'_, Recently<PieceKey, Arc<Value>>> {
         self.pieces.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-fn usable(scene: &Shelved) -> Result<&LoadedScene, Refusal> {
-    scene.loaded.as_ref().map_err(|error| unusable(error))
-}
-
-/// `error` may bring its hint along, on a line of its own.
-fn unusable(error: &str) -> Refusal {
-    Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "unusable_scene", error)
 }
 
 fn check_sensor(loaded: &LoadedScene, name: &str) -> Result<(), Refusal> {

@@ -1,0 +1,54 @@
+//! Edits of a scene's text: each changes one value, key or table and leaves all others, remarks and layout among them, as
+//! somebody wrote them.
+//!
+//! | room | holds |
+//! |---|---|
+//! | `change` | what an edit is |
+//! | `remarks` | which remarks between two tables are whose |
+//! | `headers` | the tables of a text in their order, and what stands above each |
+//! | `keys`, `tables` | the edits |
+
+mod change;
+mod headers;
+mod keys;
+mod remarks;
+mod tables;
+
+pub(super) use change::{EDITS_MAX, Edit};
+
+use super::fault::Fault;
+use toml_edit::{Document, DocumentMut};
+
+/// The text with one edit made.
+///
+/// # Errors
+/// When there is nothing at the path, or the text is laid out so that more than that would change.
+pub(super) fn edited(text: &str, edit: &Edit) -> Result<String, Fault> {
+    let document = Document::parse(text).map_err(|error| Fault::of_toml(text, &error))?;
+    let mut document = document.into_mut();
+    if written(text, &document).trim_end() != text.trim_end() {
+        return Err(Fault::unfit(
+            "the scene's text is laid out so that nothing can be changed in it alone",
+        ));
+    }
+    match edit {
+        Edit::Set { path, to } => keys::set(&mut document, path, to),
+        Edit::Unset { path } => keys::unset(&mut document, path),
+        Edit::Add { kind, name, at_mm } => tables::add(&mut document, *kind, name, *at_mm),
+        Edit::Copy { path, name } => tables::copy(&mut document, path, name),
+        Edit::Remove { path } => tables::remove(&mut document, path),
+    }?;
+    Ok(written(text, &document))
+}
+
+/// The document, with lines that end as those of the text.
+fn written(text: &str, document: &DocumentMut) -> String {
+    let made = document.to_string();
+    if text.contains("\r\n") {
+        return made.replace('\n', "\r\n");
+    }
+    made
+}
+
+#[cfg(test)]
+mod tests;

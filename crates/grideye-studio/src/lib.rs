@@ -1,0 +1,108 @@
+//! Scenes on the collector's page: the editor, and a real sensor beside a simulated one.
+//!
+//! ```text
+//!  folder of scenes ─▶ catalogue ─┬─▶ beside: frames, plan, verdict ─▶ the panel on the live page
+//!                                 └─▶ editor: draft, map, save ─────▶ /editor
+//! ```
+//!
+//! Two annexes of the collector, which knows no scene: routes, and with them the files of the pages (`assets/`).
+//!
+//! ```no_run
+//! use grideye_studio::{Disk, annexes};
+//! use std::io::{Read as _, Write as _};
+//!
+//! let disk = Disk {
+//!     read: |mut file| {
+//!         let mut text = String::new();
+//!         file.read_to_string(&mut text).map(|_bytes| text)
+//!     },
+//!     replace: |path, content| std::io::copy(content, &mut std::fs::File::create(path)?).map(drop),
+//! };
+//! let annexes = annexes("scenes".as_ref(), disk)?;
+//! assert_eq!(annexes.each_ref().map(|annex| annex.name()), ["scenes", "editor"]);
+//! # Ok::<(), anyhow::Error>(())
+//! ```
+
+mod assets;
+mod beside;
+mod catalogue;
+mod desk;
+mod disk;
+mod editor;
+mod recently;
+
+pub use disk::Disk;
+
+use anyhow::Result;
+use grideye_collector::Annex;
+use std::path::Path;
+
+/// What the page has of a folder of scenes: real beside simulated, and the editor.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn annexes(folder: &Path, disk: Disk) -> Result<[Annex; 2]> {
+    catalogue::scene_files(folder)?;
+    Ok([
+        beside::annex(folder.to_owned(), disk),
+        editor::annex(folder.to_owned(), disk),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use axum::Router;
+    use axum::body::{Body, to_bytes};
+    use axum::http::{Request, header};
+    use grideye_collector::{AppState, Limits, SqliteStore, StoreLocation, SystemClock, app_with};
+    use std::sync::Arc;
+    use tower::ServiceExt as _;
+
+    async fn text_at(app: &Router, path: &str) -> String {
+        let request = Request::get(path).header(header::HOST, "127.0.0.1:8080");
+        let request = request.body(Body::empty()).unwrap();
+        let response = app.clone().oneshot(request).await.unwrap();
+        assert_eq!(response.status(), 200, "{path}");
+        let bytes = to_bytes(response.into_body(), 1 << 20).await.unwrap();
+        String::from_utf8(bytes.to_vec()).unwrap()
+    }
+
+    /// What the pages and their scripts name is served, and nothing is served that none of them names.
+    #[tokio::test]
+    async fn the_pages_are_made_of_files_that_are_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let limits = Limits::default();
+        let store = SqliteStore::open(&StoreLocation::Memory, &limits).unwrap();
+        let state = AppState::new(Arc::new(store), limits, Arc::new(SystemClock::new()))
+            .await
+            .unwrap();
+        let app = app_with(state, &annexes(folder.path(), disk::plain()).unwrap());
+        let mut named: Vec<String> = Vec::new();
+        for page in ["/", "/editor"] {
+            let html = text_at(&app, page).await;
+            let parts = html
+                .split('"')
+                .filter_map(|text| text.strip_prefix("/assets/"));
+            named.extend(parts.map(str::to_owned));
+        }
+        let mut seen = 0;
+        while let Some(name) = named.get(seen).cloned() {
+            seen += 1;
+            let text = text_at(&app, &format!("/assets/{name}")).await;
+            let imports = text.split("from \"./").skip(1);
+            for import in imports.filter_map(|rest| rest.split('"').next()) {
+                if !named.iter().any(|known| known == import) {
+                    named.push(import.to_owned());
+                }
+            }
+        }
+        for asset in assets::BESIDE.iter().chain(&assets::EDITOR) {
+            assert!(
+                named.iter().any(|name| name == asset.name),
+                "{}",
+                asset.name
+            );
+        }
+    }
+}
