@@ -1,3 +1,5 @@
+//! What edits change, and that they change nothing else.
+
 use super::*;
 use proptest::prelude::*;
 use serde_json::{Value, json};
