@@ -1,6 +1,10 @@
 //! The dependency table of `crates/README.md`, held against the manifests.
 
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "what fails in a helper fails the test"
+)]
 
 use grideye_tests::{programs, skip};
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,102 +15,172 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Crate → the crates of this workspace that its `[dependencies]` name.
-fn manifest_dependencies() -> BTreeMap<String, BTreeSet<String>> {
-    let mut all = BTreeMap::new();
-    for entry in std::fs::read_dir(root().join("crates")).unwrap() {
-        let folder = entry.unwrap().path();
-        let Ok(manifest) = std::fs::read_to_string(folder.join("Cargo.toml")) else {
-            continue;
-        };
-        let name = folder.file_name().unwrap().to_string_lossy().into_owned();
-        assert!(
-            manifest.contains(&format!("name = \"{name}\"")),
-            "{name} is not in a folder of its name"
-        );
-        all.insert(name, section(&manifest, "[dependencies]"));
-    }
-    all
+/// What a manifest of one crate names, and so what its row of the table has to name.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Uses {
+    /// In `dependencies` and `build-dependencies`, for whatever target.
+    always: BTreeSet<String>,
+    /// In `dev-dependencies` alone.
+    in_tests: BTreeSet<String>,
 }
 
-fn section(manifest: &str, header: &str) -> BTreeSet<String> {
-    manifest
-        .lines()
-        .skip_while(|line| *line != header)
-        .skip(1)
-        .take_while(|line| !line.starts_with('['))
-        .filter_map(|line| line.split(['.', ' ', '=']).next())
-        .filter(|name| !name.is_empty() && !name.starts_with('#'))
-        .map(str::to_owned)
+fn manifest(name: &str) -> toml::Table {
+    let path = root().join("crates").join(name).join("Cargo.toml");
+    std::fs::read_to_string(path).unwrap().parse().unwrap()
+}
+
+/// Crate → what every section of its manifest names.
+fn manifests() -> BTreeMap<String, Uses> {
+    let folders = std::fs::read_dir(root().join("crates")).unwrap();
+    let folders = folders.map(|entry| entry.unwrap().path());
+    let with_manifest = folders.filter(|folder| folder.join("Cargo.toml").is_file());
+    let names =
+        with_manifest.map(|folder| folder.file_name().unwrap().to_str().unwrap().to_owned());
+    names
+        .map(|name| {
+            let manifest = manifest(&name);
+            assert_eq!(
+                manifest["package"]["name"].as_str(),
+                Some(name.as_str()),
+                "a crate in a folder of another name"
+            );
+            let mut uses = Uses::default();
+            let of_targets = manifest.get("target").and_then(toml::Value::as_table);
+            let of_targets = of_targets
+                .into_iter()
+                .flatten()
+                .map(|(_, sections)| sections.as_table().unwrap());
+            for sections in of_targets.chain([&manifest]) {
+                let named = |section: &str| {
+                    sections
+                        .get(section)
+                        .and_then(toml::Value::as_table)
+                        .into_iter()
+                        .flat_map(toml::Table::keys)
+                        .cloned()
+                };
+                uses.always
+                    .extend(named("dependencies").chain(named("build-dependencies")));
+                uses.in_tests.extend(named("dev-dependencies"));
+            }
+            uses.in_tests = &uses.in_tests - &uses.always;
+            (name, uses)
+        })
         .collect()
+}
+
+/// The table "Who may depend on what": crate → what it uses, what its tests use besides, what it must not know.
+fn table() -> BTreeMap<String, (Uses, BTreeSet<String>)> {
+    let map = std::fs::read_to_string(root().join("crates/README.md")).unwrap();
+    let rows = map.lines().filter_map(|line| line.strip_prefix("| `"));
+    rows.map(|row| {
+        let cells: Vec<&str> = row.split('|').collect();
+        let [name, always, in_tests, must_not, ""] = cells[..] else {
+            panic!("the table of crates/README.md has another number of columns in {row}");
+        };
+        // Every second piece of a cell stands between backticks.
+        let named = |cell: &str| {
+            cell.split('`')
+                .skip(1)
+                .step_by(2)
+                .map(str::to_owned)
+                .collect::<BTreeSet<_>>()
+        };
+        let uses = Uses {
+            always: named(always),
+            in_tests: named(in_tests),
+        };
+        (
+            name.trim_end_matches(['`', ' ']).to_owned(),
+            (uses, named(must_not)),
+        )
+    })
+    .collect()
+}
+
+#[test]
+fn the_table_of_dependencies_is_what_the_manifests_say() {
+    let (table, manifests) = (table(), manifests());
+    assert_eq!(
+        table.keys().collect::<Vec<_>>(),
+        manifests.keys().collect::<Vec<_>>()
+    );
+    for (name, uses) in &manifests {
+        assert_eq!(
+            &table[name].0, uses,
+            "left crates/README.md, right the manifest of {name}"
+        );
+    }
+}
+
+/// The drawing of crates by floor: whoever is named on an upper line uses only those below.
+#[test]
+fn every_crate_uses_only_crates_of_lower_floors() {
+    let map = std::fs::read_to_string(root().join("crates/README.md")).unwrap();
+    let drawing = map.split("```").nth(1).unwrap();
+    let floors = drawing.lines().enumerate();
+    let floors: BTreeMap<&str, usize> = floors
+        .flat_map(|(line, names)| names.split_whitespace().map(move |name| (name, line)))
+        .collect();
+    for (name, uses) in manifests() {
+        for used in uses
+            .always
+            .iter()
+            .filter(|used| floors.contains_key(used.as_str()))
+        {
+            assert!(
+                floors[name.as_str()] < floors[used.as_str()],
+                "{name} uses {used}, which the drawing has beside or above it"
+            );
+        }
+    }
 }
 
 #[test]
 fn no_crate_depends_on_what_it_must_not_know() {
-    let forbidden: &[(&str, &[&str])] = &[
-        ("grideye-frame", &["*"]),
-        (
-            "amg8833",
-            &["grideye-scene", "grideye-recording", "amg8833-emulator"],
-        ),
-        (
-            "amg8833-emulator",
-            &["amg8833", "grideye-scene", "axum", "ureq"],
-        ),
-        (
-            "i2c-emulation",
-            &[
-                "amg8833",
-                "amg8833-emulator",
-                "grideye-frame",
-                "grideye-scene",
-                "axum",
-                "ureq",
-            ],
-        ),
-        (
-            "grideye-scene",
-            &["amg8833", "amg8833-emulator", "embedded-hal"],
-        ),
-        (
-            "grideye-recording",
-            &["embedded-hal", "axum", "hyper", "grideye-scene"],
-        ),
-        (
-            "grideye-validator",
-            &["embedded-hal", "axum", "ureq", "amg8833-emulator"],
-        ),
-        (
-            "grideye-agent",
-            &[
-                "grideye-scene",
-                "axum",
-                "tokio",
-                "grideye-collector",
-                "amg8833-emulator",
-            ],
-        ),
-        (
-            "grideye-collector",
-            &[
-                "embedded-hal",
-                "grideye-scene",
-                "grideye-agent",
-                "amg8833-emulator",
-            ],
-        ),
-    ];
-    let dependencies = manifest_dependencies();
-    for (name, must_not) in forbidden {
-        let found = &dependencies[*name];
-        if must_not == &["*"] {
-            assert!(
-                found.is_empty(),
-                "{name} must depend on nothing, found {found:?}"
+    let manifests = manifests();
+    for (name, (_, must_not)) in table() {
+        // What it depends on, and what that depends on within this workspace.
+        let mut known = BTreeSet::new();
+        let mut next = vec![name.clone()];
+        while let Some(uses) = next.pop().and_then(|name| manifests.get(&name)) {
+            next.extend(
+                uses.always
+                    .iter()
+                    .filter(|name| known.insert((*name).clone()))
+                    .cloned(),
             );
         }
-        for other in *must_not {
-            assert!(!found.contains(*other), "{name} must not depend on {other}");
+        let forbidden: Vec<_> = known.intersection(&must_not).collect();
+        assert!(forbidden.is_empty(), "{name} knows {forbidden:?}");
+        assert!(!known.contains(&name), "{name} depends on itself");
+    }
+}
+
+/// A name that no source of the crate says is a dependency that nobody needs.
+#[test]
+fn every_dependency_is_used() {
+    for (name, uses) in manifests() {
+        let folder = root().join("crates").join(&name);
+        let sources: String = rust_files(&folder)
+            .iter()
+            .map(|file| std::fs::read_to_string(file).unwrap())
+            .collect();
+        let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        let said = sources + &manifest;
+        for dependency in uses.always.iter().chain(&uses.in_tests) {
+            let crate_name = dependency.replace('-', "_");
+            let is_named = [
+                format!("{crate_name}::"),
+                format!("use {crate_name} "),
+                format!("dep:{dependency}\""),
+                format!("use {crate_name};"),
+                format!("extern crate {crate_name}"),
+            ];
+            assert!(
+                is_named.iter().any(|word| said.contains(word.as_str())),
+                "{name} does not use {dependency}"
+            );
         }
     }
 }
@@ -114,7 +188,7 @@ fn no_crate_depends_on_what_it_must_not_know() {
 #[test]
 fn the_code_map_names_every_crate() {
     let map = std::fs::read_to_string(root().join("crates/README.md")).unwrap();
-    for name in manifest_dependencies().keys() {
+    for name in manifests().keys() {
         assert!(
             map.contains(&format!("- **`{name}`**")),
             "crates/README.md does not describe {name}"
@@ -147,10 +221,7 @@ fn the_crates_that_run_on_a_microcontroller_link_without_std() {
 /// Unsafe code stands in the one crate that talks to the kernel on behalf of other programs.
 #[test]
 fn unsafe_code_is_confined_to_one_crate() {
-    for name in manifest_dependencies()
-        .keys()
-        .filter(|name| *name != "i2c-emulation")
-    {
+    for name in manifests().keys().filter(|name| *name != "i2c-emulation") {
         for file in rust_files(&root().join("crates").join(name).join("src")) {
             let source = std::fs::read_to_string(&file).unwrap();
             assert!(
@@ -159,10 +230,9 @@ fn unsafe_code_is_confined_to_one_crate() {
                 file.display()
             );
         }
-        let manifest =
-            std::fs::read_to_string(root().join("crates").join(name).join("Cargo.toml")).unwrap();
-        assert!(
-            manifest.contains("[lints]\nworkspace = true"),
+        assert_eq!(
+            manifest(name)["lints"]["workspace"].as_bool(),
+            Some(true),
             "{name} does not take the workspace's lints"
         );
     }
@@ -181,23 +251,12 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The crates whose files import downward only. The others follow; none leaves the list.
-const WITHOUT_CIRCLES: &[&str] = &[
-    "grideye-frame",
-    "amg8833",
-    "amg8833-emulator",
-    "i2c-emulation",
-    "grideye-recording",
-    "grideye-scene",
-    "grideye-agent",
-];
-
 /// A module's path within its crate; the root's is empty.
 type Module = Vec<String>;
 
 #[test]
 fn no_file_imports_one_that_imports_it() {
-    for name in WITHOUT_CIRCLES {
+    for name in manifests().keys() {
         let mut imports = imports(&root().join("crates").join(name).join("src"));
         // A file that imports nothing that is left, or that nothing left imports, is in no circle.
         loop {
@@ -228,6 +287,10 @@ fn imports(src: &Path) -> BTreeMap<Module, BTreeSet<Module>> {
     let named = |(module, file): (&Module, &PathBuf)| {
         let tokens = tokens(&std::fs::read_to_string(file).unwrap());
         let mut imported = BTreeSet::new();
+        // A room that uses what the file that declares it defines makes a circle with it; tests may.
+        let rooms =
+            declared(&tokens).map(|name| [&module[..], std::slice::from_ref(name)].concat());
+        imported.extend(rooms.filter(|room| !room.iter().any(|name| name == "tests")));
         for path in paths(&tokens, module) {
             let target = (0..=path.len())
                 .rev()
@@ -298,13 +361,16 @@ fn tokens(source: &str) -> Vec<String> {
     tokens
 }
 
+/// The modules in files of their own that a file declares.
+fn declared(tokens: &[String]) -> impl Iterator<Item = &String> {
+    let declarations = tokens.windows(3);
+    let declarations = declarations.filter(|window| window[0] == "mod" && window[2] == ";");
+    declarations.map(|window| &window[1])
+}
+
 /// Every path that begins at the crate, at a module around this one, or at one that this one declares.
 fn paths(tokens: &[String], module: &Module) -> Vec<Module> {
-    let declared: BTreeSet<&String> = tokens
-        .windows(3)
-        .filter(|window| window[0] == "mod" && window[2] == ";")
-        .map(|window| &window[1])
-        .collect();
+    let declared: BTreeSet<&String> = declared(tokens).collect();
     let mut found = Vec::new();
     // Modules within the file: `super` leads out of them first.
     let mut within: Vec<usize> = Vec::new();

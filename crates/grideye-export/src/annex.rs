@@ -3,7 +3,7 @@
 //! An annex of the collector, which knows no format but its own CSV. A file is written whole before its first byte is
 //! sent, so that what cannot be written is refused, and nobody takes a part for the whole.
 
-use crate::ExportError;
+use crate::error::ExportError;
 use crate::recording::{self, Format};
 use axum::Router;
 use axum::body::{Body, Bytes};

@@ -1,7 +1,7 @@
 //! Arrays for numpy: a zip archive, stored and not deflated, of `.npy` files (NEP 1, version 1.0 of the format;
 //! APPNOTE 6.3.10 for the archive). Equal arrays give equal bytes: the archive's dates are all 1980-01-01.
 
-use crate::ExportError;
+use crate::error::ExportError;
 use std::io::Write;
 
 /// Bytes of an archive without the 64-bit extension.

@@ -11,7 +11,7 @@
 //! | [`Values::MaybeText`] | `BYTE_ARRAY (STRING)`, or nothing where there is no value |
 //! | [`Values::Singles`] | `LIST` of `FLOAT`, of one length in all rows |
 
-use crate::ExportError;
+use crate::error::ExportError;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{
     BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int64Type,

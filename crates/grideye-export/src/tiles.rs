@@ -1,6 +1,6 @@
 //! Pictures of one size side by side, on one scale of colors.
 
-use crate::ExportError;
+use crate::error::ExportError;
 use grideye_draw::thermogram::{GAP, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, Thermogram};
 use std::io::Write;
 

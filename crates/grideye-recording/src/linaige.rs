@@ -120,7 +120,7 @@ pub fn stream_from_file_name(name: &str) -> StreamId {
         .chars()
         .filter(|character| character.is_ascii_alphanumeric() || "._:-".contains(*character))
         .skip_while(|character| !character.is_ascii_alphanumeric())
-        .take(crate::NAME_CHARS_MAX)
+        .take(grideye_frame::NAME_CHARS_MAX)
         .collect();
     StreamId {
         device: "linaige".to_owned(),

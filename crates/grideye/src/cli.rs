@@ -7,11 +7,11 @@ mod dataset;
 mod emulate;
 mod mqtt;
 mod orient;
+mod shared;
 
 use clap::builder::TypedValueParser as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use grideye_agent::cli::on_a_screen;
-use grideye_scene::{Scene, SceneError, Simulator};
 use grideye_validator::background::Empty;
 use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
@@ -28,6 +28,8 @@ pub(crate) use dataset::Dataset;
 pub(crate) use emulate::Emulate;
 pub(crate) use mqtt::{BridgeOptions, BrokerOptions, Forget, MqttCommand, MqttWhat};
 pub(crate) use orient::Orient;
+use shared::positive;
+pub(crate) use shared::{Method, SEED};
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
 ///
@@ -168,25 +170,6 @@ pub(crate) enum Model {
     Physical,
 }
 
-/// How a simulated frame is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Method {
-    /// Rays through a grid of points, resampled to the sensor's pixels.
-    Grid,
-    /// The integral over each pixel's response, without a grid.
-    Area,
-}
-
-impl Method {
-    /// A simulator for the sensor of that name that makes its frames so.
-    pub(crate) fn simulator(self, scene: &Scene, sensor: &str) -> Result<Simulator, SceneError> {
-        match self {
-            Self::Grid => Simulator::new(scene, sensor),
-            Self::Area => Simulator::without_grid(scene, sensor),
-        }
-    }
-}
-
 /// Make one frame of more pixels from the sensors of a scene.
 ///
 /// Says how near each way of doing so comes to the truth.
@@ -297,7 +280,7 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) profile: Option<PathBuf>,
     /// Seed of the simulation.
-    #[arg(long, value_name = "N", default_value_t = crate::compare::SEED)]
+    #[arg(long, value_name = "N", default_value_t = SEED)]
     pub(crate) seed: u64,
     /// Second of the scene at which it begins.
     #[arg(long, allow_hyphen_values = true, value_name = "SECONDS", value_parser = seconds, default_value = "0")]
@@ -551,12 +534,5 @@ fn seconds(text: &str) -> Result<Duration, String> {
     match seconds {
         Some(Ok(time)) => Ok(time),
         _ => Err("expected seconds, 0 or more".to_owned()),
-    }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("expected a number above 0".to_owned()),
     }
 }

@@ -144,9 +144,6 @@ pub(crate) fn compare(
     compare_scene(records, scene, sensor, &how(seed)).map_err(bad_input)
 }
 
-/// Of the simulation, where nobody chose another.
-pub(crate) const SEED: u64 = 2;
-
 /// With that seed, on all processors.
 fn how(seed: u64) -> Options {
     let processors = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);

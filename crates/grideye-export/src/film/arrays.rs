@@ -8,7 +8,7 @@
 //! | `metadata` | str | () | JSON: scene, sensor, seed, sampling_hz, program |
 
 use super::source::Film;
-use crate::ExportError;
+use crate::error::ExportError;
 use crate::npz::{ARCHIVE_BYTES_MAX, Archive, header, single};
 use std::io::Write;
 

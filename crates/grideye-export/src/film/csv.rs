@@ -1,7 +1,7 @@
 //! Comma-separated values: a recording where the sensor is an 8 x 8 one, else a table of degrees.
 
 use super::source::Film;
-use crate::ExportError;
+use crate::error::ExportError;
 use crate::npz::single;
 use amg8833::word;
 use grideye_frame::{Celsius, PIXELS, PixelWord, RawFrame, Reading};

@@ -17,7 +17,7 @@ pub use moving::write as write_gif;
 pub use sheet::write as write_png;
 pub use source::Film;
 
-use crate::ExportError;
+use crate::error::ExportError;
 use std::io::Write;
 
 /// Writes the frames of a film, calls back after each, and returns what was written.

@@ -1,7 +1,7 @@
 //! An animated GIF: the frames as fast as they were taken, on one scale of colors.
 
 use super::source::{Film, left_out};
-use crate::ExportError;
+use crate::error::ExportError;
 use gif::{Encoder, Frame, Repeat};
 use grideye_draw::number::whole;
 use grideye_draw::thermogram::{GAP, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, Thermogram, palette};

@@ -1,7 +1,7 @@
 //! A contact sheet: frames side by side, the time below each, one scale of colors for all.
 
 use super::source::{Film, left_out};
-use crate::ExportError;
+use crate::error::ExportError;
 use grideye_draw::number::{float, whole};
 use grideye_draw::thermogram::{GAP, SCALE_WITH_NUMBERS, Scale, TEXT_HEIGHT, Thermogram};
 use std::io::Write;

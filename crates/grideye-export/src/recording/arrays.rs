@@ -13,7 +13,7 @@
 //! | `streams` | str | (S) | device, sensor and boot with a slash between |
 
 use super::rows::{Out, Rows};
-use crate::ExportError;
+use crate::error::ExportError;
 use crate::npz::{Archive, header};
 use amg8833::word;
 use grideye_frame::{PIXELS, Reading};

@@ -9,7 +9,7 @@
 //! | `thermistor`, `pixel1` to `pixel64` | double, °C, null where there is no frame |
 
 use super::rows::{Out, Rows};
-use crate::ExportError;
+use crate::error::ExportError;
 use crate::parquet::{Column, Table, Values};
 use amg8833::word;
 use grideye_frame::{PIXELS, RawFrame, Reading};

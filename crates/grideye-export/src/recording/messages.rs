@@ -8,7 +8,7 @@
 //! A message's time is the device's wall clock; where that was never set, the time since the device started.
 
 use super::rows::{Out, Rows};
-use crate::ExportError;
+use crate::error::ExportError;
 use amg8833::word;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

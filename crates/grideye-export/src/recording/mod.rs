@@ -17,7 +17,8 @@ mod rows;
 
 pub use rows::{Out, Rows};
 
-use crate::{ExportError, film};
+use crate::error::ExportError;
+use crate::film;
 use grideye_recording::csv::Writer;
 
 /// Writes rows, and returns what was written.

@@ -1,7 +1,7 @@
 //! Pictures of a recording of one sensor; what is missing is left out, and the time below each picture shows it.
 
 use super::rows::{Out, Rows};
-use crate::ExportError;
+use crate::error::ExportError;
 use crate::film::{Film, FilmFormat};
 use amg8833::word;
 use grideye_frame::{COLUMNS, ROWS, RawFrame};

@@ -1,6 +1,6 @@
 //! The rows of a recording as they are read, and the file that they are written to.
 
-use crate::ExportError;
+use crate::error::ExportError;
 use grideye_recording::Row;
 use std::io::{Seek, Write};
 

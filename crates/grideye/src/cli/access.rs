@@ -1,6 +1,6 @@
 //! Options of the collector, and of the commands that say who may do what there.
 
-use super::BridgeOptions;
+use super::mqtt::BridgeOptions;
 use clap::{Args, Subcommand};
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! The options of `grideye dataset`.
 
-use super::Method;
+use super::shared::Method;
 use clap::Args;
 use grideye_dataset::Shard;
 use std::num::NonZeroUsize;

@@ -1,6 +1,6 @@
 //! The options of `grideye emulate`. The text of its help is laid out by hand, so that it fits on one screen.
 
-use super::{Method, positive};
+use super::shared::{Method, positive};
 use amg8833_emulator::{Address, CLOCK_ERROR_PPM_MAX};
 use clap::{ArgGroup, Args, ValueEnum};
 use grideye_rig::{Placed, address_of, device};

@@ -1,4 +1,4 @@
-use super::CollectorAddress;
+use super::access::CollectorAddress;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -51,7 +51,10 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     let wiring = Wiring {
         scl_hz: options.scl,
         script,
-        trace: observer_of.as_ref().map(|observer_of| observer_of as _),
+        trace: match &observer_of {
+            Some(observer_of) => Some(observer_of),
+            None => None,
+        },
     };
     let voice = Voice::new(options, &prepared);
     let base = Timebase::new(ahead, options.speed);
