@@ -432,9 +432,7 @@ fn documents() -> Vec<PathBuf> {
     for crate_folder in std::fs::read_dir(root().join("crates")).unwrap() {
         documents.push(crate_folder.unwrap().path().join("README.md"));
     }
-    for page in ["DATASET.md"] {
-        documents.push(root().join("crates/grideye").join(page));
-    }
+    documents.push(root().join("crates/grideye/DATASET.md"));
     documents.retain(|document| document.exists());
     documents
 }
