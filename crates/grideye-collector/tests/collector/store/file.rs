@@ -188,9 +188,16 @@ async fn a_store_that_cannot_write_is_ill_until_it_writes_again() {
     // A batch that is refused for what it says is no fault of the store.
     let mut other_content = numbered([0]);
     other_content.sensors[0].frames[0].stamp.t_boot_ns += 1;
-    let refused = store.append(Arc::new(other_content), 1).await;
+    let other_content = Arc::new(other_content);
+    let refused = store.append(Arc::clone(&other_content), 1).await;
     assert!(matches!(refused, Err(StoreError::Conflict { .. })));
     store.ping().await.unwrap();
+    // Nor does it show that the store writes again.
+    other.execute_batch("BEGIN IMMEDIATE").unwrap();
+    store.append(Arc::new(numbered([1])), 1).await.unwrap_err();
+    other.execute_batch("ROLLBACK").unwrap();
+    store.append(other_content, 1).await.unwrap_err();
+    assert!(matches!(store.ping().await, Err(StoreError::Locked)));
 }
 
 #[tokio::test]

@@ -33,6 +33,14 @@ pub(super) async fn a_recording_holds_what_arrives_between_start_and_stop(store:
         [3, 4, 5, 6, 7, 12]
     );
     assert_eq!(store.recordings().await.unwrap(), [stopped]);
+    // Nor once they are settled, as all is before the next recording.
+    let next = store.start_recording("next".to_owned(), 300).await;
+    next.unwrap();
+    let members = store.members(recording.id).await.unwrap();
+    assert_eq!(
+        seqs(&everything(store, &members).await),
+        [3, 4, 5, 6, 7, 12]
+    );
 }
 
 pub(super) async fn a_frame_sent_again_during_a_recording_is_not_in_it(store: &dyn FrameStore) {
