@@ -185,6 +185,23 @@ fn every_dependency_is_used() {
     }
 }
 
+/// The longest that a file may be.
+const LINES_MAX: usize = 600;
+
+#[test]
+fn no_file_is_longer_than_one_can_read() {
+    for folder in ["crates", "tests"] {
+        for file in rust_files(&root().join(folder)) {
+            let lines = std::fs::read_to_string(&file).unwrap().lines().count();
+            assert!(
+                lines <= LINES_MAX,
+                "{} has {lines} lines, {LINES_MAX} at most",
+                file.display()
+            );
+        }
+    }
+}
+
 #[test]
 fn the_code_map_names_every_crate() {
     let map = std::fs::read_to_string(root().join("crates/README.md")).unwrap();

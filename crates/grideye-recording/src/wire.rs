@@ -21,6 +21,7 @@ mod decode;
 mod encode;
 mod error;
 mod types;
+mod values;
 
 pub use error::WireError;
 pub use types::{

@@ -4,10 +4,10 @@ use super::error::{repeated, too_many};
 use crate::record::{CLOCK_STATES, ClockState, Record, Stamp};
 use crate::wire::error::WireError;
 use crate::wire::types::{Account, Acknowledgement, Batch, Gap, Limits, SensorBatch};
+use crate::wire::values::{COUNT, NANOSECONDS, Named, Text, WORD, fill};
 use core::cell::Cell;
 use core::fmt;
 use core::marker::PhantomData;
-use core::str::FromStr;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
@@ -539,105 +539,4 @@ impl<'de> Visitor<'de> for CountsSeed {
         }
         Ok(counts)
     }
-}
-
-/// An integer of JSON, without fraction or exponent, that fits the type.
-struct Integer<T> {
-    expected: &'static str,
-    kind: PhantomData<T>,
-}
-
-const WORD: Integer<u16> = Integer {
-    expected: "an integer from 0 to 65535",
-    kind: PhantomData,
-};
-/// Through `i64`, so that [`COUNT_MAX`](crate::COUNT_MAX) is kept.
-const COUNT: Integer<u64> = Integer {
-    expected: "an integer from 0 to 9223372036854775807",
-    kind: PhantomData,
-};
-const NANOSECONDS: Integer<i64> = Integer {
-    expected: "an integer of 64 bits with sign",
-    kind: PhantomData,
-};
-
-impl<'de, T: TryFrom<i64>> DeserializeSeed<'de> for Integer<T> {
-    type Value = T;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
-        deserializer.deserialize_i64(self)
-    }
-}
-
-impl<T: TryFrom<i64>> Visitor<'_> for Integer<T> {
-    type Value = T;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.expected)
-    }
-
-    fn visit_u64<E: Error>(self, value: u64) -> Result<T, E> {
-        i64::try_from(value)
-            .ok()
-            .and_then(|value| T::try_from(value).ok())
-            .ok_or_else(|| E::invalid_value(Unexpected::Unsigned(value), &self))
-    }
-
-    fn visit_i64<E: Error>(self, value: i64) -> Result<T, E> {
-        T::try_from(value)
-            .ok()
-            .ok_or_else(|| E::invalid_value(Unexpected::Signed(value), &self))
-    }
-}
-
-/// A value that is written as its name.
-struct Named<T> {
-    expected: &'static str,
-    kind: PhantomData<T>,
-}
-
-impl<'de, T: FromStr> DeserializeSeed<'de> for Named<T> {
-    type Value = T;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
-        deserializer.deserialize_str(self)
-    }
-}
-
-impl<T: FromStr> Visitor<'_> for Named<T> {
-    type Value = T;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.expected)
-    }
-
-    fn visit_str<E: Error>(self, name: &str) -> Result<T, E> {
-        name.parse()
-            .ok()
-            .ok_or_else(|| E::invalid_value(Unexpected::Str(name), &self))
-    }
-}
-
-struct Text;
-
-impl<'de> DeserializeSeed<'de> for Text {
-    type Value = String;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<String, D::Error> {
-        serde::Deserialize::deserialize(deserializer)
-    }
-}
-
-/// Reads the value of a field that may stand in its object once.
-fn fill<'de, A: MapAccess<'de>, S: DeserializeSeed<'de>>(
-    slot: &mut Option<S::Value>,
-    field: &'static str,
-    map: &mut A,
-    seed: S,
-) -> Result<(), A::Error> {
-    if slot.is_some() {
-        return Err(A::Error::duplicate_field(field));
-    }
-    *slot = Some(map.next_value_seed(seed)?);
-    Ok(())
 }

@@ -1,6 +1,7 @@
 //! The compact body: the same batches, checks and limits as JSON, and bytes laid down by hand.
 
-use super::wire::{any_batch, body_of, specimen_value};
+use super::made_up::any_batch;
+use super::wire::{body_of, specimen_value};
 use grideye_recording::wire::{Batch, Limits, WireError};
 use proptest::prelude::*;
 

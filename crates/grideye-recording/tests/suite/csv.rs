@@ -1,7 +1,7 @@
 //! The CSV recording format against its golden file, damaged files, hostile readers and arbitrary rows.
 
 use crate::golden;
-use crate::wire::any_records;
+use crate::made_up::any_records;
 use grideye_frame::{NoData, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::csv::{COLUMNS, Reader, STREAMS_MAX, Writer, header};
 use grideye_recording::{COUNT_MAX, Layout, Record, RecordingError, Row, StreamId, sniff};

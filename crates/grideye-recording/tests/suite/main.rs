@@ -11,4 +11,6 @@ mod golden;
 #[cfg(test)]
 mod linaige;
 #[cfg(test)]
+mod made_up;
+#[cfg(test)]
 mod wire;
