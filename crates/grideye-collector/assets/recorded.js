@@ -1,4 +1,4 @@
-// A recording's frames as the collector sends them (src/app/recordings/frames.rs), and the time that they share.
+// A recording's frames as the collector sends them (src/http/recordings/frames.rs), and the time that they share.
 
 import { Track } from "./track.js";
 
