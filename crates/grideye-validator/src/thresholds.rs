@@ -245,7 +245,7 @@ pub(crate) fn too_few(frames: usize, thresholds: &Thresholds) -> bool {
 /// hardly any recording of a right scene falls below, so that the same thresholds serve a strong scene and a weak one.
 ///
 /// The defaults are the numbers of `thresholds.toml`, which says of each where it comes from;
-/// [`ThresholdSet`](crate::thresholds::ThresholdSet) reads such files.
+/// [`ThresholdSet`] reads such files.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thresholds {
     /// Least skill in C, 0 to 1.

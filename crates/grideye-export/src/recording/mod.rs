@@ -3,9 +3,9 @@
 //! | ends with | holds |
 //! |---|---|
 //! | `.csv` | this project's recording format, `recordings/README.md` |
-//! | `.npz` | arrays for numpy: see [`arrays`] |
-//! | `.parquet` | the columns of the recording format, typed: see [`columns`] |
-//! | `.mcap` | messages of Foxglove's `RawImage`: see [`messages`] |
+//! | `.npz` | arrays for numpy (`recording/arrays.rs`) |
+//! | `.parquet` | the columns of the recording format, typed (`recording/columns.rs`) |
+//! | `.mcap` | messages of Foxglove's `RawImage` (`recording/messages.rs`) |
 //! | `.png` | frames of one sensor side by side on one scale of colors |
 //! | `.gif` | the same one after the other, as fast as they were read |
 

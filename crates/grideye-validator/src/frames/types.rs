@@ -46,7 +46,7 @@ pub struct RealFrame {
     pub time: Duration,
     /// Temperatures in degrees, row by row.
     pub celsius: Vec<f64>,
-    /// The sensor's frame [`Settings::lag_frames`] later, if the recording has it: the ceiling is made of these.
+    /// The sensor's frame `lag_frames` later, if the recording has it: the ceiling is made of these.
     pub later: Option<Vec<f64>>,
 }
 

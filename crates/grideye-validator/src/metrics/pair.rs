@@ -54,9 +54,9 @@ impl Scorer {
     }
 
     /// Scores one pair; `None` where a value is not finite, the frames spread over more than 256 bins, or the width of
-    /// the bins makes no sense. Equal to [`correlation`](distance::correlation), [`entropy`](distance::entropy),
-    /// [`joint_entropy`](distance::joint_entropy), [`mutual_information`](distance::mutual_information),
-    /// [`image_similarity`](distance::image_similarity) and [`evaluation_graph`](distance::evaluation_graph) but for rounding.
+    /// the bins makes no sense. Equal to [`correlation`](super::distance::correlation), [`entropy`](super::information::entropy),
+    /// [`joint_entropy`](super::information::joint_entropy), [`mutual_information`](super::information::mutual_information),
+    /// [`image_similarity`](super::distance::image_similarity) and [`evaluation_graph`](super::distance::evaluation_graph) but for rounding.
     pub fn score(
         &mut self,
         real: &[f64; PIXELS_FAST],
