@@ -61,7 +61,7 @@ pub fn folder() -> &'static Path {
             return built.into();
         }
         let mut cargo = Command::new(env!("CARGO"));
-        // What cargo says of this test to itself is no news for a build: `ring` would be built anew for it.
+        // What cargo says of this test to itself is no news for a build: `ring` would be built again for it.
         for (name, _) in std::env::vars_os() {
             let is_of_this_test = |start: &&str| name.to_string_lossy().starts_with(*start);
             if ["CARGO_PKG_", "CARGO_MANIFEST_"]

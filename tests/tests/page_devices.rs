@@ -134,7 +134,7 @@ fn a_fault_of_before_is_past_and_the_same_fault_again_is_to_be_looked_at() -> Ou
     browser.wait_for_text(".device [data-field=advice]", |text| text.contains(remedy))?;
     assert_eq!(browser.text(".device [data-field=past]")?, "");
 
-    // A collector that is started anew knows the count, and that nothing was added to it since.
+    // A collector that is started again knows the count, and that nothing was added to it since.
     server.end()?;
     server.begin(&folder.path().join("frames.sqlite"))?;
     wait_for(&server, 7, "well")?;

@@ -93,7 +93,7 @@ impl Topics {
 /// The bridge among the sensors; none of these begins so.
 pub(crate) const BRIDGE: &str = "bridge";
 
-/// A sensor's identifier: the same for ever, and another for each device and sensor.
+/// A sensor's identifier: the same permanently, and another for each device and sensor.
 pub(crate) fn id(device: &str, sensor: &str) -> String {
     format!(
         "grideye_{}_{}_{}",

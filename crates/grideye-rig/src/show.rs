@@ -32,7 +32,7 @@ pub enum Replay {
 pub enum AtEnd {
     /// The last picture stays.
     Hold,
-    /// It begins anew.
+    /// It begins again.
     Loop,
     /// The bus is gone (ENODEV), and a server ends.
     End,
@@ -126,7 +126,7 @@ pub(crate) enum Pictures {
     Times(Vec<(Duration, Frame)>),
     /// Frames, one each time that the sensor measures.
     Frames { frames: Vec<Frame>, shown: usize },
-    /// One frame for ever.
+    /// One frame permanently.
     Constant(Box<Frame>),
 }
 

@@ -86,7 +86,7 @@ impl Shown {
                         shown: 0,
                     },
                 };
-                // All of them end, and begin anew, together.
+                // All of them end, and begin again, together.
                 let length = sensors.values().map(|frames| show::length(frames)).max();
                 Ok((length.unwrap_or_default(), pictures))
             }

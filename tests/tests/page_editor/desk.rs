@@ -174,7 +174,7 @@ impl Desk {
         self.drag_from(selector, (0, 0), by)
     }
 
-    /// Drags a thing on the plan by pixels, from a place beside its middle. The plan draws its things anew as soon as one is
+    /// Drags a thing on the plan by pixels, from a place beside its middle. The plan draws its things again as soon as one is
     /// taken hold of, so that places are counted from the middle of the plan itself.
     pub(crate) fn drag_from(&self, selector: &str, beside: (i32, i32), by: (i32, i32)) -> Outcome {
         let script = format!(

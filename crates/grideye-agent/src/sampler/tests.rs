@@ -31,7 +31,7 @@ struct Model {
     content: fn(u64) -> u64,
     /// The number of the frame in the registers, once there is one.
     held: Option<u64>,
-    /// Whether setting up empties the registers and starts the measuring anew.
+    /// Whether setting up empties the registers and starts the measuring again.
     starts_anew: bool,
     /// How late the host is, by turns.
     delays: Vec<Ns>,

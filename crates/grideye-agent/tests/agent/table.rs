@@ -30,7 +30,7 @@ pub(crate) struct Case {
     /// What that error rises by in an hour.
     pub(crate) drift_ppm_per_hour: i32,
     pub(crate) span: Duration,
-    /// The host wakes up late by up to this, each time anew.
+    /// The host wakes up late by up to this, each time again.
     pub(crate) late_max: Duration,
 }
 

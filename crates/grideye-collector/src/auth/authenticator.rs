@@ -164,7 +164,7 @@ impl Authenticator {
         Ok(Some(sessions))
     }
 
-    /// The list, looked at anew if it is time. A list that cannot be read may name somebody: it opens nothing.
+    /// The list, looked at again if it is time. A list that cannot be read may name somebody: it opens nothing.
     fn look(&self, now: Duration) -> Looked {
         let mut known = self.known();
         if self.folder.is_some() && now.saturating_sub(known.looked_at) >= self.reread_every {

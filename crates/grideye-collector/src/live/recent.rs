@@ -61,7 +61,7 @@ impl RecentFrames {
         Some((run.stream.clone(), run.records.iter().copied().collect()))
     }
 
-    /// Takes what was shown of a stream. Another run of the sensor begins anew.
+    /// Takes what was shown of a stream. Another run of the sensor begins again.
     pub(super) fn take<'r>(
         &self,
         stream: &StreamId,

@@ -103,7 +103,7 @@ pub(crate) fn asset(parts: &[Asset], name: &str) -> Result<impl IntoResponse + u
     Ok(file(kind, *text))
 }
 
-/// The files change with the program, so the browser asks for them anew each time.
+/// The files change with the program, so the browser asks for them again each time.
 fn file<T>(kind: &'static str, text: T) -> ([(HeaderName, &'static str); 2], T) {
     let headers = [
         (header::CONTENT_TYPE, kind),

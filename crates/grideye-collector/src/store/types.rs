@@ -17,13 +17,13 @@ pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, StoreError>> + Se
 /// A store of frames and recordings.
 ///
 /// Every method that changes something answers only after the change is on disk and synced. Frames are known by
-/// (device, sensor, boot, seq) for ever: the same frame again changes nothing.
+/// (device, sensor, boot, seq) permanently: the same frame again changes nothing.
 pub trait FrameStore: Send + Sync + 'static {
     /// Keeps a batch: all of it, or on an error nothing.
     fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended>;
 
     /// The same, of a batch that was read from `compact` ([`Batch::from_binary`]): a store that keeps batches in this form
-    /// first need not write it anew.
+    /// first need not write it again.
     fn append_compact(
         &self,
         batch: Arc<Batch>,

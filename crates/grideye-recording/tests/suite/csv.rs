@@ -217,7 +217,7 @@ fn a_line_without_end_is_given_up_at_the_limit() {
         "line 1: expected at most 4096 bytes, found more"
     );
     let endless = GOLDEN.as_bytes().chain(io::repeat(b'7'));
-    // A reader that did not stop at its first error would go on for ever: twenty items are enough to tell.
+    // A reader that did not stop at its first error would go on permanently: twenty items are enough to tell.
     let items: Vec<_> = Reader::new(endless).unwrap().take(20).collect();
     assert_eq!(items.len(), golden::rows().len() + 1);
     assert!(matches!(

@@ -129,7 +129,7 @@ impl<'a> Obstacle<'a> {
 struct Mover<'a> {
     agent: &'a Agent,
     legs: Vec<Leg>,
-    /// Turned as it is at first; of one that does not turn, for ever.
+    /// Turned as it is at first; of one that does not turn, permanently.
     shape: Shape,
     /// The box around it in all its turns.
     bounds: Bounds,

@@ -155,7 +155,7 @@ impl Trajectory {
         legs
     }
 
-    /// The times at which the walker stands: before it sets off, at its stops, and for ever at the end.
+    /// The times at which the walker stands: before it sets off, at its stops, and permanently at the end.
     pub(crate) fn stays(&self) -> Vec<Stay> {
         let mut stays: Vec<Stay> = Vec::new();
         let mut still_since_s = 0.0;

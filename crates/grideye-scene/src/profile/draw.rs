@@ -23,7 +23,7 @@ impl Draws {
         Self::new(seed, KNOT, octave, number)
     }
 
-    /// For what the unit keeps for ever.
+    /// For what the unit keeps permanently.
     pub(crate) fn unit(seed: u64) -> Self {
         Self::new(seed, SPECIMEN, 0, 0)
     }

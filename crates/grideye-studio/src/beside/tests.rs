@@ -102,7 +102,7 @@ impl Page {
         page
     }
 
-    /// Lets the time pass after which a comparison is made anew.
+    /// Lets the time pass after which a comparison is made again.
     fn rest(&self) {
         let rest_ms = u64::try_from(super::verdict::AGAIN_AFTER_MIN.as_millis()).unwrap();
         self.clock.0.fetch_add(rest_ms, Ordering::SeqCst);

@@ -8,7 +8,7 @@ use crate::scene_comparison::types::{DYNAMIC_FRAMES, LAG_FRAMES_MAX, STATIC_FRAM
 use grideye_frame::TICK;
 use std::time::Duration;
 
-/// The repeat under the dynamic protocol is to be this much later: new noise, and too short to walk away.
+/// The repeat under the dynamic protocol is this much later: new noise, and too short to walk away.
 const DYNAMIC_LAG: Duration = TICK;
 const STATIC_LAG_FRAMES: usize = 3;
 

@@ -211,7 +211,7 @@ pub(crate) struct TokenList {
     pub(crate) folder: Folder,
 }
 
-/// End a token for ever.
+/// End a token permanently.
 ///
 /// Example: grideye token revoke pi-1
 #[derive(Debug, Args)]

@@ -146,7 +146,7 @@ impl From<Replay> for grideye_rig::Replay {
 pub(crate) enum AtEnd {
     /// The last picture stays.
     Hold,
-    /// It begins anew.
+    /// It begins again.
     Loop,
     /// The bus is gone (ENODEV), and a server ends.
     End,

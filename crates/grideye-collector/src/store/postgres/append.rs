@@ -25,7 +25,7 @@ pub(super) struct Done {
 
 /// A group of which nothing was kept.
 pub(super) enum Undone {
-    /// Somebody removed the lane: it has to be made anew.
+    /// Somebody removed the lane: it has to be made again.
     NoLane,
     Error(StoreError),
 }

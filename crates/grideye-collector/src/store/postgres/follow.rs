@@ -202,7 +202,7 @@ impl Follower {
     }
 }
 
-/// Hears notices for as long as it is asked to; a broken connection is made anew.
+/// Hears notices for as long as it is asked to; a broken connection is made again.
 async fn listen(url: PostgresUrl, again_after: Duration, worth_asking: Arc<Notify>) {
     loop {
         // Whatever ends it, the follower looks without notices meanwhile.

@@ -108,7 +108,7 @@ impl Session {
     }
 }
 
-/// A session that many use at once for single statements, and that is made anew when it is gone.
+/// A session that many use at once for single statements, and that is made again when it is gone.
 pub(super) struct Shared {
     url: PostgresUrl,
     limits: Limits,

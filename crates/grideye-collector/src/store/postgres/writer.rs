@@ -207,7 +207,7 @@ impl Writer {
         self.committed.send_replace((lane, n));
     }
 
-    /// Makes the connection anew if it is gone, for example after a restart of the database.
+    /// Makes the connection again if it is gone, for example after a restart of the database.
     async fn connect(&mut self) -> Result<(), StoreError> {
         if self.session.is_closed() {
             self.session = Session::open(&self.url, &self.limits).await?;

@@ -24,7 +24,7 @@ use rusqlite::{Connection, params};
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
-/// Runs of numbers that are held in memory; a store whose streams have more begins anew with those that are asked for.
+/// Runs of numbers that are held in memory; a store whose streams have more begins again with those that are asked for.
 const RUNS_HELD_MAX: usize = 1_000_000;
 /// Groups after which they are counted, because there may be many streams.
 const RUNS_COUNTED_EVERY: i64 = 64;

@@ -15,7 +15,7 @@ pub(super) const LAYOUT: i64 = 3;
 /// beside such rows reads all the rows that it passes; files of before have none and are read and written alike.
 /// `t_store_ns` of a chunk is the store time (`sqlite/time.rs`) at which its last row was stored; that of `counters` is the
 /// last that was kept, and what came before `t_aged_from_ns` is as old as that.
-/// `runs` holds the received numbers as runs, so that gaps are known without walking the chunks, and for ever.
+/// `runs` holds the received numbers as runs, so that gaps are known without walking the chunks, and permanently.
 /// `counters` has the epoch, which ends when a recording starts or stops or is read while it runs, and the number of groups
 /// that were kept. Recordings are ranges of epochs, and `shares` says what each epoch brought to each stream.
 /// Rows that were deleted are still in `stored`; how many of them carried pixels is `expired`.
