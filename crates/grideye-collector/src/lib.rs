@@ -45,7 +45,7 @@ pub use http::{Annex, AppState, Asset, Inside, Refusal, attachment};
 pub use limits::Limits;
 pub use live::{NewestFrame, NewestFrames, RecentFrames};
 pub use log::{Level, Log, LogEvent};
-pub use router::{app, app_with};
+pub use router::{Routes, app, app_with};
 pub use server::{Certificates, Collector, CollectorError, Config, Tls, pin_of_file, runtime};
 pub use store::{
     FrameStore, PostgresStore, PostgresUrl, SqliteStore, StoreError, StoreLocation, UrlError,

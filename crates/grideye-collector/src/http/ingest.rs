@@ -12,23 +12,25 @@ use crate::http::state::AppState;
 use crate::log::{Level, LogEvent};
 use crate::store::Appended;
 use axum::body::{Body, Bytes};
-use axum::extract::{Request, State};
+use axum::extract::Request;
 use axum::http::{HeaderMap, StatusCode};
-use axum::response::Response;
+use axum::response::{IntoResponse as _, Response};
 use grideye_recording::wire::{self, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, WireError};
 use std::sync::Arc;
 
 /// `POST /v1/frames`.
 pub(crate) async fn frames(
-    State(state): State<AppState>,
+    state: &AppState,
+    client: &Client,
+    caller: Option<Caller>,
     request: Request,
-) -> Result<Response, Refusal> {
-    let peer = Client::of(&request).peer;
+) -> Response {
     let (parts, body) = request.into_parts();
-    let caller = parts.extensions.get();
-    let room = state.0.bodies.room(caller, peer.address);
-    let taken = take(&state, caller, &parts.headers, body, room).await?;
-    Ok(acknowledge(taken))
+    let room = state.0.bodies.room(caller.as_ref(), client.peer.address);
+    match take(state, caller.as_ref(), &parts.headers, body, room).await {
+        Ok(taken) => acknowledge(taken),
+        Err(refusal) => refusal.into_response(),
+    }
 }
 
 /// The answer to a post that was taken. No browser shows it: it is spared the page's headers, ten times as long as what it

@@ -18,26 +18,43 @@ use std::time::Duration;
 /// Around every route of the router.
 pub(crate) async fn around(
     State(state): State<AppState>,
-    mut request: Request,
+    request: Request,
     next: Next,
 ) -> Response {
     let client = Client::of(&request);
+    let route = request.extensions().get::<MatchedPath>();
+    let need = Need::of(request.method(), route.map(MatchedPath::as_str));
+    pass(&state, &client, need, request, |caller, mut request| {
+        if let Some(caller) = caller {
+            request.extensions_mut().insert(caller);
+        }
+        next.run(request)
+    })
+    .await
+}
+
+/// Answers a request if it may be asked.
+pub(crate) async fn pass<A: Future<Output = Response>>(
+    state: &AppState,
+    client: &Client,
+    need: Need,
+    request: Request,
+    answer: impl FnOnce(Option<Caller>, Request) -> A,
+) -> Response {
     // On the monotonic clock.
     let began = state.0.clock.monotonic();
-    let mut response = match admit(&state, &client, &request, began) {
+    let mut response = match admit(state, client, need, &request, began) {
         Err(refusal) => *refusal,
         Ok(caller) => {
-            if let Some(caller) = caller {
-                request.extensions_mut().insert(caller);
-            }
             let time_max = state.limits().handler_time_max;
-            let answered = client.alarm.within(time_max, next.run(request)).await;
+            let answered = client.alarm.within(time_max, answer(caller, request));
+            let answered = answered.await;
             answered.unwrap_or_else(|| too_slow(time_max).into_response())
         }
     };
-    establish_unproven(&state, &client, &response, began);
+    establish_unproven(state, client, &response, began);
     protect(&mut response);
-    count(&state, &response, began, client.peer.address);
+    count(state, &response, began, client.peer.address);
     response
 }
 
@@ -45,13 +62,12 @@ pub(crate) async fn around(
 fn admit(
     state: &AppState,
     client: &Client,
+    need: Need,
     request: &Request,
     began: Duration,
 ) -> Result<Option<Caller>, Box<Response>> {
     check_origin(&state.0.hosts, client.peer, request)
         .map_err(|refusal| Box::new(refusal.into_response()))?;
-    let route = request.extensions().get::<MatchedPath>();
-    let need = Need::of(request.method(), route.map(MatchedPath::as_str));
     let caller = authorize(state, need, client.peer, request, began)?;
     if let (Some(connection), Some(Caller::Holder { .. })) = (&client.connection, &caller) {
         connection.establish();

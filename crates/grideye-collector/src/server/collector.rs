@@ -8,7 +8,7 @@ use crate::http::{Annex, AppState, HostNames, Options};
 use crate::limits::Limits;
 use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::TrustedProxies;
-use crate::router::app_with;
+use crate::router::{Routes, app_with};
 use crate::server::config::Config;
 use crate::server::descriptors;
 use crate::server::error::CollectorError;
@@ -16,7 +16,6 @@ use crate::server::serving::Serving;
 use crate::server::stall::StallLimit;
 use crate::server::tls::Acceptors;
 use crate::store;
-use axum::Router;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -127,7 +126,7 @@ impl Collector {
     ) -> Result<(), CollectorError> {
         let limits = self.state.limits().clone();
         let server = Server {
-            router: app_with(self.state.clone(), &self.annexes),
+            routes: app_with(self.state.clone(), &self.annexes),
             open: Arc::new(Connections::new(&limits, self.counters)),
             proxies: Arc::new(self.trusted_proxies),
             acceptors: self.acceptors,
@@ -216,7 +215,7 @@ async fn open(config: &Config, options: Options) -> Result<AppState, crate::stor
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
 struct Server {
-    router: Router,
+    routes: Routes,
     open: Arc<Connections>,
     proxies: Arc<TrustedProxies>,
     acceptors: Option<Arc<Acceptors>>,
@@ -258,7 +257,7 @@ impl Server {
         let serving = Serving {
             peer: peer.ip().to_canonical(),
             proxies: is_proxy.then(|| Arc::clone(&self.proxies)),
-            router: self.router.clone(),
+            routes: self.routes.clone(),
             limits: self.limits.clone(),
             stopping: self.stopping.subscribe(),
             connection,

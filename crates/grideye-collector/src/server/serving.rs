@@ -5,9 +5,10 @@ use crate::connections::Connection;
 use crate::http::client::Client;
 use crate::limits::Limits;
 use crate::peer::{Peer, TrustedProxies};
+use crate::router::Routes;
 use crate::server::stall::StallLimit;
 use crate::server::tls::Acceptors;
-use axum::Router;
+use axum::body::Body;
 use axum::response::Response;
 use hyper::Request;
 use hyper::body::Incoming;
@@ -22,14 +23,13 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio_rustls::server::TlsStream;
-use tower::Service as _;
 
 /// What it takes to serve one connection.
 pub(super) struct Serving {
     pub(super) peer: IpAddr,
     /// All trusted proxies, where the peer is one of them.
     pub(super) proxies: Option<Arc<TrustedProxies>>,
-    pub(super) router: Router,
+    pub(super) routes: Routes,
     pub(super) limits: Limits,
     pub(super) stopping: watch::Receiver<bool>,
     pub(super) connection: Connection,
@@ -66,7 +66,7 @@ impl Serving {
         let Self {
             peer,
             proxies,
-            router,
+            routes,
             limits,
             mut stopping,
             connection,
@@ -94,7 +94,7 @@ impl Serving {
                 connection: Some(Arc::clone(&connection)),
             },
             proxies,
-            router,
+            routes,
             connection,
         });
         let service = service_fn(move |request: Request<Incoming>| {
@@ -118,20 +118,23 @@ impl Serving {
 struct Answering {
     client: Client,
     proxies: Option<Arc<TrustedProxies>>,
-    router: Router,
+    routes: Routes,
     connection: Arc<Connection>,
 }
 
 impl Answering {
-    async fn answer(&self, mut request: Request<Incoming>) -> Result<Response, Infallible> {
-        let mut client = self.client.clone();
-        if let Some(proxies) = &self.proxies {
-            client.peer.address = proxies.client(client.peer.address, request.headers());
-        }
-        request.extensions_mut().insert(client);
+    async fn answer(&self, request: Request<Incoming>) -> Result<Response, Infallible> {
+        let request = request.map(Body::new);
         self.connection.asks();
-        let answer = self.router.clone().call(request).await;
+        let answer = match &self.proxies {
+            None => self.routes.answer(&self.client, request).await,
+            Some(proxies) => {
+                let mut client = self.client.clone();
+                client.peer.address = proxies.client(client.peer.address, request.headers());
+                Box::pin(self.routes.answer(&client, request)).await
+            }
+        };
         self.connection.is_answered();
-        answer
+        Ok(answer)
     }
 }

@@ -9,46 +9,57 @@ use core::cell::Cell;
 use core::fmt;
 use core::marker::PhantomData;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 
 type Counts = BTreeMap<String, u64>;
 
 pub(super) fn batch(json: &[u8], limits: &Limits) -> Result<Batch, WireError> {
-    parse(json, || BatchSeed {
+    parse(json, |words| BatchSeed {
         limits,
         frames_left: Cell::new(limits.frames),
+        words,
     })
 }
 
 pub(super) fn acknowledgement(json: &[u8], limits: &Limits) -> Result<Acknowledgement, WireError> {
-    parse(json, || AcknowledgementSeed { limits })
+    parse(json, |_words| AcknowledgementSeed { limits })
 }
 
-/// Parses once without keeping track of the place; only a faulty body is gone through again, to name the place.
+/// How the words of pixels are read, which are most of a body.
+#[derive(Debug, Clone, Copy)]
+enum Words {
+    /// As text of the array, in a third of the time; a fault in it is not named.
+    Quickly,
+    OneByOne,
+}
+
+/// Parses once, quickly; only what that refuses is gone through again, one by one and with the place kept track of.
 fn parse<'de, S: DeserializeSeed<'de>>(
     json: &'de [u8],
-    seed: impl Fn() -> S,
+    seed: impl Fn(Words) -> S,
 ) -> Result<S::Value, WireError> {
-    let mut plain = serde_json::Deserializer::from_slice(json);
-    let parsed = seed()
-        .deserialize(&mut plain)
-        .and_then(|value| plain.end().map(|()| value));
-    parsed.map_err(|error| {
-        let mut track = serde_path_to_error::Track::new();
-        let mut again = serde_json::Deserializer::from_slice(json);
-        let tracked = serde_path_to_error::Deserializer::new(&mut again, &mut track);
-        // The error is the same as the first one's: only the place is wanted.
-        drop(seed().deserialize(tracked).err());
-        WireError::from_parser(&track.path(), &error)
-    })
+    let mut quick = serde_json::Deserializer::from_slice(json);
+    let parsed = seed(Words::Quickly).deserialize(&mut quick);
+    if let Ok(value) = parsed.and_then(|value| quick.end().map(|()| value)) {
+        return Ok(value);
+    }
+    let mut track = serde_path_to_error::Track::new();
+    let mut slow = serde_json::Deserializer::from_slice(json);
+    let tracked = serde_path_to_error::Deserializer::new(&mut slow, &mut track);
+    let parsed = seed(Words::OneByOne).deserialize(tracked);
+    let parsed = parsed.and_then(|value| slow.end().map(|()| value));
+    parsed.map_err(|error| WireError::from_parser(&track.path(), &error))
 }
 
 struct BatchSeed<'l> {
     limits: &'l Limits,
     /// Frames that the body may still hold, counted over its sensors.
     frames_left: Cell<usize>,
+    words: Words,
 }
 
 impl<'de> DeserializeSeed<'de> for BatchSeed<'_> {
@@ -59,7 +70,7 @@ impl<'de> DeserializeSeed<'de> for BatchSeed<'_> {
     }
 }
 
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
 #[serde(field_identifier, rename_all = "snake_case")]
 enum BatchField {
     Device,
@@ -133,7 +144,7 @@ impl<'de> DeserializeSeed<'de> for SensorSeed<'_> {
     }
 }
 
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
 #[serde(field_identifier, rename_all = "snake_case")]
 enum SensorField {
     Sensor,
@@ -182,7 +193,7 @@ impl<'de> DeserializeSeed<'de> for AccountSeed<'_> {
     }
 }
 
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
 #[serde(field_identifier, rename_all = "snake_case")]
 enum AccountField {
     Read,
@@ -250,7 +261,7 @@ impl<'de> Visitor<'de> for FramesSeed<'_> {
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
         let left = &self.0.frames_left;
         let mut frames = Vec::new();
-        while let Some(frame) = seq.next_element_seed(FrameSeed)? {
+        while let Some(frame) = seq.next_element_seed(FrameSeed(self.0.words))? {
             left.set(
                 left.get()
                     .checked_sub(1)
@@ -263,7 +274,7 @@ impl<'de> Visitor<'de> for FramesSeed<'_> {
 }
 
 /// A frame is an object only: serde's own derive would take an array of the fields' values as well.
-struct FrameSeed;
+struct FrameSeed(Words);
 
 impl<'de> DeserializeSeed<'de> for FrameSeed {
     type Value = Record;
@@ -282,38 +293,17 @@ impl<'de> Visitor<'de> for FrameSeed {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Record, A::Error> {
-        let fields: FrameFields = serde::Deserialize::deserialize(MapAccessDeserializer::new(map))?;
-        let reading = match (fields.missing, fields.thermistor_raw, fields.pixels_raw) {
-            (None, Some(thermistor), Some(pixels)) => Reading::Frame(RawFrame {
-                thermistor: ThermistorWord(thermistor),
-                pixels,
-            }),
-            (Some(reason), None, None) => Reading::NoData(reason),
-            (None, None, _) => return Err(A::Error::missing_field("thermistor_raw")),
-            (None, _, None) => return Err(A::Error::missing_field("pixels_raw")),
-            (Some(_), _, _) => {
-                let both = Unexpected::Other("`missing` and words");
-                return Err(A::Error::invalid_value(
-                    both,
-                    &"words, or `missing` with a reason",
-                ));
-            }
-        };
-        Ok(Record {
-            seq: fields.seq,
-            stamp: Stamp {
-                t_boot_ns: fields.t_boot_ns,
-                t_utc_ns: fields.t_utc_ns,
-                clock: fields.clock,
-            },
-            reading,
-        })
+        let map = MapAccessDeserializer::new(map);
+        match self.0 {
+            Words::Quickly => FrameFields::<QuickPixels>::deserialize(map)?.record(),
+            Words::OneByOne => FrameFields::<Pixels>::deserialize(map)?.record(),
+        }
     }
 }
 
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FrameFields {
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, bound = "P: Deserialize<'de>")]
+struct FrameFields<P> {
     #[serde(deserialize_with = "count")]
     seq: u64,
     #[serde(deserialize_with = "count")]
@@ -326,8 +316,35 @@ struct FrameFields {
     missing: Option<NoData>,
     #[serde(default, deserialize_with = "word")]
     thermistor_raw: Option<u16>,
-    #[serde(default, deserialize_with = "pixels")]
-    pixels_raw: Option<[PixelWord; PIXELS]>,
+    #[serde(default = "Option::default", deserialize_with = "some")]
+    pixels_raw: Option<P>,
+}
+
+impl<P: Into<[PixelWord; PIXELS]>> FrameFields<P> {
+    fn record<E: Error>(self) -> Result<Record, E> {
+        let reading = match (self.missing, self.thermistor_raw, self.pixels_raw) {
+            (None, Some(thermistor), Some(pixels)) => Reading::Frame(RawFrame {
+                thermistor: ThermistorWord(thermistor),
+                pixels: pixels.into(),
+            }),
+            (Some(reason), None, None) => Reading::NoData(reason),
+            (None, None, _) => return Err(E::missing_field("thermistor_raw")),
+            (None, _, None) => return Err(E::missing_field("pixels_raw")),
+            (Some(_), _, _) => {
+                let both = Unexpected::Other("`missing` and words");
+                return Err(E::invalid_value(both, &"words, or `missing` with a reason"));
+            }
+        };
+        Ok(Record {
+            seq: self.seq,
+            stamp: Stamp {
+                t_boot_ns: self.t_boot_ns,
+                t_utc_ns: self.t_utc_ns,
+                clock: self.clock,
+            },
+            reading,
+        })
+    }
 }
 
 fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
@@ -359,15 +376,29 @@ fn word<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u16>, D::Er
     WORD.deserialize(deserializer).map(Some)
 }
 
-fn pixels<'de, D: Deserializer<'de>>(
+fn some<'de, D: Deserializer<'de>, P: Deserialize<'de>>(
     deserializer: D,
-) -> Result<Option<[PixelWord; PIXELS]>, D::Error> {
-    deserializer.deserialize_seq(Pixels).map(Some)
+) -> Result<Option<P>, D::Error> {
+    P::deserialize(deserializer).map(Some)
 }
 
-struct Pixels;
+struct Pixels([PixelWord; PIXELS]);
 
-impl<'de> Visitor<'de> for Pixels {
+impl From<Pixels> for [PixelWord; PIXELS] {
+    fn from(pixels: Pixels) -> Self {
+        pixels.0
+    }
+}
+
+impl<'de> Deserialize<'de> for Pixels {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(PixelsVisitor).map(Self)
+    }
+}
+
+struct PixelsVisitor;
+
+impl<'de> Visitor<'de> for PixelsVisitor {
     type Value = [PixelWord; PIXELS];
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -389,6 +420,44 @@ impl<'de> Visitor<'de> for Pixels {
     }
 }
 
+/// The same from the text of the array. It takes less than `Pixels` does, and nothing else.
+struct QuickPixels([PixelWord; PIXELS]);
+
+impl From<QuickPixels> for [PixelWord; PIXELS] {
+    fn from(pixels: QuickPixels) -> Self {
+        pixels.0
+    }
+}
+
+impl<'de> Deserialize<'de> for QuickPixels {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let array = <&RawValue>::deserialize(deserializer)?.get().as_bytes();
+        let words = quick_words(array).ok_or_else(|| D::Error::custom("not quickly read"))?;
+        Ok(Self(words))
+    }
+}
+
+/// 64 decimal numbers between brackets, with commas and perhaps blanks; that it is JSON has been checked.
+fn quick_words(array: &[u8]) -> Option<[PixelWord; PIXELS]> {
+    /// Every larger number has more digits than a word.
+    const BEYOND: u32 = 99_999;
+    let mut words = [PixelWord(0); PIXELS];
+    let mut slots = words.iter_mut();
+    let mut word = 0;
+    for byte in array.strip_prefix(b"[")? {
+        match byte {
+            b'0'..=b'9' => word = (word * 10 + u32::from(byte - b'0')).min(BEYOND),
+            b',' | b']' => {
+                *slots.next()? = PixelWord(u16::try_from(word).ok()?);
+                word = 0;
+            }
+            b' ' | b'\n' | b'\r' | b'\t' => {}
+            _ => return None,
+        }
+    }
+    slots.next().is_none().then_some(words)
+}
+
 struct AcknowledgementSeed<'l> {
     limits: &'l Limits,
 }
@@ -401,7 +470,7 @@ impl<'de> DeserializeSeed<'de> for AcknowledgementSeed<'_> {
     }
 }
 
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
 #[serde(field_identifier, rename_all = "snake_case")]
 enum AcknowledgementField {
     DurableThrough,
@@ -477,7 +546,7 @@ impl<'de> DeserializeSeed<'de> for GapSeed {
     }
 }
 
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct GapFields {
     sensor: String,
@@ -495,7 +564,7 @@ impl<'de> Visitor<'de> for GapSeed {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Gap, A::Error> {
-        let fields: GapFields = serde::Deserialize::deserialize(MapAccessDeserializer::new(map))?;
+        let fields: GapFields = Deserialize::deserialize(MapAccessDeserializer::new(map))?;
         Ok(Gap {
             sensor: fields.sensor,
             from: fields.from,
