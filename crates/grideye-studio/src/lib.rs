@@ -52,14 +52,14 @@ pub fn annexes(folder: &Path, disk: Disk) -> Result<[Annex; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use axum::Router;
     use axum::body::{Body, to_bytes};
     use axum::http::{Request, header};
+    use grideye_collector::Routes;
     use grideye_collector::{AppState, Limits, SqliteStore, StoreLocation, SystemClock, app_with};
     use std::sync::Arc;
     use tower::ServiceExt as _;
 
-    async fn text_at(app: &Router, path: &str) -> String {
+    async fn text_at(app: &Routes, path: &str) -> String {
         let request = Request::get(path).header(header::HOST, "127.0.0.1:8080");
         let request = request.body(Body::empty()).unwrap();
         let response = app.clone().oneshot(request).await.unwrap();

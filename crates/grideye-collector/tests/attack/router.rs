@@ -2,9 +2,9 @@
 
 use crate::made_up::{self, Dice, METHODS};
 use crate::{ALONE, collector_process, from_environment};
-use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, Response, header};
+use grideye_collector::Routes;
 use grideye_collector::auth::{AccessFolder, Scope, Token};
 use grideye_collector::{AppState, Limits, Log, SqliteStore, StoreLocation, SystemClock, app};
 use serde_json::{Value, json};
@@ -23,7 +23,7 @@ const GOOD_EVERY: u64 = 500;
 const GROWTH_MAX_KIB: u64 = 48 * 1024;
 
 struct Scene {
-    router: Router,
+    router: Routes,
     /// The device that is not attacking.
     good: Token,
     /// What attackers hold: a device's token, one for looking, one for recordings, and none.

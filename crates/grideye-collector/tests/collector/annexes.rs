@@ -7,6 +7,7 @@ use axum::body::Body;
 use axum::http::{Method, Request, StatusCode, header};
 use axum::response::Json;
 use axum::routing::{get, post};
+use grideye_collector::Routes;
 use grideye_collector::auth::{AccessFolder, Scope};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{
@@ -56,7 +57,7 @@ fn annex() -> Annex {
 }
 
 async fn send(
-    router: &Router,
+    router: &Routes,
     method: Method,
     path: &str,
     token: Option<&str>,
@@ -78,7 +79,7 @@ async fn send(
     (head.status.as_u16(), head.headers, json)
 }
 
-async fn open() -> (AppState, Router, Arc<HandClock>) {
+async fn open() -> (AppState, Routes, Arc<HandClock>) {
     let limits = Limits::default();
     let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
     let clock = Arc::new(HandClock::default());

@@ -1,8 +1,8 @@
 //! A collector behind its router, without a socket, and a clock that stands still until it is told.
 
-use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, Method, Request, StatusCode, header};
+use grideye_collector::Routes;
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{AppState, Clock, Limits, SqliteStore, app};
 use grideye_recording::wire::Batch;
@@ -37,7 +37,7 @@ impl Clock for HandClock {
 }
 
 pub(crate) struct Server {
-    pub(crate) router: Router,
+    pub(crate) router: Routes,
     pub(crate) clock: Arc<HandClock>,
     pub(crate) store: Arc<SqliteStore>,
 }

@@ -1,9 +1,9 @@
 //! The routes through the collector's own router, without a socket.
 
 use super::annex;
-use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, header};
+use grideye_collector::Routes;
 use grideye_collector::{AppState, Clock, Limits, SqliteStore, StoreLocation, app_with};
 use grideye_scene::{Scene, Simulator};
 use serde_json::{Value, json};
@@ -81,7 +81,7 @@ impl Clock for HandClock {
 }
 
 struct Page {
-    router: Router,
+    router: Routes,
     clock: Arc<HandClock>,
     folder: tempfile::TempDir,
 }
@@ -167,7 +167,7 @@ fn quarters(celsius: f64) -> i64 {
     (celsius * 4.0).round() as i64
 }
 
-async fn router(folder: &Path, clock: Arc<HandClock>) -> Router {
+async fn router(folder: &Path, clock: Arc<HandClock>) -> Routes {
     let limits = Limits::default();
     let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
     let state = AppState::new(store, limits, clock).await.unwrap();

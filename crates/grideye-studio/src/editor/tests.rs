@@ -1,9 +1,9 @@
 //! The routes through the collector's own router, without a socket.
 
 use super::annex;
-use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, header};
+use grideye_collector::Routes;
 use grideye_collector::{AppState, Limits, SqliteStore, StoreLocation, SystemClock, app_with};
 use grideye_scene::{Scene, Simulator};
 use serde_json::{Value, json};
@@ -43,7 +43,7 @@ const WAY: &str = "# to the window\nx_mm,y_mm,z_mm\n500,1000,0\n3500,1000,0\n";
 /// A folder with one scene and its way, and the collector's routes on it.
 struct Page {
     folder: tempfile::TempDir,
-    app: Router,
+    app: Routes,
 }
 
 impl Page {

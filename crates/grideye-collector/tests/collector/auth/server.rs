@@ -2,9 +2,9 @@
 
 use crate::batches::{batch, frame, part};
 use crate::server::HandClock;
-use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, Method, Request, header};
+use grideye_collector::Routes;
 use grideye_collector::auth::{AccessFolder, Scope, Token};
 use grideye_collector::store::StoreLocation;
 use grideye_collector::{AppState, Limits, Log, SqliteStore, app};
@@ -18,7 +18,7 @@ pub(super) const ORIGIN: (&str, &str) = ("origin", "http://127.0.0.1:8080");
 
 /// A collector with a folder of tokens, and everything that it said.
 pub(super) struct TokenServer {
-    pub(super) router: Router,
+    pub(super) router: Routes,
     pub(super) clock: Arc<HandClock>,
     pub(super) folder: AccessFolder,
     pub(super) said: Arc<Mutex<Vec<String>>>,
