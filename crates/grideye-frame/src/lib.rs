@@ -7,11 +7,9 @@ extern crate std;
 mod name;
 mod no_data;
 mod pixel;
-mod size;
 mod temperature;
 
 pub use name::{NAME_CHARS_MAX, NAME_RULE, is_name};
 pub use no_data::{NoData, Reading, UnknownNoData};
-pub use pixel::PixelIndex;
-pub use size::{COLUMNS, PIXELS, ROWS, TICK};
+pub use pixel::{COLUMNS, PIXELS, PixelIndex, ROWS, TICK};
 pub use temperature::{Celsius, Frame, PixelWord, RawFrame, ThermistorWord};

@@ -1,3 +1,5 @@
+//! What things may be called.
+
 /// The longest name of a device, a sensor, a boot, or of a reason in an account, in characters.
 pub const NAME_CHARS_MAX: usize = 64;
 
@@ -5,10 +7,9 @@ pub const NAME_CHARS_MAX: usize = 64;
 pub const NAME_RULE: &str =
     "a name of 1 to 64 characters A-Z a-z 0-9 . _ : - that begins with a letter or a digit";
 
-/// Whether a device, a sensor or a boot can be called so: in a scene, on the wire and in files.
+/// Whether a device, a sensor or a boot can be called so: in a scene, on the wire and in files ([`NAME_RULE`]).
 ///
-/// A name has 1 to [`NAME_CHARS_MAX`] characters out of `A-Z a-z 0-9 . _ : -` and begins with a letter or a digit. No
-/// such name needs quoting in CSV, JSON or a shell; none is a formula to a spreadsheet; none is a path out of a folder.
+/// No such name needs quoting in CSV, JSON or a shell, is a formula to a spreadsheet, or a path out of a folder.
 ///
 /// ```
 /// assert!(grideye_frame::is_name("i2c-1:0x69"));

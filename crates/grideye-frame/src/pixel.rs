@@ -1,4 +1,18 @@
-use crate::size::{COLUMNS, PIXELS};
+//! The pixels of the array, and how often it measures them.
+
+use core::time::Duration;
+
+/// Rows of the array (AMG88 spec §4-5-1).
+pub const ROWS: usize = 8;
+
+/// Columns of the array (AMG88 spec §4-5-1).
+pub const COLUMNS: usize = 8;
+
+/// Pixels of the array.
+pub const PIXELS: usize = ROWS * COLUMNS;
+
+/// From one measurement of the array to the next, nominal, at either frame rate (AMG88 spec §4-11-3).
+pub const TICK: Duration = Duration::from_millis(100);
 
 /// The place of one pixel: 0 to 63 in code, 1 to 64 in prose as the datasheet numbers them (AMG88 spec §4-5-1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

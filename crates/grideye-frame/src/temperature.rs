@@ -1,14 +1,14 @@
-use crate::size::PIXELS;
+//! Temperatures, words and frames.
+
+use crate::pixel::PIXELS;
 use core::fmt;
 
-/// A temperature in degrees Celsius.
-///
-/// Single precision holds every value that the sensor can report (multiples of 1/4 and 1/16 of a degree) exactly.
+/// A temperature in degrees Celsius; single precision holds every value that the sensor can report exactly.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
 pub struct Celsius(f32);
 
 impl Celsius {
-    /// Degrees Celsius, taken as they are; not-a-number is representable and is the caller's to refuse.
+    /// Degrees Celsius as they are, not-a-number too.
     #[must_use]
     pub const fn new(celsius: f32) -> Self {
         Self(celsius)
@@ -28,17 +28,15 @@ impl fmt::Display for Celsius {
     }
 }
 
-/// One pixel register pair as the bus delivered it: 16 bits, low byte first on the wire.
-///
-/// All 16 bits are kept, the unspecified upper four too, so that a decoding fault can be repaired in old recordings.
+/// One pixel register pair as the bus delivered it: all 16 bits, so that old recordings can be decoded again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct PixelWord(pub u16);
 
-/// The thermistor's register pair as the bus delivered it: 16 bits, low byte first on the wire.
+/// The thermistor's register pair as the bus delivered it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct ThermistorWord(pub u16);
 
-/// What the bus said for one sensor frame: 64 pixel words in register order, and the thermistor read beside them.
+/// One frame as the bus delivered it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct RawFrame {
     /// The thermistor's word, read right after the pixels.
@@ -47,7 +45,7 @@ pub struct RawFrame {
     pub pixels: [PixelWord; PIXELS],
 }
 
-/// One frame in degrees: 64 pixels in register order, and the thermistor.
+/// One frame in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// The thermistor: the chip's own temperature, several degrees above the room's by self-heating.
