@@ -21,7 +21,7 @@ AREAS = {
         ["crates/amg8833/src/**"],
         [
             "-p amg8833 --lib --test traffic",
-            "-p amg8833-emulator --test driver",
+            "-p amg8833-emulator --test bus -- driver",
         ],
     ),
     "emulator": (

@@ -1,14 +1,16 @@
 //! A bus with up to two sensors, as a controller sees it.
 
-pub(crate) mod sensors;
-pub(crate) mod wire;
+pub(crate) mod line;
+mod sensors;
+mod wire;
 
+use crate::bus::line::{Control, Line, Wires};
 use crate::bus::sensors::Sensors;
-use crate::bus::wire::{Nobody, Wire, is_read};
+use crate::bus::wire::{Wire, is_read};
 use crate::clock::Clock;
 use crate::device::Device;
 use crate::device::options::Options;
-use crate::fault::active::controller_error;
+use crate::fault::active::{controller_error, stronger};
 use crate::fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet};
 use crate::signal::{Address, BusError, InterruptPin, Traffic};
 use crate::source::FrameSource;
@@ -22,13 +24,13 @@ pub use sensors::STEPS_MAX;
 /// Without an SCL frequency, transactions take no time. With one, every bit is handed to [`Clock::pass`], so that a
 /// frame can fall due within a transaction, or between two.
 ///
-/// Faults come to pass between transactions: one that falls due within one comes with its STOP. A sensor that is
-/// let on through [`device_mut`](Self::device_mut) with a time of one's own knows nothing of the faults that fall due
-/// meanwhile; [`advance`](Self::advance) keeps all in order.
+/// A fault that falls due within a transaction comes with its STOP. A sensor that is moved on through
+/// [`device_mut`](Self::device_mut) misses the faults that fall due meanwhile; [`advance`](Self::advance) keeps all in
+/// order.
 #[derive(Debug)]
 pub struct Bus<C, S> {
-    pub(crate) wire: Wire<C>,
-    pub(crate) sensors: Sensors<S>,
+    wire: Wire<C>,
+    sensors: Sensors<S>,
 }
 
 impl<C: Clock, S: FrameSource> Bus<C, S> {
@@ -47,72 +49,52 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         bus
     }
 
-    /// The same bus with bits that take their time. The sensor is specified for up to 400,000 Hz (AMG88 spec §4-6-2).
+    /// The same bus with bits that take their time; the sensor is specified for up to 400,000 Hz (AMG88 spec §4-6-2).
     #[must_use]
     pub fn with_scl_hz(mut self, scl_hz: NonZeroU32) -> Self {
-        self.wire.set_scl_hz(scl_hz);
+        self.wire.scl_hz = Some(scl_hz);
         self
     }
 
-    /// Connects a sensor and powers it on now; hands back the one that was there. Faults of this address and of the
-    /// whole bus are the new one's too.
+    /// Connects a sensor and powers it on now; returns the one that was there. It meets the faults of this address.
     pub fn plug(&mut self, address: Address, source: S, options: Options) -> Option<Device<S>> {
         let now = self.wire.clock.now();
         let device = Device::new(source, options, now);
         self.sensors.plug(address, device, now)
     }
 
-    /// Takes the sensor off the bus, and with it the faults that were set on it by call.
+    /// Takes the sensor off the bus, with the faults that were set on it by call.
     pub fn unplug(&mut self, address: Address) -> Option<Device<S>> {
         let now = self.wire.clock.now();
         self.sensors.unplug(address, now)
     }
 
-    /// Breaks the sensor at this address now, beside whatever else is broken; a fault of the same kind is replaced.
-    /// `false` when there is no sensor, or [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
-    pub fn set_fault(&mut self, address: Address, fault: Fault) -> bool {
+    /// Breaks the sensor at this address now, or without an address the whole bus with all its sensors; replaces a fault
+    /// of the same kind. `false` when there is no such sensor, or [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
+    pub fn set_fault(&mut self, address: impl Into<Option<Address>>, fault: Fault) -> bool {
         self.set_fault_with_chance(address, fault, Chance::ALWAYS)
     }
 
-    /// As [`set_fault`](Self::set_fault), with a fault that strikes by chance at each of its occasions; those that are
-    /// drawn by the stretch of time, once, now.
+    /// As [`set_fault`](Self::set_fault), by chance at each occasion; a stretch of time is drawn once, now.
     pub fn set_fault_with_chance(
         &mut self,
-        address: Address,
+        address: impl Into<Option<Address>>,
         fault: Fault,
         chance: Chance,
     ) -> bool {
-        let now = self.wire.clock.now();
-        self.device(address).is_some() && self.sensors.set_fault(fault, Some(address), chance, now)
+        let (now, address) = (self.wire.clock.now(), address.into());
+        let is_there = address.is_none_or(|address| self.device(address).is_some());
+        is_there && self.sensors.set_fault(fault, address, chance, now)
     }
 
-    /// Breaks the whole bus with all its sensors now. `false` when [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
-    pub fn set_bus_fault(&mut self, fault: Fault) -> bool {
-        self.set_bus_fault_with_chance(fault, Chance::ALWAYS)
+    /// Mends what was set by call on the sensor at this address, or on the whole bus; `false` without such a sensor.
+    pub fn clear_fault(&mut self, address: impl Into<Option<Address>>) -> bool {
+        let (now, address) = (self.wire.clock.now(), address.into());
+        self.sensors.clear_faults(address, now);
+        address.is_none_or(|address| self.device(address).is_some())
     }
 
-    /// As [`set_bus_fault`](Self::set_bus_fault), by chance.
-    pub fn set_bus_fault_with_chance(&mut self, fault: Fault, chance: Chance) -> bool {
-        let now = self.wire.clock.now();
-        self.sensors.set_fault(fault, None, chance, now)
-    }
-
-    /// Mends what was set by call on the sensor at this address; `false` when there is none. After
-    /// [`Fault::Unplugged`] and [`Fault::AdapterGone`] it powers on.
-    pub fn clear_fault(&mut self, address: Address) -> bool {
-        let now = self.wire.clock.now();
-        self.sensors.clear_faults(Some(address), now);
-        self.device(address).is_some()
-    }
-
-    /// Mends what was set by call on the whole bus.
-    pub fn clear_bus_faults(&mut self) {
-        let now = self.wire.clock.now();
-        self.sensors.clear_faults(None, now);
-    }
-
-    /// Lets the script and the sensors do what is due by now, without any traffic: for whoever looks at sensors that
-    /// nobody reads.
+    /// Lets the script and the sensors do what is due by now, without any traffic.
     pub fn advance(&mut self) {
         let now = self.wire.clock.now();
         self.sensors.catch_up(now);
@@ -128,16 +110,8 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         Some(device.interrupt_pin())
     }
 
-    /// What breaks a transaction of this number, and what it shows besides.
-    fn blocked(&mut self, address: Option<Address>, number: u64) -> Option<FaultKind> {
-        let kind = self.sensors.faults.blocking(address, number)?;
-        let struck = FaultSet::from_iter([kind]);
-        self.sensors.faults.settle(address, number, struck);
-        Some(kind)
-    }
-
     /// Reports to the controller what keeps it from reaching anybody.
-    pub(crate) fn refuse(
+    fn refuse(
         &mut self,
         address: u8,
         operations: &[Operation<'_>],
@@ -151,8 +125,8 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         Err(error)
     }
 
-    /// What is due by now, and the number of the transaction that begins.
-    pub(crate) fn open(&mut self) -> u64 {
+    /// Does what is due by now, and returns the number of the transaction that begins.
+    fn open(&mut self) -> u64 {
         let now = self.wire.clock.now();
         self.sensors.catch_up(now);
         let imposed = self.sensors.faults.scl_hz();
@@ -160,30 +134,102 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         self.sensors.faults.begin()
     }
 
-    fn reach(
+    /// One transaction on wires that this bus, the trunk, shares with the selected channels of a multiplexer: `N` buses
+    /// at most.
+    pub(crate) fn transact<const N: usize>(
         &mut self,
-        address: Address,
-        number: u64,
+        channels: &mut [Self],
+        control: &mut Control,
+        address: u8,
         operations: &mut [Operation<'_>],
     ) -> Result<(), BusError> {
-        let happened = core::mem::take(&mut self.sensors.faults.happened);
-        let Some(mut line) = self.sensors.line(address, number) else {
-            let wire = &mut self.wire;
-            return wire.carry(address.bits(), &mut Nobody, operations, happened);
+        let selected = control.selected;
+        let mut numbers = [0; N];
+        for (number, bus) in numbers.iter_mut().zip(connected(self, channels, selected)) {
+            *number = bus.open();
+        }
+        let place = Address::from_bits(address);
+        let mut blocked = None;
+        for (number, bus) in numbers.iter().zip(connected(self, channels, selected)) {
+            blocked = stronger(blocked, bus.sensors.faults.blocking(place, *number));
+        }
+        if operations.is_empty() {
+            let gone = blocked == Some(FaultKind::AdapterGone);
+            return if gone { Err(BusError::Gone) } else { Ok(()) };
+        }
+        let before = self.wire.traffic;
+        #[cfg(feature = "alloc")]
+        if connected(self, channels, selected)
+            .skip(1)
+            .any(|bus| bus.wire.log.is_on())
+        {
+            self.wire.log.keep();
+        }
+        let result = match blocked {
+            Some(kind) => {
+                let struck = FaultSet::from_iter([kind]);
+                for (number, bus) in numbers.iter().zip(connected(self, channels, selected)) {
+                    bus.sensors.faults.settle(place, *number, struck);
+                }
+                self.refuse(address, operations, kind)
+            }
+            None => self.carry(channels, control, address, &numbers, operations),
         };
-        let bits = address.bits();
-        let result = self.wire.carry(bits, &mut line, operations, happened);
-        let struck = line.struck();
-        self.close(address, number, struck);
+        let passed = self.wire.traffic.since(before);
+        #[cfg(feature = "alloc")]
+        let kept = self.wire.log.take_kept();
+        for channel in active(channels, selected) {
+            channel.wire.traffic += passed;
+            #[cfg(feature = "alloc")]
+            channel.wire.log.tell(&kept);
+        }
         result
     }
 
-    /// STOP, and what struck up to it.
-    pub(crate) fn close(&mut self, address: Address, number: u64, struck: FaultSet) {
-        self.sensors.faults.settle(Some(address), number, struck);
-        let now = self.wire.clock.now();
-        self.sensors.stop(address, now);
+    fn carry<const N: usize>(
+        &mut self,
+        channels: &mut [Self],
+        control: &mut Control,
+        address: u8,
+        numbers: &[u64; N],
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), BusError> {
+        let place = Address::from_bits(address);
+        let selected = control.selected;
+        let mut happened = FaultSet::EMPTY;
+        let lines = [const { None }; N];
+        let mut wires = Wires { control, lines };
+        let behind = active(channels, selected).map(|channel| &mut channel.sensors);
+        let sensors = core::iter::once(&mut self.sensors).chain(behind);
+        for ((line, number), sensors) in wires.lines.iter_mut().zip(numbers).zip(sensors) {
+            happened.join(core::mem::take(&mut sensors.faults.happened));
+            *line = place.and_then(|place| sensors.line(place, *number));
+        }
+        let result = self.wire.carry(address, &mut wires, operations, happened);
+        let struck = wires.lines.map(|line| line.as_ref().map(Line::struck));
+        let buses = connected(self, channels, selected);
+        for ((number, struck), bus) in numbers.iter().zip(struck).zip(buses) {
+            if let (Some(place), Some(struck)) = (place, struck) {
+                bus.sensors.faults.settle(Some(place), *number, struck);
+                let now = bus.wire.clock.now();
+                bus.sensors.stop(place, now);
+            }
+        }
+        result
     }
+}
+
+fn active<C, S>(channels: &mut [Bus<C, S>], selected: u8) -> impl Iterator<Item = &mut Bus<C, S>> {
+    let numbered = (0..).zip(channels);
+    numbered.filter_map(move |(number, channel)| (selected >> number & 1 != 0).then_some(channel))
+}
+
+fn connected<'b, C, S>(
+    trunk: &'b mut Bus<C, S>,
+    channels: &'b mut [Bus<C, S>],
+    selected: u8,
+) -> impl Iterator<Item = &'b mut Bus<C, S>> {
+    core::iter::once(trunk).chain(active(channels, selected))
 }
 
 impl<C, S> Bus<C, S> {
@@ -197,7 +243,7 @@ impl<C, S> Bus<C, S> {
         self.sensors.device_mut(address)
     }
 
-    /// The faults that a transaction to this address meets: the sensor's and the whole bus's, set by call or by script.
+    /// The faults that a transaction to this address meets, set by call or by script.
     pub fn faults(&self, address: Address) -> FaultSet {
         self.sensors.faults.at(Some(address))
     }
@@ -207,7 +253,7 @@ impl<C, S> Bus<C, S> {
         self.sensors.faults.counts
     }
 
-    /// What all chances of faults that are set by call are drawn from. Default 0; a script brings its own.
+    /// The seed of the chances of faults that are set by call. Default 0; a script brings its own.
     pub fn set_seed(&mut self, seed: u64) {
         self.sensors.faults.seed = seed;
     }
@@ -225,8 +271,7 @@ impl<C, S> Bus<C, S> {
 
 #[cfg(feature = "alloc")]
 impl<C: Clock, S: FrameSource> Bus<C, S> {
-    /// Runs this script of faults from now on, instead of the one before; its times count from now. Faults that were set
-    /// by call stay beside it.
+    /// Runs this script of faults instead of the one before; its times count from now. Faults set by call stay.
     pub fn set_script(&mut self, script: crate::script::Script) {
         let now = self.wire.clock.now();
         self.advance();
@@ -240,15 +285,14 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         self.sensors.set_script(None, now);
     }
 
-    /// Tells this of every message on the bus, faults included, instead of whoever was told before. Called within the
-    /// transaction, so it should be quick.
+    /// Calls this with every message on the bus, within the transaction, instead of the trace before.
     pub fn set_trace(&mut self, trace: impl FnMut(&crate::trace::Transfer<'_>) + Send + 'static) {
-        self.wire.log.set(Some(alloc::boxed::Box::new(trace)));
+        self.wire.log.observer = Some(alloc::boxed::Box::new(trace));
     }
 
     /// Traces the bus no longer.
     pub fn clear_trace(&mut self) {
-        self.wire.log.set(None);
+        self.wire.log.observer = None;
     }
 }
 
@@ -264,21 +308,6 @@ impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
         address: u8,
         operations: &mut [Operation<'_>],
     ) -> Result<(), BusError> {
-        let number = self.open();
-        let place = Address::from_bits(address);
-        if operations.is_empty() {
-            let gone = self.sensors.faults.blocking(place, number) == Some(FaultKind::AdapterGone);
-            return if gone { Err(BusError::Gone) } else { Ok(()) };
-        }
-        if let Some(kind) = self.blocked(place, number) {
-            return self.refuse(address, operations, kind);
-        }
-        match place {
-            Some(place) => self.reach(place, number, operations),
-            None => {
-                let happened = core::mem::take(&mut self.sensors.faults.happened);
-                self.wire.carry(address, &mut Nobody, operations, happened)
-            }
-        }
+        self.transact::<1>(&mut [], &mut Control::default(), address, operations)
     }
 }

@@ -2,77 +2,46 @@
 
 use core::time::Duration;
 
-/// Where an emulated bus takes its time from.
-///
-/// The emulator reads no clock by itself: a test hands in a [`ManualClock`], a program one that follows the real time.
+/// Where an emulated bus takes its time from: a test hands in a [`ManualClock`], a program one that follows real time.
 pub trait Clock {
     /// The time since any fixed origin. Never runs backwards.
     fn now(&self) -> Duration;
 
-    /// The bus was busy for this long. An emulated clock moves on by it; a real one has already done so and ignores it.
+    /// The bus was busy for this long: an emulated clock moves on by it, a real one ignores it.
     fn pass(&self, bus_time: Duration) {
         let _ = bus_time;
     }
 
-    /// Somebody waits for this time, for an edge of the INT pin. An emulated clock moves on to it; a real one, whose
-    /// time comes by itself, ignores it.
+    /// Somebody waits for this time: an emulated clock moves on to it, a real one ignores it.
     fn wait(&self, until: Duration) {
         let _ = until;
     }
 }
 
-impl<C: Clock + ?Sized> Clock for &C {
-    fn now(&self) -> Duration {
-        (**self).now()
-    }
+macro_rules! pointers {
+    ($($pointer:ty),+) => {
+        $(impl<C: Clock + ?Sized> Clock for $pointer {
+            fn now(&self) -> Duration {
+                (**self).now()
+            }
 
-    fn pass(&self, bus_time: Duration) {
-        (**self).pass(bus_time);
-    }
+            fn pass(&self, bus_time: Duration) {
+                (**self).pass(bus_time);
+            }
 
-    fn wait(&self, until: Duration) {
-        (**self).wait(until);
-    }
+            fn wait(&self, until: Duration) {
+                (**self).wait(until);
+            }
+        })+
+    };
 }
 
+pointers!(&C);
 #[cfg(feature = "alloc")]
-mod shared {
-    use crate::clock::Clock;
-    use alloc::rc::Rc;
-    use core::time::Duration;
-    // Microcontrollers without atomic pointers have no Arc.
-    #[cfg(target_has_atomic = "ptr")]
-    use alloc::sync::Arc;
-
-    impl<C: Clock + ?Sized> Clock for Rc<C> {
-        fn now(&self) -> Duration {
-            (**self).now()
-        }
-
-        fn pass(&self, bus_time: Duration) {
-            (**self).pass(bus_time);
-        }
-
-        fn wait(&self, until: Duration) {
-            (**self).wait(until);
-        }
-    }
-
-    #[cfg(target_has_atomic = "ptr")]
-    impl<C: Clock + ?Sized> Clock for Arc<C> {
-        fn now(&self) -> Duration {
-            (**self).now()
-        }
-
-        fn pass(&self, bus_time: Duration) {
-            (**self).pass(bus_time);
-        }
-
-        fn wait(&self, until: Duration) {
-            (**self).wait(until);
-        }
-    }
-}
+pointers!(alloc::rc::Rc<C>);
+// Microcontrollers without atomic pointers have no Arc.
+#[cfg(all(feature = "alloc", target_has_atomic = "ptr"))]
+pointers!(alloc::sync::Arc<C>);
 
 #[cfg(target_has_atomic = "64")]
 pub use manual::ManualClock;
@@ -87,40 +56,33 @@ mod manual {
     ///
     /// Starts at zero and saturates after 584 years. Threads may share it.
     #[derive(Debug, Default)]
-    pub struct ManualClock {
-        nanoseconds: AtomicU64,
-    }
+    pub struct ManualClock(AtomicU64);
 
     impl ManualClock {
         /// A clock that shows zero.
         #[must_use]
         pub const fn new() -> Self {
-            Self {
-                nanoseconds: AtomicU64::new(0),
-            }
+            Self(AtomicU64::new(0))
         }
 
         /// Moves on to this time; stays where it is when that is in the past.
         pub fn set(&self, time: Duration) {
-            self.nanoseconds
-                .fetch_max(saturated(time), Ordering::SeqCst);
+            self.0.fetch_max(nanoseconds(time), Ordering::SeqCst);
         }
 
         /// Moves on by this much.
         pub fn advance(&self, by: Duration) {
-            let step = saturated(by);
+            let moved = |time: u64| Some(time.saturating_add(nanoseconds(by)));
             // The closure always yields a value, so the update cannot fail.
             let _ = self
-                .nanoseconds
-                .fetch_update(Ordering::SeqCst, Ordering::SeqCst, |time| {
-                    Some(time.saturating_add(step))
-                });
+                .0
+                .fetch_update(Ordering::SeqCst, Ordering::SeqCst, moved);
         }
     }
 
     impl Clock for ManualClock {
         fn now(&self) -> Duration {
-            Duration::from_nanos(self.nanoseconds.load(Ordering::SeqCst))
+            Duration::from_nanos(self.0.load(Ordering::SeqCst))
         }
 
         fn pass(&self, bus_time: Duration) {
@@ -132,7 +94,7 @@ mod manual {
         }
     }
 
-    fn saturated(time: Duration) -> u64 {
+    fn nanoseconds(time: Duration) -> u64 {
         u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
     }
 
@@ -141,7 +103,7 @@ mod manual {
         use super::*;
 
         #[test]
-        fn moves_only_forwards() {
+        fn moves_only_forwards_and_saturates_at_its_end() {
             let clock = ManualClock::new();
             clock.set(Duration::from_millis(5));
             clock.set(Duration::from_millis(3));
@@ -152,11 +114,6 @@ mod manual {
             clock.wait(Duration::from_millis(9));
             clock.wait(Duration::from_millis(8));
             assert_eq!(clock.now(), Duration::from_millis(9));
-        }
-
-        #[test]
-        fn saturates_at_its_end() {
-            let clock = ManualClock::new();
             clock.advance(Duration::MAX);
             clock.advance(Duration::MAX);
             assert_eq!(clock.now(), Duration::from_nanos(u64::MAX));

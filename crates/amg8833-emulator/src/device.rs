@@ -9,7 +9,7 @@ pub(crate) mod ticks;
 
 use crate::device::edge::{Edges, PinEdge};
 use crate::device::measurement::{Averaging, Degrees, FRAMES_AT_ONE_FPS, Progress};
-use crate::device::options::{Options, PastTheEnd, ThermistorUpdate, WarmUp};
+use crate::device::options::{CATCH_UP_FRAMES_MAX, Options, PastTheEnd, ThermistorUpdate, WarmUp};
 use crate::device::registers::{Effect, Mode, Refusal, Registers};
 use crate::device::ticks::Ticks;
 use crate::fault::FaultSet;
@@ -22,11 +22,9 @@ use grideye_frame::{Frame, PixelIndex};
 
 /// How long the sensor does not answer after power-on with [`Options::silent_start`] (AMG88 spec §4-4, "typ.").
 pub const SILENT_START: Duration = Duration::from_millis(50);
-/// How long the sensor has to have slept before it is woken, with [`Options::freezes_on_fast_wake`] (the wait of the
-/// Linux driver).
+/// The shortest sleep with [`Options::freezes_on_fast_wake`] (the wait of the Linux driver).
 pub const SLEEP_MIN: Duration = Duration::from_millis(100);
-/// The latest time that counts, 584 years from the clock's origin: the most that [`ManualClock`](crate::ManualClock)
-/// can show.
+/// The latest time that counts: 584 years.
 const TIME_MAX: Duration = Duration::from_nanos(u64::MAX);
 
 /// How often the sensor refused something, since it was made.
@@ -57,8 +55,8 @@ enum Transfer {
 
 /// One AMG8833 at the level of bytes on its bus. Every call says what time it is.
 ///
-/// The registers stand still from START over repeated STARTs to STOP; what falls due in between comes after STOP
-/// (AMG88 spec §4-11-11). Times that lie before an earlier one count as that one; those beyond 584 years, as 584 years.
+/// The registers stand still from START to STOP; what falls due in between comes after STOP (AMG88 spec §4-11-11). A time
+/// before an earlier one counts as that one.
 #[derive(Debug, Clone)]
 pub struct Device<S> {
     source: S,
@@ -72,13 +70,11 @@ pub struct Device<S> {
     asleep_since: Duration,
     woken_too_fast: bool,
     condition: Condition,
-    /// What faults put into the next frame.
     spoil: Option<Spoil>,
     /// What faults put into the frame in the registers.
     spoiled: FaultSet,
-    /// How the transaction under way is torn.
+    /// How the transaction under way is torn, and whether it was.
     tear: Option<Option<PixelIndex>>,
-    /// Whether it was.
     tore: bool,
     latest: Duration,
     /// The last STOP: frames that fell due before it came into the registers with it.
@@ -104,7 +100,7 @@ impl<S: FrameSource> Device<S> {
             powered_at: powered_on_at,
             asleep_since: Duration::ZERO,
             woken_too_fast: false,
-            condition: Condition::SOUND,
+            condition: Condition::default(),
             spoil: None,
             spoiled: FaultSet::EMPTY,
             tear: None,
@@ -114,24 +110,23 @@ impl<S: FrameSource> Device<S> {
             early: None,
             refusals: Refusals::default(),
             frames: 0,
-            edges: Edges::new(),
+            edges: Edges::default(),
         };
         device.power_cycle(powered_on_at);
         device
     }
 
-    /// START, or repeated START, and the address byte for writing.
+    /// START, or repeated START, for writing.
     pub fn start_write(&mut self, now: Duration) -> Ack {
         self.start(Transfer::Pointer, now)
     }
 
-    /// START, or repeated START, and the address byte for reading.
+    /// START, or repeated START, for reading.
     pub fn start_read(&mut self, now: Duration) -> Ack {
         self.start(Transfer::Read, now)
     }
 
-    /// One byte to the sensor: a register address first, then bytes for it and the ones behind it. Past 0xFF comes
-    /// 0x00. Not acknowledged when the sensor was not addressed for writing.
+    /// One byte to the sensor: a register address first, then bytes for it and the ones after it.
     pub fn write(&mut self, byte: u8, now: Duration) -> Ack {
         let now = self.at_last(now);
         match self.transfer {
@@ -151,8 +146,7 @@ impl<S: FrameSource> Device<S> {
         }
     }
 
-    /// One byte from the register under the pointer, which moves on. 0xFF, the released line, when the sensor was not
-    /// addressed for reading.
+    /// One byte from the register under the pointer, which moves on; 0xFF when the sensor was not addressed for reading.
     pub fn read(&mut self, now: Duration) -> u8 {
         let now = self.at_last(now);
         if self.transfer != Some(Transfer::Read) {
@@ -174,8 +168,7 @@ impl<S: FrameSource> Device<S> {
         self.advance(now);
     }
 
-    /// Lets the sensor do what is due by this time. Every call on the bus does so itself; this one is for looking at
-    /// [`interrupt_pin`](Self::interrupt_pin) and [`frames`](Self::frames) in between.
+    /// Lets the sensor do what is due by this time, as every call on the bus does.
     pub fn advance(&mut self, now: Duration) {
         let now = self.at_last(now);
         if self.transfer.is_none() {
@@ -201,8 +194,7 @@ impl<S: FrameSource> Device<S> {
         self.announce();
     }
 
-    /// Sets the sensor's clock to another error, in parts per million as in [`Options::clock_error_ppm`], without a
-    /// jump of its phase: called again and again, any drift. [`Options::clock_drift`] goes on beside it.
+    /// Changes [`Options::clock_error_ppm`] without a jump of the phase. [`Options::clock_drift`] goes on.
     pub fn set_clock_error_ppm(&mut self, clock_error_ppm: i32, now: Duration) {
         self.advance(now);
         self.options.clock_error_ppm = clock_error_ppm;
@@ -210,29 +202,25 @@ impl<S: FrameSource> Device<S> {
         self.progress.ticks.set_error(error, self.latest);
     }
 
-    /// The oldest change of the INT pin that was not handed out yet, as of the last call that told the time. At most
-    /// [`EDGES_MAX`](crate::EDGES_MAX) are kept; what is older is counted in [`edges_lost`](Self::edges_lost).
+    /// The oldest change of the INT pin that was not taken yet, of the last [`EDGES_MAX`](crate::EDGES_MAX).
     pub fn take_edge(&mut self) -> Option<PinEdge> {
         self.edges.take()
     }
 }
 
 impl<S> Device<S> {
-    /// When the next tick comes that the sensor measures at, on the host's clock; `None` while it does not measure. At
-    /// 1 fps, ten of them make a frame.
+    /// When the sensor measures next, on the host's clock; `None` while it does not. At 1 fps, ten ticks make a frame.
     #[must_use]
     pub fn next_tick_at(&self) -> Option<Duration> {
-        let tick = self.progress.next(self.registers.mode().stand_by_ticks());
+        let tick = self.next_tick();
         self.measures().then(|| self.progress.ticks.time(tick))
     }
 
-    /// When the next frame comes into the registers, on the host's clock, if nobody writes to them: also the next time
-    /// at which the INT pin can change by itself. `None` while the sensor does not measure.
-    ///
-    /// A transaction that is open at that time holds the frame up until its STOP.
+    /// When the next frame comes into the registers, unless an open transaction holds it up: also the next time at which
+    /// the INT pin can change by itself. `None` while the sensor does not measure.
     #[must_use]
     pub fn next_frame_at(&self) -> Option<Duration> {
-        let next = self.progress.next(self.registers.mode().stand_by_ticks());
+        let next = self.next_tick();
         let more = if self.takes_means() {
             self.averaging.missing() - 1
         } else {
@@ -245,26 +233,25 @@ impl<S> Device<S> {
     /// How often the INT pin fell, and how often it was released, since the sensor was made.
     #[must_use]
     pub fn edge_counts(&self) -> (u64, u64) {
-        self.edges.counts()
+        self.edges.counts
     }
 
     /// How many changes of the INT pin nobody took in time.
     #[must_use]
     pub fn edges_lost(&self) -> u64 {
-        self.edges.lost()
+        self.edges.lost
     }
 
     /// The INT pin as of the last call that told the time.
     #[must_use]
     pub fn interrupt_pin(&self) -> InterruptPin {
-        if self.condition.powered {
-            self.registers.interrupt_pin(&self.options)
-        } else {
-            InterruptPin::HighZ
+        if self.condition.unpowered {
+            return InterruptPin::HighZ;
         }
+        self.registers.interrupt_pin(&self.options)
     }
 
-    /// How many frames came into the registers since the sensor was made: the count that nothing on the bus tells.
+    /// How many frames came into the registers since the sensor was made.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.frames
@@ -288,7 +275,7 @@ impl<S> Device<S> {
         &self.source
     }
 
-    /// The source of its frames, to change what it sees from the next tick on.
+    /// The source of its frames.
     pub fn source_mut(&mut self) -> &mut S {
         &mut self.source
     }
@@ -307,9 +294,9 @@ impl<S: FrameSource> Device<S> {
     }
 
     fn answers(&self) -> bool {
-        let silent =
-            self.options.silent_start && self.latest < self.powered_at.saturating_add(SILENT_START);
-        self.condition.powered && !silent
+        let starts = self.latest < self.powered_at.saturating_add(SILENT_START);
+        let silent = self.options.silent_start && starts;
+        !self.condition.unpowered && !silent
     }
 
     /// Measures what is due, tick by tick, as the mode asks for.
@@ -317,18 +304,18 @@ impl<S: FrameSource> Device<S> {
         self.progress.ticks.settle(now);
         let due = self.progress.ticks.count(now);
         if self.measures() {
-            let every = self.registers.mode().stand_by_ticks();
+            let every = self.registers.mode.stand_by_ticks();
             let mean = if self.takes_means() {
-                u64::from(FRAMES_AT_ONE_FPS)
+                FRAMES_AT_ONE_FPS
             } else {
                 1
             };
-            let kept = self
+            let frames = self
                 .options
                 .catch_up_frames_max
-                .max(1)
-                .saturating_mul(every.unwrap_or(1));
-            self.progress.skip(due, kept, mean);
+                .unwrap_or(CATCH_UP_FRAMES_MAX);
+            let kept = frames.max(1).saturating_mul(every.unwrap_or(1));
+            self.progress.skip(due, kept, mean.into());
             loop {
                 let tick = self.progress.next(every);
                 if tick > due {
@@ -354,9 +341,8 @@ impl<S: FrameSource> Device<S> {
             Some(measured)
         };
         if let Some(output) = output {
-            let mut words = self
-                .averaging
-                .output(output, self.registers.moving_average());
+            let average = self.registers.moving_average();
+            let mut words = self.averaging.output(output, average);
             self.spoiled = FaultSet::EMPTY;
             if let Some(spoil) = &self.spoil {
                 spoil.apply(&mut words);
@@ -382,7 +368,7 @@ impl<S: FrameSource> Device<S> {
         if self.early.is_some() || !self.measures() {
             return;
         }
-        let tick = self.progress.next(self.registers.mode().stand_by_ticks());
+        let tick = self.next_tick();
         if tick <= self.progress.ticks.count(now) {
             let frame = self.source.frame_at(self.progress.ticks.time(tick));
             self.renew_thermistor(&frame);
@@ -415,7 +401,7 @@ impl<S: FrameSource> Device<S> {
     }
 
     fn change_mode(&mut self, before: Mode, now: Duration) {
-        if self.registers.mode() == Mode::Sleep {
+        if self.registers.mode == Mode::Sleep {
             self.asleep_since = now;
             return;
         }
@@ -441,12 +427,12 @@ impl<S: FrameSource> Device<S> {
         match self.options.warm_up {
             WarmUp::TwoTicks => 1,
             WarmUp::TwoFrames if self.takes_means() => u64::from(FRAMES_AT_ONE_FPS),
-            WarmUp::TwoFrames => self.registers.mode().stand_by_ticks().unwrap_or(1),
+            WarmUp::TwoFrames => self.registers.mode.stand_by_ticks().unwrap_or(1),
         }
     }
 
     fn announce(&mut self) {
-        let first = self.progress.next(self.registers.mode().stand_by_ticks());
+        let first = self.next_tick();
         self.source.measuring_from(self.progress.ticks.time(first));
     }
 }
@@ -459,13 +445,13 @@ impl<S: FrameSource> Device<S> {
             return;
         }
         let now = self.at_last(now);
-        if condition.powered && !self.condition.powered {
+        if self.condition.unpowered && !condition.unpowered {
             self.power_cycle(now);
         }
-        let error = self.clock_error_ppm();
+        let before = self.clock_error_ppm();
         self.condition = condition;
-        if self.clock_error_ppm() != error {
-            let error = self.clock_error_ppm();
+        let error = self.clock_error_ppm();
+        if error != before {
             self.progress.ticks.set_error(error, now);
         }
         self.note_edge(now);
@@ -520,7 +506,6 @@ impl<S> Device<S> {
         self.latest
     }
 
-    /// Whether a transaction is open.
     pub(crate) fn is_addressed(&self) -> bool {
         self.transfer.is_some()
     }
@@ -539,25 +524,24 @@ impl<S> Device<S> {
         self.nack()
     }
 
-    /// A byte that a fault keeps from being acknowledged.
-    pub(crate) fn refuse_byte(&mut self) -> Ack {
-        self.nack()
-    }
-
     fn clock_error_ppm(&self) -> i32 {
         let imposed = self.condition.clock_error_ppm;
         imposed.unwrap_or(self.options.clock_error_ppm)
     }
 
+    fn next_tick(&self) -> u64 {
+        self.progress.next(self.registers.mode.stand_by_ticks())
+    }
+
     fn measures(&self) -> bool {
-        let stopped = self.condition.frozen || !self.condition.powered;
-        let asleep = self.registers.mode() == Mode::Sleep || self.registers.undefined();
+        let stopped = self.condition.frozen || self.condition.unpowered;
+        let asleep = self.registers.mode == Mode::Sleep || self.registers.undefined;
         !asleep && !self.woken_too_fast && !stopped
     }
 
     /// Whether ten ticks make a frame.
     fn takes_means(&self) -> bool {
-        self.registers.mode() == Mode::Normal && self.registers.one_fps()
+        self.registers.mode == Mode::Normal && self.registers.one_fps
     }
 
     fn note_edge(&mut self, at: Duration) {
@@ -575,7 +559,7 @@ impl<S> Device<S> {
         register
     }
 
-    fn nack(&mut self) -> Ack {
+    pub(crate) fn nack(&mut self) -> Ack {
         self.refusals.nacks += 1;
         Ack::Nack
     }

@@ -17,10 +17,7 @@ pub mod script;
 mod shared;
 mod signal;
 mod source;
-#[cfg(feature = "alloc")]
 pub mod trace;
-#[cfg(not(feature = "alloc"))]
-mod trace;
 mod word;
 
 pub use bus::{Bus, STEPS_MAX};

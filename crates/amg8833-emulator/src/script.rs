@@ -1,7 +1,7 @@
 //! Faults by script: which, when, how long, how likely, on which sensor, from one seed.
 //!
-//! The same script on the same transactions breaks the same things, whatever else is drawn: each rule draws from a stream
-//! of its own, and every draw has its place in it, the number of the transaction, byte or frame that it is about.
+//! The same script on the same transactions breaks the same things: each rule draws from a stream of its own, by the
+//! number of the transaction, byte or frame.
 //!
 //! ```
 //! use amg8833_emulator::script::{Lasting, Rule, Script, When};
@@ -34,8 +34,6 @@ mod run;
 #[cfg(feature = "script")]
 mod text;
 
-pub use error::{Place, RULES_MAX, ScriptError};
-#[cfg(feature = "script")]
-pub use parse::SCRIPT_BYTES_MAX;
+pub use error::{Place, RULES_MAX, SCRIPT_BYTES_MAX, ScriptError};
 pub use rules::{EVERY_MIN, Lasting, Rule, Script, When};
-pub(crate) use run::{Breakable, Running};
+pub(crate) use run::{Changes, Running};

@@ -1,7 +1,6 @@
 //! A handle of a bus that several drivers share.
 
 pub(crate) mod pin;
-mod wait;
 
 use crate::bus::Bus;
 use crate::clock::Clock;
@@ -11,7 +10,7 @@ use crate::source::FrameSource;
 use core::cell::RefCell;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
 
-pub use wait::PinEdges;
+pub use pin::PinEdges;
 
 /// A bus that a driver holds while a test goes on looking at the sensor, breaking it, or watching its INT pin.
 #[derive(Debug)]

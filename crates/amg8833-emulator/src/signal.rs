@@ -112,6 +112,13 @@ pub struct Traffic {
 }
 
 impl Traffic {
+    pub(crate) const NONE: Self = Self {
+        transactions: 0,
+        bytes: 0,
+        bits: 0,
+        nacks: 0,
+    };
+
     /// What passed since an earlier look.
     #[must_use]
     pub const fn since(self, earlier: Self) -> Self {
@@ -142,6 +149,17 @@ pub enum Ack {
     Nack,
 }
 
+/// How much of a message was acknowledged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Acknowledge {
+    /// The address, and every byte that was written.
+    All,
+    /// The address was not.
+    NotAddress,
+    /// The last of the bytes, which was written, was not.
+    NotLastByte,
+}
+
 /// The level of the INT pin: an open drain (AMG88 spec §4-7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InterruptPin {
@@ -153,5 +171,5 @@ pub enum InterruptPin {
     High,
 }
 
-/// How long the controller waits for a bus that is held low, as Linux does by default.
+/// How long the controller waits for a bus that is held low, as on Linux.
 pub const HANG_TIMEOUT: Duration = Duration::from_secs(1);

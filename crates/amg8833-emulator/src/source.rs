@@ -9,17 +9,14 @@ use grideye_frame::Frame;
 pub trait FrameSource {
     /// What the array measures at `t`, the time of one internal tick of the sensor on the host's clock.
     ///
-    /// The sensor asks once for each tick that it measures, in order of time: every 100 ms of its own clock in normal
-    /// mode, every 10 or 60 s in stand-by, never in sleep. Temperatures beyond what the registers hold saturate, and
-    /// not-a-number counts as an overflow of the converter.
+    /// The sensor asks once for each tick that it measures, in order of time. Temperatures beyond what the registers hold
+    /// saturate; not-a-number is an overflow of the converter.
     fn frame_at(&mut self, t: Duration) -> Frame;
 
-    /// The sensor starts to measure, and `t` is the time of the first tick whose frame will reach the registers, alone or
-    /// as part of a mean.
+    /// The sensor starts to measure, and `t` is the time of the first tick whose frame will reach the registers, unless
+    /// the host changes the power mode before.
     ///
-    /// Called once after power-on and after every initial reset (0x3F), as things stand then: the next
-    /// [`frame_at`](Self::frame_at) carries just this time unless the host changes the power mode before. A replay
-    /// starts at its first frame here.
+    /// Called after power-on and after every initial reset (0x3F). A replay starts at its first frame here.
     fn measuring_from(&mut self, t: Duration) {
         let _ = t;
     }
@@ -63,6 +60,7 @@ mod tests {
     use embedded_hal::i2c::I2c;
     use grideye_frame::Celsius;
 
+    /// 20 degrees at the first tick.
     struct Started(Duration);
 
     impl FrameSource for Started {

@@ -21,14 +21,9 @@ mod log;
 #[cfg(not(feature = "alloc"))]
 #[path = "trace/no_log.rs"]
 mod log;
-mod message;
 
+pub use crate::signal::Acknowledge;
 pub(crate) use log::Log;
-#[cfg(feature = "alloc")]
-pub use message::Acknowledge;
-#[cfg(not(feature = "alloc"))]
-pub(crate) use message::Acknowledge;
-pub(crate) use message::Ending;
 #[cfg(feature = "std")]
 mod csv;
 #[cfg(feature = "std")]
@@ -37,10 +32,10 @@ mod file;
 mod vcd;
 
 #[cfg(feature = "std")]
-pub use csv::CsvTrace;
+pub use csv::{CsvTrace, Table};
 #[cfg(feature = "std")]
-pub use file::{TRACE_BYTES_MAX, TraceSummary};
+pub use file::{TRACE_BYTES_MAX, TraceFile, TraceSummary};
 #[cfg(feature = "alloc")]
 pub use log::{Start, Transfer};
 #[cfg(feature = "std")]
-pub use vcd::VcdTrace;
+pub use vcd::{Drawing, VcdTrace};

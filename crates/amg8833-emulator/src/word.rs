@@ -34,33 +34,22 @@ pub(crate) fn pixel(celsius: f64) -> Word {
     }
 }
 
-/// Sign and magnitude in steps of a sixteenth degree, nearest step, saturating at -127.9375 and +127.9375.
-///
-/// What rounds to zero has no sign. Minus zero itself has: a recording of the word 0x800 holds it, and is replayed as it
-/// was.
+/// Sign and magnitude in steps of a sixteenth degree, nearest step, saturating at -127.9375 and +127.9375. What rounds to
+/// zero has no sign; minus zero itself has, so that a recording of the word 0x800 is replayed as it was.
 pub(crate) fn thermistor(celsius: f64) -> Word {
     let (steps, overflow) = steps(celsius, 16.0, -MAGNITUDE_MAX);
     let magnitude = u16::try_from(steps.unsigned_abs()).unwrap_or(0);
     let negative = steps < 0 || (celsius == 0.0 && celsius.is_sign_negative());
-    Word {
-        bits: if negative {
-            SIGN | magnitude
-        } else {
-            magnitude
-        },
-        overflow,
-    }
+    let sign = if negative { SIGN } else { 0 };
+    let bits = sign | magnitude;
+    Word { bits, overflow }
 }
 
 /// The steps of a pixel word or of an interrupt level, -2048 to 2047.
 pub(crate) fn signed(bits: u16) -> i16 {
     let value = bits & VALUE_BITS;
-    let extended = if value & SIGN == 0 {
-        value
-    } else {
-        value | !VALUE_BITS
-    };
-    i16::from_ne_bytes(extended.to_ne_bytes())
+    let above = if value & SIGN == 0 { 0 } else { !VALUE_BITS };
+    i16::from_ne_bytes((value | above).to_ne_bytes())
 }
 
 /// Whole steps, and whether they had to be cut to the range. Not-a-number cuts to the upper end.
@@ -89,17 +78,13 @@ fn rounded(value: f64) -> i32 {
 mod tests {
     use super::*;
 
-    fn exact(bits: u16) -> Word {
-        Word {
-            bits,
-            overflow: false,
-        }
-    }
-
-    fn saturated(bits: u16) -> Word {
-        Word {
-            bits,
-            overflow: true,
+    fn check(of: fn(f64) -> Word, overflow: bool, rows: &[(f64, u16)]) {
+        for (celsius, bits) in rows {
+            let expected = Word {
+                bits: *bits,
+                overflow,
+            };
+            assert_eq!(of(*celsius), expected, "{celsius}");
         }
     }
 
@@ -115,9 +100,7 @@ mod tests {
             (-25.0, 0xF9C),
             (-55.0, 0xF24),
         ];
-        for (celsius, bits) in rows {
-            assert_eq!(pixel(celsius), exact(bits), "{celsius}");
-        }
+        check(pixel, false, &rows);
     }
 
     /// AMG88 spec of 2011, §4-10(9), and of 2016, §4-11-9, every printed row.
@@ -133,59 +116,62 @@ mod tests {
             (-20.0, 0x940),
             (-59.6875, 0xBBB),
         ];
-        for (celsius, bits) in rows {
-            assert_eq!(thermistor(celsius), exact(bits), "{celsius}");
-        }
+        check(thermistor, false, &rows);
     }
 
     /// AMG88 spec §4-11-8: levels have the format of the pixels.
     #[test]
     fn levels_of_the_datasheet() {
-        for (celsius, bits) in [(30.0, 0x078), (-5.0, 0xFEC), (-10.0, 0xFD8)] {
-            assert_eq!(pixel(celsius), exact(bits), "{celsius}");
-            assert_eq!(f64::from(signed(bits)) / 4.0, celsius);
-        }
+        check(
+            pixel,
+            false,
+            &[(30.0, 0x078), (-5.0, 0xFEC), (-10.0, 0xFD8)],
+        );
     }
 
     /// Reference section 2.7: saturate at 0x7FF and 0x800 with an overflow.
     #[test]
-    fn pixels_saturate() {
-        assert_eq!(pixel(511.75), exact(0x7FF));
-        assert_eq!(pixel(511.87), exact(0x7FF));
-        assert_eq!(pixel(511.875), saturated(0x7FF));
-        assert_eq!(pixel(-512.0), exact(0x800));
-        assert_eq!(pixel(-512.12), exact(0x800));
-        assert_eq!(pixel(-512.125), saturated(0x800));
-        assert_eq!(pixel(f64::INFINITY), saturated(0x7FF));
-        assert_eq!(pixel(f64::NEG_INFINITY), saturated(0x800));
-        assert_eq!(pixel(f64::NAN), saturated(0x7FF));
-    }
-
-    #[test]
-    fn the_thermistor_saturates() {
-        assert_eq!(thermistor(128.0), saturated(0x7FF));
-        assert_eq!(thermistor(-127.9375), exact(0xFFF));
-        assert_eq!(thermistor(-128.0), saturated(0xFFF));
-        assert_eq!(thermistor(f64::NAN), saturated(0x7FF));
+    fn words_saturate() {
+        let (above, below) = (f64::INFINITY, f64::NEG_INFINITY);
+        let ends = [
+            (511.75, 0x7FF),
+            (511.87, 0x7FF),
+            (-512.0, 0x800),
+            (-512.12, 0x800),
+        ];
+        check(pixel, false, &ends);
+        let beyond = [
+            (511.875, 0x7FF),
+            (-512.125, 0x800),
+            (above, 0x7FF),
+            (below, 0x800),
+        ];
+        check(pixel, true, &beyond);
+        check(pixel, true, &[(f64::NAN, 0x7FF)]);
+        check(thermistor, false, &[(-127.9375, 0xFFF)]);
+        check(
+            thermistor,
+            true,
+            &[(128.0, 0x7FF), (-128.0, 0xFFF), (f64::NAN, 0x7FF)],
+        );
     }
 
     #[test]
     fn nearest_step_and_no_negative_zero_by_rounding() {
-        assert_eq!(pixel(20.124), exact(0x050));
-        assert_eq!(pixel(20.126), exact(0x051));
-        assert_eq!(pixel(-0.125), exact(0xFFF));
-        assert_eq!(pixel(-0.124), exact(0x000));
-        assert_eq!(pixel(-0.0), exact(0x000));
-        assert_eq!(thermistor(-0.03), exact(0x000));
-        assert_eq!(thermistor(0.0), exact(0x000));
-        assert_eq!(thermistor(-0.0), exact(0x800));
-        assert_eq!(thermistor(-0.032), exact(0x801));
+        check(
+            pixel,
+            false,
+            &[(20.124, 0x050), (20.126, 0x051), (-0.125, 0xFFF)],
+        );
+        check(pixel, false, &[(-0.124, 0x000), (-0.0, 0x000)]);
+        check(thermistor, false, &[(-0.03, 0x000), (0.0, 0x000)]);
+        check(thermistor, false, &[(-0.0, 0x800), (-0.032, 0x801)]);
     }
 
     #[test]
     fn every_pixel_word_means_its_own_steps() {
         for bits in 0..=VALUE_BITS {
-            assert_eq!(pixel(f64::from(signed(bits)) / 4.0), exact(bits));
+            check(pixel, false, &[(f64::from(signed(bits)) / 4.0, bits)]);
         }
     }
 }

@@ -84,16 +84,14 @@ mod tests {
     #[test]
     fn only_the_two_addresses_of_the_specification_are_taken() {
         for found in 0..=u8::MAX {
-            match Address::try_from(found) {
-                Ok(address) => {
-                    assert!(matches!(found, 0x68 | 0x69));
-                    assert_eq!(u8::from(address), found);
-                }
-                Err(error) => {
-                    assert!(!matches!(found, 0x68 | 0x69));
-                    assert_eq!(error.found, found);
-                }
-            }
+            let address = Address::try_from(found).map(u8::from);
+            let error = Err(UnknownAddress { found });
+            let expected = if matches!(found, 0x68 | 0x69) {
+                Ok(found)
+            } else {
+                error
+            };
+            assert_eq!(address, expected);
         }
     }
 

@@ -11,8 +11,8 @@ use crate::settings::{Configuration, FrameRate, InterruptControl, MovingAverage,
 use crate::status::Status;
 use grideye_frame::{PIXELS, PixelWord, RawFrame, ThermistorWord};
 
-/// Makes both faces of one body, which has every method as an async one and `wait!` around each call of the bus or of a
-/// clock: the async face awaits it, the blocking one takes its answer, and its methods are not async.
+/// Makes both faces of one body of async methods with `wait!` around each call of the bus or of a clock: the async face
+/// awaits it, the blocking one takes its answer, and its methods are not async.
 macro_rules! faces {
     ($wait:ident, {
         $driver:item
@@ -42,6 +42,7 @@ macro_rules! faces {
             impl<I2C: I2c> Amg8833<I2C> {
                 $(
                     $(#[$attribute])*
+                    #[doc = "\n# Errors\nThose of [`Error`](crate::Error), the bus's first of all."]
                     $visibility fn $method $(<const $count: usize>)? (
                         &mut $this $(, $argument: $kind)*
                     ) -> $answer $body
@@ -67,6 +68,7 @@ macro_rules! faces {
             impl<I2C: I2c> Amg8833<I2C> {
                 $(
                     $(#[$attribute])*
+                    #[doc = "\n# Errors\nThose of [`Error`](crate::Error), the bus's first of all."]
                     $visibility async fn $method $(<const $count: usize>)? (
                         &mut $this $(, $argument: $kind)*
                     ) -> $answer $body
@@ -77,10 +79,9 @@ macro_rules! faces {
 }
 
 faces!(wait, {
-    /// An AMG8833 on a bus that is its own, until [`release`](Self::release) gives it back.
+    /// An AMG8833 on a bus that it owns until [`release`](Self::release).
     ///
-    /// Every method is safe to repeat after an error. The driver keeps no state of the sensor: what a getter returns was
-    /// read at that moment.
+    /// Every method is safe to repeat after an error. The driver keeps no state of the sensor.
     #[derive(Debug)]
     pub struct Amg8833<I2C> {
         i2c: I2C,
@@ -88,7 +89,7 @@ faces!(wait, {
     }
 
     impl<I2C> Amg8833<I2C> {
-        /// A driver for the sensor at this address. Nothing is sent yet: go on with [`init`](Self::init).
+        /// A driver for the sensor at this address. Sends nothing: go on with [`init`](Self::init).
         pub const fn new(i2c: I2C, address: Address) -> Self {
             Self { i2c, address }
         }
@@ -107,16 +108,9 @@ faces!(wait, {
     impl<I2C: I2c> Amg8833<I2C> {
         /// Wakes and resets the sensor, whatever it was doing, and sets it up (AMG88 spec §4-11-1, §4-11-2).
         ///
-        /// Takes 52 ms. Then wait for [`FrameRate::settling_time`] before the first read: until two frames have passed the
-        /// pixels may read 0 (AMG88 spec §4-11-2). The output is stable 15 s after power-on
-        /// ([`timing::STABLE_OUTPUT`](crate::timing::STABLE_OUTPUT)).
-        ///
-        /// If the sensor was put to sleep by other means than [`sleep`](Self::sleep), wait for
+        /// Takes 52 ms. Then wait for [`FrameRate::settling_time`]: the pixels may read 0 until then. If the sensor was put
+        /// to sleep by other means than [`sleep`](Self::sleep), wait for
         /// [`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY) before, or it may freeze.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
         pub async fn init(
             &mut self,
             delay: &mut impl DelayNs,
@@ -128,58 +122,30 @@ faces!(wait, {
 
         /// From sleep or stand-by to normal mode with the resets that belong to it (AMG88 spec §4-11-1, §4-11-2).
         ///
-        /// Normal mode, 50 ms, initial reset, 2 ms, flag reset. The 2016 datasheet has the settings survive this, the 2011
-        /// one has the reset undo them: [`init`](Self::init) leaves no doubt. What it says of waiting holds here too.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
+        /// The settings survive this in the 2016 datasheet, not in that of 2011: [`init`](Self::init) leaves no doubt. Wait
+        /// as after [`init`](Self::init).
         pub async fn wake(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<I2C::Error>> {
             wait!(self.run(&protocol::WAKE, delay))
         }
 
-        /// To sleep: 0.2 mA instead of 4.5 (AMG88 spec §4-4, §4-11-1). Then nothing but [`wake`](Self::wake) and
-        /// [`init`](Self::init) has an effect, and reads are invalid.
-        ///
-        /// Takes 100 ms ([`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY)), because a sensor that is woken sooner may
-        /// never renew its registers again.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
+        /// To sleep: 0.2 mA instead of 4.5 (AMG88 spec §4-4, §4-11-1). Reads are invalid until [`wake`](Self::wake) or
+        /// [`init`](Self::init). Takes [`timing::SLEEP_ENTRY`](crate::timing::SLEEP_ENTRY).
         pub async fn sleep(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<I2C::Error>> {
             wait!(self.run(&protocol::SLEEP, delay))
         }
 
-        /// From normal mode to stand-by: one measurement every 10 or 60 s (AMG88 spec §4-11-1).
-        ///
-        /// From sleep it has no effect: [`wake`](Self::wake) first.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
+        /// From normal mode to stand-by (AMG88 spec §4-11-1). No effect in sleep.
         pub async fn standby(&mut self, interval: Standby) -> Result<(), Error<I2C::Error>> {
             wait!(self.write(protocol::power_mode(PowerMode::Standby(interval))))
         }
 
-        /// The power mode (AMG88 spec §4-11-1). Not to be relied on in sleep, when reads are invalid.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was;
-        /// [`Error::UndefinedPowerMode`] with the value found, if the power register holds none of the four defined.
+        /// The power mode (AMG88 spec §4-11-1); unreliable in sleep.
         pub async fn power_mode(&mut self) -> Result<PowerMode, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::PowerControl))?;
             Ok(PowerMode::from_byte(byte)?)
         }
 
-        /// The initial reset by itself, with its wait of 2 ms (AMG88 spec §4-11-2).
-        ///
-        /// The 2016 datasheet wants it used only as [`wake`](Self::wake) does, after going to normal mode.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
+        /// The initial reset by itself, with its wait of 2 ms (AMG88 spec §4-11-2, which wants it in normal mode only).
         pub async fn initial_reset(
             &mut self,
             delay: &mut impl DelayNs,
@@ -188,46 +154,28 @@ faces!(wait, {
         }
 
         /// Clears the flags and the interrupt table, and keeps settings and temperatures (AMG88 spec §4-11-2).
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
         pub async fn flag_reset(&mut self) -> Result<(), Error<I2C::Error>> {
             wait!(self.write(protocol::FLAG_RESET))
         }
 
-        /// The 64 pixels in ONE transaction: only then does the datasheet promise that they are of one frame (AMG88 spec
-        /// §4-11-11). 131 bytes on the wire.
+        /// The 64 pixels in ONE transaction, or they may be of two frames (AMG88 spec §4-11-11). 131 bytes on the wire.
         ///
-        /// The words are kept as they came; [`word`](crate::word) says what they mean.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        /// [`word`](crate::word) says what the words mean.
         pub async fn read_pixels(&mut self) -> Result<[PixelWord; PIXELS], Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::Pixels))?;
             Ok(protocol::pixels(&bytes))
         }
 
         /// The chip's own temperature (AMG88 spec §4-11-9). 5 bytes on the wire.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
         pub async fn read_thermistor(&mut self) -> Result<ThermistorWord, Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::Thermistor))?;
             Ok(protocol::thermistor(bytes))
         }
 
-        /// The pixels and then the thermistor: two transactions, 136 bytes on the wire, 12.3 ms at 100 kHz and 3.1 ms at
-        /// 400 kHz.
+        /// The pixels and then the thermistor: 136 bytes on the wire, 12.3 ms at 100 kHz and 3.1 ms at 400 kHz.
         ///
-        /// Two, not one, because the Raspberry Pi's controller takes a read only as the last message of a transaction, and
-        /// because one read across both would be 242 bytes, over addresses that the datasheet leaves out.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        /// In two transactions, because the Raspberry Pi's controller takes a read only as the last message of one, and one
+        /// read across both would be 242 bytes.
         pub async fn read_frame(&mut self) -> Result<RawFrame, Error<I2C::Error>> {
             let pixels = wait!(self.read_pixels())?;
             let thermistor = wait!(self.read_thermistor())?;
@@ -235,33 +183,18 @@ faces!(wait, {
         }
 
         /// The flags (AMG88 spec §4-11-5).
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
         pub async fn status(&mut self) -> Result<Status, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::Status))?;
             Ok(Status::from_byte(byte))
         }
 
-        /// Clears the given flags and no others (AMG88 spec §4-11-6). Hand in what [`status`](Self::status) returned, so
-        /// that a flag set since then stays.
-        ///
-        /// The datasheet's table has this clear the interrupt table as well; parts in the field keep it until
-        /// [`flag_reset`](Self::flag_reset).
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
+        /// Clears the given flags and no others (AMG88 spec §4-11-6). Parts in the field keep the interrupt table until
+        /// [`flag_reset`](Self::flag_reset), against the datasheet's table.
         pub async fn clear_flags(&mut self, flags: Status) -> Result<(), Error<I2C::Error>> {
             wait!(self.write(Register::StatusClear.set(flags.byte())))
         }
 
         /// Sets the interrupt's mode and its pin (AMG88 spec §4-11-4). Set the levels first.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
         pub async fn set_interrupt(
             &mut self,
             control: InterruptControl,
@@ -270,21 +203,12 @@ faces!(wait, {
         }
 
         /// The interrupt's mode and pin (AMG88 spec §4-11-4).
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
         pub async fn interrupt(&mut self) -> Result<InterruptControl, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::InterruptControl))?;
             Ok(InterruptControl::from_byte(byte))
         }
 
-        /// Sets upper level, lower level and hysteresis (AMG88 spec §4-11-8), byte by byte: while it lasts, a level may be
-        /// half old and half new. Turn the pin off before if that matters.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
+        /// Sets levels and hysteresis (AMG88 spec §4-11-8), byte by byte: meanwhile a level may be half old, half new.
         pub async fn set_interrupt_levels(
             &mut self,
             levels: &InterruptLevels,
@@ -292,32 +216,19 @@ faces!(wait, {
             wait!(self.write_all(&protocol::levels(levels)))
         }
 
-        /// Upper level, lower level and hysteresis (AMG88 spec §4-11-8).
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        /// Levels and hysteresis (AMG88 spec §4-11-8).
         pub async fn interrupt_levels(&mut self) -> Result<InterruptLevels, Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::UpperLevelLow))?;
             Ok(protocol::levels_from(bytes))
         }
 
-        /// The pixels that are beyond a level, renewed together with the temperatures (AMG88 spec §4-11-10).
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        /// The pixels that are beyond a level (AMG88 spec §4-11-10).
         pub async fn interrupt_table(&mut self) -> Result<PixelSet, Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::InterruptTable))?;
             Ok(PixelSet::from_table(bytes))
         }
 
-        /// Turns the moving average on or off, with the key that the sensor asks for: 0x50, 0x45, 0x57 before, 0x00 after
-        /// (AMG88 spec §4-11-7). After an error do it again, so that the key does not stay in.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
+        /// Turns the moving average on or off, with its key (AMG88 spec §4-11-7). Repeat after an error, or the key stays in.
         pub async fn set_moving_average(
             &mut self,
             average: MovingAverage,
@@ -325,44 +236,25 @@ faces!(wait, {
             wait!(self.write_all(&protocol::moving_average(average)))
         }
 
-        /// Whether the moving average is on (AMG88 spec §4-11-7). Doubtful: a user saw it read as off forever, though
-        /// after writing it without the key.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
+        /// Whether the moving average is on (AMG88 spec §4-11-7). Doubtful: a user saw it read as off forever.
         pub async fn moving_average(&mut self) -> Result<MovingAverage, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::Average))?;
             Ok(MovingAverage::from_byte(byte))
         }
 
         /// Sets the frame rate (AMG88 spec §4-11-3).
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus.
         pub async fn set_frame_rate(&mut self, rate: FrameRate) -> Result<(), Error<I2C::Error>> {
             wait!(self.write(protocol::frame_rate(rate)))
         }
 
         /// The frame rate (AMG88 spec §4-11-3).
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was.
         pub async fn frame_rate(&mut self) -> Result<FrameRate, Error<I2C::Error>> {
             let [byte] = wait!(self.read(Register::FrameRate))?;
             Ok(FrameRate::from_byte(byte))
         }
 
-        /// Every setting in one transaction of 17 bytes on the wire, to be compared every few seconds with what was asked
-        /// for ([`Configuration::deviation`]): a sensor that lost its supply for a moment comes back by itself, measuring
-        /// with its power-on settings.
-        ///
-        /// # Errors
-        ///
-        /// [`Error::Bus`] with the error of the bus; [`Error::ShortRead`] if the bus left the buffer as it was;
-        /// [`Error::UndefinedPowerMode`] with the value found, if the power register holds none of the four defined.
+        /// Every setting in one transaction of 17 bytes on the wire. Compare it every few seconds with what was asked for
+        /// ([`Configuration::deviation`]): a sensor that lost its supply for a moment goes on with its power-on settings.
         pub async fn configuration(&mut self) -> Result<Configuration, Error<I2C::Error>> {
             let bytes = wait!(self.read(Register::PowerControl))?;
             Ok(protocol::configuration(bytes)?)

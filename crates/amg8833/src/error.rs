@@ -8,10 +8,7 @@ use core::fmt;
 pub enum Error<E> {
     /// The bus reported an error.
     Bus(E),
-    /// The bus reported success, but did not fill the buffer, twice in a row.
-    ///
-    /// Some controllers (virtio and other paravirtual ones) end a transfer early without an error. What is in the
-    /// buffer then is old, and must not pass as new.
+    /// The bus reported success, but did not fill the buffer, twice in a row, as virtio controllers may.
     ShortRead {
         /// The address of the first register of the read.
         register: u8,

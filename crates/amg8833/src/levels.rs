@@ -20,23 +20,18 @@ pub struct InterruptLevels {
 impl InterruptLevels {
     /// Levels that no pixel can pass: +511.75 °C and −512 °C.
     ///
-    /// They differ from what the registers hold after power-on (0 °C), so that a sensor which lost its supply for a
-    /// moment and came back by itself is told apart by reading its levels.
+    /// They differ from those after power-on (0 °C), so that reading them tells a sensor that lost its supply.
     pub const NEVER: Self = Self {
         upper: PixelWord(0x7FF),
         lower: PixelWord(0x800),
         hysteresis: PixelWord(0x000),
     };
 
-    /// Levels in degrees, each rounded to the nearest quarter by the function that decodes the pixels
-    /// ([`word::pixel_word`]).
+    /// Levels in degrees, each rounded to the nearest quarter ([`word::pixel_word`]).
     ///
     /// # Errors
-    ///
-    /// [`InvalidLevels`] if a temperature does not fit into its register, if `lower` is above `upper`, if
-    /// `hysteresis` is negative, or if it exceeds a level: then the datasheet does not vouch for the output (AMG88
-    /// spec §4-11-8). It does not say what that means for a level below 0 °C; here its magnitude counts. So a level of
-    /// 0 °C takes no hysteresis.
+    /// [`InvalidLevels`] if a temperature does not fit into its register, if `lower` is above `upper`, or if `hysteresis`
+    /// is negative or exceeds the magnitude of a level (AMG88 spec §4-11-8).
     pub fn new(upper: Celsius, lower: Celsius, hysteresis: Celsius) -> Result<Self, InvalidLevels> {
         let levels = Self {
             upper: word::pixel_word(upper).map_err(InvalidLevels::Upper)?,
@@ -68,14 +63,14 @@ impl InterruptLevels {
     fn check(&self) -> Result<(), InvalidLevels> {
         let (upper, lower, hysteresis) = (self.upper(), self.lower(), self.hysteresis());
         if lower > upper {
-            return Err(InvalidLevels::LowerAboveUpper { lower, upper });
+            return Err(InvalidLevels::LowerAboveUpper(lower, upper));
         }
         if hysteresis < Celsius::new(0.0) {
-            return Err(InvalidLevels::HysteresisNegative { found: hysteresis });
+            return Err(InvalidLevels::HysteresisNegative(hysteresis));
         }
         for level in [upper, lower] {
             if hysteresis.get() > level.get().abs() {
-                return Err(InvalidLevels::HysteresisAboveLevel { hysteresis, level });
+                return Err(InvalidLevels::HysteresisAboveLevel(hysteresis, level));
             }
         }
         Ok(())
@@ -103,25 +98,12 @@ pub enum InvalidLevels {
     Lower(OutOfRange),
     /// The hysteresis does not fit into its register.
     Hysteresis(OutOfRange),
-    /// The lower level is above the upper one: every pixel would be in the table forever.
-    LowerAboveUpper {
-        /// The lower level, rounded to its step.
-        lower: Celsius,
-        /// The upper level, rounded to its step.
-        upper: Celsius,
-    },
+    /// The lower level is above the upper one.
+    LowerAboveUpper(Celsius, Celsius),
     /// The hysteresis is below 0.
-    HysteresisNegative {
-        /// The hysteresis, rounded to its step.
-        found: Celsius,
-    },
+    HysteresisNegative(Celsius),
     /// The hysteresis is larger than a level (AMG88 spec §4-11-8).
-    HysteresisAboveLevel {
-        /// The hysteresis, rounded to its step.
-        hysteresis: Celsius,
-        /// The level that is smaller, rounded to its step.
-        level: Celsius,
-    },
+    HysteresisAboveLevel(Celsius, Celsius),
 }
 
 impl fmt::Display for InvalidLevels {
@@ -130,15 +112,15 @@ impl fmt::Display for InvalidLevels {
             Self::Upper(out_of_range) => write!(formatter, "upper interrupt level: {out_of_range}"),
             Self::Lower(out_of_range) => write!(formatter, "lower interrupt level: {out_of_range}"),
             Self::Hysteresis(out_of_range) => write!(formatter, "hysteresis: {out_of_range}"),
-            Self::LowerAboveUpper { lower, upper } => write!(
+            Self::LowerAboveUpper(lower, upper) => write!(
                 formatter,
                 "lower interrupt level above the upper one: expected at most {upper} °C, found {lower} °C"
             ),
-            Self::HysteresisNegative { found } => write!(
+            Self::HysteresisNegative(found) => write!(
                 formatter,
                 "negative hysteresis: expected 0 °C or more, found {found} °C"
             ),
-            Self::HysteresisAboveLevel { hysteresis, level } => write!(
+            Self::HysteresisAboveLevel(hysteresis, level) => write!(
                 formatter,
                 "hysteresis larger than a level: expected at most {} °C for the level of {level} °C, found {hysteresis} °C",
                 level.get().abs()
@@ -147,18 +129,7 @@ impl fmt::Display for InvalidLevels {
     }
 }
 
-impl Error for InvalidLevels {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            Self::Upper(out_of_range)
-            | Self::Lower(out_of_range)
-            | Self::Hysteresis(out_of_range) => out_of_range.source(),
-            Self::LowerAboveUpper { .. }
-            | Self::HysteresisNegative { .. }
-            | Self::HysteresisAboveLevel { .. } => None,
-        }
-    }
-}
+impl Error for InvalidLevels {}
 
 #[cfg(test)]
 mod tests {
@@ -176,12 +147,10 @@ mod tests {
     #[test]
     fn the_rows_of_the_specification_give_their_words() {
         let levels = levels(30.0, -10.0, 1.0).unwrap();
-        assert_eq!(levels.upper, PixelWord(0x078));
-        assert_eq!(levels.lower, PixelWord(0xFD8));
-        assert_eq!(levels.hysteresis, PixelWord(0x004));
-        assert_eq!(levels.upper(), Celsius::new(30.0));
-        assert_eq!(levels.lower(), Celsius::new(-10.0));
-        assert_eq!(levels.hysteresis(), Celsius::new(1.0));
+        let words = [levels.upper, levels.lower, levels.hysteresis];
+        assert_eq!(words, [0x078, 0xFD8, 0x004].map(PixelWord));
+        let degrees = [levels.upper(), levels.lower(), levels.hysteresis()];
+        assert_eq!(degrees, [30.0, -10.0, 1.0].map(Celsius::new));
     }
 
     #[test]
@@ -194,54 +163,44 @@ mod tests {
         assert!(levels(30.0, 20.0, 20.0).is_ok());
         assert!(levels(30.0, 0.0, 0.0).is_ok());
         assert!(levels(30.0, 0.0, 0.25).is_err());
-        assert_eq!(
-            levels(30.0, 20.0, 20.25),
-            Err(InvalidLevels::HysteresisAboveLevel {
-                hysteresis: Celsius::new(20.25),
-                level: Celsius::new(20.0)
-            })
-        );
-        assert_eq!(
-            levels(1.0, -2.0, 1.25),
-            Err(InvalidLevels::HysteresisAboveLevel {
-                hysteresis: Celsius::new(1.25),
-                level: Celsius::new(1.0)
-            })
-        );
-        assert_eq!(
-            levels(30.0, 20.0, -0.25),
-            Err(InvalidLevels::HysteresisNegative {
-                found: Celsius::new(-0.25)
-            })
-        );
+        let above = |hysteresis, level| {
+            let (hysteresis, level) = (Celsius::new(hysteresis), Celsius::new(level));
+            Err(InvalidLevels::HysteresisAboveLevel(hysteresis, level))
+        };
+        assert_eq!(levels(30.0, 20.0, 20.25), above(20.25, 20.0));
+        assert_eq!(levels(1.0, -2.0, 1.25), above(1.25, 1.0));
+        let negative = InvalidLevels::HysteresisNegative(Celsius::new(-0.25));
+        assert_eq!(levels(30.0, 20.0, -0.25), Err(negative));
     }
 
     #[test]
     fn the_lower_level_may_meet_the_upper_one_but_not_pass_it() {
         assert!(levels(20.0, 20.0, 0.0).is_ok());
-        assert_eq!(
-            levels(20.0, 20.25, 0.0),
-            Err(InvalidLevels::LowerAboveUpper {
-                lower: Celsius::new(20.25),
-                upper: Celsius::new(20.0)
-            })
-        );
+        let (lower, upper) = (Celsius::new(20.25), Celsius::new(20.0));
+        let above = InvalidLevels::LowerAboveUpper(lower, upper);
+        assert_eq!(levels(20.0, 20.25, 0.0), Err(above));
     }
 
     #[test]
     fn a_level_out_of_range_says_which_one_it_is() {
-        let message = |result: Result<InterruptLevels, InvalidLevels>| {
-            result.err().map(|error| error.to_string()).unwrap()
-        };
-        assert_eq!(
-            message(levels(600.0, 0.0, 0.0)),
-            "upper interrupt level: temperature out of range: expected -512 to 511.75 °C, found 600 °C"
-        );
-        assert!(message(levels(0.0, -600.0, 0.0)).starts_with("lower interrupt level: "));
-        assert!(message(levels(0.0, 0.0, f32::NAN)).starts_with("hysteresis: "));
-        assert_eq!(
-            message(levels(30.0, -5.0, 6.0)),
-            "hysteresis larger than a level: expected at most 5 °C for the level of -5 °C, found 6 °C"
-        );
+        for (upper, lower, hysteresis, message) in [
+            (
+                600.0,
+                0.0,
+                0.0,
+                "upper interrupt level: temperature out of range: expected -512 to 511.75 °C, found 600 °C",
+            ),
+            (0.0, -600.0, 0.0, "lower interrupt level: "),
+            (0.0, 0.0, f32::NAN, "hysteresis: "),
+            (
+                30.0,
+                -5.0,
+                6.0,
+                "hysteresis larger than a level: expected at most 5 °C for the level of -5 °C, found 6 °C",
+            ),
+        ] {
+            let error = levels(upper, lower, hysteresis).unwrap_err().to_string();
+            assert!(error.starts_with(message), "{error}");
+        }
     }
 }

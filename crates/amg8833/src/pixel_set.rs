@@ -82,12 +82,10 @@ mod tests {
 
     #[test]
     fn the_empty_and_the_full_set() {
-        assert!(PixelSet::EMPTY.is_empty());
-        assert_eq!(PixelSet::EMPTY.iter().count(), 0);
         let full: PixelSet = PixelIndex::all().collect();
         assert_eq!(full, PixelSet::from_bits(u64::MAX));
-        assert_eq!(full.len(), 64);
-        assert!(!full.is_empty());
+        assert_eq!((full.len(), full.is_empty()), (64, false));
+        assert!(PixelSet::EMPTY.is_empty());
     }
 
     proptest! {

@@ -52,30 +52,16 @@ const LEVEL_WRITES: usize = 6;
 
 /// Every setting; the interrupt last, so that its pin does not move while the levels change.
 pub(crate) fn settings(settings: &Settings) -> [Write; SETTINGS_WRITES] {
-    let [unlock_1, unlock_2, unlock_3, average, lock] = moving_average(settings.moving_average);
-    let [
-        upper_low,
-        upper_high,
-        lower_low,
-        lower_high,
-        hysteresis_low,
-        hysteresis_high,
-    ] = levels(&settings.levels);
-    [
-        frame_rate(settings.frame_rate),
-        unlock_1,
-        unlock_2,
-        unlock_3,
-        average,
-        lock,
-        upper_low,
-        upper_high,
-        lower_low,
-        lower_high,
-        hysteresis_low,
-        hysteresis_high,
-        interrupt(settings.interrupt),
-    ]
+    let mut writes = [interrupt(settings.interrupt); SETTINGS_WRITES];
+    let average = moving_average(settings.moving_average);
+    let before = [frame_rate(settings.frame_rate)].into_iter().chain(average);
+    for (write, set) in writes
+        .iter_mut()
+        .zip(before.chain(levels(&settings.levels)))
+    {
+        *write = set;
+    }
+    writes
 }
 
 pub(crate) const fn power_mode(mode: PowerMode) -> Write {
@@ -135,26 +121,17 @@ pub(crate) const fn thermistor(bytes: [u8; 2]) -> ThermistorWord {
 
 /// The levels from [`Register::UpperLevelLow`] on, without the unspecified upper bits (AMG88 spec §4-11-8).
 pub(crate) const fn levels_from(bytes: [u8; 6]) -> InterruptLevels {
-    let [
-        upper_low,
-        upper_high,
-        lower_low,
-        lower_high,
-        hysteresis_low,
-        hysteresis_high,
-    ] = bytes;
     InterruptLevels {
-        upper: level(upper_low, upper_high),
-        lower: level(lower_low, lower_high),
-        hysteresis: level(hysteresis_low, hysteresis_high),
+        upper: level(bytes[0], bytes[1]),
+        lower: level(bytes[2], bytes[3]),
+        hysteresis: level(bytes[4], bytes[5]),
     }
 }
 
 /// The registers from [`Register::PowerControl`] to the hysteresis, 0x00 to 0x0D, as one read.
 ///
-/// It runs over RST and SCLR, which are there to be written, and over 0x06, which is reserved: all of them are read by
-/// drivers and tools that work with the part, and only writes to unspecified registers are warned of (AMG88 spec
-/// §4-10).
+/// It runs over RST, SCLR and the reserved 0x06, as other drivers do: only writes to unspecified registers are warned of
+/// (AMG88 spec §4-10).
 pub(crate) fn configuration(bytes: [u8; 14]) -> Result<Configuration, UndefinedPowerMode> {
     let [
         power,
@@ -178,18 +155,15 @@ pub(crate) fn configuration(bytes: [u8; 14]) -> Result<Configuration, UndefinedP
 
 /// What a buffer is filled with before the first and before the second attempt to read into it.
 ///
-/// A read whose last byte still has the first value is tried again over the second, its complement: a sensor that
-/// really sent the first value sends it again and is believed, and only a bus that leaves the buffer alone shows first
-/// the one and then the other. So no frame is refused for what is in it, and a healthy read costs one transaction.
-/// Neither value is one that a bus without a sensor gives (0xFF, stuck high; 0x00, held low).
+/// A read whose last byte still has the first value is tried again over its complement: a sensor that really sent that
+/// value sends it again, and only a bus that leaves the buffer alone shows both. Neither is what a bus without a sensor
+/// gives (0xFF or 0x00).
 pub(crate) const POISONS: [u8; 2] = [0xA5, 0x5A];
 
 /// How many bytes of a poisoned buffer were delivered, counted up to the last one that changed.
 pub(crate) fn delivered(bytes: &[u8], poison: u8) -> usize {
-    bytes
-        .iter()
-        .rposition(|byte| *byte != poison)
-        .map_or(0, |last| last + 1)
+    let last = bytes.iter().rposition(|byte| *byte != poison);
+    last.map_or(0, |last| last + 1)
 }
 
 /// A level register pair, low byte first (AMG88 spec §4-11-8).
@@ -215,15 +189,11 @@ mod tests {
 
     #[test]
     fn waits_are_those_of_the_specification() {
-        let waits = |steps: &[Step]| {
-            steps
-                .iter()
-                .map(|step| match step {
-                    Step::Write(_) => 0,
-                    Step::WaitMs(milliseconds) => *milliseconds,
-                })
-                .collect::<std::vec::Vec<_>>()
+        let wait = |step: &Step| match step {
+            Step::Write(_) => 0,
+            Step::WaitMs(milliseconds) => *milliseconds,
         };
+        let waits = |steps: &[Step]| steps.iter().map(wait).collect::<std::vec::Vec<_>>();
         assert_eq!(waits(&WAKE), [0, 50, 0, 2, 0]);
         assert_eq!(waits(&SLEEP), [0, 100]);
         assert_eq!(waits(&INITIAL_RESET), [0, 2]);

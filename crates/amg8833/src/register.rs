@@ -1,73 +1,53 @@
 //! The registers by name, and the bits in them.
 
-/// A register that the driver writes, or from which it starts to read (AMG88 spec §4-11).
-///
-/// Addresses are 8 bits and step by one after each byte read (AMG88 spec §4-11-11 speaks of reading 0x80 to 0xFF at
-/// once). Two-byte values have their low byte at the even address.
+/// A register that the driver writes, or from which it starts to read (AMG88 spec §4-11). The address steps by one after
+/// each byte read; two-byte values have their low byte at the even address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 pub(crate) enum Register {
-    /// PCTL (spelt PCLT in the 2016 edition), AMG88 spec §4-11-1: see [`power`].
-    PowerControl,
+    /// PCTL, AMG88 spec §4-11-1: see [`power`].
+    PowerControl = 0x00,
     /// RST, AMG88 spec §4-11-2: see [`reset`].
-    Reset,
+    Reset = 0x01,
     /// FPSC, AMG88 spec §4-11-3: see [`frame_rate`].
-    FrameRate,
+    FrameRate = 0x02,
     /// INTC, AMG88 spec §4-11-4: see [`interrupt`].
-    InterruptControl,
+    InterruptControl = 0x03,
     /// STAT, AMG88 spec §4-11-5: see [`status`].
-    Status,
+    Status = 0x04,
     /// SCLR, AMG88 spec §4-11-6: the bits of [`status`], written to clear them.
-    StatusClear,
+    StatusClear = 0x05,
     /// AVE, AMG88 spec §4-11-7: see [`average`].
-    Average,
-    /// INTHL, AMG88 spec §4-11-8: upper level, bits 7:0.
-    UpperLevelLow,
-    /// INTHH, AMG88 spec §4-11-8: upper level, bits 11:8 in bits 3:0.
-    UpperLevelHigh,
-    /// INTLL, AMG88 spec §4-11-8: lower level, bits 7:0.
-    LowerLevelLow,
-    /// INTLH, AMG88 spec §4-11-8: lower level, bits 11:8 in bits 3:0.
-    LowerLevelHigh,
-    /// IHYSL (INTSL in the map table), AMG88 spec §4-11-8: hysteresis, bits 7:0.
-    HysteresisLow,
-    /// IHYSH (INTSH in the map table), AMG88 spec §4-11-8: hysteresis, bits 11:8 in bits 3:0.
-    HysteresisHigh,
+    Average = 0x07,
+    /// INTHL and INTHH, AMG88 spec §4-11-8: upper level, bits 7:0, and 11:8 in bits 3:0.
+    UpperLevelLow = 0x08,
+    UpperLevelHigh = 0x09,
+    /// INTLL and INTLH, AMG88 spec §4-11-8: lower level.
+    LowerLevelLow = 0x0A,
+    LowerLevelHigh = 0x0B,
+    /// IHYSL and IHYSH (INTSL and INTSH in the map table), AMG88 spec §4-11-8: hysteresis.
+    HysteresisLow = 0x0C,
+    HysteresisHigh = 0x0D,
     /// TTHL, AMG88 spec §4-11-9: thermistor, two bytes.
-    Thermistor,
+    Thermistor = 0x0E,
     /// INT0, AMG88 spec §4-11-10: interrupt table, eight bytes.
-    InterruptTable,
+    InterruptTable = 0x10,
     /// The key of the moving average, AMG88 spec §4-11-7 (reserved in the 2011 edition's table, used in its text).
-    AverageKey,
+    AverageKey = 0x1F,
     /// T01L, AMG88 spec §4-11-11: pixels 1 to 64, two bytes each.
-    Pixels,
+    Pixels = 0x80,
 }
 
 impl Register {
-    /// The register's address.
+    #[expect(
+        clippy::as_conversions,
+        reason = "the variants are numbered by their addresses"
+    )]
     pub(crate) const fn address(self) -> u8 {
-        match self {
-            Self::PowerControl => 0x00,
-            Self::Reset => 0x01,
-            Self::FrameRate => 0x02,
-            Self::InterruptControl => 0x03,
-            Self::Status => 0x04,
-            Self::StatusClear => 0x05,
-            Self::Average => 0x07,
-            Self::UpperLevelLow => 0x08,
-            Self::UpperLevelHigh => 0x09,
-            Self::LowerLevelLow => 0x0A,
-            Self::LowerLevelHigh => 0x0B,
-            Self::HysteresisLow => 0x0C,
-            Self::HysteresisHigh => 0x0D,
-            Self::Thermistor => 0x0E,
-            Self::InterruptTable => 0x10,
-            Self::AverageKey => 0x1F,
-            Self::Pixels => 0x80,
-        }
+        self as u8
     }
 
-    /// The bytes that set this register: one register a write is all that Panasonic's wire diagrams show (AMG88%
-    /// I2C interface, 2021).
+    /// The bytes that set this register: Panasonic's wire diagrams show one register a write (I2C interface, 2021).
     pub(crate) const fn set(self, value: u8) -> [u8; 2] {
         [self.address(), value]
     }

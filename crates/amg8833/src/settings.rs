@@ -33,7 +33,7 @@ impl Default for Settings {
     }
 }
 
-/// How often the sensor renews its registers (AMG88 spec §4-11-3). There are these two rates and no others.
+/// How often the sensor renews its registers (AMG88 spec §4-11-3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FrameRate {
     /// 10 frames a second, as after power-on.
@@ -71,10 +71,8 @@ impl FrameRate {
         }
     }
 
-    /// How long to wait after a wake, a reset or power-on before the first read:
-    /// [`SETTLING_FRAMES`] of a sensor whose clock is slow by [`SLOW_CLOCK_PERCENT`].
-    ///
-    /// 220 ms at 10 frames a second, 2.2 s at 1.
+    /// How long to wait after a wake, a reset or power-on: [`SETTLING_FRAMES`] of a sensor whose clock is slow by
+    /// [`SLOW_CLOCK_PERCENT`], 220 ms or 2.2 s.
     #[must_use]
     pub fn settling_time(self) -> Duration {
         self.period() * SETTLING_FRAMES * (100 + SLOW_CLOCK_PERCENT) / 100
@@ -87,7 +85,6 @@ impl FrameRate {
         }
     }
 
-    /// Only the one bit that the datasheet defines is looked at.
     pub(crate) const fn from_byte(byte: u8) -> Self {
         if byte & frame_rate::ONE_FPS == 0 {
             Self::Ten
@@ -131,7 +128,7 @@ impl MovingAverage {
 
 /// The interrupt's pin and mode (AMG88 spec §4-11-4).
 ///
-/// The pin has no polarity to set: it is at VDD when idle and at GND while a pixel is in the table (AMG88 spec §4-7).
+/// The pin is at VDD when idle and at GND while a pixel is in the table (AMG88 spec §4-7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct InterruptControl {
     /// Whether the pin INT is active. The table and the flag follow the levels in either case.
@@ -178,22 +175,17 @@ impl fmt::Display for InterruptControl {
             InterruptMode::Difference => "difference",
             InterruptMode::Absolute => "absolute",
         };
-        let pin = if self.pin_active {
-            "active"
-        } else {
-            "inactive"
-        };
-        write!(formatter, "{mode} with the pin {pin}")
+        let not = if self.pin_active { "" } else { "in" };
+        write!(formatter, "{mode} with the pin {not}active")
     }
 }
 
 /// What the sensor's registers say about its set-up, read back in one transaction.
 ///
-/// A sensor whose supply failed for a moment comes back by itself with its power-on settings and goes on measuring:
-/// only its registers tell. Compare them every few seconds with [`deviation`](Self::deviation).
+/// A sensor whose supply failed for a moment goes on measuring with its power-on settings: only this tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Configuration {
-    /// What the sensor is doing. Unreliable in sleep, when reads are invalid (AMG88 spec §4-11-1).
+    /// What the sensor is doing; unreliable in sleep (AMG88 spec §4-11-1).
     pub power: PowerMode,
     /// Frames a second.
     pub frame_rate: FrameRate,
@@ -208,78 +200,47 @@ pub struct Configuration {
 impl Configuration {
     /// The first register that is not as `settings` ask for in normal mode; `None` if all are.
     ///
-    /// The moving average is left out, because it is not known to read back. Nothing is missed by that: a failing
-    /// supply resets all registers (AMG88 spec §4-11-2), the levels among them, as long as `settings` hold levels
-    /// other than those of power-on, which are 0 °C. [`InterruptLevels::NEVER`] is such a setting.
+    /// The moving average is left out, because it is not known to read back. A failing supply shows in the levels
+    /// (AMG88 spec §4-11-2), unless `settings` hold those of power-on, 0 °C.
     #[must_use]
     pub fn deviation(&self, settings: &Settings) -> Option<Deviation> {
-        let (expected, found) = (PowerMode::Normal, self.power);
-        if found != expected {
-            return Some(Deviation::Power { expected, found });
+        let (power, rate) = (PowerMode::Normal, settings.frame_rate);
+        if self.power != power {
+            Some(Deviation::Power(power, self.power))
+        } else if self.frame_rate != rate {
+            Some(Deviation::FrameRate(rate, self.frame_rate))
+        } else if self.interrupt != settings.interrupt {
+            Some(Deviation::Interrupt(settings.interrupt, self.interrupt))
+        } else if self.levels != settings.levels {
+            Some(Deviation::Levels(settings.levels, self.levels))
+        } else {
+            None
         }
-        let (expected, found) = (settings.frame_rate, self.frame_rate);
-        if found != expected {
-            return Some(Deviation::FrameRate { expected, found });
-        }
-        let (expected, found) = (settings.interrupt, self.interrupt);
-        if found != expected {
-            return Some(Deviation::Interrupt { expected, found });
-        }
-        let (expected, found) = (settings.levels, self.levels);
-        (found != expected).then_some(Deviation::Levels { expected, found })
     }
 }
 
-/// A setting that the sensor does not have, though it was asked for.
+/// A setting that differs: what was asked for, and what was read back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Deviation {
-    /// The power mode differs.
-    Power {
-        /// The mode asked for.
-        expected: PowerMode,
-        /// The mode read back.
-        found: PowerMode,
-    },
-    /// The frame rate differs.
-    FrameRate {
-        /// The rate asked for.
-        expected: FrameRate,
-        /// The rate read back.
-        found: FrameRate,
-    },
-    /// The interrupt's pin or mode differs.
-    Interrupt {
-        /// The setting asked for.
-        expected: InterruptControl,
-        /// The setting read back.
-        found: InterruptControl,
-    },
-    /// A level or the hysteresis differs: 0 °C in all three is the mark of a reset.
-    Levels {
-        /// The levels asked for.
-        expected: InterruptLevels,
-        /// The levels read back.
-        found: InterruptLevels,
-    },
+    /// The power mode.
+    Power(PowerMode, PowerMode),
+    /// The frame rate.
+    FrameRate(FrameRate, FrameRate),
+    /// The interrupt's pin or mode.
+    Interrupt(InterruptControl, InterruptControl),
+    /// A level or the hysteresis: 0 °C in all three is the mark of a reset.
+    Levels(InterruptLevels, InterruptLevels),
 }
 
 impl fmt::Display for Deviation {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Power { expected, found } => {
-                write!(formatter, "power mode: expected {expected}, found {found}")
-            }
-            Self::FrameRate { expected, found } => {
-                write!(formatter, "frame rate: expected {expected}, found {found}")
-            }
-            Self::Interrupt { expected, found } => {
-                write!(formatter, "interrupt: expected {expected}, found {found}")
-            }
-            Self::Levels { expected, found } => write!(
-                formatter,
-                "interrupt levels: expected {expected}, found {found}"
-            ),
-        }
+        let (what, expected, found): (_, &dyn fmt::Display, &dyn fmt::Display) = match self {
+            Self::Power(expected, found) => ("power mode", expected, found),
+            Self::FrameRate(expected, found) => ("frame rate", expected, found),
+            Self::Interrupt(expected, found) => ("interrupt", expected, found),
+            Self::Levels(expected, found) => ("interrupt levels", expected, found),
+        };
+        write!(formatter, "{what}: expected {expected}, found {found}")
     }
 }
 
@@ -340,43 +301,25 @@ mod tests {
             ..POWER_ON
         };
         assert_eq!(good.deviation(&settings), None);
-        let averaged = Configuration {
-            moving_average: MovingAverage::Twice,
-            ..good
-        };
+        let mut averaged = good;
+        averaged.moving_average = MovingAverage::Twice;
         assert_eq!(averaged.deviation(&settings), None);
 
         let deviation = |found: Configuration| found.deviation(&settings).unwrap().to_string();
+        let (mut power, mut rate, mut interrupt, mut levels) = (good, good, good, good);
+        power.power = PowerMode::Sleep;
+        assert_eq!(deviation(power), "power mode: expected normal, found sleep");
+        rate.frame_rate = FrameRate::One;
+        assert_eq!(deviation(rate), "frame rate: expected 10 fps, found 1 fps");
+        interrupt.interrupt.pin_active = true;
+        interrupt.interrupt.mode = InterruptMode::Absolute;
         assert_eq!(
-            deviation(Configuration {
-                power: PowerMode::Sleep,
-                ..good
-            }),
-            "power mode: expected normal, found sleep"
-        );
-        assert_eq!(
-            deviation(Configuration {
-                frame_rate: FrameRate::One,
-                ..good
-            }),
-            "frame rate: expected 10 fps, found 1 fps"
-        );
-        assert_eq!(
-            deviation(Configuration {
-                interrupt: InterruptControl {
-                    pin_active: true,
-                    mode: InterruptMode::Absolute
-                },
-                ..good
-            }),
+            deviation(interrupt),
             "interrupt: expected difference with the pin inactive, found absolute with the pin active"
         );
-        let levels =
-            InterruptLevels::new(Celsius::new(30.0), Celsius::new(-5.0), Celsius::new(1.0))
-                .unwrap();
-        assert!(
-            deviation(Configuration { levels, ..good })
-                .ends_with("found above 30 or below -5 °C with 1 °C of hysteresis")
-        );
+        let [upper, lower, hysteresis] = [30.0, -5.0, 1.0].map(Celsius::new);
+        levels.levels = InterruptLevels::new(upper, lower, hysteresis).unwrap();
+        let found = "found above 30 or below -5 °C with 1 °C of hysteresis";
+        assert!(deviation(levels).ends_with(found));
     }
 }

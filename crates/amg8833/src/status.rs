@@ -5,8 +5,7 @@ use crate::register::status;
 /// The sensor's flags (AMG88 spec §4-11-5); also names those to clear (AMG88 spec §4-11-6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Status {
-    /// INTF: at least one pixel is in the interrupt table. Follows the levels whether or not the pin is enabled, so it
-    /// is set nearly always while the levels are at their power-on value of 0 °C.
+    /// INTF: at least one pixel is in the interrupt table, whether or not the pin is enabled.
     pub interrupt: bool,
     /// OVF_IRS: the conversion of at least one pixel overflowed.
     pub pixel_overflow: bool,
@@ -30,17 +29,10 @@ impl Status {
         }
     }
 
-    pub(crate) const fn byte(self) -> u8 {
-        let mut byte = 0;
-        if self.interrupt {
-            byte |= status::INTERRUPT;
-        }
-        if self.pixel_overflow {
-            byte |= status::PIXEL_OVERFLOW;
-        }
-        if self.thermistor_overflow {
-            byte |= status::THERMISTOR_OVERFLOW;
-        }
-        byte
+    pub(crate) fn byte(self) -> u8 {
+        let bit = |flag: bool, bit: u8| if flag { bit } else { 0 };
+        bit(self.interrupt, status::INTERRUPT)
+            | bit(self.pixel_overflow, status::PIXEL_OVERFLOW)
+            | bit(self.thermistor_overflow, status::THERMISTOR_OVERFLOW)
     }
 }

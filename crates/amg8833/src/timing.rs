@@ -18,21 +18,16 @@ pub const INITIAL_RESET: Duration = Duration::from_millis(2);
 
 /// From the command for sleep to any command for normal mode.
 ///
-/// The datasheet is silent; the authors of Linux' `video-i2c` found that a sensor which is woken at once now and then
-/// never renews its registers again, and wait as long as this. It is the best known cause of frozen frames.
+/// The authors of Linux' `video-i2c` found that a sensor which is woken sooner may never renew its registers again.
 pub const SLEEP_ENTRY: Duration = Duration::from_millis(100);
 
-/// Frames to wait after a wake, a reset or power-on before temperatures (AMG88 spec §4-11-2) and the interrupt flag
-/// (AMG88 spec §4-11-5) may be trusted: until then the pixels may read 0.
+/// Frames to wait after a wake, a reset or power-on: until then the pixels may read 0 (AMG88 spec §4-11-2, §4-11-5).
 pub const SETTLING_FRAMES: u32 = 2;
 
-/// How much slower than nominal the sensor's clock is taken to be where frames are waited for, in per cent.
-///
-/// The datasheet gives no tolerance; 9.57 Hz was measured on a part set to 10 Hz.
+/// How much slower than nominal a sensor may be that is waited for, in per cent: 9.57 Hz was measured at 10 Hz.
 pub const SLOW_CLOCK_PERCENT: u32 = 10;
 
-/// Bits that [`read_frame`](crate::Amg8833::read_frame) takes on the bus: the pixels and the thermistor, read from a
-/// register on.
+/// Bits that [`read_frame`](crate::Amg8833::read_frame) takes on the bus.
 pub const READ_BITS: u32 = read_bits(2 * PIXELS) + read_bits(2);
 
 /// The least time that a frame takes on a bus of this clock.
@@ -41,7 +36,7 @@ pub fn read_time(scl_hz: NonZeroU32) -> Duration {
     Duration::from_secs(READ_BITS.into()) / scl_hz.get()
 }
 
-/// START, repeated START and STOP; and nine bits for each of the address, the register, the address and the bytes read.
+/// START, repeated START and STOP; nine bits each for the address, the register, the address and the bytes read.
 const fn read_bits(bytes: usize) -> u32 {
     #[expect(
         clippy::as_conversions,

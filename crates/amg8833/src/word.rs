@@ -5,11 +5,8 @@
 //! | pixel, interrupt level, hysteresis | 12 bits, two's complement (AMG88 spec §4-11-8, §4-11-11) | 0.25 °C | −512 to +511.75 °C |
 //! | thermistor | 12 bits, sign and magnitude (AMG88 spec §4-11-9) | 0.0625 °C | −127.9375 to +127.9375 °C |
 //!
-//! The ranges are those of the formats. The part itself is specified for less (an AMG8833 for 0 to 80 °C, AMG88
-//! spec §4-3), but reads on beyond it without clamping, so nothing is refused that the word can hold.
-//!
-//! Bits 7:4 of every high byte are unspecified (`-` in the register tables of AMG88 spec §4-11-9 and §4-11-11):
-//! decoding ignores them, encoding leaves them 0.
+//! The part is specified for less (an AMG8833 for 0 to 80 °C, AMG88 spec §4-3), but reads on beyond it. Bits 7:4 of every
+//! high byte are unspecified (AMG88 spec §4-11-9, §4-11-11): decoding ignores them, encoding leaves them 0.
 
 use core::error::Error;
 use core::fmt;
@@ -43,7 +40,7 @@ pub fn pixel_celsius(word: PixelWord) -> Celsius {
     Celsius::new(f32::from(pixel_steps(word)) * PIXEL_STEP.get())
 }
 
-/// The temperature of a pixel in whole steps of [`PIXEL_STEP`], −2048 to 2047: for those who pass on many.
+/// The temperature of a pixel in whole steps of [`PIXEL_STEP`], −2048 to 2047.
 #[must_use]
 pub fn pixel_steps(word: PixelWord) -> i16 {
     sign_extended(word.0)
@@ -52,12 +49,8 @@ pub fn pixel_steps(word: PixelWord) -> i16 {
 /// The chip's own temperature: every 16-bit word has one, 0x800 being −0.0 °C.
 #[must_use]
 pub fn thermistor_celsius(word: ThermistorWord) -> Celsius {
-    let magnitude = f32::from(word.0 & THERMISTOR_MAGNITUDE) * THERMISTOR_STEP.get();
-    Celsius::new(if is_negative(word) {
-        -magnitude
-    } else {
-        magnitude
-    })
+    let sign = if is_negative(word) { -1.0 } else { 1.0 };
+    Celsius::new(sign * f32::from(word.0 & THERMISTOR_MAGNITUDE) * THERMISTOR_STEP.get())
 }
 
 /// The chip's own temperature in whole steps of [`THERMISTOR_STEP`], −2047 to 2047; 0x800 and 0x000 are both 0.
@@ -65,17 +58,13 @@ pub fn thermistor_celsius(word: ThermistorWord) -> Celsius {
 pub fn thermistor_steps(word: ThermistorWord) -> i16 {
     // Eleven bits fit.
     let magnitude = i16::try_from(word.0 & THERMISTOR_MAGNITUDE).unwrap_or(i16::MAX);
-    if is_negative(word) {
-        -magnitude
-    } else {
-        magnitude
-    }
+    let sign = if is_negative(word) { -1 } else { 1 };
+    sign * magnitude
 }
 
 /// The pixel word nearest to a temperature, halves away from zero. Interrupt levels are made by it too.
 ///
 /// # Errors
-///
 /// [`OutOfRange`] below −512 °C, above +511.75 °C, and for not-a-number.
 pub fn pixel_word(celsius: Celsius) -> Result<PixelWord, OutOfRange> {
     in_range(celsius, PIXEL_LOWEST, PIXEL_HIGHEST)?;
@@ -87,20 +76,15 @@ pub fn pixel_word(celsius: Celsius) -> Result<PixelWord, OutOfRange> {
 
 /// The thermistor word nearest to a temperature, halves away from zero.
 ///
-/// The sign of the temperature is kept even where the magnitude rounds to 0, so that every word comes back from its
-/// own temperature: −0.0 °C is 0x800.
+/// −0.0 °C is 0x800, so that every word comes back from its own temperature.
 ///
 /// # Errors
-///
 /// [`OutOfRange`] below −127.9375 °C, above +127.9375 °C, and for not-a-number.
 pub fn thermistor_word(celsius: Celsius) -> Result<ThermistorWord, OutOfRange> {
     in_range(celsius, THERMISTOR_LOWEST, THERMISTOR_HIGHEST)?;
     let magnitude = nearest_step(celsius, THERMISTOR_STEP).unsigned_abs();
-    let sign = if celsius.get().is_sign_negative() {
-        THERMISTOR_SIGN
-    } else {
-        0
-    };
+    let negative = celsius.get().is_sign_negative();
+    let sign = if negative { THERMISTOR_SIGN } else { 0 };
     Ok(ThermistorWord(sign | magnitude))
 }
 
@@ -142,7 +126,7 @@ impl fmt::Display for OutOfRange {
 impl Error for OutOfRange {}
 
 fn in_range(found: Celsius, lowest: Celsius, highest: Celsius) -> Result<(), OutOfRange> {
-    // Not-a-number is in no range, so it is refused here as well.
+    // Not-a-number is in no range.
     if (lowest..=highest).contains(&found) {
         Ok(())
     } else {
@@ -189,57 +173,50 @@ mod tests {
     use grideye_frame::PIXELS;
     use proptest::prelude::*;
 
-    /// Every row printed for the pixels: AMG88 spec §4-11-11, and the 2011 edition §4-10(11).
-    const PIXEL_ROWS: [(f32, u16); 7] = [
-        (125.0, 0x1F4),
-        (25.0, 0x064),
-        (0.25, 0x001),
-        (0.0, 0x000),
-        (-0.25, 0xFFF),
-        (-25.0, 0xF9C),
-        (-55.0, 0xF24),
-    ];
+    /// What a word decodes to, its encoding, and its steps in degrees.
+    fn pixel(word: u16) -> (f32, u16, f32) {
+        let (word, celsius) = (PixelWord(word), pixel_celsius(PixelWord(word)));
+        let steps = f32::from(pixel_steps(word)) * 0.25;
+        (celsius.get(), pixel_word(celsius).unwrap().0, steps)
+    }
 
-    /// Every row printed for the thermistor: AMG88 spec §4-11-9 (the first two), and the 2011 edition §4-10(9).
-    const THERMISTOR_ROWS: [(f32, u16); 7] = [
-        (127.9375, 0x7FF),
-        (-59.6875, 0xBBB),
-        (125.0, 0x7D0),
-        (25.0, 0x190),
-        (0.25, 0x004),
-        (-0.25, 0x804),
-        (-20.0, 0x940),
-    ];
+    fn thermistor(word: u16) -> (f32, u16, f32) {
+        let (word, celsius) = (
+            ThermistorWord(word),
+            thermistor_celsius(ThermistorWord(word)),
+        );
+        let steps = f32::from(thermistor_steps(word)) * 0.0625;
+        (celsius.get(), thermistor_word(celsius).unwrap().0, steps)
+    }
 
-    /// The rows for interrupt levels: AMG88 spec §4-11-8.
-    const LEVEL_ROWS: [(f32, u16); 3] = [(30.0, 0x078), (-5.0, 0xFEC), (-10.0, 0xFD8)];
-
+    /// Every row printed for the pixels, AMG88 spec §4-11-11 and the 2011 edition §4-10(11); the last three are those for
+    /// interrupt levels, AMG88 spec §4-11-8. Whatever the unspecified upper four bits say.
     #[test]
     fn every_printed_pixel_and_level_row_holds_both_ways() {
-        for (celsius, word) in PIXEL_ROWS.into_iter().chain(LEVEL_ROWS) {
-            assert_eq!(pixel_celsius(PixelWord(word)), Celsius::new(celsius));
-            assert_eq!(pixel_word(Celsius::new(celsius)), Ok(PixelWord(word)));
-            let steps = pixel_steps(PixelWord(word));
-            assert_eq!(Celsius::new(f32::from(steps) * 0.25), Celsius::new(celsius));
+        let pixels = [(125.0, 0x1F4), (25.0, 0x064), (0.25, 0x001), (0.0, 0x000)];
+        let below = [(-0.25, 0xFFF), (-25.0, 0xF9C), (-55.0, 0xF24)];
+        let levels = [(30.0, 0x078), (-5.0, 0xFEC), (-10.0, 0xFD8)];
+        for (celsius, word) in pixels.into_iter().chain(below).chain(levels) {
+            for upper in 0..=0xF_u16 {
+                assert_eq!(pixel(upper << 12 | word), (celsius, word, celsius));
+            }
         }
     }
 
+    /// Every row printed for the thermistor: AMG88 spec §4-11-9 (the first two), and the 2011 edition §4-10(9).
     #[test]
     fn every_printed_thermistor_row_holds_both_ways() {
-        for (celsius, word) in THERMISTOR_ROWS {
-            assert_eq!(
-                thermistor_celsius(ThermistorWord(word)),
-                Celsius::new(celsius)
-            );
-            assert_eq!(
-                thermistor_word(Celsius::new(celsius)),
-                Ok(ThermistorWord(word))
-            );
-            let steps = thermistor_steps(ThermistorWord(word));
-            assert_eq!(
-                Celsius::new(f32::from(steps) * 0.0625),
-                Celsius::new(celsius)
-            );
+        let rows = [
+            (127.9375, 0x7FF),
+            (-59.6875, 0xBBB),
+            (125.0, 0x7D0),
+            (25.0, 0x190),
+        ];
+        let near = [(0.25, 0x004), (-0.25, 0x804), (-20.0, 0x940)];
+        for (celsius, word) in rows.into_iter().chain(near) {
+            for upper in 0..=0xF_u16 {
+                assert_eq!(thermistor(upper << 12 | word), (celsius, word, celsius));
+            }
         }
     }
 
@@ -247,71 +224,43 @@ mod tests {
     fn the_thermistor_has_a_negative_zero() {
         let decoded = thermistor_celsius(ThermistorWord(0x800)).get();
         assert_eq!(decoded.to_bits(), (-0.0_f32).to_bits());
-        assert_eq!(
-            thermistor_word(Celsius::new(-0.0)),
-            Ok(ThermistorWord(0x800))
-        );
-        assert_eq!(
-            thermistor_word(Celsius::new(0.0)),
-            Ok(ThermistorWord(0x000))
-        );
-    }
-
-    #[test]
-    fn the_unspecified_upper_four_bits_do_not_reach_the_value() {
-        for upper in (0..=0xF_u16).map(|nibble| nibble << 12) {
-            assert_eq!(pixel_celsius(PixelWord(upper | 0xF9C)), Celsius::new(-25.0));
-            assert_eq!(pixel_celsius(PixelWord(upper | 0x1F4)), Celsius::new(125.0));
-            assert_eq!(
-                thermistor_celsius(ThermistorWord(upper | 0xBBB)),
-                Celsius::new(-59.6875)
-            );
-            assert_eq!(
-                thermistor_celsius(ThermistorWord(upper | 0x190)),
-                Celsius::new(25.0)
-            );
+        for (celsius, word) in [(-0.0, 0x800), (0.0, 0x000), (-20.03, 0x940)] {
+            let found = thermistor_word(Celsius::new(celsius));
+            assert_eq!(found, Ok(ThermistorWord(word)), "{celsius}");
         }
     }
 
     #[test]
     fn every_word_comes_back_from_its_own_temperature() {
         for word in 0..=0xFFF {
-            let pixel = PixelWord(word);
-            assert_eq!(pixel_word(pixel_celsius(pixel)), Ok(pixel));
-            let thermistor = ThermistorWord(word);
-            assert_eq!(
-                thermistor_word(thermistor_celsius(thermistor)),
-                Ok(thermistor)
-            );
+            assert_eq!((pixel(word).1, thermistor(word).1), (word, word));
         }
     }
 
     #[test]
     fn halves_go_away_from_zero_and_less_goes_back() {
-        assert_eq!(pixel_word(Celsius::new(0.125)), Ok(PixelWord(0x001)));
-        assert_eq!(pixel_word(Celsius::new(0.124)), Ok(PixelWord(0x000)));
-        assert_eq!(pixel_word(Celsius::new(-0.125)), Ok(PixelWord(0xFFF)));
-        assert_eq!(pixel_word(Celsius::new(-0.124)), Ok(PixelWord(0x000)));
         // The largest number below one half: adding one half to it in single precision would give 1.
-        let below_half = Celsius::new(f32::from_bits(0.125_f32.to_bits() - 1));
-        assert_eq!(pixel_word(below_half), Ok(PixelWord(0x000)));
-        assert_eq!(
-            thermistor_word(Celsius::new(-20.03)),
-            Ok(ThermistorWord(0x940))
-        );
+        let below_half = f32::from_bits(0.125_f32.to_bits() - 1);
+        let rows = [
+            (0.125, 0x001),
+            (0.124, 0x000),
+            (-0.125, 0xFFF),
+            (-0.124, 0x000),
+        ];
+        for (celsius, word) in rows.into_iter().chain([(below_half, 0x000)]) {
+            let found = pixel_word(Celsius::new(celsius));
+            assert_eq!(found, Ok(PixelWord(word)), "{celsius}");
+        }
     }
 
     #[test]
     fn the_ends_of_the_ranges_are_in_and_the_next_numbers_are_out() {
-        assert_eq!(pixel_word(PIXEL_HIGHEST), Ok(PixelWord(0x7FF)));
-        assert_eq!(pixel_word(PIXEL_LOWEST), Ok(PixelWord(0x800)));
+        let pixels = [PIXEL_HIGHEST, PIXEL_LOWEST].map(pixel_word);
+        assert_eq!(pixels, [Ok(PixelWord(0x7FF)), Ok(PixelWord(0x800))]);
+        let thermistors = [THERMISTOR_HIGHEST, THERMISTOR_LOWEST].map(thermistor_word);
         assert_eq!(
-            thermistor_word(THERMISTOR_HIGHEST),
-            Ok(ThermistorWord(0x7FF))
-        );
-        assert_eq!(
-            thermistor_word(THERMISTOR_LOWEST),
-            Ok(ThermistorWord(0xFFF))
+            thermistors,
+            [0x7FF, 0xFFF].map(|word| Ok(ThermistorWord(word)))
         );
         for beyond in [511.8, -512.01, f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
             let error = pixel_word(Celsius::new(beyond)).unwrap_err();
@@ -324,23 +273,11 @@ mod tests {
     }
 
     #[test]
-    fn an_error_says_what_was_found_and_what_was_expected() {
-        let error = pixel_word(Celsius::new(600.0)).unwrap_err();
-        assert_eq!(
-            std::format!("{error}"),
-            "temperature out of range: expected -512 to 511.75 °C, found 600 °C"
-        );
-    }
-
-    #[test]
     fn a_frame_is_decoded_word_by_word() {
         let mut pixels = [PixelWord(0x064); PIXELS];
-        pixels[0] = PixelWord(0xFFF);
-        pixels[63] = PixelWord(0x1F4);
-        let decoded = frame(&RawFrame {
-            thermistor: ThermistorWord(0x804),
-            pixels,
-        });
+        (pixels[0], pixels[63]) = (PixelWord(0xFFF), PixelWord(0x1F4));
+        let thermistor = ThermistorWord(0x804);
+        let decoded = frame(&RawFrame { thermistor, pixels });
         assert_eq!(decoded.thermistor, Celsius::new(-0.25));
         assert_eq!(decoded.pixels[0], Celsius::new(-0.25));
         assert_eq!(decoded.pixels[1..63], [Celsius::new(25.0); 62]);

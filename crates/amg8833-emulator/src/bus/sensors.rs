@@ -1,15 +1,17 @@
 //! The sensors of one bus with what is broken about them: what falls due comes in order of time.
 
-use crate::bus::wire::Target;
+use crate::bus::line::Line;
 use crate::device::Device;
-use crate::fault::active::{Condition, Faults, Plan};
-use crate::fault::{Chance, Fault, FaultKind, FaultSet};
-use crate::signal::{Ack, Address};
+use crate::fault::active::{Condition, Faults};
+use crate::fault::{Chance, Fault, FaultKind};
+#[cfg(feature = "alloc")]
+use crate::script::{Changes, Running, Script};
+use crate::signal::Address;
 use crate::source::FrameSource;
 use core::time::Duration;
 
-/// The most events of a script and frames of sensors that are gone through one by one at once, when nobody has looked
-/// for long. What is older than that comes in one step: no spoilt frames, and a script goes on where it then is.
+/// The most events of a script and frames of sensors that are gone through one by one when nobody has looked for long.
+/// What is older comes in one step: no spoilt frames, and a script goes on where it then is.
 pub const STEPS_MAX: u32 = 1_000_000;
 /// What falls on the very time of an event comes after it.
 const INSTANT: Duration = Duration::from_nanos(1);
@@ -19,7 +21,7 @@ pub(crate) struct Sensors<S> {
     pub(crate) devices: [Option<Device<S>>; 2],
     pub(crate) faults: Faults,
     #[cfg(feature = "alloc")]
-    pub(crate) script: Option<alloc::boxed::Box<crate::script::Running>>,
+    pub(crate) script: Option<alloc::boxed::Box<Running>>,
 }
 
 impl<S> Sensors<S> {
@@ -51,14 +53,15 @@ impl<S: FrameSource> Sensors<S> {
         while let Some(at) = self.next_step(now) {
             steps += 1;
             if steps > STEPS_MAX || !self.step(at) {
-                self.jump(now);
+                self.advance(now);
+                #[cfg(feature = "alloc")]
+                self.follow(now, Running::jump);
                 break;
             }
         }
         self.advance(now);
     }
 
-    /// Lets the sensors do what is due by this time.
     pub(crate) fn advance(&mut self, now: Duration) {
         for device in self.devices.iter_mut().flatten() {
             device.advance(now);
@@ -125,7 +128,7 @@ impl<S: FrameSource> Sensors<S> {
         self.apply_conditions(now);
     }
 
-    /// Tells each sensor what is lasting about its faults.
+    /// Makes the sensors behave as their lasting faults say.
     pub(crate) fn apply_conditions(&mut self, now: Duration) {
         for address in Address::ALL {
             let condition = self.faults.condition(address);
@@ -136,7 +139,6 @@ impl<S: FrameSource> Sensors<S> {
         }
     }
 
-    /// The supply of these sensors fails for a moment.
     pub(crate) fn brown_out(&mut self, target: Option<Address>, now: Duration) {
         self.faults.happen(FaultKind::BrownOut);
         for address in Address::ALL {
@@ -150,18 +152,7 @@ impl<S: FrameSource> Sensors<S> {
     /// The sensor at this address, as a transaction of this number meets it.
     pub(crate) fn line(&mut self, address: Address, number: u64) -> Option<Line<'_, S>> {
         let device = self.devices[address.place()].as_mut()?;
-        let plan = self.faults.plan(address, number);
-        Some(Line {
-            device,
-            faults: &mut self.faults,
-            address,
-            plan,
-            bytes: 0,
-            written: 0,
-            cut: false,
-            told: FaultSet::EMPTY,
-            struck: FaultSet::EMPTY,
-        })
+        Some(Line::new(device, &mut self.faults, address, number))
     }
 
     /// Whether it matters in which order things fall due.
@@ -175,26 +166,14 @@ impl<S: FrameSource> Sensors<S> {
 
     /// When the next thing happens that has to be gone through by itself, if it is due.
     fn next_step(&self, now: Duration) -> Option<Duration> {
-        let tick = if self.counts_frames() {
-            self.next_tick()
-        } else {
-            None
-        };
-        let event = self.next_event();
-        let next = match (tick, event) {
-            (Some(tick), Some(event)) => tick.min(event),
-            (tick, event) => tick.or(event)?,
-        };
-        (next <= now).then_some(next)
+        let tick = self.counts_frames().then(|| self.next_tick()).flatten();
+        let next = tick.into_iter().chain(self.next_event()).min();
+        next.filter(|next| *next <= now)
     }
 
     fn counts_frames(&self) -> bool {
         #[cfg(feature = "alloc")]
-        if self
-            .script
-            .as_ref()
-            .is_some_and(|script| script.counts_frames())
-        {
+        if let Some(true) = self.script.as_ref().map(|script| script.counts_frames) {
             return true;
         }
         self.faults.spoils_frames()
@@ -220,13 +199,15 @@ impl<S: FrameSource> Sensors<S> {
     fn step(&mut self, at: Duration) -> bool {
         if self.next_event() == Some(at) {
             self.advance(at.saturating_sub(INSTANT));
-            self.follow(at);
+            #[cfg(feature = "alloc")]
+            self.follow(at, Running::follow);
             return true;
         }
         for address in Address::ALL {
             self.tick(address, at);
         }
-        self.follow_frames(at);
+        #[cfg(feature = "alloc")]
+        self.follow(at, Running::follow_frames);
         self.next_tick().is_none_or(|next| next > at)
     }
 
@@ -246,227 +227,62 @@ impl<S: FrameSource> Sensors<S> {
         }
     }
 
-    #[cfg(feature = "alloc")]
+    /// Lets a script count the frames of the next sensor at this address on from those of this one.
     fn note_leaving(&mut self, address: Address) {
-        let frames = self.device(address).map_or(0, Device::frames);
+        #[cfg(feature = "alloc")]
         if let Some(script) = &mut self.script {
-            script.left(address, frames);
+            let frames = self.devices[address.place()].as_ref().map(Device::frames);
+            script.left(address, frames.unwrap_or(0));
         }
-    }
-
-    #[cfg(not(feature = "alloc"))]
-    fn note_leaving(&mut self, _address: Address) {}
-
-    #[cfg(feature = "alloc")]
-    fn follow(&mut self, at: Duration) {
-        if let Some(mut script) = self.script.take() {
-            script.follow(self, at);
-            self.script = Some(script);
-        }
-    }
-
-    #[cfg(feature = "alloc")]
-    fn follow_frames(&mut self, at: Duration) {
-        if let Some(mut script) = self.script.take() {
-            script.follow_frames(self, at);
-            self.script = Some(script);
-        }
-    }
-
-    #[cfg(feature = "alloc")]
-    fn jump(&mut self, now: Duration) {
-        self.advance(now);
-        if let Some(mut script) = self.script.take() {
-            script.jump(self, now);
-            self.script = Some(script);
-        }
-    }
-
-    #[cfg(not(feature = "alloc"))]
-    fn follow(&mut self, _at: Duration) {}
-
-    #[cfg(not(feature = "alloc"))]
-    fn follow_frames(&mut self, _at: Duration) {}
-
-    #[cfg(not(feature = "alloc"))]
-    fn jump(&mut self, now: Duration) {
-        self.advance(now);
+        #[cfg(not(feature = "alloc"))]
+        let _ = address;
     }
 }
 
 #[cfg(feature = "alloc")]
 impl<S: FrameSource> Sensors<S> {
-    pub(crate) fn set_script(&mut self, script: Option<crate::script::Script>, now: Duration) {
+    pub(crate) fn set_script(&mut self, script: Option<Script>, now: Duration) {
         self.faults.by_rule.clear();
         self.apply_conditions(now);
         self.script = None;
         if let Some(script) = script {
             self.faults.seed = script.seed_here();
-            let running = crate::script::Running::new(script, now, self);
+            let frames = self.frames();
+            let running = Running::new(script, &mut self.faults, frames, now);
             self.script = Some(alloc::boxed::Box::new(running));
-            self.follow_frames(now);
+            self.follow(now, Running::follow_frames);
             self.catch_up(now);
         }
     }
-}
 
-#[cfg(feature = "alloc")]
-impl<S: FrameSource> crate::script::Breakable for Sensors<S> {
-    fn faults(&mut self) -> &mut Faults {
-        &mut self.faults
+    fn follow(
+        &mut self,
+        now: Duration,
+        go_on: fn(&mut Running, &mut Faults, [Option<u64>; 2], Duration) -> Changes,
+    ) {
+        let frames = self.frames();
+        let Some(script) = &mut self.script else {
+            return;
+        };
+        let changes = go_on(script, &mut self.faults, frames, now);
+        for target in changes.brown_outs {
+            self.brown_out(target, now);
+        }
+        if changes.any {
+            self.apply_conditions(now);
+        }
     }
 
-    fn frames(&self, address: Address) -> Option<u64> {
-        self.device(address).map(Device::frames)
-    }
-
-    fn apply_conditions(&mut self, now: Duration) {
-        Self::apply_conditions(self, now);
-    }
-
-    fn brown_out(&mut self, target: Option<Address>, now: Duration) {
-        Self::brown_out(self, target, now);
+    fn frames(&self) -> [Option<u64>; 2] {
+        let frames = |device: &Option<Device<S>>| device.as_ref().map(Device::frames);
+        self.devices.each_ref().map(frames)
     }
 }
 
 /// A sensor that leaves the bus leaves its faults there.
 fn mended<S: FrameSource>(mut device: Device<S>) -> Device<S> {
     let now = device.latest();
-    device.set_condition(Condition::SOUND, now);
+    device.set_condition(Condition::default(), now);
     device.set_spoil(None);
     device
-}
-
-/// One sensor for the length of one transaction, with what is broken about it.
-pub(crate) struct Line<'a, S> {
-    device: &'a mut Device<S>,
-    faults: &'a mut Faults,
-    address: Address,
-    plan: Plan,
-    /// Bytes of data so far.
-    bytes: u16,
-    /// Of those, the written ones.
-    written: u16,
-    /// Whether the sensor took a lost clock pulse for the end.
-    cut: bool,
-    /// What struck and was told.
-    told: FaultSet,
-    /// What struck since.
-    struck: FaultSet,
-}
-
-impl<S: FrameSource> Line<'_, S> {
-    /// What struck in the whole of the transaction.
-    pub(crate) fn struck(&self) -> FaultSet {
-        let mut all = self.told;
-        all.join(self.struck);
-        all
-    }
-
-    /// Bits turned over and pulses lost: what happens to a byte on its way.
-    fn byte_on_its_way(&mut self, byte: &mut u8, register: Option<u8>) {
-        let place = self.bytes;
-        self.bytes = self.bytes.saturating_add(1);
-        self.faults.pass_byte();
-        if self.plan.flips && self.faults.flip(byte, self.address, register, place) {
-            self.struck.insert(FaultKind::BitFlip);
-        }
-    }
-
-    /// The bit whose pulse the next byte loses.
-    fn lost_pulse(&self) -> Option<u8> {
-        let (byte, bit) = self.plan.short_clock?;
-        (byte == self.bytes).then_some(bit)
-    }
-
-    fn is_refused(&self) -> bool {
-        self.plan.nack_byte == Some(self.written)
-    }
-
-    fn broken_read(&mut self, now: Duration) -> u8 {
-        let register = self.device.next_register();
-        let lost = self.lost_pulse();
-        let mut byte = if self.cut {
-            0xFF
-        } else {
-            self.device.read(now)
-        };
-        if self.device.take_tore() {
-            self.struck.insert(FaultKind::Torn);
-        }
-        if let Some(bit) = lost.filter(|_| !self.cut) {
-            let late = (1_u8 << bit) - 1;
-            byte = (byte & !late) | (byte >> 1 & late);
-            self.cut = true;
-            self.struck.insert(FaultKind::ShortClock);
-        }
-        self.byte_on_its_way(&mut byte, register);
-        if self.plan.stuck_high {
-            byte = 0xFF;
-            self.struck.insert(FaultKind::StuckHigh);
-        }
-        if self.plan.all_zero {
-            byte = 0x00;
-            self.struck.insert(FaultKind::AllZero);
-        }
-        byte
-    }
-
-    fn broken_write(&mut self, mut byte: u8, now: Duration) -> Ack {
-        if self.is_refused() {
-            self.struck.insert(FaultKind::NackByte);
-            return self.device.refuse_byte();
-        }
-        if self.lost_pulse().is_some() {
-            self.struck.insert(FaultKind::ShortClock);
-            return self.device.refuse_byte();
-        }
-        let register = self.device.next_register();
-        self.byte_on_its_way(&mut byte, register);
-        self.written = self.written.saturating_add(1);
-        self.device.write(byte, now)
-    }
-}
-
-impl<S: FrameSource> Target for Line<'_, S> {
-    fn start(&mut self, reads: bool, now: Duration) -> Ack {
-        self.cut = false;
-        if let Some(silent) = self.plan.silent {
-            self.struck.insert(silent);
-            return self.device.refuse_address();
-        }
-        let ack = if reads {
-            self.device.start_read(now)
-        } else {
-            self.device.start_write(now)
-        };
-        if self.plan.torn.is_some() {
-            self.device.set_tear(self.plan.torn);
-        }
-        ack
-    }
-
-    fn write(&mut self, byte: u8, now: Duration) -> Ack {
-        if self.plan.any {
-            self.broken_write(byte, now)
-        } else {
-            self.device.write(byte, now)
-        }
-    }
-
-    fn read(&mut self, now: Duration) -> u8 {
-        if self.plan.any {
-            self.broken_read(now)
-        } else {
-            self.device.read(now)
-        }
-    }
-
-    fn take_struck(&mut self) -> FaultSet {
-        let mut faults = core::mem::take(&mut self.struck);
-        self.told.join(faults);
-        faults.join(self.plan.lasting);
-        faults.join(self.device.spoiled());
-        faults
-    }
 }

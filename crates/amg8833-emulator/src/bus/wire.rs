@@ -1,9 +1,11 @@
 //! SCL and SDA with their clock: what passes is counted, takes its time, and is told to whoever traces it.
 
+use crate::bus::line::Wires;
 use crate::clock::Clock;
 use crate::fault::FaultSet;
-use crate::signal::{Ack, BusError, HANG_TIMEOUT, Traffic};
-use crate::trace::{Acknowledge, Ending, Log};
+use crate::signal::{Ack, Acknowledge, BusError, HANG_TIMEOUT, Traffic};
+use crate::source::FrameSource;
+use crate::trace::Log;
 use core::num::NonZeroU32;
 use core::time::Duration;
 use embedded_hal::i2c::{NoAcknowledgeSource, Operation};
@@ -12,42 +14,10 @@ use embedded_hal::i2c::{NoAcknowledgeSource, Operation};
 const BITS_PER_BYTE: u64 = 9;
 const NANOSECONDS_PER_SECOND: u128 = 1_000_000_000;
 
-/// What answers on the wire: one sensor, none, or several at once.
-pub(crate) trait Target {
-    /// START or repeated START, and the address.
-    fn start(&mut self, reads: bool, now: Duration) -> Ack;
-    fn write(&mut self, byte: u8, now: Duration) -> Ack;
-    fn read(&mut self, now: Duration) -> u8;
-    /// Which faults struck since this was asked last.
-    fn take_struck(&mut self) -> FaultSet;
-}
-
-/// Nobody has this address.
-pub(crate) struct Nobody;
-
-impl Target for Nobody {
-    fn start(&mut self, _reads: bool, _now: Duration) -> Ack {
-        Ack::Nack
-    }
-
-    fn write(&mut self, _byte: u8, _now: Duration) -> Ack {
-        Ack::Nack
-    }
-
-    fn read(&mut self, _now: Duration) -> u8 {
-        0xFF
-    }
-
-    fn take_struck(&mut self) -> FaultSet {
-        FaultSet::EMPTY
-    }
-}
-
 #[derive(Debug)]
 pub(crate) struct Wire<C> {
     pub(crate) clock: C,
-    scl_hz: Option<NonZeroU32>,
-    /// The frequency that a fault imposes.
+    pub(crate) scl_hz: Option<NonZeroU32>,
     imposed_hz: Option<NonZeroU32>,
     /// What the bits so far took beyond whole nanoseconds, in parts of one by the frequency.
     rest: u128,
@@ -62,19 +32,9 @@ impl<C: Clock> Wire<C> {
             scl_hz: None,
             imposed_hz: None,
             rest: 0,
-            traffic: Traffic {
-                transactions: 0,
-                bytes: 0,
-                bits: 0,
-                nacks: 0,
-            },
+            traffic: Traffic::NONE,
             log: Log::new(),
         }
-    }
-
-    pub(crate) fn set_scl_hz(&mut self, scl_hz: NonZeroU32) {
-        self.scl_hz = Some(scl_hz);
-        self.rest = 0;
     }
 
     /// What a fault makes of the frequency from now on.
@@ -86,16 +46,16 @@ impl<C: Clock> Wire<C> {
     }
 
     /// One transaction up to its STOP. `happened` is what the trace shows with its first message.
-    pub(crate) fn carry(
+    pub(crate) fn carry<S: FrameSource, const N: usize>(
         &mut self,
         address: u8,
-        target: &mut impl Target,
+        wires: &mut Wires<'_, S, N>,
         operations: &mut [Operation<'_>],
         happened: FaultSet,
     ) -> Result<(), BusError> {
         self.traffic.transactions += 1;
         self.log.happened(happened);
-        let result = self.exchange(address, target, operations);
+        let result = self.exchange(address, wires, operations);
         self.condition();
         let error = result.err();
         let acknowledge = match error {
@@ -104,7 +64,7 @@ impl<C: Clock> Wire<C> {
             Some(_) => Acknowledge::NotAddress,
         };
         let error = error.map(|source| BusError::NoAcknowledge { address, source });
-        self.end_message(true, acknowledge, error, target);
+        self.end_message(true, acknowledge, error, || wires.take_struck());
         error.map_or(Ok(()), Err)
     }
 
@@ -113,75 +73,75 @@ impl<C: Clock> Wire<C> {
         self.log.happened(faults);
         let now = self.clock.now();
         if error == BusError::Gone {
-            self.log.never_start(address, reads, now);
+            self.log.start(address, reads, now, 0);
         } else {
             self.traffic.transactions += 1;
-            let traffic = self.traffic;
-            self.log.start(address, reads, now, traffic.transactions);
+            let number = self.traffic.transactions;
+            self.log.start(address, reads, now, number);
             self.condition();
             self.byte();
         }
         if error == BusError::Timeout {
             self.clock.pass(HANG_TIMEOUT);
         }
-        self.end_message(false, Acknowledge::NotAddress, Some(error), &mut Nobody);
+        self.end_message(
+            false,
+            Acknowledge::NotAddress,
+            Some(error),
+            FaultSet::default,
+        );
     }
 
-    fn exchange(
+    fn exchange<S: FrameSource, const N: usize>(
         &mut self,
         address: u8,
-        target: &mut impl Target,
+        wires: &mut Wires<'_, S, N>,
         operations: &mut [Operation<'_>],
     ) -> Result<(), NoAcknowledgeSource> {
         let mut reading = None;
         for operation in operations {
             let reads = is_read(operation);
             if reading.replace(reads) != Some(reads) {
-                self.address(address, target, reads)?;
+                self.address(address, wires, reads)?;
             }
             match operation {
-                Operation::Read(bytes) => self.read(target, bytes),
-                Operation::Write(bytes) => self.write(target, bytes)?,
+                Operation::Read(bytes) => {
+                    for byte in bytes.iter_mut() {
+                        *byte = wires.read(self.clock.now());
+                        self.log.byte(*byte);
+                        self.byte();
+                    }
+                }
+                Operation::Write(bytes) => {
+                    for byte in *bytes {
+                        self.byte();
+                        self.log.byte(*byte);
+                        let ack = wires.write(*byte, self.clock.now());
+                        self.acknowledged(ack, NoAcknowledgeSource::Data)?;
+                    }
+                }
             }
         }
         Ok(())
     }
 
     /// START or repeated START, at which the registers come to a stand, and the address byte.
-    fn address(
+    fn address<S: FrameSource, const N: usize>(
         &mut self,
         address: u8,
-        target: &mut impl Target,
+        wires: &mut Wires<'_, S, N>,
         reads: bool,
     ) -> Result<(), NoAcknowledgeSource> {
         let now = self.clock.now();
         if self.log.is_on() {
-            self.end_message(false, Acknowledge::All, None, target);
+            self.end_message(false, Acknowledge::All, None, || wires.take_struck());
             let number = self.traffic.transactions;
             self.log.start(address, reads, now, number);
         }
-        let ack = target.start(reads, now);
+        let ack = wires.start(reads, now);
         self.condition();
         self.byte();
         self.acknowledged(ack, NoAcknowledgeSource::Address)
-    }
-
-    fn write(&mut self, target: &mut impl Target, bytes: &[u8]) -> Result<(), NoAcknowledgeSource> {
-        for byte in bytes {
-            self.byte();
-            self.log.byte(*byte);
-            let ack = target.write(*byte, self.clock.now());
-            self.acknowledged(ack, NoAcknowledgeSource::Data)?;
-        }
-        Ok(())
-    }
-
-    fn read(&mut self, target: &mut impl Target, bytes: &mut [u8]) {
-        for byte in bytes {
-            *byte = target.read(self.clock.now());
-            self.log.byte(*byte);
-            self.byte();
-        }
     }
 
     fn acknowledged(
@@ -189,13 +149,11 @@ impl<C: Clock> Wire<C> {
         ack: Ack,
         source: NoAcknowledgeSource,
     ) -> Result<(), NoAcknowledgeSource> {
-        match ack {
-            Ack::Ack => Ok(()),
-            Ack::Nack => {
-                self.traffic.nacks += 1;
-                Err(source)
-            }
+        if ack == Ack::Ack {
+            return Ok(());
         }
+        self.traffic.nacks += 1;
+        Err(source)
     }
 
     fn end_message(
@@ -203,18 +161,16 @@ impl<C: Clock> Wire<C> {
         stop: bool,
         acknowledge: Acknowledge,
         error: Option<BusError>,
-        target: &mut impl Target,
+        struck: impl FnOnce() -> FaultSet,
     ) {
         if self.log.is_on() {
-            self.log.end(Ending {
-                at: self.clock.now(),
-                scl_hz: self.imposed_hz.or(self.scl_hz),
-                stop,
-                acknowledge,
-                error,
-                faults: target.take_struck(),
-            });
+            let (now, hz) = (self.clock.now(), self.hz());
+            self.log.end(now, hz, stop, acknowledge, error, struck());
         }
+    }
+
+    fn hz(&self) -> Option<NonZeroU32> {
+        self.imposed_hz.or(self.scl_hz)
     }
 
     fn byte(&mut self) {
@@ -229,7 +185,7 @@ impl<C: Clock> Wire<C> {
     /// Passes the time of these bits; what one call rounds off, a later one makes up for.
     fn bits(&mut self, count: u64) {
         self.traffic.bits += count;
-        let Some(hz) = self.imposed_hz.or(self.scl_hz) else {
+        let Some(hz) = self.hz() else {
             return;
         };
         let hz = u128::from(hz.get());

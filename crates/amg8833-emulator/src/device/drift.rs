@@ -3,33 +3,29 @@
 use core::fmt;
 use core::time::Duration;
 
-/// Beyond this, in parts per million either way, [`Options::clock_error_ppm`](crate::Options::clock_error_ppm) has no further effect: 50 %.
+/// The largest error of a clock that has an effect, in parts per million either way: 50 %.
 pub const CLOCK_ERROR_PPM_MAX: i32 = 500_000;
 
 /// The longest stretch between two points of a [`DriftCurve`]: 100 days.
 pub const DRIFT_STRETCH_MAX: Duration = Duration::from_secs(100 * 86_400);
 
-/// How the error of the sensor's clock changes from power-on on, beside
-/// [`Options::clock_error_ppm`](crate::Options::clock_error_ppm)(crate::Options::clock_error_ppm), to which it is added.
-///
-/// The sum is held within [`CLOCK_ERROR_PPM_MAX`] either way. The time of every tick is counted in whole numbers:
-/// what is rounded off is less than a millionth of a nanosecond each time that the drift, or the error by call, changes.
-/// For an error that follows anything else, call [`Device::set_clock_error_ppm`](crate::Device::set_clock_error_ppm)
-/// as often as it changes.
+/// How the error of the sensor's clock changes from power-on on: added to
+/// [`Options::clock_error_ppm`](crate::Options::clock_error_ppm), within [`CLOCK_ERROR_PPM_MAX`] either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Drift {
     /// The error stays.
     #[default]
     None,
-    /// The error grows, or with a negative number falls, by this many parts per million in an hour, without steps. More
-    /// than a million has no further effect.
+    /// The error changes evenly by this many parts per million in an hour, a million at most.
     PpmPerHour(i32),
     /// The error follows a curve.
     Curve(DriftCurve),
 }
 
-/// Points of (time since power-on, error in parts per million): a line from each to the next, the first one's error
-/// before it and the last one's after it.
+/// The time since power-on, and the error in parts per million.
+pub(crate) type Point = (Duration, i32);
+
+/// Points of (time since power-on, error in parts per million), with lines between them; constant before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DriftCurve(&'static [(Duration, i32)]);
 
@@ -38,23 +34,12 @@ pub struct DriftCurve(&'static [(Duration, i32)]);
 pub enum DriftError {
     /// There are none.
     Empty,
-    /// This point, counted from 0, is not later than the one before.
-    Order {
-        /// Its place among the points.
-        point: usize,
-    },
-    /// This point, counted from 0, comes more than [`DRIFT_STRETCH_MAX`] after the one before, or after power-on.
-    Stretch {
-        /// Its place among the points.
-        point: usize,
-    },
-    /// This point, counted from 0, is beyond [`CLOCK_ERROR_PPM_MAX`].
-    TooFar {
-        /// Its place among the points.
-        point: usize,
-        /// Its error in parts per million.
-        ppm: i32,
-    },
+    /// The point of this number, from 0, is not later than the one before.
+    Order(usize),
+    /// The point of this number comes more than [`DRIFT_STRETCH_MAX`] after the one before, or after power-on.
+    Stretch(usize),
+    /// The point of this number has an error in parts per million beyond [`CLOCK_ERROR_PPM_MAX`].
+    TooFar(usize, i32),
 }
 
 impl DriftCurve {
@@ -70,21 +55,25 @@ impl DriftCurve {
         let mut before: Option<Duration> = None;
         for (point, &(time, ppm)) in points.iter().enumerate() {
             if before.is_some_and(|before| time <= before) {
-                return Err(DriftError::Order { point });
+                return Err(DriftError::Order(point));
             }
             if time.saturating_sub(before.unwrap_or_default()) > DRIFT_STRETCH_MAX {
-                return Err(DriftError::Stretch { point });
+                return Err(DriftError::Stretch(point));
             }
             if ppm.unsigned_abs() > CLOCK_ERROR_PPM_MAX.unsigned_abs() {
-                return Err(DriftError::TooFar { point, ppm });
+                return Err(DriftError::TooFar(point, ppm));
             }
             before = Some(time);
         }
         Ok(Self(points))
     }
 
-    pub(crate) fn point(self, place: usize) -> Option<(Duration, i32)> {
-        self.0.get(place).copied()
+    /// The last point up to this time since power-on, and the first one after it.
+    pub(crate) fn around(self, age_ns: u128) -> (Option<Point>, Option<Point>) {
+        let points = self.0;
+        let passed = points.partition_point(|(time, _)| time.as_nanos() <= age_ns);
+        let (passed, coming) = points.split_at(passed);
+        (passed.last().copied(), coming.first().copied())
     }
 }
 
@@ -94,17 +83,17 @@ impl fmt::Display for DriftError {
             Self::Empty => formatter.write_str(
                 "a drift curve without points\nhint: for a clock without drift, leave the curve out",
             ),
-            Self::Order { point } => write!(
+            Self::Order(point) => write!(
                 formatter,
                 "point {point} of the drift curve is not later than the one before"
             ),
-            Self::Stretch { point } => write!(
+            Self::Stretch(point) => write!(
                 formatter,
                 "point {point} of the drift curve comes more than {} days after the one before\nhint: put points in \
                  between",
                 DRIFT_STRETCH_MAX.as_secs() / 86_400
             ),
-            Self::TooFar { point, ppm } => write!(
+            Self::TooFar(point, ppm) => write!(
                 formatter,
                 "point {point} of the drift curve has an error of {ppm} ppm, beyond {CLOCK_ERROR_PPM_MAX} either way"
             ),

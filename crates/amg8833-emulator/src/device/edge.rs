@@ -17,50 +17,37 @@ pub enum Edge {
 /// A change of the INT pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PinEdge {
-    /// When, on the host's clock, to the nanosecond: the tick of the frame, the STOP that it had to wait for, or the
-    /// write that brought it about.
+    /// When, on the host's clock: the tick of the frame, the STOP that it had to wait for, or the write that caused it.
     pub at: Duration,
     /// Which way.
     pub edge: Edge,
 }
 
 /// What happened to the INT pin: all of it in numbers, the newest one by one.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Edges {
     low: bool,
-    falling: u64,
-    rising: u64,
+    /// Falling and rising edges so far.
+    pub(crate) counts: (u64, u64),
     kept: [Option<PinEdge>; EDGES_MAX],
     /// The place of the oldest, and how many there are from there on.
     oldest: usize,
     count: usize,
-    lost: u64,
+    /// Changes that nobody took in time.
+    pub(crate) lost: u64,
 }
 
 impl Edges {
-    pub(crate) const fn new() -> Self {
-        Self {
-            low: false,
-            falling: 0,
-            rising: 0,
-            kept: [None; EDGES_MAX],
-            oldest: 0,
-            count: 0,
-            lost: 0,
-        }
-    }
-
-    /// The pin is at this level from this time on.
     pub(crate) fn note(&mut self, low: bool, at: Duration) {
         if low == self.low {
             return;
         }
         self.low = low;
         let edge = if low {
-            self.falling += 1;
+            self.counts.0 += 1;
             Edge::Falling
         } else {
-            self.rising += 1;
+            self.counts.1 += 1;
             Edge::Rising
         };
         if self.count == EDGES_MAX {
@@ -79,14 +66,5 @@ impl Edges {
         self.oldest = (self.oldest + 1) % EDGES_MAX;
         self.count -= 1;
         Some(taken)
-    }
-
-    /// Falling and rising edges.
-    pub(crate) fn counts(&self) -> (u64, u64) {
-        (self.falling, self.rising)
-    }
-
-    pub(crate) fn lost(&self) -> u64 {
-        self.lost
     }
 }

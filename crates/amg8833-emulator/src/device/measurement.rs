@@ -43,12 +43,6 @@ impl Degrees {
         }
     }
 
-    fn mean(&self, other: &Self) -> Self {
-        let mut sum = *self;
-        sum.add(other);
-        sum.divided(2.0)
-    }
-
     fn words(&self) -> Words {
         let thermistor = word::thermistor(self.thermistor);
         let pixels = self.pixels.map(word::pixel);
@@ -98,9 +92,11 @@ impl Averaging {
 
     /// The words of an output frame; with the moving average, of its mean with the output frame before.
     pub(crate) fn output(&mut self, frame: Degrees, moving_average: bool) -> Words {
-        let previous = self.previous.replace(frame);
-        match previous {
-            Some(previous) if moving_average => frame.mean(&previous).words(),
+        match self.previous.replace(frame) {
+            Some(mut sum) if moving_average => {
+                sum.add(&frame);
+                sum.divided(2.0).words()
+            }
             _ => frame.words(),
         }
     }
@@ -110,9 +106,7 @@ impl Averaging {
 #[derive(Debug, Clone)]
 pub(crate) struct Progress {
     pub(crate) ticks: Ticks,
-    /// The last tick that has been gone through.
     pub(crate) last: u64,
-    /// The first tick whose frame is valid.
     pub(crate) first_valid: u64,
     /// The tick from which the stand-by interval is counted.
     pub(crate) base: u64,

@@ -1,8 +1,8 @@
 //! The register file: what each address reads, and what a byte written to it asks for (AMG88 spec §4-10, §4-11).
 
 use crate::device::options::{
-    AfterWake, AverageReadback, InterruptFlag, InterruptOutput, Options, OverflowFlag, SleepImage,
-    StandBy, StatusClear, ThermistorUpdate, UnspecifiedBits, ZeroLevels,
+    AfterWake, AverageReadback, InitialReset, InterruptFlag, InterruptOutput, Options,
+    OverflowFlag, SleepImage, StandBy, StatusClear, ThermistorUpdate, UnspecifiedBits, ZeroLevels,
 };
 use crate::signal::InterruptPin;
 use crate::word;
@@ -39,41 +39,33 @@ const ONE_FPS: u8 = 0x01;
 const PIN_ENABLED: u8 = 0x01;
 /// INTC bit 1: absolute values, else differences.
 const ABSOLUTE: u8 = 0x02;
-/// AVE bit 5.
 const MOVING_AVERAGE: u8 = 0x20;
-/// The four bits of a word's high byte that exist.
 const HIGH_NIBBLE: u8 = 0x0F;
-/// The bits of a word that exist.
 const WORD: u16 = 0x0FFF;
 
-/// The power mode, AMG88 spec §4-11-1.
+/// The power mode by its command, AMG88 spec §4-11-1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Mode {
-    Normal,
-    Sleep,
-    StandBy60,
-    StandBy10,
+    Normal = 0x00,
+    Sleep = 0x10,
+    StandBy60 = 0x20,
+    StandBy10 = 0x21,
 }
 
 impl Mode {
     fn from_command(command: u8, stand_by: StandBy) -> Option<Self> {
-        match command {
-            0x00 => Some(Self::Normal),
-            0x10 => Some(Self::Sleep),
-            _ if stand_by == StandBy::Missing => None,
-            0x20 => Some(Self::StandBy60),
-            0x21 => Some(Self::StandBy10),
-            _ => None,
-        }
+        let all = [Self::Normal, Self::Sleep, Self::StandBy60, Self::StandBy10];
+        let mode = all.into_iter().find(|mode| mode.command() == command);
+        let missing = stand_by == StandBy::Missing;
+        mode.filter(|mode| !missing || mode.stand_by_ticks().is_none())
     }
 
+    #[expect(
+        clippy::as_conversions,
+        reason = "the variants are numbered by their commands"
+    )]
     fn command(self) -> u8 {
-        match self {
-            Self::Normal => 0x00,
-            Self::Sleep => 0x10,
-            Self::StandBy60 => 0x20,
-            Self::StandBy10 => 0x21,
-        }
+        self as u8
     }
 
     /// Ticks between two frames in stand-by.
@@ -111,34 +103,18 @@ pub(crate) enum Refusal {
     UnknownCommand,
 }
 
-/// How far the key sequence 0x50, 0x45, 0x57 of register 0x1F has come (AMG88 spec §4-11-7).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Key {
-    Locked,
-    First,
-    Second,
-    Open,
-}
-
-impl Key {
-    fn turned(self, byte: u8) -> Self {
-        match (self, byte) {
-            (_, 0x50) => Self::First,
-            (Self::First, 0x45) => Self::Second,
-            (Self::Second, 0x57) => Self::Open,
-            _ => Self::Locked,
-        }
-    }
-}
+/// The key of the moving average register, written to register 0x1F (AMG88 spec §4-11-7).
+const KEY: [u8; 3] = [0x50, 0x45, 0x57];
 
 #[derive(Debug, Clone)]
 pub(crate) struct Registers {
-    mode: Mode,
-    rate: u8,
+    pub(crate) mode: Mode,
+    pub(crate) one_fps: bool,
     interrupt_control: u8,
     status: u8,
     average: u8,
-    key: Key,
+    /// How many bytes of the key have come in a row.
+    key: usize,
     levels: [u8; 6],
     thermistor: u16,
     pixels: [u16; PIXELS],
@@ -146,12 +122,11 @@ pub(crate) struct Registers {
     previous: [u16; PIXELS],
     /// Pixels outside their limits as of the newest frame, with hysteresis. Bit 0 is pixel 1.
     outside: u64,
-    /// The interrupt table as it reads.
     table: u64,
     /// Whether the pixels are those of a frame, which the next one can be compared with.
     measured: bool,
     /// Whether the sensor was woken and not reset since, and reads anything.
-    undefined: bool,
+    pub(crate) undefined: bool,
     /// Whether the mode reads 0x00 in sleep the next time.
     volatile: bool,
 }
@@ -161,11 +136,11 @@ impl Registers {
     pub(crate) fn new(options: &Options) -> Self {
         Self {
             mode: Mode::Normal,
-            rate: 0,
+            one_fps: false,
             interrupt_control: 0,
             status: 0,
             average: 0,
-            key: Key::Locked,
+            key: 0,
             levels: [0; 6],
             thermistor: options.thermistor_at_power_on & WORD,
             pixels: [0; PIXELS],
@@ -178,21 +153,8 @@ impl Registers {
         }
     }
 
-    pub(crate) fn mode(&self) -> Mode {
-        self.mode
-    }
-
-    pub(crate) fn one_fps(&self) -> bool {
-        self.rate & ONE_FPS != 0
-    }
-
     pub(crate) fn moving_average(&self) -> bool {
         self.average & MOVING_AVERAGE != 0
-    }
-
-    /// Whether no register says anything until an initial reset.
-    pub(crate) fn undefined(&self) -> bool {
-        self.undefined
     }
 
     /// What the sensor does with INT (AMG88 spec §4-7).
@@ -224,12 +186,9 @@ impl Registers {
 
     /// What a pixel register before this pixel read in the frame before; `None` for all other registers.
     pub(crate) fn read_previous(&self, register: u8, until: PixelIndex) -> Option<u8> {
-        let place = usize::from(register.checked_sub(address::PIXELS_FIRST)?);
-        if self.mode == Mode::Sleep || self.undefined || place / 2 >= until.as_usize() {
-            return None;
-        }
-        let word = self.previous.get(place / 2)?;
-        Some(word.to_le_bytes()[place % 2])
+        let earlier = self.previous.get(..until.as_usize())?;
+        let shown = self.mode != Mode::Sleep && !self.undefined;
+        shown.then(|| pixel_byte(earlier, register)).flatten()
     }
 
     fn read_asleep(&mut self, register: u8, image: SleepImage) -> u8 {
@@ -247,7 +206,7 @@ impl Registers {
     fn read_awake(&self, register: u8, options: &Options) -> u8 {
         match register {
             address::POWER_CONTROL => self.mode.command(),
-            address::FRAME_RATE => self.rate,
+            address::FRAME_RATE => u8::from(self.one_fps) * ONE_FPS,
             address::INTERRUPT_CONTROL => self.interrupt_control,
             address::STATUS => self.status,
             address::AVERAGE => match options.average_readback {
@@ -262,12 +221,7 @@ impl Registers {
             address::TABLE_FIRST..=address::TABLE_LAST => {
                 at(&self.table.to_le_bytes(), register - address::TABLE_FIRST)
             }
-            address::PIXELS_FIRST..=0xFF => {
-                let place = usize::from(register - address::PIXELS_FIRST);
-                let word = self.pixels.get(place / 2).copied().unwrap_or(0);
-                word.to_le_bytes()[place % 2]
-            }
-            _ => 0,
+            _ => pixel_byte(&self.pixels, register).unwrap_or(0),
         }
     }
 
@@ -277,37 +231,39 @@ impl Registers {
         }
         match register {
             address::AVERAGE_KEY => {
-                self.key = self.key.turned(byte);
+                self.key = match KEY.get(self.key) {
+                    Some(next) if *next == byte => self.key + 1,
+                    _ => usize::from(byte == KEY[0]),
+                };
                 return Effect::Stored;
             }
-            address::AVERAGE if self.key == Key::Open => {
+            address::AVERAGE if self.key == KEY.len() => {
                 self.average = byte & MOVING_AVERAGE;
                 return Effect::Stored;
             }
-            _ => self.key = Key::Locked,
+            _ => self.key = 0,
         }
         match register {
-            address::POWER_CONTROL => self.write_mode(byte, options.stand_by),
-            address::RESET => self.write_reset(byte, options),
-            address::FRAME_RATE => self.write_rate(byte),
-            address::INTERRUPT_CONTROL => {
-                self.interrupt_control = byte & (PIN_ENABLED | ABSOLUTE);
-                Effect::Stored
+            address::POWER_CONTROL => return self.write_mode(byte, options.stand_by),
+            address::RESET => return self.write_reset(byte, options),
+            address::FRAME_RATE => {
+                let before = core::mem::replace(&mut self.one_fps, byte & ONE_FPS != 0);
+                if self.one_fps != before {
+                    return Effect::RateChanged;
+                }
             }
-            address::STATUS_CLEAR => {
-                self.clear_status(byte, options.status_clear);
-                Effect::Stored
-            }
-            address::AVERAGE => Effect::Refused(Refusal::WithoutKey),
+            address::INTERRUPT_CONTROL => self.interrupt_control = byte & (PIN_ENABLED | ABSOLUTE),
+            address::STATUS_CLEAR => self.clear_status(byte, options.status_clear),
+            address::AVERAGE => return Effect::Refused(Refusal::WithoutKey),
             address::LEVELS_FIRST..=address::LEVELS_LAST => {
                 self.write_level(register - address::LEVELS_FIRST, byte);
-                Effect::Stored
             }
             address::STATUS
             | address::THERMISTOR_LOW..=address::TABLE_LAST
-            | address::PIXELS_FIRST..=0xFF => Effect::Refused(Refusal::ReadOnly),
-            _ => Effect::Refused(Refusal::Reserved),
+            | address::PIXELS_FIRST..=0xFF => return Effect::Refused(Refusal::ReadOnly),
+            _ => return Effect::Refused(Refusal::Reserved),
         }
+        Effect::Stored
     }
 
     /// Renews pixels, thermistor, table and flags together (AMG88 spec §4-11-10, §4-11-11).
@@ -355,7 +311,7 @@ impl Registers {
         }
     }
 
-    /// Woken from sleep: the next frame has no predecessor to differ from, and nothing is certain, by option.
+    /// Woken from sleep: the next frame has no predecessor to differ from.
     pub(crate) fn wake(&mut self, after_wake: AfterWake) {
         self.measured = false;
         self.volatile = false;
@@ -397,17 +353,15 @@ impl Registers {
         match Mode::from_command(command, stand_by) {
             None => Effect::Refused(Refusal::UnknownCommand),
             Some(mode) if mode == self.mode => Effect::Stored,
-            Some(mode) => {
-                let before = core::mem::replace(&mut self.mode, mode);
-                Effect::ModeChanged(before)
-            }
+            Some(mode) => Effect::ModeChanged(core::mem::replace(&mut self.mode, mode)),
         }
     }
 
     fn write_reset(&mut self, command: u8, options: &Options) -> Effect {
         match command {
             0x30 => {
-                self.reset_flags();
+                self.status = 0;
+                self.clear_table();
                 Effect::Stored
             }
             0x3F => {
@@ -418,23 +372,10 @@ impl Registers {
         }
     }
 
-    fn write_rate(&mut self, byte: u8) -> Effect {
-        let rate = byte & ONE_FPS;
-        if core::mem::replace(&mut self.rate, rate) == rate {
-            Effect::Stored
-        } else {
-            Effect::RateChanged
-        }
-    }
-
     fn write_level(&mut self, place: u8, byte: u8) {
-        let existing = if place % 2 == 1 {
-            byte & HIGH_NIBBLE
-        } else {
-            byte
-        };
+        let existing = if place % 2 == 1 { HIGH_NIBBLE } else { 0xFF };
         if let Some(level) = self.levels.get_mut(usize::from(place)) {
-            *level = existing;
+            *level = byte & existing;
         }
     }
 
@@ -450,15 +391,11 @@ impl Registers {
         self.outside = 0;
     }
 
-    fn reset_flags(&mut self) {
-        self.status = 0;
-        self.clear_table();
-    }
-
     /// The thermistor holds, the pixels go (AMG88 spec of 2016, table of resets in §4-11-2).
     fn reset_initially(&mut self, options: &Options) {
-        self.reset_flags();
-        if options.initial_reset == crate::device::options::InitialReset::RestoresDefaults {
+        self.status = 0;
+        self.clear_table();
+        if options.initial_reset == InitialReset::RestoresDefaults {
             *self = Self {
                 thermistor: self.thermistor,
                 ..Self::new(options)
@@ -492,6 +429,12 @@ impl Limits {
 fn is_high_byte(register: u8) -> bool {
     let word = matches!(register, address::LEVELS_FIRST..=address::THERMISTOR_HIGH | address::PIXELS_FIRST..=0xFF);
     word && register % 2 == 1
+}
+
+/// What this register reads if it is one of these pixels.
+fn pixel_byte(pixels: &[u16], register: u8) -> Option<u8> {
+    let place = usize::from(register.checked_sub(address::PIXELS_FIRST)?);
+    Some(pixels.get(place / 2)?.to_le_bytes()[place % 2])
 }
 
 fn at(bytes: &[u8], place: u8) -> u8 {

@@ -1,21 +1,18 @@
 //! The sensor's own clock: which tick falls at what time.
 
-use crate::device::drift::{CLOCK_ERROR_PPM_MAX, Drift};
+use crate::device::drift::{CLOCK_ERROR_PPM_MAX, Drift, Point};
 use core::time::Duration;
 use grideye_frame::TICK;
 
 /// The array always measures ten times a second (AMG88 spec §4-11-3 with the users' reports on 1 fps).
 const PERIOD_NS: u128 = TICK.as_nanos();
 const MILLION: i128 = 1_000_000;
-/// What the sensor's clock has to run through for one tick, in nanoseconds times half millionths of its nominal speed:
-/// the mean of two whole speeds is a whole number of halves.
+/// One tick in nanoseconds times half millionths of the nominal speed: the mean of two whole speeds is whole in halves.
 const WORK_PER_TICK: u128 = PERIOD_NS * 2_000_000;
 const NANOSECONDS_PER_HOUR: u128 = 3_600_000_000_000;
-/// Beyond this many parts per million in an hour a drift has no further effect.
+/// The fastest drift that has an effect.
 const PPM_PER_HOUR_MAX: i32 = 2 * CLOCK_ERROR_PPM_MAX;
 
-/// The sensor's own clock: which internal tick falls at what time of the host.
-///
 /// Counts from one origin in whole numbers, so that nothing accumulates however long it runs.
 #[derive(Debug, Clone)]
 pub(crate) struct Ticks {
@@ -118,15 +115,8 @@ impl Ticks {
             Drift::None => Stretch::steady(self.error_ppm),
             Drift::PpmPerHour(rise) => self.even(rise, age_ns),
             Drift::Curve(curve) => {
-                let mut place = 0;
-                while curve
-                    .point(place)
-                    .is_some_and(|(time, _)| time.as_nanos() <= age_ns)
-                {
-                    place += 1;
-                }
-                let before = place.checked_sub(1).and_then(|place| curve.point(place));
-                self.between(before, curve.point(place), age_ns)
+                let (passed, coming) = curve.around(age_ns);
+                self.between(passed, coming, age_ns)
             }
         };
         Stretch {
@@ -155,12 +145,7 @@ impl Ticks {
     }
 
     /// A line between two points of a curve; beyond either end, the error of the nearest.
-    fn between(
-        &self,
-        before: Option<(Duration, i32)>,
-        after: Option<(Duration, i32)>,
-        age_ns: u128,
-    ) -> Stretch {
+    fn between(&self, before: Option<Point>, after: Option<Point>, age_ns: u128) -> Stretch {
         let sum = |ppm: i32| held(i64::from(self.error_ppm) + i64::from(ppm));
         match (before, after) {
             (Some((from, least)), Some((to, last))) => {
@@ -262,11 +247,22 @@ fn held(error_ppm: i64) -> i32 {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
     use super::*;
     use crate::DriftCurve;
 
     fn steady(origin: Duration, ppm: i32) -> Ticks {
         Ticks::new(origin, ppm, Drift::None)
+    }
+
+    /// Each tick comes at its time, and not a nanosecond before.
+    fn check(ticks: &Ticks, numbers: &[u64], what: &str) {
+        for tick in numbers {
+            let time = ticks.time(*tick);
+            let before = ticks.count(time - Duration::from_nanos(1));
+            assert_eq!((ticks.count(time), before), (*tick, tick - 1), "{what}");
+        }
     }
 
     #[test]
@@ -283,15 +279,8 @@ mod tests {
     fn time_and_count_agree_to_the_nanosecond_at_any_speed() {
         for ppm in [-500_000, -43_000, -40_000, -1, 0, 1, 33_333, 500_000] {
             let ticks = steady(Duration::from_nanos(123), ppm);
-            for tick in [1, 2, 3, 10, 999, 864_000, 123_456_789] {
-                let time = ticks.time(tick);
-                assert_eq!(ticks.count(time), tick, "{ppm} ppm");
-                assert_eq!(
-                    ticks.count(time - Duration::from_nanos(1)),
-                    tick - 1,
-                    "{ppm} ppm"
-                );
-            }
+            let numbers = [1, 2, 3, 10, 999, 864_000, 123_456_789];
+            check(&ticks, &numbers, &std::format!("{ppm} ppm"));
         }
     }
 
@@ -345,33 +334,14 @@ mod tests {
             (Duration::from_nanos(1_000_000_000_001), -40_000),
             (Duration::from_secs(40_000), 7),
         ];
-        let curve = Drift::Curve(DriftCurve::new(&POINTS).unwrap());
-        for drift in [
-            Drift::PpmPerHour(-5_000),
-            Drift::PpmPerHour(i32::MAX),
-            Drift::PpmPerHour(3),
-            curve,
-        ] {
+        let mut drifts = [-5_000, i32::MAX, 3, 0].map(Drift::PpmPerHour);
+        drifts[3] = Drift::Curve(DriftCurve::new(&POINTS).unwrap());
+        let ticks = [1, 2, 999, 1_000, 1_001, 9_600, 10_000, 10_001];
+        let numbers = [&ticks[..], &[400_000, 864_000, 123_456_789]].concat();
+        for drift in drifts {
             for ppm in [-40_000, 0, 600_000] {
                 let ticks = Ticks::new(Duration::from_nanos(77), ppm, drift);
-                for tick in [
-                    1,
-                    2,
-                    999,
-                    1_000,
-                    1_001,
-                    9_600,
-                    10_000,
-                    10_001,
-                    400_000,
-                    864_000,
-                    123_456_789,
-                ] {
-                    let time = ticks.time(tick);
-                    assert_eq!(ticks.count(time), tick, "{drift:?} {ppm}");
-                    let before = time - Duration::from_nanos(1);
-                    assert_eq!(ticks.count(before), tick - 1, "{drift:?} {ppm}");
-                }
+                check(&ticks, &numbers, &std::format!("{drift:?} {ppm}"));
             }
         }
     }
@@ -384,11 +354,8 @@ mod tests {
             (Duration::from_secs(43_200), -20_000),
             (Duration::from_secs(86_400), 20_000),
         ];
-        let ticks = Ticks::new(
-            Duration::ZERO,
-            0,
-            Drift::Curve(DriftCurve::new(&POINTS).unwrap()),
-        );
+        let curve = Drift::Curve(DriftCurve::new(&POINTS).unwrap());
+        let ticks = Ticks::new(Duration::ZERO, 0, curve);
         assert_eq!(ticks.time(864_000), DAY);
         assert_eq!(ticks.time(432_000), DAY / 2);
         // A quarter day in, the mean error so far is 10,000 ppm: 216,000 ticks and a hundredth of them.
@@ -406,7 +373,7 @@ mod tests {
         let expected = 288_000.0 * 1.004 + 576_000.0 * 1.008;
         let found = f64::from(u32::try_from(changed.count(DAY)).unwrap());
         assert!(
-            (expected - found) < 1.0 && found <= expected,
+            (0.0..1.0).contains(&(expected - found)),
             "{found} {expected}"
         );
 

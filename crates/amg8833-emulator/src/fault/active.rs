@@ -8,9 +8,8 @@ use grideye_frame::{PIXELS, PixelIndex};
 
 /// The most faults that can be set by call on one bus at a time, its sensors' included.
 pub const FAULTS_MAX: usize = 16;
-/// The bits of a register word that exist.
 const WORD: u16 = 0xFFF;
-/// Streams of draws: those of the faults set by call are told from those of a script's rules by this bit.
+/// Streams of draws: this bit tells the faults set by call from a script's rules.
 const BY_CALL: u64 = 1 << 40;
 
 /// One active fault.
@@ -22,7 +21,6 @@ pub(crate) struct Entry {
     pub(crate) stream: u64,
     /// The sensor that has it; `None` for the whole bus.
     pub(crate) target: Option<Address>,
-    /// How often it may strike yet.
     pub(crate) left: Option<u32>,
 }
 
@@ -31,8 +29,7 @@ impl Entry {
         self.fault.kind()
     }
 
-    /// Whether a transaction to this address can meet it. A held line or a missing adapter is everybody's, whoever
-    /// brings it.
+    /// Whether a transaction to this address can meet it. A held line or a missing adapter is everybody's.
     fn aims_at(&self, address: Option<Address>) -> bool {
         let of_the_bus = matches!(self.fault, Fault::Hang | Fault::AdapterGone);
         of_the_bus || self.target.is_none() || self.target == address
@@ -42,29 +39,21 @@ impl Entry {
         self.chance.hits(draw(seed, self.stream, place))
     }
 
-    fn spend(&mut self) {
-        if let Some(left) = &mut self.left {
-            *left = left.saturating_sub(1);
-        }
+    /// As [`strikes`](Self::strikes), of a frame of the sensor at this address.
+    fn spoils(&self, seed: u64, address: Address, number: u64) -> bool {
+        self.kind().unit() == Unit::Frame
+            && self.aims_at(Some(address))
+            && self.strikes(seed, frame_place(address, number))
     }
 }
 
 /// What is lasting about a sensor's faults.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Condition {
-    pub(crate) powered: bool,
+    pub(crate) unpowered: bool,
     pub(crate) frozen: bool,
     pub(crate) fast_wake: bool,
     pub(crate) clock_error_ppm: Option<i32>,
-}
-
-impl Condition {
-    pub(crate) const SOUND: Self = Self {
-        powered: true,
-        frozen: false,
-        fast_wake: false,
-        clock_error_ppm: None,
-    };
 }
 
 /// What faults put into the words of the next frame.
@@ -84,10 +73,10 @@ impl Spoil {
     }
 }
 
-/// What the faults of one transaction do behind START.
+/// What the faults of one transaction do after START.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Plan {
-    /// Whether there is anything at all.
+    /// Whether anything happens to its bytes.
     pub(crate) any: bool,
     pub(crate) silent: Option<FaultKind>,
     pub(crate) nack_byte: Option<u16>,
@@ -112,11 +101,9 @@ pub(crate) struct Faults {
     pub(crate) counts: FaultCounts,
     /// What happened in a moment since the last transaction, for the trace.
     pub(crate) happened: FaultSet,
-    /// Transactions so far, by which faults are drawn.
+    /// Transactions, bytes of data and stretches set by call so far: faults are drawn by them.
     transactions: u64,
-    /// Bytes of data so far, by which flips are drawn.
     bytes: u64,
-    /// Stretches set by call so far.
     stretches: u64,
 }
 
@@ -142,9 +129,8 @@ impl Faults {
         let same = |slot: &Option<Entry>| {
             slot.is_some_and(|entry| entry.kind() == kind && entry.target == target)
         };
-        let free = self
-            .by_call
-            .iter()
+        let mut places = self.by_call.iter();
+        let free = places
             .position(same)
             .or_else(|| self.by_call.iter().position(Option::is_none));
         let Some(slot) = free.and_then(|place| self.by_call.get_mut(place)) else {
@@ -172,28 +158,23 @@ impl Faults {
         true
     }
 
-    /// Removes what was set by call on this target.
     pub(crate) fn clear(&mut self, target: Option<Address>) {
         for slot in &mut self.by_call {
-            if slot.is_some_and(|entry| entry.target == target) {
-                *slot = None;
-            }
+            slot.take_if(|entry| entry.target == target);
         }
         self.note_used();
     }
 
     /// Every kind that the sensor at this address meets, itself or with its bus.
     pub(crate) fn at(&self, address: Option<Address>) -> FaultSet {
-        self.aimed_at(address)
-            .map(|(_, entry)| entry.kind())
-            .collect()
+        self.aimed_at(address).map(Entry::kind).collect()
     }
 
     pub(crate) fn condition(&self, address: Address) -> Condition {
-        let mut condition = Condition::SOUND;
-        for (_, entry) in self.aimed_at(Some(address)) {
+        let mut condition = Condition::default();
+        for entry in self.aimed_at(Some(address)) {
             match entry.fault {
-                Fault::Unplugged | Fault::AdapterGone => condition.powered = false,
+                Fault::Unplugged | Fault::AdapterGone => condition.unpowered = true,
                 Fault::Freeze => condition.frozen = true,
                 Fault::FastWake => condition.fast_wake = true,
                 Fault::ClockError { ppm } => condition.clock_error_ppm = Some(ppm),
@@ -203,9 +184,8 @@ impl Faults {
         condition
     }
 
-    /// The SCL frequency that a fault imposes.
     pub(crate) fn scl_hz(&self) -> Option<NonZeroU32> {
-        self.active().find_map(|(_, entry)| match entry.fault {
+        self.active().find_map(|entry| match entry.fault {
             Fault::SclSpeed { hz } => Some(hz),
             _ => None,
         })
@@ -214,7 +194,7 @@ impl Faults {
     /// Whether frames have to be gone through one by one.
     pub(crate) fn spoils_frames(&self) -> bool {
         self.active()
-            .any(|(_, entry)| entry.kind().unit() == Unit::Frame)
+            .any(|entry| entry.kind().unit() == Unit::Frame)
     }
 
     /// What the frame of this number of the sensor at this address gets.
@@ -224,7 +204,8 @@ impl Faults {
             thermistor: None,
             kinds: FaultSet::EMPTY,
         };
-        for (_, entry) in self.spoiling(address, number) {
+        let spoils = |entry: &&Entry| entry.spoils(self.seed, address, number);
+        for entry in self.active().filter(spoils) {
             match entry.fault {
                 Fault::PixelGlitch { pixel, word } => {
                     let drawn = self.any_pixel(entry, address, number);
@@ -243,12 +224,8 @@ impl Faults {
 
     /// Counts what [`spoil`](Self::spoil) said of a frame that has come.
     pub(crate) fn settle_frame(&mut self, address: Address, number: u64) {
-        let hit = self.marked(|faults, entry| {
-            entry.kind().unit() == Unit::Frame
-                && entry.aims_at(Some(address))
-                && entry.strikes(faults.seed, frame_place(address, number))
-        });
-        self.spend(&hit);
+        let seed = self.seed;
+        self.spend(|entry| entry.spoils(seed, address, number));
     }
 
     /// One more transaction; its number is what everything in it is drawn by.
@@ -262,24 +239,23 @@ impl Faults {
         self.active().next()?;
         CONTROLLER.into_iter().map(|(kind, _)| kind).find(|kind| {
             self.aimed_at(address)
-                .any(|(_, entry)| entry.kind() == *kind && self.drawn(entry, place))
+                .any(|entry| entry.kind() == *kind && entry.strikes(self.seed, place))
         })
     }
 
     /// What happens to a transaction that reaches the sensor at this address.
     pub(crate) fn plan(&self, address: Address, place: u64) -> Plan {
         let mut plan = Plan::default();
-        for (_, entry) in self.aimed_at(Some(address)) {
+        for entry in self.aimed_at(Some(address)) {
             if entry.kind().unit() == Unit::Stretch {
                 plan.lasting.insert(entry.kind());
             }
             if matches!(entry.fault, Fault::Unplugged) {
                 plan.silent = Some(FaultKind::Unplugged);
-            } else if entry.kind() == FaultKind::BitFlip || self.drawn(entry, place) {
+            } else if entry.kind() == FaultKind::BitFlip || entry.strikes(self.seed, place) {
                 plan.take(entry.fault);
             }
         }
-        plan.any = plan.acts();
         plan
     }
 
@@ -288,21 +264,20 @@ impl Faults {
         if struck.is_empty() {
             return;
         }
-        let hit = self.marked(|faults, entry| {
+        let seed = self.seed;
+        self.spend(|entry| {
             struck.contains(entry.kind())
                 && entry.kind().unit() == Unit::Transaction
                 && entry.aims_at(address)
-                && faults.drawn(entry, place)
+                && entry.strikes(seed, place)
         });
-        self.spend(&hit);
     }
 
-    /// One more byte of data.
     pub(crate) fn pass_byte(&mut self) {
         self.bytes += 1;
     }
 
-    /// Turns over the bits of the byte that passes; says whether any was.
+    /// Inverts bits of the byte that passes; whether there were any.
     pub(crate) fn flip(
         &mut self,
         byte: &mut u8,
@@ -310,30 +285,29 @@ impl Faults {
         at_register: Option<u8>,
         at_byte: u16,
     ) -> bool {
-        let place = self.bytes;
-        let hit = self.marked(|faults, entry| match entry.fault {
+        let (seed, place) = (self.seed, self.bytes);
+        let hit = |entry: &Entry| match entry.fault {
             Fault::BitFlip { register, byte, .. } => {
                 register.is_none_or(|register| Some(register) == at_register)
                     && byte.is_none_or(|byte| byte == at_byte)
                     && entry.aims_at(Some(address))
-                    && entry.strikes(faults.seed, place)
+                    && entry.strikes(seed, place)
             }
             _ => false,
-        });
+        };
         let mut any = false;
-        for (_, entry) in self.active().filter(|(slot, _)| hit.contains(*slot)) {
+        for entry in self.active().filter(|entry| hit(entry)) {
             if let Fault::BitFlip { bit, .. } = entry.fault {
                 *byte ^= 1 << bit.map_or_else(|| self.any_bit(entry, place), |bit| bit & 7);
                 any = true;
             }
         }
         if any {
-            self.spend(&hit);
+            self.spend(hit);
         }
         any
     }
 
-    /// A moment's fault happened.
     pub(crate) fn happen(&mut self, kind: FaultKind) {
         self.counts.add(kind);
         self.happened.insert(kind);
@@ -342,17 +316,6 @@ impl Faults {
     fn note_used(&mut self) {
         let last = self.by_call.iter().rposition(Option::is_some);
         self.used = last.map_or(0, |place| place + 1);
-    }
-
-    fn drawn(&self, entry: &Entry, place: u64) -> bool {
-        entry.strikes(self.seed, place)
-    }
-
-    fn spoiling(&self, address: Address, number: u64) -> impl Iterator<Item = (usize, &Entry)> {
-        self.aimed_at(Some(address)).filter(move |(_, entry)| {
-            entry.kind().unit() == Unit::Frame
-                && entry.strikes(self.seed, frame_place(address, number))
-        })
     }
 
     fn any_pixel(&self, entry: &Entry, address: Address, number: u64) -> usize {
@@ -365,43 +328,28 @@ impl Faults {
         u8::try_from(drawn >> 61).unwrap_or_default()
     }
 
-    fn aimed_at(&self, address: Option<Address>) -> impl Iterator<Item = (usize, &Entry)> {
-        self.active()
-            .filter(move |(_, entry)| entry.aims_at(address))
+    fn aimed_at(&self, address: Option<Address>) -> impl Iterator<Item = &Entry> {
+        self.active().filter(move |entry| entry.aims_at(address))
     }
 
-    /// The active faults and their slots: those by call first.
-    fn active(&self) -> impl Iterator<Item = (usize, &Entry)> {
+    /// The active faults: those by call first.
+    fn active(&self) -> impl Iterator<Item = &Entry> {
         let slots = self.by_call.iter().take(self.used);
         #[cfg(feature = "alloc")]
         let slots = slots.chain(&self.by_rule);
-        slots.enumerate().filter_map(|(slot, entry)| {
-            let entry = entry.as_ref()?;
-            (entry.left != Some(0)).then_some((slot, entry))
-        })
+        slots.flatten().filter(|entry| entry.left != Some(0))
     }
 
-    fn marked(&self, hit: impl Fn(&Self, &Entry) -> bool) -> Slots {
-        let mut slots = Slots::default();
-        for (slot, entry) in self.active() {
-            if hit(self, entry) {
-                slots.insert(slot);
-            }
-        }
-        slots
-    }
-
-    /// Takes one time from each of these, and counts each of their kinds once.
-    fn spend(&mut self, hit: &Slots) {
+    /// Takes one time from each active fault that was hit, and counts each of their kinds once.
+    fn spend(&mut self, hit: impl Fn(&Entry) -> bool) {
         let slots = self.by_call.iter_mut().take(self.used);
         #[cfg(feature = "alloc")]
         let slots = slots.chain(&mut self.by_rule);
         let mut kinds = FaultSet::EMPTY;
-        for (slot, entry) in slots.enumerate() {
-            if let Some(entry) = entry.as_mut().filter(|_| hit.contains(slot)) {
-                entry.spend();
-                kinds.insert(entry.kind());
-            }
+        let active = slots.flatten().filter(|entry| entry.left != Some(0));
+        for entry in active.filter(|entry| hit(entry)) {
+            entry.left = entry.left.map(|left| left - 1);
+            kinds.insert(entry.kind());
         }
         for kind in kinds.iter() {
             self.counts.add(kind);
@@ -412,32 +360,24 @@ impl Faults {
 impl Plan {
     fn take(&mut self, fault: Fault) {
         match fault {
-            Fault::NackAddress => {
-                self.silent.get_or_insert(FaultKind::NackAddress);
-            }
             Fault::NackByte(byte) => {
                 self.nack_byte = Some(self.nack_byte.map_or(byte, |first| first.min(byte)));
             }
             Fault::ShortClock { byte, bit } => {
-                let pulse = (byte, bit & 7);
                 let first = self.short_clock.filter(|(earlier, _)| *earlier <= byte);
-                self.short_clock = first.or(Some(pulse));
+                self.short_clock = first.or(Some((byte, bit & 7)));
             }
             Fault::BitFlip { .. } => self.flips = true,
             Fault::StuckHigh => self.stuck_high = true,
             Fault::AllZero => self.all_zero = true,
             Fault::Torn { pixel } => self.torn = Some(pixel),
-            _ => {}
+            Fault::NackAddress => {
+                self.silent.get_or_insert(FaultKind::NackAddress);
+                return;
+            }
+            _ => return,
         }
-    }
-
-    fn acts(&self) -> bool {
-        self.nack_byte.is_some()
-            || self.short_clock.is_some()
-            || self.flips
-            || self.stuck_high
-            || self.all_zero
-            || self.torn.is_some()
+        self.any = true;
     }
 }
 
@@ -456,33 +396,12 @@ pub(crate) fn controller_error(kind: FaultKind) -> BusError {
     found.map_or(BusError::Bus, |(_, error)| error)
 }
 
-/// Of two of these, the one that hides the other.
+/// The one of two that hides the other.
 pub(crate) fn stronger(one: Option<FaultKind>, other: Option<FaultKind>) -> Option<FaultKind> {
-    let listed = CONTROLLER.into_iter().map(|(kind, _)| kind);
-    listed
-        .into_iter()
-        .find(|kind| Some(*kind) == one || Some(*kind) == other)
+    let mut listed = CONTROLLER.into_iter().map(|(kind, _)| kind);
+    listed.find(|kind| Some(*kind) == one || Some(*kind) == other)
 }
 
 fn frame_place(address: Address, number: u64) -> u64 {
     number | u64::from(address.bits()) << 56
-}
-
-/// A set of slots; there are no more of them than [`FAULTS_MAX`] and the rules of a script.
-#[derive(Debug, Default)]
-struct Slots(u128);
-
-impl Slots {
-    fn insert(&mut self, slot: usize) {
-        self.0 |= bit(slot);
-    }
-
-    fn contains(&self, slot: usize) -> bool {
-        self.0 & bit(slot) != 0
-    }
-}
-
-fn bit(slot: usize) -> u128 {
-    let slot = u32::try_from(slot).unwrap_or(u32::MAX);
-    1_u128.checked_shl(slot).unwrap_or_default()
 }

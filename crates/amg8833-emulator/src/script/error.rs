@@ -5,34 +5,25 @@ use core::fmt;
 
 /// The most rules in one script.
 pub const RULES_MAX: usize = 100;
+/// The longest script that is read.
+pub const SCRIPT_BYTES_MAX: usize = 1 << 20;
 
-/// Where in a script something stands.
+/// Where in a script something stands: what the script was called, the line, and the character in it, from 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
-    /// What the script was called when it was read, a file name as a rule.
-    pub origin: String,
-    /// The line, from 1.
-    pub line: usize,
-    /// The character in the line, from 1.
-    pub column: usize,
-}
+pub struct Place(pub String, pub usize, pub usize);
 
 impl fmt::Display for Place {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}:{}:{}", self.origin, self.line, self.column)
+        let Self(origin, line, column) = self;
+        write!(formatter, "{origin}:{line}:{column}")
     }
 }
 
 /// Why a script cannot be followed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ScriptError {
-    /// It is no TOML, or has a key that no script has, or a value of another type.
-    Malformed {
-        /// Where.
-        place: Place,
-        /// What the parser says.
-        problem: String,
-    },
+    /// It is no TOML, or has a key that no script has, or a value of another type: where, and what the parser says.
+    Malformed(Place, String),
     /// A field of a fault cannot be what it is.
     Field {
         /// Where.
@@ -46,33 +37,18 @@ pub enum ScriptError {
         /// What to write instead.
         hint: String,
     },
-    /// A rule that was made in Rust cannot be.
-    Rule {
-        /// Which, from 1.
-        number: usize,
-        /// What is wrong.
-        problem: &'static str,
-    },
-    /// There are more than [`RULES_MAX`] rules.
-    TooManyRules {
-        /// How many there are.
-        found: usize,
-    },
-    /// The text is longer than any script has to be.
-    TooLong {
-        /// What the script was called.
-        origin: String,
-        /// Its length in bytes.
-        bytes: usize,
-        /// The most that is read.
-        bytes_max: usize,
-    },
+    /// The rule of this number, from 1, which was made in Rust, cannot be, and why.
+    Rule(usize, &'static str),
+    /// So many rules are more than [`RULES_MAX`].
+    TooManyRules(usize),
+    /// The text of this origin has so many bytes, which are more than are read.
+    TooLong(String, usize),
 }
 
 impl fmt::Display for ScriptError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Malformed { place, problem } => write!(formatter, "{place}: {problem}"),
+            Self::Malformed(place, problem) => write!(formatter, "{place}: {problem}"),
             Self::Field {
                 place,
                 number,
@@ -83,18 +59,14 @@ impl fmt::Display for ScriptError {
                 formatter,
                 "{place}: fault {number}, `{field}`: {problem}\nhint: {hint}"
             ),
-            Self::Rule { number, problem } => write!(formatter, "rule {number}: {problem}"),
-            Self::TooManyRules { found } => write!(
+            Self::Rule(number, problem) => write!(formatter, "rule {number}: {problem}"),
+            Self::TooManyRules(found) => write!(
                 formatter,
                 "{found} rules are more than the {RULES_MAX} of a script\nhint: give each bus a script of its own"
             ),
-            Self::TooLong {
-                origin,
-                bytes,
-                bytes_max,
-            } => write!(
+            Self::TooLong(origin, bytes) => write!(
                 formatter,
-                "{origin}: {bytes} bytes are more than the {bytes_max} of a script\nhint: this is some other file"
+                "{origin}: {bytes} bytes are more than the {SCRIPT_BYTES_MAX} of a script\nhint: this is some other file"
             ),
         }
     }

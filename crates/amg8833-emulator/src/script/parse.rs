@@ -1,7 +1,8 @@
 //! Scripts in TOML: `scripts/README.md` is the format.
 
+use crate::device::drift::CLOCK_ERROR_PPM_MAX;
 use crate::fault::{Chance, Fault, FaultKind, Unit};
-use crate::script::error::{RULES_MAX, ScriptError};
+use crate::script::error::{RULES_MAX, SCRIPT_BYTES_MAX, ScriptError};
 use crate::script::rules::{EVERY_MIN, Lasting, Rule, Script, When};
 use crate::script::text::{duration, place};
 use crate::signal::Address;
@@ -10,15 +11,12 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::num::NonZeroU32;
-use core::ops::Range;
+use core::ops::{Range, RangeInclusive};
 use core::time::Duration;
 use grideye_frame::PixelIndex;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// The longest script that is read.
-pub const SCRIPT_BYTES_MAX: usize = 1 << 20;
-/// The twelve bits of a register word.
 const WORD_MAX: i64 = 0xFFF;
 
 impl Script {
@@ -28,29 +26,26 @@ impl Script {
     /// What is wrong, with the place in the text, the field, and what to write instead.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ScriptError> {
         if text.len() > SCRIPT_BYTES_MAX {
-            return Err(ScriptError::TooLong {
-                origin: origin.to_owned(),
-                bytes: text.len(),
-                bytes_max: SCRIPT_BYTES_MAX,
-            });
+            return Err(ScriptError::TooLong(origin.to_owned(), text.len()));
         }
-        let raw: RawScript = toml::from_str(text).map_err(|error| ScriptError::Malformed {
-            place: place(text, origin, error.span().unwrap_or_default()),
-            problem: with_hint(error.message()),
+        let raw: RawScript = toml::from_str(text).map_err(|error| {
+            let place = place(text, origin, error.span().unwrap_or_default());
+            ScriptError::Malformed(place, with_hint(error.message()))
         })?;
         if raw.fault.len() > RULES_MAX {
-            let found = raw.fault.len();
-            return Err(ScriptError::TooManyRules { found });
+            return Err(ScriptError::TooManyRules(raw.fault.len()));
         }
         let mut rules = Vec::new();
         for (number, fault) in (1..).zip(&raw.fault) {
-            let reader = Reader {
+            let mut reader = Reader {
                 text,
                 origin,
                 number,
                 whole: fault.span(),
+                raw: fault.get_ref(),
+                kind: FaultKind::NackAddress,
             };
-            rules.push(reader.rule(fault.get_ref())?);
+            rules.push(reader.rule()?);
         }
         Self::new(raw.seed, rules)
     }
@@ -90,21 +85,54 @@ struct RawFault {
 }
 
 impl RawFault {
-    /// The fields that only some kinds have, by their names.
-    fn particulars(&self) -> [(&'static str, &Option<Spanned<i64>>); 7] {
-        [
-            ("byte", &self.byte),
-            ("bit", &self.bit),
-            ("register", &self.register),
-            ("pixel", &self.pixel),
-            ("word", &self.word),
-            ("ppm", &self.ppm),
-            ("hz", &self.hz),
-        ]
+    fn whole(&self, field: &str) -> Option<&Spanned<i64>> {
+        let value = match field {
+            "frame" => &self.frame,
+            "frames" => &self.frames,
+            "count" => &self.count,
+            "address" => &self.address,
+            "bus" => &self.bus,
+            "byte" => &self.byte,
+            "bit" => &self.bit,
+            "register" => &self.register,
+            "pixel" => &self.pixel,
+            "word" => &self.word,
+            "ppm" => &self.ppm,
+            _ => &self.hz,
+        };
+        value.as_ref()
+    }
+
+    fn time(&self, field: &str) -> Option<&Spanned<String>> {
+        let value = match field {
+            "at" => &self.at,
+            "from" => &self.from,
+            "until" => &self.until,
+            "every" => &self.every,
+            _ => &self.duration,
+        };
+        value.as_ref()
+    }
+
+    /// Those of these fields that are there.
+    fn given<const N: usize>(
+        &self,
+        fields: [&'static str; N],
+    ) -> impl Iterator<Item = (&'static str, Range<usize>)> {
+        fields.into_iter().filter_map(|field| {
+            let span = match field {
+                "frame" | "frames" | "count" => self.whole(field)?.span(),
+                _ => self.time(field)?.span(),
+            };
+            Some((field, span))
+        })
     }
 }
 
-/// Which particulars a kind has; the first ones it must have.
+/// The fields that only some kinds have.
+const PARTICULARS: [&str; 7] = ["byte", "bit", "register", "pixel", "word", "ppm", "hz"];
+
+/// Which particulars a kind must have, and which it may have.
 fn particulars_of(kind: FaultKind) -> (&'static [&'static str], &'static [&'static str]) {
     match kind {
         FaultKind::NackByte => (&["byte"], &[]),
@@ -119,77 +147,65 @@ fn particulars_of(kind: FaultKind) -> (&'static [&'static str], &'static [&'stat
     }
 }
 
+fn has(kind: FaultKind, field: &str) -> bool {
+    let (needed, possible) = particulars_of(kind);
+    needed.contains(&field) || possible.contains(&field)
+}
+
+fn names(kinds: impl Iterator<Item = FaultKind>) -> String {
+    kinds.map(FaultKind::name).collect::<Vec<_>>().join(", ")
+}
+
 /// Reads one fault, and knows where it stands.
 struct Reader<'a> {
     text: &'a str,
     origin: &'a str,
     number: usize,
     whole: Range<usize>,
+    raw: &'a RawFault,
+    kind: FaultKind,
 }
 
 impl Reader<'_> {
-    fn rule(&self, raw: &RawFault) -> Result<Rule, ScriptError> {
-        let kind = self.kind(raw)?;
-        self.check_particulars(raw, kind)?;
-        let lasting = self.lasting(raw, kind)?;
-        let when = self.when(raw, kind, lasting)?;
+    fn rule(&mut self) -> Result<Rule, ScriptError> {
+        let name = &self.raw.kind;
+        self.kind = FaultKind::from_name(name.get_ref()).ok_or_else(|| {
+            let problem = format!("there is no `{}`", name.get_ref());
+            let hint = format!("one of {}", names(FaultKind::ALL.into_iter()));
+            self.error("kind", name.span(), problem, hint)
+        })?;
+        self.check_particulars()?;
+        let lasting = self.lasting()?;
+        let when = self.when(lasting)?;
+        let one_frame = matches!(when, When::Frame(_)) && self.kind != FaultKind::BrownOut;
+        let otherwise = if one_frame {
+            Lasting::Frames(1)
+        } else {
+            Lasting::ToTheEnd
+        };
         Ok(Rule {
-            fault: self.fault(raw, kind)?,
+            fault: self.fault()?,
             when,
-            lasting: match (lasting, when) {
-                (Some(lasting), _) => lasting,
-                (None, When::Frame(_)) if kind != FaultKind::BrownOut => Lasting::Frames(1),
-                (None, _) => Lasting::ToTheEnd,
-            },
-            chance: self.chance(raw)?,
-            address: self.address(raw, kind)?,
-            bus: self.number(
-                "bus",
-                raw.bus.as_ref(),
-                0..=u32::MAX.into(),
-                "the N of /dev/i2c-N",
-            )?,
+            lasting: lasting.unwrap_or(otherwise),
+            chance: self.chance()?,
+            address: self.address()?,
+            bus: self.number("bus", 0..=u32::MAX.into())?,
         })
     }
 
-    fn kind(&self, raw: &RawFault) -> Result<FaultKind, ScriptError> {
-        let name = raw.kind.get_ref();
-        FaultKind::from_name(name).ok_or_else(|| {
-            let names: Vec<&str> = FaultKind::ALL.into_iter().map(FaultKind::name).collect();
-            self.error(
-                "kind",
-                raw.kind.span(),
-                format!("there is no `{name}`"),
-                format!("one of {}", names.join(", ")),
-            )
-        })
-    }
-
-    fn check_particulars(&self, raw: &RawFault, kind: FaultKind) -> Result<(), ScriptError> {
-        let (needed, possible) = particulars_of(kind);
-        for (field, value) in raw.particulars() {
-            let known = needed.contains(&field) || possible.contains(&field);
-            match value {
-                Some(value) if !known => {
-                    let having = FaultKind::ALL.into_iter().filter(|kind| {
-                        let (needed, possible) = particulars_of(*kind);
-                        needed.contains(&field) || possible.contains(&field)
-                    });
-                    let names: Vec<&str> = having.map(FaultKind::name).collect();
-                    return Err(self.error(
-                        field,
-                        value.span(),
-                        format!("`{kind}` has no such field"),
-                        format!("it belongs to {}", names.join(", ")),
-                    ));
+    fn check_particulars(&self) -> Result<(), ScriptError> {
+        let kind = self.kind;
+        for field in PARTICULARS {
+            match self.raw.whole(field) {
+                Some(value) if !has(kind, field) => {
+                    let having = FaultKind::ALL.into_iter().filter(|kind| has(*kind, field));
+                    let problem = format!("`{kind}` has no such field");
+                    let hint = format!("it belongs to {}", names(having));
+                    return Err(self.error(field, value.span(), problem, hint));
                 }
-                None if needed.contains(&field) => {
-                    return Err(self.error(
-                        field,
-                        self.whole.clone(),
-                        format!("`{kind}` needs it, and it is not there"),
-                        hint_for(field).to_owned(),
-                    ));
+                None if particulars_of(kind).0.contains(&field) => {
+                    let problem = format!("`{kind}` needs it, and it is not there");
+                    return Err(self.error(field, self.whole.clone(), problem, hint_for(field)));
                 }
                 _ => {}
             }
@@ -197,30 +213,17 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn fault(&self, raw: &RawFault, kind: FaultKind) -> Result<Fault, ScriptError> {
-        let byte = self.number(
-            "byte",
-            raw.byte.as_ref(),
-            0..=u16::MAX.into(),
-            hint_for("byte"),
-        )?;
-        let bit = self.number("bit", raw.bit.as_ref(), 0..=7, hint_for("bit"))?;
-        let register = self.number(
-            "register",
-            raw.register.as_ref(),
-            0..=0xFF,
-            hint_for("register"),
-        )?;
-        let pixel: Option<u8> =
-            self.number("pixel", raw.pixel.as_ref(), 1..=64, hint_for("pixel"))?;
+    fn fault(&self) -> Result<Fault, ScriptError> {
+        let byte = self.number("byte", 0..=u16::MAX.into())?;
+        let bit = self.number("bit", 0..=7)?;
+        let register = self.number("register", 0..=0xFF)?;
+        let pixel: Option<u8> = self.number("pixel", 1..=64)?;
         let pixel = pixel.and_then(|number| PixelIndex::from_number(number.into()));
-        let word = self
-            .number("word", raw.word.as_ref(), 0..=WORD_MAX, hint_for("word"))?
-            .unwrap_or_default();
-        let limit = i64::from(crate::device::drift::CLOCK_ERROR_PPM_MAX);
-        let ppm = self.number("ppm", raw.ppm.as_ref(), -limit..=limit, hint_for("ppm"))?;
-        let hz = self.number("hz", raw.hz.as_ref(), 1..=u32::MAX.into(), hint_for("hz"))?;
-        Ok(match kind {
+        let word = self.number("word", 0..=WORD_MAX)?.unwrap_or_default();
+        let limit = i64::from(CLOCK_ERROR_PPM_MAX);
+        let ppm = self.number("ppm", -limit..=limit)?.unwrap_or_default();
+        let hz = self.number("hz", 1..=u32::MAX.into())?;
+        Ok(match self.kind {
             FaultKind::NackAddress => Fault::NackAddress,
             FaultKind::NackByte => Fault::NackByte(byte.unwrap_or_default()),
             FaultKind::BusError => Fault::BusError,
@@ -246,120 +249,81 @@ impl Reader<'_> {
             FaultKind::AdapterGone => Fault::AdapterGone,
             FaultKind::PixelGlitch => Fault::PixelGlitch { pixel, word },
             FaultKind::ThermistorFailure => Fault::ThermistorFailure { word },
-            FaultKind::ClockError => Fault::ClockError {
-                ppm: ppm.unwrap_or_default(),
-            },
+            FaultKind::ClockError => Fault::ClockError { ppm },
             FaultKind::SclSpeed => Fault::SclSpeed {
                 hz: hz.and_then(NonZeroU32::new).unwrap_or(NonZeroU32::MIN),
             },
         })
     }
 
-    fn lasting(&self, raw: &RawFault, kind: FaultKind) -> Result<Option<Lasting>, ScriptError> {
-        let given = [
-            ("duration", raw.duration.as_ref().map(Spanned::span)),
-            ("frames", raw.frames.as_ref().map(Spanned::span)),
-            ("count", raw.count.as_ref().map(Spanned::span)),
-        ];
-        let given = given
-            .into_iter()
-            .filter_map(|(field, span)| Some((field, span?)));
+    fn lasting(&self) -> Result<Option<Lasting>, ScriptError> {
+        let kind = self.kind;
         let mut first = None;
-        for (field, span) in given {
+        for (field, span) in self.raw.given(["duration", "frames", "count"]) {
             let problem = match first {
-                Some(other) => Some(format!("cannot stand beside `{other}`")),
-                None if kind == FaultKind::BrownOut => Some("`brown-out` is a moment".to_owned()),
-                None if field == "count" && kind.unit() == Unit::Stretch => Some(format!(
-                    "`{kind}` is a stretch of time, of which there is nothing to count"
-                )),
-                None => None,
+                Some(other) => format!("cannot stand beside `{other}`"),
+                None if kind == FaultKind::BrownOut => "`brown-out` is a moment".to_owned(),
+                None if field == "count" && kind.unit() == Unit::Stretch => {
+                    format!("`{kind}` is a stretch of time, of which there is nothing to count")
+                }
+                None => {
+                    first = Some(field);
+                    continue;
+                }
             };
-            if let Some(problem) = problem {
-                let hint = match kind {
-                    FaultKind::BrownOut => "a supply that stays away is `unplugged`",
-                    _ if first.is_none() => "`duration` or `frames` says how long",
-                    _ => "one of `duration`, `frames`, `count` says how long",
-                };
-                return Err(self.error(field, span, problem, hint.to_owned()));
-            }
-            first = Some(field);
+            let hint = match kind {
+                FaultKind::BrownOut => "a supply that stays away is `unplugged`",
+                _ if first.is_none() => "`duration` or `frames` says how long",
+                _ => "one of `duration`, `frames`, `count` says how long",
+            };
+            return Err(self.error(field, span, problem, hint));
         }
         let many = 1..=i64::from(u32::MAX);
-        let hint = "a whole number from 1";
-        let duration = self.time("duration", raw.duration.as_ref(), Duration::from_nanos(1))?;
-        let frames = self.number("frames", raw.frames.as_ref(), many.clone(), hint)?;
-        let count = self.number("count", raw.count.as_ref(), many, hint)?;
-        let duration = duration.map(Lasting::For);
-        Ok(duration
-            .or(frames.map(Lasting::Frames))
-            .or(count.map(Lasting::Times)))
+        let duration = self.time("duration", Duration::from_nanos(1))?;
+        let frames = self.number("frames", many.clone())?;
+        let count = self.number("count", many)?;
+        let counted = frames.map(Lasting::Frames).or(count.map(Lasting::Times));
+        Ok(duration.map(Lasting::For).or(counted))
     }
 
-    fn when(
-        &self,
-        raw: &RawFault,
-        kind: FaultKind,
-        lasting: Option<Lasting>,
-    ) -> Result<When, ScriptError> {
-        self.check_one_when(raw)?;
-        let at = self.time("at", raw.at.as_ref(), Duration::ZERO)?;
-        let from = self.time("from", raw.from.as_ref(), Duration::ZERO)?;
-        let until = self.time("until", raw.until.as_ref(), Duration::ZERO)?;
-        let every = self.time("every", raw.every.as_ref(), EVERY_MIN)?;
-        let frame = self.number(
-            "frame",
-            raw.frame.as_ref(),
-            1..=i64::MAX,
-            "frames count from 1",
-        )?;
-        if let (Some(until), Some(span)) = (until, &raw.until) {
-            if until <= from.unwrap_or_default() {
-                let problem = "is not after `from`".to_owned();
-                let hint = "a time after it, like \"20 s\"".to_owned();
-                return Err(self.error("until", span.span(), problem, hint));
-            }
+    fn when(&self, lasting: Option<Lasting>) -> Result<When, ScriptError> {
+        self.check_one_when()?;
+        let at = self.time("at", Duration::ZERO)?;
+        let start = self.time("from", Duration::ZERO)?;
+        let until = self.time("until", Duration::ZERO)?;
+        let every = self.time("every", EVERY_MIN)?;
+        let frame = self.number("frame", 1..=i64::MAX)?;
+        let from = start.unwrap_or_default();
+        if until.is_some_and(|until| until <= from) {
+            let span = self.raw.until.as_ref().map_or(0..0, Spanned::span);
+            let hint = "a time after it, like \"20 s\"";
+            return Err(self.error("until", span, "is not after `from`".to_owned(), hint));
         }
-        let from_start = from.unwrap_or_default();
         let when = match (at, every, frame) {
             (Some(at), _, _) => When::At(at),
             (_, Some(period), _) => When::Every {
                 period,
-                from: from_start,
+                from,
                 until,
             },
             (_, _, Some(frame)) => When::Frame(frame),
-            _ if from.is_none() && until.is_none() => When::Always,
-            _ => When::Between {
-                from: from_start,
-                until,
-            },
+            _ if start.is_none() && until.is_none() => When::Always,
+            _ => When::Between { from, until },
         };
-        self.check_length(raw, kind, when, lasting)?;
+        self.check_length(when, lasting)?;
         Ok(when)
     }
 
     /// At most one of `at`, `frame`, `every`; `from` and `until` not with the first two.
-    fn check_one_when(&self, raw: &RawFault) -> Result<(), ScriptError> {
-        let moments = [
-            ("at", raw.at.as_ref().map(Spanned::span)),
-            ("frame", raw.frame.as_ref().map(Spanned::span)),
-            ("every", raw.every.as_ref().map(Spanned::span)),
-            ("from", raw.from.as_ref().map(Spanned::span)),
-            ("until", raw.until.as_ref().map(Spanned::span)),
-        ];
+    fn check_one_when(&self) -> Result<(), ScriptError> {
         let mut before: Option<&str> = None;
-        for (field, span) in moments {
-            let Some(span) = span else { continue };
+        for (field, span) in self.raw.given(["at", "frame", "every", "from", "until"]) {
             let stretch = matches!(field, "from" | "until");
             match before {
                 Some(other) if !(stretch && matches!(other, "every" | "from")) => {
-                    return Err(self.error(
-                        field,
-                        span,
-                        format!("cannot stand beside `{other}`"),
-                        "one of `at`, `frame`, `every`, or `from` and `until`, says when"
-                            .to_owned(),
-                    ));
+                    let problem = format!("cannot stand beside `{other}`");
+                    let hint = "one of `at`, `frame`, `every`, or `from` and `until`, says when";
+                    return Err(self.error(field, span, problem, hint));
                 }
                 Some(_) => {}
                 None => before = Some(field),
@@ -368,131 +332,95 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A moment needs to be told how long, a stretch of time knows.
-    fn check_length(
-        &self,
-        raw: &RawFault,
-        kind: FaultKind,
-        when: When,
-        lasting: Option<Lasting>,
-    ) -> Result<(), ScriptError> {
+    /// A moment needs a length, a stretch of time has one.
+    fn check_length(&self, when: When, lasting: Option<Lasting>) -> Result<(), ScriptError> {
         let moment = matches!(when, When::At(_) | When::Every { .. });
-        if kind == FaultKind::BrownOut {
-            if moment || matches!(when, When::Frame(_)) {
-                return Ok(());
+        let begins = moment || matches!(when, When::Frame(_));
+        let mut given = self.raw.given(["duration", "frames"]);
+        let (field, span, problem, hint) = match (self.kind, lasting) {
+            (FaultKind::BrownOut, _) if !begins => {
+                let problem = "`brown-out` is a moment, and it is not said which";
+                ("at", self.whole.clone(), problem, hint_for("at"))
             }
-            let problem = "`brown-out` is a moment, and it is not said which".to_owned();
-            return Err(self.error("at", self.whole.clone(), problem, hint_for("at").to_owned()));
-        }
-        match lasting {
-            None if moment => Err(self.error(
-                "duration",
-                self.whole.clone(),
-                "it is not said how long it lasts".to_owned(),
-                "add `duration = \"2 s\"`, `frames = 3` or `count = 1`; or write `from` instead of `at`"
-                    .to_owned(),
-            )),
-            Some(Lasting::For(_) | Lasting::Frames(_))
-                if matches!(when, When::Always | When::Between { .. }) =>
-            {
-                let (field, span) = match (&raw.duration, &raw.frames) {
-                    (Some(duration), _) => ("duration", duration.span()),
-                    (_, Some(frames)) => ("frames", frames.span()),
-                    _ => ("duration", self.whole.clone()),
-                };
-                let problem = "has no beginning".to_owned();
-                Err(self.error(field, span, problem, hint_for("at").to_owned()))
+            (FaultKind::BrownOut, _) => return Ok(()),
+            (_, None) if moment => {
+                let problem = "it is not said how long it lasts";
+                let hint = "add `duration = \"2 s\"`, `frames = 3` or `count = 1`; or write `from` instead of `at`";
+                ("duration", self.whole.clone(), problem, hint)
             }
-            _ => Ok(()),
-        }
+            (_, Some(Lasting::For(_) | Lasting::Frames(_))) if !begins => {
+                let (field, span) = given.next().unwrap_or(("duration", self.whole.clone()));
+                (field, span, "has no beginning", hint_for("at"))
+            }
+            _ => return Ok(()),
+        };
+        Err(self.error(field, span, problem.to_owned(), hint))
     }
 
-    fn chance(&self, raw: &RawFault) -> Result<Chance, ScriptError> {
-        let Some(probability) = &raw.probability else {
+    fn chance(&self) -> Result<Chance, ScriptError> {
+        let Some(probability) = &self.raw.probability else {
             return Ok(Chance::ALWAYS);
         };
         Chance::new(*probability.get_ref()).ok_or_else(|| {
-            self.error(
-                "probability",
-                probability.span(),
-                format!("{} is no probability", probability.get_ref()),
-                "0 to 1".to_owned(),
-            )
+            let problem = format!("{} is no probability", probability.get_ref());
+            self.error("probability", probability.span(), problem, "0 to 1")
         })
     }
 
-    fn address(&self, raw: &RawFault, kind: FaultKind) -> Result<Option<Address>, ScriptError> {
-        let Some(address) = &raw.address else {
+    fn address(&self) -> Result<Option<Address>, ScriptError> {
+        let Some(address) = &self.raw.address else {
             return Ok(None);
         };
-        if matches!(
-            kind,
-            FaultKind::Hang | FaultKind::AdapterGone | FaultKind::SclSpeed
-        ) {
-            return Err(self.error(
-                "address",
-                address.span(),
-                format!("`{kind}` is of the whole bus"),
-                "leave it out".to_owned(),
-            ));
-        }
+        let kind = self.kind;
         let bits = u8::try_from(*address.get_ref()).ok();
         let known = bits.and_then(Address::from_bits);
-        known.map(Some).ok_or_else(|| {
-            self.error(
-                "address",
-                address.span(),
-                format!("no sensor can have {:#04x}", address.get_ref()),
-                "0x68 or 0x69".to_owned(),
-            )
-        })
+        let (problem, hint) = match kind {
+            FaultKind::Hang | FaultKind::AdapterGone | FaultKind::SclSpeed => {
+                (format!("`{kind}` is of the whole bus"), "leave it out")
+            }
+            _ if known.is_some() => return Ok(known),
+            _ => {
+                let problem = format!("no sensor can have {:#04x}", address.get_ref());
+                (problem, "0x68 or 0x69")
+            }
+        };
+        Err(self.error("address", address.span(), problem, hint))
     }
 
     fn number<T: TryFrom<i64>>(
         &self,
         field: &'static str,
-        value: Option<&Spanned<i64>>,
-        range: core::ops::RangeInclusive<i64>,
-        hint: &str,
+        range: RangeInclusive<i64>,
     ) -> Result<Option<T>, ScriptError> {
-        let Some(value) = value else {
+        let Some(value) = self.raw.whole(field) else {
             return Ok(None);
         };
         let number = *value.get_ref();
         let fits = range.contains(&number).then(|| T::try_from(number).ok());
         fits.flatten().map(Some).ok_or_else(|| {
-            let problem = format!(
-                "{number} is not within {} to {}",
-                range.start(),
-                range.end()
-            );
-            self.error(field, value.span(), problem, hint.to_owned())
+            let (least, most) = range.into_inner();
+            let problem = format!("{number} is not within {least} to {most}");
+            self.error(field, value.span(), problem, hint_for(field))
         })
     }
 
-    fn time(
-        &self,
-        field: &'static str,
-        value: Option<&Spanned<String>>,
-        least: Duration,
-    ) -> Result<Option<Duration>, ScriptError> {
-        let Some(value) = value else {
+    fn time(&self, field: &'static str, least: Duration) -> Result<Option<Duration>, ScriptError> {
+        let Some(value) = self.raw.time(field) else {
             return Ok(None);
         };
         let text = value.get_ref();
-        let Some(time) = duration(text) else {
-            return Err(self.error(
-                field,
-                value.span(),
+        let (problem, hint) = match duration(text) {
+            Some(time) if time >= least => return Ok(Some(time)),
+            Some(_) => (
+                format!("`{text}` is too short"),
+                format!("{least:?} at least"),
+            ),
+            None => (
                 format!("`{text}` is no time"),
-                "a number and a unit (ns, us, ms, s, min, h), like \"12.5 s\"".to_owned(),
-            ));
+                hint_for("duration").to_owned(),
+            ),
         };
-        if time < least {
-            let problem = format!("`{text}` is too short");
-            return Err(self.error(field, value.span(), problem, format!("{least:?} at least")));
-        }
-        Ok(Some(time))
+        Err(self.error(field, value.span(), problem, hint))
     }
 
     fn error(
@@ -500,14 +428,14 @@ impl Reader<'_> {
         field: &'static str,
         span: Range<usize>,
         problem: String,
-        hint: String,
+        hint: impl Into<String>,
     ) -> ScriptError {
         ScriptError::Field {
             place: place(self.text, self.origin, span),
             number: self.number,
             field,
             problem,
-            hint,
+            hint: hint.into(),
         }
     }
 }
@@ -515,6 +443,10 @@ impl Reader<'_> {
 fn hint_for(field: &str) -> &'static str {
     match field {
         "at" => "add `at = \"12.5 s\"`, `frame = 17` or `every = \"10 s\"`",
+        "duration" => "a number and a unit (ns, us, ms, s, min, h), like \"12.5 s\"",
+        "frame" => "frames count from 1",
+        "frames" | "count" => "a whole number from 1",
+        "bus" => "the N of /dev/i2c-N",
         "byte" => "which byte of a transaction behind the address, from 0: `byte = 1`",
         "bit" => "which bit of the byte, 7 (first on the wire) to 0: `bit = 7`",
         "register" => "a register address: `register = 0x80`",
@@ -536,7 +468,5 @@ fn with_hint(message: &str) -> String {
     } else {
         "\nhint: a script is a list of [[fault]] tables, and `seed = 7` before the first"
     };
-    let mut text = message.trim().replace('\n', " ");
-    text.push_str(hint);
-    text
+    message.trim().replace('\n', " ") + hint
 }

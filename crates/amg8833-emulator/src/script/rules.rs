@@ -13,24 +13,24 @@ pub enum When {
     Always,
     /// From this time on.
     At(Duration),
-    /// From this time on, up to but without that one, if there is one.
+    /// A stretch of time.
     Between {
         /// The first moment.
         from: Duration,
-        /// The first moment that is free of it.
+        /// The first moment after it.
         until: Option<Duration>,
     },
     /// Again and again.
     Every {
-        /// The time between two occurrences, [`EVERY_MIN`] at least; the first comes one such time after `from`.
+        /// The time from one to the next, [`EVERY_MIN`] at least; the first comes one such time after `from`.
         period: Duration,
-        /// When the waiting begins.
+        /// When the first period begins.
         from: Duration,
         /// No occurrence begins from this time on.
         until: Option<Duration>,
     },
-    /// While the sensor's frame of this number is in the registers. A fault that is drawn by the frame spoils this one.
-    /// A rule without an address goes by the sensor at the lower of the addresses that have one.
+    /// While the sensor's frame of this number is in the registers, or in this frame. A rule without an address goes by
+    /// the sensor at the lower address.
     Frame(u64),
 }
 
@@ -43,7 +43,7 @@ pub enum Lasting {
     For(Duration),
     /// While this many frames of the sensor go by.
     Frames(u32),
-    /// Until it has struck this often, counted in the fault's [`Unit`]; not for faults that are a stretch of time.
+    /// Until it has struck this often in its [`Unit`], which is not a stretch of time.
     Times(u32),
 }
 
@@ -60,7 +60,7 @@ pub struct Rule {
     pub chance: Chance,
     /// Which sensor; `None` is the whole bus with all of them.
     pub address: Option<Address>,
-    /// Which bus by its number, where there are several ([`Script::for_bus`]); `None` is each.
+    /// Which of several buses ([`Script::for_bus`]); `None` is each.
     pub bus: Option<u32>,
 }
 
@@ -79,17 +79,16 @@ impl Rule {
     }
 
     fn check(&self) -> Result<(), &'static str> {
-        let stretch = self.fault.kind().unit() == Unit::Stretch;
+        let kind = self.fault.kind();
+        let moment = kind == FaultKind::BrownOut;
         match (self.when, self.lasting) {
             (When::Every { period, .. }, _) if period < EVERY_MIN => {
                 Err("a shorter period than 1 ms")
             }
-            (_, Lasting::Times(_)) if stretch => {
+            (_, Lasting::Times(_)) if kind.unit() == Unit::Stretch => {
                 Err("a count of a fault that is a stretch of time")
             }
-            (_, Lasting::For(_) | Lasting::Frames(_))
-                if self.fault.kind() == FaultKind::BrownOut =>
-            {
+            (_, Lasting::For(_) | Lasting::Frames(_)) if moment => {
                 Err("a duration of a fault that is a moment")
             }
             _ => Ok(()),
@@ -113,12 +112,11 @@ impl Script {
     /// More than [`RULES_MAX`] rules, or one that cannot be.
     pub fn new(seed: u64, rules: Vec<Rule>) -> Result<Self, ScriptError> {
         if rules.len() > RULES_MAX {
-            let found = rules.len();
-            return Err(ScriptError::TooManyRules { found });
+            return Err(ScriptError::TooManyRules(rules.len()));
         }
         for (number, rule) in (1..).zip(&rules) {
-            rule.check()
-                .map_err(|problem| ScriptError::Rule { number, problem })?;
+            let checked = rule.check();
+            checked.map_err(|problem| ScriptError::Rule(number, problem))?;
         }
         Ok(Self {
             seed,
@@ -131,9 +129,8 @@ impl Script {
     #[must_use]
     pub fn for_bus(&self, number: u32) -> Self {
         let mut script = self.clone();
-        script
-            .rules
-            .retain(|(_, rule)| rule.bus.is_none_or(|bus| bus == number));
+        let is_here = |rule: &Rule| rule.bus.is_none_or(|bus| bus == number);
+        script.rules.retain(|(_, rule)| is_here(rule));
         script.bus = Some(number);
         script
     }

@@ -17,32 +17,28 @@ struct Progress {
     rule: Rule,
     /// The occurrence that comes next, from 0; `None` when none comes any more.
     next: Option<u64>,
-    /// When the one under way ends.
+    /// When the one under way ends, if it does.
     end: Option<End>,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum End {
-    Never,
     Time(Duration),
     /// When the sensor's frames have reached this number.
     Frame(u64),
 }
 
-/// The sensors that a script breaks.
-pub(crate) trait Breakable {
-    /// The faults that are set on them.
-    fn faults(&mut self) -> &mut Faults;
-
-    /// How many frames the sensor at this address has measured; `None` where there is no sensor.
-    fn frames(&self, address: Address) -> Option<u64>;
-
-    /// Makes them behave as their faults say, from now on.
-    fn apply_conditions(&mut self, now: Duration);
-
-    /// Takes the power from one, or from all, for a moment.
-    fn brown_out(&mut self, target: Option<Address>, now: Duration);
+/// What a script changed about the sensors, beside their faults.
+#[derive(Debug, Default)]
+pub(crate) struct Changes {
+    /// Whether lasting faults may have begun or ended.
+    pub(crate) any: bool,
+    /// Sensors that lose their power for a moment; `None` for all.
+    pub(crate) brown_outs: Vec<Option<Address>>,
 }
+
+/// The frames that the sensor at each address has measured; `None` where there is no sensor.
+type Frames = [Option<u64>; 2];
 
 #[derive(Debug)]
 pub(crate) struct Running {
@@ -51,26 +47,21 @@ pub(crate) struct Running {
     /// What a sensor's own count of frames lacks, or has too many, for the frames at its address since the script began.
     /// Wraps around.
     frames_more: [u64; 2],
-    counts_frames: bool,
+    /// Whether the frames of the sensors have to be gone through one by one.
+    pub(crate) counts_frames: bool,
 }
 
 impl Running {
-    pub(crate) fn new(script: Script, now: Duration, sensors: &mut impl Breakable) -> Self {
+    pub(crate) fn new(script: Script, faults: &mut Faults, frames: Frames, now: Duration) -> Self {
         let rules: Vec<Progress> = script.rules.into_iter().map(Progress::new).collect();
-        sensors.faults().by_rule.clear();
-        sensors.faults().by_rule.resize(rules.len(), None);
-        let frames = |address| sensors.frames(address).unwrap_or(0);
+        faults.by_rule.clear();
+        faults.by_rule.resize(rules.len(), None);
         Self {
             started: now,
             counts_frames: rules.iter().any(Progress::counts_frames),
             rules,
-            frames_more: Address::ALL.map(|address| frames(address).wrapping_neg()),
+            frames_more: frames.map(|frames| frames.unwrap_or(0).wrapping_neg()),
         }
-    }
-
-    /// Whether the frames of the sensors have to be gone through one by one.
-    pub(crate) fn counts_frames(&self) -> bool {
-        self.counts_frames
     }
 
     /// A sensor that had this many frames left its address: those of the next one count on from there.
@@ -87,138 +78,89 @@ impl Running {
     }
 
     /// Ends and begins what a time says, now.
-    pub(crate) fn follow(&mut self, sensors: &mut impl Breakable, now: Duration) {
+    pub(crate) fn follow(&mut self, faults: &mut Faults, frames: Frames, now: Duration) -> Changes {
         let elapsed = now.saturating_sub(self.started);
-        for slot in 0..self.rules.len() {
-            self.follow_rule(sensors, slot, elapsed, now);
-        }
-        sensors.apply_conditions(now);
+        // A period that is shorter than the duration lets the next occurrence begin where the one before ends.
+        let ends = |end, _| matches!(end, End::Time(end) if end <= elapsed);
+        let start = |rule: &Progress, _| rule.next_start().filter(|start| *start <= elapsed);
+        self.follow_each(faults, frames, ends, start)
     }
 
     /// Ends and begins what the number of a frame says.
-    pub(crate) fn follow_frames(&mut self, sensors: &mut impl Breakable, now: Duration) {
-        if !self.counts_frames {
-            return;
-        }
-        let mut changed = false;
-        for slot in 0..self.rules.len() {
-            changed |= self.follow_rule_frames(sensors, slot, now);
-        }
-        if changed {
-            sensors.apply_conditions(now);
-        }
+    pub(crate) fn follow_frames(
+        &mut self,
+        faults: &mut Faults,
+        frames: Frames,
+        now: Duration,
+    ) -> Changes {
+        let elapsed = now.saturating_sub(self.started);
+        let ends = |end, frames| matches!(end, End::Frame(end) if end <= frames);
+        let start = |rule: &Progress, frames| {
+            let due = rule.next_frame().is_some_and(|frame| frame <= frames);
+            due.then_some(elapsed)
+        };
+        self.follow_each(faults, frames, ends, start)
     }
 
     /// Goes on from this time, leaving out what was to be in between.
-    pub(crate) fn jump(&mut self, sensors: &mut impl Breakable, now: Duration) {
+    pub(crate) fn jump(&mut self, faults: &mut Faults, frames: Frames, now: Duration) -> Changes {
         let elapsed = now.saturating_sub(self.started);
         for progress in &mut self.rules {
             progress.skip_to(elapsed);
         }
         // Every rule begins once at most, and ends.
-        for _ in 0..2 {
-            self.follow(sensors, now);
+        let mut changes = self.follow(faults, frames, now);
+        for go_on in [Self::follow, Self::follow_frames] {
+            let more = go_on(self, faults, frames, now);
+            changes.any |= more.any;
+            changes.brown_outs.extend(more.brown_outs);
         }
-        self.follow_frames(sensors, now);
+        changes
     }
 
-    fn follow_rule(
+    fn follow_each(
         &mut self,
-        sensors: &mut impl Breakable,
-        slot: usize,
-        elapsed: Duration,
-        now: Duration,
-    ) {
-        let frames = self.frames(sensors, slot);
-        let Some(progress) = self.rules.get_mut(slot) else {
-            return;
-        };
-        // A period that is shorter than the duration lets the next occurrence begin where the one before ends.
-        if matches!(progress.end, Some(End::Time(end)) if end <= elapsed) {
-            progress.end = None;
-            set(sensors, slot, None);
-        }
-        if let Some(start) = progress.next_start().filter(|start| *start <= elapsed) {
-            let begun = progress.begin(start, frames);
-            begin(sensors, slot, begun, now);
-        }
-    }
-
-    fn follow_rule_frames(
-        &mut self,
-        sensors: &mut impl Breakable,
-        slot: usize,
-        now: Duration,
-    ) -> bool {
-        let frames = self.frames(sensors, slot);
-        let elapsed = now.saturating_sub(self.started);
-        let Some(progress) = self.rules.get_mut(slot) else {
-            return false;
-        };
-        let mut changed = false;
-        if matches!(progress.end, Some(End::Frame(end)) if end <= frames) {
-            progress.end = None;
-            set(sensors, slot, None);
-            changed = true;
-        }
-        if progress.next_frame().is_some_and(|frame| frame <= frames) {
-            let begun = progress.begin(elapsed, frames);
-            begin(sensors, slot, begun, now);
-            changed = true;
-        }
-        changed
-    }
-
-    /// Frames since the script began, of the sensor that a rule goes by.
-    fn frames(&self, sensors: &impl Breakable, slot: usize) -> u64 {
-        let named = self
-            .rules
-            .get(slot)
-            .and_then(|progress| progress.rule.address);
+        faults: &mut Faults,
+        frames: Frames,
+        ends: impl Fn(End, u64) -> bool,
+        start: impl Fn(&Progress, u64) -> Option<Duration>,
+    ) -> Changes {
+        let mut changes = Changes::default();
         let first = Address::ALL
             .into_iter()
-            .find(|address| sensors.frames(*address).is_some());
-        let Some(address) = named.or(first) else {
-            return 0;
-        };
-        let frames = sensors.frames(address).unwrap_or(0);
-        frames.wrapping_add(self.frames_more[address.place()])
-    }
-}
-
-/// An occurrence that begins: what becomes active, or the moment that it is.
-#[derive(Debug, Clone, Copy)]
-struct Begun {
-    entry: Entry,
-    occurrence: u64,
-}
-
-fn begin(sensors: &mut impl Breakable, slot: usize, begun: Begun, now: Duration) {
-    let mut entry = begun.entry;
-    let kind = entry.fault.kind();
-    if kind.unit() == Unit::Stretch {
-        let drawn = draw(
-            sensors.faults().seed,
-            entry.stream | OCCURRENCE,
-            begun.occurrence,
-        );
-        if !entry.chance.hits(drawn) {
-            set(sensors, slot, None);
-            return;
+            .find(|at| frames[at.place()].is_some());
+        for (progress, slot) in self.rules.iter_mut().zip(&mut faults.by_rule) {
+            let address = progress.rule.address.or(first);
+            let frames = address.map_or(0, |at| {
+                let more = self.frames_more[at.place()];
+                frames[at.place()].unwrap_or(0).wrapping_add(more)
+            });
+            if progress.end.is_some_and(|end| ends(end, frames)) {
+                progress.end = None;
+                *slot = None;
+                changes.any = true;
+            }
+            let Some(start) = start(progress, frames) else {
+                continue;
+            };
+            changes.any = true;
+            let (occurrence, mut entry) = progress.begin(start, frames);
+            let kind = entry.fault.kind();
+            let mut strikes = true;
+            if kind.unit() == Unit::Stretch {
+                let drawn = draw(faults.seed, entry.stream | OCCURRENCE, occurrence);
+                strikes = entry.chance.hits(drawn);
+                entry.chance = Chance::ALWAYS;
+                if strikes && kind == FaultKind::BrownOut {
+                    changes.brown_outs.push(entry.target);
+                    strikes = false;
+                } else if strikes {
+                    faults.counts.add(kind);
+                }
+            }
+            *slot = strikes.then_some(entry);
         }
-        if kind == FaultKind::BrownOut {
-            sensors.brown_out(entry.target, now);
-            return;
-        }
-        entry.chance = Chance::ALWAYS;
-        sensors.faults().counts.add(kind);
-    }
-    set(sensors, slot, Some(entry));
-}
-
-fn set(sensors: &mut impl Breakable, slot: usize, entry: Option<Entry>) {
-    if let Some(place) = sensors.faults().by_rule.get_mut(slot) {
-        *place = entry;
+        changes
     }
 }
 
@@ -244,23 +186,17 @@ impl Progress {
             Some(End::Time(end)) => Some(end),
             _ => None,
         };
-        match (end, self.next_start()) {
-            (Some(end), Some(start)) => Some(end.min(start)),
-            (end, start) => end.or(start),
-        }
+        end.into_iter().chain(self.next_start()).min()
     }
 
     fn next_start(&self) -> Option<Duration> {
-        self.start_of(self.next?)
-    }
-
-    fn start_of(&self, occurrence: u64) -> Option<Duration> {
+        let next = self.next?;
         match self.rule.when {
             When::Always => Some(Duration::ZERO),
             When::At(at) => Some(at),
             When::Between { from, .. } => Some(from),
             When::Every { period, from, .. } => {
-                let waited = period.as_nanos() * (u128::from(occurrence) + 1);
+                let waited = period.as_nanos() * (u128::from(next) + 1);
                 let nanoseconds = u64::try_from(waited).ok()?;
                 from.checked_add(Duration::from_nanos(nanoseconds))
             }
@@ -280,44 +216,42 @@ impl Progress {
         }
     }
 
-    fn begin(&mut self, elapsed: Duration, frames: u64) -> Begun {
+    /// The number of the occurrence that begins, and its fault.
+    fn begin(&mut self, elapsed: Duration, frames: u64) -> (u64, Entry) {
         let occurrence = self.next.unwrap_or_default();
-        self.end = Some(self.end_of(elapsed, frames));
+        self.end = self.end_of(elapsed, frames);
         self.next = match self.rule.when {
             When::Every { .. } => occurrence.checked_add(1),
             _ => None,
         };
         self.leave_out_past_the_end();
-        Begun {
-            occurrence,
-            entry: Entry {
-                fault: self.rule.fault,
-                chance: self.rule.chance,
-                stream: self.stream,
-                target: self.rule.address,
-                left: match self.rule.lasting {
-                    Lasting::Times(times) => Some(times),
-                    _ => None,
-                },
+        let entry = Entry {
+            fault: self.rule.fault,
+            chance: self.rule.chance,
+            stream: self.stream,
+            target: self.rule.address,
+            left: match self.rule.lasting {
+                Lasting::Times(times) => Some(times),
+                _ => None,
             },
-        }
+        };
+        (occurrence, entry)
     }
 
-    fn end_of(&self, start: Duration, frames: u64) -> End {
+    fn end_of(&self, start: Duration, frames: u64) -> Option<End> {
         let stretch = match self.rule.lasting {
             Lasting::For(duration) => Some(start.saturating_add(duration)),
-            Lasting::Frames(count) => return End::Frame(frames.saturating_add(count.into())),
+            Lasting::Frames(count) => {
+                return Some(End::Frame(frames.saturating_add(count.into())));
+            }
             Lasting::ToTheEnd | Lasting::Times(_) => None,
         };
         let until = match self.rule.when {
             When::Between { until, .. } => until,
             _ => None,
         };
-        match (stretch, until) {
-            (Some(stretch), Some(until)) => End::Time(stretch.min(until)),
-            (Some(end), None) | (None, Some(end)) => End::Time(end),
-            (None, None) => End::Never,
-        }
+        let end = stretch.into_iter().chain(until).min();
+        end.map(End::Time)
     }
 
     fn leave_out_past_the_end(&mut self) {
@@ -325,15 +259,14 @@ impl Progress {
             When::Every { until, .. } | When::Between { until, .. } => until,
             _ => None,
         };
-        let start = self.next_start();
-        if until.is_some_and(|until| start.is_some_and(|start| start >= until)) {
+        if until.is_some_and(|until| self.next_start() >= Some(until)) {
             self.next = None;
         }
     }
 
     /// Makes the newest occurrence up to this time the next one.
     fn skip_to(&mut self, elapsed: Duration) {
-        if let (
+        let (
             When::Every {
                 period,
                 from,
@@ -341,12 +274,13 @@ impl Progress {
             },
             Some(next),
         ) = (self.rule.when, self.next)
-        {
-            let latest = until.map_or(elapsed, |until| elapsed.min(until));
-            let periods = latest.saturating_sub(from).as_nanos() / period.as_nanos().max(1);
-            let newest = u64::try_from(periods).unwrap_or(u64::MAX).saturating_sub(1);
-            self.next = Some(next.max(newest));
-            self.leave_out_past_the_end();
-        }
+        else {
+            return;
+        };
+        let latest = until.map_or(elapsed, |until| elapsed.min(until));
+        let periods = latest.saturating_sub(from).as_nanos() / period.as_nanos().max(1);
+        let newest = u64::try_from(periods).unwrap_or(u64::MAX).saturating_sub(1);
+        self.next = Some(next.max(newest));
+        self.leave_out_past_the_end();
     }
 }

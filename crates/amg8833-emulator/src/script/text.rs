@@ -9,14 +9,12 @@ use core::time::Duration;
 pub(super) fn place(text: &str, origin: &str, span: Range<usize>) -> Place {
     let before = text.get(..span.start).unwrap_or(text);
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    Place {
-        origin: origin.to_owned(),
-        line: before.matches('\n').count() + 1,
-        column: before
-            .get(line_start..)
-            .map_or(0, |line| line.chars().count())
-            + 1,
-    }
+    let line = before.get(line_start..).unwrap_or_default();
+    Place(
+        origin.to_owned(),
+        before.matches('\n').count() + 1,
+        line.chars().count() + 1,
+    )
 }
 
 /// A decimal number and a unit, to the nanosecond.
@@ -77,11 +75,8 @@ mod tests {
             ("", None),
         ];
         for (text, nanoseconds) in rows {
-            assert_eq!(
-                duration(text),
-                nanoseconds.map(Duration::from_nanos),
-                "{text:?}"
-            );
+            let expected = nanoseconds.map(Duration::from_nanos);
+            assert_eq!(duration(text), expected, "{text:?}");
         }
     }
 

@@ -1,15 +1,13 @@
 //! A bus trace as CSV, one line for each message.
 
-use crate::signal::BusError;
-use crate::trace::file::{Shared, TRACE_BYTES_MAX, TraceSummary};
+use crate::signal::{Acknowledge, BusError};
+use crate::trace::file::{TRACE_BYTES_MAX, TraceFile};
 use crate::trace::log::{Start, Transfer};
-use crate::trace::message::Acknowledge;
-use alloc::borrow::ToOwned;
 use alloc::format;
 use alloc::string::String;
 use core::fmt::Write as _;
 use core::time::Duration;
-use std::io::{self, Write};
+use std::io::Write;
 
 /// The columns, one row a message.
 const HEADER: &str =
@@ -32,15 +30,12 @@ const HEADER: &str =
 /// | `error` | `nack`, `bus-error`, `arbitration-loss`, `timeout`, `gone`, or nothing |
 /// | `faults` | names of [`FaultKind`](crate::FaultKind)s with a space between |
 ///
-/// Handles are cheap to clone and share one file. It is complete after [`finish`](Self::finish).
-#[derive(Debug)]
-pub struct CsvTrace<W: Write>(Shared<W, ()>);
+/// Complete after [`finish`](TraceFile::finish).
+pub type CsvTrace<W> = TraceFile<W, Table>;
 
-impl<W: Write> Clone for CsvTrace<W> {
-    fn clone(&self) -> Self {
-        Self(self.0.clone())
-    }
-}
+/// The format of a [`CsvTrace`].
+#[derive(Debug)]
+pub struct Table;
 
 impl<W: Write> CsvTrace<W> {
     /// A log of at most [`TRACE_BYTES_MAX`] bytes.
@@ -50,33 +45,25 @@ impl<W: Write> CsvTrace<W> {
 
     /// A log of at most so many bytes.
     pub fn with_bytes_max(out: W, bytes_max: u64) -> Self {
-        Self(Shared::new(out, HEADER, bytes_max, ()))
+        Self::begin(out, HEADER, bytes_max, Table)
     }
 
     /// What [`Bus::set_trace`](crate::Bus::set_trace) takes, under this name for the bus.
     pub fn observer(&self, bus: &str) -> impl FnMut(&Transfer<'_>) + use<W> {
-        let file = self.0.clone();
+        let file = self.clone();
         let bus = cell(bus);
-        move |transfer| file.message(|(), line| row(line, &bus, transfer))
-    }
-
-    /// Writes out what is still in memory.
-    ///
-    /// # Errors
-    /// The first error of the writer; nothing was written after it.
-    pub fn finish(&self) -> io::Result<TraceSummary> {
-        self.0.finish()
+        move |transfer| file.message(|_, line| row(line, &bus, transfer))
     }
 }
 
 /// A name as one cell that no spreadsheet takes for a formula.
 fn cell(name: &str) -> String {
-    let formula = name.starts_with(['=', '+', '-', '@', '\t', '\r']);
-    let name = if formula {
-        format!("'{name}")
+    let quote = if name.starts_with(['=', '+', '-', '@', '\t', '\r']) {
+        "'"
     } else {
-        name.to_owned()
+        ""
     };
+    let name = format!("{quote}{name}");
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))
     } else {

@@ -1,11 +1,11 @@
-//! What both kinds of trace files have in common: a writer that is bounded, and that keeps its first error.
+//! What both kinds of trace files share: a bounded writer that keeps its first error.
 
 use alloc::string::String;
 use core::fmt;
 use std::io::{self, BufWriter, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The longest trace that is written, unless told otherwise: what comes after is counted, and not written.
+/// The longest trace that is written by default; what comes after is counted, and not written.
 pub const TRACE_BYTES_MAX: u64 = 1 << 30;
 
 /// What became of a trace.
@@ -27,8 +27,10 @@ impl fmt::Display for TraceSummary {
     }
 }
 
-/// A file under way, and what puts messages into words for it.
-pub(crate) struct Shared<W: Write, D>(Arc<Mutex<File<W, D>>>);
+/// A trace of a bus in a file, in a format that `D` knows.
+///
+/// Handles are cheap to clone and share one file. It is complete after [`finish`](Self::finish).
+pub struct TraceFile<W: Write, D>(Arc<Mutex<File<W, D>>>);
 
 struct File<W: Write, D> {
     out: BufWriter<W>,
@@ -39,8 +41,8 @@ struct File<W: Write, D> {
     line: String,
 }
 
-impl<W: Write, D> Shared<W, D> {
-    pub(crate) fn new(out: W, header: &str, bytes_max: u64, drawing: D) -> Self {
+impl<W: Write, D> TraceFile<W, D> {
+    pub(crate) fn begin(out: W, header: &str, bytes_max: u64, drawing: D) -> Self {
         let mut file = File {
             out: BufWriter::new(out),
             drawing,
@@ -65,7 +67,11 @@ impl<W: Write, D> Shared<W, D> {
         }
     }
 
-    pub(crate) fn finish(&self) -> io::Result<TraceSummary> {
+    /// Writes out what is still in memory.
+    ///
+    /// # Errors
+    /// The first error of the writer; nothing was written after it.
+    pub fn finish(&self) -> io::Result<TraceSummary> {
         let mut file = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match file.error.take() {
             Some(error) => Err(error),
@@ -83,7 +89,7 @@ impl<W: Write, D> File<W, D> {
             self.bytes_left -= length;
             self.error = self.out.write_all(self.line.as_bytes()).err();
         } else {
-            // What is left out is left out to the end: a shorter line may not slip in behind.
+            // A shorter line may not slip in after one that is left out.
             self.bytes_left = 0;
         }
         self.line.clear();
@@ -91,13 +97,13 @@ impl<W: Write, D> File<W, D> {
     }
 }
 
-impl<W: Write, D> Clone for Shared<W, D> {
+impl<W: Write, D> Clone for TraceFile<W, D> {
     fn clone(&self) -> Self {
         Self(Arc::clone(&self.0))
     }
 }
 
-impl<W: Write, D> fmt::Debug for Shared<W, D> {
+impl<W: Write, D> fmt::Debug for TraceFile<W, D> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.debug_struct("Trace").finish_non_exhaustive()
     }

@@ -1,8 +1,7 @@
 //! Puts messages together for whoever traces the bus.
 
-use super::message::{Acknowledge, Ending};
 use crate::fault::FaultSet;
-use crate::signal::BusError;
+use crate::signal::{Acknowledge, BusError};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::fmt;
@@ -39,8 +38,7 @@ pub struct Transfer<'a> {
     pub address: u8,
     /// Whether the sensor sends.
     pub reads: bool,
-    /// What was sent, as the controller knows it. When it was written and not acknowledged, the byte that was not is
-    /// the last one.
+    /// What was sent, as the controller knows it. A written byte that was not acknowledged is the last one.
     pub bytes: &'a [u8],
     /// What was acknowledged.
     pub acknowledge: Acknowledge,
@@ -52,21 +50,14 @@ pub struct Transfer<'a> {
 
 type Observer = Box<dyn FnMut(&Transfer<'_>) + Send>;
 
-struct Begun {
-    transaction: u64,
-    started: Duration,
-    start: Start,
-    address: u8,
-    reads: bool,
-}
-
 /// Messages of a transaction that others still want to see.
-type Kept = Vec<(Transfer<'static>, Vec<u8>)>;
+pub(crate) type Kept = Vec<(Transfer<'static>, Vec<u8>)>;
 
-/// Puts messages together for whoever traces the bus; without anybody, nothing is done.
+/// Puts messages together; without an observer, it does nothing.
 pub(crate) struct Log {
-    observer: Option<Observer>,
-    begun: Option<Begun>,
+    pub(crate) observer: Option<Observer>,
+    /// The message under way, without its bytes and its end.
+    begun: Option<Transfer<'static>>,
     bytes: Vec<u8>,
     happened: FaultSet,
     kept: Option<Kept>,
@@ -83,14 +74,6 @@ impl Log {
         }
     }
 
-    pub(crate) fn set(&mut self, observer: Option<Observer>) -> Option<Observer> {
-        core::mem::replace(&mut self.observer, observer)
-    }
-
-    pub(crate) fn has_observer(&self) -> bool {
-        self.observer.is_some()
-    }
-
     #[inline]
     pub(crate) fn is_on(&self) -> bool {
         self.observer.is_some() || self.kept.is_some()
@@ -105,10 +88,12 @@ impl Log {
         self.kept.take().unwrap_or_default()
     }
 
-    /// Tells the observer of a message that another bus saw.
-    pub(crate) fn tell(&mut self, transfer: &Transfer<'_>) {
+    /// Passes on the messages that another bus kept.
+    pub(crate) fn tell(&mut self, kept: &Kept) {
         if let Some(observer) = &mut self.observer {
-            observer(transfer);
+            for (transfer, bytes) in kept {
+                observer(&Transfer { bytes, ..*transfer });
+            }
         }
     }
 
@@ -118,22 +103,31 @@ impl Log {
         }
     }
 
-    pub(crate) fn start(&mut self, address: u8, reads: bool, now: Duration, number: u64) {
-        if self.is_on() {
-            let repeated = self.begun.is_some();
-            let start = if repeated {
-                Start::Repeated
-            } else {
-                Start::First
-            };
-            self.begin(start, address, reads, now, number);
+    /// A message begins in the transaction of this number; 0 is that of an adapter that is gone.
+    pub(crate) fn start(&mut self, address: u8, reads: bool, now: Duration, transaction: u64) {
+        if !self.is_on() {
+            return;
         }
-    }
-
-    pub(crate) fn never_start(&mut self, address: u8, reads: bool, now: Duration) {
-        if self.is_on() {
-            self.begin(Start::Never, address, reads, now, 0);
-        }
+        let start = match (transaction, self.begun) {
+            (0, _) => Start::Never,
+            (_, None) => Start::First,
+            (_, Some(_)) => Start::Repeated,
+        };
+        self.bytes.clear();
+        self.begun = Some(Transfer {
+            transaction,
+            started: now,
+            ended: now,
+            scl_hz: None,
+            start,
+            stop: false,
+            address,
+            reads,
+            bytes: &[],
+            acknowledge: Acknowledge::All,
+            error: None,
+            faults: FaultSet::EMPTY,
+        });
     }
 
     #[inline]
@@ -144,52 +138,38 @@ impl Log {
     }
 
     /// Ends the message under way, if there is one.
-    pub(crate) fn end(&mut self, ending: Ending) {
-        let last = ending.stop || ending.error.is_some();
-        let Some(begun) = self.begun.as_ref() else {
+    pub(crate) fn end(
+        &mut self,
+        now: Duration,
+        scl_hz: Option<NonZeroU32>,
+        stop: bool,
+        acknowledge: Acknowledge,
+        error: Option<BusError>,
+        mut faults: FaultSet,
+    ) {
+        let Some(begun) = self.begun else {
             return;
         };
-        let mut faults = core::mem::take(&mut self.happened);
-        faults.join(ending.faults);
+        faults.join(core::mem::take(&mut self.happened));
         let transfer = Transfer {
-            transaction: begun.transaction,
-            started: begun.started,
-            ended: ending.at,
-            scl_hz: ending.scl_hz,
-            start: begun.start,
-            stop: ending.stop,
-            address: begun.address,
-            reads: begun.reads,
-            bytes: &[],
-            acknowledge: ending.acknowledge,
-            error: ending.error,
+            ended: now,
+            scl_hz,
+            stop,
+            acknowledge,
+            error,
             faults,
+            ..begun
         };
-        self.publish(transfer);
-        self.bytes.clear();
-        if last {
-            self.begun = None;
-        }
-    }
-
-    fn begin(&mut self, start: Start, address: u8, reads: bool, now: Duration, number: u64) {
-        self.bytes.clear();
-        self.begun = Some(Begun {
-            transaction: number,
-            started: now,
-            start,
-            address,
-            reads,
-        });
-    }
-
-    fn publish(&mut self, transfer: Transfer<'static>) {
         if let Some(observer) = &mut self.observer {
             let bytes = &self.bytes;
             observer(&Transfer { bytes, ..transfer });
         }
         if let Some(kept) = &mut self.kept {
             kept.push((transfer, self.bytes.clone()));
+        }
+        self.bytes.clear();
+        if stop || error.is_some() {
+            self.begun = None;
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The log of a build without `alloc`: nobody can trace the bus.
 
-use super::message::Ending;
 use crate::fault::FaultSet;
+use crate::signal::{Acknowledge, BusError};
+use core::num::NonZeroU32;
 use core::time::Duration;
 
-/// Nobody can trace the bus without the feature `alloc`.
 #[derive(Debug)]
 pub(crate) struct Log;
 
@@ -17,13 +17,20 @@ impl Log {
         false
     }
 
-    pub(crate) const fn happened(&mut self, _faults: FaultSet) {}
+    pub(crate) const fn happened(&mut self, _: FaultSet) {}
 
-    pub(crate) const fn start(&mut self, _to: u8, _reads: bool, _now: Duration, _number: u64) {}
+    pub(crate) const fn start(&mut self, _: u8, _: bool, _: Duration, _: u64) {}
 
-    pub(crate) const fn never_start(&mut self, _to: u8, _reads: bool, _now: Duration) {}
+    pub(crate) const fn byte(&mut self, _: u8) {}
 
-    pub(crate) const fn byte(&mut self, _byte: u8) {}
-
-    pub(crate) fn end(&mut self, _ending: Ending) {}
+    pub(crate) const fn end(
+        &mut self,
+        _: Duration,
+        _: Option<NonZeroU32>,
+        _: bool,
+        _: Acknowledge,
+        _: Option<BusError>,
+        _: FaultSet,
+    ) {
+    }
 }

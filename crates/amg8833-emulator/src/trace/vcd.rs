@@ -1,25 +1,22 @@
 //! A bus trace as a value change dump, for viewers of waveforms.
 
-use crate::signal::BusError;
-use crate::trace::file::{Shared, TRACE_BYTES_MAX, TraceSummary};
+use crate::signal::{Acknowledge, BusError};
+use crate::trace::file::{TRACE_BYTES_MAX, TraceFile};
 use crate::trace::log::{Start, Transfer};
-use crate::trace::message::Acknowledge;
 use alloc::format;
 use alloc::string::String;
 use core::fmt::Write as _;
 use core::num::NonZeroU32;
 use core::time::Duration;
-use std::io::{self, Write};
+use std::io::Write;
 
-/// One step of the file's time.
 const TICK_NS: u64 = 100;
 /// What is drawn for a bus whose transactions take no time.
 const NOMINAL_HZ: u32 = 100_000;
 /// An address and its direction, or a byte, without the acknowledge.
 const BYTE_BITS: u32 = 8;
 
-/// SCL and SDA of one bus as a logic analyser would have recorded them: a value change dump (IEEE 1364, clause 18), which
-/// PulseView, sigrok-cli and GTKWave open, and whose bits sigrok's `i2c` decoder reads.
+/// SCL and SDA of one bus as a value change dump (IEEE 1364, clause 18), which PulseView, sigrok-cli and GTKWave open.
 ///
 /// ```text
 /// sigrok-cli -I vcd -i bus.vcd -P i2c:scl=SCL:sda=SDA
@@ -27,20 +24,12 @@ const BYTE_BITS: u32 = 8;
 /// ```
 ///
 /// - Steps of 100 ns. A third line, `FAULT`, is high throughout messages in which a fault struck.
-/// - A bus without an SCL frequency is drawn at 100 kHz: transactions that take no time there are put one behind the
-///   other, later than they were.
+/// - A bus without an SCL frequency is drawn at 100 kHz: transactions that take no time there follow one another.
 /// - A bus that hangs has SCL low until the controller gave up. A missing adapter draws nothing.
-/// - sigrok keeps every step in memory: for traces of minutes, let it leave out what is idle (`-I vcd:compress=1000`).
+/// - sigrok keeps every step in memory: for traces of minutes, let it leave out idle time (`-I vcd:compress=1000`).
 ///
-/// Complete after [`finish`](Self::finish).
-#[derive(Debug)]
-pub struct VcdTrace<W: Write>(Shared<W, Drawing>);
-
-impl<W: Write> Clone for VcdTrace<W> {
-    fn clone(&self) -> Self {
-        Self(self.0.clone())
-    }
-}
+/// Complete after [`finish`](TraceFile::finish).
+pub type VcdTrace<W> = TraceFile<W, Drawing>;
 
 impl<W: Write> VcdTrace<W> {
     /// A recording of at most [`TRACE_BYTES_MAX`] bytes.
@@ -61,30 +50,20 @@ impl<W: Write> VcdTrace<W> {
              $enddefinitions $end\n\
              #0\n$dumpvars\n1c\n1d\n0f\n$end\n"
         );
-        Self(Shared::new(out, &header, bytes_max, Drawing::new()))
+        Self::begin(out, &header, bytes_max, Drawing::new())
     }
 
     /// What [`Bus::set_trace`](crate::Bus::set_trace) takes: of one bus, since two cannot be drawn on one pair of lines.
     pub fn observer(&self) -> impl FnMut(&Transfer<'_>) + use<W> {
-        let file = self.0.clone();
+        let file = self.clone();
         move |transfer| file.message(|drawing, out| drawing.message(out, transfer))
-    }
-
-    /// Writes out what is still in memory.
-    ///
-    /// # Errors
-    /// The first error of the writer; nothing was written after it.
-    pub fn finish(&self) -> io::Result<TraceSummary> {
-        self.0.finish()
     }
 }
 
-/// The two lines and the mark of a fault, as they stand, and the time up to which they are drawn.
+/// The lines of a [`VcdTrace`] as they stand, and the time up to which they are drawn.
 #[derive(Debug)]
-struct Drawing {
-    scl: bool,
-    sda: bool,
-    fault: bool,
+pub struct Drawing {
+    levels: [bool; 3],
     /// Up to here, in nanoseconds.
     drawn_ns: u64,
     /// The last tick that was written.
@@ -93,19 +72,17 @@ struct Drawing {
     quarter_ns: u64,
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Line {
-    Scl,
-    Sda,
-    Fault,
-}
+/// The names of the lines in the file.
+const NAMES: [char; 3] = ['c', 'd', 'f'];
+/// The places of the lines.
+const SCL: usize = 0;
+const SDA: usize = 1;
+const FAULT: usize = 2;
 
 impl Drawing {
     const fn new() -> Self {
         Self {
-            scl: true,
-            sda: true,
-            fault: false,
+            levels: [true, true, false],
             drawn_ns: 0,
             tick: 0,
             quarter_ns: 0,
@@ -119,10 +96,12 @@ impl Drawing {
         let hz = u64::from(transfer.scl_hz.map_or(NOMINAL_HZ, NonZeroU32::get));
         self.quarter_ns = (250_000_000 / hz).max(TICK_NS);
         self.drawn_ns = self.drawn_ns.max(nanoseconds(transfer.started));
-        self.draw(out, Line::Fault, !transfer.faults.is_empty());
+        self.draw(out, FAULT, !transfer.faults.is_empty());
         self.start(out);
         if transfer.error == Some(BusError::Timeout) {
-            self.hold_low(out, transfer.ended);
+            self.drawn_ns = self.drawn_ns.max(nanoseconds(transfer.ended));
+            self.stop(out);
+            self.draw(out, FAULT, false);
             return;
         }
         let address = transfer.address << 1 | u8::from(transfer.reads);
@@ -138,31 +117,26 @@ impl Drawing {
         }
         if transfer.stop || transfer.error.is_some() {
             self.stop(out);
-            self.draw(out, Line::Fault, false);
+            self.draw(out, FAULT, false);
             // Between a STOP and the next START the lines rest (AMG88 spec §4-6-2, tBUF).
             self.pass(4);
         }
     }
 
+    /// After a quarter of a bit each: a change of one of the lines.
+    fn quarters(&mut self, out: &mut String, changes: [(usize, bool); 4]) {
+        for (line, high) in changes {
+            self.pass(1);
+            self.draw(out, line, high);
+        }
+    }
+
     fn start(&mut self, out: &mut String) {
-        self.pass(1);
-        self.draw(out, Line::Sda, true);
-        self.pass(1);
-        self.draw(out, Line::Scl, true);
-        self.pass(1);
-        self.draw(out, Line::Sda, false);
-        self.pass(1);
-        self.draw(out, Line::Scl, false);
+        self.quarters(out, [(SDA, true), (SCL, true), (SDA, false), (SCL, false)]);
     }
 
     fn stop(&mut self, out: &mut String) {
-        self.pass(1);
-        self.draw(out, Line::Sda, false);
-        self.pass(1);
-        self.draw(out, Line::Scl, true);
-        self.pass(1);
-        self.draw(out, Line::Sda, true);
-        self.pass(1);
+        self.quarters(out, [(SDA, false), (SCL, true), (SDA, true), (SDA, true)]);
     }
 
     fn byte(&mut self, out: &mut String, byte: u8, acknowledged: bool) {
@@ -174,17 +148,11 @@ impl Drawing {
 
     fn bit(&mut self, out: &mut String, high: bool) {
         self.pass(1);
-        self.draw(out, Line::Sda, high);
+        self.draw(out, SDA, high);
         self.pass(1);
-        self.draw(out, Line::Scl, true);
+        self.draw(out, SCL, true);
         self.pass(2);
-        self.draw(out, Line::Scl, false);
-    }
-
-    fn hold_low(&mut self, out: &mut String, until: Duration) {
-        self.drawn_ns = self.drawn_ns.max(nanoseconds(until));
-        self.stop(out);
-        self.draw(out, Line::Fault, false);
+        self.draw(out, SCL, false);
     }
 
     fn pass(&mut self, quarters: u64) {
@@ -192,13 +160,8 @@ impl Drawing {
         self.drawn_ns = self.drawn_ns.saturating_add(passed);
     }
 
-    fn draw(&mut self, out: &mut String, line: Line, high: bool) {
-        let (level, name) = match line {
-            Line::Scl => (&mut self.scl, 'c'),
-            Line::Sda => (&mut self.sda, 'd'),
-            Line::Fault => (&mut self.fault, 'f'),
-        };
-        if core::mem::replace(level, high) == high {
+    fn draw(&mut self, out: &mut String, line: usize, high: bool) {
+        if core::mem::replace(&mut self.levels[line], high) == high {
             return;
         }
         let tick = self.drawn_ns / TICK_NS;
@@ -207,7 +170,7 @@ impl Drawing {
             let _ = writeln!(out, "#{tick}");
             self.tick = tick;
         }
-        let _ = writeln!(out, "{}{name}", u8::from(high));
+        let _ = writeln!(out, "{}{}", u8::from(high), NAMES[line]);
     }
 }
 

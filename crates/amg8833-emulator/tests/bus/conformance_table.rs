@@ -1,5 +1,4 @@
 //! `CONFORMANCE.md` against the tests and options that it names.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -1,16 +1,11 @@
 //! Random transactions, a small number here and any number with `cargo run --release -p amg8833-emulator --example fuzz`.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-#[path = "common/any_options.rs"]
-mod any_options;
-#[path = "common/fuzz.rs"]
-mod fuzz;
-#[path = "common/random.rs"]
-mod random;
+#[path = "../common/fuzz.rs"]
+mod campaign;
 
 #[test]
 fn nothing_panics_and_a_power_cycle_leaves_nothing() {
-    let outcome = fuzz::run(1, 200_000);
+    let outcome = campaign::run(1, 200_000);
     assert!(outcome.transactions >= 200_000 && outcome.lives >= 400);
     assert!(
         outcome.refused > 1_000 && outcome.faults > 1_000,
@@ -22,6 +17,6 @@ fn nothing_panics_and_a_power_cycle_leaves_nothing() {
 
 #[test]
 fn the_same_seed_does_the_same() {
-    assert_eq!(fuzz::run(7, 5_000), fuzz::run(7, 5_000));
-    assert_ne!(fuzz::run(7, 5_000), fuzz::run(8, 5_000));
+    assert_eq!(campaign::run(7, 5_000), campaign::run(7, 5_000));
+    assert_ne!(campaign::run(7, 5_000), campaign::run(8, 5_000));
 }

@@ -1,5 +1,4 @@
 //! The emulated sensor behind the traits of embedded-hal-async and of embedded-hal 0.2.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use amg8833_emulator::{
     Address, Bus, BusError, Clock, IntPin, ManualClock, Mux, MuxAddress, PinError, SharedBus,

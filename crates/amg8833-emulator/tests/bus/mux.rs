@@ -1,5 +1,4 @@
 //! A TCA9548A by its datasheet (TI SCPS207), with sensors behind it.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use amg8833_emulator::{
     Address, Bus, BusError, CHANNELS, Clock, Fault, FaultKind, HANG_TIMEOUT, ManualClock, Mux,
@@ -185,7 +184,9 @@ fn one_that_does_not_acknowledge_does_not_keep_the_other_from_it() {
 fn a_channel_that_is_held_low_holds_the_trunk_until_reset() {
     let clock = ManualClock::new();
     let mut mux = mux(&clock);
-    mux.channel_mut(3).unwrap().set_bus_fault(Fault::Hang);
+    mux.channel_mut(3)
+        .unwrap()
+        .set_fault(None::<Address>, Fault::Hang);
     assert_eq!(pixel(&mut mux, LOW), Ok(160), "not connected");
     mux.write(MUX, &[0x08]).unwrap();
     let before = clock.now();
@@ -207,11 +208,12 @@ fn a_channel_that_is_held_low_holds_the_trunk_until_reset() {
 fn a_missing_adapter_is_missing_for_all() {
     let clock = ManualClock::new();
     let mut mux = mux(&clock);
-    mux.trunk_mut().set_bus_fault(Fault::AdapterGone);
+    mux.trunk_mut()
+        .set_fault(None::<Address>, Fault::AdapterGone);
     assert_eq!(mux.write(MUX, &[0x01]), Err(BusError::Gone));
     assert_eq!(mux.transaction(MUX, &mut []), Err(BusError::Gone));
     assert_eq!(mux.selected(), 0);
-    mux.trunk_mut().clear_bus_faults();
+    mux.trunk_mut().clear_fault(None::<Address>);
     assert_eq!(mux.transaction(MUX, &mut []), Ok(()));
 }
 
@@ -274,13 +276,13 @@ fn the_strongest_fault_on_any_connected_bus_is_reported() {
     let clock = ManualClock::new();
     let mut mux = mux(&clock);
     mux.write(MUX, &[0x03]).unwrap();
-    mux.trunk_mut().set_bus_fault(Fault::BusError);
+    mux.trunk_mut().set_fault(None::<Address>, Fault::BusError);
     mux.channel_mut(0)
         .unwrap()
-        .set_bus_fault(Fault::ArbitrationLoss);
+        .set_fault(None::<Address>, Fault::ArbitrationLoss);
     assert_eq!(pixel(&mut mux, HIGH), Err(BusError::ArbitrationLoss));
     assert_eq!(mux.trunk().fault_counts().total(), 0, "hidden");
-    mux.channel_mut(0).unwrap().clear_bus_faults();
+    mux.channel_mut(0).unwrap().clear_fault(None::<Address>);
     assert_eq!(pixel(&mut mux, HIGH), Err(BusError::Bus));
 }
 

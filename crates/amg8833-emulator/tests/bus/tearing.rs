@@ -1,17 +1,14 @@
 //! Reference sections 1.4 and 5: the burst is never torn, and every other way is as often as its read-out time says.
 //! The table with more reads: `cargo run --release -p amg8833-emulator --example tearing`.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
-#[path = "common/random.rs"]
-mod random;
-#[path = "common/tearing.rs"]
-mod tearing;
+#[path = "../common/tearing.rs"]
+mod reads;
 
-use tearing::Way;
+use reads::Way;
 
 #[test]
 fn each_way_of_reading_tears_as_often_as_its_time_says() {
-    let (text, shares) = tearing::table(4_000);
+    let (text, shares) = reads::table(4_000);
     println!("{text}");
     for (way, share) in shares {
         let whole = matches!(
@@ -33,9 +30,9 @@ fn each_way_of_reading_tears_as_often_as_its_time_says() {
 /// take a period of 100 ms for one of 104 ms; and not far above.
 #[test]
 fn the_estimates_of_the_reference_are_of_the_right_size() {
-    for (name, way, estimates) in tearing::WAYS {
+    for (name, way, estimates) in reads::WAYS {
         for (hz, estimate) in [100_000, 400_000].into_iter().zip(estimates) {
-            let expected = 100.0 * tearing::share(way, hz, 1).expected;
+            let expected = 100.0 * reads::share(way, hz, 1).expected;
             if estimate > 0.0 {
                 let ratio = expected / estimate;
                 assert!((0.6..1.0).contains(&ratio), "{name}: {expected} {estimate}");

@@ -1,5 +1,4 @@
 //! The trace of a bus: message by message, as a table, and as what a logic analyser's decoder makes of it.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use amg8833_emulator::trace::{Acknowledge, CsvTrace, Start, Transfer, VcdTrace};
 use amg8833_emulator::{Address, Bus, BusError, Fault, FaultKind, ManualClock};
@@ -15,7 +14,7 @@ use std::sync::{Arc, Mutex};
     unreachable_pub,
     reason = "the tests of the whole share this file"
 )]
-#[path = "../../../tests/src/skip.rs"]
+#[path = "../../../../tests/src/skip.rs"]
 mod skip;
 
 const HIGH: u8 = 0x69;
@@ -75,12 +74,12 @@ fn session(bus: &mut TestBus) {
     bus.set_fault(Address::High, Fault::BrownOut);
     bus.read(HIGH, &mut word).unwrap();
     bus.clear_fault(Address::High);
-    bus.set_bus_fault(Fault::Hang);
+    bus.set_fault(None::<Address>, Fault::Hang);
     bus.write(HIGH, &[0x80]).unwrap_err();
-    bus.clear_bus_faults();
-    bus.set_bus_fault(Fault::AdapterGone);
+    bus.clear_fault(None::<Address>);
+    bus.set_fault(None::<Address>, Fault::AdapterGone);
     bus.read(HIGH, &mut word).unwrap_err();
-    bus.clear_bus_faults();
+    bus.clear_fault(None::<Address>);
 }
 
 /// Times by hand: a START, STOP or repeated START is 2.5 us, a byte with its acknowledge 22.5 us.

@@ -73,7 +73,8 @@ pub(crate) fn any_options(mut bits: u64, clock_error_ppm: i32) -> Options {
         interrupt_output: either(bits, InterruptOutput::OpenDrain, InterruptOutput::PushPull),
         unspecified_bits: either(bits, UnspecifiedBits::Zero, UnspecifiedBits::Ones),
         past_the_end: either(bits, PastTheEnd::Wraps, PastTheEnd::Stays),
-        catch_up_frames_max: [1_000_000, 0, 1, 20][usize::try_from(digit(bits, 4)).unwrap_or(0)],
+        catch_up_frames_max: [None, Some(0), Some(1), Some(20)]
+            [usize::try_from(digit(bits, 4)).unwrap_or(0)],
     }
 }
 

@@ -260,15 +260,15 @@ fn break_or_mend(random: &mut Random, bus: &mut Bus<ManualClock, Source>, outcom
     };
     match random.below(6) {
         0 => drop(bus.set_fault_with_chance(Address::High, fault(random), chance)),
-        1 => drop(bus.set_bus_fault_with_chance(fault(random), chance)),
+        1 => drop(bus.set_fault_with_chance(None::<Address>, fault(random), chance)),
         2 => {
             let now = bus.clock().now();
             bus.device_mut(Address::High).unwrap().power_cycle(now);
         }
-        3 => bus.clear_bus_faults(),
+        3 => drop(bus.clear_fault(None::<Address>)),
         _ => {
             bus.clear_fault(Address::High);
-            bus.clear_bus_faults();
+            bus.clear_fault(None::<Address>);
         }
     }
 }
@@ -290,7 +290,7 @@ fn look(random: &mut Random, bus: &mut Bus<ManualClock, Source>) {
 fn end(mut bus: Bus<ManualClock, Source>) {
     bus.clear_script();
     bus.clear_fault(Address::High);
-    bus.clear_bus_faults();
+    bus.clear_fault(None::<Address>);
     let start = bus.clock().now();
     let used = bus.device_mut(Address::High).unwrap();
     used.power_cycle(start);

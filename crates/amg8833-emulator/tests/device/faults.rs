@@ -320,11 +320,11 @@ fn no_more_faults_than_there_is_room_for() {
         }
     }
     assert!(!rig.bus.set_fault(Address::High, Fault::Freeze));
-    assert!(!rig.bus.set_bus_fault(Fault::Hang));
+    assert!(!rig.bus.set_fault(None::<Address>, Fault::Hang));
     assert!(rig.bus.set_fault(Address::High, Fault::NackByte(3)));
     rig.bus.clear_fault(Address::Low);
-    assert!(rig.bus.set_bus_fault(Fault::Hang));
-    rig.bus.clear_bus_faults();
+    assert!(rig.bus.set_fault(None::<Address>, Fault::Hang));
+    rig.bus.clear_fault(None::<Address>);
     rig.bus.clear_fault(Address::High);
     assert!(rig.bus.faults(Address::High).is_empty());
 }
@@ -371,13 +371,13 @@ fn another_speed_of_the_bus_takes_other_time() {
     // START, address, register, repeated START, address, 128 bytes, STOP: 1182 bits.
     let own = Duration::from_nanos(1_182 * 2_500);
     assert_eq!(took(&mut rig), own);
-    rig.bus.set_bus_fault(hz(10_000));
+    rig.bus.set_fault(None::<Address>, hz(10_000));
     assert_eq!(took(&mut rig), Duration::from_micros(118_200));
-    rig.bus.clear_bus_faults();
+    rig.bus.clear_fault(None::<Address>);
     assert_eq!(took(&mut rig), own);
     let mut rig = Rig::new(counting);
     assert_eq!(took(&mut rig), Duration::ZERO);
-    rig.bus.set_bus_fault(hz(100_000));
+    rig.bus.set_fault(None::<Address>, hz(100_000));
     assert_eq!(took(&mut rig), Duration::from_micros(11_820));
 }
 
@@ -403,7 +403,7 @@ fn a_wake_too_fast_freezes_by_fault() {
 #[test]
 fn a_new_sensor_meets_the_faults_of_the_bus_and_an_old_one_leaves_them_there() {
     let mut rig = Rig::new(counting);
-    rig.bus.set_bus_fault(Fault::Freeze);
+    rig.bus.set_fault(None::<Address>, Fault::Freeze);
     let source: Source = Box::new(counting);
     rig.bus.plug(Address::Low, source, Options::default());
     rig.set(500);

@@ -480,21 +480,10 @@ fn a_drift_curve_of_no_use_is_refused_by_its_point() {
     assert_eq!(DRIFT_STRETCH_MAX, hour(2_400));
     let refused = [
         (&[][..], DriftError::Empty, "without points"),
-        (&EQUAL, DriftError::Order { point: 2 }, "point 2"),
-        (&LONG, DriftError::Stretch { point: 1 }, "point 1"),
-        (
-            &LATE,
-            DriftError::Stretch { point: 0 },
-            "more than 100 days",
-        ),
-        (
-            &WILD,
-            DriftError::TooFar {
-                point: 0,
-                ppm: -500_001,
-            },
-            "-500001 ppm",
-        ),
+        (&EQUAL, DriftError::Order(2), "point 2"),
+        (&LONG, DriftError::Stretch(1), "point 1"),
+        (&LATE, DriftError::Stretch(0), "more than 100 days"),
+        (&WILD, DriftError::TooFar(0, -500_001), "-500001 ppm"),
     ];
     for (points, error, text) in refused {
         assert_eq!(DriftCurve::new(points), Err(error));
@@ -534,7 +523,7 @@ fn the_frames_to_make_up_for_can_be_few() {
             uniform(f32::from(u16::try_from(t.as_millis() % 60_000 / 100).unwrap()) / 4.0)
         };
         let options = Options {
-            catch_up_frames_max,
+            catch_up_frames_max: Some(catch_up_frames_max),
             ..Options::default()
         };
         let mut rig = Rig::with(source, options);
@@ -548,7 +537,7 @@ fn the_frames_to_make_up_for_can_be_few() {
 #[test]
 fn a_stall_does_not_move_the_second_at_one_fps() {
     let options = Options {
-        catch_up_frames_max: 20,
+        catch_up_frames_max: Some(20),
         ..Options::default()
     };
     for pause in [120_000, 120_300, 123_900] {

@@ -1,6 +1,6 @@
 //! Scripts from text: the example, the document, and what can be wrong.
 
-use crate::support::*;
+use super::support::*;
 use amg8833_emulator::script::{
     EVERY_MIN, Lasting, RULES_MAX, Rule, SCRIPT_BYTES_MAX, Script, ScriptError, When,
 };
@@ -80,7 +80,7 @@ fn the_example_is_followed_to_the_letter() {
 
 #[test]
 fn the_documents_first_example_is_a_script() {
-    let document = include_str!("../../scripts/README.md");
+    let document = include_str!("../../../scripts/README.md");
     let example = document
         .split("```toml\n")
         .nth(1)
@@ -103,7 +103,7 @@ fn the_documents_first_example_is_a_script() {
 /// The table of the document has every kind with its unit.
 #[test]
 fn the_document_knows_every_kind() {
-    let document = include_str!("../../scripts/README.md");
+    let document = include_str!("../../../scripts/README.md");
     for kind in FaultKind::ALL {
         let row = document
             .lines()
@@ -272,8 +272,7 @@ fn scripts_are_bounded() {
     let rules = vec![Rule::new(Fault::Hang); RULES_MAX];
     assert!(Script::new(0, rules.clone()).is_ok());
     let text = "[[fault]]\nkind = \"hang\"\n".repeat(RULES_MAX + 1);
-    let found = RULES_MAX + 1;
-    let too_many = Err(ScriptError::TooManyRules { found });
+    let too_many = Err(ScriptError::TooManyRules(RULES_MAX + 1));
     assert_eq!(Script::from_toml(&text, "f.toml"), too_many);
     let mut rules = rules;
     rules.push(Rule::new(Fault::Hang));
@@ -311,9 +310,6 @@ fn rules_from_rust_are_checked_too() {
     let fine = Rule::new(Fault::Hang);
     for rule in [every, counted, long] {
         let error = Script::new(0, vec![fine, rule]).unwrap_err();
-        assert!(
-            matches!(error, ScriptError::Rule { number: 2, .. }),
-            "{error}"
-        );
+        assert!(matches!(error, ScriptError::Rule(2, _)), "{error}");
     }
 }

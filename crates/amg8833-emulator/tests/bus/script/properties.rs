@@ -1,6 +1,6 @@
 //! Any script and any text: the same twice, and nothing left behind.
 
-use crate::support::*;
+use super::support::*;
 use amg8833_emulator::script::{Lasting, Rule, Script, When};
 use amg8833_emulator::{Address, BusError, Chance, Clock, Fault, FaultCounts, FaultKind, Options};
 use core::time::Duration;

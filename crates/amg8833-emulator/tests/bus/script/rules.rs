@@ -1,6 +1,6 @@
 //! Rules at work: when they strike, how often, whom, and by chance.
 
-use crate::support::*;
+use super::support::*;
 use amg8833_emulator::script::{EVERY_MIN, Lasting, RULES_MAX, Rule, Script, When};
 use amg8833_emulator::{Address, BusError, Chance, Fault, FaultKind, Options, STEPS_MAX};
 use core::time::Duration;

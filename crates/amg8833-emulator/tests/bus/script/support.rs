@@ -7,7 +7,7 @@ use embedded_hal::i2c::{I2c, NoAcknowledgeSource};
 use grideye_frame::{Celsius, Frame};
 
 pub(crate) const HIGH: u8 = 0x69;
-pub(crate) const EXAMPLE: &str = include_str!("../../scripts/faults.toml");
+pub(crate) const EXAMPLE: &str = include_str!("../../../scripts/faults.toml");
 
 pub(crate) type Source = fn(Duration) -> Frame;
 pub(crate) type TestBus = Bus<ManualClock, Source>;

@@ -1,0 +1,15 @@
+//! The emulated bus from outside: the driver on it, other traits, a multiplexer, fault scripts, traces, and what is random.
+#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
+
+#[path = "../common/any_options.rs"]
+mod any_options;
+mod conformance_table;
+mod driver;
+mod fuzz;
+mod hal;
+mod mux;
+#[path = "../common/random.rs"]
+mod random;
+mod script;
+mod tearing;
+mod trace;
