@@ -4,12 +4,12 @@
 #[cfg(test)]
 extern crate std;
 
+mod frame;
 mod name;
 mod no_data;
-mod pixel;
-mod temperature;
 
+pub use frame::{
+    COLUMNS, Celsius, Frame, PIXELS, PixelIndex, PixelWord, ROWS, RawFrame, TICK, ThermistorWord,
+};
 pub use name::{NAME_CHARS_MAX, NAME_RULE, is_name};
 pub use no_data::{NoData, Reading, UnknownNoData};
-pub use pixel::{COLUMNS, PIXELS, PixelIndex, ROWS, TICK};
-pub use temperature::{Celsius, Frame, PixelWord, RawFrame, ThermistorWord};

@@ -17,10 +17,8 @@ pub const NAME_RULE: &str =
 /// ```
 #[must_use]
 pub fn is_name(name: &str) -> bool {
-    let goes_on =
-        |byte| matches!(byte, b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'.' | b'_' | b':' | b'-');
-    let begins = name.as_bytes().first();
-    begins.is_some_and(u8::is_ascii_alphanumeric)
+    let goes_on = |byte: u8| byte.is_ascii_alphanumeric() || b"._:-".contains(&byte);
+    name.starts_with(|first: char| first.is_ascii_alphanumeric())
         && name.len() <= NAME_CHARS_MAX
         && name.bytes().all(goes_on)
 }
