@@ -10,9 +10,9 @@ use crate::bus::wire::{Wire, is_read};
 use crate::clock::Clock;
 use crate::device::Device;
 use crate::device::options::Options;
-use crate::fault::active::{controller_error, stronger};
+use crate::fault::active::CONTROLLER;
 use crate::fault::{Chance, Fault, FaultCounts, FaultKind, FaultSet};
-use crate::signal::{Address, BusError, InterruptPin, Traffic};
+use crate::signal::{Address, BusError, InterruptPin, Outcome, Traffic};
 use crate::source::FrameSource;
 use core::num::NonZeroU32;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
@@ -21,12 +21,9 @@ pub use sensors::STEPS_MAX;
 
 /// A bus with up to two sensors behind `embedded_hal::i2c::I2c`.
 ///
-/// Without an SCL frequency, transactions take no time. With one, every bit is handed to [`Clock::pass`], so that a
-/// frame can fall due within a transaction, or between two.
-///
-/// A fault that falls due within a transaction comes with its STOP. A sensor that is moved on through
-/// [`device_mut`](Self::device_mut) misses the faults that fall due meanwhile; [`advance`](Self::advance) keeps all in
-/// order.
+/// Without an SCL frequency, transactions take no time. With one, every bit is handed to [`Clock::pass`]. A fault that
+/// falls due within a transaction comes with its STOP. A sensor that is moved on through
+/// [`device_mut`](Self::device_mut) misses faults, unlike with [`advance`](Self::advance).
 #[derive(Debug)]
 pub struct Bus<C, S> {
     wire: Wire<C>,
@@ -35,7 +32,7 @@ pub struct Bus<C, S> {
 
 impl<C: Clock, S: FrameSource> Bus<C, S> {
     /// A bus without devices.
-    pub const fn new(clock: C) -> Self {
+    pub fn new(clock: C) -> Self {
         Self {
             wire: Wire::new(clock),
             sensors: Sensors::new(),
@@ -69,8 +66,8 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         self.sensors.unplug(address, now)
     }
 
-    /// Breaks the sensor at this address now, or without an address the whole bus with all its sensors; replaces a fault
-    /// of the same kind. `false` when there is no such sensor, or [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
+    /// Breaks the sensor at this address, or the whole bus, now; replaces a fault of the same kind. `false` when there is
+    /// no such sensor, or [`FAULTS_MAX`](crate::FAULTS_MAX) faults are set.
     pub fn set_fault(&mut self, address: impl Into<Option<Address>>, fault: Fault) -> bool {
         self.set_fault_with_chance(address, fault, Chance::ALWAYS)
     }
@@ -97,8 +94,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
     /// Lets the script and the sensors do what is due by now, without any traffic.
     pub fn advance(&mut self) {
         let now = self.wire.clock.now();
-        self.sensors.catch_up(now);
-        self.sensors.advance(now);
+        self.sensors.look(now);
     }
 
     /// The INT pin of the sensor at this address, now.
@@ -116,8 +112,8 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         address: u8,
         operations: &[Operation<'_>],
         kind: FaultKind,
-    ) -> Result<(), BusError> {
-        let error = controller_error(kind);
+        error: BusError,
+    ) -> Outcome {
         let mut faults = core::mem::take(&mut self.sensors.faults.happened);
         faults.insert(kind);
         let reads = operations.first().is_some_and(is_read);
@@ -134,28 +130,27 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         self.sensors.faults.begin()
     }
 
-    /// One transaction on wires that this bus, the trunk, shares with the selected channels of a multiplexer: `N` buses
-    /// at most.
+    /// One transaction on wires that this bus shares with the selected channels of a multiplexer: at most `N` buses.
     pub(crate) fn transact<const N: usize>(
         &mut self,
         channels: &mut [Self],
         control: &mut Control,
         address: u8,
         operations: &mut [Operation<'_>],
-    ) -> Result<(), BusError> {
+    ) -> Outcome {
         let selected = control.selected;
         let mut numbers = [0; N];
         for (number, bus) in numbers.iter_mut().zip(connected(self, channels, selected)) {
             *number = bus.open();
         }
         let place = Address::from_bits(address);
-        let mut blocked = None;
-        for (number, bus) in numbers.iter().zip(connected(self, channels, selected)) {
-            blocked = stronger(blocked, bus.sensors.faults.blocking(place, *number));
-        }
+        let buses = numbers.iter().zip(connected(self, channels, selected));
+        let blocking =
+            buses.filter_map(|(number, bus)| bus.sensors.faults.blocking(place, *number));
+        let blocked = blocking.min().map(|place| CONTROLLER[place]);
         if operations.is_empty() {
-            let gone = blocked == Some(FaultKind::AdapterGone);
-            return if gone { Err(BusError::Gone) } else { Ok(()) };
+            let gone = blocked.filter(|(_, error)| *error == BusError::Gone);
+            return gone.map_or(Ok(()), |(_, error)| Err(error));
         }
         let before = self.wire.traffic;
         #[cfg(feature = "alloc")]
@@ -166,12 +161,12 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
             self.wire.log.keep();
         }
         let result = match blocked {
-            Some(kind) => {
+            Some((kind, error)) => {
                 let struck = FaultSet::from_iter([kind]);
                 for (number, bus) in numbers.iter().zip(connected(self, channels, selected)) {
                     bus.sensors.faults.settle(place, *number, struck);
                 }
-                self.refuse(address, operations, kind)
+                self.refuse(address, operations, kind, error)
             }
             None => self.carry(channels, control, address, &numbers, operations),
         };
@@ -193,7 +188,7 @@ impl<C: Clock, S: FrameSource> Bus<C, S> {
         address: u8,
         numbers: &[u64; N],
         operations: &mut [Operation<'_>],
-    ) -> Result<(), BusError> {
+    ) -> Outcome {
         let place = Address::from_bits(address);
         let selected = control.selected;
         let mut happened = FaultSet::EMPTY;
@@ -301,13 +296,8 @@ impl<C, S> ErrorType for Bus<C, S> {
 }
 
 impl<C: Clock, S: FrameSource> I2c for Bus<C, S> {
-    /// One START, the operations with a repeated START wherever the direction changes, one STOP. No operations, no
-    /// traffic. Empty reads and writes are the address alone.
-    fn transaction(
-        &mut self,
-        address: u8,
-        operations: &mut [Operation<'_>],
-    ) -> Result<(), BusError> {
+    /// No operations, no traffic. Empty reads and writes are the address alone.
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
         self.transact::<1>(&mut [], &mut Control::default(), address, operations)
     }
 }

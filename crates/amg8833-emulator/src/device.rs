@@ -1,6 +1,5 @@
 //! One sensor: what it answers, what it refuses, and what it does as time passes.
 
-pub(crate) mod drift;
 pub(crate) mod edge;
 pub(crate) mod measurement;
 pub(crate) mod options;
@@ -10,7 +9,7 @@ pub(crate) mod ticks;
 use crate::device::edge::{Edges, PinEdge};
 use crate::device::measurement::{Averaging, Degrees, FRAMES_AT_ONE_FPS, Progress};
 use crate::device::options::{CATCH_UP_FRAMES_MAX, Options, PastTheEnd, ThermistorUpdate, WarmUp};
-use crate::device::registers::{Effect, Mode, Refusal, Registers};
+use crate::device::registers::{Effect, Mode, Refusals, Registers};
 use crate::device::ticks::Ticks;
 use crate::fault::FaultSet;
 use crate::fault::active::{Condition, Spoil};
@@ -27,23 +26,6 @@ pub const SLEEP_MIN: Duration = Duration::from_millis(100);
 /// The latest time that counts: 584 years.
 const TIME_MAX: Duration = Duration::from_nanos(u64::MAX);
 
-/// How often the sensor refused something, since it was made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Refusals {
-    /// Addresses and bytes that were not acknowledged.
-    pub nacks: u64,
-    /// Bytes written in sleep mode, other than the one that wakes it (AMG88 spec §4-11-1).
-    pub asleep: u64,
-    /// Bytes written to registers that can only be read.
-    pub read_only: u64,
-    /// Bytes written to reserved or undocumented registers.
-    pub reserved: u64,
-    /// Bytes written to the moving average register without its key (AMG88 spec §4-11-7).
-    pub without_key: u64,
-    /// Unknown commands in the power control and reset registers.
-    pub unknown_commands: u64,
-}
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Transfer {
     /// Addressed for writing; the next byte is a register address.
@@ -55,8 +37,7 @@ enum Transfer {
 
 /// One AMG8833 at the level of bytes on its bus. Every call says what time it is.
 ///
-/// The registers stand still from START to STOP; what falls due in between comes after STOP (AMG88 spec §4-11-11). A time
-/// before an earlier one counts as that one.
+/// The registers stand still from START to STOP (AMG88 spec §4-11-11). A time before an earlier one counts as that one.
 #[derive(Debug, Clone)]
 pub struct Device<S> {
     source: S,
@@ -216,8 +197,7 @@ impl<S> Device<S> {
         self.measures().then(|| self.progress.ticks.time(tick))
     }
 
-    /// When the next frame comes into the registers, unless an open transaction holds it up: also the next time at which
-    /// the INT pin can change by itself. `None` while the sensor does not measure.
+    /// When the next frame comes into the registers, unless an open transaction holds it up; `None` while none does.
     #[must_use]
     pub fn next_frame_at(&self) -> Option<Duration> {
         let next = self.next_tick();
@@ -273,11 +253,6 @@ impl<S> Device<S> {
     #[must_use]
     pub fn source(&self) -> &S {
         &self.source
-    }
-
-    /// The source of its frames.
-    pub fn source_mut(&mut self) -> &mut S {
-        &mut self.source
     }
 }
 
@@ -396,7 +371,7 @@ impl<S: FrameSource> Device<S> {
                 self.progress.reset(now, self.warm_up_ticks());
                 self.announce();
             }
-            Effect::Refused(refusal) => self.count(refusal),
+            Effect::Refused(counter) => *counter(&mut self.refusals) += 1,
         }
     }
 
@@ -562,17 +537,6 @@ impl<S> Device<S> {
     pub(crate) fn nack(&mut self) -> Ack {
         self.refusals.nacks += 1;
         Ack::Nack
-    }
-
-    fn count(&mut self, refusal: Refusal) {
-        let refusals = &mut self.refusals;
-        *match refusal {
-            Refusal::Asleep => &mut refusals.asleep,
-            Refusal::ReadOnly => &mut refusals.read_only,
-            Refusal::Reserved => &mut refusals.reserved,
-            Refusal::WithoutKey => &mut refusals.without_key,
-            Refusal::UnknownCommand => &mut refusals.unknown_commands,
-        } += 1;
     }
 
     /// The time, which never runs backwards here.

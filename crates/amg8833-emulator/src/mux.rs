@@ -3,7 +3,7 @@
 use crate::bus::Bus;
 use crate::bus::line::Control;
 use crate::clock::Clock;
-use crate::signal::BusError;
+use crate::signal::{BusError, Outcome};
 use crate::source::FrameSource;
 use core::fmt;
 use embedded_hal::i2c::{ErrorType, I2c, Operation};
@@ -45,13 +45,11 @@ impl MuxAddress {
 ///         0x68, 0x69    └─ channel 7: Bus ─ 0x68, 0x69
 /// ```
 ///
-/// - The last byte written to its address selects channels, bit by bit, from the STOP on. Reading returns it, again and
-///   again. Power-up and reset select none (TI SCPS207, "Control Register").
-/// - Active channels and the trunk are one pair of wires: devices of one address hear and acknowledge together, and what
-///   they send is ANDed. A line held low on an active channel holds the trunk until [`reset`](Self::reset).
-/// - Bits take the trunk's time, at its SCL frequency. The trunk's trace shows every message, a channel's trace and
-///   traffic those that reached it.
-/// - All buses share one clock: `C` is a reference or a counted pointer to it, as a rule.
+/// - The last byte written to its address selects channels from the STOP on; reading returns it (TI SCPS207, "Control
+///   Register").
+/// - Active channels and the trunk are one pair of wires: devices of one address acknowledge together, and what they send
+///   is ANDed. A line held low on an active channel holds the trunk until [`reset`](Self::reset).
+/// - Bits take the trunk's time. A channel's trace and traffic are those that reached it.
 #[derive(Debug)]
 pub struct Mux<C, S> {
     trunk: Bus<C, S>,
@@ -149,11 +147,7 @@ impl<C, S> ErrorType for Mux<C, S> {
 
 impl<C: Clock, S: FrameSource> I2c for Mux<C, S> {
     /// As on a single bus; what is written to the multiplexer's own address takes effect with the STOP.
-    fn transaction(
-        &mut self,
-        address: u8,
-        operations: &mut [Operation<'_>],
-    ) -> Result<(), BusError> {
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Outcome {
         let mut control = Control {
             selected: self.control,
             answers: address == self.address.bits() && !self.held_in_reset,

@@ -26,14 +26,12 @@
 #[doc = include_str!("../scripts/README.md")]
 pub mod format {}
 
-mod error;
 #[cfg(feature = "script")]
 mod parse;
 mod rules;
 mod run;
-#[cfg(feature = "script")]
-mod text;
 
-pub use error::{Place, RULES_MAX, SCRIPT_BYTES_MAX, ScriptError};
-pub use rules::{EVERY_MIN, Lasting, Rule, Script, When};
+pub use rules::{
+    EVERY_MIN, Lasting, Place, RULES_MAX, Rule, SCRIPT_BYTES_MAX, Script, ScriptError, When,
+};
 pub(crate) use run::{Changes, Running};

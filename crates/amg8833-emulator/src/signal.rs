@@ -28,12 +28,8 @@ impl Address {
 
     /// The address of these seven bits; `None` when the sensor cannot have it.
     #[must_use]
-    pub const fn from_bits(bits: u8) -> Option<Self> {
-        match bits {
-            0x68 => Some(Self::Low),
-            0x69 => Some(Self::High),
-            _ => None,
-        }
+    pub fn from_bits(bits: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|address| address.bits() == bits)
     }
 
     pub(crate) const fn place(self) -> usize {
@@ -78,16 +74,15 @@ impl i2c::Error for BusError {
 impl fmt::Display for BusError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoAcknowledge {
-                address,
-                source: NoAcknowledgeSource::Address,
-            } => write!(formatter, "no device acknowledged address 0x{address:02x}"),
-            Self::NoAcknowledge { address, .. } => {
-                write!(
+            Self::NoAcknowledge { address, source } => match source {
+                NoAcknowledgeSource::Address => {
+                    write!(formatter, "no device acknowledged address 0x{address:02x}")
+                }
+                _ => write!(
                     formatter,
                     "the device at 0x{address:02x} did not acknowledge a byte"
-                )
-            }
+                ),
+            },
             Self::Bus => formatter.write_str("a START or STOP was misplaced on the bus"),
             Self::ArbitrationLoss => formatter.write_str("another controller drove the bus"),
             Self::Timeout => write!(formatter, "the bus was held low for {HANG_TIMEOUT:?}"),
@@ -112,13 +107,6 @@ pub struct Traffic {
 }
 
 impl Traffic {
-    pub(crate) const NONE: Self = Self {
-        transactions: 0,
-        bytes: 0,
-        bits: 0,
-        nacks: 0,
-    };
-
     /// What passed since an earlier look.
     #[must_use]
     pub const fn since(self, earlier: Self) -> Self {
@@ -139,6 +127,9 @@ impl core::ops::AddAssign for Traffic {
         self.nacks += more.nacks;
     }
 }
+
+/// What becomes of a transaction.
+pub(crate) type Outcome = Result<(), BusError>;
 
 /// Whether a byte on the bus was acknowledged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

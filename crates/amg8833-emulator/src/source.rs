@@ -3,20 +3,14 @@
 use core::time::Duration;
 use grideye_frame::Frame;
 
-/// What the sensor sees, as a function of time.
-///
-/// A closure `FnMut(Duration) -> Frame` is a source, and so is a [`Frame`], which never changes.
+/// What the sensor sees, as a function of time: a closure `FnMut(Duration) -> Frame`, or a [`Frame`] that never changes.
 pub trait FrameSource {
-    /// What the array measures at `t`, the time of one internal tick of the sensor on the host's clock.
-    ///
-    /// The sensor asks once for each tick that it measures, in order of time. Temperatures beyond what the registers hold
-    /// saturate; not-a-number is an overflow of the converter.
+    /// What the array measures at `t`, the host's time of a tick of the sensor, which asks once for each, in order.
+    /// Temperatures beyond what the registers hold saturate; not-a-number is an overflow of the converter.
     fn frame_at(&mut self, t: Duration) -> Frame;
 
-    /// The sensor starts to measure, and `t` is the time of the first tick whose frame will reach the registers, unless
-    /// the host changes the power mode before.
-    ///
-    /// Called after power-on and after every initial reset (0x3F). A replay starts at its first frame here.
+    /// The sensor was powered on or reset (0x3F), and `t` is the time of the first tick whose frame will reach the
+    /// registers, unless the power mode changes before. A replay starts here.
     fn measuring_from(&mut self, t: Duration) {
         let _ = t;
     }

@@ -80,11 +80,8 @@ mod tests {
 
     fn check(of: fn(f64) -> Word, overflow: bool, rows: &[(f64, u16)]) {
         for (celsius, bits) in rows {
-            let expected = Word {
-                bits: *bits,
-                overflow,
-            };
-            assert_eq!(of(*celsius), expected, "{celsius}");
+            let word = of(*celsius);
+            assert_eq!((word.bits, word.overflow), (*bits, overflow), "{celsius}");
         }
     }
 

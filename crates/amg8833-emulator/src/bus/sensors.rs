@@ -35,10 +35,10 @@ impl<S> Sensors<S> {
 }
 
 impl<S: FrameSource> Sensors<S> {
-    pub(crate) const fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             devices: [const { None }; 2],
-            faults: Faults::new(),
+            faults: Faults::default(),
             #[cfg(feature = "alloc")]
             script: None,
         }
@@ -62,7 +62,13 @@ impl<S: FrameSource> Sensors<S> {
         self.advance(now);
     }
 
-    pub(crate) fn advance(&mut self, now: Duration) {
+    /// Lets everything happen that is due by this time.
+    pub(crate) fn look(&mut self, now: Duration) {
+        self.catch_up(now);
+        self.advance(now);
+    }
+
+    fn advance(&mut self, now: Duration) {
         for device in self.devices.iter_mut().flatten() {
             device.advance(now);
         }
@@ -110,8 +116,7 @@ impl<S: FrameSource> Sensors<S> {
         chance: Chance,
         now: Duration,
     ) -> bool {
-        self.catch_up(now);
-        self.advance(now);
+        self.look(now);
         if fault == Fault::BrownOut {
             self.brown_out(target, now);
             return true;
@@ -122,8 +127,7 @@ impl<S: FrameSource> Sensors<S> {
     }
 
     pub(crate) fn clear_faults(&mut self, target: Option<Address>, now: Duration) {
-        self.catch_up(now);
-        self.advance(now);
+        self.look(now);
         self.faults.clear(target);
         self.apply_conditions(now);
     }
@@ -181,10 +185,8 @@ impl<S: FrameSource> Sensors<S> {
 
     fn next_tick(&self) -> Option<Duration> {
         let devices = self.devices.iter().flatten();
-        devices
-            .filter(|device| !device.is_addressed())
-            .filter_map(Device::next_tick_at)
-            .min()
+        let free = devices.filter(|device| !device.is_addressed());
+        free.filter_map(Device::next_tick_at).min()
     }
 
     fn next_event(&self) -> Option<Duration> {

@@ -3,7 +3,7 @@
 use crate::bus::line::Wires;
 use crate::clock::Clock;
 use crate::fault::FaultSet;
-use crate::signal::{Ack, Acknowledge, BusError, HANG_TIMEOUT, Traffic};
+use crate::signal::{Ack, Acknowledge, BusError, HANG_TIMEOUT, Outcome, Traffic};
 use crate::source::FrameSource;
 use crate::trace::Log;
 use core::num::NonZeroU32;
@@ -13,6 +13,8 @@ use embedded_hal::i2c::{NoAcknowledgeSource, Operation};
 /// An address byte or a byte of data, with its acknowledge.
 const BITS_PER_BYTE: u64 = 9;
 const NANOSECONDS_PER_SECOND: u128 = 1_000_000_000;
+
+type Acknowledged = Result<(), NoAcknowledgeSource>;
 
 #[derive(Debug)]
 pub(crate) struct Wire<C> {
@@ -26,14 +28,14 @@ pub(crate) struct Wire<C> {
 }
 
 impl<C: Clock> Wire<C> {
-    pub(crate) const fn new(clock: C) -> Self {
+    pub(crate) fn new(clock: C) -> Self {
         Self {
             clock,
             scl_hz: None,
             imposed_hz: None,
             rest: 0,
-            traffic: Traffic::NONE,
-            log: Log::new(),
+            traffic: Traffic::default(),
+            log: Log::default(),
         }
     }
 
@@ -52,11 +54,11 @@ impl<C: Clock> Wire<C> {
         wires: &mut Wires<'_, S, N>,
         operations: &mut [Operation<'_>],
         happened: FaultSet,
-    ) -> Result<(), BusError> {
+    ) -> Outcome {
         self.traffic.transactions += 1;
         self.log.happened(happened);
         let result = self.exchange(address, wires, operations);
-        self.condition();
+        self.bits(1);
         let error = result.err();
         let acknowledge = match error {
             None => Acknowledge::All,
@@ -78,7 +80,7 @@ impl<C: Clock> Wire<C> {
             self.traffic.transactions += 1;
             let number = self.traffic.transactions;
             self.log.start(address, reads, now, number);
-            self.condition();
+            self.bits(1);
             self.byte();
         }
         if error == BusError::Timeout {
@@ -97,7 +99,7 @@ impl<C: Clock> Wire<C> {
         address: u8,
         wires: &mut Wires<'_, S, N>,
         operations: &mut [Operation<'_>],
-    ) -> Result<(), NoAcknowledgeSource> {
+    ) -> Acknowledged {
         let mut reading = None;
         for operation in operations {
             let reads = is_read(operation);
@@ -131,7 +133,7 @@ impl<C: Clock> Wire<C> {
         address: u8,
         wires: &mut Wires<'_, S, N>,
         reads: bool,
-    ) -> Result<(), NoAcknowledgeSource> {
+    ) -> Acknowledged {
         let now = self.clock.now();
         if self.log.is_on() {
             self.end_message(false, Acknowledge::All, None, || wires.take_struck());
@@ -139,16 +141,12 @@ impl<C: Clock> Wire<C> {
             self.log.start(address, reads, now, number);
         }
         let ack = wires.start(reads, now);
-        self.condition();
+        self.bits(1);
         self.byte();
         self.acknowledged(ack, NoAcknowledgeSource::Address)
     }
 
-    fn acknowledged(
-        &mut self,
-        ack: Ack,
-        source: NoAcknowledgeSource,
-    ) -> Result<(), NoAcknowledgeSource> {
+    fn acknowledged(&mut self, ack: Ack, source: NoAcknowledgeSource) -> Acknowledged {
         if ack == Ack::Ack {
             return Ok(());
         }
@@ -178,11 +176,7 @@ impl<C: Clock> Wire<C> {
         self.bits(BITS_PER_BYTE);
     }
 
-    fn condition(&mut self) {
-        self.bits(1);
-    }
-
-    /// Passes the time of these bits; what one call rounds off, a later one makes up for.
+    /// Passes the time of these bits, one for each START or STOP; what one call rounds off, a later one makes up for.
     fn bits(&mut self, count: u64) {
         self.traffic.bits += count;
         let Some(hz) = self.hz() else {

@@ -1,6 +1,6 @@
 //! Where the datasheet and parts in the field disagree: what an emulated sensor does there.
 
-use crate::device::drift::Drift;
+use crate::device::ticks::Drift;
 use core::time::Duration;
 
 /// Where [`Options::catch_up_frames_max`] is open: a little more than a day's frames.
@@ -11,8 +11,7 @@ pub const CATCH_UP_FRAMES_MAX: u64 = 1_000_000;
 /// The default is a sensor with an exact clock that behaves as most of its users have seen it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
-    /// How far the sensor's clock is off, in parts per million: -40,000 is 9.6 frames a second. Default 0; one real
-    /// sensor was measured at -42,000 to -44,000.
+    /// How far the sensor's clock is off, in parts per million: -40,000 is 9.6 frames a second. One real sensor had -43,000.
     pub clock_error_ppm: i32,
     /// How that error changes from power-on on. Default [`Drift::None`].
     pub clock_drift: Drift,
@@ -30,11 +29,9 @@ pub struct Options {
     pub sleep_image: SleepImage,
     /// What the moving average register (0x07) reads. Default [`AverageReadback::Setting`].
     pub average_readback: AverageReadback,
-    /// Whether an overflow of the thermistor sets bit 3 of the status register (OVF_THS), which only the specification
-    /// of 2011 has. Default off.
+    /// Whether an overflow of the thermistor sets bit 3 of the status register (OVF_THS), as in the specification of 2011.
     pub thermistor_overflow_flag: bool,
-    /// Whether the registers freeze for good when the sensor is woken within 100 ms of being sent to sleep, as the
-    /// authors of the Linux driver saw. Default off.
+    /// Whether the registers freeze when the sensor is woken within 100 ms, as the Linux driver's authors saw.
     pub freezes_on_fast_wake: bool,
     /// Which two frames have to be awaited after an initial reset. Default [`WarmUp::TwoTicks`].
     pub warm_up: WarmUp,
@@ -42,8 +39,7 @@ pub struct Options {
     pub after_wake: AfterWake,
     /// What the stand-by modes do. Default [`StandBy::Interrupts`].
     pub stand_by: StandBy,
-    /// The thermistor's word from power-on to the first frame, twelve bits. Default 0x000, as in the specification of
-    /// 2011; that of 2016 leaves it open.
+    /// The thermistor's word from power-on to the first frame, twelve bits: 0x000 in the specification of 2011.
     pub thermistor_at_power_on: u16,
     /// Whether the thermistor belongs to the frame. Default [`ThermistorUpdate::WithFrame`].
     pub thermistor_update: ThermistorUpdate,
@@ -53,13 +49,11 @@ pub struct Options {
     pub zero_levels: ZeroLevels,
     /// What drives the INT pin while there is no interrupt. Default [`InterruptOutput::OpenDrain`].
     pub interrupt_output: InterruptOutput,
-    /// What the upper four bits of the high bytes of words read, except in sleep. Default [`UnspecifiedBits::Zero`],
-    /// on which some drivers depend.
+    /// What the upper four bits of words read, except in sleep: some drivers depend on [`UnspecifiedBits::Zero`].
     pub unspecified_bits: UnspecifiedBits,
     /// Where the pointer goes past 0xFF. Default [`PastTheEnd::Wraps`].
     pub past_the_end: PastTheEnd,
-    /// The most frames that are made up for at once when nobody looked at the sensor for long; at least 1. `None` for
-    /// [`CATCH_UP_FRAMES_MAX`]. With 20, the means are whole again after one frame.
+    /// The most frames, at least 1, that are made up for at once; `None` for [`CATCH_UP_FRAMES_MAX`].
     pub catch_up_frames_max: Option<u64>,
 }
 
@@ -131,8 +125,7 @@ pub enum AfterWake {
     /// What they held before. As the table of resets says (AMG88 spec of 2016, §4-11-2).
     #[default]
     HoldsRegisters,
-    /// Anything ("undefined", AMG88 spec of 2016, §4-11-1). Until the initial reset no frame is measured, and the INT
-    /// pin is released.
+    /// Anything ("undefined", AMG88 spec of 2016, §4-11-1), and nothing is measured until the initial reset.
     Undefined,
 }
 

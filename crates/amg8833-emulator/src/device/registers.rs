@@ -78,8 +78,25 @@ impl Mode {
     }
 }
 
+/// How often the sensor refused something, since it was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Refusals {
+    /// Addresses and bytes that were not acknowledged.
+    pub nacks: u64,
+    /// Bytes written in sleep mode, other than the one that wakes it (AMG88 spec §4-11-1).
+    pub asleep: u64,
+    /// Bytes written to registers that can only be read.
+    pub read_only: u64,
+    /// Bytes written to reserved or undocumented registers.
+    pub reserved: u64,
+    /// Bytes written to the moving average register without its key (AMG88 spec §4-11-7).
+    pub without_key: u64,
+    /// Unknown commands in the power control and reset registers.
+    pub unknown_commands: u64,
+}
+
 /// What a written byte asks of the rest of the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) enum Effect {
     /// Nothing beyond the register file.
     Stored,
@@ -89,18 +106,8 @@ pub(crate) enum Effect {
     RateChanged,
     /// 0x3F was written to the reset register.
     InitialReset,
-    /// The byte has no effect.
-    Refused(Refusal),
-}
-
-/// Why a written byte has no effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Refusal {
-    Asleep,
-    ReadOnly,
-    Reserved,
-    WithoutKey,
-    UnknownCommand,
+    /// The byte has no effect, which is counted here.
+    Refused(fn(&mut Refusals) -> &mut u64),
 }
 
 /// The key of the moving average register, written to register 0x1F (AMG88 spec §4-11-7).
@@ -227,7 +234,7 @@ impl Registers {
 
     pub(crate) fn write(&mut self, register: u8, byte: u8, options: &Options) -> Effect {
         if self.mode == Mode::Sleep && (register, byte) != (address::POWER_CONTROL, 0x00) {
-            return Effect::Refused(Refusal::Asleep);
+            return Effect::Refused(|refusals| &mut refusals.asleep);
         }
         match register {
             address::AVERAGE_KEY => {
@@ -254,14 +261,16 @@ impl Registers {
             }
             address::INTERRUPT_CONTROL => self.interrupt_control = byte & (PIN_ENABLED | ABSOLUTE),
             address::STATUS_CLEAR => self.clear_status(byte, options.status_clear),
-            address::AVERAGE => return Effect::Refused(Refusal::WithoutKey),
+            address::AVERAGE => return Effect::Refused(|refusals| &mut refusals.without_key),
             address::LEVELS_FIRST..=address::LEVELS_LAST => {
                 self.write_level(register - address::LEVELS_FIRST, byte);
             }
             address::STATUS
             | address::THERMISTOR_LOW..=address::TABLE_LAST
-            | address::PIXELS_FIRST..=0xFF => return Effect::Refused(Refusal::ReadOnly),
-            _ => return Effect::Refused(Refusal::Reserved),
+            | address::PIXELS_FIRST..=0xFF => {
+                return Effect::Refused(|refusals| &mut refusals.read_only);
+            }
+            _ => return Effect::Refused(|refusals| &mut refusals.reserved),
         }
         Effect::Stored
     }
@@ -323,7 +332,10 @@ impl Registers {
         if zero_levels == ZeroLevels::AlwaysTrip && self.levels == [0; 6] {
             return u64::MAX;
         }
-        let limits = self.limits();
+        let [upper, lower, hysteresis] = [0, 2, 4].map(|place| {
+            let bytes = [self.levels[place], self.levels[place + 1]];
+            word::signed(u16::from_le_bytes(bytes))
+        });
         let absolute = self.interrupt_control & ABSOLUTE != 0;
         let mut outside = 0;
         for (place, (new, old)) in pixels.iter().zip(&self.pixels).enumerate() {
@@ -332,26 +344,20 @@ impl Registers {
                 (false, true) => (word::signed(*new) - word::signed(*old)).clamp(-2048, 2047),
                 (false, false) => 0,
             };
-            if limits.trips(value, self.outside >> place & 1 != 0) {
+            // Trips beyond a level, not on it, and releases only a hysteresis inside (AMG88 spec §4-11-8, users' reports).
+            let beyond = value > upper || value < lower;
+            let settled = value <= upper - hysteresis && value >= lower + hysteresis;
+            let tripped = self.outside >> place & 1 != 0;
+            if beyond || (tripped && !settled) {
                 outside |= 1 << place;
             }
         }
         outside
     }
 
-    fn limits(&self) -> Limits {
-        let [upper_low, upper_high, lower_low, lower_high, low, high] = self.levels;
-        let signed = |low, high| word::signed(u16::from_le_bytes([low, high]));
-        Limits {
-            upper: signed(upper_low, upper_high),
-            lower: signed(lower_low, lower_high),
-            hysteresis: signed(low, high),
-        }
-    }
-
     fn write_mode(&mut self, command: u8, stand_by: StandBy) -> Effect {
         match Mode::from_command(command, stand_by) {
-            None => Effect::Refused(Refusal::UnknownCommand),
+            None => Effect::Refused(|refusals| &mut refusals.unknown_commands),
             Some(mode) if mode == self.mode => Effect::Stored,
             Some(mode) => Effect::ModeChanged(core::mem::replace(&mut self.mode, mode)),
         }
@@ -368,7 +374,7 @@ impl Registers {
                 self.reset_initially(options);
                 Effect::InitialReset
             }
-            _ => Effect::Refused(Refusal::UnknownCommand),
+            _ => Effect::Refused(|refusals| &mut refusals.unknown_commands),
         }
     }
 
@@ -396,32 +402,13 @@ impl Registers {
         self.status = 0;
         self.clear_table();
         if options.initial_reset == InitialReset::RestoresDefaults {
-            *self = Self {
-                thermistor: self.thermistor,
-                ..Self::new(options)
-            };
+            let thermistor = self.thermistor;
+            *self = Self::new(options);
+            self.thermistor = thermistor;
         }
         self.pixels = [0; PIXELS];
         self.measured = false;
         self.undefined = false;
-    }
-}
-
-/// Interrupt levels and hysteresis in steps of a quarter degree.
-#[derive(Debug, Clone, Copy)]
-struct Limits {
-    upper: i16,
-    lower: i16,
-    hysteresis: i16,
-}
-
-impl Limits {
-    /// Trips beyond a level, not on it, and releases only a hysteresis inside (AMG88 spec §4-11-8 with users' reports).
-    fn trips(self, value: i16, tripped: bool) -> bool {
-        let beyond = value > self.upper || value < self.lower;
-        let settled =
-            value <= self.upper - self.hysteresis && value >= self.lower + self.hysteresis;
-        beyond || (tripped && !settled)
     }
 }
 

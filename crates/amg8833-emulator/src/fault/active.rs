@@ -89,7 +89,7 @@ pub(crate) struct Plan {
     pub(crate) lasting: FaultSet,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Faults {
     pub(crate) seed: u64,
     by_call: [Option<Entry>; FAULTS_MAX],
@@ -108,21 +108,6 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    pub(crate) const fn new() -> Self {
-        Self {
-            seed: 0,
-            by_call: [None; FAULTS_MAX],
-            used: 0,
-            #[cfg(feature = "alloc")]
-            by_rule: alloc::vec::Vec::new(),
-            counts: FaultCounts([0; FaultKind::COUNT]),
-            happened: FaultSet::EMPTY,
-            transactions: 0,
-            bytes: 0,
-            stretches: 0,
-        }
-    }
-
     /// Adds this fault, or replaces the one of its kind and target. `false` when there is no room.
     pub(crate) fn set(&mut self, fault: Fault, target: Option<Address>, chance: Chance) -> bool {
         let kind = fault.kind();
@@ -208,7 +193,8 @@ impl Faults {
         for entry in self.active().filter(spoils) {
             match entry.fault {
                 Fault::PixelGlitch { pixel, word } => {
-                    let drawn = self.any_pixel(entry, address, number);
+                    let drawn = self.any(entry, frame_place(address, number), 6);
+                    let drawn = usize::try_from(drawn).unwrap_or_default();
                     let place = pixel.map_or(drawn, PixelIndex::as_usize);
                     if let Some(pixel) = spoil.pixels.get_mut(place) {
                         *pixel = Some(word);
@@ -234,10 +220,10 @@ impl Faults {
         self.transactions
     }
 
-    /// What keeps the controller from reaching anybody: the first of these kinds.
-    pub(crate) fn blocking(&self, address: Option<Address>, place: u64) -> Option<FaultKind> {
+    /// What keeps the controller from reaching anybody: the place of the first in [`CONTROLLER`].
+    pub(crate) fn blocking(&self, address: Option<Address>, place: u64) -> Option<usize> {
         self.active().next()?;
-        CONTROLLER.into_iter().map(|(kind, _)| kind).find(|kind| {
+        CONTROLLER.iter().position(|(kind, _)| {
             self.aimed_at(address)
                 .any(|entry| entry.kind() == *kind && entry.strikes(self.seed, place))
         })
@@ -298,7 +284,8 @@ impl Faults {
         let mut any = false;
         for entry in self.active().filter(|entry| hit(entry)) {
             if let Fault::BitFlip { bit, .. } = entry.fault {
-                *byte ^= 1 << bit.map_or_else(|| self.any_bit(entry, place), |bit| bit & 7);
+                *byte ^=
+                    1 << bit.map_or_else(|| self.any(entry, place, 3), |bit| u64::from(bit & 7));
                 any = true;
             }
         }
@@ -318,14 +305,9 @@ impl Faults {
         self.used = last.map_or(0, |place| place + 1);
     }
 
-    fn any_pixel(&self, entry: &Entry, address: Address, number: u64) -> usize {
-        let drawn = draw(self.seed, !entry.stream, frame_place(address, number));
-        usize::try_from(drawn >> 58).unwrap_or_default()
-    }
-
-    fn any_bit(&self, entry: &Entry, place: u64) -> u8 {
-        let drawn = draw(self.seed, !entry.stream, place);
-        u8::try_from(drawn >> 61).unwrap_or_default()
+    /// So many bits for what is left open about a fault, drawn apart from whether it strikes.
+    fn any(&self, entry: &Entry, place: u64, bits: u32) -> u64 {
+        draw(self.seed, !entry.stream, place) >> (64 - bits)
     }
 
     fn aimed_at(&self, address: Option<Address>) -> impl Iterator<Item = &Entry> {
@@ -382,25 +364,13 @@ impl Plan {
 }
 
 /// What keeps the controller from reaching anybody, the strongest first, and what it then reports.
-const CONTROLLER: [(FaultKind, BusError); 5] = [
+pub(crate) const CONTROLLER: [(FaultKind, BusError); 5] = [
     (FaultKind::AdapterGone, BusError::Gone),
     (FaultKind::Hang, BusError::Timeout),
     (FaultKind::Timeout, BusError::Timeout),
     (FaultKind::ArbitrationLoss, BusError::ArbitrationLoss),
     (FaultKind::BusError, BusError::Bus),
 ];
-
-/// What the controller reports of a fault that [`Faults::blocking`] found.
-pub(crate) fn controller_error(kind: FaultKind) -> BusError {
-    let found = CONTROLLER.into_iter().find(|(listed, _)| *listed == kind);
-    found.map_or(BusError::Bus, |(_, error)| error)
-}
-
-/// The one of two that hides the other.
-pub(crate) fn stronger(one: Option<FaultKind>, other: Option<FaultKind>) -> Option<FaultKind> {
-    let mut listed = CONTROLLER.into_iter().map(|(kind, _)| kind);
-    listed.find(|kind| Some(*kind) == one || Some(*kind) == other)
-}
 
 fn frame_place(address: Address, number: u64) -> u64 {
     number | u64::from(address.bits()) << 56

@@ -24,18 +24,15 @@ pub enum Fault {
     Timeout,
     /// A line is held low: the controller gives up after [`HANG_TIMEOUT`](crate::HANG_TIMEOUT), whatever the address.
     Hang,
-    /// The sensor misses one SCL pulse, as the clock-stretching fault of a Raspberry Pi's controller makes them.
-    ///
-    /// In a read, the bits after the pulse come one place late, and the rest of the message reads 0xFF, because the
-    /// sensor takes the released line for the end. A written byte is lost and not acknowledged.
+    /// The sensor misses one SCL pulse, as with the clock-stretching fault of a Raspberry Pi's controller: in a read, the
+    /// bits after it come one place late, and the rest reads 0xFF; a written byte is lost and not acknowledged.
     ShortClock {
         /// The byte within the transaction, after the address; 0 is the first.
         byte: u16,
         /// The bit within the byte, 7 (first on the wire) to 0.
         bit: u8,
     },
-    /// One bit of a byte arrives inverted, in either direction. Without a register or a byte, every byte may be hit;
-    /// without a bit, the seed chooses one.
+    /// One bit of a byte arrives inverted, in either direction; what is left open may be any.
     BitFlip {
         /// Only bytes of this register.
         register: Option<u8>,
@@ -56,8 +53,8 @@ pub enum Fault {
     Freeze,
     /// The registers do not stand still within a transaction, against AMG88 spec §4-11-11.
     Torn {
-        /// `None`: a frame that falls due within a transaction comes at once (the bus needs an SCL frequency for that).
-        /// Else the pixels before this one are always read from the frame before the newest.
+        /// `None`: a frame that falls due within a transaction, which takes time, comes at once. Else the pixels before
+        /// this one are always of the frame before the newest.
         pixel: Option<PixelIndex>,
     },
     /// The sensor is off the bus and without power. It powers on when the fault ends.
@@ -76,8 +73,7 @@ pub enum Fault {
         /// The twelve bits of the register word: 0xFFF is a failed conversion in the specification of 2011.
         word: u16,
     },
-    /// The sensor's clock runs at this error instead of [`Options::clock_error_ppm`](crate::Options::clock_error_ppm),
-    /// without a jump of its phase.
+    /// Another [`Options::clock_error_ppm`](crate::Options::clock_error_ppm), without a jump of the phase.
     ClockError {
         /// Parts per million, positive is fast.
         ppm: i32,

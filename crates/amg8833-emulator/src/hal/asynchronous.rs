@@ -4,9 +4,8 @@ use crate::bus::Bus;
 use crate::clock::Clock;
 use crate::device::Device;
 use crate::mux::Mux;
-use crate::shared::SharedBus;
-use crate::shared::pin::{IntPin, PinError, WAIT_MAX};
-use crate::signal::{BusError, InterruptPin};
+use crate::shared::{IntPin, PinError, SharedBus, WAIT_MAX};
+use crate::signal::{InterruptPin, Outcome};
 use crate::source::FrameSource;
 use core::future::poll_fn;
 use core::task::Poll;
@@ -27,7 +26,7 @@ macro_rules! at_once {
                 &mut self,
                 address: u8,
                 operations: &mut [Operation<'_>],
-            ) -> Result<(), BusError> {
+            ) -> Outcome {
                 Blocking::transaction(self, address, operations)
             }
         })+
@@ -36,16 +35,11 @@ macro_rules! at_once {
 
 at_once!(Bus<C, S>, SharedBus<'_, C, S>, Mux<C, S>);
 
-/// Each poll looks at the pin. When that is not what is waited for, an emulated clock is moved on to the sensor's next
-/// frame ([`Clock::wait`]), the pin is looked at again, and then it is other tasks' turn. So a lone wait on a
-/// [`ManualClock`](crate::ManualClock) ends at once, at the emulated time of the edge, and tasks that wait for one another
-/// go through the same emulated time whatever the executor.
+/// Each poll looks at the pin, moves an emulated clock on to the sensor's next frame ([`Clock::wait`]) and looks again, so
+/// that tasks that wait for one another go through the same emulated time whatever the executor. A real clock ignores
+/// that: its pin is polled as fast as the executor likes, unless the program waits for [`IntPin::next_frame_at`] first.
 ///
-/// A real clock ignores that: its pin is polled as fast as the executor likes, unless the program waits for
-/// [`IntPin::next_frame_at`] first.
-///
-/// No edge after the first poll is missed. A wait ends with [`PinError::Late`] after [`WAIT_MAX`](crate::WAIT_MAX), and
-/// with [`PinError::Borrowed`] at once.
+/// No edge after the first poll is missed. A wait ends with [`PinError::Late`] after [`WAIT_MAX`](crate::WAIT_MAX).
 impl<C: Clock, S: FrameSource> Wait for IntPin<'_, C, S> {
     async fn wait_for_high(&mut self) -> Result<(), PinError> {
         wait(self, |low, _, _| !low).await

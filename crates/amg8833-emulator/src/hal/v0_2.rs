@@ -3,9 +3,8 @@
 use crate::bus::Bus;
 use crate::clock::Clock;
 use crate::mux::Mux;
-use crate::shared::SharedBus;
-use crate::shared::pin::{IntPin, PinError};
-use crate::signal::BusError;
+use crate::shared::{IntPin, PinError, SharedBus};
+use crate::signal::{BusError, Outcome};
 use crate::source::FrameSource;
 use alloc::vec::Vec;
 use embedded_hal::digital::InputPin as Present;
@@ -20,7 +19,7 @@ macro_rules! as_in_0_2 {
         impl<C: Clock, S: FrameSource> Read for $bus {
             type Error = BusError;
 
-            fn read(&mut self, address: u8, buffer: &mut [u8]) -> Result<(), BusError> {
+            fn read(&mut self, address: u8, buffer: &mut [u8]) -> Outcome {
                 I2c::read(self, address, buffer)
             }
         }
@@ -28,7 +27,7 @@ macro_rules! as_in_0_2 {
         impl<C: Clock, S: FrameSource> Write for $bus {
             type Error = BusError;
 
-            fn write(&mut self, address: u8, bytes: &[u8]) -> Result<(), BusError> {
+            fn write(&mut self, address: u8, bytes: &[u8]) -> Outcome {
                 I2c::write(self, address, bytes)
             }
         }
@@ -36,12 +35,7 @@ macro_rules! as_in_0_2 {
         impl<C: Clock, S: FrameSource> WriteRead for $bus {
             type Error = BusError;
 
-            fn write_read(
-                &mut self,
-                address: u8,
-                bytes: &[u8],
-                buffer: &mut [u8],
-            ) -> Result<(), BusError> {
+            fn write_read(&mut self, address: u8, bytes: &[u8], buffer: &mut [u8]) -> Outcome {
                 I2c::write_read(self, address, bytes, buffer)
             }
         }
@@ -49,11 +43,7 @@ macro_rules! as_in_0_2 {
         impl<C: Clock, S: FrameSource> WriteIter for $bus {
             type Error = BusError;
 
-            fn write<B: IntoIterator<Item = u8>>(
-                &mut self,
-                address: u8,
-                bytes: B,
-            ) -> Result<(), BusError> {
+            fn write<B: IntoIterator<Item = u8>>(&mut self, address: u8, bytes: B) -> Outcome {
                 I2c::write(self, address, &bytes.into_iter().collect::<Vec<u8>>())
             }
         }
@@ -66,7 +56,7 @@ macro_rules! as_in_0_2 {
                 address: u8,
                 bytes: B,
                 buffer: &mut [u8],
-            ) -> Result<(), BusError> {
+            ) -> Outcome {
                 let bytes: Vec<u8> = bytes.into_iter().collect();
                 I2c::write_read(self, address, &bytes, buffer)
             }
@@ -75,11 +65,7 @@ macro_rules! as_in_0_2 {
         impl<C: Clock, S: FrameSource> Transactional for $bus {
             type Error = BusError;
 
-            fn exec(
-                &mut self,
-                address: u8,
-                operations: &mut [i2c::Operation<'_>],
-            ) -> Result<(), BusError> {
+            fn exec(&mut self, address: u8, operations: &mut [i2c::Operation<'_>]) -> Outcome {
                 let mut operations: Vec<Operation<'_>> =
                     operations.iter_mut().map(operation).collect();
                 I2c::transaction(self, address, &mut operations)
@@ -93,7 +79,7 @@ macro_rules! as_in_0_2 {
                 &mut self,
                 address: u8,
                 operations: O,
-            ) -> Result<(), BusError> {
+            ) -> Outcome {
                 let mut operations: Vec<i2c::Operation<'a>> = operations.into_iter().collect();
                 Transactional::exec(self, address, &mut operations)
             }

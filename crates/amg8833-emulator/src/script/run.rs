@@ -44,8 +44,7 @@ type Frames = [Option<u64>; 2];
 pub(crate) struct Running {
     started: Duration,
     rules: Vec<Progress>,
-    /// What a sensor's own count of frames lacks, or has too many, for the frames at its address since the script began.
-    /// Wraps around.
+    /// What a sensor's own count lacks for the frames at its address since the script began; wraps around.
     frames_more: [u64; 2],
     /// Whether the frames of the sensors have to be gone through one by one.
     pub(crate) counts_frames: bool,

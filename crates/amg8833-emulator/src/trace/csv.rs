@@ -29,8 +29,6 @@ const HEADER: &str =
 /// | `end_s` | as `time_s`, of the end |
 /// | `error` | `nack`, `bus-error`, `arbitration-loss`, `timeout`, `gone`, or nothing |
 /// | `faults` | names of [`FaultKind`](crate::FaultKind)s with a space between |
-///
-/// Complete after [`finish`](TraceFile::finish).
 pub type CsvTrace<W> = TraceFile<W, Table>;
 
 /// The format of a [`CsvTrace`].

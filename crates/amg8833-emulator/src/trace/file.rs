@@ -27,9 +27,7 @@ impl fmt::Display for TraceSummary {
     }
 }
 
-/// A trace of a bus in a file, in a format that `D` knows.
-///
-/// Handles are cheap to clone and share one file. It is complete after [`finish`](Self::finish).
+/// A trace of a bus in a file of format `D`, complete after [`finish`](Self::finish). Clones share the file.
 pub struct TraceFile<W: Write, D>(Arc<Mutex<File<W, D>>>);
 
 struct File<W: Write, D> {

@@ -22,7 +22,7 @@ pub enum Start {
 /// One message on the bus: an address, a direction, and the bytes up to a repeated START or a STOP.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Transfer<'a> {
-    /// Which transaction of the bus it belongs to, from 1.
+    /// The number of its transaction on the bus, from 1.
     pub transaction: u64,
     /// The time of its START on the bus's clock.
     pub started: Duration,
@@ -54,6 +54,7 @@ type Observer = Box<dyn FnMut(&Transfer<'_>) + Send>;
 pub(crate) type Kept = Vec<(Transfer<'static>, Vec<u8>)>;
 
 /// Puts messages together; without an observer, it does nothing.
+#[derive(Default)]
 pub(crate) struct Log {
     pub(crate) observer: Option<Observer>,
     /// The message under way, without its bytes and its end.
@@ -64,16 +65,6 @@ pub(crate) struct Log {
 }
 
 impl Log {
-    pub(crate) const fn new() -> Self {
-        Self {
-            observer: None,
-            begun: None,
-            bytes: Vec::new(),
-            happened: FaultSet::EMPTY,
-            kept: None,
-        }
-    }
-
     #[inline]
     pub(crate) fn is_on(&self) -> bool {
         self.observer.is_some() || self.kept.is_some()
@@ -176,9 +167,6 @@ impl Log {
 
 impl fmt::Debug for Log {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter
-            .debug_struct("Log")
-            .field("on", &self.is_on())
-            .finish_non_exhaustive()
+        formatter.debug_struct("Log").finish_non_exhaustive()
     }
 }

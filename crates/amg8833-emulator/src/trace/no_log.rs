@@ -5,14 +5,10 @@ use crate::signal::{Acknowledge, BusError};
 use core::num::NonZeroU32;
 use core::time::Duration;
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Log;
 
 impl Log {
-    pub(crate) const fn new() -> Self {
-        Self
-    }
-
     pub(crate) const fn is_on(&self) -> bool {
         false
     }

@@ -27,8 +27,6 @@ const BYTE_BITS: u32 = 8;
 /// - A bus without an SCL frequency is drawn at 100 kHz: transactions that take no time there follow one another.
 /// - A bus that hangs has SCL low until the controller gave up. A missing adapter draws nothing.
 /// - sigrok keeps every step in memory: for traces of minutes, let it leave out idle time (`-I vcd:compress=1000`).
-///
-/// Complete after [`finish`](TraceFile::finish).
 pub type VcdTrace<W> = TraceFile<W, Drawing>;
 
 impl<W: Write> VcdTrace<W> {
