@@ -1,8 +1,8 @@
-//! Real time for the emulated buses: sped up if asked for, and moved on by the bits of a slow bus.
+//! Time for the emulated buses: real time, sped up if asked for and moved on by the bits of a slow bus; or paced time.
 
 use amg8833_emulator::Clock;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Where all buses take their time from. It stands still until it is started.
@@ -14,7 +14,7 @@ pub struct Timebase {
 }
 
 impl Timebase {
-    /// Stands at zero; once started, it shows `ahead` and runs `speed` (positive) times as fast as real time.
+    /// Stands at zero; once started, it runs from `ahead` at `speed` (positive) times real time.
     #[must_use]
     pub fn new(ahead: Duration, speed: f64) -> Arc<Self> {
         Arc::new(Self {
@@ -31,13 +31,13 @@ impl Timebase {
 
     fn now(&self) -> Duration {
         self.started.get().map_or(Duration::ZERO, |started| {
-            self.ahead
-                .saturating_add(scaled(started.elapsed(), self.speed))
+            let run = scaled(started.elapsed(), self.speed);
+            self.ahead.saturating_add(run)
         })
     }
 }
 
-/// The time of one bus. While it transfers, its bits run ahead of real time; [`settle`](Self::settle) waits for that.
+/// The time of one bus. Its bits run ahead of real time, until [`settle`](Self::settle) waits for that.
 #[derive(Debug)]
 pub(crate) struct BusClock {
     base: Arc<Timebase>,
@@ -58,11 +58,10 @@ impl BusClock {
         })
     }
 
-    /// From here on only bits move this bus's time, so that a transfer is as long as its bits, and not as this program
-    /// takes for it.
+    /// From here on only bits move this bus's time, so that a transfer is as long as its bits.
     pub(crate) fn hold(&self) {
-        let now_ns = u64::try_from(self.now().as_nanos()).unwrap_or(NOT_HELD);
-        self.held_ns.store(now_ns, Ordering::SeqCst);
+        self.held_ns
+            .store(nanoseconds(self.now()), Ordering::SeqCst);
     }
 
     /// The time of this bus follows the machine's again.
@@ -91,9 +90,68 @@ impl Clock for BusClock {
 
     fn pass(&self, bus_time: Duration) {
         let until = self.now().saturating_add(bus_time);
-        let until_ns = u64::try_from(until.as_nanos()).unwrap_or(u64::MAX);
+        let until_ns = nanoseconds(until);
         self.busy_until_ns.fetch_max(until_ns, Ordering::SeqCst);
     }
+}
+
+/// Emulated time, at most `speed` times as fast as real time, that moves only while somebody waits for it or the bus
+/// transfers. A host that stalls stalls the emulated sensor with it: a demonstration shows the recorder, not the host.
+#[derive(Debug)]
+pub struct PacedClock {
+    now_ns: AtomicU64,
+    speed: f64,
+    started: Instant,
+    /// Real time that the emulated clock is not charged for, because nobody asked it to move.
+    origin: Mutex<Duration>,
+}
+
+impl PacedClock {
+    /// A clock that starts at zero now. `speed` must be positive.
+    #[must_use]
+    pub fn new(speed: f64) -> Self {
+        Self {
+            now_ns: AtomicU64::new(0),
+            speed,
+            started: Instant::now(),
+            origin: Mutex::new(Duration::ZERO),
+        }
+    }
+
+    /// Moves emulated time on to `until`, and waits until real time has caught up with it.
+    pub fn sleep_until(&self, until: Duration) {
+        self.now_ns.fetch_max(nanoseconds(until), Ordering::SeqCst);
+        let due = self.now().div_f64(self.speed);
+        if let Some(wait) = self.wait_for(due) {
+            std::thread::sleep(wait);
+        }
+    }
+
+    fn wait_for(&self, due: Duration) -> Option<Duration> {
+        let mut origin = self.origin.lock().unwrap_or_else(PoisonError::into_inner);
+        let real = self.started.elapsed();
+        let wait = (*origin + due).checked_sub(real);
+        if wait.is_none() {
+            // The host was late, and emulated time does not catch up.
+            *origin = real.saturating_sub(due);
+        }
+        wait
+    }
+}
+
+impl Clock for PacedClock {
+    fn now(&self) -> Duration {
+        Duration::from_nanos(self.now_ns.load(Ordering::SeqCst))
+    }
+
+    fn pass(&self, bus_time: Duration) {
+        let passed = nanoseconds(bus_time);
+        self.now_ns.fetch_add(passed, Ordering::SeqCst);
+    }
+}
+
+pub(crate) fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// A duration times a positive factor; what no duration can hold is the longest one.
@@ -106,25 +164,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_stands_until_it_is_started_and_then_is_ahead() {
-        let base = Timebase::new(Duration::from_millis(200), 1.0);
+    fn time_stands_until_it_is_started_and_then_is_ahead_and_multiplied() {
+        let base = Timebase::new(Duration::from_millis(200), 100.0);
         let clock = BusClock::new(&base);
         assert_eq!(clock.now(), Duration::ZERO);
         base.start();
         assert!(clock.now() >= Duration::from_millis(200));
-    }
-
-    #[test]
-    fn speed_multiplies_time() {
-        let base = Timebase::new(Duration::ZERO, 1000.0);
-        base.start();
-        let started = Instant::now();
         std::thread::sleep(Duration::from_millis(5));
-        let (emulated, real) = (base.now(), started.elapsed());
-        assert!(
-            emulated >= Duration::from_secs(5),
-            "{emulated:?} in {real:?}"
-        );
+        assert!(base.now() >= Duration::from_millis(700));
     }
 
     #[test]
@@ -135,14 +182,11 @@ mod tests {
         let started = Instant::now();
         busy.pass(Duration::from_secs(1));
         assert!(busy.now() >= Duration::from_secs(1));
-        assert!(
-            idle.now() < Duration::from_secs(1) || started.elapsed() >= Duration::from_millis(100)
-        );
+        // One second at ten times the speed.
+        let real = Duration::from_millis(100);
+        assert!(idle.now() < Duration::from_secs(1) || started.elapsed() >= real);
         busy.settle();
-        assert!(
-            started.elapsed() >= Duration::from_millis(100),
-            "one second at ten times the speed"
-        );
+        assert!(started.elapsed() >= real);
     }
 
     #[test]
@@ -167,5 +211,25 @@ mod tests {
             scaled(Duration::from_secs(3), 0.5),
             Duration::from_millis(1500)
         );
+    }
+
+    #[test]
+    fn time_moves_only_when_it_is_waited_for_or_the_bus_transfers() {
+        let clock = PacedClock::new(1000.0);
+        std::thread::sleep(Duration::from_millis(5));
+        assert_eq!(clock.now(), Duration::ZERO);
+        clock.pass(Duration::from_micros(12_300));
+        clock.sleep_until(Duration::from_millis(100));
+        assert_eq!(clock.now(), Duration::from_millis(100));
+        clock.sleep_until(Duration::from_millis(50));
+        assert_eq!(clock.now(), Duration::from_millis(100));
+    }
+
+    #[test]
+    fn waiting_takes_the_real_time_that_the_speed_asks_for() {
+        let clock = PacedClock::new(10.0);
+        let started = Instant::now();
+        clock.sleep_until(Duration::from_millis(300));
+        assert!(started.elapsed() >= Duration::from_millis(30));
     }
 }

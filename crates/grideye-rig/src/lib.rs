@@ -23,25 +23,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod agent;
 mod clock;
 mod error;
 mod machine;
-mod paced_clock;
 mod parts;
 mod place;
 mod sensor;
 mod show;
 mod shown;
-mod wires;
 
-pub use agent::{AgentClock, SharedBus};
-pub use clock::Timebase;
+pub use clock::{PacedClock, Timebase};
 pub use error::RigError;
 pub use machine::{Counts, Machine, Observer, Wiring};
-pub use paced_clock::PacedClock;
 pub use parts::{Build, Part, buses, parts};
 pub use place::{Branch, Place, Placed, Planned, address_of, device};
-pub use sensor::{SCL_HZ, Source, bus, replay_source, scene_source};
+pub use sensor::{AgentClock, SCL_HZ, SharedBus, Source, bus, replay_source, scene_source};
 pub use show::{AtEnd, Replay, World};
 pub use shown::{Recorded, Shown, Simulate, recorded};

@@ -1,14 +1,15 @@
-//! The emulated machine: its buses with their sensors, in real time, and what went over them.
+//! The emulated machine: its buses with their wires and sensors, in real time, and what went over them.
 
 use crate::clock::{BusClock, Timebase};
 use crate::error::RigError;
 use crate::parts::Part;
-use crate::show::World;
-use crate::wires::{SensorBus, Wires};
-use amg8833_emulator::script::Script;
+use crate::place::Branch;
+use crate::sensor::with_scl_hz;
+use crate::show::{Show, World};
+use amg8833_emulator::script::{Rule, Script};
 use amg8833_emulator::trace::Transfer;
-use amg8833_emulator::{BusError, Clock as _, Refusals};
-use embedded_hal::i2c::{Error as _, ErrorKind, NoAcknowledgeSource};
+use amg8833_emulator::{Address, Bus, BusError, CHANNELS, Clock as _, Mux, Refusals};
+use embedded_hal::i2c::{ErrorType, I2c, NoAcknowledgeSource, Operation};
 use i2c_emulation::adapter::{EmulatedAdapter, Fault, HalAdapter, Message, TransferError};
 use i2c_emulation::rack::{Rack, SharedAdapter};
 use serde::Serialize;
@@ -40,7 +41,7 @@ pub struct Wiring<'a> {
 /// All buses, switched on, with time standing still until [`start`](Self::start).
 pub struct Machine {
     base: Arc<Timebase>,
-    buses: BTreeMap<u32, Handle>,
+    buses: Vec<Handle>,
     endings: Vec<Arc<AtomicBool>>,
 }
 
@@ -61,7 +62,6 @@ pub struct Counts {
 
 impl Machine {
     /// Builds the buses and switches the sensors on, at time zero.
-    ///
     /// # Errors
     /// Where a fault of the script names a bus or an address without a sensor.
     pub fn new(
@@ -73,43 +73,29 @@ impl Machine {
         if let Some(script) = &wiring.script {
             check_targets(script, &parts)?;
         }
-        let endings: Vec<_> = parts
-            .iter()
-            .map(|part| Arc::clone(&part.show.timeline.ended))
-            .collect();
+        let ended = |part: &Part| Arc::clone(&part.show.timeline.ended);
+        let endings: Vec<_> = parts.iter().map(ended).collect();
         let mut by_bus: BTreeMap<u32, Vec<Part>> = BTreeMap::new();
         for part in parts {
             by_bus.entry(part.planned.place.bus).or_default().push(part);
         }
-        let lines: BTreeMap<u32, SharedLine> = by_bus
-            .into_iter()
-            .map(|(number, parts)| {
-                let clock = BusClock::new(&base);
-                let line = Line {
-                    wires: HalAdapter::with_faults(wires(number, &clock, parts, wiring), fault),
-                    clock,
-                    endings: endings.clone(),
-                };
-                (number, Arc::new(Mutex::new(line)))
-            })
-            .collect();
-        let all: Arc<[(u32, SharedLine)]> = lines
-            .iter()
-            .map(|(number, line)| (*number, Arc::clone(line)))
-            .collect();
-        let buses = lines
-            .into_iter()
-            .map(|(number, line)| {
-                let handle = Handle {
-                    number,
-                    line,
-                    all: Arc::clone(&all),
-                    world: Arc::clone(world),
-                    script: wiring.script.clone(),
-                };
-                (number, handle)
-            })
-            .collect();
+        let line = |(number, parts)| {
+            let clock = BusClock::new(&base);
+            let line = Line {
+                wires: HalAdapter::with_faults(wires(number, &clock, parts, wiring), fault),
+                clock,
+                endings: endings.clone(),
+            };
+            (number, Arc::new(Mutex::new(line)))
+        };
+        let lines: Arc<[(u32, SharedLine)]> = by_bus.into_iter().map(line).collect();
+        let handle = |place| Handle {
+            place,
+            lines: Arc::clone(&lines),
+            world: Arc::clone(world),
+            script: wiring.script.clone(),
+        };
+        let buses = (0..lines.len()).map(handle).collect();
         Ok(Self {
             base,
             buses,
@@ -121,8 +107,8 @@ impl Machine {
     #[must_use]
     pub fn rack(&self) -> Rack {
         let mut rack = Rack::new();
-        for (number, handle) in &self.buses {
-            rack.insert(*number, SharedAdapter::new(handle.clone()));
+        for handle in &self.buses {
+            rack.insert(handle.here().0, SharedAdapter::new(handle.clone()));
         }
         rack
     }
@@ -138,13 +124,15 @@ impl Machine {
         all_set(&self.endings)
     }
 
-    /// Does this while the sensors go on measuring, so that nobody who comes after an hour has to wait for that.
+    /// Does this while the sensors go on measuring, so that a reader after an hour need not wait.
     pub fn keeping_up<T>(&self, serve: impl FnOnce() -> T) -> T {
         let (done, is_done) = mpsc::channel::<()>();
         std::thread::scope(|scope| {
             scope.spawn(move || {
                 while is_done.recv_timeout(KEEP_UP_EVERY) == Err(RecvTimeoutError::Timeout) {
-                    self.keep_up();
+                    for handle in &self.buses {
+                        lock(&handle.here().1).wires.bus().advance();
+                    }
                 }
             });
             let outcome = serve();
@@ -153,18 +141,12 @@ impl Machine {
         })
     }
 
-    fn keep_up(&self) {
-        for handle in self.buses.values() {
-            lock(&handle.line).wires.bus().advance();
-        }
-    }
-
     /// What went over the buses so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         let mut counts = Counts::default();
-        for handle in self.buses.values() {
-            counts.add(lock(&handle.line).wires.bus());
+        for handle in &self.buses {
+            counts.add(lock(&handle.here().1).wires.bus());
         }
         counts
     }
@@ -181,7 +163,7 @@ fn check_targets(script: &Script, parts: &[Part]) -> Result<(), RigError> {
         if !parts.iter().any(is_met) {
             let places = parts.iter().map(|part| part.planned.place.to_string());
             let places = places.collect::<Vec<_>>().join(", ");
-            return Err(RigError::NoTarget { number, places });
+            return Err(RigError::NoTarget(number, places));
         }
     }
     Ok(())
@@ -189,15 +171,23 @@ fn check_targets(script: &Script, parts: &[Part]) -> Result<(), RigError> {
 
 /// One bus with its sensors, switched on.
 fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring<'_>) -> Wires {
-    let mux = parts
-        .iter()
-        .find_map(|part| part.planned.place.branch)
-        .map(|branch| branch.mux);
-    let mut wires = Wires::new(clock, mux, wiring.scl_hz);
+    let trunk = with_scl_hz(Bus::new(Arc::clone(clock)), wiring.scl_hz);
+    let branch = parts.iter().find_map(|part| part.planned.place.branch);
+    let mut wires = match branch {
+        None => Wires::Plain(Box::new(trunk)),
+        Some(Branch { mux, .. }) => {
+            let channels: [_; CHANNELS] = std::array::from_fn(|_| Bus::new(Arc::clone(clock)));
+            Wires::Branched(Box::new(Mux::new(trunk, mux, channels)))
+        }
+    };
     for part in parts {
         let place = part.planned.place;
         let channel = place.branch.map(|branch| branch.channel);
-        if let Some(bus) = wires.segment(channel) {
+        let bus = match (&mut wires, channel) {
+            (Wires::Branched(mux), Some(channel)) => mux.channel_mut(channel),
+            (wires, _) => Some(wires.trunk()),
+        };
+        if let Some(bus) = bus {
             bus.plug(place.address, part.show, part.options);
         }
     }
@@ -223,9 +213,9 @@ fn lock(line: &SharedLine) -> MutexGuard<'_, Line> {
 /// One bus as a way to it holds it. It knows the others, because what begins with the first transfer begins on all.
 #[derive(Clone)]
 struct Handle {
-    number: u32,
-    line: SharedLine,
-    all: Arc<[(u32, SharedLine)]>,
+    /// Which of the lines it is.
+    place: usize,
+    lines: Arc<[(u32, SharedLine)]>,
     world: Arc<World>,
     script: Option<Script>,
 }
@@ -234,34 +224,43 @@ impl EmulatedAdapter for Handle {
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
         let (outcome, is_first) = self.transfer_here(messages);
         if is_first {
-            self.script_elsewhere();
+            // The script begins on the other buses too, with none of them locked while another is.
+            for (number, line) in self.lines.iter() {
+                if *number != self.here().0 {
+                    self.script(&mut lock(line), *number);
+                }
+            }
         }
         outcome
     }
 }
 
 impl Handle {
+    fn here(&self) -> &(u32, SharedLine) {
+        &self.lines[self.place]
+    }
+
     /// The transfer, and whether it was the first on any bus.
     fn transfer_here(&self, messages: &mut [Message<'_>]) -> (Result<(), TransferError>, bool) {
-        let mut line = lock(&self.line);
+        let (number, line) = self.here();
+        let mut line = lock(line);
         line.clock.hold();
         let is_first = self.world.begin(line.clock.now());
         if is_first {
-            self.script(&mut line, self.number);
+            self.script(&mut line, *number);
         }
-        let outcome = line.transfer(messages);
+        let outcome = if all_set(&line.endings) {
+            let fault = Fault::Gone;
+            Err(TransferError {
+                completed: 0,
+                fault,
+            })
+        } else {
+            line.wires.transfer(messages)
+        };
         line.clock.release();
         line.clock.settle();
         (outcome, is_first)
-    }
-
-    /// Lets the script begin on the other buses, with none of them locked while another is.
-    fn script_elsewhere(&self) {
-        for (number, line) in self.all.iter() {
-            if *number != self.number {
-                self.script(&mut lock(line), *number);
-            }
-        }
     }
 
     fn script(&self, line: &mut Line, number: u32) {
@@ -271,39 +270,20 @@ impl Handle {
     }
 }
 
-impl Line {
-    fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-        match all_set(&self.endings) {
-            true => Err(GONE),
-            false => self.wires.transfer(messages),
-        }
-    }
-}
-
 impl Counts {
-    fn add(&mut self, wires: &Wires) {
-        let traffic = wires.traffic();
+    fn add(&mut self, wires: &mut Wires) {
+        let traffic = wires.trunk().traffic();
         self.transactions += traffic.transactions;
         self.bytes += traffic.bytes;
         self.nacks += traffic.nacks;
         for bus in wires.segments() {
-            self.add_sensors(bus);
+            let sensors = Address::ALL.into_iter().filter_map(|at| bus.device(at));
+            let refused = sensors.flat_map(|sensor| reasons(sensor.refusals()));
+            for (reason, count) in refused.filter(|(_, count)| *count > 0) {
+                *self.refused.entry(reason).or_default() += count;
+            }
             for (kind, count) in bus.fault_counts().iter() {
                 *self.faults.entry(kind.name()).or_default() += count;
-            }
-        }
-    }
-
-    fn add_sensors(&mut self, bus: &SensorBus) {
-        use amg8833_emulator::Address;
-        for device in Address::ALL
-            .into_iter()
-            .filter_map(|address| bus.device(address))
-        {
-            for (reason, count) in reasons(device.refusals()) {
-                if count > 0 {
-                    *self.refused.entry(reason).or_default() += count;
-                }
             }
         }
     }
@@ -338,21 +318,16 @@ fn write_list(
     name: &str,
     counts: &BTreeMap<&'static str, u64>,
 ) -> fmt::Result {
-    let items: Vec<String> = counts
-        .iter()
-        .map(|(what, count)| format!("{count} {what}"))
-        .collect();
-    match items.as_slice() {
-        [] => Ok(()),
-        items => write!(formatter, "; {name}: {}", items.join(", ")),
+    if counts.is_empty() {
+        return Ok(());
     }
+    let items = counts.iter().map(|(what, count)| format!("{count} {what}"));
+    write!(
+        formatter,
+        "; {name}: {}",
+        items.collect::<Vec<_>>().join(", ")
+    )
 }
-
-/// What a transfer finds when the show is over.
-const GONE: TransferError = TransferError {
-    completed: 0,
-    fault: Fault::Gone,
-};
 
 /// Whether there is an end and all have come to it.
 fn all_set(endings: &[Arc<AtomicBool>]) -> bool {
@@ -364,11 +339,80 @@ fn fault(error: &BusError) -> Fault {
     match error {
         BusError::Timeout => Fault::Timeout,
         BusError::Gone => Fault::Gone,
-        other => match other.kind() {
-            ErrorKind::NoAcknowledge(NoAcknowledgeSource::Data) => Fault::NackData,
-            ErrorKind::NoAcknowledge(_) => Fault::NackAddress,
-            ErrorKind::ArbitrationLoss => Fault::ArbitrationLost,
-            _ => Fault::Bus,
+        BusError::Bus => Fault::Bus,
+        BusError::ArbitrationLoss => Fault::ArbitrationLost,
+        BusError::NoAcknowledge { source, .. } => match source {
+            NoAcknowledgeSource::Data => Fault::NackData,
+            _ => Fault::NackAddress,
         },
+    }
+}
+
+/// A bus, or one channel of a multiplexer, with up to two sensors.
+type SensorBus = Bus<Arc<BusClock>, Show>;
+
+/// Everything that hangs on one pair of wires.
+enum Wires {
+    Plain(Box<SensorBus>),
+    Branched(Box<Mux<Arc<BusClock>, Show>>),
+}
+
+impl Wires {
+    /// The bus before the multiplexer, or the whole of it.
+    fn trunk(&mut self) -> &mut SensorBus {
+        match self {
+            Self::Plain(bus) => bus,
+            Self::Branched(mux) => mux.trunk_mut(),
+        }
+    }
+
+    /// The trunk and all channels.
+    fn segments(&self) -> Box<dyn Iterator<Item = &SensorBus> + '_> {
+        match self {
+            Self::Plain(bus) => Box::new(std::iter::once(&**bus)),
+            Self::Branched(mux) => Box::new(mux.buses()),
+        }
+    }
+
+    /// Lets everything happen that is due by now.
+    fn advance(&mut self) {
+        match self {
+            Self::Plain(bus) => bus.advance(),
+            Self::Branched(mux) => mux.advance(),
+        }
+    }
+
+    /// Runs the script of this bus from now on. Rules for the whole bus are the trunk's; those for an address are also
+    /// for the sensors of that address behind the multiplexer, each with draws of its own.
+    fn set_script(&mut self, script: &Script) {
+        if let Self::Branched(mux) = self {
+            let rules = script.rules().filter(|rule| rule.address.is_some());
+            let rules: Vec<Rule> = rules.copied().collect();
+            let seeds = script.seed().wrapping_add(1)..;
+            for (seed, bus) in seeds.zip(mux.buses_mut().skip(1)) {
+                // A part of the rules of a script is a script.
+                if let Ok(of_the_channel) = Script::new(seed, rules.clone()) {
+                    bus.set_script(of_the_channel);
+                }
+            }
+        }
+        self.trunk().set_script(script.clone());
+    }
+}
+
+impl ErrorType for Wires {
+    type Error = BusError;
+}
+
+impl I2c for Wires {
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), BusError> {
+        match self {
+            Self::Plain(bus) => bus.transaction(address, operations),
+            Self::Branched(mux) => mux.transaction(address, operations),
+        }
     }
 }

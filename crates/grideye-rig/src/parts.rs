@@ -4,7 +4,7 @@ use crate::error::RigError;
 use crate::place::{Branch, Place, Planned};
 use crate::show::{AtEnd, Show, Specimen, Timeline, World};
 use crate::shown::Shown;
-use amg8833_emulator::{Drift, Options};
+use amg8833_emulator::{Drift, MuxAddress, Options};
 use grideye_scene::profile::Profile;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -31,7 +31,6 @@ pub struct Part {
 }
 
 /// The sensors at their places, with what each is shown.
-///
 /// # Errors
 /// Where two sensors would answer at once, or one of them cannot be shown this.
 pub fn parts(
@@ -41,7 +40,15 @@ pub fn parts(
     build: &Build,
 ) -> Result<Vec<Part>, RigError> {
     check(&planned)?;
-    let profile = build.profile.clone().map(Arc::new);
+    let own = build.profile.as_ref();
+    let profile = own.cloned().map(Arc::new);
+    let options = Options {
+        clock_error_ppm: build
+            .clock_error_ppm
+            .unwrap_or(own.map_or(0, Profile::clock_error_ppm)),
+        clock_drift: Drift::PpmPerHour(own.map_or(0, Profile::clock_drift_ppm_per_hour)),
+        ..Options::default()
+    };
     let noise_seed = profile.is_none().then_some(build.seed);
     let part = |(index, planned): (u64, Planned)| {
         let (length, pictures) = shown.pictures(&planned.name, noise_seed)?;
@@ -54,11 +61,12 @@ pub fn parts(
             planned,
             show: Show {
                 world: Arc::clone(world),
+                alone: false,
                 timeline: Timeline::new(length, build.at_end),
                 pictures,
                 specimen,
             },
-            options: chip(build),
+            options,
         })
     };
     (0..).zip(planned).map(part).collect()
@@ -71,32 +79,15 @@ pub fn buses(parts: &[Part]) -> usize {
     numbers.collect::<BTreeSet<u32>>().len()
 }
 
-/// How the chip behaves: its clock is the caller's, else the profile's.
-fn chip(build: &Build) -> Options {
-    let profile = build.profile.as_ref();
-    let of_the_profile = profile.map_or(0, Profile::clock_error_ppm);
-    let drift_ppm = profile.map_or(0, Profile::clock_drift_ppm_per_hour);
-    Options {
-        clock_error_ppm: build.clock_error_ppm.unwrap_or(of_the_profile),
-        clock_drift: Drift::PpmPerHour(drift_ppm),
-        ..Options::default()
-    }
-}
-
-/// Two sensors at one place would answer at once, and so would one on the bus itself and one behind its multiplexer; and
-/// one multiplexer a bus is emulated.
+/// No two sensors may answer at once, and a bus has one multiplexer at most.
 fn check(planned: &[Planned]) -> Result<(), RigError> {
     let mut taken: BTreeMap<Place, &String> = BTreeMap::new();
     for Planned { name, place } in planned {
         if let Some(other) = taken.insert(*place, name) {
-            return Err(RigError::Taken {
-                one: other.clone(),
-                other: name.clone(),
-                place: *place,
-            });
+            return Err(RigError::Taken(other.clone(), name.clone(), *place));
         }
     }
-    let mut muxes: BTreeMap<u32, u8> = BTreeMap::new();
+    let mut muxes: BTreeMap<u32, MuxAddress> = BTreeMap::new();
     for Planned { name, place } in planned {
         let Some(Branch { mux, .. }) = place.branch else {
             continue;
@@ -106,21 +97,12 @@ fn check(planned: &[Planned]) -> Result<(), RigError> {
             ..*place
         };
         if let Some(one) = taken.get(&before) {
-            return Err(RigError::Together {
-                one: String::clone(one),
-                before,
-                other: name.clone(),
-                place: *place,
-                mux,
-            });
+            let (one, other) = (String::clone(one), name.clone());
+            return Err(RigError::Together(one, before, other, *place, mux));
         }
         let first = *muxes.entry(place.bus).or_insert(mux);
         if first != mux {
-            return Err(RigError::SecondMux {
-                bus: place.bus,
-                first,
-                second: mux,
-            });
+            return Err(RigError::SecondMux(place.bus, first, mux));
         }
     }
     Ok(())
@@ -137,13 +119,11 @@ mod tests {
             (["1:0x70.3:0x68", "1:0x68"], "answer at once"),
             (["1:0x70.3:0x68", "1:0x71.4:0x68"], "0x70 and one at 0x71"),
         ] {
-            let planned = ["a", "b"].into_iter().zip(places);
-            let planned: Vec<Planned> = planned
-                .map(|(name, place)| Planned {
-                    name: name.to_owned(),
-                    place: place.parse().unwrap(),
-                })
-                .collect();
+            let [one, other] = places.map(|place| place.parse().unwrap());
+            let planned = [("a", one), ("b", other)].map(|(name, place)| Planned {
+                name: name.to_owned(),
+                place,
+            });
             let error = check(&planned).unwrap_err().to_string();
             assert!(error.contains(words) && error.contains("hint:"), "{error}");
         }

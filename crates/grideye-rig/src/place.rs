@@ -1,16 +1,11 @@
 //! Where a sensor sits, and how that is written: `NAME`, `NAME=BUS:ADDRESS`, `NAME=BUS:MUX.CHANNEL:ADDRESS`.
 
-use amg8833_emulator::Address;
+use amg8833_emulator::{Address, CHANNELS, MuxAddress};
 use std::fmt;
 use std::str::FromStr;
 
 /// The highest number of a bus: Linux has as many minor numbers (`MINORMASK` in `drivers/i2c/i2c-dev.c`).
 const BUS_NUMBER_MAX: u32 = (1 << 20) - 1;
-/// The channels of a TCA9548A.
-const CHANNELS: u8 = 8;
-/// The addresses that a TCA9548A can be wired to (its data sheet, table 8-1).
-const MUX_ADDRESSES: std::ops::RangeInclusive<u8> = 0x70..=0x77;
-
 /// A sensor's place in the emulated machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Place {
@@ -25,10 +20,10 @@ pub struct Place {
 /// One channel of a multiplexer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Branch {
-    /// Seven bits, 0x70 to 0x77.
-    pub mux: u8,
+    /// 0x70 to 0x77.
+    pub mux: MuxAddress,
     /// 0 to 7.
-    pub channel: u8,
+    pub channel: usize,
 }
 
 /// A sensor that was asked for, and its place if that was said with it.
@@ -58,10 +53,8 @@ impl FromStr for Placed {
             None => (text, None),
         };
         if name.is_empty() {
-            return Err(
-                "the sensor's name is missing\nhint: NAME=BUS:ADDRESS, such as left=1:0x69"
-                    .to_owned(),
-            );
+            let hint = "NAME=BUS:ADDRESS, such as left=1:0x69";
+            return Err(format!("the sensor's name is missing\nhint: {hint}"));
         }
         let name = name.to_owned();
         Ok(Self { name, place })
@@ -77,9 +70,8 @@ impl FromStr for Place {
             [bus, address] => (bus, None, address),
             [bus, branch, address] => (bus, Some(branch.parse()?), address),
             _ => {
-                return Err(format!(
-                    "no place: {text}\nhint: BUS:ADDRESS, such as 1:0x69, or BUS:MUX.CHANNEL:ADDRESS, such as 1:0x70.3:0x69"
-                ));
+                let hint = "BUS:ADDRESS, such as 1:0x69, or BUS:MUX.CHANNEL:ADDRESS, such as 1:0x70.3:0x69";
+                return Err(format!("no place: {text}\nhint: {hint}"));
             }
         };
         Ok(Self {
@@ -94,22 +86,17 @@ impl FromStr for Branch {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (mux, channel) = text.split_once('.').ok_or_else(|| {
-            format!("no channel of a multiplexer: {text}\nhint: MUX.CHANNEL, such as 0x70.3")
-        })?;
+        let hint = "MUX.CHANNEL, such as 0x70.3";
+        let (mux, channel) = text
+            .split_once('.')
+            .ok_or_else(|| format!("no channel of a multiplexer: {text}\nhint: {hint}"))?;
         let mux = number(mux)
-            .and_then(|bits| u8::try_from(bits).ok())
-            .filter(|bits| MUX_ADDRESSES.contains(bits))
+            .and_then(MuxAddress::from_bits)
             .ok_or_else(|| format!("a multiplexer answers at 0x70 to 0x77, not at {mux}"))?;
-        let channel = number(channel)
-            .and_then(|channel| u8::try_from(channel).ok())
+        let known = number(channel).map(usize::from);
+        let channel = known
             .filter(|channel| *channel < CHANNELS)
-            .ok_or_else(|| {
-                format!(
-                    "a multiplexer has the channels 0 to {}, not {channel}",
-                    CHANNELS - 1
-                )
-            })?;
+            .ok_or_else(|| format!("a multiplexer has the channels 0 to 7, not {channel}"))?;
         Ok(Self { mux, channel })
     }
 }
@@ -118,25 +105,22 @@ impl fmt::Display for Place {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{}:", self.bus)?;
         if let Some(Branch { mux, channel }) = self.branch {
-            write!(formatter, "0x{mux:02x}.{channel}:")?;
+            write!(formatter, "{mux}.{channel}:")?;
         }
         write!(formatter, "0x{:02x}", self.address.bits())
     }
 }
 
 /// The address of an AMG8833, in hexadecimal with 0x or in decimal.
-///
 /// # Errors
 /// Where it is no address of one.
 pub fn address_of(text: &str) -> Result<Address, String> {
     number(text)
-        .and_then(|bits| u8::try_from(bits).ok())
         .and_then(Address::from_bits)
         .ok_or_else(|| "the AMG8833 answers at 0x68 or 0x69".to_owned())
 }
 
 /// The number of a bus in the path of its device.
-///
 /// # Errors
 /// Where it is no path of an I2C bus.
 pub fn device(text: &str) -> Result<u32, String> {
@@ -156,9 +140,9 @@ fn bus_number(text: &str) -> Result<u32, String> {
         })
 }
 
-fn number(text: &str) -> Option<u32> {
+fn number(text: &str) -> Option<u8> {
     match text.strip_prefix("0x") {
-        Some(hexadecimal) => u32::from_str_radix(hexadecimal, 16).ok(),
+        Some(hexadecimal) => u8::from_str_radix(hexadecimal, 16).ok(),
         None => text.parse().ok(),
     }
 }
@@ -168,21 +152,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_read_and_written_back() {
-        for text in ["1:0x69", "0:0x68", "3:0x70.0:0x69", "1048575:0x77.7:0x68"] {
-            assert_eq!(text.parse::<Place>().unwrap().to_string(), text);
+    fn names_and_places_are_read_and_written_back() {
+        let places = ["1:0x69", "0:0x68", "3:0x70.0:0x69", "1048575:0x77.7:0x68"];
+        for (text, written) in places
+            .map(|text| (text, text))
+            .into_iter()
+            .chain([("1:112.3:105", "1:0x70.3:0x69")])
+        {
+            let odd: Placed = format!("a=b={text}").parse().unwrap();
+            assert_eq!(odd.name, "a=b");
+            assert_eq!(odd.place.unwrap().to_string(), written);
         }
-        let decimal: Place = "1:112.3:105".parse().unwrap();
-        assert_eq!(decimal.to_string(), "1:0x70.3:0x69");
-    }
-
-    #[test]
-    fn a_sensor_has_a_name_and_perhaps_a_place() {
         let bare: Placed = "ceiling".parse().unwrap();
         assert_eq!((bare.name.as_str(), bare.place), ("ceiling", None));
-        let odd: Placed = "a=b=1:0x68".parse().unwrap();
-        assert_eq!(odd.name, "a=b");
-        assert_eq!(odd.place.unwrap().to_string(), "1:0x68");
     }
 
     #[test]
@@ -210,19 +192,13 @@ mod tests {
     #[test]
     fn only_the_path_of_a_bus_is_a_device() {
         assert_eq!(device("/dev/i2c-1"), Ok(1));
-        for text in [
-            "/dev/ttyS0",
-            "/dev/i2c-",
-            "/dev/i2c-x",
-            "i2c-1",
-            "1",
-            "/dev/i2c-1/",
-            "/dev/i2c-9999999",
-        ] {
-            assert!(
-                device(text).is_err_and(|error| error.contains("hint:")),
-                "{text}"
-            );
+        let strange = ["/dev/ttyS0", "/dev/i2c-", "/dev/i2c-x", "i2c-1", "1"];
+        for text in strange
+            .into_iter()
+            .chain(["/dev/i2c-1/", "/dev/i2c-9999999"])
+        {
+            let error = device(text).unwrap_err();
+            assert!(error.contains("hint:"), "{text}: {error}");
         }
     }
 }

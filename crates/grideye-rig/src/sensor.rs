@@ -1,12 +1,18 @@
-//! One emulated sensor: what it sees of a scene or a recording, and the bus on which it is alone.
+//! One emulated sensor alone on its bus: what it sees of a scene or a recording, and how the agent takes the bus.
 
+use crate::clock::PacedClock;
 use crate::error::RigError;
+use crate::show::{Pictures, Show, evenly};
 use amg8833::word;
-use amg8833_emulator::{Address, Bus, Clock, FrameSource};
-use grideye_frame::{COLUMNS, Celsius, Frame, ROWS, RawFrame, TICK};
+use amg8833_emulator::{Address, Bus, BusError, Clock, FrameSource};
+use embedded_hal::i2c::{ErrorType, I2c, Operation};
+use grideye_agent::bus::{OpenBus, OpenError, by_kind};
+use grideye_frame::{COLUMNS, Celsius, NoData, ROWS, RawFrame};
+use grideye_recording::ClockState;
 use grideye_scene::{Scene, Simulator};
 use std::num::NonZeroU32;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// The bus's clock on a Raspberry Pi that was told `dtparam=i2c_arm_baudrate=400000`.
 pub const SCL_HZ: Option<NonZeroU32> = NonZeroU32::new(400_000);
@@ -17,42 +23,16 @@ const SELF_HEATING_C: f32 = 4.5;
 /// What an emulated sensor sees.
 pub type Source = Box<dyn FrameSource + Send>;
 
-/// A scene as a source of frames: time counts from the sensor's first measurement, and the walk begins then.
-struct SceneSource {
-    simulator: Simulator,
-    thermistor: Celsius,
-    seed: u64,
-    origin: Duration,
-}
-
-impl FrameSource for SceneSource {
-    fn frame_at(&mut self, t: Duration) -> Frame {
-        let image = self
-            .simulator
-            .noisy(t.saturating_sub(self.origin), self.seed);
-        // `scene_source` has refused every sensor that is not 8 x 8.
-        image
-            .to_frame(self.thermistor)
-            .unwrap_or(Frame::uniform(self.thermistor))
-    }
-
-    fn measuring_from(&mut self, t: Duration) {
-        self.origin = t;
-    }
-}
-
-/// What a sensor of the scene sees, with noise from `seed`.
-///
+/// What a sensor of the scene sees, with noise from `seed`; the walk begins with the sensor's first measurement.
 /// # Errors
 /// Where the sensor has other than 8 x 8 pixels.
 pub fn scene_source(scene: &Scene, simulator: Simulator, seed: u64) -> Result<Source, RigError> {
     check_resolution(&simulator)?;
-    Ok(Box::new(SceneSource {
-        simulator,
+    Ok(Box::new(Show::alone(Pictures::Scene {
+        simulator: Box::new(simulator),
         thermistor: self_heated(scene.ambient()),
-        seed,
-        origin: Duration::ZERO,
-    }))
+        noise_seed: Some(seed),
+    })))
 }
 
 /// Refuses a sensor that no AMG8833 can stand for.
@@ -61,11 +41,8 @@ pub(crate) fn check_resolution(simulator: &Simulator) -> Result<(), RigError> {
     if (sensor.columns, sensor.rows) == (COLUMNS, ROWS) {
         return Ok(());
     }
-    Err(RigError::Resolution {
-        sensor: sensor.name.clone(),
-        columns: sensor.columns,
-        rows: sensor.rows,
-    })
+    let name = sensor.name.clone();
+    Err(RigError::Resolution(name, sensor.columns, sensor.rows))
 }
 
 /// The temperature of a chip in a room.
@@ -73,36 +50,12 @@ pub(crate) fn self_heated(ambient: Celsius) -> Celsius {
     Celsius::new(ambient.get() + SELF_HEATING_C)
 }
 
-/// A recording as a source of frames: one a sensor period from the first measurement on; the last one stays.
-struct ReplaySource {
-    frames: Vec<Frame>,
-    origin: Duration,
-}
-
-impl FrameSource for ReplaySource {
-    fn frame_at(&mut self, t: Duration) -> Frame {
-        let since = t.saturating_sub(self.origin) + TICK / 2;
-        let index = usize::try_from(since.as_nanos() / TICK.as_nanos()).unwrap_or(usize::MAX);
-        let index = index.min(self.frames.len().saturating_sub(1));
-        self.frames
-            .get(index)
-            .copied()
-            .unwrap_or(Frame::uniform(Celsius::new(0.0)))
-    }
-
-    fn measuring_from(&mut self, t: Duration) {
-        self.origin = t;
-    }
-}
-
-/// The frames of a recording, in order, one each sensor period.
+/// The frames of a recording, one each sensor period from the first measurement on; the last one stays.
 #[must_use]
 pub fn replay_source(frames: &[RawFrame]) -> Source {
-    let frames = frames.iter().map(word::frame).collect();
-    Box::new(ReplaySource {
-        frames,
-        origin: Duration::ZERO,
-    })
+    let frames = evenly(frames.iter().map(word::frame));
+    let shown = None;
+    Box::new(Show::alone(Pictures::Frames { frames, shown }))
 }
 
 /// An emulated AMG8833 alone on its bus, powered on now; with a bus clock, transfers take their time.
@@ -112,9 +65,98 @@ pub fn bus<C: Clock>(
     source: Source,
     scl_hz: Option<NonZeroU32>,
 ) -> Bus<C, Source> {
-    let bus = Bus::with_sensor(clock, address, source);
+    with_scl_hz(Bus::with_sensor(clock, address, source), scl_hz)
+}
+
+/// The same bus, at this speed if there is one.
+pub(crate) fn with_scl_hz<C: Clock, S: FrameSource>(
+    bus: Bus<C, S>,
+    scl_hz: Option<NonZeroU32>,
+) -> Bus<C, S> {
     match scl_hz {
         Some(scl_hz) => bus.with_scl_hz(scl_hz),
         None => bus,
+    }
+}
+
+/// Emulated boot time; its wall clock started right when the program did, and is synchronised.
+#[derive(Debug)]
+pub struct AgentClock {
+    paced: Arc<PacedClock>,
+    started_utc: Duration,
+}
+
+impl AgentClock {
+    /// A wall clock around emulated time.
+    #[must_use]
+    pub fn new(paced: Arc<PacedClock>) -> Self {
+        let started_utc = SystemTime::now().duration_since(UNIX_EPOCH);
+        Self {
+            paced,
+            started_utc: started_utc.unwrap_or_default(),
+        }
+    }
+}
+
+impl grideye_agent::clock::Clock for AgentClock {
+    fn boot(&self) -> Duration {
+        self.paced.now()
+    }
+
+    fn utc(&self) -> (i64, ClockState) {
+        let utc = self.started_utc + self.paced.now();
+        let utc_ns = i64::try_from(utc.as_nanos()).unwrap_or(i64::MAX);
+        (utc_ns, ClockState::Synced)
+    }
+
+    fn sleep_until(&self, boot: Duration) {
+        self.paced.sleep_until(boot);
+    }
+}
+
+/// The emulated bus as the agent's thread takes it: opened again and again, it stays the same bus.
+#[derive(Clone)]
+pub struct SharedBus(Arc<Mutex<Bus<Arc<PacedClock>, Source>>>);
+
+impl SharedBus {
+    /// Shares one bus.
+    #[must_use]
+    pub fn new(bus: Bus<Arc<PacedClock>, Source>) -> Self {
+        Self(Arc::new(Mutex::new(bus)))
+    }
+
+    /// Looks at the bus, for its counters.
+    pub fn with<T>(&self, look: impl FnOnce(&mut Bus<Arc<PacedClock>, Source>) -> T) -> T {
+        look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl ErrorType for SharedBus {
+    type Error = BusError;
+}
+
+impl I2c for SharedBus {
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), BusError> {
+        self.with(|bus| bus.transaction(address, operations))
+    }
+}
+
+impl OpenBus for SharedBus {
+    type Bus = Self;
+
+    fn open(&mut self) -> Result<Self, OpenError> {
+        Ok(self.clone())
+    }
+
+    fn classify(&self, error: &BusError) -> NoData {
+        match error {
+            BusError::Timeout => NoData::BusTimeout,
+            BusError::Gone => NoData::Unplugged,
+            other => by_kind(embedded_hal::i2c::Error::kind(other)),
+        }
     }
 }

@@ -1,12 +1,9 @@
 //! What an emulated sensor sees: a scene, a recording or a constant, as a function of the world's time.
 //!
-//! ```text
-//!  Clock ──t──▶ World: time since the first transfer ──▶ Timeline: held, looped or ended ──▶ Pictures ──▶ Frame
-//! ```
-//!
-//! All sensors share one world, so that two of them see the same person at the same place at the same time, also
-//! when one of them is reset.
+//! All sensors of a machine share one world, so that two of them see the same person at the same place at the same time,
+//! also when one of them is reset.
 
+use crate::clock::nanoseconds;
 use amg8833_emulator::FrameSource;
 use grideye_frame::{Celsius, Frame, TICK};
 use grideye_scene::Simulator;
@@ -55,13 +52,9 @@ impl World {
 
     /// Begins now; `false` if it has begun before.
     pub(crate) fn begin(&self, now: Duration) -> bool {
-        let begun = self.begun_ns.compare_exchange(
-            NOT_BEGUN,
-            nanoseconds(now),
-            Ordering::SeqCst,
-            Ordering::SeqCst,
-        );
-        begun.is_ok()
+        let (now, order) = (nanoseconds(now).min(NOT_BEGUN - 1), Ordering::SeqCst);
+        let begun = &self.begun_ns;
+        begun.compare_exchange(NOT_BEGUN, now, order, order).is_ok()
     }
 
     /// The world's time; `None` before it has begun.
@@ -84,10 +77,11 @@ pub(crate) struct Timeline {
 impl Timeline {
     /// A timeline whose end has not been reached.
     pub(crate) fn new(length: Duration, at_end: AtEnd) -> Self {
+        let ended = Arc::default();
         Self {
             length,
             at_end,
-            ended: Arc::default(),
+            ended,
         }
     }
 
@@ -103,12 +97,11 @@ impl Timeline {
                 (0, since)
             }
             AtEnd::Loop => {
-                let rounds = since.as_nanos() / self.length.as_nanos();
-                let within = since.as_nanos() % self.length.as_nanos();
-                (
-                    u64::try_from(rounds).unwrap_or(u64::MAX),
-                    Duration::from_nanos(u64::try_from(within).unwrap_or(u64::MAX)),
-                )
+                let (since, length) = (since.as_nanos(), self.length.as_nanos());
+                let [rounds, within] = [since / length, since % length];
+                let within = u64::try_from(within).unwrap_or(u64::MAX);
+                let rounds = u64::try_from(rounds).unwrap_or(u64::MAX);
+                (rounds, Duration::from_nanos(within))
             }
         }
     }
@@ -123,14 +116,14 @@ pub(crate) enum Pictures {
         noise_seed: Option<u64>,
     },
     /// Frames, the first at time zero, each until the next.
-    Times(Vec<(Duration, Frame)>),
-    /// Frames, one each time that the sensor measures.
-    Frames { frames: Vec<Frame>, shown: usize },
-    /// One frame permanently.
-    Constant(Box<Frame>),
+    Frames {
+        frames: Vec<(Duration, Frame)>,
+        /// How many were shown, where each new frame of the sensor is a tick of their time; `None` where time is.
+        shown: Option<u32>,
+    },
 }
 
-/// One specimen of the sensor, whose noise and pattern the profile tells and the seed decides.
+/// One specimen of the sensor, by a profile and a seed.
 pub(crate) struct Specimen {
     pub(crate) profile: Arc<Profile>,
     pub(crate) seed: u64,
@@ -141,6 +134,8 @@ pub(crate) struct Specimen {
 /// A frame source: pictures on a timeline in a world, seen by an ideal sensor or by a specimen.
 pub(crate) struct Show {
     pub(crate) world: Arc<World>,
+    /// Whether the world is this sensor's own: it begins with each first measurement.
+    pub(crate) alone: bool,
     pub(crate) timeline: Timeline,
     pub(crate) pictures: Pictures,
     pub(crate) specimen: Option<Specimen>,
@@ -158,9 +153,28 @@ impl FrameSource for Show {
             }
         }
     }
+
+    fn measuring_from(&mut self, t: Duration) {
+        if self.alone {
+            self.world
+                .begun_ns
+                .store(nanoseconds(t).min(NOT_BEGUN - 1), Ordering::SeqCst);
+        }
+    }
 }
 
 impl Show {
+    /// Pictures that stay at their end, for a sensor without others.
+    pub(crate) fn alone(pictures: Pictures) -> Self {
+        Self {
+            world: World::new(),
+            alone: true,
+            timeline: Timeline::new(Duration::ZERO, AtEnd::Hold),
+            pictures,
+            specimen: None,
+        }
+    }
+
     fn picture(&mut self, since: Option<Duration>) -> Frame {
         match &mut self.pictures {
             Pictures::Scene {
@@ -173,26 +187,25 @@ impl Show {
                     Some(seed) => simulator.noisy(at, seed.wrapping_add(round)),
                     None => simulator.image(at),
                 };
-                // The plan has refused every sensor that is not 8 x 8.
-                image
-                    .to_frame(*thermistor)
-                    .unwrap_or(Frame::uniform(*thermistor))
-            }
-            Pictures::Times(frames) => {
-                let (_, at) = self.timeline.place(since.unwrap_or_default());
-                nearest(frames, at)
+                // Every sensor that is not 8 x 8 was refused.
+                let frame = image.to_frame(*thermistor);
+                frame.unwrap_or(Frame::uniform(*thermistor))
             }
             Pictures::Frames { frames, shown } => {
-                let index = *shown;
-                if since.is_some() {
-                    *shown = following(index, frames.len(), &self.timeline);
+                let mut at = since.unwrap_or_default();
+                if let Some(shown) = shown {
+                    at = TICK * *shown;
+                    *shown = shown.saturating_add(u32::from(since.is_some()));
                 }
-                let index = index.min(frames.len().saturating_sub(1));
-                frames.get(index).copied().unwrap_or(nothing())
+                nearest(frames, self.timeline.place(at).1)
             }
-            Pictures::Constant(frame) => **frame,
         }
     }
+}
+
+/// These frames, a tick apart.
+pub(crate) fn evenly(frames: impl Iterator<Item = Frame>) -> Vec<(Duration, Frame)> {
+    (0..).map(|tick| TICK * tick).zip(frames).collect()
 }
 
 /// The time from the first frame to the end of the last, which is seen for a tick at least.
@@ -203,32 +216,9 @@ pub(crate) fn length(frames: &[(Duration, Frame)]) -> Duration {
 /// The last frame that was recorded until half a tick after this time: so far off a recorded time may be.
 fn nearest(frames: &[(Duration, Frame)], at: Duration) -> Frame {
     let begun = frames.partition_point(|(recorded, _)| *recorded <= at + TICK / 2);
-    frames
-        .get(begun.saturating_sub(1))
-        .map_or(nothing(), |(_, frame)| *frame)
-}
-
-/// The number of the frame after this one.
-fn following(index: usize, count: usize, timeline: &Timeline) -> usize {
-    let next = index + 1;
-    match timeline.at_end {
-        AtEnd::Loop if next >= count => 0,
-        AtEnd::End if index >= count => {
-            timeline.ended.store(true, Ordering::SeqCst);
-            index
-        }
-        AtEnd::Hold | AtEnd::End if index >= count => index,
-        _ => next,
-    }
-}
-
-/// A recording without frames is refused before it comes here.
-fn nothing() -> Frame {
-    Frame::uniform(Celsius::new(0.0))
-}
-
-fn nanoseconds(duration: Duration) -> u64 {
-    u64::try_from(duration.as_nanos()).unwrap_or(NOT_BEGUN - 1)
+    let frame = frames.get(begun.saturating_sub(1));
+    // A recording without frames is refused before it comes here.
+    frame.map_or(Frame::uniform(Celsius::new(0.0)), |(_, frame)| *frame)
 }
 
 #[cfg(test)]
@@ -245,10 +235,9 @@ mod tests {
 
     fn show(pictures: Pictures, length: Duration, at_end: AtEnd) -> Show {
         Show {
-            world: World::new(),
+            alone: false,
             timeline: Timeline::new(length, at_end),
-            pictures,
-            specimen: None,
+            ..Show::alone(pictures)
         }
     }
 
@@ -267,17 +256,19 @@ mod tests {
         ];
         let length = length(&frames);
         assert_eq!(length, ms(1200));
-        show(Pictures::Times(frames), length, at_end)
+        let shown = None;
+        show(Pictures::Frames { frames, shown }, length, at_end)
+    }
+
+    fn has_ended(show: &Show) -> bool {
+        show.timeline.ended.load(Ordering::SeqCst)
     }
 
     #[test]
     fn a_recording_comes_at_its_own_times_once_somebody_speaks() {
         let mut show = three_at_their_times(AtEnd::Hold);
-        assert_eq!(
-            seen(&mut show, &[100, 60_000]),
-            [1.0, 1.0],
-            "nobody asked yet"
-        );
+        let before = seen(&mut show, &[100, 60_000]);
+        assert_eq!(before, [1.0, 1.0], "nobody asked yet");
         assert!(show.world.begin(ms(70_000)));
         assert!(!show.world.begin(ms(99_000)), "it begins once");
         let times = [70_000, 70_900, 70_949, 70_950, 71_050, 71_200, 99_000];
@@ -286,56 +277,46 @@ mod tests {
             [1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0],
             "a time half a period off still belongs to the tick; the last frame stays"
         );
-        assert!(!show.timeline.ended.load(Ordering::SeqCst));
+        assert!(!has_ended(&show));
     }
 
     #[test]
-    fn a_recording_begins_anew_or_ends_by_choice() {
+    fn a_recording_begins_again_or_ends_by_choice() {
         let mut looped = three_at_their_times(AtEnd::Loop);
         looped.world.begin(ms(0));
-        assert_eq!(
-            seen(&mut looped, &[1100, 1200, 2200, 3600]),
-            [3.0, 1.0, 2.0, 1.0]
-        );
+        let rounds = seen(&mut looped, &[1100, 1200, 2200, 3600]);
+        assert_eq!(rounds, [3.0, 1.0, 2.0, 1.0]);
 
         let mut ending = three_at_their_times(AtEnd::End);
         ending.world.begin(ms(0));
         seen(&mut ending, &[1199]);
-        assert!(!ending.timeline.ended.load(Ordering::SeqCst));
+        assert!(!has_ended(&ending));
         seen(&mut ending, &[1200]);
-        assert!(ending.timeline.ended.load(Ordering::SeqCst));
+        assert!(has_ended(&ending));
     }
 
+    /// The end comes after the last frame, and not with it.
     #[test]
     fn frame_by_frame_none_is_left_out_and_none_comes_twice() {
-        let frames = || Pictures::Frames {
-            frames: vec![warm(1.0), warm(2.0), warm(3.0)],
-            shown: 0,
-        };
-        let ticks = [100, 204, 10_000, 10_100, 10_200];
         for (at_end, expected) in [
             (AtEnd::Hold, [1.0, 2.0, 3.0, 3.0, 3.0]),
             (AtEnd::Loop, [1.0, 2.0, 3.0, 1.0, 2.0]),
             (AtEnd::End, [1.0, 2.0, 3.0, 3.0, 3.0]),
         ] {
-            let mut show = show(frames(), ms(300), at_end);
+            let frames = evenly([1.0, 2.0, 3.0].map(warm).into_iter());
+            let shown = Some(0);
+            let mut show = show(Pictures::Frames { frames, shown }, ms(300), at_end);
             assert_eq!(seen(&mut show, &[50, 60]), [1.0, 1.0], "nobody asked yet");
             show.world.begin(ms(90));
-            assert_eq!(seen(&mut show, &ticks), expected, "{at_end:?}");
-            let ended = show.timeline.ended.load(Ordering::SeqCst);
-            assert_eq!(ended, at_end == AtEnd::End);
+            assert_eq!(seen(&mut show, &[100, 204, 10_000]), expected[..3]);
+            assert!(!has_ended(&show), "{at_end:?}");
+            assert_eq!(
+                seen(&mut show, &[10_100, 10_200]),
+                expected[3..],
+                "{at_end:?}"
+            );
+            assert_eq!(has_ended(&show), at_end == AtEnd::End);
         }
-    }
-
-    #[test]
-    fn the_end_comes_after_the_last_frame_and_not_with_it() {
-        let frames = vec![warm(1.0), warm(2.0)];
-        let mut show = show(Pictures::Frames { frames, shown: 0 }, ms(200), AtEnd::End);
-        show.world.begin(ms(0));
-        assert_eq!(seen(&mut show, &[100, 200]), [1.0, 2.0]);
-        assert!(!show.timeline.ended.load(Ordering::SeqCst));
-        seen(&mut show, &[300]);
-        assert!(show.timeline.ended.load(Ordering::SeqCst));
     }
 
     #[test]
@@ -343,5 +324,19 @@ mod tests {
         let timeline = Timeline::new(Duration::ZERO, AtEnd::End);
         assert_eq!(timeline.place(ms(5)), (0, ms(5)));
         assert!(!timeline.ended.load(Ordering::SeqCst));
+    }
+
+    #[test]
+    fn a_sensor_alone_starts_over_with_each_first_measurement() {
+        let frames = vec![(ms(0), warm(1.0)), (ms(100), warm(2.0))];
+        let shown = None;
+        let mut show = Show::alone(Pictures::Frames { frames, shown });
+        for start in [100, 5_000] {
+            show.measuring_from(ms(start));
+            assert_eq!(
+                seen(&mut show, &[start, start + 100, start + 900]),
+                [1.0, 2.0, 2.0]
+            );
+        }
     }
 }

@@ -75,20 +75,21 @@ impl Shown {
             }
             Self::Recording { replay, sensors } => {
                 // The one sensor of a recording answers to any name.
-                let frames = sensors
-                    .get(name)
-                    .or_else(|| sensors.values().next())
-                    .map_or(&[][..], Vec::as_slice);
-                let pictures = match replay {
-                    Replay::Times => Pictures::Times(frames.to_vec()),
-                    Replay::Frames => Pictures::Frames {
-                        frames: frames.iter().map(|(_, frame)| *frame).collect(),
-                        shown: 0,
-                    },
-                };
+                let named = sensors.get(name).or_else(|| sensors.values().next());
+                let frames = named.cloned().unwrap_or_default();
+                if *replay == Replay::Frames {
+                    let frames = show::evenly(frames.into_iter().map(|(_, frame)| frame));
+                    let shown = Some(0);
+                    let length = show::length(&frames);
+                    return Ok((length, Pictures::Frames { frames, shown }));
+                }
                 // All of them end, and begin again, together.
                 let length = sensors.values().map(|frames| show::length(frames)).max();
-                Ok((length.unwrap_or_default(), pictures))
+                let shown = None;
+                Ok((
+                    length.unwrap_or_default(),
+                    Pictures::Frames { frames, shown },
+                ))
             }
             Self::Constant(celsius) => {
                 let room = Celsius::new(*celsius);
@@ -96,41 +97,35 @@ impl Shown {
                 if noise_seed.is_some() {
                     frame.thermistor = sensor::self_heated(room);
                 }
-                Ok((Duration::ZERO, Pictures::Constant(Box::new(frame))))
+                let (frames, shown) = (vec![(Duration::ZERO, frame)], None);
+                Ok((Duration::ZERO, Pictures::Frames { frames, shown }))
             }
         }
     }
 }
 
 /// The frames of a recording's streams with their times since the first of all; those that are missing are left out.
-///
 /// # Errors
 /// Where it holds no frame, or streams whose times have no common beginning.
 pub fn recorded(streams: BTreeMap<StreamId, Vec<Record>>) -> Result<Recorded, RigError> {
-    let mut sensors = Recorded::new();
-    let boots: BTreeSet<(&str, &str)> = streams
-        .keys()
-        .map(|stream| (stream.device.as_str(), stream.boot.as_str()))
-        .collect();
+    let boot = |stream: &StreamId| (stream.device.clone(), stream.boot.clone());
+    let boots: BTreeSet<_> = streams.keys().map(boot).collect();
     if boots.len() > 1 {
-        return Err(RigError::SeveralBoots {
-            streams: streams.len(),
-            boots: boots.len(),
-        });
+        return Err(RigError::SeveralBoots(streams.len(), boots.len()));
     }
     let boot_ns = |record: &Record| record.reading.frame().map(|_| record.stamp.t_boot_ns);
     let first_ns = streams.values().flatten().filter_map(boot_ns).min();
     let first_ns = first_ns.ok_or(RigError::NoFrame)?;
-    for (stream, records) in streams {
+    let frames = |records: Vec<Record>| -> Vec<_> {
         let frames = records.iter().filter_map(|record| {
             let since_ns = record.stamp.t_boot_ns.saturating_sub(first_ns);
             let frame = word::frame(record.reading.frame()?);
             Some((Duration::from_nanos(since_ns), frame))
         });
-        let frames: Vec<_> = frames.collect();
-        if !frames.is_empty() {
-            sensors.insert(stream.sensor, frames);
-        }
-    }
-    Ok(sensors)
+        frames.collect()
+    };
+    let sensors = streams
+        .into_iter()
+        .map(|(stream, records)| (stream.sensor, frames(records)));
+    Ok(sensors.filter(|(_, frames)| !frames.is_empty()).collect())
 }

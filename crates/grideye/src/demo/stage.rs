@@ -228,7 +228,7 @@ fn start_agent(start: Start, bus: &SharedBus, clock: Arc<PacedClock>) -> Result<
 }
 
 fn say_traffic(bus: &SharedBus, frames: u64) {
-    let traffic = bus.with(amg8833_emulator::Bus::traffic);
+    let traffic = bus.with(|bus| bus.traffic());
     if let Some(bytes) = traffic.bytes.checked_div(frames) {
         progress::say(&format!(
             "bus        {} transactions, {bytes} bytes for each frame recorded, looks for the moment of update included",

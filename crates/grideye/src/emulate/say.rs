@@ -27,7 +27,7 @@ struct Sensor {
     #[serde(skip_serializing_if = "Option::is_none")]
     multiplexer: Option<u8>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    channel: Option<u8>,
+    channel: Option<usize>,
     address: u8,
     #[serde(skip)]
     place: String,
@@ -128,7 +128,7 @@ fn sensor(part: &Part) -> Sensor {
     Sensor {
         name: part.planned.name.clone(),
         bus: place.bus,
-        multiplexer: place.branch.map(|branch| branch.mux),
+        multiplexer: place.branch.map(|branch| branch.mux.bits()),
         channel: place.branch.map(|branch| branch.channel),
         address: place.address.bits(),
         place: place.to_string(),
