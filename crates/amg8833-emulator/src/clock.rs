@@ -52,9 +52,7 @@ mod manual {
     use core::sync::atomic::{AtomicU64, Ordering};
     use core::time::Duration;
 
-    /// A clock that stands still until it is told to move, or until the bus spends time.
-    ///
-    /// Starts at zero and saturates after 584 years. Threads may share it.
+    /// A clock from zero that moves when it is told to and when the bus spends time; saturates after 584 years.
     #[derive(Debug, Default)]
     pub struct ManualClock(AtomicU64);
 

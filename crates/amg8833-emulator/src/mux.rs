@@ -45,8 +45,7 @@ impl MuxAddress {
 ///         0x68, 0x69    └─ channel 7: Bus ─ 0x68, 0x69
 /// ```
 ///
-/// - The last byte written to its address selects channels from the STOP on; reading returns it (TI SCPS207, "Control
-///   Register").
+/// - The last byte written to its address selects channels from the STOP on; reading returns it (TI SCPS207).
 /// - Active channels and the trunk are one pair of wires: devices of one address acknowledge together, and what they send
 ///   is ANDed. A line held low on an active channel holds the trunk until [`reset`](Self::reset).
 /// - Bits take the trunk's time. A channel's trace and traffic are those that reached it.

@@ -34,8 +34,7 @@ pub(crate) fn pixel(celsius: f64) -> Word {
     }
 }
 
-/// Sign and magnitude in steps of a sixteenth degree, nearest step, saturating at -127.9375 and +127.9375. What rounds to
-/// zero has no sign; minus zero itself has, so that a recording of the word 0x800 is replayed as it was.
+/// Sign and magnitude in sixteenths of a degree, saturating. Only minus zero itself is 0x800, as in a recording of it.
 pub(crate) fn thermistor(celsius: f64) -> Word {
     let (steps, overflow) = steps(celsius, 16.0, -MAGNITUDE_MAX);
     let magnitude = u16::try_from(steps.unsigned_abs()).unwrap_or(0);

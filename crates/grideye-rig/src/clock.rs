@@ -24,7 +24,6 @@ impl Timebase {
         })
     }
 
-    /// Lets it run, if it does not yet.
     pub(crate) fn start(&self) {
         self.started.get_or_init(Instant::now);
     }
@@ -49,7 +48,6 @@ pub(crate) struct BusClock {
 const NOT_HELD: u64 = u64::MAX;
 
 impl BusClock {
-    /// A bus of this machine.
     pub(crate) fn new(base: &Arc<Timebase>) -> Arc<Self> {
         Arc::new(Self {
             base: Arc::clone(base),
@@ -95,8 +93,8 @@ impl Clock for BusClock {
     }
 }
 
-/// Emulated time, at most `speed` times as fast as real time, that moves only while somebody waits for it or the bus
-/// transfers. A host that stalls stalls the emulated sensor with it: a demonstration shows the recorder, not the host.
+/// Emulated time, at most `speed` times real time, that moves only while somebody waits for it or the bus transfers: a
+/// host that stalls stalls the sensor with it.
 #[derive(Debug)]
 pub struct PacedClock {
     now_ns: AtomicU64,

@@ -169,7 +169,6 @@ fn check_targets(script: &Script, parts: &[Part]) -> Result<(), RigError> {
     Ok(())
 }
 
-/// One bus with its sensors, switched on.
 fn wires(number: u32, clock: &Arc<BusClock>, parts: Vec<Part>, wiring: &Wiring<'_>) -> Wires {
     let trunk = with_scl_hz(Bus::new(Arc::clone(clock)), wiring.scl_hz);
     let branch = parts.iter().find_map(|part| part.planned.place.branch);
@@ -213,7 +212,6 @@ fn lock(line: &SharedLine) -> MutexGuard<'_, Line> {
 /// One bus as a way to it holds it. It knows the others, because what begins with the first transfer begins on all.
 #[derive(Clone)]
 struct Handle {
-    /// Which of the lines it is.
     place: usize,
     lines: Arc<[(u32, SharedLine)]>,
     world: Arc<World>,
@@ -329,7 +327,6 @@ fn write_list(
     )
 }
 
-/// Whether there is an end and all have come to it.
 fn all_set(endings: &[Arc<AtomicBool>]) -> bool {
     !endings.is_empty() && endings.iter().all(|ended| ended.load(Ordering::SeqCst))
 }
@@ -351,7 +348,6 @@ fn fault(error: &BusError) -> Fault {
 /// A bus, or one channel of a multiplexer, with up to two sensors.
 type SensorBus = Bus<Arc<BusClock>, Show>;
 
-/// Everything that hangs on one pair of wires.
 enum Wires {
     Plain(Box<SensorBus>),
     Branched(Box<Mux<Arc<BusClock>, Show>>),
@@ -366,7 +362,6 @@ impl Wires {
         }
     }
 
-    /// The trunk and all channels.
     fn segments(&self) -> Box<dyn Iterator<Item = &SensorBus> + '_> {
         match self {
             Self::Plain(bus) => Box::new(std::iter::once(&**bus)),
@@ -374,7 +369,6 @@ impl Wires {
         }
     }
 
-    /// Lets everything happen that is due by now.
     fn advance(&mut self) {
         match self {
             Self::Plain(bus) => bus.advance(),

@@ -1,7 +1,5 @@
-//! What an emulated sensor sees: a scene, a recording or a constant, as a function of the world's time.
-//!
-//! All sensors of a machine share one world, so that two of them see the same person at the same place at the same time,
-//! also when one of them is reset.
+//! What an emulated sensor sees: a scene, a recording or a constant, as a function of the time of its world, which all
+//! sensors of a machine share.
 
 use crate::clock::nanoseconds;
 use amg8833_emulator::FrameSource;

@@ -10,8 +10,7 @@ use crate::signal::Address;
 use crate::source::FrameSource;
 use core::time::Duration;
 
-/// The most events of a script and frames of sensors that are gone through one by one when nobody has looked for long.
-/// What is older comes in one step: no spoilt frames, and a script goes on where it then is.
+/// The most events and frames that are caught up with one by one; older ones come in one step, without faults.
 pub const STEPS_MAX: u32 = 1_000_000;
 /// What falls on the very time of an event comes after it.
 const INSTANT: Duration = Duration::from_nanos(1);
@@ -62,7 +61,6 @@ impl<S: FrameSource> Sensors<S> {
         self.advance(now);
     }
 
-    /// Lets everything happen that is due by this time.
     pub(crate) fn look(&mut self, now: Duration) {
         self.catch_up(now);
         self.advance(now);

@@ -6,9 +6,7 @@ use core::time::Duration;
 /// Where [`Options::catch_up_frames_max`] is open: a little more than a day's frames.
 pub const CATCH_UP_FRAMES_MAX: u64 = 1_000_000;
 
-/// How one sensor behaves where sensors differ, and where the sources about them disagree.
-///
-/// The default is a sensor with an exact clock that behaves as most of its users have seen it.
+/// How one sensor behaves where sensors and sources disagree; by default as most users have seen it, with an exact clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
     /// How far the sensor's clock is off, in parts per million: -40,000 is 9.6 frames a second. One real sensor had -43,000.

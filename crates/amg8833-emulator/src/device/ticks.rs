@@ -251,8 +251,7 @@ pub const CLOCK_ERROR_PPM_MAX: i32 = 500_000;
 /// The longest stretch between two points of a [`DriftCurve`]: 100 days.
 pub const DRIFT_STRETCH_MAX: Duration = Duration::from_secs(100 * 86_400);
 
-/// How the error of the sensor's clock changes from power-on on: added to
-/// [`Options::clock_error_ppm`](crate::Options::clock_error_ppm), within [`CLOCK_ERROR_PPM_MAX`] either way.
+/// What is added to [`Options::clock_error_ppm`](crate::Options::clock_error_ppm) from power-on on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Drift {
     /// The error stays.

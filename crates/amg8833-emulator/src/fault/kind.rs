@@ -4,9 +4,9 @@ use core::fmt;
 use core::num::NonZeroU32;
 use grideye_frame::PixelIndex;
 
-/// What can be broken on command. Beyond its faults, the sensor behaves as ever.
+/// What can be broken on command; any number of kinds together.
 ///
-/// Any number of kinds may be active together. Where they meet in one transaction, the first on the wire hides the later
+/// Where they meet in one transaction, the first on the wire hides the later
 /// ones, which are then not counted: `AdapterGone`, `Hang`, `Timeout`, `ArbitrationLoss`, `BusError`, `Unplugged`,
 /// `NackAddress`. After an acknowledged address all others act together: `ShortClock` cuts the sensor's byte, then
 /// `BitFlip` changes it, and a line held low (`AllZero`) wins over one that is released (`StuckHigh`).
@@ -24,8 +24,8 @@ pub enum Fault {
     Timeout,
     /// A line is held low: the controller gives up after [`HANG_TIMEOUT`](crate::HANG_TIMEOUT), whatever the address.
     Hang,
-    /// The sensor misses one SCL pulse, as with the clock-stretching fault of a Raspberry Pi's controller: in a read, the
-    /// bits after it come one place late, and the rest reads 0xFF; a written byte is lost and not acknowledged.
+    /// The sensor misses one SCL pulse: in a read, the bits after it come one place late, and the rest reads 0xFF; a written
+    /// byte is lost and not acknowledged. A Raspberry Pi's controller does this with clock stretching.
     ShortClock {
         /// The byte within the transaction, after the address; 0 is the first.
         byte: u16,
@@ -301,8 +301,7 @@ impl Chance {
     }
 }
 
-/// The number that a seed, a stream of draws and the place in it yield, whatever else is drawn. Each step is the
-/// finalizer of SplitMix64 (Steele, Lea, Flood: "Fast splittable pseudorandom number generators", OOPSLA 2014).
+/// The number at this place of a stream of draws, by SplitMix64's finalizer (Steele, Lea, Flood, OOPSLA 2014).
 pub(crate) const fn draw(seed: u64, stream: u64, place: u64) -> u64 {
     mix(mix(mix(seed) ^ stream) ^ place)
 }
