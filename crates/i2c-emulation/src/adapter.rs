@@ -5,9 +5,7 @@ use embedded_hal::i2c::{Error, ErrorKind, I2c, NoAcknowledgeSource, Operation};
 /// The highest address that seven bits hold.
 pub const SEVEN_BIT_ADDRESS_MAX: u16 = 0x7F;
 
-/// What went wrong on the bus, before any operating system has given it a number.
-///
-/// [`AdapterMode`](crate::ioctl::AdapterMode) turns it into the errno of one kind of adapter.
+/// What went wrong on the bus; [`AdapterMode`](crate::ioctl::AdapterMode) has the errno of each kind of adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
     /// Nobody acknowledged the address.
@@ -24,10 +22,7 @@ pub enum Fault {
     Gone,
 }
 
-/// An error of a bus that knows which [`Fault`] it stands for.
-///
-/// There is no blanket implementation, so a bus's own error type can implement it as it sees fit;
-/// for a foreign error type hand a closure to [`HalAdapter::with_faults`] instead.
+/// An error of a bus that knows which [`Fault`] it stands for; for a foreign one see [`HalAdapter::with_faults`].
 pub trait BusFault {
     /// The fault that this error stands for.
     fn fault(&self) -> Fault;
@@ -71,9 +66,7 @@ pub struct TransferError {
     pub fault: Fault,
 }
 
-/// A bus that carries out transfers. All transports speak to this.
-///
-/// A transfer is atomic: the caller holds the adapter for its whole length.
+/// A bus that carries out transfers, each as a whole. All transports speak to this.
 pub trait EmulatedAdapter {
     /// Carries out all messages in order.
     ///
@@ -90,10 +83,9 @@ impl<A: EmulatedAdapter + ?Sized> EmulatedAdapter for &mut A {
 
 /// Any [`embedded_hal::i2c::I2c`] as an [`EmulatedAdapter`].
 ///
-/// A write followed by a read of the same target becomes one embedded-hal transaction, with a repeated start between
-/// them. embedded-hal joins neighbouring operations of one direction into one message, which Linux never does; so two
-/// writes, or two reads, in a row become two transactions. On the wire that is a stop and a start where a real adapter
-/// sends a repeated start.
+/// A write followed by a read of the same target becomes one embedded-hal transaction. embedded-hal joins neighboring
+/// operations of one direction into one message, which Linux never does; so two writes, or two reads, in a row become two
+/// transactions, with a stop and a start where a real adapter sends a repeated start.
 #[derive(Debug)]
 pub struct HalAdapter<B, F> {
     bus: B,
@@ -104,14 +96,6 @@ impl<B: I2c> HalAdapter<B, fn(&B::Error) -> Fault> {
     /// Tells faults apart by [`embedded_hal::i2c::Error::kind`] alone: no timeout, no vanished adapter.
     pub fn new(bus: B) -> Self {
         Self::with_faults(bus, |error| error.kind().fault())
-    }
-
-    /// For a bus whose error implements [`BusFault`].
-    pub fn with_bus_faults(bus: B) -> Self
-    where
-        B::Error: BusFault,
-    {
-        Self::with_faults(bus, BusFault::fault)
     }
 }
 
@@ -216,79 +200,60 @@ mod tests {
         }
     }
 
-    fn write(address: u16, bytes: &[u8]) -> Message<'_> {
-        Message {
-            address,
-            ten_bit: false,
-            operation: Operation::Write(bytes),
+    /// The transactions that messages become; without bytes to write a message reads one.
+    fn transactions(
+        messages: &[(u16, bool, Option<&[u8]>)],
+    ) -> (Vec<String>, Option<TransferError>) {
+        let mut adapter = HalAdapter::with_faults(Notebook::default(), |error| match *error {});
+        let mut buffers = vec![[0]; messages.len()];
+        let mut transfer: Vec<Message<'_>> = messages
+            .iter()
+            .zip(&mut buffers)
+            .map(|((address, ten_bit, bytes), buffer)| Message {
+                address: *address,
+                ten_bit: *ten_bit,
+                operation: bytes.map_or(Operation::Read(buffer), Operation::Write),
+            })
+            .collect();
+        let error = adapter.transfer(&mut transfer).err();
+        let read = |(message, buffer): (&(_, _, Option<_>), &[u8; 1])| {
+            message.2.is_some() || *buffer == [0xA5]
+        };
+        assert!(error.is_some() || messages.iter().zip(&buffers).all(read));
+        (adapter.into_bus().0, error)
+    }
+
+    #[test]
+    fn only_a_write_and_a_read_of_one_target_are_one_transaction() {
+        let write = |bytes: &'static [u8]| (0x69, false, Some(bytes));
+        let read = (0x69, false, None);
+        for (messages, expected) in [
+            (vec![write(&[0x2A]), read], vec!["69 W[2a] R1"]),
+            (
+                vec![write(&[1, 2]), write(&[3]), read],
+                vec!["69 W[01, 02]", "69 W[03] R1"],
+            ),
+            (vec![read, read], vec!["69 R1", "69 R1"]),
+            (
+                vec![(0x68, false, Some(&[3][..])), read],
+                vec!["68 W[03]", "69 R1"],
+            ),
+        ] {
+            assert_eq!(transactions(&messages).0, expected);
         }
-    }
-
-    fn read(address: u16, buffer: &mut [u8]) -> Message<'_> {
-        Message {
-            address,
-            ten_bit: false,
-            operation: Operation::Read(buffer),
-        }
-    }
-
-    fn adapter() -> HalAdapter<Notebook, fn(&Infallible) -> Fault> {
-        HalAdapter::with_faults(Notebook::default(), |error| match *error {})
-    }
-
-    #[test]
-    fn a_write_and_a_read_of_one_target_are_one_transaction() {
-        let mut adapter = adapter();
-        let mut buffer = [0; 2];
-        adapter
-            .transfer(&mut [write(0x69, &[0x2A]), read(0x69, &mut buffer)])
-            .unwrap();
-        assert_eq!(adapter.into_bus().0, ["69 W[2a] R2"]);
-        assert_eq!(buffer, [0xA5; 2]);
-    }
-
-    #[test]
-    fn two_writes_in_a_row_are_never_joined_into_one_message() {
-        let mut adapter = adapter();
-        let mut buffer = [0; 1];
-        adapter
-            .transfer(&mut [
-                write(0x69, &[1, 2]),
-                write(0x69, &[3]),
-                read(0x69, &mut buffer),
-            ])
-            .unwrap();
-        assert_eq!(adapter.into_bus().0, ["69 W[01, 02]", "69 W[03] R1"]);
-    }
-
-    #[test]
-    fn another_address_begins_another_transaction() {
-        let mut adapter = adapter();
-        let mut buffer = [0; 1];
-        adapter
-            .transfer(&mut [write(0x68, &[3]), read(0x69, &mut buffer)])
-            .unwrap();
-        assert_eq!(adapter.into_bus().0, ["68 W[03]", "69 R1"]);
     }
 
     #[test]
     fn nobody_answers_to_ten_bits_or_to_an_address_of_eight() {
         for (address, ten_bit) in [(0x69, true), (0x80, false), (u16::MAX, false)] {
-            let mut adapter = adapter();
-            let message = Message {
-                address,
-                ten_bit,
-                operation: Operation::Write(&[]),
+            let (done, error) =
+                transactions(&[(0x10, false, Some(&[1])), (address, ten_bit, Some(&[]))]);
+            let expected = TransferError {
+                completed: 1,
+                fault: Fault::NackAddress,
             };
-            let outcome = adapter.transfer(&mut [write(0x10, &[1]), message]);
-            assert_eq!(
-                outcome,
-                Err(TransferError {
-                    completed: 1,
-                    fault: Fault::NackAddress
-                })
-            );
-            assert_eq!(adapter.into_bus().0, ["10 W[01]"]);
+            assert_eq!(error, Some(expected));
+            assert_eq!(done, ["10 W[01]"]);
         }
     }
 

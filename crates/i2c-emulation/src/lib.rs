@@ -1,12 +1,12 @@
 #![doc = include_str!("../README.md")]
 
 pub mod adapter;
-mod ended;
 pub mod fuse;
+mod guests;
 pub mod ioctl;
 pub mod preload;
 pub mod program;
 pub mod rack;
+mod run;
 pub mod socket;
-mod sys;
 pub mod usbip;

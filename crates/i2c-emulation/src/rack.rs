@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// One bus that several users share: each transfer is carried out whole.
 #[derive(Clone)]
-pub struct SharedAdapter(Arc<Mutex<dyn EmulatedAdapter + Send>>);
+pub struct SharedAdapter(pub(crate) Arc<Mutex<dyn EmulatedAdapter + Send>>);
 
 impl SharedAdapter {
     /// Shares one adapter.
@@ -72,20 +72,15 @@ mod tests {
     #[test]
     fn all_who_ask_for_a_number_share_one_bus() {
         let mut rack = Rack::new();
-        assert!(
-            rack.insert(1, SharedAdapter::new(Counting(0))).is_none(),
-            "nothing was there"
-        );
+        let before = rack.insert(1, SharedAdapter::new(Counting(0)));
+        assert!(before.is_none(), "nothing was there");
         rack.insert(3, SharedAdapter::new(Counting(10)));
         let completed = |number| {
             let mut bus = rack.get(number).unwrap();
             bus.transfer(&mut []).unwrap_err().completed
         };
         assert_eq!([completed(1), completed(1), completed(3)], [1, 2, 11]);
-        assert_eq!(
-            rack.iter().map(|(number, _)| number).collect::<Vec<_>>(),
-            [1, 3]
-        );
+        assert!(rack.iter().map(|(number, _)| number).eq([1, 3]));
         assert!(rack.get(2).is_none());
     }
 }

@@ -416,7 +416,7 @@ fn a_static_program_works_by_fuse_and_is_refused_by_preload() {
     }
     let bench = Bench::new(Via::Preload, AdapterMode::Pi);
     let refused = bench.run(&mut Command::new(&program)).unwrap_err();
-    assert!(refused.is_bad_input());
+    assert!(matches!(refused, program::RunError::StaticProgram(_)));
     assert!(
         refused.to_string().contains("statically linked"),
         "{refused}"

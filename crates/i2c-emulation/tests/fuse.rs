@@ -24,8 +24,9 @@ use common::{
 };
 use embedded_hal::i2c::{ErrorType, I2c, Operation, SevenBitAddress};
 use i2c_emulation::adapter::{BusFault, Fault, HalAdapter};
-use i2c_emulation::fuse::{Options, RunError, run};
+use i2c_emulation::fuse::{Options, run};
 use i2c_emulation::ioctl::AdapterMode;
+use i2c_emulation::program::RunError;
 
 /// Where a test's helper process learns its role; see [`role`].
 const ROLE: &str = "I2C_EMULATION_TEST_ROLE";
@@ -162,7 +163,7 @@ fn each_failure_has_its_own_error() {
         matches!(fails("", "/dev/null", "true"), RunError::Setup { step, .. } if step.contains("mounting fuse"))
     );
     assert!(
-        matches!(fails("", "", "no-such-program"), RunError::ProgramNotFound { program } if program == "no-such-program")
+        matches!(fails("", "", "no-such-program"), RunError::ProgramNotFound(program) if program == "no-such-program")
     );
     assert!(matches!(
         fails("", "", "/dev/null"),
@@ -198,7 +199,7 @@ fn a_program_that_runs_as_another_user_may_use_the_device() {
     command.args(["-c", &script]).uid(NOBODY).gid(NOBODY);
     match bench.run(command.stdout(Stdio::null())) {
         Ok(status) => assert!(status.success(), "{status}"),
-        Err(RunError::ProgramNotStarted { source, .. }) if source.raw_os_error() == Some(1) => {
+        Err(RunError::ProgramNotStarted(_, source)) if source.raw_os_error() == Some(1) => {
             skip::test("a program of another user: only root can start one");
         }
         Err(error) => panic!("{error}"),

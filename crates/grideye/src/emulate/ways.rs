@@ -6,7 +6,7 @@ use crate::exit::{Outcome, bad_input};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_rig::Machine;
 use i2c_emulation::program::{self, RunError};
-use i2c_emulation::{fuse, socket, usbip};
+use i2c_emulation::{socket, usbip};
 use rustix::process::{Pid, Signal, getpgrp, kill_process};
 use rustix::termios::tcgetpgrp;
 use std::path::Path;
@@ -104,7 +104,7 @@ fn run_program(
 /// What is found missing before the program runs is the caller's to mend; what fails later is not.
 fn refused(error: RunError) -> anyhow::Error {
     match error {
-        RunError::Fuse(fuse::RunError::Serve { .. } | fuse::RunError::Wait { .. }) => error.into(),
+        RunError::Serve(..) | RunError::Wait(..) => error.into(),
         other => bad_input(other),
     }
 }

@@ -8,14 +8,13 @@ use std::io;
 
 use crate::ioctl::{CallerMemory, Errno, PointerWidth};
 
-/// The memory of one process (or one of its threads).
 pub(super) struct ProcessMemory {
     pid: libc::pid_t,
     width: PointerWidth,
 }
 
 impl ProcessMemory {
-    /// A process number that no process can have reaches nothing: every access is then EFAULT.
+    /// A number that no process can have reaches nothing: every access is EFAULT.
     pub(super) fn new(pid: u32, width: PointerWidth) -> Self {
         Self {
             pid: libc::pid_t::try_from(pid).unwrap_or(0),
@@ -23,63 +22,66 @@ impl ProcessMemory {
         }
     }
 
-    /// The process that asks.
     pub(super) fn of_this_process() -> Self {
         Self::new(std::process::id(), PointerWidth::Bits64)
     }
 }
 
+/// process_vm_readv and process_vm_writev.
+type Copy = unsafe extern "C" fn(
+    libc::pid_t,
+    *const libc::iovec,
+    libc::c_ulong,
+    *const libc::iovec,
+    libc::c_ulong,
+    libc::c_ulong,
+) -> libc::ssize_t;
+
+impl ProcessMemory {
+    /// # Safety
+    /// `here` must be good for `length` bytes of what `copy` does there.
+    unsafe fn copy(
+        &self,
+        copy: Copy,
+        here: *mut libc::c_void,
+        address: u64,
+        length: usize,
+    ) -> Result<(), Errno> {
+        let address = usize::try_from(address).or(Err(Errno::FAULT))?;
+        let there = std::ptr::without_provenance_mut(address);
+        let [here, there] = [here, there].map(|iov_base| libc::iovec {
+            iov_base,
+            iov_len: length,
+        });
+        // SAFETY: the caller vouches for `here`; the kernel checks `there`, which is in another process.
+        let copied = unsafe { copy(self.pid, &raw const here, 1, &raw const there, 1, 0) };
+        match usize::try_from(copied) {
+            Ok(copied) if copied == length => Ok(()),
+            // It met the end of the caller's memory.
+            Ok(_) => Err(Errno::FAULT),
+            Err(_) => match Errno::from_io_error(&io::Error::last_os_error()) {
+                Some(errno @ (Errno::PERM | Errno::NOSYS)) => Err(errno),
+                _ => Err(Errno::FAULT),
+            },
+        }
+    }
+}
+
 impl CallerMemory for ProcessMemory {
     fn read(&mut self, address: u64, into: &mut [u8]) -> Result<(), Errno> {
-        let here = libc::iovec {
-            iov_base: into.as_mut_ptr().cast(),
-            iov_len: into.len(),
-        };
-        let there = remote(address, into.len())?;
-        // SAFETY: `here` describes `into`, which is borrowed for the whole call and may be written to. `there` is an
-        // address in another process that the kernel checks; nothing of this process is reached through it.
-        let copied =
-            unsafe { libc::process_vm_readv(self.pid, &raw const here, 1, &raw const there, 1, 0) };
-        whole(copied, into.len())
+        let here = into.as_mut_ptr().cast();
+        // SAFETY: `into` is borrowed for the whole call and may be written to.
+        unsafe { self.copy(libc::process_vm_readv, here, address, into.len()) }
     }
 
     fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno> {
-        let here = libc::iovec {
-            iov_base: bytes.as_ptr().cast_mut().cast(),
-            iov_len: bytes.len(),
-        };
-        let there = remote(address, bytes.len())?;
-        // SAFETY: `here` describes `bytes`, which is borrowed for the whole call and only read from, so the pointer
-        // that was made mutable is never written through. `there` is an address in another process that the kernel checks.
-        let copied = unsafe {
-            libc::process_vm_writev(self.pid, &raw const here, 1, &raw const there, 1, 0)
-        };
-        whole(copied, bytes.len())
+        let here = bytes.as_ptr().cast_mut().cast();
+        // SAFETY: `bytes` is borrowed for the whole call and only read from.
+        unsafe { self.copy(libc::process_vm_writev, here, address, bytes.len()) }
     }
 
     fn pointer_width(&self) -> PointerWidth {
         self.width
-    }
-}
-
-fn remote(address: u64, length: usize) -> Result<libc::iovec, Errno> {
-    let address = usize::try_from(address).or(Err(Errno::EFAULT))?;
-    Ok(libc::iovec {
-        iov_base: std::ptr::without_provenance_mut(address),
-        iov_len: length,
-    })
-}
-
-/// A copy that ends early met the end of the caller's memory.
-fn whole(copied: libc::ssize_t, length: usize) -> Result<(), Errno> {
-    match usize::try_from(copied) {
-        Ok(copied) if copied == length => Ok(()),
-        Ok(_) => Err(Errno::EFAULT),
-        Err(_) => Err(match io::Error::last_os_error().raw_os_error() {
-            Some(libc::EPERM) => Errno::EPERM,
-            Some(libc::ENOSYS) => Errno::ENOSYS,
-            _ => Errno::EFAULT,
-        }),
     }
 }
 
@@ -103,28 +105,17 @@ mod tests {
     fn what_is_not_there_is_efault() {
         let mut memory = ProcessMemory::of_this_process();
         for address in [0, 1, u64::MAX, u64::MAX - 1, 1 << 63] {
-            assert_eq!(
-                memory.read(address, &mut [0; 4]),
-                Err(Errno::EFAULT),
-                "{address:#x}"
-            );
-            assert_eq!(
-                memory.write(address, &[0; 4]),
-                Err(Errno::EFAULT),
-                "{address:#x}"
-            );
+            let read = memory.read(address, &mut [0; 4]);
+            let written = memory.write(address, &[0; 4]);
+            assert_eq!([read, written], [Err(Errno::FAULT); 2], "{address:#x}");
         }
         let text = "read only";
         let address = u64::try_from(text.as_ptr().expose_provenance()).unwrap();
-        assert_eq!(memory.write(address, b"R"), Err(Errno::EFAULT));
-        assert_eq!(
-            ProcessMemory::new(0, PointerWidth::Bits64).read(address, &mut [0]),
-            Err(Errno::EFAULT)
-        );
-        assert_eq!(
-            ProcessMemory::new(u32::MAX, PointerWidth::Bits64).read(address, &mut [0]),
-            Err(Errno::EFAULT)
-        );
+        assert_eq!(memory.write(address, b"R"), Err(Errno::FAULT));
+        for pid in [0, u32::MAX] {
+            let mut nobodys = ProcessMemory::new(pid, PointerWidth::Bits64);
+            assert_eq!(nobodys.read(address, &mut [0]), Err(Errno::FAULT), "{pid}");
+        }
     }
 
     /// Two pages of which the second may not be touched: a buffer across their border is there only in part.
@@ -146,7 +137,7 @@ mod tests {
         let border = u64::try_from(pages.expose_provenance() + PAGE_BYTES).unwrap();
         let mut memory = ProcessMemory::of_this_process();
         assert_eq!(memory.read(border - 2, &mut [0; 2]), Ok(()));
-        assert_eq!(memory.read(border - 2, &mut [0; 3]), Err(Errno::EFAULT));
-        assert_eq!(memory.write(border - 2, &[0; 3]), Err(Errno::EFAULT));
+        assert_eq!(memory.read(border - 2, &mut [0; 3]), Err(Errno::FAULT));
+        assert_eq!(memory.write(border - 2, &[0; 3]), Err(Errno::FAULT));
     }
 }

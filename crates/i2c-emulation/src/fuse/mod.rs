@@ -12,22 +12,19 @@
 //!  returns the exit status ◀───── wakes the calling thread
 //! ```
 //!
-//! The numbers of i2c-dev's ioctls carry no size, so the kernel hands them on with the raw pointer and the caller's
-//! number, and the buffers are fetched from the caller's memory.
+//! The numbers of i2c-dev's ioctls carry no size, so the kernel hands on the raw pointer.
 //!
 //! What a program can notice: `stat` says regular file; there is no `/sys/class/i2c-dev`, so `i2cdetect -l` lists nothing;
-//! a `write` or `read` of no bytes never reaches the bus; `lseek` succeeds without effect, and the pieces of a `readv` or `writev`
-//! reach the bus as one message; a program that starts others leaves them with ENOTCONN when
-//! it ends; a program that gives up being inspected (set-user-ID, `PR_SET_DUMPABLE`) gets EPERM from ioctl unless the server is root.
+//! a `write` or `read` of no bytes never reaches the bus; `lseek` succeeds without effect; the pieces of a `readv` or
+//! `writev` are one message; children that outlive the program get ENOTCONN; a program that may not be inspected
+//! (set-user-ID, `PR_SET_DUMPABLE`) gets EPERM from ioctl unless the server is root.
 
 mod caller;
-mod error;
 mod namespace;
 mod run;
 mod session;
 mod wire;
 
-pub use error::RunError;
 pub use namespace::DEV_ENTRIES_MAX;
 pub(crate) use run::{Device, probe_with, run_devices};
 pub use run::{Options, probe, run};

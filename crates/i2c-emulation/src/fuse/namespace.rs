@@ -1,27 +1,35 @@
 //! How the device gets to its path, for one program and for nobody else.
 //!
-//! The work is a list of steps that is complete before the first is carried out. A process with the right to mount
-//! carries them out in a thread with a mount namespace of its own and starts the program from there. One without
-//! that right lets the program's own process carry them out between fork and exec, in a user namespace of its own; there nothing
-//! may be allocated, hence the list.
+//! All steps are laid out before the first is carried out. A process with the right to mount carries them out in a thread
+//! with its own mount namespace, and starts the program from there. Without that right the program's own process does so
+//! between fork and exec, in its own user namespace; nothing may be allocated there.
 //!
 //! Where the device's file is missing, `/dev` is rebuilt inside the namespace: an empty tmpfs, every entry of the real
-//! `/dev` bound into it, and the device's file beside them. So nothing appears outside, and nothing can be left behind:
-//! when the last process of the namespace ends, the kernel takes all of it away.
+//! `/dev` bound into it, and the device's file beside them. The kernel takes it away with the namespace's last process.
+#![expect(
+    unsafe_code,
+    reason = "own namespaces and reserved descriptors are for the caller to keep sound"
+)]
 
 use std::ffi::{CStr, CString, OsStr};
-use std::fs;
+use std::fs::{self, DirEntry};
 use std::io;
-use std::os::fd::{AsRawFd, OwnedFd, RawFd};
+use std::mem::ManuallyDrop;
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
-use super::error::RunError;
+use rustix::fs::{Mode, OFlags, mkdir, open, stat, symlink};
+use rustix::io::{DupFlags, Errno, dup3};
+use rustix::mount::{MountFlags, MountPropagationFlags, mount, mount_bind_recursive, mount_change};
+use rustix::thread::{UnshareFlags, unshare_unsafe};
+
 use super::wire;
-use crate::sys;
+use crate::run::RunError;
 
 /// Most entries of a `/dev` that is rebuilt.
 pub const DEV_ENTRIES_MAX: usize = 4096;
+pub(super) const NEEDS: &str = "Linux 5.6 or newer with FUSE, tmpfs and a mounted /proc";
 
 const DEV: &str = "/dev";
 
@@ -34,16 +42,39 @@ pub(super) enum Right {
     NewUserNamespace { user: u32, group: u32 },
 }
 
+impl Right {
+    /// User and group of the device's file, as the program sees it.
+    pub(super) const fn owner(self) -> (u32, u32) {
+        match self {
+            Self::Own => (0, 0),
+            Self::NewUserNamespace { user, group } => (user, group),
+        }
+    }
+}
+
 /// What must be done so that the program sees its devices.
 pub(super) struct Plan {
     steps: Vec<Step>,
     /// One open /dev/fuse for each device, in their order.
-    fuses: Vec<Reserved>,
+    fuses: Vec<OwnedFd>,
     /// Held only so that its number stays reserved.
-    _old_dev: Option<Reserved>,
+    _old_dev: Option<OwnedFd>,
 }
 
-/// The step that failed, and why.
+struct Step {
+    kind: Kind,
+    what: String,
+    /// Allocates nothing: it may run between fork and exec.
+    work: Box<dyn Fn() -> rustix::io::Result<()> + Send + Sync>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Ordinary,
+    OpensFuse,
+    NeedsTheServer,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct StepFailed {
     pub(super) step: usize,
@@ -54,10 +85,11 @@ impl Plan {
     /// The devices appear at `paths`, through the kernel's FUSE device at `fuse_device`.
     pub(super) fn new(paths: &[&Path], fuse_device: &Path, right: Right) -> Result<Self, RunError> {
         let mut plan = Self {
-            steps: namespace_steps(right)?,
+            steps: Vec::new(),
             fuses: Vec::new(),
             _old_dev: None,
         };
+        plan.make_namespaces(right);
         for _ in paths {
             plan.open_fuse(fuse_device)?;
         }
@@ -65,9 +97,7 @@ impl Plan {
         for path in paths {
             match fs::metadata(path) {
                 Ok(found) if found.is_dir() => {
-                    return Err(RunError::DeviceIsFolder {
-                        device: path.to_path_buf(),
-                    });
+                    return Err(RunError::DeviceIsFolder(path.to_path_buf()));
                 }
                 Ok(_) => {}
                 Err(_) => missing.push(*path),
@@ -82,71 +112,103 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Carries out all steps but the last ones that need the server to answer; see [`finish`](Self::finish).
+    /// Carries out all steps but those that need the server to answer; [`finish`](Self::finish) does these.
     pub(super) fn prepare(&self) -> Result<(), StepFailed> {
-        self.carry_out(|step| !step.needs_the_server())
+        self.carry_out(|kind| kind != Kind::NeedsTheServer)
     }
 
-    /// Carries out the steps that [`prepare`](Self::prepare) left.
     pub(super) fn finish(&self) -> Result<(), StepFailed> {
-        self.carry_out(Step::needs_the_server)
+        self.carry_out(|kind| kind == Kind::NeedsTheServer)
     }
 
     /// The numbers under which /dev/fuse is open after [`prepare`](Self::prepare), in the process that did it.
     pub(super) fn fuse_numbers(&self) -> impl Iterator<Item = RawFd> + '_ {
-        self.fuses.iter().map(Reserved::number)
+        self.fuses.iter().map(AsRawFd::as_raw_fd)
     }
 
     /// Every open /dev/fuse, if this process carried out the plan.
     pub(super) fn into_fuses(self) -> Vec<OwnedFd> {
-        self.fuses.into_iter().map(|reserved| reserved.0).collect()
+        self.fuses
     }
 
-    /// The failure in words.
     pub(super) fn explain(&self, failed: StepFailed, fuse_device: &Path) -> RunError {
         let source = io::Error::from_raw_os_error(failed.errno);
         let Some(step) = self.steps.get(failed.step) else {
-            return RunError::Serve { source };
+            return RunError::Serve(source);
         };
-        let denied = matches!(
-            failed.errno,
-            libc::EPERM | libc::EACCES | libc::ENOSPC | libc::EUSERS
-        );
-        if !denied && step.opens(fuse_device) {
-            return RunError::NoFuse {
-                path: fuse_device.to_path_buf(),
-                source,
-            };
-        }
-        let step = step.describe();
-        if denied {
-            RunError::NotPermitted { step, source }
-        } else {
-            RunError::Setup { step, source }
+        let what = step.what.clone();
+        match failed.errno {
+            libc::EPERM | libc::EACCES | libc::ENOSPC | libc::EUSERS => {
+                RunError::NotPermitted(what, source)
+            }
+            _ if step.kind == Kind::OpensFuse => RunError::NoFuse(fuse_device.to_owned(), source),
+            _ => setup_failed(what, source),
         }
     }
 
-    fn carry_out(&self, chosen: impl Fn(&Step) -> bool) -> Result<(), StepFailed> {
-        for (index, step) in self
-            .steps
-            .iter()
-            .enumerate()
-            .filter(|(_, step)| chosen(step))
-        {
-            step.carry_out().map_err(|error| StepFailed {
+    fn carry_out(&self, chosen: impl Fn(Kind) -> bool) -> Result<(), StepFailed> {
+        let steps = self.steps.iter().enumerate();
+        for (index, step) in steps.filter(|(_, step)| chosen(step.kind)) {
+            (step.work)().map_err(|errno| StepFailed {
                 step: index,
-                errno: error.raw_os_error().unwrap_or(libc::EIO),
+                errno: errno.raw_os_error(),
             })?;
         }
         Ok(())
     }
 
+    fn add(
+        &mut self,
+        kind: Kind,
+        what: impl Into<String>,
+        work: impl Fn() -> rustix::io::Result<()> + Send + Sync + 'static,
+    ) {
+        self.steps.push(Step {
+            kind,
+            what: what.into(),
+            work: Box::new(work),
+        });
+    }
+
+    fn make_namespaces(&mut self, right: Right) {
+        let flags = match right {
+            Right::Own => UnshareFlags::NEWNS,
+            Right::NewUserNamespace { .. } => UnshareFlags::NEWUSER | UnshareFlags::NEWNS,
+        };
+        self.add(
+            Kind::Ordinary,
+            "making a private mount namespace",
+            move || {
+                // SAFETY: neither flag separates anything that Rust's threads share.
+                unsafe { unshare_unsafe(flags) }
+            },
+        );
+        if let Right::NewUserNamespace { user, group } = right {
+            for (path, text) in [
+                (c"/proc/self/setgroups", "deny".to_owned()),
+                (c"/proc/self/uid_map", format!("{user} {user} 1")),
+                (c"/proc/self/gid_map", format!("{group} {group} 1")),
+            ] {
+                let what = format!("writing {}", path.to_string_lossy());
+                self.add(Kind::Ordinary, what, move || {
+                    let file = open(path, OFlags::WRONLY | OFlags::CLOEXEC, Mode::empty())?;
+                    rustix::io::write(file, text.as_bytes()).map(drop)
+                });
+            }
+        }
+        // Mounts made here stay here; what is mounted or unmounted outside is still followed.
+        self.add(Kind::Ordinary, "separating the mounts below /", || {
+            let flags = MountPropagationFlags::DOWNSTREAM | MountPropagationFlags::REC;
+            mount_change(c"/", flags)
+        });
+    }
+
     fn open_fuse(&mut self, fuse_device: &Path) -> Result<(), RunError> {
-        let fuse = Reserved::new()?;
-        self.steps.push(Step::Open {
-            path: c_path(fuse_device)?,
-            flags: libc::O_RDWR | libc::O_NONBLOCK,
-            number: fuse.number(),
+        let fuse = reserve()?;
+        let (path, number) = (c_text(fuse_device)?, fuse.as_raw_fd());
+        let what = format!("opening {}", fuse_device.display());
+        self.add(Kind::OpensFuse, what, move || {
+            open_at(&path, OFlags::RDWR | OFlags::NONBLOCK, number)
         });
         self.fuses.push(fuse);
         Ok(())
@@ -154,316 +216,133 @@ impl Plan {
 
     /// Replaces `/dev` by a copy with room for the devices that it lacks.
     fn rebuild_dev(&mut self, missing: &[&Path]) -> Result<(), RunError> {
-        if let Some(elsewhere) = missing
-            .iter()
-            .find(|device| device.parent() != Some(Path::new(DEV)))
-        {
-            return Err(RunError::DeviceMissing {
-                device: elsewhere.to_path_buf(),
-            });
+        let dev = Path::new(DEV);
+        if let Some(elsewhere) = missing.iter().find(|path| path.parent() != Some(dev)) {
+            return Err(RunError::DeviceMissing(elsewhere.to_path_buf()));
         }
-        let old = Reserved::new()?;
-        self.steps.push(Step::Open {
-            path: c_text(DEV)?,
-            flags: libc::O_PATH | libc::O_DIRECTORY,
-            number: old.number(),
+        let old = reserve()?;
+        let number = old.as_raw_fd();
+        self.add(Kind::Ordinary, "opening /dev", move || {
+            open_at(c"/dev", OFlags::PATH | OFlags::DIRECTORY, number)
         });
-        self.steps.push(Step::Mount {
-            source: Some(c_text("tmpfs")?),
-            target: c_text(DEV)?,
-            kind: Some(c_text("tmpfs")?),
-            flags: libc::MS_NOSUID | libc::MS_NOEXEC,
-            data: Some(c_text("mode=0755,size=1m")?),
+        self.add(Kind::Ordinary, "mounting tmpfs on /dev", || {
+            let flags = MountFlags::NOSUID | MountFlags::NOEXEC;
+            mount(c"tmpfs", c"/dev", c"tmpfs", flags, c"mode=0755,size=1m")
         });
-        for entry in entries_of(Path::new(DEV))? {
-            self.steps.extend(entry.steps(old.number())?);
+        for entry in entries_of(dev)? {
+            self.copy_entry(&entry, number)?;
         }
         for device in missing {
-            self.steps.push(Step::MakeFile {
-                path: c_path(device)?,
-            });
+            self.make_file(c_text(device)?);
         }
         self._old_dev = Some(old);
         Ok(())
     }
 
+    /// Binds a folder or file with all that is mounted on it; a link is made again.
+    fn copy_entry(&mut self, entry: &DirEntry, old_dev: RawFd) -> Result<(), RunError> {
+        let path = c_text(entry.path())?;
+        let making = format!("making {}", path.to_string_lossy());
+        let kind = entry.file_type().map_err(unreadable)?;
+        if kind.is_symlink() {
+            let text = c_text(fs::read_link(entry.path()).map_err(unreadable)?)?;
+            self.add(Kind::Ordinary, making, move || symlink(&text, &path));
+            return Ok(());
+        }
+        let folder = PathBuf::from(format!("/proc/self/fd/{old_dev}"));
+        let source = c_text(folder.join(entry.file_name()))?;
+        if kind.is_dir() {
+            let path = path.clone();
+            let mode = Mode::from_raw_mode(0o755);
+            self.add(Kind::Ordinary, making, move || mkdir(&path, mode));
+        } else {
+            self.make_file(path.clone());
+        }
+        let what = format!("binding {}", path.to_string_lossy());
+        self.add(Kind::Ordinary, what, move || {
+            match mount_bind_recursive(&source, &path) {
+                // It has vanished since `/dev` was read.
+                Err(Errno::NOENT) => Ok(()),
+                outcome => outcome,
+            }
+        });
+        Ok(())
+    }
+
+    fn make_file(&mut self, path: CString) {
+        let what = format!("making {}", path.to_string_lossy());
+        self.add(Kind::Ordinary, what, move || {
+            let flags = OFlags::CREATE | OFlags::RDONLY | OFlags::CLOEXEC;
+            open(&path, flags, Mode::from_raw_mode(0o666)).map(drop)
+        });
+    }
+
     fn mount_fuse(&mut self, index: usize, device: &Path, right: Right) -> Result<(), RunError> {
         let (user, group) = right.owner();
-        let device = c_path(device)?;
-        let fuse = self.fuses.get(index).map_or(-1, Reserved::number);
-        let data = format!(
+        let fuse = self.fuses.get(index).map_or(-1, AsRawFd::as_raw_fd);
+        let data = c_text(format!(
             "fd={fuse},rootmode={:o},user_id={user},group_id={group},allow_other",
             wire::FILE_MODE
-        );
-        self.steps.push(Step::Mount {
-            source: Some(c_text("i2c-emulation")?),
-            target: device.clone(),
-            kind: Some(c_text("fuse")?),
-            flags: libc::MS_NOSUID | libc::MS_NODEV | libc::MS_NOEXEC | libc::MS_NOATIME,
-            data: Some(c_text(&data)?),
+        ))?;
+        let path = c_text(device)?;
+        let what = format!("mounting fuse on {}", device.display());
+        self.add(Kind::Ordinary, what, move || {
+            let quiet = MountFlags::NOSUID | MountFlags::NODEV;
+            let flags = quiet | MountFlags::NOEXEC | MountFlags::NOATIME;
+            mount(c"i2c-emulation", &path, c"fuse", flags, data.as_c_str())
         });
-        if matches!(right, Right::NewUserNamespace { .. }) {
+        if right != Right::Own {
             // Until the kernel has asked once, it believes that the file belongs to user 0, who does not exist in
             // this namespace, and refuses to open it.
-            self.steps.push(Step::LookAt { path: device });
+            let path = c_text(device)?;
+            let what = format!("looking at {}", device.display());
+            self.add(Kind::NeedsTheServer, what, move || stat(&path).map(drop));
         }
         Ok(())
     }
 }
 
-impl Right {
-    /// Who owns the device's file, as the program sees it.
-    pub(super) const fn owner(self) -> (u32, u32) {
-        match self {
-            Self::Own => (0, 0),
-            Self::NewUserNamespace { user, group } => (user, group),
-        }
-    }
+/// Opens a file under a reserved number.
+fn open_at(path: &CStr, flags: OFlags, number: RawFd) -> rustix::io::Result<()> {
+    let file = open(path, flags | OFlags::CLOEXEC, Mode::empty())?;
+    // SAFETY: the plan owns this number for longer than its steps run; here it is only borrowed.
+    let mut reserved = ManuallyDrop::new(unsafe { OwnedFd::from_raw_fd(number) });
+    dup3(&file, &mut reserved, DupFlags::CLOEXEC)
 }
 
-/// One system call with all its arguments.
-enum Step {
-    Unshare {
-        flags: libc::c_int,
-    },
-    WriteFile {
-        path: CString,
-        text: String,
-    },
-    Open {
-        path: CString,
-        flags: libc::c_int,
-        number: RawFd,
-    },
-    Mount {
-        source: Option<CString>,
-        target: CString,
-        kind: Option<CString>,
-        flags: libc::c_ulong,
-        data: Option<CString>,
-    },
-    /// With all that is mounted below. An entry that has vanished since `/dev` was read is passed over.
-    Bind {
-        source: CString,
-        target: CString,
-    },
-    MakeFolder {
-        path: CString,
-    },
-    MakeFile {
-        path: CString,
-    },
-    MakeLink {
-        text: CString,
-        path: CString,
-    },
-    LookAt {
-        path: CString,
-    },
-}
-
-impl Step {
-    /// Allocates nothing: it may run between fork and exec.
-    fn carry_out(&self) -> io::Result<()> {
-        match self {
-            Self::Unshare { flags } => sys::unshare(*flags),
-            Self::WriteFile { path, text } => sys::write_file(path, text.as_bytes()),
-            Self::Open {
-                path,
-                flags,
-                number,
-            } => sys::put_at(&sys::open(path, *flags)?, *number),
-            Self::Mount {
-                source,
-                target,
-                kind,
-                flags,
-                data,
-            } => sys::mount(
-                source.as_deref(),
-                target,
-                kind.as_deref(),
-                *flags,
-                data.as_deref(),
-            ),
-            Self::Bind { source, target } => {
-                match sys::mount(
-                    Some(source),
-                    target,
-                    None,
-                    libc::MS_BIND | libc::MS_REC,
-                    None,
-                ) {
-                    Err(error) if error.raw_os_error() == Some(libc::ENOENT) => Ok(()),
-                    outcome => outcome,
-                }
-            }
-            Self::MakeFolder { path } => sys::make_folder(path),
-            Self::MakeFile { path } => sys::open(path, libc::O_CREAT | libc::O_RDONLY).map(drop),
-            Self::MakeLink { text, path } => sys::make_link(text, path),
-            Self::LookAt { path } => sys::look_at(path),
-        }
-    }
-
-    fn opens(&self, wanted: &Path) -> bool {
-        matches!(self, Self::Open { path, .. } if path.to_bytes() == wanted.as_os_str().as_bytes())
-    }
-
-    fn needs_the_server(&self) -> bool {
-        matches!(self, Self::LookAt { .. })
-    }
-
-    fn describe(&self) -> String {
-        let text = |text: &CStr| text.to_string_lossy().into_owned();
-        match self {
-            Self::Unshare { .. } => "making a private mount namespace".to_owned(),
-            Self::WriteFile { path, .. } => format!("writing {}", text(path)),
-            Self::Open { path, .. } => format!("opening {}", text(path)),
-            Self::Mount {
-                kind: Some(kind),
-                target,
-                ..
-            } => format!("mounting {} on {}", text(kind), text(target)),
-            Self::Mount { target, .. } => format!("separating the mounts below {}", text(target)),
-            Self::Bind { target, .. } => format!("binding {}", text(target)),
-            Self::MakeFolder { path } | Self::MakeFile { path } | Self::MakeLink { path, .. } => {
-                format!("making {}", text(path))
-            }
-            Self::LookAt { path } => format!("looking at {}", text(path)),
-        }
-    }
-}
-
-fn namespace_steps(right: Right) -> Result<Vec<Step>, RunError> {
-    let mut steps = match right {
-        Right::Own => vec![Step::Unshare {
-            flags: libc::CLONE_NEWNS,
-        }],
-        Right::NewUserNamespace { user, group } => vec![
-            Step::Unshare {
-                flags: libc::CLONE_NEWUSER | libc::CLONE_NEWNS,
-            },
-            Step::WriteFile {
-                path: c_text("/proc/self/setgroups")?,
-                text: "deny".to_owned(),
-            },
-            Step::WriteFile {
-                path: c_text("/proc/self/uid_map")?,
-                text: format!("{user} {user} 1"),
-            },
-            Step::WriteFile {
-                path: c_text("/proc/self/gid_map")?,
-                text: format!("{group} {group} 1"),
-            },
-        ],
-    };
-    // Mounts made here stay here; what is mounted or unmounted outside is still followed.
-    steps.push(Step::Mount {
-        source: None,
-        target: c_text("/")?,
-        kind: None,
-        flags: libc::MS_REC | libc::MS_SLAVE,
-        data: None,
-    });
-    Ok(steps)
-}
-
-/// One entry of the real `/dev`.
-struct DevEntry {
-    name: CString,
-    kind: DevEntryKind,
-}
-
-enum DevEntryKind {
-    Folder,
-    Link(CString),
-    File,
-}
-
-impl DevEntry {
-    /// A folder or file is bound with all that is mounted on it; a link is made again.
-    fn steps(self, old_dev: RawFd) -> Result<Vec<Step>, RunError> {
-        let path = c_text_of(&[DEV.as_bytes(), b"/", self.name.as_bytes()])?;
-        let make = match self.kind {
-            DevEntryKind::Link(text) => return Ok(vec![Step::MakeLink { text, path }]),
-            DevEntryKind::Folder => Step::MakeFolder { path: path.clone() },
-            DevEntryKind::File => Step::MakeFile { path: path.clone() },
-        };
-        let old = format!("/proc/self/fd/{old_dev}/");
-        let source = c_text_of(&[old.as_bytes(), self.name.as_bytes()])?;
-        Ok(vec![
-            make,
-            Step::Bind {
-                source,
-                target: path,
-            },
-        ])
-    }
-}
-
-fn entries_of(dev: &Path) -> Result<Vec<DevEntry>, RunError> {
-    let failed = |source| RunError::Setup {
-        step: format!("reading {}", dev.display()),
-        source,
-    };
+fn entries_of(dev: &Path) -> Result<Vec<DirEntry>, RunError> {
     let mut entries = Vec::new();
-    for entry in fs::read_dir(dev).map_err(failed)? {
+    for entry in fs::read_dir(dev).map_err(unreadable)? {
         if entries.len() == DEV_ENTRIES_MAX {
-            return Err(RunError::DevTooFull {
-                entries_max: DEV_ENTRIES_MAX,
-            });
+            return Err(RunError::DevTooFull(DEV_ENTRIES_MAX));
         }
-        let entry = entry.map_err(failed)?;
-        let kind = match entry.file_type().map_err(failed)? {
-            kind if kind.is_dir() => DevEntryKind::Folder,
-            kind if kind.is_symlink() => {
-                DevEntryKind::Link(c_path(&fs::read_link(entry.path()).map_err(failed)?)?)
-            }
-            _ => DevEntryKind::File,
-        };
-        entries.push(DevEntry {
-            name: c_os(&entry.file_name())?,
-            kind,
-        });
+        entries.push(entry.map_err(unreadable)?);
     }
     Ok(entries)
 }
 
-/// A descriptor's number that a later open file will take over.
-struct Reserved(OwnedFd);
+/// A descriptor whose number a later open file will take over.
+fn reserve() -> Result<OwnedFd, RunError> {
+    fs::File::open("/dev/null")
+        .map(OwnedFd::from)
+        .map_err(|source| setup_failed("opening /dev/null".to_owned(), source))
+}
 
-impl Reserved {
-    fn new() -> Result<Self, RunError> {
-        fs::File::open("/dev/null")
-            .map(|file| Self(file.into()))
-            .map_err(|source| RunError::Setup {
-                step: "opening /dev/null".to_owned(),
-                source,
-            })
+fn unreadable(source: io::Error) -> RunError {
+    setup_failed(format!("reading {DEV}"), source)
+}
+
+fn setup_failed(step: String, source: io::Error) -> RunError {
+    RunError::Setup {
+        step,
+        source,
+        needs: NEEDS,
     }
-
-    fn number(&self) -> RawFd {
-        self.0.as_raw_fd()
-    }
 }
 
-fn c_path(path: &Path) -> Result<CString, RunError> {
-    c_os(path.as_os_str())
-}
-
-fn c_os(text: &OsStr) -> Result<CString, RunError> {
-    c_text_of(&[text.as_bytes()])
-}
-
-fn c_text(text: &str) -> Result<CString, RunError> {
-    c_text_of(&[text.as_bytes()])
-}
-
-fn c_text_of(parts: &[&[u8]]) -> Result<CString, RunError> {
-    let bytes = parts.concat();
-    CString::new(bytes).map_err(|error| RunError::PathWithZero {
-        path: PathBuf::from(OsStr::from_bytes(&error.into_vec())),
-    })
+fn c_text(text: impl AsRef<OsStr>) -> Result<CString, RunError> {
+    let text = text.as_ref();
+    CString::new(text.as_bytes()).or(Err(RunError::PathWithZero(text.into())))
 }
 
 #[cfg(test)]
@@ -478,13 +357,8 @@ mod tests {
         }
         assert_eq!(entries_of(folder.path()).unwrap().len(), DEV_ENTRIES_MAX);
         fs::File::create(folder.path().join("one more")).unwrap();
-        let refused = entries_of(folder.path()).map(drop).unwrap_err();
-        assert!(matches!(
-            refused,
-            RunError::DevTooFull {
-                entries_max: DEV_ENTRIES_MAX
-            }
-        ));
+        let refused = entries_of(folder.path()).unwrap_err();
+        assert!(matches!(refused, RunError::DevTooFull(DEV_ENTRIES_MAX)));
     }
 
     #[test]
@@ -493,26 +367,21 @@ mod tests {
         let device = Path::new("/dev/i2c-emulation-plan");
         let plan = Plan::new(&[device], fuse_device, Right::Own).unwrap();
         let explain = |step, errno| plan.explain(StepFailed { step, errno }, fuse_device);
-        let open_fuse = plan
-            .steps
-            .iter()
-            .position(|step| step.opens(fuse_device))
-            .unwrap();
+        let opens_fuse = |step: &Step| step.kind == Kind::OpensFuse;
+        let open_fuse = plan.steps.iter().position(opens_fuse).unwrap();
         let mount_fuse = plan.steps.len() - 1;
         for errno in [libc::ENOENT, libc::ENODEV, libc::ENXIO] {
-            assert!(matches!(explain(open_fuse, errno), RunError::NoFuse { .. }));
+            assert!(matches!(explain(open_fuse, errno), RunError::NoFuse(..)));
             assert!(matches!(explain(mount_fuse, errno), RunError::Setup { .. }));
         }
         for errno in [libc::EPERM, libc::EACCES, libc::ENOSPC] {
-            assert!(matches!(
-                explain(open_fuse, errno),
-                RunError::NotPermitted { .. }
-            ));
-            assert!(matches!(explain(0, errno), RunError::NotPermitted { .. }));
+            for step in [0, open_fuse] {
+                assert!(matches!(explain(step, errno), RunError::NotPermitted(..)));
+            }
         }
         assert!(matches!(
             explain(usize::MAX, libc::EPERM),
-            RunError::Serve { .. }
+            RunError::Serve(_)
         ));
     }
 }

@@ -1,29 +1,34 @@
 //! Runs a program with its devices: mounts, starts, serves and waits.
 
 use std::io;
+use std::net::Shutdown;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread;
 
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::{Errno, retry_on_intr};
+use rustix::process::{
+    Pid, PidfdFlags, PidfdGetfdFlags, getegid, geteuid, getpid, pidfd_getfd, pidfd_open,
+};
+
 use super::caller::ProcessMemory;
-use super::error::RunError;
-use super::namespace::{Plan, Right, StepFailed};
+use super::namespace::{NEEDS, Plan, Right, StepFailed};
 use super::session::{Reply, Session, SharedBus};
 use super::wire;
 use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
-use crate::ended::Ended;
-use crate::ioctl::{AdapterMode, CallerMemory, Errno};
-use crate::sys;
+use crate::ioctl::{AdapterMode, CallerMemory};
+use crate::run::{Ended, RunError, Way, not_started, socket_pair, wait_for};
 
 /// Where the device appears and how it behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// The device's path in the program's eyes, usually `/dev/i2c-1`. If no such file exists it must lie directly in
-    /// `/dev`; one that exists, a real adapter for instance, is covered for the program and untouched for all others.
+    /// The device's path for the program. A file that exists there is covered; without one it must be directly in `/dev`.
     pub device: PathBuf,
     /// Which adapter to be like.
     pub mode: AdapterMode,
@@ -45,36 +50,23 @@ impl Options {
 
 /// Runs `command` to its end with `adapter` as its device, and returns how it ended.
 ///
-/// The program, and whatever it starts, sees the device at [`Options::device`]; nothing else on the machine does. It is
-/// served until the program ends, then nothing is left of it, also if this process or the program is killed. Signals are
-/// left alone: on Ctrl-C a terminal signals both, and a caller that wants to outlive its program must ignore SIGINT itself.
-///
-/// The adapter is locked for one transfer at a time, so that the caller may use it meanwhile. A transfer that never
-/// returns keeps the program and this function waiting.
+/// Only the program, and whatever it starts, sees the device; nothing is left of it, also if this process or the program
+/// is killed. Signals are left alone: a caller that wants to outlive its program must ignore SIGINT itself. The adapter is
+/// locked for one transfer at a time.
 ///
 /// # Errors
-/// [`RunError`]: before the program starts, what this machine or this user lacks; after that, only
-/// [`RunError::Serve`] and [`RunError::Wait`].
+/// What this machine or this user lacks; once the program runs, only [`RunError::Serve`] and [`RunError::Wait`].
 pub fn run<A: EmulatedAdapter + Send>(
     adapter: &Mutex<A>,
     options: &Options,
     command: &mut Command,
 ) -> Result<ExitStatus, RunError> {
-    let device = Device {
-        path: options.device.clone(),
-        adapter,
-    };
-    let ended = run_devices(
-        &[device],
-        options.mode,
-        &options.fuse_device,
-        command,
-        &|_pid| {},
-    )?;
-    Ok(ended.status)
+    let path = options.device.clone();
+    let devices = [Device { path, adapter }];
+    let fuse_device = &options.fuse_device;
+    run_devices(&devices, options.mode, fuse_device, command, &|_pid| {}).map(|ended| ended.status)
 }
 
-/// One device of a program, and the bus behind it.
 pub(crate) struct Device<'a> {
     pub(crate) path: PathBuf,
     pub(crate) adapter: &'a SharedBus<'a>,
@@ -95,7 +87,7 @@ pub(crate) fn run_devices(
         started,
     };
     // Closing the one end wakes whoever waits for the other.
-    let (wake, awake) = socket_pair()?;
+    let (wake, awake) = socket_pair(NEEDS)?;
     let (arrivals, mounted) = mpsc::sync_channel(1);
     thread::scope(|scope| {
         let program = scope.spawn(|| {
@@ -111,7 +103,11 @@ pub(crate) fn run_devices(
             Err(mpsc::RecvError) => Ok(0),
         };
         let status = join(program)?;
-        served.map(|opens| Ended { status, opens })
+        served.map(|opens| Ended {
+            status,
+            via: Way::Fuse,
+            opens,
+        })
     })
 }
 
@@ -123,11 +119,10 @@ pub fn probe() -> Result<(), RunError> {
     probe_with(Path::new("/dev/fuse"))
 }
 
-/// As [`probe`], through the kernel's FUSE device at this path.
 pub(crate) fn probe_with(fuse_device: &Path) -> Result<(), RunError> {
-    let not_reached = |errno: Errno| RunError::NotPermitted {
-        step: "reading another process's memory (process_vm_readv)".to_owned(),
-        source: io::Error::from_raw_os_error(errno.raw()),
+    let not_reached = |errno: Errno| {
+        let step = "reading another process's memory (process_vm_readv)";
+        RunError::NotPermitted(step.to_owned(), errno.into())
     };
     let witness = [0x5Au8; 1];
     let address = u64::try_from(witness.as_ptr().expose_provenance()).unwrap_or(0);
@@ -145,7 +140,6 @@ pub(crate) fn probe_with(fuse_device: &Path) -> Result<(), RunError> {
     .map(drop)
 }
 
-/// A bus without targets.
 struct EmptyBus;
 
 impl EmulatedAdapter for EmptyBus {
@@ -157,7 +151,6 @@ impl EmulatedAdapter for EmptyBus {
     }
 }
 
-/// What to make, and whom to tell.
 struct Setting<'a> {
     paths: Vec<&'a Path>,
     fuse_device: &'a Path,
@@ -177,7 +170,6 @@ fn serve_all(
     mode: AdapterMode,
     devices: &[Device<'_>],
 ) -> Result<u64, RunError> {
-    let (user, group) = mounted.owner;
     thread::scope(|scope| {
         let servers: Vec<_> = mounted
             .fuses
@@ -185,7 +177,7 @@ fn serve_all(
             .zip(devices)
             .map(|(fuse, device)| {
                 scope.spawn(move || {
-                    let mut session = Session::new(mode, user, group);
+                    let mut session = Session::new(mode, mounted.owner);
                     // The open /dev/fuse is closed with the thread: a device that nobody serves is dead, not mute.
                     serve(&fuse, wake, &mut session, device.adapter).map(|()| session.opens())
                 })
@@ -209,14 +201,13 @@ fn run_program(
     arrivals: &mpsc::SyncSender<Mounted>,
 ) -> Result<ExitStatus, RunError> {
     let plan = Plan::new(&setting.paths, setting.fuse_device, Right::Own)?;
-    let mut child = match plan.prepare() {
+    let child = match plan.prepare() {
         Ok(()) => {
-            let mounted = Mounted {
+            // The receiver waits in `run_devices` for exactly this.
+            let _ = arrivals.send(Mounted {
                 fuses: plan.into_fuses(),
                 owner: Right::Own.owner(),
-            };
-            // The receiver waits in `run_devices` for exactly this.
-            let _ = arrivals.send(mounted);
+            });
             command
                 .spawn()
                 .map_err(|source| not_started(command, source))?
@@ -227,11 +218,7 @@ fn run_program(
         }) => start_in_user_namespace(setting, command, arrivals)?,
         Err(failed) => return Err(plan.explain(failed, setting.fuse_device)),
     };
-    (setting.started)(child.id());
-    child.wait().map_err(|source| RunError::Wait {
-        program: program_of(command),
-        source,
-    })
+    wait_for(child, command, setting.started)
 }
 
 /// Starts the program in a process that makes its own user and mount namespaces before it becomes the program.
@@ -240,10 +227,12 @@ fn start_in_user_namespace(
     command: &mut Command,
     arrivals: &mpsc::SyncSender<Mounted>,
 ) -> Result<Child, RunError> {
-    let (user, group) = sys::effective_ids();
-    let right = Right::NewUserNamespace { user, group };
+    let right = Right::NewUserNamespace {
+        user: geteuid().as_raw(),
+        group: getegid().as_raw(),
+    };
     let plan = Arc::new(Plan::new(&setting.paths, setting.fuse_device, right)?);
-    let (ours, theirs) = socket_pair()?;
+    let (ours, theirs) = socket_pair(NEEDS)?;
     let theirs = Arc::new(theirs);
     let armed = Arc::new(AtomicBool::new(true));
     arrange_in_child(command, &plan, &theirs, &armed);
@@ -251,21 +240,18 @@ fn start_in_user_namespace(
     let (spawned, greeted) = thread::scope(|scope| {
         let greeting = scope.spawn(|| greet_child(&ours, &plan, right.owner(), arrivals));
         let spawned = command.spawn();
-        // The child is past exec, or dead: wake the greeting if it still waits for it. A command that is run again must not repeat all this.
+        // The child is past exec, or dead: wake the greeting if it still waits. A command that is run again must not
+        // repeat all this.
         armed.store(false, Ordering::SeqCst);
-        let _ = theirs.shutdown(std::net::Shutdown::Both);
+        let _ = theirs.shutdown(Shutdown::Both);
         (spawned, join(greeting))
     });
-    match (greeted, spawned) {
-        (Err(failed), _) => Err(plan.explain(failed, setting.fuse_device)),
-        (Ok(()), Err(source)) => Err(not_started(command, source)),
-        (Ok(()), Ok(child)) => Ok(child),
-    }
+    greeted.map_err(|failed| plan.explain(failed, setting.fuse_device))?;
+    spawned.map_err(|source| not_started(command, source))
 }
 
 /// What the child reports: the step that failed or 0, its errno or 0, its own number.
-type Report = [i32; 3];
-const REPORT_BYTES: usize = size_of::<Report>();
+type Report = [[u8; 4]; 3];
 
 #[expect(
     unsafe_code,
@@ -286,7 +272,7 @@ fn arrange_in_child(
         }
     };
     // SAFETY: `arrange` makes system calls on what was laid out before the fork; it neither allocates nor locks.
-    unsafe { sys::before_exec(command, work) };
+    unsafe { command.pre_exec(work) };
 }
 
 /// Runs between fork and exec: prepares, reports, waits until the server has /dev/fuse, finishes.
@@ -296,17 +282,14 @@ fn arrange(plan: &Plan, socket: &UnixStream) -> io::Result<()> {
         Ok(()) => (0, 0),
         Err(failed) => (i32::try_from(failed.step).unwrap_or(i32::MAX), failed.errno),
     };
-    let mut bytes = [0; REPORT_BYTES];
-    for (to, from) in bytes.chunks_exact_mut(4).zip([step, errno, sys::own_pid()]) {
-        to.copy_from_slice(&from.to_ne_bytes());
+    let report: Report = [step, errno, getpid().as_raw_pid()].map(i32::to_ne_bytes);
+    rustix::io::write(socket, report.as_flattened())?;
+    let failed = |failed: StepFailed| io::Error::from_raw_os_error(failed.errno);
+    prepared.map_err(failed)?;
+    if rustix::io::read(socket, &mut [0])? == 0 {
+        return Err(Errno::CANCELED.into());
     }
-    sys::write(socket.as_fd(), &bytes)?;
-    prepared.map_err(|failed| io::Error::from_raw_os_error(failed.errno))?;
-    if sys::read(socket.as_fd(), &mut [0])? == 0 {
-        return Err(io::Error::from_raw_os_error(libc::ECANCELED));
-    }
-    plan.finish()
-        .map_err(|failed| io::Error::from_raw_os_error(failed.errno))
+    plan.finish().map_err(failed)
 }
 
 /// Takes over the child's /dev/fuse once it has mounted it, and lets it go on.
@@ -316,33 +299,33 @@ fn greet_child(
     owner: (u32, u32),
     arrivals: &mpsc::SyncSender<Mounted>,
 ) -> Result<(), StepFailed> {
-    let mut bytes = [0; REPORT_BYTES];
-    if !matches!(sys::read(socket.as_fd(), &mut bytes), Ok(REPORT_BYTES)) {
+    let mut report = Report::default();
+    if rustix::io::read(socket, report.as_flattened_mut()) != Ok(size_of::<Report>()) {
         // The child failed before it came to its namespaces; the error of spawn tells why.
         return Ok(());
     }
-    let mut report: Report = [0; 3];
-    for (to, from) in report.iter_mut().zip(bytes.chunks_exact(4)) {
-        *to = from.first_chunk().copied().map_or(0, i32::from_ne_bytes);
-    }
-    let [step, errno, pid] = report;
+    let [step, errno, pid] = report.map(i32::from_ne_bytes);
     if errno != 0 {
         return Err(StepFailed {
             step: usize::try_from(step).unwrap_or(usize::MAX),
             errno,
         });
     }
-    let fuses: io::Result<Vec<OwnedFd>> = plan
-        .fuse_numbers()
-        .map(|number| sys::take_descriptor_of(pid, number))
-        .collect();
-    let fuses = fuses.map_err(|error| StepFailed {
+    let take_all = || -> rustix::io::Result<Vec<OwnedFd>> {
+        let child = Pid::from_raw(pid).ok_or(Errno::SRCH)?;
+        let child = pidfd_open(child, PidfdFlags::empty())?;
+        let numbers = plan.fuse_numbers();
+        numbers
+            .map(|number| pidfd_getfd(&child, number, PidfdGetfdFlags::empty()))
+            .collect()
+    };
+    let fuses = take_all().map_err(|error| StepFailed {
         step: usize::MAX,
-        errno: error.raw_os_error().unwrap_or(libc::EIO),
+        errno: error.raw_os_error(),
     })?;
     let _ = arrivals.send(Mounted { fuses, owner });
     // If the child is gone by now, spawn tells.
-    let _ = sys::write(socket.as_fd(), &[1]);
+    let _ = rustix::io::write(socket, &[1]);
     Ok(())
 }
 
@@ -353,62 +336,39 @@ fn serve(
     session: &mut Session,
     adapter: &SharedBus<'_>,
 ) -> Result<(), RunError> {
-    let failed = |source| RunError::Serve { source };
+    let failed = |error: Errno| RunError::Serve(error.into());
     let mut buffer = vec![0; wire::REQUEST_BYTES_MAX];
     loop {
-        let [request, ended] = sys::wait_for_either(fuse.as_fd(), wake).map_err(failed)?;
+        let mut either = [
+            PollFd::new(fuse, PollFlags::IN),
+            PollFd::new(&wake, PollFlags::IN),
+        ];
+        retry_on_intr(|| poll(&mut either, None)).map_err(failed)?;
+        let [request, ended] = either.map(|entry| !entry.revents().is_empty());
         if ended {
             return Ok(());
         }
         if !request {
             continue;
         }
-        let length = match sys::read(fuse.as_fd(), &mut buffer) {
+        let length = match rustix::io::read(fuse, buffer.as_mut_slice()) {
             Ok(length) => length,
-            Err(error) => match error.raw_os_error() {
-                // ECONNABORTED instead where the program's end came while a request was being handed over.
-                Some(libc::ENODEV | libc::ECONNABORTED) => return Ok(()),
-                // The request was taken back, or another signal came first.
-                Some(libc::ENOENT | libc::EINTR | libc::EAGAIN) => continue,
-                _ => return Err(failed(error)),
-            },
+            // ECONNABORTED instead where the program's end came while a request was being handed over.
+            Err(Errno::NODEV | Errno::CONNABORTED) => return Ok(()),
+            // The request was taken back, or another signal came first.
+            Err(Errno::NOENT | Errno::INTR | Errno::AGAIN) => continue,
+            Err(error) => return Err(failed(error)),
         };
-        let mut memory_of =
-            |pid, width| -> Box<dyn CallerMemory> { Box::new(ProcessMemory::new(pid, width)) };
-        match session.answer(&buffer[..length], &mut memory_of, adapter) {
+        match session.answer(&buffer[..length], ProcessMemory::new, adapter) {
             Reply::Nothing => {}
-            Reply::Bytes(bytes) => send(fuse, &bytes).map_err(failed)?,
+            Reply::Bytes(bytes) => match rustix::io::write(fuse, &bytes) {
+                // ENOENT: who asked was killed meanwhile.
+                Ok(_) | Err(Errno::NOENT) => {}
+                Err(error) => return Err(failed(error)),
+            },
             Reply::Incompatible { major, minor } => {
-                return Err(RunError::FuseTooOld { major, minor });
+                return Err(RunError::FuseTooOld(major, minor));
             }
         }
     }
-}
-
-fn send(fuse: &OwnedFd, bytes: &[u8]) -> io::Result<()> {
-    match sys::write(fuse.as_fd(), bytes) {
-        // Who asked was killed meanwhile.
-        Err(error) if error.raw_os_error() == Some(libc::ENOENT) => Ok(()),
-        outcome => outcome,
-    }
-}
-
-fn socket_pair() -> Result<(UnixStream, UnixStream), RunError> {
-    UnixStream::pair().map_err(|source| RunError::Setup {
-        step: "making a socket pair".to_owned(),
-        source,
-    })
-}
-
-fn not_started(command: &Command, source: io::Error) -> RunError {
-    let program = program_of(command);
-    if source.kind() == io::ErrorKind::NotFound {
-        RunError::ProgramNotFound { program }
-    } else {
-        RunError::ProgramNotStarted { program, source }
-    }
-}
-
-fn program_of(command: &Command) -> String {
-    command.get_program().to_string_lossy().into_owned()
 }

@@ -3,20 +3,19 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use super::wire::{self, Question, Request};
+use super::wire::{self, Request, opcode};
 use crate::adapter::EmulatedAdapter;
 use crate::ioctl::{AdapterMode, CallerMemory, Errno, MESSAGE_BYTES_MAX, OpenFile, PointerWidth};
 
 /// Most files that may be open at once; one more is ENFILE.
 pub const OPEN_FILES_MAX: usize = 1024;
 
-/// Finds the memory of a caller by its process number.
-pub(super) type MemoryOf<'a> = dyn FnMut(u32, PointerWidth) -> Box<dyn CallerMemory> + 'a;
+const IOCTL_FROM_32_BIT: u32 = 1 << 3;
+const SETATTR_MODE_OR_OWNER: u32 = 0b111;
 
 /// The bus of one device, which the caller of `run` may use meanwhile.
 pub(super) type SharedBus<'a> = Mutex<dyn EmulatedAdapter + Send + 'a>;
 
-/// What to do after a request.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Reply {
     /// Send these bytes.
@@ -30,133 +29,105 @@ pub(super) enum Reply {
 /// All open files of one mounted device.
 pub(super) struct Session {
     mode: AdapterMode,
-    owner: u32,
-    group: u32,
+    /// User and group that the device is shown to belong to.
+    owner: (u32, u32),
     files: HashMap<u64, OpenFile>,
     handle_next: u64,
 }
 
 impl Session {
-    /// A device that nobody has opened, shown as belonging to `owner` and `group`.
-    pub(super) fn new(mode: AdapterMode, owner: u32, group: u32) -> Self {
+    pub(super) fn new(mode: AdapterMode, owner: (u32, u32)) -> Self {
         Self {
             mode,
             owner,
-            group,
             files: HashMap::new(),
             handle_next: 1,
         }
     }
 
-    /// Answers one request. The adapter is held for the length of one transfer, never longer.
-    pub(super) fn answer(
+    /// Answers one request; `memory_of` finds the memory of a caller by its process number.
+    pub(super) fn answer<M: CallerMemory>(
         &mut self,
         request: &[u8],
-        memory_of: &mut MemoryOf<'_>,
+        memory_of: impl FnOnce(u32, PointerWidth) -> M,
         adapter: &SharedBus<'_>,
     ) -> Reply {
-        let Some(Request {
-            unique,
-            pid,
-            question,
-        }) = Request::parse(request)
-        else {
+        let Some(request) = Request::parse(request) else {
             return Reply::Nothing;
         };
-        let outcome = match question {
-            Err(errno) => Err(errno),
-            Ok(Question::Forget) => return Reply::Nothing,
-            Ok(Question::Init { major, minor, .. })
-                if major != wire::MAJOR || minor < wire::MINOR =>
-            {
-                return Reply::Incompatible { major, minor };
+        match request.opcode {
+            opcode::FORGET | opcode::BATCH_FORGET => return Reply::Nothing,
+            opcode::INIT => {
+                if let (Ok(major), Ok(minor)) = (request.body.u32(0), request.body.u32(4))
+                    && (major != wire::MAJOR || minor < wire::MINOR)
+                {
+                    return Reply::Incompatible { major, minor };
+                }
             }
-            Ok(Question::Read { handle, length }) => self.read(handle, length, adapter),
-            Ok(Question::Write { handle, bytes }) => self.write(handle, bytes, adapter),
-            Ok(Question::Ioctl {
-                handle,
-                request,
-                argument,
-                from_32_bit,
-            }) => {
-                let width = if from_32_bit {
-                    PointerWidth::Bits32
-                } else {
-                    PointerWidth::Bits64
-                };
-                let mut memory = memory_of(pid, width);
-                self.ioctl(handle, request, argument, memory.as_mut(), adapter)
-            }
-            Ok(question) => self.housekeeping(&question),
-        };
-        Reply::Bytes(wire::answer(unique, outcome))
+            _ => {}
+        }
+        let outcome = self.outcome(&request, memory_of, adapter);
+        Reply::Bytes(wire::answer(request.unique, outcome))
     }
 
-    fn read(
+    fn outcome<M: CallerMemory>(
         &mut self,
-        handle: u64,
-        length: usize,
+        request: &Request<'_>,
+        memory_of: impl FnOnce(u32, PointerWidth) -> M,
         adapter: &SharedBus<'_>,
     ) -> Result<Vec<u8>, Errno> {
-        let file = self.file(handle)?;
-        let mut buffer = vec![0; length.min(MESSAGE_BYTES_MAX)];
-        let arrived = with(adapter, |bus| file.read(&mut buffer, bus))?;
-        buffer.truncate(arrived);
-        Ok(buffer)
-    }
-
-    fn write(
-        &mut self,
-        handle: u64,
-        bytes: &[u8],
-        adapter: &SharedBus<'_>,
-    ) -> Result<Vec<u8>, Errno> {
-        let file = self.file(handle)?;
-        with(adapter, |bus| file.write(bytes, bus)).map(wire::written)
-    }
-
-    fn ioctl(
-        &mut self,
-        handle: u64,
-        request: u32,
-        argument: u64,
-        memory: &mut dyn CallerMemory,
-        adapter: &SharedBus<'_>,
-    ) -> Result<Vec<u8>, Errno> {
-        let file = self.file(handle)?;
-        with(adapter, |bus| file.ioctl(request, argument, memory, bus)).map(wire::ioctl_done)
-    }
-
-    /// Everything that does not reach the bus.
-    fn housekeeping(&mut self, question: &Question<'_>) -> Result<Vec<u8>, Errno> {
-        match *question {
-            Question::Init { read_ahead, .. } => Ok(wire::init(read_ahead)),
-            Question::Lookup => Err(Errno::ENOENT),
-            Question::SetAttributes {
-                of_mode_or_owner: true,
-            } => Err(Errno::EPERM),
-            Question::GetAttributes | Question::SetAttributes { .. } => {
-                Ok(wire::attributes(self.owner, self.group))
-            }
-            Question::Open => self.open().map(wire::opened),
-            Question::Release { handle } => {
-                self.files.remove(&handle);
+        let body = request.body;
+        match request.opcode {
+            opcode::INIT => Ok(wire::init(body.u32(8)?)),
+            // Nothing is ever below a file.
+            opcode::LOOKUP => Err(Errno::NOENT),
+            // Truncation is ignored, as by a character device.
+            opcode::SETATTR if body.u32(0)? & SETATTR_MODE_OR_OWNER != 0 => Err(Errno::PERM),
+            opcode::GETATTR | opcode::SETATTR => Ok(wire::attributes(self.owner.0, self.owner.1)),
+            opcode::OPEN => self.open().map(wire::opened),
+            opcode::RELEASE => {
+                self.files.remove(&body.u64(0)?);
                 Ok(Vec::new())
             }
-            Question::Flush | Question::Access | Question::Destroy => Ok(Vec::new()),
-            Question::Statistics => Ok(wire::statistics()),
-            _ => Err(Errno::ENOSYS),
+            opcode::FLUSH | opcode::ACCESS | opcode::DESTROY => Ok(Vec::new()),
+            opcode::STATFS => Ok(wire::statistics()),
+            opcode::READ => {
+                let mut buffer = vec![0; body.length()?.min(MESSAGE_BYTES_MAX)];
+                let file = self.file(body.u64(0)?)?;
+                let arrived = with(adapter, |bus| file.read(&mut buffer, bus))?;
+                buffer.truncate(arrived);
+                Ok(buffer)
+            }
+            opcode::WRITE => {
+                let bytes = body.written()?;
+                let file = self.file(body.u64(0)?)?;
+                with(adapter, |bus| file.write(bytes, bus)).map(wire::written)
+            }
+            opcode::IOCTL => {
+                let (request_number, argument) = (body.u32(12)?, body.u64(16)?);
+                let width = if body.u32(8)? & IOCTL_FROM_32_BIT == 0 {
+                    PointerWidth::Bits64
+                } else {
+                    PointerWidth::Bits32
+                };
+                let file = self.file(body.u64(0)?)?;
+                let memory = &mut memory_of(request.pid, width);
+                with(adapter, |bus| {
+                    file.ioctl(request_number, argument, memory, bus)
+                })
+                .map(wire::ioctl_done)
+            }
+            _ => Err(Errno::NOSYS),
         }
     }
 
-    /// How often the device has been opened.
     pub(super) fn opens(&self) -> u64 {
         self.handle_next - 1
     }
 
     fn open(&mut self) -> Result<u64, Errno> {
         if self.files.len() >= OPEN_FILES_MAX {
-            return Err(Errno::ENFILE);
+            return Err(Errno::NFILE);
         }
         let handle = self.handle_next;
         self.handle_next += 1;
@@ -165,7 +136,7 @@ impl Session {
     }
 
     fn file(&mut self, handle: u64) -> Result<&mut OpenFile, Errno> {
-        self.files.get_mut(&handle).ok_or(Errno::EINVAL)
+        self.files.get_mut(&handle).ok_or(Errno::INVAL)
     }
 }
 

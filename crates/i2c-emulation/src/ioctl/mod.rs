@@ -3,15 +3,10 @@
 //! It follows the kernel's `i2c-dev.c` and `i2c-core-smbus.c` errno by errno, over any [`EmulatedAdapter`](crate::adapter::EmulatedAdapter) and any
 //! [`CallerMemory`]. Three things differ from the kernel, each on purpose:
 //!
-//! * Retries and timeout belong to the open file. The kernel keeps them with the adapter, so that one program changes
-//!   them for all others.
-//! * What an adapter does not offer in I2C_FUNCS it refuses with EOPNOTSUPP. A Raspberry Pi answers an SMBus block read
-//!   with rubbish instead.
-//! * Repeated arbitration losses end after [`RETRIES_DONE_MAX`] retries. The kernel ends them by its clock, and this
-//!   layer has none.
+//! * Retries belong to the open file. The kernel keeps them with the adapter, for all programs. A timeout has no effect.
+//! * What I2C_FUNCS does not offer is EOPNOTSUPP. A Raspberry Pi answers an SMBus block read with rubbish instead.
+//! * Repeated arbitration losses end after [`RETRIES_DONE_MAX`] retries. The kernel ends them by its clock.
 
-mod errno;
-mod memory;
 mod mode;
 mod open_file;
 mod segment;
@@ -20,11 +15,14 @@ mod smbus;
 mod tests;
 mod uapi;
 
-pub use errno::Errno;
-pub use memory::CallerMemory;
-pub use mode::{AdapterMode, UnknownMode};
+pub use rustix::io::Errno;
+
+pub(crate) use mode::named;
+pub use mode::{AdapterMode, UnknownName};
 pub use open_file::{OpenFile, RETRIES_DONE_MAX};
+pub(crate) use segment::Segment;
 pub use uapi::{
-    MESSAGE_BYTES_MAX, PointerWidth, RDWR_MESSAGES_MAX, SMBUS_BLOCK_MAX, functionality,
-    message_flag, request, smbus_size,
+    CallerMemory, MESSAGE_BYTES_MAX, PointerWidth, RDWR_MESSAGES_MAX, SMBUS_BLOCK_MAX,
+    functionality, message_flag, request, smbus_size,
 };
+pub(crate) use uapi::{SMBUS_DATA_BYTES, SmbusArgument};

@@ -3,7 +3,10 @@
 use core::fmt;
 use core::str::FromStr;
 
-use super::errno::Errno;
+use embedded_hal::i2c::Operation;
+
+use rustix::io::Errno;
+
 use super::uapi::functionality as func;
 use crate::adapter::{Fault, Message, is_read};
 
@@ -81,33 +84,16 @@ impl AdapterMode {
     /// The errno of a fault, or `None` if the adapter only returns a smaller count of messages.
     #[must_use]
     pub const fn errno(self, fault: Fault) -> Option<Errno> {
-        if matches!(fault, Fault::Gone) {
-            return Some(Errno::ENODEV);
-        }
-        Some(match self {
-            Self::Pi | Self::Busy => match fault {
-                Fault::NackAddress | Fault::NackData => Errno::EREMOTEIO,
-                Fault::Timeout => Errno::ETIMEDOUT,
-                _ => Errno::EIO,
-            },
-            Self::Pi5 => match fault {
-                Fault::NackAddress | Fault::NackData => Errno::EREMOTEIO,
-                Fault::Timeout => Errno::ETIMEDOUT,
-                Fault::ArbitrationLost => Errno::EAGAIN,
-                _ => Errno::EIO,
-            },
-            Self::Usb => match fault {
-                Fault::NackAddress => Errno::ENXIO,
-                _ => Errno::EIO,
-            },
-            Self::SmbusOnly => match fault {
-                Fault::NackAddress | Fault::NackData => Errno::ENXIO,
-                Fault::Timeout => Errno::ETIMEDOUT,
-                Fault::ArbitrationLost => Errno::EAGAIN,
-                _ => Errno::EIO,
-            },
-            Self::Gone => Errno::ENODEV,
-            Self::Virtio => return None,
+        Some(match (self, fault) {
+            (_, Fault::Gone) | (Self::Gone, _) => Errno::NODEV,
+            (Self::Virtio, _) => return None,
+            (Self::Usb | Self::SmbusOnly, Fault::NackAddress)
+            | (Self::SmbusOnly, Fault::NackData) => Errno::NXIO,
+            (Self::Usb, _) => Errno::IO,
+            (_, Fault::NackAddress | Fault::NackData) => Errno::REMOTEIO,
+            (_, Fault::Timeout) => Errno::TIMEDOUT,
+            (Self::Pi5 | Self::SmbusOnly, Fault::ArbitrationLost) => Errno::AGAIN,
+            (_, Fault::Bus | Fault::ArbitrationLost) => Errno::IO,
         })
     }
 
@@ -125,20 +111,19 @@ impl AdapterMode {
     /// What the adapter's driver refuses before anything reaches the bus.
     pub(super) fn check(self, messages: &[Message<'_>]) -> Result<(), Errno> {
         let refused = match self {
-            Self::Gone => return Err(Errno::ENODEV),
+            Self::Gone => return Err(Errno::NODEV),
             Self::Pi | Self::Busy => messages
                 .iter()
                 .rev()
                 .skip(1)
                 .any(|message| is_read(&message.operation)),
-            Self::Usb => messages.iter().any(|message| match &message.operation {
-                embedded_hal::i2c::Operation::Read(buffer) => buffer.is_empty(),
-                embedded_hal::i2c::Operation::Write(_) => false,
+            Self::Usb => messages.iter().any(|message| {
+                matches!(&message.operation, Operation::Read(buffer) if buffer.is_empty())
             }),
             Self::Pi5 | Self::SmbusOnly | Self::Virtio => false,
         };
         if refused {
-            Err(Errno::EOPNOTSUPP)
+            Err(Errno::OPNOTSUPP)
         } else {
             Ok(())
         }
@@ -151,26 +136,35 @@ impl fmt::Display for AdapterMode {
     }
 }
 
-/// A name that is no [`AdapterMode`].
+/// A name that none of a list has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "unknown adapter mode {found:?}\nhint: one of pi, pi5, usb, smbus-only, busy, gone, virtio"
-)]
-pub struct UnknownMode {
-    /// What was given.
-    pub found: String,
+#[error("unknown {what} {found:?}\nhint: one of {known}")]
+pub struct UnknownName {
+    what: &'static str,
+    found: String,
+    known: String,
+}
+
+pub(crate) fn named<T: Copy + fmt::Display>(
+    what: &'static str,
+    all: &[T],
+    found: &str,
+) -> Result<T, UnknownName> {
+    let names: Vec<String> = all.iter().map(T::to_string).collect();
+    let place = names.iter().position(|name| name == found);
+    let unknown = || UnknownName {
+        what,
+        found: found.to_owned(),
+        known: names.join(", "),
+    };
+    place.map(|place| all[place]).ok_or_else(unknown)
 }
 
 impl FromStr for AdapterMode {
-    type Err = UnknownMode;
+    type Err = UnknownName;
 
-    fn from_str(name: &str) -> Result<Self, UnknownMode> {
-        Self::ALL
-            .into_iter()
-            .find(|mode| mode.name() == name)
-            .ok_or_else(|| UnknownMode {
-                found: name.to_owned(),
-            })
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        named("adapter mode", &Self::ALL, name)
     }
 }
 
@@ -193,29 +187,19 @@ mod tests {
     #[test]
     fn each_mode_names_each_fault_as_its_driver_does() {
         use Fault::{ArbitrationLost, Bus, Gone, NackAddress, NackData, Timeout};
-        let numbers = |mode: AdapterMode| {
-            [NackAddress, NackData, Bus, ArbitrationLost, Timeout, Gone]
-                .map(|fault| mode.errno(fault).map(Errno::raw))
-        };
-        assert_eq!(
-            numbers(AdapterMode::Pi),
-            [121, 121, 5, 5, 110, 19].map(Some)
-        );
-        assert_eq!(
-            numbers(AdapterMode::Pi5),
-            [121, 121, 5, 11, 110, 19].map(Some)
-        );
-        assert_eq!(numbers(AdapterMode::Usb), [6, 5, 5, 5, 5, 19].map(Some));
-        assert_eq!(
-            numbers(AdapterMode::SmbusOnly),
-            [6, 6, 5, 11, 110, 19].map(Some)
-        );
-        assert_eq!(numbers(AdapterMode::Busy), numbers(AdapterMode::Pi));
-        assert_eq!(numbers(AdapterMode::Gone), [19; 6].map(Some));
-        assert_eq!(
-            numbers(AdapterMode::Virtio),
-            [None, None, None, None, None, Some(19)]
-        );
+        for (mode, expected) in [
+            (AdapterMode::Pi, [121, 121, 5, 5, 110, 19]),
+            (AdapterMode::Pi5, [121, 121, 5, 11, 110, 19]),
+            (AdapterMode::Usb, [6, 5, 5, 5, 5, 19]),
+            (AdapterMode::SmbusOnly, [6, 6, 5, 11, 110, 19]),
+            (AdapterMode::Busy, [121, 121, 5, 5, 110, 19]),
+            (AdapterMode::Gone, [19; 6]),
+            (AdapterMode::Virtio, [0, 0, 0, 0, 0, 19]),
+        ] {
+            let numbers = [NackAddress, NackData, Bus, ArbitrationLost, Timeout, Gone]
+                .map(|fault| mode.errno(fault).map_or(0, Errno::raw_os_error));
+            assert_eq!(numbers, expected, "{mode}, 0 for none");
+        }
     }
 
     /// `0x0EFF_0009` is what `i2cdetect -F` shows on a Raspberry Pi: I2C_FUNC_I2C | I2C_FUNC_SMBUS_EMUL of linux/i2c.h.

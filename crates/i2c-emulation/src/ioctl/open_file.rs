@@ -1,16 +1,14 @@
 //! One open file of the device: the system calls on it, and the transfers that they are made of.
 
-use std::time::Duration;
-
 use embedded_hal::i2c::Operation;
 
-use super::errno::Errno;
-use super::memory::CallerMemory;
+use rustix::io::Errno;
+
 use super::mode::AdapterMode;
-use super::segment::{Segment, fetch_segments};
+use super::segment::{Segment, fetch_segment};
 use super::uapi::{
-    MESSAGE_BYTES_MAX, PointerWidth, RDWR_MESSAGES_MAX, RdwrArgument, RdwrMessage, functionality,
-    request,
+    CallerMemory, MESSAGE_BYTES_MAX, PointerWidth, RDWR_MESSAGES_MAX, RdwrArgument, RdwrMessage,
+    functionality, request,
 };
 use crate::adapter::{EmulatedAdapter, Message, SEVEN_BIT_ADDRESS_MAX, TransferError};
 
@@ -19,17 +17,14 @@ pub const RETRIES_DONE_MAX: u32 = 1000;
 
 const TEN_BIT_ADDRESS_MAX: u16 = 0x3FF;
 
-const TIMEOUT_AT_FIRST: Duration = Duration::from_secs(1);
-
 /// One open file of `/dev/i2c-N`.
 #[derive(Clone, Debug)]
 pub struct OpenFile {
     pub(super) mode: AdapterMode,
     pub(super) address: u16,
     pub(super) ten_bit: bool,
-    pub(super) pec: bool,
+    pub(crate) pec: bool,
     retries: u32,
-    timeout: Duration,
 }
 
 impl OpenFile {
@@ -42,21 +37,26 @@ impl OpenFile {
             ten_bit: false,
             pec: false,
             retries: mode.retries_at_first(),
-            timeout: TIMEOUT_AT_FIRST,
         }
     }
 
-    /// How long a transfer may take, as set by I2C_TIMEOUT; at first one second. It is kept and told, nothing here waits.
-    #[must_use]
-    pub const fn timeout(&self) -> Duration {
-        self.timeout
+    /// A file on which I2C_TENBIT was called, and I2C_SLAVE or, with `force`, I2C_SLAVE_FORCE.
+    pub(crate) fn selecting(
+        mode: AdapterMode,
+        address: u16,
+        ten_bit: bool,
+        force: bool,
+    ) -> Result<Self, Errno> {
+        let mut file = Self::new(mode);
+        file.ten_bit = ten_bit;
+        file.set_address(address.into(), !force && mode == AdapterMode::Busy)?;
+        Ok(file)
     }
 
-    /// What ioctl() does. `argument` is the third argument of the system call, as a number.
+    /// What ioctl() does.
     ///
     /// # Errors
-    /// The errno that the kernel gives: ENOTTY for an unknown request, EFAULT for a pointer that leads nowhere, EINVAL
-    /// for a value out of range, EBUSY, EOPNOTSUPP, and the errno of the bus by [`AdapterMode`].
+    /// The errno that the kernel gives, and that of the bus by [`AdapterMode`].
     pub fn ioctl(
         &mut self,
         request: u32,
@@ -79,22 +79,26 @@ impl OpenFile {
                 self.retries = signed_argument(argument)?;
                 Ok(0)
             }
-            request::I2C_TIMEOUT => {
-                self.timeout = Duration::from_millis(10 * u64::from(signed_argument(argument)?));
-                Ok(0)
+            // Nothing here waits.
+            request::I2C_TIMEOUT => signed_argument(argument).map(|_timeout| 0),
+            request::I2C_FUNCS => {
+                let bits = self.mode.functionality();
+                let told = match memory.pointer_width() {
+                    PointerWidth::Bits32 => memory.write(argument, &bits.to_ne_bytes()),
+                    PointerWidth::Bits64 => memory.write(argument, &u64::from(bits).to_ne_bytes()),
+                };
+                told.map(|()| 0)
             }
-            request::I2C_FUNCS => self.tell_functionality(argument, memory),
             request::I2C_RDWR => self.transfer_messages(argument, memory, bus),
             request::I2C_SMBUS => self.smbus(argument, memory, bus),
-            _ => Err(Errno::ENOTTY),
+            _ => Err(Errno::NOTTY),
         }
     }
 
     /// What read() does: one message from the target. At most [`MESSAGE_BYTES_MAX`] bytes are read.
     ///
     /// # Errors
-    /// EOPNOTSUPP without plain I2C, and the errno of the bus by [`AdapterMode`]. In mode `virtio` a target that does
-    /// not answer is `Ok(0)`.
+    /// EOPNOTSUPP without plain I2C, and the errno of the bus; in mode `virtio` a missing target is `Ok(0)`.
     pub fn read(
         &mut self,
         buffer: &mut [u8],
@@ -122,24 +126,11 @@ impl OpenFile {
         let address = u16::try_from(argument)
             .ok()
             .filter(|address| *address <= highest)
-            .ok_or(Errno::EINVAL)?;
+            .ok_or(Errno::INVAL)?;
         if owned_by_a_driver {
-            return Err(Errno::EBUSY);
+            return Err(Errno::BUSY);
         }
         self.address = address;
-        Ok(0)
-    }
-
-    fn tell_functionality(
-        &self,
-        argument: u64,
-        memory: &mut dyn CallerMemory,
-    ) -> Result<i32, Errno> {
-        let bits = self.mode.functionality();
-        match memory.pointer_width() {
-            PointerWidth::Bits32 => memory.write(argument, &bits.to_ne_bytes()),
-            PointerWidth::Bits64 => memory.write(argument, &u64::from(bits).to_ne_bytes()),
-        }?;
         Ok(0)
     }
 
@@ -167,27 +158,39 @@ impl OpenFile {
     ) -> Result<i32, Errno> {
         let messages = self.fetch_messages(argument, memory)?;
         self.require_plain_i2c()?;
-        let mut segments = fetch_segments(&messages, self.mode, memory)?;
+        let fetch = |message: &RdwrMessage| fetch_segment(message, self.mode, memory);
+        let mut segments = messages.iter().map(fetch).collect::<Result<Vec<_>, _>>()?;
+        let completed = self.rdwr(&mut segments, bus)?;
+        // An empty buffer may have any pointer, as with the kernel's copies.
+        for segment in segments {
+            if segment.read && !segment.bytes.is_empty() {
+                memory.write(segment.buffer, segment.arrived()?)?;
+            }
+        }
+        i32::try_from(completed).or(Err(Errno::INVAL))
+    }
+
+    /// I2C_RDWR of messages that are here already: how many were carried out.
+    pub(crate) fn rdwr(
+        &self,
+        segments: &mut [Segment],
+        bus: &mut dyn EmulatedAdapter,
+    ) -> Result<usize, Errno> {
+        self.require_plain_i2c()?;
+        if segments.iter().any(Segment::is_too_long) {
+            return Err(Errno::INVAL);
+        }
         let before: Vec<Vec<u8>> = segments
             .iter()
             .map(|segment| segment.bytes.clone())
             .collect();
-        let completed = self.transfer_segments(&mut segments, bus)?;
+        let completed = self.transfer_segments(segments, bus)?;
         // The kernel copies every read buffer back once the adapter reports no error, in `virtio` mode also those that
         // never arrived: the caller then finds its own old bytes.
-        for (index, (segment, before)) in segments.iter_mut().zip(before).enumerate() {
-            if segment.read && index >= completed {
-                segment.bytes = before;
-            }
+        for (segment, before) in segments.iter_mut().zip(before).skip(completed) {
+            segment.bytes = before;
         }
-        // An empty buffer may have any pointer, as with the kernel's copies.
-        for segment in segments
-            .iter()
-            .filter(|segment| segment.read && !segment.bytes.is_empty())
-        {
-            memory.write(segment.buffer, segment.arrived()?)?;
-        }
-        i32::try_from(completed).or(Err(Errno::EINVAL))
+        Ok(completed)
     }
 
     /// The array of messages that the caller's argument points at, nothing of them checked but their number.
@@ -200,9 +203,9 @@ impl OpenFile {
         let mut bytes = vec![0; RdwrArgument::bytes(width)];
         memory.read(argument, &mut bytes)?;
         let rdwr = RdwrArgument::parse(&bytes, width);
-        let count = usize::try_from(rdwr.count).or(Err(Errno::EINVAL))?;
+        let count = usize::try_from(rdwr.count).or(Err(Errno::INVAL))?;
         if rdwr.messages == 0 || count == 0 || count > RDWR_MESSAGES_MAX {
-            return Err(Errno::EINVAL);
+            return Err(Errno::INVAL);
         }
         let mut bytes = vec![0; count * RdwrMessage::bytes(width)];
         memory.read(rdwr.messages, &mut bytes)?;
@@ -235,7 +238,7 @@ impl OpenFile {
                 Err(error) => error,
             };
             match self.mode.errno(fault) {
-                Some(Errno::EAGAIN) if retries_left > 0 => retries_left -= 1,
+                Some(Errno::AGAIN) if retries_left > 0 => retries_left -= 1,
                 Some(errno) => return Err(errno),
                 None => return Ok(completed),
             }
@@ -246,7 +249,7 @@ impl OpenFile {
         if self.mode.offers(functionality::I2C) {
             Ok(())
         } else {
-            Err(Errno::EOPNOTSUPP)
+            Err(Errno::OPNOTSUPP)
         }
     }
 }
@@ -256,5 +259,5 @@ fn signed_argument(argument: u64) -> Result<u32, Errno> {
     i32::try_from(argument)
         .ok()
         .and_then(|value| u32::try_from(value).ok())
-        .ok_or(Errno::EINVAL)
+        .ok_or(Errno::INVAL)
 }

@@ -2,26 +2,44 @@
 
 use embedded_hal::i2c::Operation;
 
-use super::errno::Errno;
-use super::memory::CallerMemory;
+use rustix::io::Errno;
+
 use super::mode::AdapterMode;
-use super::uapi::{MESSAGE_BYTES_MAX, RdwrMessage, SMBUS_BLOCK_MAX, functionality, message_flag};
+use super::uapi::{
+    CallerMemory, MESSAGE_BYTES_MAX, RdwrMessage, SMBUS_BLOCK_MAX, functionality, message_flag,
+};
 use crate::adapter::Message;
 
 /// One message on its way: the kernel's copy of the caller's buffer.
-pub(super) struct Segment {
-    pub(super) address: u16,
-    pub(super) ten_bit: bool,
-    pub(super) read: bool,
-    pub(super) bytes: Vec<u8>,
+#[derive(Debug)]
+pub(crate) struct Segment {
+    pub(crate) address: u16,
+    pub(crate) ten_bit: bool,
+    pub(crate) read: bool,
+    pub(crate) bytes: Vec<u8>,
     /// Where the bytes that arrive go; unused by SMBus transfers.
-    pub(super) buffer: u64,
+    pub(crate) buffer: u64,
     /// Bytes beside the block, if the first byte tells the block's length.
-    pub(super) length_first: Option<usize>,
+    pub(crate) length_first: Option<usize>,
 }
 
 impl Segment {
-    pub(super) fn as_message(&mut self) -> Message<'_> {
+    pub(crate) const fn new(address: u16, ten_bit: bool, read: bool, bytes: Vec<u8>) -> Self {
+        Self {
+            address,
+            ten_bit,
+            read,
+            bytes,
+            buffer: 0,
+            length_first: None,
+        }
+    }
+
+    pub(crate) fn is_too_long(&self) -> bool {
+        self.bytes.len() > MESSAGE_BYTES_MAX
+    }
+
+    pub(crate) fn as_message(&mut self) -> Message<'_> {
         let operation = if self.read {
             Operation::Read(&mut self.bytes)
         } else {
@@ -41,32 +59,21 @@ impl Segment {
         };
         match self.bytes.first().copied().map(usize::from) {
             // The buffer has room for the longest block and not a byte more: a longer one is not there.
-            Some(told) if told > 0 => self.bytes.get(..extra + told).ok_or(Errno::EPROTO),
-            _ => Err(Errno::EPROTO),
+            Some(told) if told > 0 => self.bytes.get(..extra + told).ok_or(Errno::PROTO),
+            _ => Err(Errno::PROTO),
         }
     }
 }
 
-/// Copies each message's buffer, as the kernel does also for those that will be read into.
-pub(super) fn fetch_segments(
-    messages: &[RdwrMessage],
-    mode: AdapterMode,
-    memory: &mut dyn CallerMemory,
-) -> Result<Vec<Segment>, Errno> {
-    messages
-        .iter()
-        .map(|message| fetch_segment(message, mode, memory))
-        .collect()
-}
-
-fn fetch_segment(
+/// Copies the message's buffer, as the kernel does also for one that will be read into.
+pub(super) fn fetch_segment(
     message: &RdwrMessage,
     mode: AdapterMode,
     memory: &mut dyn CallerMemory,
 ) -> Result<Segment, Errno> {
     let length = usize::from(message.length);
     if length > MESSAGE_BYTES_MAX {
-        return Err(Errno::EINVAL);
+        return Err(Errno::INVAL);
     }
     let mut bytes = vec![0; length];
     if length > 0 {
@@ -77,20 +84,18 @@ fn fetch_segment(
     if message.flags & message_flag::LENGTH_FIRST != 0 {
         let extra = bytes.first().copied().map_or(0, usize::from);
         if !read || extra == 0 || length < extra + SMBUS_BLOCK_MAX {
-            return Err(Errno::EINVAL);
+            return Err(Errno::INVAL);
         }
         if !mode.offers(functionality::SMBUS_READ_BLOCK) {
-            return Err(Errno::EOPNOTSUPP);
+            return Err(Errno::OPNOTSUPP);
         }
         bytes.truncate(extra + SMBUS_BLOCK_MAX);
         length_first = Some(extra);
     }
+    let ten_bit = message.flags & message_flag::TEN_BIT != 0;
     Ok(Segment {
-        address: message.address,
-        ten_bit: message.flags & message_flag::TEN_BIT != 0,
-        read,
-        bytes,
         buffer: message.buffer,
         length_first,
+        ..Segment::new(message.address, ten_bit, read, bytes)
     })
 }

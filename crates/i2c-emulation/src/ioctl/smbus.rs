@@ -1,11 +1,12 @@
 //! I2C_SMBUS, made out of plain messages as the kernel's `i2c_smbus_xfer_emulated` does.
 
-use super::errno::Errno;
-use super::memory::CallerMemory;
+use rustix::io::Errno;
+
 use super::open_file::OpenFile;
 use super::segment::Segment;
 use super::uapi::{
-    SMBUS_BLOCK_MAX, SMBUS_DATA_BYTES, SmbusArgument, functionality, smbus_size as size,
+    CallerMemory, SMBUS_BLOCK_MAX, SMBUS_DATA_BYTES, SmbusArgument, functionality,
+    smbus_size as size,
 };
 use crate::adapter::EmulatedAdapter;
 
@@ -25,30 +26,41 @@ impl OpenFile {
         let width = memory.pointer_width();
         let mut bytes = vec![0; SmbusArgument::bytes(width)];
         memory.read(argument, &mut bytes)?;
-        let mut call = SmbusArgument::parse(&bytes, width);
+        let call = SmbusArgument::parse(&bytes, width);
         check_ranges(&call)?;
-
-        let mut data: Data = [0; SMBUS_DATA_BYTES];
-        if uses_data(&call) {
-            if call.data == 0 {
-                return Err(Errno::EINVAL);
-            }
-            if goes_in(&call) {
-                memory.read(call.data, &mut data[..data_length(call.size)])?;
-            }
+        if uses_data(&call) && call.data == 0 {
+            return Err(Errno::INVAL);
         }
-        let length_of_data = data_length(call.size);
-        if call.size == size::I2C_BLOCK_BROKEN {
-            call.size = size::I2C_BLOCK_DATA;
-            if call.read_write == READ {
-                data[0] = 32;
-            }
+        let mut data: Data = [0; SMBUS_DATA_BYTES];
+        let copied = &mut data[..data_length(call.size)];
+        if goes_in(&call) {
+            memory.read(call.data, copied)?;
         }
         self.smbus_transfer(&call, &mut data, bus)?;
-        if uses_data(&call) && comes_back(&call) {
-            memory.write(call.data, &data[..length_of_data])?;
+        if comes_back(&call) {
+            memory.write(call.data, &data[..data_length(call.size)])?;
         }
         Ok(0)
+    }
+
+    /// I2C_SMBUS with a union that is here already.
+    pub(crate) fn smbus_call(
+        &self,
+        call: &SmbusArgument,
+        union: &mut Data,
+        bus: &mut dyn EmulatedAdapter,
+    ) -> Result<(), Errno> {
+        check_ranges(call)?;
+        let mut data: Data = [0; SMBUS_DATA_BYTES];
+        let copied = ..data_length(call.size);
+        if goes_in(call) {
+            data[copied].copy_from_slice(&union[copied]);
+        }
+        self.smbus_transfer(call, &mut data, bus)?;
+        if comes_back(call) {
+            union[copied].copy_from_slice(&data[copied]);
+        }
+        Ok(())
     }
 
     fn smbus_transfer(
@@ -57,29 +69,41 @@ impl OpenFile {
         data: &mut Data,
         bus: &mut dyn EmulatedAdapter,
     ) -> Result<(), Errno> {
-        let checksum = self.pec && !matches!(call.size, size::QUICK | size::I2C_BLOCK_DATA);
-        let mut segments = self.smbus_messages(call, data)?;
+        let mut kind = call.size;
+        if kind == size::I2C_BLOCK_BROKEN {
+            kind = size::I2C_BLOCK_DATA;
+            if call.read_write == READ {
+                data[0] = 32;
+            }
+        }
+        let checksum = self.pec && !matches!(kind, size::QUICK | size::I2C_BLOCK_DATA);
+        let mut segments = self.smbus_messages(kind, call, data)?;
         if checksum {
             add_checksum(&mut segments);
         }
         if self.transfer_segments(&mut segments, bus)? != segments.len() {
-            return Err(Errno::EIO);
+            return Err(Errno::IO);
         }
         if checksum {
             check_checksum(&mut segments)?;
         }
         if let Some(last) = segments.last().filter(|last| last.read) {
-            take_answer(call.size, last, data)?;
+            take_answer(kind, last, data)?;
         }
         Ok(())
     }
 
     /// The messages of one call, before any checksum.
-    fn smbus_messages(&self, call: &SmbusArgument, data: &Data) -> Result<Vec<Segment>, Errno> {
+    fn smbus_messages(
+        &self,
+        kind: u32,
+        call: &SmbusArgument,
+        data: &Data,
+    ) -> Result<Vec<Segment>, Errno> {
         let block = usize::from(data[0]);
         let with_payload = |length: usize| [&[call.command], &data[..length]].concat();
         let is_read = call.read_write == READ;
-        Ok(match (call.size, is_read) {
+        Ok(match (kind, is_read) {
             (size::QUICK, _) => vec![self.segment(is_read, Vec::new())],
             (size::BYTE, true) => vec![self.segment(true, vec![0])],
             (size::BYTE, false) => vec![self.segment(false, vec![call.command])],
@@ -98,7 +122,7 @@ impl OpenFile {
                 let payload = [&[call.command], &data[1..=checked(block)?]].concat();
                 vec![self.segment(false, payload)]
             }
-            _ => return Err(Errno::EOPNOTSUPP),
+            _ => return Err(Errno::OPNOTSUPP),
         })
     }
 
@@ -111,7 +135,7 @@ impl OpenFile {
 
     fn ask_for_block(&self, question: Vec<u8>) -> Result<Vec<Segment>, Errno> {
         if !self.mode.offers(functionality::SMBUS_READ_BLOCK) {
-            return Err(Errno::EOPNOTSUPP);
+            return Err(Errno::OPNOTSUPP);
         }
         let mut segments = self.ask(question, 1 + SMBUS_BLOCK_MAX);
         if let Some(answer) = segments.last_mut() {
@@ -121,14 +145,7 @@ impl OpenFile {
     }
 
     fn segment(&self, read: bool, bytes: Vec<u8>) -> Segment {
-        Segment {
-            address: self.address,
-            ten_bit: self.ten_bit,
-            read,
-            bytes,
-            buffer: 0,
-            length_first: None,
-        }
+        Segment::new(self.address, self.ten_bit, read, bytes)
     }
 }
 
@@ -137,7 +154,7 @@ fn check_ranges(call: &SmbusArgument) -> Result<(), Errno> {
     if known && matches!(call.read_write, READ | WRITE) {
         Ok(())
     } else {
-        Err(Errno::EINVAL)
+        Err(Errno::INVAL)
     }
 }
 
@@ -150,11 +167,12 @@ fn goes_in(call: &SmbusArgument) -> bool {
         call.size,
         size::PROC_CALL | size::BLOCK_PROC_CALL | size::I2C_BLOCK_DATA
     );
-    both_ways || call.read_write == WRITE
+    both_ways || call.read_write == WRITE && uses_data(call)
 }
 
 fn comes_back(call: &SmbusArgument) -> bool {
-    matches!(call.size, size::PROC_CALL | size::BLOCK_PROC_CALL) || call.read_write == READ
+    let both_ways = matches!(call.size, size::PROC_CALL | size::BLOCK_PROC_CALL);
+    both_ways || call.read_write == READ && uses_data(call)
 }
 
 /// How much of the union the kernel copies.
@@ -168,7 +186,7 @@ fn data_length(kind: u32) -> usize {
 
 fn checked(block: usize) -> Result<usize, Errno> {
     if block > SMBUS_BLOCK_MAX {
-        Err(Errno::EINVAL)
+        Err(Errno::INVAL)
     } else {
         Ok(block)
     }
@@ -205,14 +223,14 @@ fn check_checksum(segments: &mut [Segment]) -> Result<(), Errno> {
         return Ok(());
     }
     let mut arrived = last.arrived()?.to_vec();
-    let found = arrived.pop().ok_or(Errno::EIO)?;
+    let found = arrived.pop().ok_or(Errno::IO)?;
     last.bytes = arrived;
     last.length_first = last.length_first.map(|extra| extra - 1);
     let expected = checksum_of_message(before.iter().fold(0, checksum_of_message), last);
     if found == expected {
         Ok(())
     } else {
-        Err(Errno::EBADMSG)
+        Err(Errno::BADMSG)
     }
 }
 
@@ -245,11 +263,7 @@ mod tests {
     /// "123456789" gives 0xF4: the check value of CRC-8 in every catalogue of checksums.
     #[test]
     fn checksum_has_the_known_check_value() {
-        assert_eq!(
-            b"123456789"
-                .iter()
-                .fold(0, |crc, byte| checksum_of_byte(crc, *byte)),
-            0xF4
-        );
+        let step = |crc, byte: &u8| checksum_of_byte(crc, *byte);
+        assert_eq!(b"123456789".iter().fold(0, step), 0xF4);
     }
 }

@@ -1,4 +1,6 @@
-//! Numbers and layouts of `linux/i2c.h` and `linux/i2c-dev.h`.
+//! Numbers and layouts of `linux/i2c.h` and `linux/i2c-dev.h`, and the memory of the program that they come from.
+
+use rustix::io::Errno;
 
 /// Requests of `ioctl(2)` on `/dev/i2c-N`.
 pub mod request {
@@ -105,7 +107,7 @@ pub const MESSAGE_BYTES_MAX: usize = 8192;
 /// Most bytes of an SMBus block (I2C_SMBUS_BLOCK_MAX).
 pub const SMBUS_BLOCK_MAX: usize = 32;
 /// Bytes of `union i2c_smbus_data`.
-pub(super) const SMBUS_DATA_BYTES: usize = SMBUS_BLOCK_MAX + 2;
+pub(crate) const SMBUS_DATA_BYTES: usize = SMBUS_BLOCK_MAX + 2;
 
 /// How wide the pointers of the calling program are: the layouts of I2C_RDWR and I2C_SMBUS depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,6 +126,28 @@ impl PointerWidth {
             Self::Bits32 => 4,
             Self::Bits64 => 8,
         }
+    }
+}
+
+/// The calling program's memory, wherever it is.
+///
+/// Addresses are the caller's and may be anything, unaligned too: an implementation answers EFAULT, it never trusts them.
+pub trait CallerMemory {
+    /// Copies bytes out of the caller; all of them or none are used.
+    ///
+    /// # Errors
+    /// EFAULT where the caller has no such memory; EPERM where it may not be looked into.
+    fn read(&mut self, address: u64, into: &mut [u8]) -> Result<(), Errno>;
+
+    /// Copies bytes into the caller. After an error some of them may have been written, as in the kernel.
+    ///
+    /// # Errors
+    /// EFAULT where the caller has no such memory, or may not write to it; EPERM where it may not be reached.
+    fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno>;
+
+    /// How wide the caller's pointers are.
+    fn pointer_width(&self) -> PointerWidth {
+        PointerWidth::Bits64
     }
 }
 
@@ -170,11 +194,12 @@ impl RdwrMessage {
 }
 
 /// `struct i2c_smbus_ioctl_data`: direction, command, padding, size, pointer; 12 or 16 bytes.
-pub(super) struct SmbusArgument {
-    pub(super) read_write: u8,
-    pub(super) command: u8,
-    pub(super) size: u32,
-    pub(super) data: u64,
+#[derive(Debug)]
+pub(crate) struct SmbusArgument {
+    pub(crate) read_write: u8,
+    pub(crate) command: u8,
+    pub(crate) size: u32,
+    pub(crate) data: u64,
 }
 
 impl SmbusArgument {

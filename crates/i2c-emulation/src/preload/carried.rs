@@ -1,10 +1,13 @@
 //! The library that this program carries inside itself, as a file without a name.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Write};
 use std::os::fd::{AsRawFd, OwnedFd};
 
-use super::error::RunError;
-use crate::sys;
+use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
+use rustix::io::fcntl_dupfd_cloexec;
+
+use crate::run::RunError;
 
 #[cfg(preload_library)]
 const BYTES: Option<&[u8]> = Some(include_bytes!(env!("I2C_EMULATION_LIBRARY")));
@@ -13,13 +16,12 @@ const BYTES: Option<&[u8]> = None;
 /// Why there is none, if there is none.
 const REASON: &str = env!("I2C_EMULATION_NO_LIBRARY");
 
-/// The descriptor's number is at least this: should another process get this one's number later, it is unlikely to have
-/// a file open there.
+/// Lowest number of the descriptor: should another process get this one's number later, it is unlikely to have a file
+/// open there.
 const DESCRIPTOR_MIN: i32 = 700;
 
-/// The bytes of the library.
 pub(super) fn bytes() -> Result<&'static [u8], RunError> {
-    BYTES.ok_or(RunError::NoLibrary { reason: REASON })
+    BYTES.ok_or(RunError::NoLibrary(REASON))
 }
 
 /// The library in memory, under a path for as long as this lives: of a process that was killed nothing is left.
@@ -27,16 +29,25 @@ pub(super) struct Library(OwnedFd);
 
 impl Library {
     pub(super) fn new() -> Result<Self, RunError> {
-        let failed = |source: io::Error| RunError::Setup {
-            step: "writing the library into memory",
-            source,
-        };
-        let file = sys::memory_file(c"i2c-emulation-preload", bytes()?).map_err(failed)?;
-        Ok(Self(sys::move_up(file, DESCRIPTOR_MIN)))
+        let bytes = bytes()?;
+        memory_file(bytes)
+            .map(Self)
+            .map_err(|source| super::setup_failed("writing the library into memory", source))
     }
 
     /// What the loader of programs finds it at.
     pub(super) fn path(&self) -> String {
         format!("/proc/{}/fd/{}", std::process::id(), self.0.as_raw_fd())
     }
+}
+
+/// A file in memory with these bytes, which nobody can change any more.
+fn memory_file(bytes: &[u8]) -> io::Result<OwnedFd> {
+    let flags = MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING;
+    let mut file = File::from(memfd_create(c"i2c-emulation-preload", flags)?);
+    file.write_all(bytes)?;
+    let no_change = SealFlags::WRITE | SealFlags::SHRINK | SealFlags::GROW;
+    fcntl_add_seals(&file, no_change | SealFlags::SEAL)?;
+    // Where so high a number is not allowed, its own will do.
+    Ok(fcntl_dupfd_cloexec(&file, DESCRIPTOR_MIN).unwrap_or_else(|_| file.into()))
 }

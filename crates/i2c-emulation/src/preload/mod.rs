@@ -3,22 +3,17 @@
 //! ```text
 //!  this process                                                the program, and whatever it starts
 //!  ────────────                                                ──────────────────────────────────
-//!  the buses, and the one ioctl layer                          LD_PRELOAD: a library of 36 KiB
+//!  the buses, and the one ioctl layer                          LD_PRELOAD: a library
 //!      ▲                                                           open("/dev/i2c-1") ─▶ a socket as descriptor
 //!      └── a socket without a path, a secret in the environment ◀──── ioctl, read, write on it
 //! ```
 //!
-//! The library is carried inside this crate and lies in memory, at a path below `/proc` that ends with this process; the
-//! socket has no path at all. So nothing is left behind, whatever ends whom. It holds no chip and no open file: those
-//! are here, and a forked or started child finds the very same ones.
+//! The library is in memory, at a path below `/proc` that ends with this process; the socket has no path at all: nothing is
+//! left behind. Chips and open files are here, and a forked or started child finds the very same ones.
 //!
-//! What a program can notice, beside what the crate's page says: `ls /dev` does not list the device; the descriptor is a
-//! socket in `/proc/self/fd`; a stream of the C library (`fopen`) is refused with EOPNOTSUPP; system calls that are made
-//! without the C library (static programs, Go) find no device. Children that are started with an empty environment, as
-//! another user, or in a process-number or network namespace of their own do not find it either.
+//! The crate's page lists what a program can notice; besides, its descriptor is a socket in `/proc/self/fd`.
 
 mod carried;
-mod error;
 mod program_file;
 #[cfg_attr(not(test), expect(dead_code, reason = "each side uses its half"))]
 mod protocol;
@@ -31,11 +26,23 @@ mod server;
 )]
 mod shim;
 
-pub use error::RunError;
 pub use program_file::SCRIPTS_MAX;
+pub(crate) use program_file::find;
 pub use run::check;
-pub(crate) use run::{find, run_rack};
+pub(crate) use run::run_rack;
 pub use server::{CHANNELS_MAX, OPEN_FILES_MAX, STRANGERS_MAX};
+
+use crate::run::RunError;
 
 /// Most buses that one program can be shown by preloading.
 pub const BUSES_MAX: usize = protocol::BUSES_MAX;
+
+const NEEDS: &str = "Linux 3.17 or newer with a mounted /proc";
+
+fn setup_failed(step: &str, source: std::io::Error) -> RunError {
+    RunError::Setup {
+        step: step.to_owned(),
+        source,
+        needs: NEEDS,
+    }
+}

@@ -1,6 +1,6 @@
 //! What a program's file tells before it is started: whether a library can be preloaded into it.
 
-use std::ffi::{CString, OsStr, OsString};
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::Read;
 use std::os::unix::ffi::OsStrExt;
@@ -8,39 +8,34 @@ use std::os::unix::fs::{FileExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use rustix::fs::getxattr_query;
+use rustix::process::{getegid, geteuid};
+
 use super::carried;
-use super::error::RunError;
-use crate::sys;
+use crate::run::RunError;
 
 /// Most scripts that name another script as their interpreter, as in the kernel.
 pub const SCRIPTS_MAX: usize = 5;
 /// Most bytes of a script's first line that the kernel looks at.
-const FIRST_LINE_BYTES_MAX: usize = 256;
+const FIRST_LINE_BYTES_MAX: u64 = 256;
 /// Most program headers that are looked at; linkers make about a dozen.
 const HEADERS_MAX: usize = 256;
 /// Where programs are looked for if nothing says where.
 const PATH_OF_OLD: &str = "/bin:/usr/bin";
 
 /// The file that `command` would start.
-pub(super) fn find(command: &Command) -> Result<PathBuf, RunError> {
+pub(crate) fn find(command: &Command) -> Result<PathBuf, RunError> {
     let name = command.get_program();
     let folder = command.get_current_dir().unwrap_or(Path::new(""));
-    let not_found = || RunError::ProgramNotFound {
-        program: name.to_string_lossy().into_owned(),
+    let found = if name.as_bytes().contains(&b'/') {
+        Some(folder.join(name)).filter(|path| path.exists())
+    } else {
+        let path = environment(command, "PATH").unwrap_or_else(|| PATH_OF_OLD.into());
+        std::env::split_paths(&path)
+            .map(|entry| folder.join(entry).join(name))
+            .find(|candidate| is_executable(candidate))
     };
-    if name.as_bytes().contains(&b'/') {
-        let path = folder.join(name);
-        return if path.exists() {
-            Ok(path)
-        } else {
-            Err(not_found())
-        };
-    }
-    let path = environment(command, "PATH").unwrap_or_else(|| PATH_OF_OLD.into());
-    std::env::split_paths(&path)
-        .map(|entry| folder.join(entry).join(name))
-        .find(|candidate| is_executable(candidate))
-        .ok_or_else(not_found)
+    found.ok_or_else(|| RunError::ProgramNotFound(name.to_string_lossy().into_owned()))
 }
 
 /// The value that a variable will have for the program.
@@ -55,37 +50,37 @@ pub(super) fn environment(command: &Command, name: &str) -> Option<OsString> {
 /// Tells whether the loader will take the library for this program. What cannot be read is left to the start to fail.
 pub(super) fn check(program: &Path) -> Result<(), RunError> {
     let library = Header::parse(carried::bytes()?).map(|header| header.machine);
+    let Some((path, file, header)) = without_scripts(program) else {
+        return Ok(());
+    };
+    let shown = path.display().to_string();
+    if !header.has_loader(&file) {
+        Err(RunError::StaticProgram(shown))
+    } else if library.is_some_and(|library| library != header.machine) {
+        Err(RunError::OtherMachine(shown))
+    } else if gains_rights(&path) {
+        Err(RunError::GainsRights(shown))
+    } else {
+        Ok(())
+    }
+}
+
+/// The program that is started, perhaps by scripts.
+fn without_scripts(program: &Path) -> Option<(PathBuf, File, Header)> {
     let mut path = program.to_owned();
     for _ in 0..SCRIPTS_MAX {
-        let Ok(file) = File::open(&path) else {
-            return Ok(());
-        };
+        let file = File::open(&path).ok()?;
         let mut front = Vec::new();
-        let limit = u64::try_from(FIRST_LINE_BYTES_MAX).unwrap_or(u64::MAX);
-        if (&file).take(limit).read_to_end(&mut front).is_err() {
-            return Ok(());
+        (&file)
+            .take(FIRST_LINE_BYTES_MAX)
+            .read_to_end(&mut front)
+            .ok()?;
+        match interpreter_of(&front) {
+            Some(interpreter) => path = interpreter,
+            None => return Some((path, file, Header::parse(&front)?)),
         }
-        if let Some(interpreter) = interpreter_of(&front) {
-            path = interpreter;
-            continue;
-        }
-        let Some(header) = Header::parse(&front) else {
-            return Ok(());
-        };
-        let shown = path.display().to_string();
-        if !header.has_loader(&file) {
-            return Err(RunError::StaticProgram { program: shown });
-        }
-        if library.is_some_and(|library| library != header.machine) {
-            return Err(RunError::OtherMachine { program: shown });
-        }
-        return if gains_rights(&path) {
-            Err(RunError::GainsRights { program: shown })
-        } else {
-            Ok(())
-        };
     }
-    Ok(())
+    None
 }
 
 fn is_executable(path: &Path) -> bool {
@@ -94,7 +89,6 @@ fn is_executable(path: &Path) -> bool {
         .is_ok_and(|found| found.is_file() && found.permissions().mode() & ANYONE != 0)
 }
 
-/// The program that a script's first line names.
 fn interpreter_of(front: &[u8]) -> Option<PathBuf> {
     let line = front.strip_prefix(b"#!")?;
     let line = line.split(|byte| *byte == b'\n').next()?;
@@ -111,31 +105,24 @@ fn gains_rights(path: &Path) -> bool {
     let Ok(found) = fs::metadata(path) else {
         return false;
     };
-    let (user, group) = sys::effective_ids();
+    let (user, group) = (geteuid().as_raw(), getegid().as_raw());
     let mode = found.permissions().mode();
     let other_user = mode & SET_USER != 0 && found.uid() != user;
     let other_group = mode & SET_GROUP != 0 && found.gid() != group;
-    let capable = user != 0
-        && CString::new(path.as_os_str().as_bytes())
-            .is_ok_and(|path| sys::has_attribute(&path, c"security.capability"));
+    let capable =
+        user != 0 && getxattr_query(path, c"security.capability").is_ok_and(|bytes| bytes > 0);
     other_user || other_group || capable
 }
 
 /// What the first bytes of an ELF file tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Header {
-    machine: Machine,
+    /// Width of pointers, byte order and instruction set, in which programs and libraries of one process agree.
+    machine: [u8; 4],
+    big_endian: bool,
     headers_at: u64,
     header_bytes: u16,
     headers_count: u16,
-}
-
-/// Width of pointers, byte order and instruction set: programs and libraries of one process agree in them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Machine {
-    wide: bool,
-    big_endian: bool,
-    number: u16,
 }
 
 impl Header {
@@ -154,11 +141,13 @@ impl Header {
             (fields.number(28, 4)?, 42)
         };
         Some(Self {
-            machine: Machine {
-                wide,
-                big_endian: fields.big_endian,
-                number: fields.short(18)?,
-            },
+            machine: [
+                *bytes.get(4)?,
+                *bytes.get(5)?,
+                *bytes.get(18)?,
+                *bytes.get(19)?,
+            ],
+            big_endian: fields.big_endian,
             headers_at,
             header_bytes: fields.short(sizes_at)?,
             headers_count: fields.short(sizes_at + 2)?,
@@ -176,11 +165,8 @@ impl Header {
         headers
             .chunks_exact(usize::from(self.header_bytes))
             .any(|bytes| {
-                let fields = Fields {
-                    bytes,
-                    big_endian: self.machine.big_endian,
-                };
-                fields.number(0, 4) == Some(PT_INTERP)
+                let big_endian = self.big_endian;
+                Fields { bytes, big_endian }.number(0, 4) == Some(PT_INTERP)
             })
     }
 }

@@ -10,30 +10,27 @@
 //!                                                                      ◀── Poke…, Done ──
 //! ```
 //!
-//! Both are connections to one socket without a path. A token's own name is the socket's name, `/t` and 16 digits; they
-//! are the file's number in every request. So a token is known again after fork, exec and dup by asking for its name.
-//! Numbers have the machine's byte order: both ends are on one machine.
+//! Both are connections to one socket without a path. A token's own name is the socket's name, `/t` and 16 digits, the
+//! file's number in every request: so it is known again after fork, exec and dup. Numbers have the machine's byte order.
+
+use core::ffi::CStr;
 
 /// The environment variable: the socket's name, the secret and the buses, `NAME:SECRET:1,3`.
-pub(crate) const ENVIRONMENT: &str = "I2C_EMULATION_PRELOAD";
+pub(crate) const ENVIRONMENT: &CStr = c"I2C_EMULATION_PRELOAD";
 /// If this variable is `0`, no memory is sent along with a request: for measuring what that saves.
-pub(crate) const ENVIRONMENT_PREFETCH: &str = "I2C_EMULATION_PREFETCH";
+pub(crate) const ENVIRONMENT_PREFETCH: &CStr = c"I2C_EMULATION_PREFETCH";
 /// What the name of a token has between the socket's name and its digits.
 pub(crate) const TOKEN_MARK: &[u8] = b"/t";
 /// The same of a channel.
 pub(crate) const CHANNEL_MARK: &[u8] = b"/c";
-/// Hexadecimal digits after the mark.
 pub(crate) const NUMBER_DIGITS: usize = 16;
-/// Most bytes of the socket's name.
 pub(crate) const NAME_BYTES_MAX: usize = 48;
-/// Bytes of the secret; it is written as twice as many digits.
-pub(crate) const SECRET_BYTES: usize = 16;
+pub(crate) const SECRET_DIGITS: usize = 32;
 /// Most buses that the library knows.
 pub(crate) const BUSES_MAX: usize = 64;
 
 /// First number of a [`Hello`]; it changes with this protocol.
-pub(crate) const VERSION: u32 = 0x6932_6301;
-/// Bytes of a [`Hello`].
+pub(crate) const VERSION: u32 = 0x6932_6302;
 pub(crate) const HELLO_BYTES: usize = 32;
 /// Bytes of the answer to a [`Hello`]: an errno, or 0.
 pub(crate) const WELCOME_BYTES: usize = 4;
@@ -48,71 +45,60 @@ pub(crate) const ANSWER_BYTES: usize = 16;
 /// Most bytes that one Peek asks for or one Poke carries.
 pub(crate) const CHUNK_BYTES_MAX: usize = 2048;
 
-/// What a connection is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// Calls.
     Channel,
     /// An open file of this bus, with these flags of open().
-    Token { bus: u32, flags: u32 },
+    Token {
+        bus: u32,
+        flags: u32,
+    },
 }
 
-/// First words of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Hello {
     pub(crate) purpose: Purpose,
-    /// Bytes of a pointer.
     pub(crate) pointer_bytes: u8,
-    pub(crate) secret: [u8; SECRET_BYTES],
+    pub(crate) secret: u128,
 }
 
 impl Hello {
     pub(crate) fn to_bytes(self) -> [u8; HELLO_BYTES] {
-        let mut bytes = [0; HELLO_BYTES];
         let (kind, bus, flags) = match self.purpose {
             Purpose::Channel => (0, 0, 0),
             Purpose::Token { bus, flags } => (1, bus, flags),
         };
-        put(&mut bytes, 0, &VERSION.to_ne_bytes());
-        put(&mut bytes, 4, &[kind, self.pointer_bytes]);
-        put(&mut bytes, 8, &self.secret);
-        put(&mut bytes, 24, &bus.to_ne_bytes());
-        put(&mut bytes, 28, &flags.to_ne_bytes());
-        bytes
+        let kind = kind | u32::from(self.pointer_bytes) << 8;
+        let [low, high] = halves(self.secret);
+        pack(&[joined(VERSION, kind), low, high, joined(bus, flags)])
     }
 
     /// `None` for another version, an unknown purpose or a pointer of another size than 4 or 8.
     pub(crate) fn parse(bytes: &[u8; HELLO_BYTES]) -> Option<Self> {
-        let [.., kind, pointer_bytes] = array::<6>(bytes, 0);
-        let purpose = match kind {
+        let [version, kind] = parted(u64_at(bytes, 0));
+        let [bus, flags] = parted(u64_at(bytes, 24));
+        let purpose = match kind & 0xFF {
             0 => Purpose::Channel,
-            1 => Purpose::Token {
-                bus: u32_at(bytes, 24),
-                flags: u32_at(bytes, 28),
-            },
+            1 => Purpose::Token { bus, flags },
             _ => return None,
         };
-        let known = u32_at(bytes, 0) == VERSION && matches!(pointer_bytes, 4 | 8);
+        let pointer_bytes = u8::try_from(kind >> 8).ok()?;
+        let known = version == VERSION && matches!(pointer_bytes, 4 | 8);
         known.then_some(Self {
             purpose,
             pointer_bytes,
-            secret: array(bytes, 8),
+            secret: u128::from(u64_at(bytes, 8)) | u128::from(u64_at(bytes, 16)) << 64,
         })
     }
 }
 
-/// Which system call it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Call {
-    /// ioctl(): request number and argument.
     Ioctl { request: u32, argument: u64 },
-    /// read(): buffer and length.
     Read { buffer: u64, length: u64 },
-    /// write(): buffer and length.
     Write { buffer: u64, length: u64 },
 }
 
-/// One call on an open file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Request {
     /// The digits of the token's name.
@@ -124,40 +110,28 @@ pub(crate) struct Request {
 
 impl Request {
     pub(crate) fn to_bytes(self) -> [u8; REQUEST_BYTES] {
-        let mut bytes = [0; REQUEST_BYTES];
-        let (kind, request, first, second) = match self.call {
-            Call::Ioctl { request, argument } => (1u32, request, argument, 0),
-            Call::Read { buffer, length } => (2, 0, buffer, length),
-            Call::Write { buffer, length } => (3, 0, buffer, length),
+        let (kind, first, second) = match self.call {
+            Call::Ioctl { request, argument } => (joined(1, request), argument, 0),
+            Call::Read { buffer, length } => (2, buffer, length),
+            Call::Write { buffer, length } => (3, buffer, length),
         };
-        put(&mut bytes, 0, &self.file.to_ne_bytes());
-        put(&mut bytes, 8, &kind.to_ne_bytes());
-        put(&mut bytes, 12, &request.to_ne_bytes());
-        put(&mut bytes, 16, &first.to_ne_bytes());
-        put(&mut bytes, 24, &second.to_ne_bytes());
-        put(&mut bytes, 32, &self.memory_bytes.to_ne_bytes());
-        bytes
+        pack(&[self.file, kind, first, second, self.memory_bytes.into()])
     }
 
     /// `None` for an unknown call or more memory than there may be.
     pub(crate) fn parse(bytes: &[u8; REQUEST_BYTES]) -> Option<Self> {
-        let (first, second) = (u64_at(bytes, 16), u64_at(bytes, 24));
-        let call = match u32_at(bytes, 8) {
+        let [kind, request] = parted(u64_at(bytes, 8));
+        let (buffer, length) = (u64_at(bytes, 16), u64_at(bytes, 24));
+        let call = match kind {
             1 => Call::Ioctl {
-                request: u32_at(bytes, 12),
-                argument: first,
+                request,
+                argument: buffer,
             },
-            2 => Call::Read {
-                buffer: first,
-                length: second,
-            },
-            3 => Call::Write {
-                buffer: first,
-                length: second,
-            },
+            2 => Call::Read { buffer, length },
+            3 => Call::Write { buffer, length },
             _ => return None,
         };
-        let memory_bytes = u32_at(bytes, 32);
+        let memory_bytes = u32::try_from(u64_at(bytes, 32)).ok()?;
         let fits = usize::try_from(memory_bytes)
             .is_ok_and(|length| length <= REQUEST_BYTES_MAX - REQUEST_BYTES);
         fits.then_some(Self {
@@ -168,7 +142,6 @@ impl Request {
     }
 }
 
-/// A piece of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
     /// Send what is at this address.
@@ -181,26 +154,21 @@ pub(crate) enum Answer {
 
 impl Answer {
     pub(crate) fn to_bytes(self) -> [u8; ANSWER_BYTES] {
-        let mut bytes = [0; ANSWER_BYTES];
-        let (kind, length, value) = match self {
-            Self::Peek { address, length } => (1u32, length, address.to_ne_bytes()),
-            Self::Poke { address, length } => (2, length, address.to_ne_bytes()),
-            Self::Done(result) => (3, 0, result.to_ne_bytes()),
-        };
-        put(&mut bytes, 0, &kind.to_ne_bytes());
-        put(&mut bytes, 4, &length.to_ne_bytes());
-        put(&mut bytes, 8, &value);
-        bytes
+        pack(&match self {
+            Self::Peek { address, length } => [joined(1, length), address],
+            Self::Poke { address, length } => [joined(2, length), address],
+            Self::Done(result) => [3, u64::from_ne_bytes(result.to_ne_bytes())],
+        })
     }
 
     /// `None` for an unknown kind or a piece that is too long.
     pub(crate) fn parse(bytes: &[u8; ANSWER_BYTES]) -> Option<Self> {
-        let (length, address) = (u32_at(bytes, 4), u64_at(bytes, 8));
+        let ([kind, length], address) = (parted(u64_at(bytes, 0)), u64_at(bytes, 8));
         let fits = usize::try_from(length).is_ok_and(|length| length <= CHUNK_BYTES_MAX);
-        match u32_at(bytes, 0) {
+        match kind {
             1 if fits => Some(Self::Peek { address, length }),
             2 if fits => Some(Self::Poke { address, length }),
-            3 => Some(Self::Done(i64::from_ne_bytes(array(bytes, 8)))),
+            3 => Some(Self::Done(i64::from_ne_bytes(address.to_ne_bytes()))),
             _ => None,
         }
     }
@@ -208,20 +176,27 @@ impl Answer {
 
 /// In front of a piece of memory that goes with a request.
 pub(crate) fn region_header(address: u64, length: u64) -> [u8; REGION_BYTES] {
-    let mut bytes = [0; REGION_BYTES];
-    put(&mut bytes, 0, &address.to_ne_bytes());
-    put(&mut bytes, 8, &length.to_ne_bytes());
-    bytes
+    pack(&[address, length])
 }
 
 /// The number that the name of a token or channel ends in, if it is one of this socket's.
 pub(crate) fn number_of(name: &[u8], socket: &[u8], mark: &[u8]) -> Option<u64> {
     let digits = name.strip_prefix(socket)?.strip_prefix(mark)?;
-    if digits.len() != NUMBER_DIGITS {
+    u64::try_from(hexadecimal(digits, NUMBER_DIGITS)?).ok()
+}
+
+/// The value of exactly so many hexadecimal digits in lower case.
+pub(crate) fn hexadecimal(digits: &[u8], count: usize) -> Option<u128> {
+    if digits.len() != count {
         return None;
     }
     digits.iter().try_fold(0, |number, digit| {
-        Some(number << 4 | u64::from(value_of_digit(*digit)?))
+        let value = match digit {
+            b'0'..=b'9' => digit - b'0',
+            b'a'..=b'f' => digit - b'a' + 10,
+            _ => return None,
+        };
+        Some(number << 4 | u128::from(value))
     })
 }
 
@@ -242,15 +217,6 @@ pub(crate) fn digits_of(number: u64) -> [u8; NUMBER_DIGITS] {
     digits
 }
 
-/// The value of a hexadecimal digit in lower case.
-pub(crate) fn value_of_digit(digit: u8) -> Option<u8> {
-    match digit {
-        b'0'..=b'9' => Some(digit - b'0'),
-        b'a'..=b'f' => Some(digit - b'a' + 10),
-        _ => None,
-    }
-}
-
 /// Four bytes as a number; what lies beyond the end counts as zero.
 pub(crate) fn u32_at(bytes: &[u8], offset: usize) -> u32 {
     u32::from_ne_bytes(array(bytes, offset))
@@ -269,8 +235,24 @@ fn array<const N: usize>(bytes: &[u8], offset: usize) -> [u8; N] {
     array
 }
 
-fn put(bytes: &mut [u8], offset: usize, what: &[u8]) {
-    for (to, from) in bytes.iter_mut().skip(offset).zip(what) {
-        *to = *from;
+fn pack<const BYTES: usize>(words: &[u64]) -> [u8; BYTES] {
+    let mut bytes = [0; BYTES];
+    let from = words.iter().flat_map(|word| word.to_ne_bytes());
+    for (to, from) in bytes.iter_mut().zip(from) {
+        *to = from;
     }
+    bytes
+}
+
+fn joined(low: u32, high: u32) -> u64 {
+    u64::from(low) | u64::from(high) << 32
+}
+
+fn parted(word: u64) -> [u32; 2] {
+    [word & 0xFFFF_FFFF, word >> 32].map(|half| u32::try_from(half).unwrap_or(0))
+}
+
+fn halves(number: u128) -> [u64; 2] {
+    let low = u128::from(u64::MAX);
+    [number & low, number >> 64].map(|half| u64::try_from(half).unwrap_or(0))
 }

@@ -2,10 +2,8 @@
 
 use std::cmp::Ordering;
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Read, Write};
-use std::net::Shutdown;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
@@ -13,14 +11,19 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::Scope;
 
-use super::error::RunError;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::retry_on_intr;
+use rustix::net::Shutdown;
+
 use super::protocol::{
     Answer, BUSES_MAX, CHUNK_BYTES_MAX, Call, HELLO_BYTES, Hello, Purpose, REGION_BYTES,
-    REQUEST_BYTES, REQUEST_BYTES_MAX, Request, SECRET_BYTES, TOKEN_MARK, number_of, u64_at,
+    REQUEST_BYTES, REQUEST_BYTES_MAX, Request, TOKEN_MARK, number_of, u64_at,
 };
+use super::setup_failed;
+use crate::guests::Guests;
 use crate::ioctl::{AdapterMode, CallerMemory, Errno, MESSAGE_BYTES_MAX, OpenFile, PointerWidth};
 use crate::rack::{Rack, SharedAdapter};
-use crate::sys;
+use crate::run::RunError;
 
 /// Most files that may be open at once, over all processes; one more is ENFILE.
 pub const OPEN_FILES_MAX: usize = 512;
@@ -31,22 +34,22 @@ pub const CHANNELS_MAX: usize = 256;
 pub const STRANGERS_MAX: usize = 64;
 
 /// How long not to accept after there was no descriptor left for it.
-const PAUSE_MS: u16 = 50;
+const PAUSE: Timespec = Timespec {
+    tv_sec: 0,
+    tv_nsec: 50_000_000,
+};
 
-/// All that the programs of one run share.
 pub(super) struct Server {
     mode: AdapterMode,
     buses: HashMap<u32, SharedAdapter>,
     name: String,
-    secret: [u8; SECRET_BYTES],
+    secret: u128,
     listener: UnixListener,
     files: Mutex<HashMap<u64, Arc<Mutex<File>>>>,
-    channels: Mutex<HashMap<u64, Arc<UnixStream>>>,
+    channels: Arc<Guests<UnixStream>>,
     opens: AtomicU64,
-    channel_next: AtomicU64,
 }
 
-/// One open file.
 struct File {
     open: OpenFile,
     bus: SharedAdapter,
@@ -75,21 +78,19 @@ impl Server {
                 max: BUSES_MAX,
             });
         }
-        let random: [u8; 8 + SECRET_BYTES] = random().map_err(|source| RunError::Setup {
-            step: "reading /dev/urandom",
-            source,
-        })?;
-        let (for_name, for_secret) = random.split_at(8);
-        let mut secret = [0; SECRET_BYTES];
-        secret.copy_from_slice(for_secret);
-        let name = format!("i2c-emulation-{}", hexadecimal(for_name));
+        let random = || {
+            Ok((
+                u64::from_ne_bytes(random()?),
+                u128::from_ne_bytes(random()?),
+            ))
+        };
+        let (number, secret) =
+            random().map_err(|source| setup_failed("reading /dev/urandom", source))?;
+        let name = format!("i2c-emulation-{number:016x}");
         let listener = SocketAddr::from_abstract_name(&name)
             .and_then(|address| UnixListener::bind_addr(&address))
             .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
-            .map_err(|source| RunError::Setup {
-                step: "making a socket without a path",
-                source,
-            })?;
+            .map_err(|source| setup_failed("making a socket without a path", source))?;
         Ok(Self {
             mode,
             buses,
@@ -97,9 +98,8 @@ impl Server {
             secret,
             listener,
             files: Mutex::default(),
-            channels: Mutex::default(),
+            channels: Guests::new(),
             opens: AtomicU64::new(0),
-            channel_next: AtomicU64::new(0),
         })
     }
 
@@ -108,11 +108,9 @@ impl Server {
         let mut numbers: Vec<u32> = self.buses.keys().copied().collect();
         numbers.sort_unstable();
         let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
-        let secret = hexadecimal(&self.secret);
-        format!("{}:{secret}:{}", self.name, numbers.join(","))
+        format!("{}:{:032x}:{}", self.name, self.secret, numbers.join(","))
     }
 
-    /// How often a device was opened.
     pub(super) fn opens(&self) -> u64 {
         self.opens.load(Relaxed)
     }
@@ -126,18 +124,24 @@ impl Server {
         let mut guests: Vec<Guest> = Vec::new();
         let mut full = false;
         loop {
-            let mut waited_for = vec![sys::readable(wake)];
-            waited_for.extend(guests.iter().map(|guest| sys::readable(guest.stream())));
-            let pause = full.then_some(PAUSE_MS);
-            if !full {
-                waited_for.push(sys::readable(self.listener.as_fd()));
-            }
-            let ended = sys::wait_for_any(&mut waited_for, pause).is_err()
-                || waited_for.first().is_some_and(|entry| entry.revents != 0);
-            if ended {
+            let streams = guests.iter().map(Guest::stream);
+            let listener = (!full).then_some(self.listener.as_fd());
+            let mut waited_for: Vec<PollFd<'_>> = [wake]
+                .into_iter()
+                .chain(streams)
+                .chain(listener)
+                .map(|stream| PollFd::from_borrowed_fd(stream, PollFlags::IN))
+                .collect();
+            let pause = full.then_some(&PAUSE);
+            let failed = retry_on_intr(|| poll(&mut waited_for, pause)).is_err();
+            let awake: Vec<bool> = waited_for
+                .iter()
+                .map(|entry| !entry.revents().is_empty())
+                .collect();
+            if failed || awake.first() == Some(&true) {
                 break;
             }
-            let awake = waited_for.iter().skip(1).map(|entry| entry.revents != 0);
+            let awake = awake.into_iter().skip(1);
             guests = guests
                 .into_iter()
                 .zip(awake)
@@ -151,9 +155,7 @@ impl Server {
                 .collect();
             full = self.let_in(&mut guests);
         }
-        for channel in lock(&self.channels).values() {
-            let _ = channel.shutdown(Shutdown::Both);
-        }
+        self.channels.stop(Shutdown::Both);
     }
 
     /// Accepts who waits; tells whether there was no descriptor left for one.
@@ -222,19 +224,15 @@ impl Server {
                 tell(&stream, outcome).ok()?;
                 outcome.ok()?;
                 // Who reads the token past the library finds its end, instead of waiting forever.
-                stream.shutdown(Shutdown::Write).ok()?;
+                rustix::net::shutdown(&stream, Shutdown::Write).ok()?;
                 Some(Guest::Token { stream, file })
             }
             Purpose::Channel => {
                 stream.set_nonblocking(false).ok()?;
                 let stream = Arc::new(stream);
-                let registered = self.register(&stream);
-                tell(
-                    &stream,
-                    registered.as_ref().map(|_| ()).map_err(|errno| *errno),
-                )
-                .ok()?;
-                let registered = registered.ok()?;
+                let admitted = self.channels.admit(&stream, CHANNELS_MAX);
+                tell(&stream, admitted.as_ref().map(|_| ()).or(Err(Errno::NFILE))).ok()?;
+                let admitted = admitted.ok()?;
                 let width = if hello.pointer_bytes == 4 {
                     PointerWidth::Bits32
                 } else {
@@ -242,7 +240,7 @@ impl Server {
                 };
                 scope.spawn(move || {
                     // When the thread ends, also by a panic of the bus, the program must not wait for an answer.
-                    let _registered = registered;
+                    let _admitted = admitted;
                     // What a broken connection has to say is of no interest.
                     let _ = self.converse(&stream, width);
                 });
@@ -252,29 +250,16 @@ impl Server {
     }
 
     fn open(&self, number: u64, bus: u32, access: u32) -> Result<(), Errno> {
-        let bus = self.buses.get(&bus).cloned().ok_or(Errno::ENODEV)?;
+        let bus = self.buses.get(&bus).cloned().ok_or(Errno::NODEV)?;
         let mut files = lock(&self.files);
         if files.len() >= OPEN_FILES_MAX {
-            return Err(Errno::ENFILE);
+            return Err(Errno::NFILE);
         }
         let open = OpenFile::new(self.mode);
         let file = Arc::new(Mutex::new(File { open, bus, access }));
         files.insert(number, file);
         self.opens.fetch_add(1, Relaxed);
         Ok(())
-    }
-
-    fn register(&self, stream: &Arc<UnixStream>) -> Result<Registered<'_>, Errno> {
-        let mut channels = lock(&self.channels);
-        if channels.len() >= CHANNELS_MAX {
-            return Err(Errno::ENFILE);
-        }
-        let number = self.channel_next.fetch_add(1, Relaxed);
-        channels.insert(number, Arc::clone(stream));
-        Ok(Registered {
-            server: self,
-            number,
-        })
     }
 
     /// Answers the requests of one channel until it ends.
@@ -308,7 +293,7 @@ impl Server {
                 width,
             };
             let outcome = self.perform(request, &mut caller);
-            let result = outcome.unwrap_or_else(|errno| -i64::from(errno.raw()));
+            let result = outcome.unwrap_or_else(|errno| -i64::from(errno.raw_os_error()));
             answers.extend(Answer::Done(result).to_bytes());
             { stream }.write_all(&answers)?;
             answers.clear();
@@ -318,14 +303,14 @@ impl Server {
 
     fn perform(&self, request: Request, caller: &mut Caller<'_>) -> Result<i64, Errno> {
         let file = lock(&self.files).get(&request.file).map(Arc::clone);
-        let file = file.ok_or(Errno::EBADF)?;
+        let file = file.ok_or(Errno::BADF)?;
         let File { open, bus, access } = &mut *lock(&file);
         match request.call {
             Call::Ioctl { request, argument } => {
                 open.ioctl(request, argument, caller, bus).map(i64::from)
             }
-            Call::Read { .. } if *access == WRITE_ONLY => Err(Errno::EBADF),
-            Call::Write { .. } if *access == READ_ONLY => Err(Errno::EBADF),
+            Call::Read { .. } if *access == WRITE_ONLY => Err(Errno::BADF),
+            Call::Write { .. } if *access == READ_ONLY => Err(Errno::BADF),
             Call::Read { buffer, length } => {
                 let mut bytes = vec![0; transfer_length(length)];
                 let arrived = open.read(&mut bytes, bus)?;
@@ -354,20 +339,6 @@ impl Guest {
 
     fn is_stranger(&self) -> bool {
         matches!(self, Self::Stranger { .. })
-    }
-}
-
-/// A channel in the server's list, for as long as its thread runs.
-struct Registered<'a> {
-    server: &'a Server,
-    number: u64,
-}
-
-impl Drop for Registered<'_> {
-    fn drop(&mut self) {
-        if let Some(stream) = lock(&self.server.channels).remove(&self.number) {
-            let _ = stream.shutdown(Shutdown::Both);
-        }
     }
 }
 
@@ -422,7 +393,7 @@ impl CallerMemory for Caller<'_> {
         let mut at = address;
         for piece in into.chunks_mut(CHUNK_BYTES_MAX) {
             if !matches!(self.ask(at, piece), Ok(true)) {
-                return Err(Errno::EFAULT);
+                return Err(Errno::FAULT);
             }
             at = at.wrapping_add(length_of(piece));
         }
@@ -433,7 +404,7 @@ impl CallerMemory for Caller<'_> {
     fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno> {
         let mut address = address;
         for piece in bytes.chunks(CHUNK_BYTES_MAX) {
-            let length = u32::try_from(piece.len()).or(Err(Errno::EFAULT))?;
+            let length = u32::try_from(piece.len()).or(Err(Errno::FAULT))?;
             self.answers
                 .extend(Answer::Poke { address, length }.to_bytes());
             self.answers.extend_from_slice(piece);
@@ -456,7 +427,7 @@ fn transfer_length(asked: u64) -> usize {
 }
 
 fn count(bytes: usize) -> Result<i64, Errno> {
-    i64::try_from(bytes).or(Err(Errno::EINVAL))
+    i64::try_from(bytes).or(Err(Errno::INVAL))
 }
 
 /// The number in the name that a token gave itself.
@@ -466,7 +437,7 @@ fn token_number(stream: &UnixStream, socket: &str) -> Option<u64> {
 }
 
 fn tell(mut stream: &UnixStream, outcome: Result<(), Errno>) -> io::Result<()> {
-    let errno = outcome.map_or_else(Errno::raw, |()| 0);
+    let errno = outcome.map_or_else(Errno::raw_os_error, |()| 0);
     stream.write_all(&errno.to_ne_bytes())
 }
 
@@ -474,14 +445,6 @@ fn random<const N: usize>() -> io::Result<[u8; N]> {
     let mut bytes = [0; N];
     fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
     Ok(bytes)
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 /// A panic elsewhere while it was held is no reason to hang the program as well.

@@ -1,19 +1,18 @@
 //! Who gets the signals while a program runs, and what becomes of the program when this process dies.
 #![expect(
     unsafe_code,
-    reason = "signal handlers and prctl have no wrapper in std"
+    reason = "signal handlers and work between fork and exec have no safe wrapper"
 )]
 
-use std::io;
-use std::mem::MaybeUninit;
+use std::mem;
+use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::ptr;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicI32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
-use crate::sys;
+use rustix::io::Errno;
+use rustix::process::{Signal, getpid, getppid, set_parent_process_death_signal};
 
-/// The signals that are the program's while it runs.
 const SIGNALS: [libc::c_int; 4] = [libc::SIGINT, libc::SIGQUIT, libc::SIGTERM, libc::SIGHUP];
 
 /// Who gets the signals: a process number or [`NOBODY_YET`].
@@ -21,10 +20,9 @@ static PROGRAM: AtomicI32 = AtomicI32::new(NOBODY_YET);
 /// A signal that came before there was a program, or 0.
 static EARLY: AtomicI32 = AtomicI32::new(0);
 const NOBODY_YET: i32 = 0;
-/// One run at a time has the signals.
-static ONE_AT_A_TIME: Mutex<bool> = Mutex::new(false);
+/// Whether a run has the signals: one at a time.
+static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Signals are handed on for as long as this lives.
 pub(super) struct HandedOn {
     before: Vec<(libc::c_int, libc::sigaction)>,
 }
@@ -32,11 +30,9 @@ pub(super) struct HandedOn {
 impl HandedOn {
     /// Takes the signals, if that is wanted and no other run has them.
     pub(super) fn begin(wanted: bool) -> Self {
-        let mut taken = lock();
-        if !wanted || *taken {
+        if !wanted || TAKEN.swap(true, Ordering::SeqCst) {
             return Self { before: Vec::new() };
         }
-        *taken = true;
         PROGRAM.store(NOBODY_YET, Ordering::SeqCst);
         EARLY.store(0, Ordering::SeqCst);
         Self {
@@ -44,7 +40,6 @@ impl HandedOn {
         }
     }
 
-    /// From here on they go to this process.
     pub(super) fn to(&self, pid: u32) {
         if self.before.is_empty() {
             return;
@@ -67,44 +62,32 @@ impl Drop for HandedOn {
             // SAFETY: `action` is what the kernel handed out for this signal.
             unsafe { libc::sigaction(*signal, action, ptr::null_mut()) };
         }
-        *lock() = false;
+        TAKEN.store(false, Ordering::SeqCst);
     }
 }
 
 /// Lets the kernel send SIGTERM to the program when the thread that started it ends before it, for whatever reason.
 pub(super) fn end_with_this_process(command: &mut Command) {
-    let parent = sys::own_pid();
+    let parent = Some(getpid());
     let work = move || {
-        // SAFETY: no pointers are involved.
-        if unsafe { libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGTERM) } < 0 {
-            return Err(io::Error::last_os_error());
+        set_parent_process_death_signal(Some(Signal::TERM))?;
+        if getppid() == parent {
+            Ok(())
+        } else {
+            Err(Errno::CANCELED.into())
         }
-        // SAFETY: the call takes nothing and cannot fail.
-        if unsafe { libc::getppid() } != parent {
-            return Err(io::Error::from_raw_os_error(libc::ECANCELED));
-        }
-        Ok(())
     };
     // SAFETY: `work` makes two system calls, and neither allocates nor locks.
-    unsafe { sys::before_exec(command, work) };
-}
-
-fn lock() -> std::sync::MutexGuard<'static, bool> {
-    ONE_AT_A_TIME
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
+    unsafe { command.pre_exec(work) };
 }
 
 /// A signal that this process was told to ignore stays ignored, for the program as well (nohup).
 fn take(signal: libc::c_int) -> Option<(libc::c_int, libc::sigaction)> {
-    let mut before = MaybeUninit::<libc::sigaction>::uninit();
+    // SAFETY: all of its fields may be zero.
+    let mut before: libc::sigaction = unsafe { mem::zeroed() };
     // SAFETY: the kernel fills `before`; no new action is given.
-    if unsafe { libc::sigaction(signal, ptr::null(), before.as_mut_ptr()) } < 0 {
-        return None;
-    }
-    // SAFETY: the call succeeded, so it was filled.
-    let before = unsafe { before.assume_init() };
-    if before.sa_sigaction == libc::SIG_IGN {
+    let asked = unsafe { libc::sigaction(signal, ptr::null(), &raw mut before) };
+    if asked < 0 || before.sa_sigaction == libc::SIG_IGN {
         return None;
     }
     let mut action = before;

@@ -2,7 +2,6 @@
 
 mod connection;
 mod error;
-mod joined;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -11,19 +10,16 @@ use embedded_hal::i2c::{ErrorType, I2c, Operation, SevenBitAddress};
 
 pub use error::ClientError;
 
-use super::wire::Judge;
 use crate::adapter::{BusFault, EmulatedAdapter, Message, TransferError};
-use crate::ioctl::{MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX};
+use crate::ioctl::{MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX, Segment};
 use connection::{AdapterFacts, Connection, take_answer};
-use joined::{Joined, deal_out, join};
 
 /// How a client behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClientOptions {
     /// The longest wait for the server, to connect and for each answer; at first 10 seconds.
     pub wait_max: Duration,
-    /// Whether to ask the adapter, which refuses what a real one refuses (a Raspberry Pi's a read that is not the last
-    /// message, for instance), and not the bare bus. At first the bare bus.
+    /// Whether to ask the adapter, which refuses what a real one refuses; at first the bare bus is asked.
     pub as_adapter: bool,
 }
 
@@ -36,10 +32,7 @@ impl Default for ClientOptions {
     }
 }
 
-/// One bus of a server, as [`I2c`] of embedded-hal and as [`EmulatedAdapter`].
-///
-/// Each transaction is atomic: other clients' transfers come before or after it. Neighbouring operations of one
-/// direction are one message, as embedded-hal has it.
+/// One bus of a server, as [`I2c`] of embedded-hal and as [`EmulatedAdapter`]. Each transaction is atomic.
 #[derive(Debug)]
 pub struct Client {
     path: PathBuf,
@@ -54,7 +47,7 @@ impl Client {
     /// Connects to one bus of the server at `path`.
     ///
     /// # Errors
-    /// Where no server answers in time, where it speaks another protocol or version, and where it has no such bus.
+    /// No server answers in time, it speaks another protocol or version, or it has no such bus.
     pub fn connect(path: impl AsRef<Path>, bus: u32) -> Result<Self, ClientError> {
         Self::connect_with(path, bus, ClientOptions::default())
     }
@@ -107,25 +100,15 @@ impl Client {
     /// Carries out the messages of one transfer.
     ///
     /// # Errors
-    /// [`ClientError::Fault`] where the bus failed, with the buffers of the messages before it filled;
-    /// [`ClientError::Refused`] where nothing reached the bus; [`ClientError::ServerGone`] and
-    /// [`ClientError::Timeout`] where no answer came, now and at every later call.
+    /// [`ClientError::Fault`] where the bus failed, with the buffers before it filled; [`ClientError::Refused`] where
+    /// nothing reached it; [`ClientError::ServerGone`] or [`ClientError::Timeout`] now and later where no answer came.
     pub fn transfer_messages(&mut self, messages: &mut [Message<'_>]) -> Result<(), ClientError> {
-        let judge = if self.options.as_adapter {
-            Judge::Rdwr
-        } else {
-            Judge::Bus
-        };
         check_limits(messages)?;
-        let gone = || ClientError::ServerGone {
-            path: self.path.clone(),
-            said: None,
-        };
+        let gone = || ClientError::ServerGone(self.path.clone(), None);
         let connection = self.connection.as_mut().ok_or_else(gone)?;
-        connection.put_transfer(self.bus, judge, messages);
+        connection.put_transfer(self.bus, self.options.as_adapter, messages);
         let outcome = connection
-            .ask(self.options.wait_max)
-            .map_err(|end| end.of(&self.path, self.options.wait_max))
+            .ask(&self.path, self.options.wait_max)
             .and_then(|packet| take_answer(packet, messages, &self.path));
         if outcome.as_ref().is_err_and(ClientError::ends_connection) {
             self.connection = None;
@@ -135,17 +118,16 @@ impl Client {
 }
 
 impl EmulatedAdapter for Client {
-    /// A transfer that a bus behind a socket cannot tell from one in its own process; a server that went away is
-    /// [`Fault::Gone`](crate::adapter::Fault::Gone).
+    /// A server that went away is [`Fault::Gone`](crate::adapter::Fault::Gone).
     fn transfer(&mut self, messages: &mut [Message<'_>]) -> Result<(), TransferError> {
-        self.transfer_messages(messages)
-            .map_err(|error| TransferError {
-                completed: match error {
-                    ClientError::Fault { completed, .. } => completed,
-                    _ => 0,
-                },
-                fault: error.fault(),
-            })
+        let outcome = self.transfer_messages(messages);
+        outcome.map_err(|error| TransferError {
+            completed: match error {
+                ClientError::Fault { completed, .. } => completed,
+                _ => 0,
+            },
+            fault: error.fault(),
+        })
     }
 }
 
@@ -159,28 +141,25 @@ impl I2c for Client {
         address: SevenBitAddress,
         operations: &mut [Operation<'_>],
     ) -> Result<(), ClientError> {
-        let mut joined = join(operations);
-        let outcome = {
-            let mut messages: Vec<Message<'_>> = joined
-                .iter_mut()
-                .map(|operation| Message {
-                    address: u16::from(address),
-                    ten_bit: false,
-                    operation: match operation {
-                        Joined::Read(buffer) => Operation::Read(buffer),
-                        Joined::Write(bytes) => Operation::Write(bytes),
-                    },
-                })
-                .collect();
-            self.transfer_messages(&mut messages)
-        };
+        let mut joined = join(address.into(), operations);
+        let mut messages: Vec<Message<'_>> = joined.iter_mut().map(Segment::as_message).collect();
+        let outcome = self.transfer_messages(&mut messages);
         let completed = match &outcome {
             Ok(()) => joined.len(),
             Err(ClientError::Fault { completed, .. }) => *completed,
             Err(_) => 0,
         };
-        joined.truncate(completed);
-        deal_out(&joined, operations);
+        let arrived = joined.iter().take(completed).filter(|message| message.read);
+        let buffers = operations
+            .iter_mut()
+            .filter_map(|operation| match operation {
+                Operation::Read(buffer) => Some(buffer),
+                Operation::Write(_) => None,
+            });
+        let places = buffers.flat_map(|buffer| buffer.iter_mut());
+        for (to, from) in places.zip(arrived.flat_map(|message| &message.bytes)) {
+            *to = *from;
+        }
         outcome
     }
 }
@@ -202,4 +181,20 @@ fn check_limits(messages: &[Message<'_>]) -> Result<(), ClientError> {
         check("bytes in a message", length, MESSAGE_BYTES_MAX)?;
     }
     Ok(())
+}
+
+/// Neighbouring operations of one direction are one message.
+fn join(address: u16, operations: &[Operation<'_>]) -> Vec<Segment> {
+    let mut joined: Vec<Segment> = Vec::new();
+    for operation in operations {
+        let (read, bytes) = match operation {
+            Operation::Read(buffer) => (true, vec![0; buffer.len()]),
+            Operation::Write(bytes) => (false, bytes.to_vec()),
+        };
+        match joined.last_mut() {
+            Some(last) if last.read == read => last.bytes.extend(bytes),
+            _ => joined.push(Segment::new(address, false, read, bytes)),
+        }
+    }
+    joined
 }

@@ -11,59 +11,33 @@ pub const PATH_BYTES_MAX: usize = 107;
 pub enum SocketError {
     /// A live server has this socket.
     #[error(
-        "{} is in use: another server answers or starts there\nhint: stop that server, or choose another path",
-        path.display()
+        "{0} is in use: another server answers or starts there\nhint: stop that server, or choose another path"
     )]
-    InUse {
-        /// The socket's path.
-        path: PathBuf,
-    },
+    InUse(PathBuf),
     /// Something else than a socket has this name.
-    #[error("{} is there already and is no socket\nhint: choose another path; nothing was changed", path.display())]
-    NotASocket {
-        /// The path.
-        path: PathBuf,
-    },
-    /// The folder of the socket is missing.
-    #[error("there is no folder {}\nhint: make it with `mkdir -p`, or choose another path", folder.display())]
-    NoFolder {
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// A socket's path must be short.
     #[error(
-        "the path is {bytes} bytes long, a socket's may have {PATH_BYTES_MAX}: {}\nhint: choose a shorter one, such as /tmp/grideye.sock",
-        path.display()
+        "{0} is there already and is no socket\nhint: choose another path; nothing was changed"
     )]
-    PathTooLong {
-        /// The path.
-        path: PathBuf,
-        /// Its bytes.
-        bytes: usize,
-    },
+    NotASocket(PathBuf),
+    /// The folder of the socket is missing.
+    #[error("there is no folder {0}\nhint: make it with `mkdir -p`, or choose another path")]
+    NoFolder(PathBuf),
+    /// A socket's path must be short; the path, and its bytes.
+    #[error(
+        "the path is {1} bytes long, a socket's may have {PATH_BYTES_MAX}: {0}\nhint: choose a shorter one, such as /tmp/grideye.sock"
+    )]
+    PathTooLong(PathBuf, usize),
     /// The folder, or the socket that is there already, is not for this user.
     #[error(
-        "not permitted to make {}: {source}\nhint: choose a folder in which you may make files, such as /tmp or $XDG_RUNTIME_DIR",
-        path.display()
+        "not permitted to make {0}: {1}\nhint: choose a folder in which you may make files, such as /tmp or $XDG_RUNTIME_DIR"
     )]
-    NotPermitted {
-        /// The socket's path.
-        path: PathBuf,
-        /// What the kernel said.
-        source: io::Error,
-    },
+    NotPermitted(PathBuf, #[source] io::Error),
     /// There is no bus to serve.
     #[error("no bus to serve\nhint: put at least one into the rack")]
     NoBus,
     /// A step failed for another reason.
     #[error(
-        "cannot make {}: {source}\nhint: the folder must be on a file system with sockets and links, and /proc must be mounted",
-        path.display()
+        "cannot make {0}: {1}\nhint: the folder must be on a file system with sockets and links, and /proc must be mounted"
     )]
-    Failed {
-        /// The socket's path.
-        path: PathBuf,
-        /// What the kernel said.
-        source: io::Error,
-    },
+    Failed(PathBuf, #[source] io::Error),
 }

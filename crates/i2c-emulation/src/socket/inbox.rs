@@ -1,6 +1,6 @@
 //! Whole packets out of a stream, within a time.
 
-use std::io::{self, ErrorKind, Read};
+use std::io::{ErrorKind, Read};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,6 @@ const ROOM_AT_FIRST: usize = 4096;
 /// The shortest time that a socket can be told to wait.
 const SHORTEST_WAIT: Duration = Duration::from_millis(1);
 
-/// Why no packet came.
 #[derive(Debug)]
 pub(super) enum NoPacket {
     /// The other side closed the connection between two packets.
@@ -24,11 +23,9 @@ pub(super) enum NoPacket {
     Slow,
     /// A packet of more than [`PACKET_BYTES_MAX`] bytes is announced.
     TooLong(usize),
-    /// The stream failed.
-    Broken(io::Error),
+    Broken,
 }
 
-/// How long to wait.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patience {
     /// For the first byte of a packet.
@@ -37,7 +34,6 @@ pub(super) struct Patience {
     pub(super) rest: Duration,
 }
 
-/// What arrived and was not taken yet.
 pub(super) struct Inbox {
     room: Vec<u8>,
     filled: usize,
@@ -57,7 +53,6 @@ impl Inbox {
         }
     }
 
-    /// The next packet, its length taken off.
     pub(super) fn receive(
         &mut self,
         stream: &UnixStream,
@@ -113,7 +108,7 @@ impl Inbox {
         if self.wait != Some(wait) {
             stream
                 .set_read_timeout(Some(wait))
-                .map_err(NoPacket::Broken)?;
+                .or(Err(NoPacket::Broken))?;
             self.wait = Some(wait);
         }
         let room = self.room.get_mut(self.filled..).unwrap_or_default();
@@ -129,7 +124,7 @@ impl Inbox {
                 ErrorKind::WouldBlock | ErrorKind::TimedOut => Err(NoPacket::Idle),
                 ErrorKind::Interrupted => Ok(()),
                 ErrorKind::ConnectionReset | ErrorKind::BrokenPipe => Err(NoPacket::Closed),
-                _ => Err(NoPacket::Broken(error)),
+                _ => Err(NoPacket::Broken),
             },
         }
     }

@@ -1,7 +1,7 @@
 //! The socket's file: made so that it is never half there, taken over from a server that was killed, removed at the end.
 
 use std::ffi::OsStr;
-use std::fs::{self, File, Metadata, Permissions};
+use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind};
 use std::os::fd::AsRawFd;
 use std::os::linux::net::SocketAddrExt;
@@ -18,7 +18,6 @@ use super::error::{PATH_BYTES_MAX, SocketError};
 
 /// As much of a name as fits behind the folder's numbers in an abstract socket's address.
 const CLAIM_NAME_BYTES: usize = 56;
-/// Only the owner may connect.
 const MODE: u32 = 0o600;
 /// How long a live server may take to accept: one with a full queue makes connect() wait.
 const PROBE_WAIT_MAX: Duration = Duration::from_secs(2);
@@ -26,21 +25,15 @@ const PROBE_WAIT_MAX: Duration = Duration::from_secs(2);
 /// A socket's file that is removed when this is dropped, unless it has become another server's.
 #[derive(Debug)]
 pub(super) struct Place {
-    path: PathBuf,
-    device: u64,
-    inode: u64,
-}
-
-impl Place {
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
+    pub(super) path: PathBuf,
+    /// Its device and inode.
+    file: (u64, u64),
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
         let ours = fs::symlink_metadata(&self.path)
-            .is_ok_and(|found| (found.dev(), found.ino()) == (self.device, self.inode));
+            .is_ok_and(|found| (found.dev(), found.ino()) == self.file);
         if ours {
             // Nobody is left to tell, and the next server takes a stale file over.
             let _ = fs::remove_file(&self.path);
@@ -48,31 +41,29 @@ impl Drop for Place {
     }
 }
 
-/// Listens at `path`.
 pub(super) fn listen(path: &Path) -> Result<(UnixListener, Place), SocketError> {
     let bytes = path.as_os_str().len();
     if bytes > PATH_BYTES_MAX {
-        return Err(SocketError::PathTooLong {
-            path: path.to_owned(),
-            bytes,
-        });
+        return Err(SocketError::PathTooLong(path.to_owned(), bytes));
     }
     let Some(name) = path.file_name() else {
-        return Err(SocketError::NotASocket {
-            path: path.to_owned(),
-        });
+        return Err(SocketError::NotASocket(path.to_owned()));
     };
     let folder = Folder::open(path)?;
     let _claim = folder.claim(name, path)?;
     clear_stale(path)?;
-    let draft = Draft::new(&folder, path)?;
-    fs::hard_link(&draft.entry.0, folder.entry(name)).map_err(|source| failed(path, source))?;
+    // It listens already before it is at its place.
+    let draft = Draft(folder.spare_entry());
+    let fail = |source| failed(path, source);
+    let listener = UnixListener::bind(&draft.0).map_err(fail)?;
+    fs::set_permissions(&draft.0, Permissions::from_mode(MODE)).map_err(fail)?;
+    let found = fs::symlink_metadata(&draft.0).map_err(fail)?;
+    fs::hard_link(&draft.0, folder.entry(name)).map_err(fail)?;
     let place = Place {
         path: path.to_owned(),
-        device: draft.found.dev(),
-        inode: draft.found.ino(),
+        file: (found.dev(), found.ino()),
     };
-    Ok((draft.listener, place))
+    Ok((listener, place))
 }
 
 /// Connects, but waits no longer than `wait`: connect() itself has no time limit.
@@ -100,20 +91,13 @@ impl Folder {
             Some(parent) => parent,
             None => path,
         };
-        match File::open(folder) {
-            Ok(file) if file.metadata().is_ok_and(|found| found.is_dir()) => Ok(Self(file)),
-            Ok(_) => Err(SocketError::NoFolder {
-                folder: folder.to_owned(),
-            }),
-            Err(error)
-                if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) =>
-            {
-                Err(SocketError::NoFolder {
-                    folder: folder.to_owned(),
-                })
-            }
-            Err(source) => Err(failed(path, source)),
-        }
+        let missing = || SocketError::NoFolder(folder.to_owned());
+        let file = File::open(folder).map_err(|source| match source.kind() {
+            ErrorKind::NotFound | ErrorKind::NotADirectory => missing(),
+            _ => failed(path, source),
+        })?;
+        let is_folder = file.metadata().is_ok_and(|found| found.is_dir());
+        is_folder.then_some(Self(file)).ok_or_else(missing)
     }
 
     fn entry(&self, name: &OsStr) -> PathBuf {
@@ -122,9 +106,8 @@ impl Folder {
             .join(name)
     }
 
-    /// The right to change what this name stands for; the kernel gives it back, however this process ends.
-    ///
-    /// Without it, one server could take the place of another that has just taken a stale file's.
+    /// The right to change what this name stands for, as long as this process lives: else one server could take the place
+    /// of another that has just taken a stale file's.
     fn claim(&self, name: &OsStr, path: &Path) -> Result<UnixListener, SocketError> {
         let fail = |source: io::Error| match source.kind() {
             ErrorKind::AddrInUse => in_use(path),
@@ -150,32 +133,10 @@ impl Folder {
     }
 }
 
-/// A socket that listens already but is not at its place yet.
-struct Draft {
-    listener: UnixListener,
-    entry: Entry,
-    found: Metadata,
-}
-
-impl Draft {
-    fn new(folder: &Folder, path: &Path) -> Result<Self, SocketError> {
-        let fail = |source| failed(path, source);
-        let entry = Entry(folder.spare_entry());
-        let listener = UnixListener::bind(&entry.0).map_err(fail)?;
-        fs::set_permissions(&entry.0, Permissions::from_mode(MODE)).map_err(fail)?;
-        let found = fs::symlink_metadata(&entry.0).map_err(fail)?;
-        Ok(Self {
-            listener,
-            entry,
-            found,
-        })
-    }
-}
-
 /// A file that is removed when this is dropped.
-struct Entry(PathBuf);
+struct Draft(PathBuf);
 
-impl Drop for Entry {
+impl Drop for Draft {
     fn drop(&mut self) {
         // It may never have been made.
         let _ = fs::remove_file(&self.0);
@@ -186,11 +147,7 @@ impl Drop for Entry {
 fn clear_stale(path: &Path) -> Result<(), SocketError> {
     match fs::symlink_metadata(path) {
         Ok(found) if found.file_type().is_socket() => {}
-        Ok(_) => {
-            return Err(SocketError::NotASocket {
-                path: path.to_owned(),
-            });
-        }
+        Ok(_) => return Err(SocketError::NotASocket(path.to_owned())),
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         Err(source) => return Err(failed(path, source)),
     }
@@ -210,19 +167,17 @@ fn clear_stale(path: &Path) -> Result<(), SocketError> {
 }
 
 fn in_use(path: &Path) -> SocketError {
-    SocketError::InUse {
-        path: path.to_owned(),
-    }
+    SocketError::InUse(path.to_owned())
 }
 
 fn failed(path: &Path, source: io::Error) -> SocketError {
     let path = path.to_owned();
     match source.kind() {
         // A server that claims nothing, of another program, was faster.
-        ErrorKind::AlreadyExists => SocketError::InUse { path },
+        ErrorKind::AlreadyExists => SocketError::InUse(path),
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            SocketError::NotPermitted { path, source }
+            SocketError::NotPermitted(path, source)
         }
-        _ => SocketError::Failed { path, source },
+        _ => SocketError::Failed(path, source),
     }
 }

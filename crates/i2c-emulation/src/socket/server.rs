@@ -1,21 +1,21 @@
 //! The server: one thread that accepts, and one for each client.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{self, Write};
-use std::net::Shutdown;
-use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
+
+use rustix::net::{Shutdown, shutdown};
 
 use super::error::SocketError;
 use super::inbox::{Inbox, NoPacket, Patience};
 use super::place::{self, Place};
 use super::session::{Next, Session};
 use super::wire::{ByeReason, PACKET_BYTES_MAX, append_bye};
+use crate::guests::{Guest, Guests, TurnedAway};
 use crate::ioctl::AdapterMode;
 use crate::rack::Rack;
 
@@ -60,63 +60,48 @@ impl Default for Options {
     }
 }
 
-/// The buses of one emulated machine on a Unix socket.
-///
-/// The socket's file is there, with mode 0600, from [`bind`](Self::bind) until the server is dropped or
+/// The buses of one emulated machine on a Unix socket, whose file is there until the server is dropped or
 /// [`serve`](Self::serve) returns. After SIGKILL it stays, and the next server takes it over.
 pub struct Server {
     // Dropped first: a file whose server no longer listens would be another's to take.
     place: Place,
-    listener: UnixListener,
+    listener: Arc<UnixListener>,
     rack: Rack,
     options: Options,
-    shared: Arc<Shared>,
+    guests: Arc<Guests<UnixStream>>,
 }
 
 impl Server {
-    /// Listens at `path`. Clients can connect as soon as this has returned: it is the moment to say that the server is ready.
+    /// Listens at `path`. Clients can connect as soon as this has returned.
     ///
     /// # Errors
-    /// Where another server answers, where something else than a socket is there, where the folder is missing or not
-    /// for this user, where the path is longer than [`PATH_BYTES_MAX`](super::PATH_BYTES_MAX), and where there is no bus.
+    /// There is no bus, or the path is taken, too long, in a missing folder or not for this user.
     pub fn bind(path: impl AsRef<Path>, rack: Rack, options: Options) -> Result<Self, SocketError> {
         let path = path.as_ref();
         if rack.iter().next().is_none() {
             return Err(SocketError::NoBus);
         }
         let (listener, place) = place::listen(path)?;
-        let fail = |source| SocketError::Failed {
-            path: path.to_owned(),
-            source,
-        };
-        let waker = UnixStream::from(OwnedFd::from(listener.try_clone().map_err(fail)?));
         Ok(Self {
-            listener,
+            listener: Arc::new(listener),
             place,
             rack,
             options,
-            shared: Arc::new(Shared {
-                waker,
-                clients: Mutex::default(),
-                one_less: Condvar::new(),
-            }),
+            guests: Guests::new(),
         })
     }
 
     /// Where it listens.
     #[must_use]
     pub fn path(&self) -> &Path {
-        self.place.path()
+        &self.place.path
     }
 
     /// One line for scripts and people: the path, the buses, the adapter's mode.
     #[must_use]
     pub fn ready_line(&self) -> String {
-        let numbers: Vec<String> = self
-            .rack
-            .iter()
-            .map(|(number, _)| number.to_string())
-            .collect();
+        let buses = self.rack.iter();
+        let numbers: Vec<String> = buses.map(|(number, _)| number.to_string()).collect();
         let noun = if numbers.len() == 1 { "bus" } else { "buses" };
         format!(
             "listening on {} ({noun} {}, adapter mode {})",
@@ -129,16 +114,14 @@ impl Server {
     /// Ends [`serve`](Self::serve) from another thread.
     #[must_use]
     pub fn stop_handle(&self) -> StopHandle {
-        StopHandle(Arc::clone(&self.shared))
+        StopHandle(Arc::clone(&self.guests), Arc::clone(&self.listener))
     }
 
-    /// Serves clients until it is stopped; then removes the socket's file.
-    ///
-    /// Returns at most [`STOP_WAIT_MAX`] after the stop, also while a bus is held up in a transfer.
+    /// Serves clients until at most [`STOP_WAIT_MAX`] after it was stopped; then removes the socket's file.
     pub fn serve(self) {
         loop {
             let accepted = self.listener.accept();
-            if self.shared.lock().stopping {
+            if self.guests.is_stopping() {
                 break;
             }
             match accepted {
@@ -148,23 +131,26 @@ impl Server {
             }
         }
         drop(self.place);
-        self.shared.wait_for_clients();
+        self.guests.wait(STOP_WAIT_MAX);
     }
 
     fn admit(&self, stream: UnixStream) {
         let stream = Arc::new(stream);
-        let guest = match self
-            .shared
-            .admit(Arc::clone(&stream), self.options.clients_max)
-        {
+        let most = self.options.clients_max;
+        let guest = match self.guests.admit(&stream, most) {
             Ok(guest) => guest,
-            Err((reason, text)) => return say_bye(&stream, reason, &text),
+            Err(TurnedAway::Stopping) => return say_bye(&stream, ByeReason::Stopping, STOPPING),
+            Err(TurnedAway::Full) => {
+                let text = format!("{most} clients are connected, and no more are taken");
+                return say_bye(&stream, ByeReason::TooManyClients, &text);
+            }
         };
         let connection = Connection {
             stream,
             session: Session::new(self.rack.clone(), self.options.mode),
             options: self.options,
-            guest,
+            guests: Arc::clone(&self.guests),
+            _guest: guest,
         };
         // Without a thread the connection is dropped: the client sees its end.
         let _ = thread::Builder::new()
@@ -183,103 +169,24 @@ impl fmt::Debug for Server {
 }
 
 /// Stops a [`Server`]. It takes a lock: call it from a thread, not from a signal handler.
-#[derive(Clone)]
-pub struct StopHandle(Arc<Shared>);
+#[derive(Clone, Debug)]
+pub struct StopHandle(Arc<Guests<UnixStream>>, Arc<UnixListener>);
 
 impl StopHandle {
-    /// Ends [`Server::serve`]. Transfers under way are carried out; each client is told and loses its connection.
-    /// To stop twice, or before the server serves, is no error.
+    /// Ends [`Server::serve`], also before it serves. Transfers under way are carried out; each client is told.
     pub fn stop(&self) {
-        let mut clients = self.0.lock();
-        clients.stopping = true;
-        for stream in clients.streams.values() {
-            // One that is not connected any more needs no end.
-            let _ = stream.shutdown(Shutdown::Read);
-        }
-        drop(clients);
+        self.0.stop(Shutdown::Read);
         // A listening socket that is shut down wakes the thread in accept() and takes no more clients.
-        let _ = self.0.waker.shutdown(Shutdown::Both);
+        let _ = shutdown(&self.1, Shutdown::Both);
     }
 }
 
-impl fmt::Debug for StopHandle {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("StopHandle").finish_non_exhaustive()
-    }
-}
-
-/// What the accepting thread, the clients' threads and the stop handles share.
-#[derive(Debug)]
-struct Shared {
-    waker: UnixStream,
-    clients: Mutex<Clients>,
-    one_less: Condvar,
-}
-
-#[derive(Debug, Default)]
-struct Clients {
-    streams: BTreeMap<u64, Arc<UnixStream>>,
-    next: u64,
-    stopping: bool,
-}
-
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Clients> {
-        self.clients.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn admit(
-        self: &Arc<Self>,
-        stream: Arc<UnixStream>,
-        clients_max: usize,
-    ) -> Result<Guest, (ByeReason, String)> {
-        let mut clients = self.lock();
-        if clients.stopping {
-            return Err((ByeReason::Stopping, STOPPING.to_owned()));
-        }
-        if clients.streams.len() >= clients_max {
-            let text = format!("{clients_max} clients are connected, and no more are taken");
-            return Err((ByeReason::TooManyClients, text));
-        }
-        let number = clients.next;
-        clients.next += 1;
-        clients.streams.insert(number, stream);
-        Ok(Guest {
-            shared: Arc::clone(self),
-            number,
-        })
-    }
-
-    fn wait_for_clients(&self) {
-        let clients = self.lock();
-        // Whether all have gone or the time is up makes no difference to what follows.
-        let _ = self
-            .one_less
-            .wait_timeout_while(clients, STOP_WAIT_MAX, |clients| {
-                !clients.streams.is_empty()
-            });
-    }
-}
-
-/// One client's place among the clients, free again when this is dropped, also by a panic of the bus.
-struct Guest {
-    shared: Arc<Shared>,
-    number: u64,
-}
-
-impl Drop for Guest {
-    fn drop(&mut self) {
-        self.shared.lock().streams.remove(&self.number);
-        self.shared.one_less.notify_all();
-    }
-}
-
-/// One client's thread.
 struct Connection {
     stream: Arc<UnixStream>,
     session: Session,
     options: Options,
-    guest: Guest,
+    guests: Arc<Guests<UnixStream>>,
+    _guest: Guest<UnixStream>,
 }
 
 impl Connection {
@@ -312,7 +219,7 @@ impl Connection {
 
     /// Tells the client why the connection ends, if it is still there to be told.
     fn part(&self, end: &NoPacket, patience: Patience) {
-        let stopping = self.guest.shared.lock().stopping;
+        let stopping = self.guests.is_stopping();
         let (reason, text) = match end {
             _ if stopping => (ByeReason::Stopping, STOPPING.to_owned()),
             NoPacket::Idle => (
@@ -331,7 +238,7 @@ impl Connection {
                 ByeReason::Malformed,
                 "the stream ends within a packet".to_owned(),
             ),
-            NoPacket::Closed | NoPacket::Broken(_) => return,
+            NoPacket::Closed | NoPacket::Broken => return,
         };
         say_bye(&self.stream, reason, &text);
     }

@@ -1,7 +1,9 @@
 //! The packets of `PROTOCOL.md`: their numbers, their limits, and how they are taken apart and put together.
 
 use crate::adapter::Fault;
-use crate::ioctl::{MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX};
+use crate::ioctl::{
+    MESSAGE_BYTES_MAX, RDWR_MESSAGES_MAX, SMBUS_DATA_BYTES, Segment, SmbusArgument, message_flag,
+};
 
 /// The version of the protocol that this library speaks.
 pub const VERSION: u16 = 1;
@@ -11,10 +13,7 @@ pub const PACKET_BYTES_MAX: usize =
 
 /// The first bytes of both hellos.
 pub(super) const MAGIC: [u8; 4] = *b"i2ce";
-/// Bytes of a packet's length.
 pub(super) const LENGTH_BYTES: usize = 4;
-/// Bytes of `union i2c_smbus_data`.
-pub(super) const SMBUS_DATA_BYTES: usize = 34;
 const TRANSFER_HEAD_BYTES: usize = 8;
 const MESSAGE_HEAD_BYTES: usize = 6;
 
@@ -30,18 +29,17 @@ pub(super) mod kind {
     pub(crate) const BYE: u8 = 0x85;
 }
 
-/// Who judges a transfer.
+/// Who judges a transfer, by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Judge {
     /// Nobody: the messages go to the bus as they are.
-    Bus,
+    Bus = 0,
     /// The adapter, as it does for I2C_RDWR.
-    Rdwr,
+    Rdwr = 1,
     /// The adapter, as it does for I2C_SLAVE and one read() or write().
-    File,
+    File = 2,
 }
 
-/// Flags of an SMBus call.
 pub(super) mod smbus_flag {
     pub(crate) const FORCE: u16 = 0x0001;
     pub(crate) const PEC: u16 = 0x0004;
@@ -67,97 +65,80 @@ pub enum ByeReason {
 }
 
 impl ByeReason {
+    const KNOWN: [Self; 5] = [
+        Self::Malformed,
+        Self::Version,
+        Self::TooManyClients,
+        Self::Idle,
+        Self::Stopping,
+    ];
+
     /// The number on the wire.
     #[must_use]
-    pub const fn number(self) -> u8 {
+    pub fn number(self) -> u8 {
         match self {
-            Self::Malformed => 1,
-            Self::Version => 2,
-            Self::TooManyClients => 3,
-            Self::Idle => 4,
-            Self::Stopping => 5,
             Self::Unknown(number) => number,
+            known => number_in(&Self::KNOWN, &known),
         }
     }
 
-    pub(super) const fn from_number(number: u8) -> Self {
-        match number {
-            1 => Self::Malformed,
-            2 => Self::Version,
-            3 => Self::TooManyClients,
-            4 => Self::Idle,
-            5 => Self::Stopping,
-            other => Self::Unknown(other),
-        }
+    pub(super) fn from_number(number: u8) -> Self {
+        numbered(&Self::KNOWN, number).unwrap_or(Self::Unknown(number))
     }
 }
 
-pub(super) const fn fault_number(fault: Fault) -> u8 {
-    match fault {
-        Fault::NackAddress => 1,
-        Fault::NackData => 2,
-        Fault::Bus => 3,
-        Fault::ArbitrationLost => 4,
-        Fault::Timeout => 5,
-        Fault::Gone => 6,
-    }
+/// The faults, in the order of their numbers.
+const FAULTS: [Fault; 6] = [
+    Fault::NackAddress,
+    Fault::NackData,
+    Fault::Bus,
+    Fault::ArbitrationLost,
+    Fault::Timeout,
+    Fault::Gone,
+];
+
+pub(super) fn fault_number(fault: Fault) -> u8 {
+    number_in(&FAULTS, &fault)
 }
 
 /// A number that is not known is a fault without a name.
-pub(super) const fn fault_from_number(number: u8) -> Fault {
-    match number {
-        1 => Fault::NackAddress,
-        2 => Fault::NackData,
-        4 => Fault::ArbitrationLost,
-        5 => Fault::Timeout,
-        6 => Fault::Gone,
-        _ => Fault::Bus,
-    }
+pub(super) fn fault_from_number(number: u8) -> Fault {
+    numbered(&FAULTS, number).unwrap_or(Fault::Bus)
 }
 
-/// One message of a transfer, as it stands in the packet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct WireMessage<'a> {
-    pub(super) address: u16,
-    /// As `i2c_msg` of the kernel has them.
-    pub(super) flags: u16,
-    /// Bytes to read or to write.
-    pub(super) length: usize,
-    /// The bytes to write; none for a read.
-    pub(super) bytes: &'a [u8],
+/// The place in a list, counted from 1.
+fn number_in<T: PartialEq>(list: &[T], wanted: &T) -> u8 {
+    let place = list.iter().position(|known| known == wanted);
+    place
+        .and_then(|place| u8::try_from(place + 1).ok())
+        .unwrap_or(0)
 }
 
-/// One SMBus call.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct SmbusCall {
-    pub(super) address: u16,
-    pub(super) flags: u16,
-    pub(super) read_write: u8,
-    pub(super) command: u8,
-    pub(super) size: u8,
-    pub(super) block: [u8; SMBUS_DATA_BYTES],
+fn numbered<T: Copy>(list: &[T], number: u8) -> Option<T> {
+    list.get(usize::from(number).checked_sub(1)?).copied()
 }
 
-/// What a client asks.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Request<'a> {
+#[derive(Debug)]
+pub(super) enum Request {
     Hello {
         version: u16,
     },
     Transfer {
         bus: u32,
         judge: Judge,
-        messages: Vec<WireMessage<'a>>,
+        messages: Vec<Segment>,
     },
     /// More messages than a transfer can have.
     TooManyMessages,
     Smbus {
         bus: u32,
-        call: SmbusCall,
+        address: u16,
+        flags: u16,
+        call: SmbusArgument,
+        data: [u8; SMBUS_DATA_BYTES],
     },
 }
 
-/// A packet that breaks the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Malformed {
     #[error("an empty packet")]
@@ -177,7 +158,7 @@ pub(super) enum Malformed {
 }
 
 /// Takes a client's packet apart, its length already taken off.
-pub(super) fn parse(packet: &[u8]) -> Result<Request<'_>, Malformed> {
+pub(super) fn parse(packet: &[u8]) -> Result<Request, Malformed> {
     let mut cursor = Cursor(packet);
     let request = match cursor.u8("kind").or(Err(Malformed::Empty))? {
         kind::HELLO => parse_hello(&mut cursor)?,
@@ -189,7 +170,7 @@ pub(super) fn parse(packet: &[u8]) -> Result<Request<'_>, Malformed> {
     Ok(request)
 }
 
-fn parse_hello<'a>(cursor: &mut Cursor<'a>) -> Result<Request<'a>, Malformed> {
+fn parse_hello(cursor: &mut Cursor<'_>) -> Result<Request, Malformed> {
     if cursor.bytes(MAGIC.len(), "magic")? != MAGIC {
         return Err(Malformed::Magic);
     }
@@ -201,7 +182,7 @@ fn parse_hello<'a>(cursor: &mut Cursor<'a>) -> Result<Request<'a>, Malformed> {
     Ok(Request::Hello { version })
 }
 
-fn parse_transfer(mut cursor: Cursor<'_>) -> Result<Request<'_>, Malformed> {
+fn parse_transfer(mut cursor: Cursor<'_>) -> Result<Request, Malformed> {
     let bus = cursor.u32("bus")?;
     let judge = match cursor.u8("judge")? {
         0 => Judge::Bus,
@@ -213,10 +194,9 @@ fn parse_transfer(mut cursor: Cursor<'_>) -> Result<Request<'_>, Malformed> {
     if count > RDWR_MESSAGES_MAX {
         return Ok(Request::TooManyMessages);
     }
-    let mut messages = Vec::with_capacity(count);
-    for _ in 0..count {
-        messages.push(parse_message(&mut cursor)?);
-    }
+    let messages = (0..count)
+        .map(|_| parse_message(&mut cursor))
+        .collect::<Result<_, _>>()?;
     cursor.end()?;
     Ok(Request::Transfer {
         bus,
@@ -225,95 +205,88 @@ fn parse_transfer(mut cursor: Cursor<'_>) -> Result<Request<'_>, Malformed> {
     })
 }
 
-fn parse_message<'a>(cursor: &mut Cursor<'a>) -> Result<WireMessage<'a>, Malformed> {
-    use crate::ioctl::message_flag;
+fn parse_message(cursor: &mut Cursor<'_>) -> Result<Segment, Malformed> {
     let address = cursor.u16("address")?;
-    let flags = cursor.u16("flags")?;
-    let unknown = flags & !(message_flag::READ | message_flag::TEN_BIT);
-    if unknown != 0 {
-        return Err(Malformed::Flags(unknown));
-    }
+    let flags = cursor.flags(message_flag::READ | message_flag::TEN_BIT)?;
     let length = usize::from(cursor.u16("length")?);
-    let sent = if flags & message_flag::READ == 0 {
-        length
+    let read = flags & message_flag::READ != 0;
+    let bytes = if read {
+        vec![0; length]
     } else {
-        0
+        cursor.bytes(length, "bytes to write")?.to_vec()
     };
-    let bytes = cursor.bytes(sent, "bytes to write")?;
-    Ok(WireMessage {
-        address,
-        flags,
-        length,
-        bytes,
+    let ten_bit = flags & message_flag::TEN_BIT != 0;
+    Ok(Segment::new(address, ten_bit, read, bytes))
+}
+
+fn parse_smbus(cursor: &mut Cursor<'_>) -> Result<Request, Malformed> {
+    Ok(Request::Smbus {
+        bus: cursor.u32("bus")?,
+        address: cursor.u16("address")?,
+        flags: cursor.flags(smbus_flag::ALL)?,
+        call: SmbusArgument {
+            read_write: cursor.u8("direction")?,
+            command: cursor.u8("command")?,
+            size: cursor.u8("size")?.into(),
+            data: 0,
+        },
+        data: cursor.array("data")?,
     })
 }
 
-fn parse_smbus<'a>(cursor: &mut Cursor<'a>) -> Result<Request<'a>, Malformed> {
-    let bus = cursor.u32("bus")?;
-    let address = cursor.u16("address")?;
-    let flags = cursor.u16("flags")?;
-    if flags & !smbus_flag::ALL != 0 {
-        return Err(Malformed::Flags(flags & !smbus_flag::ALL));
-    }
-    let call = SmbusCall {
-        address,
-        flags,
-        read_write: cursor.u8("direction")?,
-        command: cursor.u8("command")?,
-        size: cursor.u8("size")?,
-        block: cursor.array("data")?,
-    };
-    Ok(Request::Smbus { bus, call })
-}
+type What = &'static str;
 
-/// What is left of a packet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cursor<'a>(pub(super) &'a [u8]);
 
 impl<'a> Cursor<'a> {
-    pub(super) fn bytes(
-        &mut self,
-        length: usize,
-        what: &'static str,
-    ) -> Result<&'a [u8], Malformed> {
-        let (head, rest) = self
-            .0
-            .split_at_checked(length)
-            .ok_or(Malformed::Short(what))?;
+    pub(super) fn bytes(&mut self, count: usize, what: What) -> Result<&'a [u8], Malformed> {
+        let parts = self.0.split_at_checked(count);
+        let (head, rest) = parts.ok_or(Malformed::Short(what))?;
         self.0 = rest;
         Ok(head)
     }
 
-    pub(super) fn array<const N: usize>(
-        &mut self,
-        what: &'static str,
-    ) -> Result<[u8; N], Malformed> {
-        let (head, rest) = self
-            .0
-            .split_first_chunk::<N>()
-            .ok_or(Malformed::Short(what))?;
-        self.0 = rest;
-        Ok(*head)
+    fn array<const N: usize>(&mut self, what: What) -> Result<[u8; N], Malformed> {
+        let bytes = self.bytes(N, what)?;
+        bytes.try_into().or(Err(Malformed::Short(what)))
     }
 
-    pub(super) fn u8(&mut self, what: &'static str) -> Result<u8, Malformed> {
+    fn flags(&mut self, known: u16) -> Result<u16, Malformed> {
+        match self.u16("flags")? {
+            flags if flags & !known != 0 => Err(Malformed::Flags(flags & !known)),
+            flags => Ok(flags),
+        }
+    }
+
+    pub(super) fn u8(&mut self, what: What) -> Result<u8, Malformed> {
         Ok(u8::from_le_bytes(self.array(what)?))
     }
 
-    pub(super) fn u16(&mut self, what: &'static str) -> Result<u16, Malformed> {
+    pub(super) fn u16(&mut self, what: What) -> Result<u16, Malformed> {
         Ok(u16::from_le_bytes(self.array(what)?))
     }
 
-    pub(super) fn u32(&mut self, what: &'static str) -> Result<u32, Malformed> {
+    pub(super) fn u32(&mut self, what: What) -> Result<u32, Malformed> {
         Ok(u32::from_le_bytes(self.array(what)?))
     }
 
-    fn end(&self) -> Result<(), Malformed> {
+    /// The rest, for people.
+    pub(super) fn text(&self) -> String {
+        String::from_utf8_lossy(self.0).into_owned()
+    }
+
+    pub(super) fn end(&self) -> Result<(), Malformed> {
         match self.0.len() {
             0 => Ok(()),
             left => Err(Malformed::Long(left)),
         }
     }
+}
+
+pub(super) fn put_u16(out: &mut Vec<u8>, value: usize) {
+    // What is put has been checked against limits that are far below.
+    out.extend_from_slice(&u16::try_from(value).unwrap_or(u16::MAX).to_le_bytes());
 }
 
 /// Appends a packet of one kind to `out`; `fill` appends what follows the kind.

@@ -1,10 +1,14 @@
 //! Why the buses did not become adapters, and what to do about it.
 
-use super::limits::{BUSES_MAX, PORT_DEFAULT};
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// Most buses of one rack that become adapters: a usual vhci_hcd has eight ports.
+pub const BUSES_MAX: usize = 8;
+/// The port that `usbip` asks unless told otherwise.
+pub const PORT_DEFAULT: u16 = 3240;
 
 const HINT_MODULES: &str = "load them with `modprobe -a vhci-hcd i2c-tiny-usb i2c-dev`; every full Debian kernel has them, cloud kernels (linux-image-cloud-*) and many containers do not";
 
@@ -16,100 +20,65 @@ pub enum UsbipError {
     NoBus,
     /// More buses than ports.
     #[error(
-        "{found} buses, at most {BUSES_MAX} can be attached\nhint: start a second program for the rest"
+        "{0} buses, at most {BUSES_MAX} can be attached\nhint: start a second program for the rest"
     )]
-    TooManyBuses {
-        /// How many buses the rack has.
-        found: usize,
-    },
-    /// The kernel has no virtual USB host controller.
-    #[error("no virtual USB controller: there is no {}\nhint: the kernel modules vhci-hcd, i2c-tiny-usb and i2c-dev are needed; {HINT_MODULES}", path.display())]
-    NoController {
-        /// The folder that is missing.
-        path: PathBuf,
-    },
-    /// Adapters would have no device files.
-    #[error("the kernel module i2c-dev is not loaded: there is no {}\nhint: {HINT_MODULES}", path.display())]
-    NoI2cDev {
-        /// The folder that is missing.
-        path: PathBuf,
-    },
+    TooManyBuses(usize),
+    /// The kernel has no virtual USB host controller, whose folder this would be.
+    #[error(
+        "no virtual USB controller: there is no {0}\nhint: the kernel modules vhci-hcd, i2c-tiny-usb and i2c-dev are needed; {HINT_MODULES}"
+    )]
+    NoController(PathBuf),
+    /// Adapters would have no device files; the folder that is missing.
+    #[error("the kernel module i2c-dev is not loaded: there is no {0}\nhint: {HINT_MODULES}")]
+    NoI2cDev(PathBuf),
     /// Only root may attach devices.
-    #[error("not permitted to write {}\nhint: run as root, for example with sudo; without root use `-- PROGRAM` or `--socket`", path.display())]
-    NotRoot {
-        /// The file that could not be opened.
-        path: PathBuf,
-    },
-    /// All ports have a device already.
     #[error(
-        "no free port: all {ports} of the virtual USB controller are in use\nhint: `usbip port` lists them, `usbip detach -p PORT` frees one"
+        "not permitted to write {0}\nhint: run as root, for example with sudo; without root use `-- PROGRAM` or `--socket`"
     )]
-    NoFreePort {
-        /// How many ports there are.
-        ports: usize,
-    },
-    /// The kernel refused the device.
-    #[error("the kernel refused the device at port {port}: {source}\nhint: see its log (dmesg)")]
-    Refused {
-        /// The port that was asked for.
-        port: u32,
-        /// What the kernel said.
-        source: io::Error,
-    },
-    /// The device was plugged in, but nothing made an adapter of it.
+    NotRoot(PathBuf),
+    /// All so many ports have a device already.
     #[error(
-        "the kernel made no I2C adapter of the USB device at port {port} within {waited:?}\nhint: {HINT_MODULES}; a program that still holds the /dev/i2c-N of a USB adapter that was pulled out keeps the kernel from taking another one: end it"
+        "no free port: all {0} of the virtual USB controller are in use\nhint: `usbip port` lists them, `usbip detach -p PORT` frees one"
     )]
-    NoAdapter {
-        /// The port at which the device is.
-        port: u32,
-        /// How long was waited.
-        waited: Duration,
-    },
-    /// The kernel did not release a device that was unplugged.
+    NoFreePort(usize),
+    /// The kernel refused the device at this port.
+    #[error("the kernel refused the device at port {0}: {1}\nhint: see its log (dmesg)")]
+    Refused(u32, #[source] io::Error),
+    /// The device was plugged in at this port, but nothing made an adapter of it in time.
     #[error(
-        "port {port} is still in use {waited:?} after the device was unplugged\nhint: end the programs that hold the adapter open, then `usbip detach -p {port}`"
+        "the kernel made no I2C adapter of the USB device at port {0} within {1:?}\nhint: {HINT_MODULES}; a program that still holds the /dev/i2c-N of a USB adapter that was pulled out keeps the kernel from taking another one: end it"
     )]
-    StillAttached {
-        /// The port.
-        port: u32,
-        /// How long was waited.
-        waited: Duration,
-    },
+    NoAdapter(u32, Duration),
+    /// The kernel did not release a device that was unplugged from this port in time.
+    #[error(
+        "port {0} is still in use {1:?} after the device was unplugged\nhint: end the programs that hold the adapter open, then `usbip detach -p {0}`"
+    )]
+    StillAttached(u32, Duration),
     /// A file of the kernel could not be read or understood.
-    #[error("{}: {source}\nhint: this needs Linux 4.13 or newer with sysfs mounted at /sys", path.display())]
-    Sysfs {
-        /// The file.
-        path: PathBuf,
-        /// What the kernel said, or what was not understood.
-        source: io::Error,
-    },
+    #[error("{0}: {1}\nhint: this needs Linux 4.13 or newer with sysfs mounted at /sys")]
+    Sysfs(PathBuf, #[source] io::Error),
     /// Another program listens there.
     #[error(
-        "{address} is in use by another program\nhint: end usbipd or the other program, or choose another port"
+        "{0} is in use by another program\nhint: end usbipd or the other program, or choose another port"
     )]
-    AddressInUse {
-        /// The address that was asked for.
-        address: SocketAddr,
-    },
+    AddressInUse(SocketAddr),
     /// This machine cannot listen there.
     #[error(
-        "cannot listen on {address}: {source}\nhint: 127.0.0.1:{PORT_DEFAULT} is what QEMU guests reach as 10.0.2.2"
+        "cannot listen on {0}: {1}\nhint: 127.0.0.1:{PORT_DEFAULT} is what QEMU guests reach as 10.0.2.2"
     )]
-    CannotListen {
-        /// The address that was asked for.
-        address: SocketAddr,
-        /// What the kernel said.
-        source: io::Error,
-    },
-    /// A resource that every program needs ran out.
+    CannotListen(SocketAddr, #[source] io::Error),
+    /// A step failed because a resource that every program needs ran out.
     #[error(
-        "cannot {step}: {source}\nhint: the limit of open files or threads may be reached (ulimit -n, ulimit -u)"
+        "cannot {0}: {1}\nhint: the limit of open files or threads may be reached (ulimit -n, ulimit -u)"
     )]
-    Resources {
-        /// What was being done.
-        step: &'static str,
-        /// What the kernel said.
-        source: io::Error,
-    },
+    Resources(&'static str, #[source] io::Error),
+}
+
+/// What both ways to a kernel check before anything is started.
+pub(super) fn check_number(buses: usize) -> Result<(), UsbipError> {
+    match buses {
+        0 => Err(UsbipError::NoBus),
+        found if found > BUSES_MAX => Err(UsbipError::TooManyBuses(found)),
+        _ => Ok(()),
+    }
 }

@@ -11,31 +11,25 @@
 //! The adapter is the classic i2c-tiny-usb (0403:c631), which knows control transfers only. [`attach`] hands it to this
 //! machine's kernel; [`Server`] offers it to another machine or guest, where `usbip attach` fetches it.
 //!
-//! A transfer of several messages arrives message by message. Messages to a target are held until the read behind them,
-//! or the end of the transfer, and are then carried out at once: a register's number and the read of its value are one
-//! transaction on the emulated bus, as on a real one. What follows a read in the same transfer is a transaction of its own.
+//! Messages to a target are held until the read after them, or the end of the transfer, and are then carried out at once:
+//! a register's number and the read of its value are one transaction on the emulated bus. What follows a read in the same
+//! transfer is another.
 //!
-//! Faults have the errno of the kernel's i2c-tiny-usb: a missing target ENXIO, everything else EIO.
-//!
-//! Nothing is left behind: the port is given up when [`Attached`] is dropped, and when the process dies in any other way,
-//! because the kernel unplugs a device whose socket closes.
+//! Nothing is left behind: the kernel unplugs a device whose socket closes, however the process ends.
 
 mod device;
 mod error;
 mod identity;
-mod limits;
 mod server;
 mod session;
-mod sys;
 #[cfg(test)]
 mod tests;
 mod vhci;
 mod wire;
 
 pub use device::HELD_MESSAGES_MAX;
-pub use error::UsbipError;
+pub use error::{BUSES_MAX, PORT_DEFAULT, UsbipError};
 pub use identity::bus_id;
-pub use limits::{BUSES_MAX, PORT_DEFAULT};
 pub use server::{CONNECTIONS_MAX, FIRST_PHASE_MAX, Server};
 pub use session::SessionError;
 pub use vhci::{Attached, AttachedBus, Options, attach};

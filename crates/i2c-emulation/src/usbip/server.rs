@@ -1,17 +1,21 @@
 //! USB/IP over TCP: another machine or guest fetches the adapters with `usbip attach`.
 
 use super::device::Device;
-use super::error::UsbipError;
-use super::identity::{check_number, identity};
+use super::error::{UsbipError, check_number};
+use super::identity::Identity;
 use super::session::{self, SessionError};
-use super::sys;
-use super::wire::{self, BUS_ID_BYTES, Described, OP_BYTES, Refusal, Request};
+use super::wire::{self, BUS_ID_BYTES, OP_BYTES, Request};
+use crate::guests::Guests;
 use crate::rack::{Rack, SharedAdapter};
+use rustix::net::sockopt::{
+    set_socket_keepalive, set_tcp_keepcnt, set_tcp_keepidle, set_tcp_keepintvl,
+};
+use rustix::net::{Shutdown, shutdown};
+use std::fmt;
 use std::io::{self, Read as _, Write as _};
-use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
-use std::os::fd::OwnedFd;
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -22,17 +26,26 @@ pub const FIRST_PHASE_MAX: Duration = Duration::from_secs(5);
 
 /// Pause after the kernel could not accept a connection, for want of files for example.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(50);
+/// A client that says nothing is asked so often whether it is still there, so many times.
+const ASK_EVERY: Duration = Duration::from_secs(5);
+const ASK_MAX: u32 = 3;
 
-/// The adapters of a rack, offered over TCP until this is dropped.
-///
-/// Each adapter has one user at a time, as a device at a cable has. There is no password: whoever reaches the address has
-/// the emulated sensors, so keep to loopback, which QEMU's guests reach as 10.0.2.2.
-#[derive(Debug)]
+/// The adapters of a rack, each for one user at a time, offered over TCP until this is dropped. There is no password: keep
+/// to loopback, which QEMU's guests reach as 10.0.2.2.
 pub struct Server {
     address: SocketAddr,
-    listener: TcpListener,
+    listener: Arc<TcpListener>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
+}
+
+impl fmt::Debug for Server {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_tuple("Server")
+            .field(&self.address)
+            .finish()
+    }
 }
 
 impl Server {
@@ -49,24 +62,32 @@ impl Server {
         rack: &Rack,
         first_phase_max: Duration,
     ) -> Result<Self, UsbipError> {
-        let buses: Vec<(u32, SharedAdapter)> = rack.iter().collect();
-        check_number(buses.len())?;
+        check_number(rack.iter().count())?;
         let cannot = |source: io::Error| match source.kind() {
-            io::ErrorKind::AddrInUse => UsbipError::AddressInUse { address },
-            _ => UsbipError::CannotListen { address, source },
+            io::ErrorKind::AddrInUse => UsbipError::AddressInUse(address),
+            _ => UsbipError::CannotListen(address, source),
         };
-        let listener = TcpListener::bind(address).map_err(cannot)?;
+        let listener = Arc::new(TcpListener::bind(address).map_err(cannot)?);
         let address = listener.local_addr().map_err(cannot)?;
-        let shared = Arc::new(Shared::new(buses, first_phase_max));
-        let accepting = listener.try_clone().map_err(cannot)?;
-        let for_thread = Arc::clone(&shared);
+        let exports = rack
+            .iter()
+            .enumerate()
+            .map(|(index, (bus, adapter))| Export {
+                bus,
+                identity: Identity::new(bus, index),
+                adapter,
+                taken: AtomicBool::new(false),
+            });
+        let shared = Arc::new(Shared {
+            exports: exports.collect(),
+            first_phase_max,
+            guests: Guests::new(),
+        });
+        let (accepting, for_thread) = (Arc::clone(&listener), Arc::clone(&shared));
         let thread = thread::Builder::new()
             .name("usbip accept".to_owned())
             .spawn(move || accept(&accepting, &for_thread))
-            .map_err(|source| UsbipError::Resources {
-                step: "start a thread",
-                source,
-            })?;
+            .map_err(|source| UsbipError::Resources("start a thread", source))?;
         Ok(Self {
             address,
             listener,
@@ -86,7 +107,7 @@ impl Server {
         self.shared
             .exports
             .iter()
-            .map(|export| (export.bus, export.described.bus_id.as_str()))
+            .map(|export| (export.bus, export.identity.bus_id.as_str()))
     }
 
     /// Stops listening and ends all connections: the adapters of the clients are unplugged. Dropping does the same.
@@ -97,153 +118,96 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        self.shared.stopping.store(true, Ordering::SeqCst);
-        // Shutting the socket down wakes the thread that waits in accept(); std offers it for streams only.
-        if let Ok(duplicate) = self.listener.try_clone() {
-            let _ = TcpStream::from(OwnedFd::from(duplicate)).shutdown(Shutdown::Both);
-        }
+        self.shared.guests.stop(Shutdown::Both);
+        // A listening socket that is shut down wakes the thread that waits in accept().
+        let _ = shutdown(&self.listener, Shutdown::Both);
         if let Some(thread) = self.thread.take() {
             // It returns no value, and a panic has been reported.
             let _ = thread.join();
         }
-        self.shared.hang_up();
+        self.shared.guests.wait(Duration::MAX);
     }
 }
 
-/// One adapter on offer.
 struct Export {
     bus: u32,
-    described: Described,
+    identity: Identity,
     adapter: SharedAdapter,
     taken: AtomicBool,
-}
-
-#[derive(Debug)]
-struct Connection {
-    stream: TcpStream,
-    thread: JoinHandle<()>,
 }
 
 struct Shared {
     exports: Vec<Export>,
     first_phase_max: Duration,
-    connections: Mutex<Vec<Connection>>,
-    stopping: AtomicBool,
-}
-
-impl std::fmt::Debug for Shared {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let names: Vec<_> = self
-            .exports
-            .iter()
-            .map(|export| &export.described.bus_id)
-            .collect();
-        formatter
-            .debug_struct("Shared")
-            .field("exports", &names)
-            .finish_non_exhaustive()
-    }
+    guests: Arc<Guests<TcpStream>>,
 }
 
 impl Shared {
-    fn new(buses: Vec<(u32, SharedAdapter)>, first_phase_max: Duration) -> Self {
-        let export = |(index, (bus, adapter)): (usize, (u32, SharedAdapter))| Export {
-            bus,
-            described: identity(bus, index),
-            adapter,
-            taken: AtomicBool::new(false),
-        };
-        Self {
-            exports: buses.into_iter().enumerate().map(export).collect(),
-            first_phase_max,
-            connections: Mutex::new(Vec::new()),
-            stopping: AtomicBool::new(false),
-        }
-    }
-
-    /// Serves a connection in a thread of its own, unless there are too many.
+    /// Serves a connection in a thread of its own, unless there are too many: then it is closed by being dropped.
     fn take_on(self: &Arc<Self>, stream: TcpStream) -> io::Result<()> {
-        let mut connections = self
-            .connections
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        connections.retain(|connection| !connection.thread.is_finished());
-        if connections.len() >= CONNECTIONS_MAX {
-            return stream.shutdown(Shutdown::Both);
-        }
+        let stream = Arc::new(stream);
+        let Ok(guest) = self.guests.admit(&stream, CONNECTIONS_MAX) else {
+            return Ok(());
+        };
         let shared = Arc::clone(self);
-        let served = stream.try_clone()?;
-        let thread = thread::Builder::new()
-            .name("usbip connection".to_owned())
-            .spawn(move || {
-                // What a client does wrong ends its connection, and is nobody else's business.
-                let _ = shared.converse(&served);
-                let _ = served.shutdown(Shutdown::Both);
-            })?;
-        connections.push(Connection { stream, thread });
-        Ok(())
-    }
-
-    fn hang_up(&self) {
-        let connections: Vec<_> = self
-            .connections
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .drain(..)
-            .collect();
-        for connection in &connections {
-            // It may have ended already.
-            let _ = connection.stream.shutdown(Shutdown::Both);
-        }
-        for connection in connections {
-            let _ = connection.thread.join();
-        }
+        let serve = move || {
+            let _guest = guest;
+            // What a client does wrong ends its connection, and is nobody else's business.
+            let _ = shared.converse(&stream);
+        };
+        let thread = thread::Builder::new().name("usbip connection".to_owned());
+        thread.spawn(serve).map(drop)
     }
 
     fn converse(&self, mut stream: &TcpStream) -> Result<(), SessionError> {
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(self.first_phase_max))?;
         stream.set_write_timeout(Some(self.first_phase_max))?;
-        sys::keep_alive(stream)?;
+        keep_alive(stream)?;
         let mut header = [0; OP_BYTES];
         stream.read_exact(&mut header)?;
         match Request::parse(&header)? {
             Request::DeviceList => {
-                let devices: Vec<_> = self
-                    .exports
-                    .iter()
-                    .map(|export| export.described.clone())
-                    .collect();
-                Ok(stream.write_all(&wire::device_list(&devices))?)
+                let devices = self.exports.iter().map(|export| &export.identity);
+                Ok(stream.write_all(&wire::device_list(devices))?)
             }
             Request::Import => {
                 let mut name = [0; BUS_ID_BYTES];
                 stream.read_exact(&mut name)?;
-                match self.take(&wire::unpadded(&name)) {
-                    Ok(taken) => {
-                        stream.write_all(&wire::imported(Ok(&taken.0.described)))?;
-                        stream.set_read_timeout(None)?;
-                        let mut device =
-                            Device::new(taken.0.adapter.clone(), taken.0.described.clone());
-                        session::serve(&mut stream, &mut device)
-                    }
-                    Err(refusal) => Ok(stream.write_all(&wire::imported(Err(refusal)))?),
-                }
+                let taken = match self.take(&wire::unpadded(&name)) {
+                    Ok(taken) => taken,
+                    Err(status) => return Ok(stream.write_all(&wire::imported(Err(status)))?),
+                };
+                let Export {
+                    adapter, identity, ..
+                } = taken.0;
+                stream.write_all(&wire::imported(Ok(identity)))?;
+                stream.set_read_timeout(None)?;
+                let mut device = Device::new(adapter.clone(), identity.clone());
+                session::serve(stream, stream, &mut device)
             }
         }
     }
 
-    fn take(&self, bus_id: &str) -> Result<Taken<'_>, Refusal> {
-        let export = self
-            .exports
-            .iter()
-            .find(|export| export.described.bus_id == bus_id)
-            .ok_or(Refusal::NoSuchDevice)?;
+    /// The adapter of this name; or the status of the refusal.
+    fn take(&self, bus_id: &str) -> Result<Taken<'_>, u32> {
+        let mut exports = self.exports.iter();
+        let export = exports
+            .find(|export| export.identity.bus_id == bus_id)
+            .ok_or(wire::NO_SUCH_DEVICE)?;
         if export.taken.swap(true, Ordering::SeqCst) {
-            return Err(Refusal::Busy);
+            return Err(wire::BUSY);
         }
         Ok(Taken(export))
     }
+}
+
+/// Lets the kernel end a connection whose other side has vanished without a word, after twenty seconds.
+fn keep_alive(stream: &TcpStream) -> io::Result<()> {
+    set_socket_keepalive(stream, true)?;
+    set_tcp_keepidle(stream, ASK_EVERY)?;
+    set_tcp_keepintvl(stream, ASK_EVERY)?;
+    Ok(set_tcp_keepcnt(stream, ASK_MAX)?)
 }
 
 /// An adapter that has a user. It is free again when this is dropped.
@@ -256,9 +220,9 @@ impl Drop for Taken<'_> {
 }
 
 fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
-    while !shared.stopping.load(Ordering::SeqCst) {
+    loop {
         let accepted = listener.accept();
-        if shared.stopping.load(Ordering::SeqCst) {
+        if shared.guests.is_stopping() {
             return;
         }
         let outcome = accepted.and_then(|(stream, _from)| shared.take_on(stream));

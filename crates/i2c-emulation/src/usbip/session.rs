@@ -1,8 +1,9 @@
 //! The second phase of USB/IP: transfers, one after the other, until the client hangs up.
 
-use super::device::{ControlFault, Device};
+use super::device::Device;
 use super::wire::{self, Command, HEADER_BYTES, Malformed, Submit};
 use crate::adapter::EmulatedAdapter;
+use crate::ioctl::Errno;
 use std::io::{self, Read, Write};
 
 /// Why a connection ended before the client hung up.
@@ -18,12 +19,13 @@ pub enum SessionError {
 
 /// Answers every transfer, in order, until the client hangs up between two of them.
 pub(super) fn serve<A: EmulatedAdapter>(
-    stream: &mut (impl Read + Write),
+    mut from: impl Read,
+    mut to: impl Write,
     device: &mut Device<A>,
 ) -> Result<(), SessionError> {
     let mut header = [0; HEADER_BYTES];
     let mut sent = Vec::new();
-    while read_or_end(stream, &mut header)? {
+    while read_or_end(&mut from, &mut header)? {
         let reply = match Command::parse(&header)? {
             // Transfers are answered in order, so whatever is to be cancelled has been answered already.
             Command::Unlink { sequence } => wire::unlinked_too_late(sequence),
@@ -31,12 +33,12 @@ pub(super) fn serve<A: EmulatedAdapter>(
                 sent.clear();
                 if !submit.is_in {
                     sent.resize(submit.length, 0);
-                    stream.read_exact(&mut sent)?;
+                    from.read_exact(&mut sent)?;
                 }
                 carry_out(device, &submit, &sent)
             }
         };
-        stream.write_all(&reply)?;
+        to.write_all(&reply)?;
     }
     Ok(())
 }
@@ -49,10 +51,10 @@ fn carry_out<A: EmulatedAdapter>(device: &mut Device<A>, submit: &Submit, sent: 
     let outcome = if agrees {
         device.control(setup, sent)
     } else {
-        Err(ControlFault::Stall)
+        Err(Errno::PIPE)
     };
     match outcome {
-        Err(fault) => wire::submitted(submit.sequence, fault.status(), 0, &[]),
+        Err(errno) => wire::submitted(submit.sequence, -errno.raw_os_error(), 0, &[]),
         Ok(answer) if submit.is_in => wire::submitted(submit.sequence, 0, answer.len(), &answer),
         Ok(_) => wire::submitted(submit.sequence, 0, sent.len(), &[]),
     }

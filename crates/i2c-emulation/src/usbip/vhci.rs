@@ -1,10 +1,9 @@
 //! The kernel's virtual USB host controller, by its files in sysfs.
 
-use super::device::{Device, SPEED_LOW};
-use super::error::UsbipError;
-use super::identity::{check_number, identity};
+use super::device::Device;
+use super::error::{UsbipError, check_number};
+use super::identity::{BUS_NUMBER, Identity, SPEED_LOW};
 use super::session::{self, SessionError};
-use super::wire::Described;
 use crate::rack::{Rack, SharedAdapter};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
@@ -15,7 +14,6 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Pause between two looks into sysfs.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// A free port (`usbip_common.h`, VDEV_ST_NULL).
 const PORT_FREE: u32 = 4;
@@ -66,23 +64,19 @@ pub struct Attached {
     plugs: Vec<Plug>,
 }
 
-/// Makes every bus of the rack an adapter of this machine's kernel, served by a thread each. Needs root and the kernel
-/// modules vhci-hcd, i2c-tiny-usb and i2c-dev.
+/// Makes every bus of the rack an adapter of this machine's kernel, served by a thread each.
 ///
 /// # Errors
-/// No bus or too many, a missing module, no root, no free port, or a kernel that does not make an adapter of the device.
-/// Buses that were attached before the one that failed are detached.
+/// No bus or too many, a missing module, no root, no free port, or a kernel that makes no adapter. Then none is attached.
 pub fn attach(rack: &Rack, options: &Options) -> Result<Attached, UsbipError> {
-    let buses: Vec<(u32, SharedAdapter)> = rack.iter().collect();
-    check_number(buses.len())?;
+    check_number(rack.iter().count())?;
     let controller = Controller::find(options)?;
     let mut attached = Attached {
         buses: Vec::new(),
         plugs: Vec::new(),
     };
-    for (index, (number, bus)) in buses.into_iter().enumerate() {
-        let described = identity(number, index);
-        let (plug, kernels_end) = controller.plug_in(bus, &described)?;
+    for (index, (number, bus)) in rack.iter().enumerate() {
+        let (plug, kernels_end) = controller.plug_in(bus, Identity::new(number, index))?;
         let port = plug.port;
         attached.plugs.push(plug);
         let (adapter, device) = controller.wait_for_adapter(port)?;
@@ -175,7 +169,7 @@ struct PortLine {
     high_speed: bool,
     port: u32,
     state: u32,
-    /// The name of the USB device at the port; without a meaning if there is none.
+    /// The name of the USB device at the port, if there is one.
     usb_device: String,
 }
 
@@ -183,11 +177,11 @@ impl Controller {
     fn find(options: &Options) -> Result<Self, UsbipError> {
         let folder = options.sysfs.join("devices/platform/vhci_hcd.0");
         if !folder.is_dir() {
-            return Err(UsbipError::NoController { path: folder });
+            return Err(UsbipError::NoController(folder));
         }
         let i2c_dev = options.sysfs.join("class/i2c-dev");
         if !i2c_dev.is_dir() {
-            return Err(UsbipError::NoI2cDev { path: i2c_dev });
+            return Err(UsbipError::NoI2cDev(i2c_dev));
         }
         Ok(Self {
             folder,
@@ -199,15 +193,15 @@ impl Controller {
     fn plug_in(
         &self,
         bus: SharedAdapter,
-        described: &Described,
+        identity: Identity,
     ) -> Result<(Plug, UnixStream), UsbipError> {
         let (ours, kernels) = UnixStream::pair().map_err(resources("make a pair of sockets"))?;
-        let port = self.give_to_a_free_port(&kernels, described)?;
-        let mut stream = ours.try_clone().map_err(resources("duplicate a socket"))?;
-        let mut device = Device::new(bus, described.clone());
+        let port = self.give_to_a_free_port(&kernels, &identity)?;
+        let stream = ours.try_clone().map_err(resources("duplicate a socket"))?;
+        let mut device = Device::new(bus, identity);
         let thread = thread::Builder::new()
             .name(format!("usbip port {port}"))
-            .spawn(move || session::serve(&mut stream, &mut device))
+            .spawn(move || session::serve(&stream, &stream, &mut device))
             .map_err(resources("start a thread"))?;
         let plug = Plug {
             controller: self.clone(),
@@ -221,46 +215,34 @@ impl Controller {
     fn give_to_a_free_port(
         &self,
         kernels: &UnixStream,
-        described: &Described,
+        identity: &Identity,
     ) -> Result<u32, UsbipError> {
         let lines = self.ports()?;
         let of_our_speed = || lines.iter().filter(|line| line.high_speed);
         for line in of_our_speed().filter(|line| line.state == PORT_FREE) {
-            match self.give(line.port, kernels, described) {
+            match self.give(line.port, kernels, identity) {
                 // Another program was faster.
-                Err(UsbipError::Refused { source, .. })
+                Err(UsbipError::Refused(_, source))
                     if source.kind() == io::ErrorKind::ResourceBusy => {}
                 outcome => return outcome.map(|()| line.port),
             }
         }
-        Err(UsbipError::NoFreePort {
-            ports: of_our_speed().count(),
-        })
+        Err(UsbipError::NoFreePort(of_our_speed().count()))
     }
 
-    fn give(
-        &self,
-        port: u32,
-        kernels: &UnixStream,
-        described: &Described,
-    ) -> Result<(), UsbipError> {
+    fn give(&self, port: u32, kernels: &UnixStream, identity: &Identity) -> Result<(), UsbipError> {
         let path = self.folder.join("attach");
-        let mut file = OpenOptions::new()
-            .write(true)
-            .open(&path)
-            .map_err(|source| match source.kind() {
-                io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-                    UsbipError::NotRoot { path: path.clone() }
-                }
-                _ => UsbipError::Sysfs {
-                    path: path.clone(),
-                    source,
-                },
-            })?;
-        let device_id = u32::from(described.bus_number) << 16 | u32::from(described.device_number);
+        let opened = OpenOptions::new().write(true).open(&path);
+        let mut file = opened.map_err(|source| match source.kind() {
+            io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+                UsbipError::NotRoot(path)
+            }
+            _ => UsbipError::Sysfs(path, source),
+        })?;
+        let device_id = u32::from(BUS_NUMBER) << 16 | u32::from(identity.device_number);
         let line = format!("{port} {} {device_id} {SPEED_LOW}", kernels.as_raw_fd());
         file.write_all(line.as_bytes())
-            .map_err(|source| UsbipError::Refused { port, source })
+            .map_err(|source| UsbipError::Refused(port, source))
     }
 
     /// The lines of `status`, and of `status.1` and so on where there are several controllers.
@@ -278,22 +260,13 @@ impl Controller {
 
     fn ports_of(&self, name: &str) -> Result<Vec<PortLine>, UsbipError> {
         let path = self.folder.join(name);
-        let text = fs::read_to_string(&path).map_err(|source| UsbipError::Sysfs {
-            path: path.clone(),
-            source,
-        })?;
-        text.lines()
-            .skip(1)
-            .map(|line| {
-                PortLine::parse(line).ok_or_else(|| UsbipError::Sysfs {
-                    path: path.clone(),
-                    source: io::Error::new(
-                        io::ErrorKind::InvalidData,
-                        format!("not a line of ports: {line:?}"),
-                    ),
-                })
-            })
-            .collect()
+        let parse = |line: &str| {
+            let unknown = || io::Error::other(format!("not a line of ports: {line:?}"));
+            PortLine::parse(line).ok_or_else(unknown)
+        };
+        fs::read_to_string(&path)
+            .and_then(|text| text.lines().skip(1).map(parse).collect())
+            .map_err(|source| UsbipError::Sysfs(path, source))
     }
 
     fn line_of(&self, port: u32) -> Result<Option<PortLine>, UsbipError> {
@@ -313,7 +286,7 @@ impl Controller {
                 device.exists().then_some((number, device))
             }))
         })?
-        .ok_or(UsbipError::NoAdapter { port, waited })
+        .ok_or(UsbipError::NoAdapter(port, waited))
     }
 
     fn wait_for_free(&self, port: u32) -> Result<(), UsbipError> {
@@ -326,7 +299,7 @@ impl Controller {
             });
             Ok(free.then_some(()))
         };
-        look_until(waited, is_free)?.ok_or(UsbipError::StillAttached { port, waited })
+        look_until(waited, is_free)?.ok_or(UsbipError::StillAttached(port, waited))
     }
 }
 
@@ -375,5 +348,5 @@ fn look_until<T>(
 }
 
 fn resources(step: &'static str) -> impl FnOnce(io::Error) -> UsbipError {
-    move |source| UsbipError::Resources { step, source }
+    move |source| UsbipError::Resources(step, source)
 }

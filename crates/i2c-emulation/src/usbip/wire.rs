@@ -1,6 +1,6 @@
 //! The bytes of the USB/IP protocol, version 1.1.1 (Linux, `Documentation/usb/usbip_protocol.rst`).
-//!
-//! Nothing here reads or writes: a header goes in, its meaning comes out, and the other way round.
+
+use super::identity::{BUS_NUMBER, DESCRIPTOR, Identity, SPEED_LOW};
 
 /// The version that both sides name in every request and reply of the first phase.
 pub(super) const VERSION: u16 = 0x0111;
@@ -35,38 +35,22 @@ const NO_PACKETS: [u32; 2] = [0, u32::MAX];
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Malformed {
     /// Another version of the protocol.
-    #[error("version {found:#06x} of USB/IP instead of {VERSION:#06x}")]
-    Version {
-        /// What was sent.
-        found: u16,
-    },
+    #[error("version {0:#06x} of USB/IP instead of {VERSION:#06x}")]
+    Version(u16),
     /// A request that is neither for the list of devices nor for one of them.
-    #[error("unknown request {found:#06x}")]
-    Request {
-        /// What was sent.
-        found: u16,
-    },
+    #[error("unknown request {0:#06x}")]
+    Request(u16),
     /// Neither a transfer nor the cancelling of one.
-    #[error("unknown command {found}")]
-    Command {
-        /// What was sent.
-        found: u32,
-    },
+    #[error("unknown command {0}")]
+    Command(u32),
     /// A transfer longer than a control transfer can be.
-    #[error("a transfer of {found} bytes, at most {TRANSFER_BYTES_MAX} are possible")]
-    Length {
-        /// What was sent.
-        found: u32,
-    },
-    /// An isochronous transfer, which this device has no endpoint for.
-    #[error("an isochronous transfer of {found} packets to a device that has none")]
-    Packets {
-        /// What was sent.
-        found: u32,
-    },
+    #[error("a transfer of {0} bytes, at most {TRANSFER_BYTES_MAX} are possible")]
+    Length(u32),
+    /// An isochronous transfer of so many packets, which this device has no endpoint for.
+    #[error("an isochronous transfer of {0} packets to a device that has none")]
+    Packets(u32),
 }
 
-/// A request of the first phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
     /// Which devices are there?
@@ -79,58 +63,42 @@ impl Request {
     pub(super) fn parse(bytes: &[u8; OP_BYTES]) -> Result<Self, Malformed> {
         let version = u16::from_be_bytes([bytes[0], bytes[1]]);
         if version != VERSION {
-            return Err(Malformed::Version { found: version });
+            return Err(Malformed::Version(version));
         }
         match u16::from_be_bytes([bytes[2], bytes[3]]) {
             OP_REQ_DEVLIST => Ok(Self::DeviceList),
             OP_REQ_IMPORT => Ok(Self::Import),
-            found => Err(Malformed::Request { found }),
+            found => Err(Malformed::Request(found)),
         }
     }
 }
 
-/// How a request for a device was answered (`usbip_network.h`, ST_*).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Refusal {
-    /// Somebody else has it.
-    Busy = 2,
-    /// There is no device of that name.
-    NoSuchDevice = 4,
-}
+/// Status of a reply (`usbip_network.h`, ST_*): somebody else has the device.
+pub(super) const BUSY: u32 = 2;
+/// There is no device of that name.
+pub(super) const NO_SUCH_DEVICE: u32 = 4;
 
 /// What both replies of the first phase tell of a device.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Described {
-    pub(super) bus_id: String,
-    pub(super) bus_number: u16,
-    pub(super) device_number: u16,
-    pub(super) speed: u32,
-    /// The first 18 bytes that the device itself tells on the USB.
-    pub(super) descriptor: [u8; 18],
-}
-
-impl Described {
-    fn encode(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(PATH_BYTES + BUS_ID_BYTES + 24);
-        bytes.extend(padded::<PATH_BYTES>(&format!("/emulated/{}", self.bus_id)));
-        bytes.extend(padded::<BUS_ID_BYTES>(&self.bus_id));
-        bytes.extend(u32::from(self.bus_number).to_be_bytes());
-        bytes.extend(u32::from(self.device_number).to_be_bytes());
-        bytes.extend(self.speed.to_be_bytes());
-        // Vendor, product and release lie low byte first in the descriptor and high byte first here.
-        for at in [8, 10, 12] {
-            bytes.extend([self.descriptor[at + 1], self.descriptor[at]]);
-        }
-        bytes.extend(&self.descriptor[4..7]);
-        bytes.push(CONFIGURATION_VALUE);
-        bytes.push(self.descriptor[17]);
-        bytes.push(INTERFACES);
-        bytes
+fn described(device: &Identity) -> Vec<u8> {
+    const CONFIGURATION_VALUE: u8 = 1;
+    const INTERFACES: u8 = 1;
+    let mut bytes = Vec::with_capacity(PATH_BYTES + BUS_ID_BYTES + 24);
+    bytes.extend(padded::<PATH_BYTES>(&format!(
+        "/emulated/{}",
+        device.bus_id
+    )));
+    bytes.extend(padded::<BUS_ID_BYTES>(&device.bus_id));
+    for number in [BUS_NUMBER.into(), device.device_number.into(), SPEED_LOW] {
+        bytes.extend(number.to_be_bytes());
     }
+    // Vendor, product and release lie low byte first in the descriptor and high byte first here.
+    for at in [8, 10, 12] {
+        bytes.extend([DESCRIPTOR[at + 1], DESCRIPTOR[at]]);
+    }
+    bytes.extend(&DESCRIPTOR[4..7]);
+    bytes.extend([CONFIGURATION_VALUE, DESCRIPTOR[17], INTERFACES]);
+    bytes
 }
-
-const CONFIGURATION_VALUE: u8 = 1;
-const INTERFACES: u8 = 1;
 
 /// Text in a field of a fixed size, with at least one zero behind it.
 fn padded<const BYTES: usize>(text: &str) -> [u8; BYTES] {
@@ -141,7 +109,6 @@ fn padded<const BYTES: usize>(text: &str) -> [u8; BYTES] {
     field
 }
 
-/// The name in a field of a fixed size.
 pub(super) fn unpadded(field: &[u8]) -> String {
     let length = field
         .iter()
@@ -151,40 +118,29 @@ pub(super) fn unpadded(field: &[u8]) -> String {
 }
 
 /// Every device with the class of its one interface.
-pub(super) fn device_list(devices: &[Described]) -> Vec<u8> {
+pub(super) fn device_list<'a>(devices: impl ExactSizeIterator<Item = &'a Identity>) -> Vec<u8> {
     let mut bytes = reply_header(OP_REP_DEVLIST, 0);
-    bytes.extend(
-        u32::try_from(devices.len())
-            .unwrap_or(u32::MAX)
-            .to_be_bytes(),
-    );
+    let count = u32::try_from(devices.len()).unwrap_or(u32::MAX);
+    bytes.extend(count.to_be_bytes());
     for device in devices {
-        bytes.extend(device.encode());
-        bytes.extend(&device.descriptor[4..7]);
+        bytes.extend(described(device));
+        bytes.extend(&DESCRIPTOR[4..7]);
         bytes.push(0);
     }
     bytes
 }
 
 /// The device that was asked for, or why not.
-pub(super) fn imported(answer: Result<&Described, Refusal>) -> Vec<u8> {
+pub(super) fn imported(answer: Result<&Identity, u32>) -> Vec<u8> {
     match answer {
-        Ok(device) => {
-            let mut bytes = reply_header(OP_REP_IMPORT, 0);
-            bytes.extend(device.encode());
-            bytes
-        }
-        Err(Refusal::Busy) => reply_header(OP_REP_IMPORT, 2),
-        Err(Refusal::NoSuchDevice) => reply_header(OP_REP_IMPORT, 4),
+        Ok(device) => [reply_header(OP_REP_IMPORT, 0), described(device)].concat(),
+        Err(status) => reply_header(OP_REP_IMPORT, status),
     }
 }
 
 fn reply_header(code: u16, status: u32) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(512);
-    bytes.extend(VERSION.to_be_bytes());
-    bytes.extend(code.to_be_bytes());
-    bytes.extend(status.to_be_bytes());
-    bytes
+    let [version, code] = [VERSION, code].map(u16::to_be_bytes);
+    [&version[..], &code, &status.to_be_bytes()].concat()
 }
 
 /// The eight bytes with which every control transfer begins (USB 2.0, 9.3).
@@ -215,16 +171,15 @@ impl Setup {
     }
 }
 
-/// A command of the second phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Command {
-    /// One transfer.
     Submit(Submit),
     /// Never mind the transfer that was submitted earlier.
-    Unlink { sequence: u32 },
+    Unlink {
+        sequence: u32,
+    },
 }
 
-/// One transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Submit {
     pub(super) sequence: u32,
@@ -242,17 +197,17 @@ impl Command {
         match field(header, 0) {
             CMD_SUBMIT => {}
             CMD_UNLINK => return Ok(Self::Unlink { sequence }),
-            found => return Err(Malformed::Command { found }),
+            found => return Err(Malformed::Command(found)),
         }
         let length = field(header, 24);
         let packets = field(header, 32);
         if !NO_PACKETS.contains(&packets) {
-            return Err(Malformed::Packets { found: packets });
+            return Err(Malformed::Packets(packets));
         }
         let length = usize::try_from(length)
             .ok()
             .filter(|length| *length <= TRANSFER_BYTES_MAX)
-            .ok_or(Malformed::Length { found: length })?;
+            .ok_or(Malformed::Length(length))?;
         let mut setup = [0; 8];
         setup.copy_from_slice(&header[40..]);
         Ok(Self::Submit(Submit {
@@ -267,30 +222,31 @@ impl Command {
 
 /// The reply to a transfer: `status` is 0 or a negative errno. `data` is sent only if the device is the one that sends.
 pub(super) fn submitted(sequence: u32, status: i32, actual_length: usize, data: &[u8]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(HEADER_BYTES + data.len());
-    for word in [RET_SUBMIT, sequence, 0, 0, 0] {
-        bytes.extend(word.to_be_bytes());
-    }
-    bytes.extend(status.to_be_bytes());
+    let status = u32::from_ne_bytes(status.to_ne_bytes());
     let actual_length = u32::try_from(actual_length).unwrap_or(u32::MAX);
-    for word in [actual_length, 0, 0, 0, 0, 0] {
-        bytes.extend(word.to_be_bytes());
-    }
-    bytes.extend(data);
-    bytes
+    let header = [
+        RET_SUBMIT,
+        sequence,
+        0,
+        0,
+        0,
+        status,
+        actual_length,
+        0,
+        0,
+        0,
+        0,
+        0,
+    ];
+    [header.map(u32::to_be_bytes).as_flattened(), data].concat()
 }
 
 /// The reply to a cancelled transfer that had been answered already.
 pub(super) fn unlinked_too_late(sequence: u32) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(HEADER_BYTES);
-    for word in [RET_UNLINK, sequence, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0] {
-        bytes.extend(word.to_be_bytes());
-    }
-    bytes
+    let header = [RET_UNLINK, sequence, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    header.map(u32::to_be_bytes).as_flattened().to_vec()
 }
 
 fn field(header: &[u8; HEADER_BYTES], at: usize) -> u32 {
-    let mut bytes = [0; 4];
-    bytes.copy_from_slice(&header[at..at + 4]);
-    u32::from_be_bytes(bytes)
+    u32::from_be_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]])
 }

@@ -117,7 +117,7 @@ fn each_fault_keeps_its_name_and_gets_the_errno_of_the_mode() {
             let ClientError::Fault { fault, errno, .. } = &error else {
                 panic!("{error}");
             };
-            let named = mode.errno(expected).map(Errno::raw);
+            let named = mode.errno(expected).map(Errno::raw_os_error);
             assert_eq!((*fault, *errno), (expected, named), "{mode}");
             assert_eq!(error.fault(), expected);
         }

@@ -2,7 +2,7 @@
 
 use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, Operation};
 
-use crate::adapter::{BusFault, Fault, HalAdapter};
+use crate::adapter::{Fault, HalAdapter};
 use crate::ioctl::request::{I2C_RDWR, I2C_SLAVE_FORCE, I2C_SMBUS};
 use crate::ioctl::{AdapterMode, CallerMemory, Errno, OpenFile, PointerWidth, message_flag};
 
@@ -47,10 +47,10 @@ impl Memory {
     pub(super) fn pointer(&self, address: u64) -> Vec<u8> {
         match self.width {
             PointerWidth::Bits64 => address.to_ne_bytes().to_vec(),
-            PointerWidth::Bits32 => u32::try_from(address & 0xFFFF_FFFF)
-                .unwrap()
-                .to_ne_bytes()
-                .to_vec(),
+            PointerWidth::Bits32 => {
+                let low = u32::try_from(address & 0xFFFF_FFFF).unwrap();
+                low.to_ne_bytes().to_vec()
+            }
         }
     }
 
@@ -59,15 +59,8 @@ impl Memory {
         let bytes: Vec<u8> = messages
             .iter()
             .flat_map(|(target, flags, length, buffer)| {
-                [
-                    target.to_ne_bytes(),
-                    flags.to_ne_bytes(),
-                    length.to_ne_bytes(),
-                    [0; 2],
-                ]
-                .concat()
-                .into_iter()
-                .chain(self.pointer(*buffer))
+                let front = [*target, *flags, *length, 0].map(u16::to_ne_bytes);
+                [front.as_flattened(), &self.pointer(*buffer)].concat()
             })
             .collect();
         self.put(address, &bytes)
@@ -89,26 +82,23 @@ impl Memory {
         size: u32,
         data: u64,
     ) -> u64 {
-        let front = [
-            vec![read_write, command, 0xAA, 0xAA],
-            size.to_ne_bytes().to_vec(),
-        ]
-        .concat();
-        self.put(address, &[front, self.pointer(data)].concat())
+        let front = [[read_write, command, 0xAA, 0xAA], size.to_ne_bytes()];
+        let bytes = [front.as_flattened(), &self.pointer(data)].concat();
+        self.put(address, &bytes)
     }
 }
 
 impl CallerMemory for Memory {
     fn read(&mut self, address: u64, into: &mut [u8]) -> Result<(), Errno> {
-        let range = self.range(address, into.len()).ok_or(Errno::EFAULT)?;
+        let range = self.range(address, into.len()).ok_or(Errno::FAULT)?;
         into.copy_from_slice(&self.bytes[range]);
         Ok(())
     }
 
     fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Errno> {
-        let range = self.range(address, bytes.len()).ok_or(Errno::EFAULT)?;
+        let range = self.range(address, bytes.len()).ok_or(Errno::FAULT)?;
         if address + u64::try_from(bytes.len()).unwrap() > self.read_only_from {
-            return Err(Errno::EFAULT);
+            return Err(Errno::FAULT);
         }
         self.bytes[range].copy_from_slice(bytes);
         Ok(())
@@ -127,18 +117,13 @@ pub(super) struct Chip {
     pub(super) faults: Vec<Fault>,
 }
 
+/// The fault is told past [`ErrorKind`], which has no names for some.
 #[derive(Debug)]
 pub(super) struct ChipError(pub(super) Fault);
 
 impl embedded_hal::i2c::Error for ChipError {
     fn kind(&self) -> ErrorKind {
         ErrorKind::Other
-    }
-}
-
-impl BusFault for ChipError {
-    fn fault(&self) -> Fault {
-        self.0
     }
 }
 
@@ -156,20 +141,19 @@ impl I2c for Chip {
         let planned = self.faults.pop();
         self.seen.extend(planned.map(|fault| format!("{fault:?}")));
         if let Some(fault) = planned.or(absent) {
-            spoil(operations);
+            for operation in operations {
+                if let Operation::Read(buffer) = operation {
+                    buffer.fill(0x99);
+                }
+            }
             return Err(ChipError(fault));
         }
         let mut line = Vec::new();
         for operation in operations {
             match operation {
                 Operation::Write(bytes) => {
-                    line.push(format!(
-                        "W{}",
-                        bytes
-                            .iter()
-                            .map(|byte| format!(" {byte:02x}"))
-                            .collect::<String>()
-                    ));
+                    let bytes_text = bytes.iter().map(|byte| format!(" {byte:02x}"));
+                    line.push("W".to_owned() + &bytes_text.collect::<String>());
                     if let [pointer, bytes @ ..] = *bytes {
                         self.pointer = *pointer;
                         for byte in bytes {
@@ -192,16 +176,6 @@ impl I2c for Chip {
     }
 }
 
-/// What a bus may have left in the buffers when it fails.
-pub(super) fn spoil(operations: &mut [Operation<'_>]) {
-    for operation in operations {
-        if let Operation::Read(buffer) = operation {
-            buffer.fill(0x99);
-        }
-    }
-}
-
-/// A caller with one open file.
 pub(super) struct Bench {
     pub(super) file: OpenFile,
     pub(super) memory: Memory,
@@ -224,7 +198,7 @@ impl Bench {
         let mut bench = Self {
             file: OpenFile::new(mode),
             memory: Memory::new(width),
-            adapter: HalAdapter::with_bus_faults(chip),
+            adapter: HalAdapter::with_faults(chip, |error| error.0),
         };
         assert_eq!(bench.call(I2C_SLAVE_FORCE, TARGET.into()), Ok(0));
         bench
@@ -235,20 +209,26 @@ impl Bench {
             .ioctl(request, argument, &mut self.memory, &mut self.adapter)
     }
 
+    pub(super) fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Errno> {
+        self.file.read(buffer, &mut self.adapter)
+    }
+
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<usize, Errno> {
+        self.file.write(bytes, &mut self.adapter)
+    }
+
     /// I2C_RDWR of messages given as (target, flags, length, buffer).
     pub(super) fn rdwr(&mut self, messages: &[(u16, u16, u16, u64)]) -> Result<i32, Errno> {
         let array = self.memory.put_messages(BASE + 0x100, messages);
-        let argument = self
-            .memory
-            .put_rdwr(BASE, array, u32::try_from(messages.len()).unwrap());
+        let count = u32::try_from(messages.len()).unwrap();
+        let argument = self.memory.put_rdwr(BASE, array, count);
         self.call(I2C_RDWR, argument)
     }
 
     /// I2C_SMBUS with its data at [`DATA`].
     pub(super) fn smbus(&mut self, read_write: u8, command: u8, size: u32) -> Result<i32, Errno> {
-        let argument = self
-            .memory
-            .put_smbus(BASE + 0x40, read_write, command, size, DATA);
+        let at = BASE + 0x40;
+        let argument = self.memory.put_smbus(at, read_write, command, size, DATA);
         self.call(I2C_SMBUS, argument)
     }
 

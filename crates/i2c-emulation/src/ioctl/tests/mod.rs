@@ -2,6 +2,5 @@
 
 mod bench;
 mod calls;
-mod hostile;
 mod modes;
 mod smbus;

@@ -1,13 +1,10 @@
 //! The functions of the C library that are intercepted, but for those that read and write (`transfers`).
-//!
-//! Functions that C declares with `...` are defined with the arguments they take here: on every machine that this is
-//! built for, such arguments are passed alike.
 
 use core::ffi::{CStr, c_char, c_int, c_uint, c_ulong, c_void};
 
 use super::super::protocol::Call;
-use super::intercept::result;
-use super::system::{self, EACCES, EEXIST, EMFILE, ENOTDIR, EOPNOTSUPP, Errno};
+use super::intercept::{failed, result};
+use super::system::{self, EACCES, EEXIST, EMFILE, ENOTDIR, EOPNOTSUPP};
 use super::{channel, descriptor, path, setting};
 
 const AT_FDCWD: c_int = -100;
@@ -31,72 +28,29 @@ const X_OK: c_int = 1;
 const LOOKS_LIKE: &CStr = c"/dev/null";
 
 type Path = *const c_char;
-type Open = unsafe extern "C" fn(Path, c_int, ...) -> c_int;
-type OpenAt = unsafe extern "C" fn(c_int, Path, c_int, ...) -> c_int;
-type OpenTwo = unsafe extern "C" fn(Path, c_int) -> c_int;
-type OpenAtTwo = unsafe extern "C" fn(c_int, Path, c_int) -> c_int;
-type OpenStream = unsafe extern "C" fn(Path, Path) -> *mut c_void;
-type Control = unsafe extern "C" fn(c_int, c_ulong, ...) -> c_int;
-type FileControl = unsafe extern "C" fn(c_int, c_int, ...) -> c_int;
-type OfDescriptor = unsafe extern "C" fn(c_int) -> c_int;
-type OfTwoDescriptors = unsafe extern "C" fn(c_int, c_int) -> c_int;
-type DuplicateThree = unsafe extern "C" fn(c_int, c_int, c_int) -> c_int;
-type Stat = unsafe extern "C" fn(Path, *mut c_void) -> c_int;
-type StatAt = unsafe extern "C" fn(c_int, Path, *mut c_void, c_int) -> c_int;
-type StatOpen = unsafe extern "C" fn(c_int, *mut c_void) -> c_int;
-type StatVersion = unsafe extern "C" fn(c_int, Path, *mut c_void) -> c_int;
-type StatAtVersion = unsafe extern "C" fn(c_int, c_int, Path, *mut c_void, c_int) -> c_int;
-type StatOpenVersion = unsafe extern "C" fn(c_int, c_int, *mut c_void) -> c_int;
-type StatExtended = unsafe extern "C" fn(c_int, Path, c_int, c_uint, *mut c_void) -> c_int;
-type Access = unsafe extern "C" fn(Path, c_int) -> c_int;
-type AccessAt = unsafe extern "C" fn(c_int, Path, c_int, c_int) -> c_int;
-
 macro_rules! opens {
-    ($($open:ident $openat:ident $open_two:ident $openat_two:ident $stream:ident)*) => {$(
-        intercept! {
-            fn $open(path: Path, flags: c_int, mode: c_uint) -> c_int {
-                match device(AT_FDCWD, path) {
-                    Some(bus) => open_device(bus, flags),
-                    None => pass_on!($open: Open, path, flags, mode),
-                }
-            }
-
-            fn $openat(folder: c_int, path: Path, flags: c_int, mode: c_uint) -> c_int {
-                match device(folder, path) {
-                    Some(bus) => open_device(bus, flags),
-                    None => pass_on!($openat: OpenAt, folder, path, flags, mode),
-                }
-            }
-
-            fn $open_two(path: Path, flags: c_int) -> c_int {
-                match device(AT_FDCWD, path) {
-                    Some(bus) => open_device(bus, flags),
-                    None => pass_on!($open_two: OpenTwo, path, flags),
-                }
-            }
-
-            fn $openat_two(folder: c_int, path: Path, flags: c_int) -> c_int {
-                match device(folder, path) {
-                    Some(bus) => open_device(bus, flags),
-                    None => pass_on!($openat_two: OpenAtTwo, folder, path, flags),
-                }
-            }
-
-            fn $stream(path: Path, mode: Path) -> *mut c_void {
-                if device(AT_FDCWD, path).is_some() {
-                    // A stream reads and writes inside the C library, where nothing can be intercepted: better
-                    // refused than silent.
-                    system::set_errno(EOPNOTSUPP);
-                    return core::ptr::null_mut();
-                }
-                match next!($stream: OpenStream) {
-                    // SAFETY: these are the program's own arguments to this very function.
-                    Some(function) => unsafe { function(path, mode) },
-                    None => core::ptr::null_mut(),
-                }
-            }
+    ($($open:ident $openat:ident $open_two:ident $openat_two:ident $stream:ident)*) => {$(intercept! {
+        fn $open(path: Path, flags: c_int; ... _mode: c_uint) -> c_int {
+            device(AT_FDCWD, path).map(|bus| open_device(bus, flags))
         }
-    )*};
+
+        fn $openat(folder: c_int, path: Path, flags: c_int; ... _mode: c_uint) -> c_int {
+            device(folder, path).map(|bus| open_device(bus, flags))
+        }
+
+        fn $open_two(path: Path, flags: c_int) -> c_int {
+            device(AT_FDCWD, path).map(|bus| open_device(bus, flags))
+        }
+
+        fn $openat_two(folder: c_int, path: Path, flags: c_int) -> c_int {
+            device(folder, path).map(|bus| open_device(bus, flags))
+        }
+
+        fn $stream(path: Path, _mode: Path) -> *mut c_void {
+            // A stream reads and writes inside the C library, where nothing can be intercepted: better refused than silent.
+            device(AT_FDCWD, path).map(|_bus| failed(EOPNOTSUPP))
+        }
+    })*};
 }
 
 opens! {
@@ -106,14 +60,11 @@ opens! {
 
 macro_rules! controls {
     ($($name:ident)*) => {$(intercept! {
-        fn $name(file: c_int, request: c_ulong, argument: *mut c_void) -> c_int {
-            match controlled(file, request) {
-                Some((token, request)) => {
-                    let argument = u64::try_from(argument.expose_provenance()).unwrap_or(0);
-                    integer(result(channel::perform(token, Call::Ioctl { request, argument })))
-                }
-                None => pass_on!($name: Control, file, request, argument),
-            }
+        fn $name(file: c_int, request: c_ulong; ... argument: *mut c_void) -> c_int {
+            let (token, request) = controlled(file, request)?;
+            let argument = u64::try_from(argument.expose_provenance()).unwrap_or(0);
+            let outcome = channel::perform(token, Call::Ioctl { request, argument });
+            Some(c_int::try_from(result(outcome)).unwrap_or(c_int::MAX))
         }
     })*};
 }
@@ -122,10 +73,9 @@ controls! { ioctl __ioctl_time64 }
 
 macro_rules! file_controls {
     ($($name:ident)*) => {$(intercept! {
-        fn $name(file: c_int, command: c_int, argument: *mut c_void) -> c_int {
-            let token = matches!(command, F_DUPFD | F_DUPFD_CLOEXEC)
-                && descriptor::file_of(file).is_some();
-            duplicated(token, pass_on!($name: FileControl, file, command, argument))
+        fn $name(file: c_int, command: c_int; ... argument: *mut c_void) -> c_int {
+            let duplicates = matches!(command, F_DUPFD | F_DUPFD_CLOEXEC);
+            duplicated(duplicates.then_some(file)?, || pass_on(file, command, argument))
         }
     })*};
 }
@@ -135,31 +85,27 @@ file_controls! { fcntl fcntl64 __fcntl_time64 }
 intercept! {
     fn close(file: c_int) -> c_int {
         descriptor::unmark(file);
-        pass_on!(close: OfDescriptor, file)
+        None
     }
 
     fn dup(file: c_int) -> c_int {
-        let token = descriptor::file_of(file).is_some();
-        duplicated(token, pass_on!(dup: OfDescriptor, file))
+        duplicated(file, || pass_on(file))
     }
 
     fn dup2(file: c_int, to: c_int) -> c_int {
-        let token = descriptor::file_of(file).is_some();
-        duplicated(token, pass_on!(dup2: OfTwoDescriptors, file, to))
+        duplicated(file, || pass_on(file, to))
     }
 
     fn dup3(file: c_int, to: c_int, flags: c_int) -> c_int {
-        let token = descriptor::file_of(file).is_some();
-        duplicated(token, pass_on!(dup3: DuplicateThree, file, to, flags))
+        duplicated(file, || pass_on(file, to, flags))
     }
 }
 
 macro_rules! stats {
     ($($name:ident)*) => {$(intercept! {
         fn $name(path: Path, attributes: *mut c_void) -> c_int {
-            let bus = device(AT_FDCWD, path);
-            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
-            look_like(bus, attributes, pass_on!($name: Stat, shown, attributes))
+            let bus = device(AT_FDCWD, path)?;
+            look_like(bus, attributes, pass_on(LOOKS_LIKE.as_ptr(), attributes))
         }
     })*};
 }
@@ -169,9 +115,8 @@ stats! { stat stat64 lstat lstat64 __stat64_time64 __lstat64_time64 }
 macro_rules! stats_at {
     ($($name:ident)*) => {$(intercept! {
         fn $name(folder: c_int, path: Path, attributes: *mut c_void, flags: c_int) -> c_int {
-            let bus = device_or_open(folder, path, flags);
-            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
-            look_like(bus, attributes, pass_on!($name: StatAt, folder, shown, attributes, flags))
+            let bus = device_or_open(folder, path, flags)?;
+            look_like(bus, attributes, pass_on(folder, LOOKS_LIKE.as_ptr(), attributes, flags))
         }
     })*};
 }
@@ -181,11 +126,8 @@ stats_at! { fstatat fstatat64 __fstatat64_time64 }
 macro_rules! stats_of_open {
     ($($name:ident by $by_path:ident)*) => {$(intercept! {
         fn $name(file: c_int, attributes: *mut c_void) -> c_int {
-            if descriptor::file_of(file).is_some() {
-                let outcome = pass_on!($by_path: Stat, LOOKS_LIKE.as_ptr(), attributes);
-                return look_like(Some(0), attributes, outcome);
-            }
-            pass_on!($name: StatOpen, file, attributes)
+            descriptor::file_of(file)?;
+            look_like(0, attributes, $by_path(LOOKS_LIKE.as_ptr(), attributes))
         }
     })*};
 }
@@ -196,30 +138,23 @@ stats_of_open! { fstat by stat fstat64 by stat64 __fstat64_time64 by __stat64_ti
 macro_rules! stats_of_old {
     ($($by_path:ident $by_link:ident $at:ident $of_open:ident)*) => {$(intercept! {
         fn $by_path(version: c_int, path: Path, attributes: *mut c_void) -> c_int {
-            let bus = device(AT_FDCWD, path);
-            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
-            look_like(bus, attributes, pass_on!($by_path: StatVersion, version, shown, attributes))
+            let bus = device(AT_FDCWD, path)?;
+            look_like(bus, attributes, pass_on(version, LOOKS_LIKE.as_ptr(), attributes))
         }
 
         fn $by_link(version: c_int, path: Path, attributes: *mut c_void) -> c_int {
-            let bus = device(AT_FDCWD, path);
-            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
-            look_like(bus, attributes, pass_on!($by_link: StatVersion, version, shown, attributes))
+            let bus = device(AT_FDCWD, path)?;
+            look_like(bus, attributes, pass_on(version, LOOKS_LIKE.as_ptr(), attributes))
         }
 
         fn $at(version: c_int, folder: c_int, path: Path, attributes: *mut c_void, flags: c_int) -> c_int {
-            let bus = device_or_open(folder, path, flags);
-            let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
-            let outcome = pass_on!($at: StatAtVersion, version, folder, shown, attributes, flags);
-            look_like(bus, attributes, outcome)
+            let bus = device_or_open(folder, path, flags)?;
+            look_like(bus, attributes, pass_on(version, folder, LOOKS_LIKE.as_ptr(), attributes, flags))
         }
 
         fn $of_open(version: c_int, file: c_int, attributes: *mut c_void) -> c_int {
-            if descriptor::file_of(file).is_some() {
-                let outcome = pass_on!($by_path: StatVersion, version, LOOKS_LIKE.as_ptr(), attributes);
-                return look_like(Some(0), attributes, outcome);
-            }
-            pass_on!($of_open: StatOpenVersion, version, file, attributes)
+            descriptor::file_of(file)?;
+            look_like(0, attributes, $by_path(version, LOOKS_LIKE.as_ptr(), attributes))
         }
     })*};
 }
@@ -229,43 +164,28 @@ stats_of_old! {
     __xstat64 __lxstat64 __fxstatat64 __fxstat64
 }
 
+macro_rules! accesses {
+    ($($name:ident)*) => {$(intercept! {
+        fn $name(path: Path, wanted: c_int) -> c_int {
+            device(AT_FDCWD, path).map(|_bus| permitted(wanted))
+        }
+    })*};
+}
+
+accesses! { access eaccess euidaccess }
+
 intercept! {
     fn statx(folder: c_int, path: Path, flags: c_int, mask: c_uint, attributes: *mut c_void) -> c_int {
-        let bus = device_or_open(folder, path, flags);
-        let shown = if bus.is_some() { LOOKS_LIKE.as_ptr() } else { path };
-        let outcome = pass_on!(statx: StatExtended, folder, shown, flags, mask, attributes);
-        if let (Some(bus), 0) = (bus, outcome) {
+        let bus = device_or_open(folder, path, flags)?;
+        let outcome = pass_on(folder, LOOKS_LIKE.as_ptr(), flags, mask, attributes);
+        if outcome == 0 {
             attributes::of_statx(attributes, bus);
         }
-        outcome
+        Some(outcome)
     }
 
-    fn access(path: Path, wanted: c_int) -> c_int {
-        match device(AT_FDCWD, path) {
-            Some(_) => permitted(wanted),
-            None => pass_on!(access: Access, path, wanted),
-        }
-    }
-
-    fn eaccess(path: Path, wanted: c_int) -> c_int {
-        match device(AT_FDCWD, path) {
-            Some(_) => permitted(wanted),
-            None => pass_on!(eaccess: Access, path, wanted),
-        }
-    }
-
-    fn euidaccess(path: Path, wanted: c_int) -> c_int {
-        match device(AT_FDCWD, path) {
-            Some(_) => permitted(wanted),
-            None => pass_on!(euidaccess: Access, path, wanted),
-        }
-    }
-
-    fn faccessat(folder: c_int, path: Path, wanted: c_int, flags: c_int) -> c_int {
-        match device(folder, path) {
-            Some(_) => permitted(wanted),
-            None => pass_on!(faccessat: AccessAt, folder, path, wanted, flags),
-        }
+    fn faccessat(folder: c_int, path: Path, wanted: c_int, _flags: c_int) -> c_int {
+        device(folder, path).map(|_bus| permitted(wanted))
     }
 }
 
@@ -378,11 +298,11 @@ fn controlled(file: c_int, request: c_ulong) -> Option<(u64, u32)> {
 }
 
 /// Another file that takes a token's number needs no mention: it is told from a token by its name.
-fn duplicated(token: bool, descriptor: c_int) -> c_int {
-    if token && descriptor >= 0 {
-        descriptor::mark(descriptor);
-    }
-    descriptor
+fn duplicated(file: c_int, duplicate: impl FnOnce() -> c_int) -> Option<c_int> {
+    descriptor::file_of(file)?;
+    let duplicate = duplicate();
+    descriptor::mark(duplicate);
+    Some(duplicate)
 }
 
 fn permitted(wanted: c_int) -> c_int {
@@ -393,20 +313,11 @@ fn permitted(wanted: c_int) -> c_int {
     }
 }
 
-fn look_like(bus: Option<u32>, attributes: *mut c_void, outcome: c_int) -> c_int {
-    if let (Some(bus), 0) = (bus, outcome) {
+fn look_like(bus: u32, attributes: *mut c_void, outcome: c_int) -> Option<c_int> {
+    if outcome == 0 {
         attributes::of_stat(attributes, bus);
     }
-    outcome
-}
-
-fn integer(value: isize) -> c_int {
-    c_int::try_from(value).unwrap_or(c_int::MAX)
-}
-
-fn failed(errno: Errno) -> c_int {
-    system::set_errno(errno);
-    -1
+    Some(outcome)
 }
 
 /// The attributes of /dev/null, turned into those of a device of i2c-dev.

@@ -1,8 +1,7 @@
 //! The connections that calls go through.
 //!
-//! A process has a few, and each call takes one that is free. Who holds one is written down as a process number: a child
-//! that was forked while another thread was in a call finds that thread's mark, knows that it cannot be its own, and
-//! takes over. The descriptor is another matter: a child must not speak on its parent's connection, and makes its own.
+//! A process has a few, and each call takes one that is free. A holder is a process number: a child that was forked while
+//! another thread was in a call finds its parent's mark, and takes over, with a connection of its own.
 
 use core::ffi::c_int;
 use core::sync::atomic::{AtomicI32, AtomicU32, AtomicU64, Ordering};
@@ -19,7 +18,6 @@ use super::system::{self, EADDRINUSE, EFAULT, EINVAL, ENOTCONN, Errno, SocketNam
 const CHANNELS: usize = 8;
 /// Channels keep out of the low numbers, which programs count on.
 const DESCRIPTOR_MIN: usize = 900;
-/// Bytes of a pointer of this program.
 const POINTER_BYTES: usize = size_of::<usize>();
 /// Most messages of one I2C_RDWR that are sent along; of more, only the array is.
 const MESSAGES_MAX: usize = 42;
@@ -127,7 +125,6 @@ impl Channel {
     }
 }
 
-/// A new connection and the number in its name.
 fn connect(
     setting: &Setting,
     purpose: Purpose,

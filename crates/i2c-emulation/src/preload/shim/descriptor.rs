@@ -53,7 +53,6 @@ pub(super) fn mark(descriptor: c_int) -> bool {
     true
 }
 
-/// Forgets a descriptor.
 pub(super) fn unmark(descriptor: c_int) {
     if let Some((word, bit)) = place(descriptor) {
         word.fetch_and(!bit, Ordering::Relaxed);

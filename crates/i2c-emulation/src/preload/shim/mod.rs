@@ -1,9 +1,8 @@
 //! The inside of the preloaded library.
 //!
-//! It holds no state of a chip or an open file, only which descriptors may be tokens and a few connections: every call on
-//! a token is handed to the emulator, where the one ioctl layer is. It allocates nothing, takes no lock that a fork or a
-//! signal handler could find taken forever, and works with the kernel directly, so that it never meets its own
-//! interception or a point of cancellation.
+//! It holds only which descriptors may be tokens and a few connections: every call on a token is handed to the emulator. It
+//! allocates nothing, takes no lock that a fork or a signal handler could find taken forever, and works with the kernel
+//! directly, so that it never meets its own interception or a point of cancellation.
 #![expect(
     unsafe_code,
     reason = "a library that stands between programs and the C library is handed addresses, not references"

@@ -48,11 +48,8 @@ mod tests {
             ("//dev/./i2c-12", "//dev/./", 12),
             ("/tmp/i2c-4294967295", "/tmp/", u32::MAX),
         ] {
-            assert_eq!(
-                split(path.as_bytes()),
-                Some((folder.as_bytes(), number)),
-                "{path}"
-            );
+            let expected = Some((folder.as_bytes(), number));
+            assert_eq!(split(path.as_bytes()), expected, "{path}");
         }
         for path in [
             "",

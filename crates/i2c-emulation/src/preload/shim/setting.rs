@@ -1,25 +1,22 @@
 //! What the emulator says in the environment, read once.
 
 use core::cell::UnsafeCell;
-use core::ffi::CStr;
 use core::sync::atomic::{AtomicU8, Ordering};
 
-use super::super::protocol::{BUSES_MAX, NAME_BYTES_MAX, SECRET_BYTES, value_of_digit};
+use super::super::protocol::{
+    BUSES_MAX, ENVIRONMENT, ENVIRONMENT_PREFETCH, NAME_BYTES_MAX, SECRET_DIGITS, hexadecimal,
+};
 use super::{path, system};
-
-const NAME: &CStr = c"I2C_EMULATION_PRELOAD";
-const PREFETCH: &CStr = c"I2C_EMULATION_PREFETCH";
 
 const UNREAD: u8 = 0;
 const BEING_READ: u8 = 1;
 const READY: u8 = 2;
 const NOTHING: u8 = 3;
 
-/// Where the emulator listens, and which buses it has.
 pub(super) struct Setting {
     name: [u8; NAME_BYTES_MAX],
     name_bytes: usize,
-    pub(super) secret: [u8; SECRET_BYTES],
+    pub(super) secret: u128,
     buses: [u32; BUSES_MAX],
     buses_count: usize,
     pub(super) prefetch: bool,
@@ -29,18 +26,16 @@ impl Setting {
     const EMPTY: Self = Self {
         name: [0; NAME_BYTES_MAX],
         name_bytes: 0,
-        secret: [0; SECRET_BYTES],
+        secret: 0,
         buses: [0; BUSES_MAX],
         buses_count: 0,
         prefetch: true,
     };
 
-    /// The name of the emulator's socket.
     pub(super) fn socket(&self) -> &[u8] {
         self.name.get(..self.name_bytes).unwrap_or(&[])
     }
 
-    /// Whether the emulator has this bus.
     pub(super) fn has(&self, bus: u32) -> bool {
         self.buses
             .get(..self.buses_count)
@@ -53,13 +48,7 @@ impl Setting {
         let (name, secret, buses) = (fields.next()?, fields.next()?, fields.next()?);
         setting.name.get_mut(..name.len())?.copy_from_slice(name);
         setting.name_bytes = name.len();
-        if secret.len() != 2 * SECRET_BYTES {
-            return None;
-        }
-        for (byte, digits) in setting.secret.iter_mut().zip(secret.chunks_exact(2)) {
-            let [high, low] = digits else { return None };
-            *byte = value_of_digit(*high)? << 4 | value_of_digit(*low)?;
-        }
+        setting.secret = hexadecimal(secret, SECRET_DIGITS)?;
         for bus in buses.split(|byte| *byte == b',') {
             *setting.buses.get_mut(setting.buses_count)? = path::decimal(bus)?;
             setting.buses_count += 1;
@@ -91,11 +80,11 @@ fn read() -> Option<&'static Setting> {
     STATE
         .compare_exchange(UNREAD, BEING_READ, Ordering::AcqRel, Ordering::Acquire)
         .ok()?;
-    let Some(mut setting) = system::environment(NAME).and_then(Setting::parse) else {
+    let Some(mut setting) = system::environment(ENVIRONMENT).and_then(Setting::parse) else {
         STATE.store(NOTHING, Ordering::Release);
         return None;
     };
-    setting.prefetch = system::environment(PREFETCH) != Some(b"0");
+    setting.prefetch = system::environment(ENVIRONMENT_PREFETCH) != Some(b"0");
     // SAFETY: STATE lets nobody else in.
     unsafe { *PLACE.0.get() = setting };
     STATE.store(READY, Ordering::Release);
@@ -104,22 +93,14 @@ fn read() -> Option<&'static Setting> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::protocol::{ENVIRONMENT, ENVIRONMENT_PREFETCH};
     use super::*;
-
-    #[test]
-    fn the_variables_have_the_names_that_the_emulator_sets() {
-        assert_eq!(NAME.to_str(), Ok(ENVIRONMENT));
-        assert_eq!(PREFETCH.to_str(), Ok(ENVIRONMENT_PREFETCH));
-    }
 
     #[test]
     fn a_setting_is_taken_whole_or_not_at_all() {
         let secret = "000102030405060708090a0b0c0d0eff";
         let setting = Setting::parse(format!("name:{secret}:1,30").as_bytes()).unwrap();
         assert_eq!(setting.socket(), b"name");
-        assert_eq!(setting.secret[..2], [0, 1]);
-        assert_eq!(setting.secret[14..], [14, 255]);
+        assert_eq!(setting.secret, 0x0001_0203_0405_0607_0809_0a0b_0c0d_0eff);
         assert!(setting.has(1) && setting.has(30));
         assert!(!setting.has(0) && !setting.has(3));
         let long = "n".repeat(NAME_BYTES_MAX + 1);

@@ -3,7 +3,6 @@
 use core::ffi::{CStr, c_char, c_int, c_long, c_void};
 use core::sync::atomic::{AtomicBool, Ordering};
 
-/// An errno.
 pub(super) type Errno = c_int;
 
 pub(super) const EINTR: Errno = 4;
@@ -29,54 +28,39 @@ const AT_FDCWD: c_int = -100;
 /// Bytes of `sun_path`.
 const SOCKET_NAME_BYTES: usize = 108;
 
-/// Numbers of system calls.
-#[cfg(target_arch = "x86_64")]
+#[cfg(not(any(
+    target_arch = "x86_64",
+    target_arch = "aarch64",
+    target_arch = "riscv64",
+    target_arch = "arm"
+)))]
+compile_error!("the numbers of this machine's system calls are not known");
+
+/// Numbers of system calls: those of x86-64, of arm64 and riscv64, and of 32-bit Arm.
 mod number {
-    pub(super) const SOCKET: i32 = 41;
-    pub(super) const BIND: i32 = 49;
-    pub(super) const CONNECT: i32 = 42;
-    pub(super) const GETSOCKNAME: i32 = 51;
-    pub(super) const SENDTO: i32 = 44;
-    pub(super) const RECVFROM: i32 = 45;
-    pub(super) const FCNTL: i32 = 72;
-    pub(super) const CLOSE: i32 = 3;
-    pub(super) const GETPID: i32 = 39;
-    pub(super) const READLINKAT: i32 = 267;
-    pub(super) const SCHED_YIELD: i32 = 24;
-    pub(super) const RT_SIGPROCMASK: i32 = 14;
-    pub(super) const PROCESS_VM_WRITEV: i32 = 311;
-}
-#[cfg(any(target_arch = "aarch64", target_arch = "riscv64"))]
-mod number {
-    pub(super) const SOCKET: i32 = 198;
-    pub(super) const BIND: i32 = 200;
-    pub(super) const CONNECT: i32 = 203;
-    pub(super) const GETSOCKNAME: i32 = 204;
-    pub(super) const SENDTO: i32 = 206;
-    pub(super) const RECVFROM: i32 = 207;
-    pub(super) const FCNTL: i32 = 25;
-    pub(super) const CLOSE: i32 = 57;
-    pub(super) const GETPID: i32 = 172;
-    pub(super) const READLINKAT: i32 = 78;
-    pub(super) const SCHED_YIELD: i32 = 124;
-    pub(super) const RT_SIGPROCMASK: i32 = 135;
-    pub(super) const PROCESS_VM_WRITEV: i32 = 271;
-}
-#[cfg(target_arch = "arm")]
-mod number {
-    pub(super) const SOCKET: i32 = 281;
-    pub(super) const BIND: i32 = 282;
-    pub(super) const CONNECT: i32 = 283;
-    pub(super) const GETSOCKNAME: i32 = 286;
-    pub(super) const SENDTO: i32 = 290;
-    pub(super) const RECVFROM: i32 = 292;
-    pub(super) const FCNTL: i32 = 221;
-    pub(super) const CLOSE: i32 = 6;
-    pub(super) const GETPID: i32 = 20;
-    pub(super) const READLINKAT: i32 = 332;
-    pub(super) const SCHED_YIELD: i32 = 158;
-    pub(super) const RT_SIGPROCMASK: i32 = 175;
-    pub(super) const PROCESS_VM_WRITEV: i32 = 377;
+    const fn one_of(x86_64: i32, arm64: i32, arm: i32) -> i32 {
+        if cfg!(target_arch = "x86_64") {
+            x86_64
+        } else if cfg!(target_arch = "arm") {
+            arm
+        } else {
+            arm64
+        }
+    }
+
+    pub(super) const SOCKET: i32 = one_of(41, 198, 281);
+    pub(super) const BIND: i32 = one_of(49, 200, 282);
+    pub(super) const CONNECT: i32 = one_of(42, 203, 283);
+    pub(super) const GETSOCKNAME: i32 = one_of(51, 204, 286);
+    pub(super) const SENDTO: i32 = one_of(44, 206, 290);
+    pub(super) const RECVFROM: i32 = one_of(45, 207, 292);
+    pub(super) const FCNTL: i32 = one_of(72, 25, 221);
+    pub(super) const CLOSE: i32 = one_of(3, 57, 6);
+    pub(super) const GETPID: i32 = one_of(39, 172, 20);
+    pub(super) const READLINKAT: i32 = one_of(267, 78, 332);
+    pub(super) const SCHED_YIELD: i32 = one_of(24, 124, 158);
+    pub(super) const RT_SIGPROCMASK: i32 = one_of(14, 135, 175);
+    pub(super) const PROCESS_VM_WRITEV: i32 = one_of(311, 271, 377);
 }
 
 // Every C library has these, under these names. (A link to the C library itself would tie the library to one of them.)
@@ -90,20 +74,17 @@ unsafe extern "C" {
     fn abort_process() -> !;
 }
 
-/// Ends the program.
 #[cfg(not(test))]
 pub(crate) fn abort() -> ! {
     // SAFETY: it takes nothing and does not return.
     unsafe { abort_process() }
 }
 
-/// The errno of the calling thread.
 pub(super) fn errno() -> Errno {
     // SAFETY: the address is valid for the thread's life.
     unsafe { *__errno_location() }
 }
 
-/// Sets the errno of the calling thread.
 pub(super) fn set_errno(errno: Errno) {
     // SAFETY: as above.
     unsafe { *__errno_location() = errno };
@@ -158,13 +139,11 @@ pub(super) fn own_pid() -> i32 {
         .unwrap_or(-1)
 }
 
-/// Lets others run.
 pub(super) fn give_way() {
     // SAFETY: there are no arguments.
     let _ = unsafe { call(number::SCHED_YIELD, [0; 6]) };
 }
 
-/// A new Unix socket.
 pub(super) fn socket(close_on_exec: bool) -> Result<c_int, Errno> {
     let kind = SOCK_STREAM | if close_on_exec { SOCK_CLOEXEC } else { 0 };
     // SAFETY: no argument is an address.
@@ -220,25 +199,19 @@ impl SocketName {
     }
 }
 
-/// Gives a socket its name.
 pub(super) fn bind(descriptor: c_int, name: &SocketName) -> Result<(), Errno> {
-    // SAFETY: the kernel reads an address of that length, which `name` has.
-    unsafe { with_name(number::BIND, descriptor, name) }
+    with_name(number::BIND, descriptor, name)
 }
 
-/// Connects a socket.
 pub(super) fn connect(descriptor: c_int, name: &SocketName) -> Result<(), Errno> {
-    // SAFETY: as above.
-    unsafe { with_name(number::CONNECT, descriptor, name) }
+    with_name(number::CONNECT, descriptor, name)
 }
 
-/// # Safety
-/// The system call must only read the name.
-unsafe fn with_name(number: i32, descriptor: c_int, name: &SocketName) -> Result<(), Errno> {
+fn with_name(number: i32, descriptor: c_int, name: &SocketName) -> Result<(), Errno> {
     let at = core::ptr::from_ref(name).expose_provenance();
     let length = SocketName::of_address(name.length);
     let arguments = [argument(descriptor), at, length, 0, 0, 0];
-    // SAFETY: the caller vouches for the call; `name` outlives it.
+    // SAFETY: both calls only read an address of that length, which `name` has.
     unsafe { call(number, arguments) }.map(drop)
 }
 
@@ -265,7 +238,6 @@ pub(super) fn with_own_name<T>(
     }
 }
 
-/// Sends all bytes.
 pub(super) fn send(descriptor: c_int, mut bytes: &[u8]) -> Result<(), Errno> {
     while !bytes.is_empty() {
         let at = bytes.as_ptr().expose_provenance();
@@ -304,10 +276,7 @@ pub(super) fn read_link<'a>(path: &CStr, into: &'a mut [u8]) -> Option<&'a [u8]>
     into.get(..length)
 }
 
-/// Copies from an address that may lead nowhere.
-///
-/// The kernel looks whether something is there, by a call that reads a word and then finds it senseless: five times
-/// cheaper than to let it copy (process_vm_readv).
+/// Copies from an address that may lead nowhere: the kernel looks first, five times cheaper than process_vm_readv.
 pub(super) fn peek(address: u64, into: &mut [u8]) -> Result<(), Errno> {
     const PAGE_BYTES: usize = 4096;
     let start = usize::try_from(address).or(Err(EFAULT))?;
@@ -323,8 +292,8 @@ pub(super) fn peek(address: u64, into: &mut [u8]) -> Result<(), Errno> {
             .ok_or(EFAULT)?;
     }
     let there = core::ptr::with_exposed_provenance::<u8>(start);
-    // SAFETY: the kernel has just read from every page of it, and `into` has room. A program that takes its memory away
-    // meanwhile, from another thread, would not be safe with any function of the C library either.
+    // SAFETY: the kernel has just read from every page of it, and `into` has room; a program that unmaps it meanwhile
+    // would not be safe with any function of the C library either.
     unsafe { core::ptr::copy(there, into.as_mut_ptr(), into.len()) };
     Ok(())
 }
@@ -375,16 +344,7 @@ fn copy_out(here: usize, there: u64, length: usize) -> Option<Result<(), Errno>>
     let Ok(there) = usize::try_from(there) else {
         return Some(Err(EFAULT));
     };
-    let (here, there) = (
-        Span {
-            start: here,
-            length,
-        },
-        Span {
-            start: there,
-            length,
-        },
-    );
+    let [here, there] = [here, there].map(|start| Span { start, length });
     let arguments = [
         argument(own_pid()),
         core::ptr::from_ref(&here).expose_provenance(),
@@ -432,17 +392,10 @@ mod tests {
             let mut bytes = vec![7; length];
             assert_eq!(peek(border - length_64, &mut bytes), Ok(()), "{length}");
             assert_eq!(bytes, vec![0; length]);
-            assert_eq!(
-                peek(border - length_64 + 1, &mut bytes),
-                Err(EFAULT),
-                "{length}"
-            );
+            let across = border - length_64 + 1;
+            assert_eq!(peek(across, &mut bytes), Err(EFAULT), "{length}");
             assert_eq!(poke(border - length_64, &bytes), Ok(()), "{length}");
-            assert_eq!(
-                poke(border - length_64 + 1, &bytes),
-                Err(EFAULT),
-                "{length}"
-            );
+            assert_eq!(poke(across, &bytes), Err(EFAULT), "{length}");
         }
         let mut long = vec![0; PAGE_BYTES];
         assert_eq!(peek(border - 4095, &mut long), Err(EFAULT));

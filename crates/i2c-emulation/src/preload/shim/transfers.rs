@@ -3,7 +3,7 @@
 use core::ffi::{c_int, c_long, c_void};
 
 use super::super::protocol::Call;
-use super::intercept::result;
+use super::intercept::{failed, result};
 use super::system::{self, EFAULT, EINVAL, EOPNOTSUPP};
 use super::{channel, descriptor};
 
@@ -17,58 +17,34 @@ const RWF_HIPRI: c_int = 1;
 type Offset = i64;
 #[cfg(not(target_env = "musl"))]
 type Offset = c_long;
-/// `off64_t`.
 type Offset64 = i64;
 
-/// `struct iovec`.
 #[repr(C)]
 pub(crate) struct Piece {
     start: *mut c_void,
     length: usize,
 }
 
-type Transfer = unsafe extern "C" fn(c_int, *mut c_void, usize) -> isize;
-type TransferChecked = unsafe extern "C" fn(c_int, *mut c_void, usize, usize) -> isize;
-type TransferPieces = unsafe extern "C" fn(c_int, *const Piece, c_int) -> isize;
-type TransferAt<O> = unsafe extern "C" fn(c_int, *mut c_void, usize, O) -> isize;
-type TransferAtChecked<O> = unsafe extern "C" fn(c_int, *mut c_void, usize, O, usize) -> isize;
-type TransferPiecesAt<O> = unsafe extern "C" fn(c_int, *const Piece, c_int, O) -> isize;
-type TransferPiecesFlagged<O> = unsafe extern "C" fn(c_int, *const Piece, c_int, O, c_int) -> isize;
-
 intercept! {
     fn read(file: c_int, buffer: *mut c_void, length: usize) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) => read_device(token, buffer, length),
-            None => pass_on!(read: Transfer, file, buffer, length),
-        }
+        Some(read_device(descriptor::file_of(file)?, buffer, length))
     }
 
     fn __read_chk(file: c_int, buffer: *mut c_void, length: usize, room: usize) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) if length <= room => read_device(token, buffer, length),
-            _ => pass_on!(__read_chk: TransferChecked, file, buffer, length, room),
-        }
+        let token = descriptor::file_of(file).filter(|_| length <= room)?;
+        Some(read_device(token, buffer, length))
     }
 
     fn write(file: c_int, buffer: *mut c_void, length: usize) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) => write_device(token, buffer, length),
-            None => pass_on!(write: Transfer, file, buffer, length),
-        }
+        Some(write_device(descriptor::file_of(file)?, buffer, length))
     }
 
     fn readv(file: c_int, pieces: *const Piece, count: c_int) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) => each_piece(token, pieces, count, read_device),
-            None => pass_on!(readv: TransferPieces, file, pieces, count),
-        }
+        Some(each_piece(descriptor::file_of(file)?, pieces, count, read_device))
     }
 
     fn writev(file: c_int, pieces: *const Piece, count: c_int) -> isize {
-        match descriptor::file_of(file) {
-            Some(token) => each_piece(token, pieces, count, write_device),
-            None => pass_on!(writev: TransferPieces, file, pieces, count),
-        }
+        Some(each_piece(descriptor::file_of(file)?, pieces, count, write_device))
     }
 }
 
@@ -76,52 +52,38 @@ intercept! {
 macro_rules! positional {
     ($($offset:ty: $pread:ident $pread_checked:ident $pwrite:ident $preadv:ident $pwritev:ident $preadv2:ident $pwritev2:ident)*) => {$(intercept! {
         fn $pread(file: c_int, buffer: *mut c_void, length: usize, at: $offset) -> isize {
-            match descriptor::file_of(file) {
-                Some(token) => positioned(at.into(), || read_device(token, buffer, length)),
-                None => pass_on!($pread: TransferAt<$offset>, file, buffer, length, at),
-            }
+            let token = descriptor::file_of(file)?;
+            Some(positioned(at.into(), || read_device(token, buffer, length)))
         }
 
         fn $pread_checked(file: c_int, buffer: *mut c_void, length: usize, at: $offset, room: usize) -> isize {
-            match descriptor::file_of(file) {
-                Some(token) if length <= room => positioned(at.into(), || read_device(token, buffer, length)),
-                _ => pass_on!($pread_checked: TransferAtChecked<$offset>, file, buffer, length, at, room),
-            }
+            let token = descriptor::file_of(file).filter(|_| length <= room)?;
+            Some(positioned(at.into(), || read_device(token, buffer, length)))
         }
 
         fn $pwrite(file: c_int, buffer: *mut c_void, length: usize, at: $offset) -> isize {
-            match descriptor::file_of(file) {
-                Some(token) => positioned(at.into(), || write_device(token, buffer, length)),
-                None => pass_on!($pwrite: TransferAt<$offset>, file, buffer, length, at),
-            }
+            let token = descriptor::file_of(file)?;
+            Some(positioned(at.into(), || write_device(token, buffer, length)))
         }
 
         fn $preadv(file: c_int, pieces: *const Piece, count: c_int, at: $offset) -> isize {
-            match descriptor::file_of(file) {
-                Some(token) => positioned(at.into(), || each_piece(token, pieces, count, read_device)),
-                None => pass_on!($preadv: TransferPiecesAt<$offset>, file, pieces, count, at),
-            }
+            let token = descriptor::file_of(file)?;
+            Some(positioned(at.into(), || each_piece(token, pieces, count, read_device)))
         }
 
         fn $pwritev(file: c_int, pieces: *const Piece, count: c_int, at: $offset) -> isize {
-            match descriptor::file_of(file) {
-                Some(token) => positioned(at.into(), || each_piece(token, pieces, count, write_device)),
-                None => pass_on!($pwritev: TransferPiecesAt<$offset>, file, pieces, count, at),
-            }
+            let token = descriptor::file_of(file)?;
+            Some(positioned(at.into(), || each_piece(token, pieces, count, write_device)))
         }
 
         fn $preadv2(file: c_int, pieces: *const Piece, count: c_int, at: $offset, flags: c_int) -> isize {
-            match descriptor::file_of(file) {
-                Some(token) => flagged(at.into(), flags, || each_piece(token, pieces, count, read_device)),
-                None => pass_on!($preadv2: TransferPiecesFlagged<$offset>, file, pieces, count, at, flags),
-            }
+            let token = descriptor::file_of(file)?;
+            Some(flagged(at.into(), flags, || each_piece(token, pieces, count, read_device)))
         }
 
         fn $pwritev2(file: c_int, pieces: *const Piece, count: c_int, at: $offset, flags: c_int) -> isize {
-            match descriptor::file_of(file) {
-                Some(token) => flagged(at.into(), flags, || each_piece(token, pieces, count, write_device)),
-                None => pass_on!($pwritev2: TransferPiecesFlagged<$offset>, file, pieces, count, at, flags),
-            }
+            let token = descriptor::file_of(file)?;
+            Some(flagged(at.into(), flags, || each_piece(token, pieces, count, write_device)))
         }
     })*};
 }
@@ -149,7 +111,7 @@ fn span(buffer: *mut c_void, length: usize) -> (u64, u64) {
 /// A transfer at a position, which is ignored.
 fn positioned(at: Offset64, transfer: impl FnOnce() -> isize) -> isize {
     if at < 0 {
-        return result(Err(EINVAL));
+        return failed(EINVAL);
     }
     transfer()
 }
@@ -157,10 +119,10 @@ fn positioned(at: Offset64, transfer: impl FnOnce() -> isize) -> isize {
 /// As [`positioned`]; -1 means no position.
 fn flagged(at: Offset64, flags: c_int, transfer: impl FnOnce() -> isize) -> isize {
     if at < -1 {
-        return result(Err(EINVAL));
+        return failed(EINVAL);
     }
     if flags & !RWF_HIPRI != 0 {
-        return result(Err(EOPNOTSUPP));
+        return failed(EOPNOTSUPP);
     }
     transfer()
 }
@@ -172,22 +134,16 @@ fn each_piece(
     count: c_int,
     transfer: fn(u64, *mut c_void, usize) -> isize,
 ) -> isize {
-    let Some(count) = usize::try_from(count)
-        .ok()
-        .filter(|count| *count <= PIECES_MAX)
-    else {
-        return result(Err(EINVAL));
-    };
+    let count = usize::try_from(count).unwrap_or(usize::MAX);
+    if count > PIECES_MAX {
+        return failed(EINVAL);
+    }
     let mut total = 0;
     for index in 0..count {
-        let Some(Piece { start, length }) = piece(pieces, index) else {
-            return if total > 0 {
-                total
-            } else {
-                result(Err(EFAULT))
-            };
+        let (done, length) = match piece(pieces, index) {
+            Some(Piece { start, length }) => (transfer(token, start, length), length),
+            None => (if total > 0 { -1 } else { failed(EFAULT) }, 0),
         };
-        let done = transfer(token, start, length);
         if done < 0 {
             return if total > 0 { total } else { done };
         }

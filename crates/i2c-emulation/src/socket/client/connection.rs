@@ -1,6 +1,6 @@
 //! A client's stream: questions put into packets, and answers taken apart.
 
-use std::io::{self, ErrorKind as IoErrorKind, Write};
+use std::io::{ErrorKind, Write};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::ioctl::message_flag;
 use crate::socket::inbox::{Inbox, NoPacket, Patience};
 use crate::socket::place;
 use crate::socket::wire::{
-    ByeReason, Cursor, Judge, MAGIC, Malformed, VERSION, append_packet, fault_from_number, kind,
+    ByeReason, Cursor, MAGIC, Malformed, VERSION, append_packet, fault_from_number, kind, put_u16,
 };
 
 /// What the server tells of itself in its hello.
@@ -24,7 +24,6 @@ pub(super) struct AdapterFacts {
     pub(super) buses: Vec<u32>,
 }
 
-/// A stream on which questions and answers alternate.
 pub(super) struct Connection {
     stream: UnixStream,
     inbox: Inbox,
@@ -42,10 +41,7 @@ impl Connection {
         path: &Path,
         wait_max: Duration,
     ) -> Result<(Self, AdapterFacts), ClientError> {
-        let no_server = |source| ClientError::NoServer {
-            path: path.to_owned(),
-            source,
-        };
+        let no_server = |source| ClientError::NoServer(path.to_owned(), source);
         let stream = place::connect(path, wait_max).map_err(no_server)?;
         stream
             .set_write_timeout(Some(wait_max.max(Duration::from_millis(1))))
@@ -59,21 +55,15 @@ impl Connection {
             out.extend_from_slice(&MAGIC);
             out.extend_from_slice(&VERSION.to_le_bytes());
         });
-        let packet = connection
-            .ask(wait_max)
-            .map_err(|end| end.of(path, wait_max))?;
-        let facts = take_welcome(packet, path)?;
+        let facts = take_welcome(connection.ask(path, wait_max)?, path)?;
         Ok((connection, facts))
     }
 
-    pub(super) fn put_transfer(&mut self, bus: u32, judge: Judge, messages: &[Message<'_>]) {
+    /// The adapter judges the messages, or nobody.
+    pub(super) fn put_transfer(&mut self, bus: u32, as_adapter: bool, messages: &[Message<'_>]) {
         append_packet(&mut self.question, kind::TRANSFER, |out| {
             out.extend_from_slice(&bus.to_le_bytes());
-            out.push(match judge {
-                Judge::Bus => 0,
-                Judge::Rdwr => 1,
-                Judge::File => 2,
-            });
+            out.push(u8::from(as_adapter));
             put_u16(out, messages.len());
             for message in messages {
                 put_message(out, message);
@@ -81,78 +71,45 @@ impl Connection {
         });
     }
 
-    /// Sends the question and waits for the answer.
-    pub(super) fn ask(&mut self, wait_max: Duration) -> Result<&[u8], NoAnswer> {
+    pub(super) fn ask(&mut self, path: &Path, wait_max: Duration) -> Result<&[u8], ClientError> {
         let sent = (&self.stream).write_all(&self.question);
         self.question.clear();
-        if let Err(error) = sent {
-            match error.kind() {
-                // The server may have said why it closed the connection before it was asked.
-                IoErrorKind::BrokenPipe | IoErrorKind::ConnectionReset => {}
-                _ => return Err(NoAnswer::from(error)),
+        let end = match sent.map_err(|error| error.kind()) {
+            // The server may have said why it closed the connection before it was asked.
+            Ok(()) | Err(ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => {
+                let patience = Patience {
+                    first: wait_max,
+                    rest: wait_max,
+                };
+                match self.inbox.receive(&self.stream, patience) {
+                    Ok(packet) => return Ok(packet),
+                    Err(end) => end,
+                }
             }
-        }
-        let patience = Patience {
-            first: wait_max,
-            rest: wait_max,
+            Err(ErrorKind::WouldBlock | ErrorKind::TimedOut) => NoPacket::Slow,
+            Err(_) => NoPacket::Broken,
         };
-        self.inbox
-            .receive(&self.stream, patience)
-            .map_err(NoAnswer::from)
+        Err(no_answer(&end, path, wait_max))
     }
 }
 
-/// Why no packet came back.
-#[derive(Debug)]
-pub(super) enum NoAnswer {
-    Late,
-    Gone,
-    Nonsense(String),
-}
-
-impl NoAnswer {
-    pub(super) fn of(self, path: &Path, waited: Duration) -> ClientError {
-        let path = path.to_owned();
-        match self {
-            Self::Late => ClientError::Timeout { path, waited },
-            Self::Gone => ClientError::ServerGone { path, said: None },
-            Self::Nonsense(what) => ClientError::NotOurs { path, what },
+/// What the client makes of an answer that did not come.
+fn no_answer(end: &NoPacket, path: &Path, waited: Duration) -> ClientError {
+    let path = path.to_owned();
+    match *end {
+        NoPacket::Idle | NoPacket::Slow => ClientError::Timeout(path, waited),
+        NoPacket::TooLong(bytes) => {
+            ClientError::NotOurs(path, format!("a packet of {bytes} bytes"))
+        }
+        NoPacket::Closed | NoPacket::CutShort | NoPacket::Broken => {
+            ClientError::ServerGone(path, None)
         }
     }
-}
-
-impl From<NoPacket> for NoAnswer {
-    fn from(end: NoPacket) -> Self {
-        match end {
-            NoPacket::Idle | NoPacket::Slow => Self::Late,
-            NoPacket::Closed | NoPacket::CutShort => Self::Gone,
-            NoPacket::TooLong(bytes) => Self::Nonsense(format!("a packet of {bytes} bytes")),
-            NoPacket::Broken(error) => Self::from(error),
-        }
-    }
-}
-
-impl From<io::Error> for NoAnswer {
-    fn from(error: io::Error) -> Self {
-        match error.kind() {
-            IoErrorKind::WouldBlock | IoErrorKind::TimedOut => Self::Late,
-            _ => Self::Gone,
-        }
-    }
-}
-
-fn put_u16(out: &mut Vec<u8>, value: usize) {
-    // What is put has been checked against limits that are far below.
-    out.extend_from_slice(&u16::try_from(value).unwrap_or(u16::MAX).to_le_bytes());
 }
 
 fn put_message(out: &mut Vec<u8>, message: &Message<'_>) {
     out.extend_from_slice(&message.address.to_le_bytes());
-    let ten_bit = if message.ten_bit {
-        message_flag::TEN_BIT
-    } else {
-        0
-    };
+    let ten_bit = u16::from(message.ten_bit) * message_flag::TEN_BIT;
     match &message.operation {
         Operation::Read(buffer) => {
             out.extend_from_slice(&(ten_bit | message_flag::READ).to_le_bytes());
@@ -171,7 +128,11 @@ fn take_welcome(packet: &[u8], path: &Path) -> Result<AdapterFacts, ClientError>
     let nonsense = |malformed: Malformed| not_ours(path, malformed);
     match cursor.u8("kind").map_err(nonsense)? {
         kind::WELCOME => parse_welcome(cursor).map_err(nonsense),
-        kind::BYE => Err(turned_away(cursor, path)),
+        kind::BYE => Err(ClientError::TurnedAway {
+            path: path.to_owned(),
+            reason: ByeReason::from_number(cursor.u8("reason").map_err(nonsense)?),
+            text: cursor.text(),
+        }),
         other => Err(not_ours(path, Malformed::Kind(other))),
     }
 }
@@ -196,82 +157,62 @@ fn parse_welcome(mut cursor: Cursor<'_>) -> Result<AdapterFacts, Malformed> {
     })
 }
 
-fn turned_away(mut cursor: Cursor<'_>, path: &Path) -> ClientError {
-    match cursor.u8("reason") {
-        Ok(number) => ClientError::TurnedAway {
-            path: path.to_owned(),
-            reason: ByeReason::from_number(number),
-            text: String::from_utf8_lossy(cursor.0).into_owned(),
-        },
-        Err(malformed) => not_ours(path, malformed),
-    }
-}
-
 fn not_ours(path: &Path, malformed: Malformed) -> ClientError {
-    ClientError::NotOurs {
-        path: path.to_owned(),
-        what: malformed.to_string(),
-    }
+    ClientError::NotOurs(path.to_owned(), malformed.to_string())
 }
 
+/// Fills the buffers of the messages from the answer; or what it says instead.
 pub(super) fn take_answer(
     packet: &[u8],
     messages: &mut [Message<'_>],
     path: &Path,
 ) -> Result<(), ClientError> {
-    let mut cursor = Cursor(packet);
-    let nonsense = |malformed: Malformed| not_ours(path, malformed);
-    match cursor.u8("kind").map_err(nonsense)? {
-        kind::DONE => {
-            let completed = usize::from(cursor.u16("completed").map_err(nonsense)?);
-            fill(cursor, completed, messages).map_err(nonsense)?;
-            if completed < messages.len() {
-                let messages = messages.len();
-                return Err(ClientError::Short {
-                    completed,
-                    messages,
-                });
-            }
-            Ok(())
-        }
-        kind::FAULT => {
-            let error = take_fault(&mut cursor, messages).map_err(nonsense)?;
-            Err(error)
-        }
-        kind::REFUSED => {
-            let errno = i32::from(cursor.u16("errno").map_err(nonsense)?);
-            let text = String::from_utf8_lossy(cursor.0).into_owned();
-            Err(ClientError::Refused { errno, text })
-        }
-        kind::BYE => {
-            let text = match turned_away(cursor, path) {
-                ClientError::TurnedAway { text, .. } => Some(text),
-                _ => None,
-            };
-            Err(ClientError::ServerGone {
-                path: path.to_owned(),
-                said: text,
-            })
-        }
-        other => Err(not_ours(path, Malformed::Kind(other))),
-    }
+    parse_answer(Cursor(packet), messages, path)
+        .unwrap_or_else(|malformed| Err(not_ours(path, malformed)))
 }
 
-fn take_fault(
-    cursor: &mut Cursor<'_>,
+fn parse_answer(
+    mut cursor: Cursor<'_>,
     messages: &mut [Message<'_>],
-) -> Result<ClientError, Malformed> {
-    let fault = fault_from_number(cursor.u8("fault")?);
-    let errno = cursor.u16("errno")?;
-    let completed = usize::from(cursor.u16("completed")?);
-    // Asked as an adapter the server tells no bytes with a fault, since the kernel has none to give.
-    if !cursor.0.is_empty() {
-        fill(*cursor, completed, messages)?;
-    }
-    Ok(ClientError::Fault {
-        fault,
-        completed,
-        errno: (errno != 0).then_some(i32::from(errno)),
+    path: &Path,
+) -> Result<Result<(), ClientError>, Malformed> {
+    Ok(match cursor.u8("kind")? {
+        kind::DONE => {
+            let completed = usize::from(cursor.u16("completed")?);
+            fill(cursor, completed, messages)?;
+            let messages = messages.len();
+            if completed < messages {
+                Err(ClientError::Short {
+                    completed,
+                    messages,
+                })
+            } else {
+                Ok(())
+            }
+        }
+        kind::FAULT => {
+            let fault = fault_from_number(cursor.u8("fault")?);
+            let errno = cursor.u16("errno")?;
+            let completed = usize::from(cursor.u16("completed")?);
+            // Asked as an adapter the server tells no bytes with a fault, since the kernel has none to give.
+            if !cursor.0.is_empty() {
+                fill(cursor, completed, messages)?;
+            }
+            Err(ClientError::Fault {
+                fault,
+                completed,
+                errno: (errno != 0).then_some(i32::from(errno)),
+            })
+        }
+        kind::REFUSED => Err(ClientError::Refused {
+            errno: cursor.u16("errno")?.into(),
+            text: cursor.text(),
+        }),
+        kind::BYE => {
+            let said = cursor.u8("reason").ok().map(|_reason| cursor.text());
+            Err(ClientError::ServerGone(path.to_owned(), said))
+        }
+        other => return Err(Malformed::Kind(other)),
     })
 }
 
@@ -286,8 +227,5 @@ fn fill(
             buffer.copy_from_slice(cursor.bytes(buffer.len(), "bytes that were read")?);
         }
     }
-    match cursor.0.len() {
-        0 => Ok(()),
-        left => Err(Malformed::Long(left)),
-    }
+    cursor.end()
 }

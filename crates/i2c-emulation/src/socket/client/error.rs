@@ -51,24 +51,15 @@ pub enum ClientError {
         most: usize,
     },
     /// No server answers at the path.
-    #[error("cannot connect to {}: {source}\nhint: start the server first: grideye emulate --scene SCENE --socket {}", path.display(), path.display())]
-    NoServer {
-        /// The socket's path.
-        path: PathBuf,
-        /// What the kernel said.
-        source: io::Error,
-    },
-    /// Whoever answers does not speak the protocol.
     #[error(
-        "{} does not speak the protocol of i2c-emulation: {what}\nhint: is that the right socket?",
-        path.display()
+        "cannot connect to {0}: {1}\nhint: start the server first: grideye emulate --scene SCENE --socket {0}"
     )]
-    NotOurs {
-        /// The socket's path.
-        path: PathBuf,
-        /// What was wrong.
-        what: String,
-    },
+    NoServer(PathBuf, #[source] io::Error),
+    /// Whoever answers at the path does not speak the protocol, and why.
+    #[error(
+        "{0} does not speak the protocol of i2c-emulation: {1}\nhint: is that the right socket?"
+    )]
+    NotOurs(PathBuf, String),
     /// The server turned the client away.
     #[error("the server at {} turned this client away: {text}{}", path.display(), hint_of(*reason))]
     TurnedAway {
@@ -89,25 +80,14 @@ pub enum ClientError {
         /// The buses that are there.
         buses: Vec<u32>,
     },
-    /// No answer came in time. The connection is given up: the answer may still come, and would be taken for another's.
+    /// No answer came in this time. The connection is closed: a late answer would be taken for another's.
     #[error(
-        "no answer from {} within {waited:?}\nhint: is the server stopped, or the bus held by another client?",
-        path.display()
+        "no answer from {0} within {1:?}\nhint: is the server stopped, or the bus held by another client?"
     )]
-    Timeout {
-        /// The socket's path.
-        path: PathBuf,
-        /// How long the client waited.
-        waited: Duration,
-    },
-    /// The connection has ended.
-    #[error("the server at {} went away{}\nhint: start it again, and connect again", path.display(), said.as_ref().map(|text| format!(": {text}")).unwrap_or_default())]
-    ServerGone {
-        /// The socket's path.
-        path: PathBuf,
-        /// What the server said at the end, if it said something.
-        said: Option<String>,
-    },
+    Timeout(PathBuf, Duration),
+    /// The connection has ended; with what the server said at the end, if it said something.
+    #[error("the server at {} went away{}\nhint: start it again, and connect again", .0.display(), .1.as_ref().map(|text| format!(": {text}")).unwrap_or_default())]
+    ServerGone(PathBuf, Option<String>),
 }
 
 impl ClientError {

@@ -8,65 +8,45 @@ use std::io::Write as _;
 #[test]
 fn the_kernel_finds_an_i2c_tiny_usb() {
     let mut client = plugged_in(&Registers::default());
-    let device = client
-        .control(setup(DEVICE_TO_HOST, 6, 0x0100, 0, 18), &[])
-        .data;
+    let device = client.descriptor(0x0100, 0, 18).data;
     assert_eq!(device.len(), 18);
     assert_eq!(device[0..2], [18, 1], "USB 2.0, table 9-8");
     assert_eq!(device[8..12], [0x03, 0x04, 0x31, 0xC6], "0403:c631");
     assert_eq!(device[17], 1, "one configuration");
     // The kernel asks for nine bytes first, and then for the length that they tell.
-    let start = client
-        .control(setup(DEVICE_TO_HOST, 6, 0x0200, 0, 9), &[])
-        .data;
+    let start = client.descriptor(0x0200, 0, 9).data;
     assert_eq!(start.len(), 9);
     let total = u16::from_le_bytes([start[2], start[3]]);
-    let all = client
-        .control(setup(DEVICE_TO_HOST, 6, 0x0200, 0, total), &[])
-        .data;
+    let all = client.descriptor(0x0200, 0, total).data;
     assert_eq!(all.len(), usize::from(total));
     assert_eq!(all[..9], start);
     assert_eq!(
         all[9..13],
         [9, 4, 0, 0],
-        "interface 0, which alone the driver takes"
+        "the driver takes interface 0 alone"
     );
     assert_eq!(all[13], 0, "no endpoint beside the control endpoint");
     assert_eq!(client.control(setup(0x00, 9, 1, 0, 0), &[]).status, 0);
-    assert_eq!(
-        client.control(setup(DEVICE_TO_HOST, 8, 0, 0, 1), &[]).data,
-        [1]
-    );
+    assert_eq!(client.control(setup(0x80, 8, 0, 0, 1), &[]).data, [1]);
 }
 
 #[test]
 fn strings_are_utf_16_with_their_length_in_front() {
     let mut client = plugged_in(&Registers::default());
     let mut text = |index: u16| {
-        let bytes = client
-            .control(setup(DEVICE_TO_HOST, 6, 0x0300 | index, 0x0409, 255), &[])
-            .data;
+        let bytes = client.descriptor(0x0300 | index, 0x0409, 255).data;
         assert_eq!((usize::from(bytes[0]), bytes[1]), (bytes.len(), 3));
-        let units: Vec<u16> = bytes[2..]
-            .chunks_exact(2)
-            .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
-            .collect();
-        String::from_utf16(&units).unwrap()
+        let pairs = bytes[2..].chunks_exact(2);
+        let units = pairs.map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
+        char::decode_utf16(units)
+            .map(Result::unwrap)
+            .collect::<String>()
     };
-    assert_eq!(
-        [text(1), text(2), text(3)],
-        ["emulated", "i2c-tiny-usb", "1-1"]
-    );
-    let languages = client
-        .control(setup(DEVICE_TO_HOST, 6, 0x0300, 0, 255), &[])
-        .data;
+    let expected = ["emulated", "i2c-tiny-usb", "1-1"];
+    assert_eq!([text(1), text(2), text(3)], expected);
+    let languages = client.descriptor(0x0300, 0, 255).data;
     assert_eq!(languages, [4, 3, 0x09, 0x04]);
-    assert_eq!(
-        client
-            .control(setup(DEVICE_TO_HOST, 6, 0x0304, 0x0409, 255), &[])
-            .status,
-        EPIPE
-    );
+    assert_eq!(client.descriptor(0x0304, 0x0409, 255).status, EPIPE);
 }
 
 #[test]
@@ -75,16 +55,10 @@ fn it_offers_what_the_kernels_driver_offers() {
     let functionality = client.control(setup(0xC1, 1, 0, 0, 4), &[]).data;
     // I2C_FUNC_I2C | I2C_FUNC_SMBUS_EMUL of linux/i2c.h.
     assert_eq!(functionality, 0x0EFF_0009_u32.to_le_bytes());
-    assert_eq!(
-        client.control(setup(0x41, 2, 10, 0, 0), &[]).status,
-        0,
-        "delay"
-    );
-    assert_eq!(
-        client.control(setup(0xC1, 0, 0x1234, 0, 2), &[]).data,
-        [0x34, 0x12],
-        "echo"
-    );
+    let delay = client.control(setup(0x41, 2, 10, 0, 0), &[]);
+    assert_eq!(delay.status, 0);
+    let echo = client.control(setup(0xC1, 0, 0x1234, 0, 2), &[]);
+    assert_eq!(echo.data, [0x34, 0x12]);
     assert_eq!(client.status(), 0, "idle before the first message");
 }
 
@@ -110,11 +84,7 @@ fn a_single_message_is_sent_at_once() {
     assert_eq!(client.read_message(WHOLE, 0x69, 2).data, [0, 1]);
     assert_eq!(registers.notes(), ["69 R2"]);
     assert_eq!(client.write_message(WHOLE, 0x69, &[]), 0);
-    assert_eq!(
-        registers.notes(),
-        ["69 W[]"],
-        "SMBus quick, as i2cdetect sends it"
-    );
+    assert_eq!(registers.notes(), ["69 W[]"], "SMBus quick");
     assert_eq!(client.status(), 1);
 }
 
@@ -187,21 +157,15 @@ fn a_transfer_that_was_broken_off_is_forgotten() {
 fn more_messages_are_held_than_one_ioctl_can_bring_but_no_more() {
     let registers = Registers::default();
     let mut client = plugged_in(&registers);
-    assert_eq!(
-        HELD_MESSAGES_MAX, 42,
-        "I2C_RDWR_IOCTL_MAX_MSGS of linux/i2c-dev.h"
-    );
+    assert_eq!(HELD_MESSAGES_MAX, 42, "I2C_RDWR_IOCTL_MAX_MSGS");
     for message in 0..HELD_MESSAGES_MAX {
         let begin = if message == 0 { BEGIN } else { 0 };
         assert_eq!(client.write_message(begin, 0x69, &[1]), 0);
     }
     assert_eq!(client.write_message(0, 0x69, &[1]), EPIPE);
     assert_eq!(client.write_message(END, 0x69, &[2]), 0);
-    assert_eq!(
-        registers.notes(),
-        ["69 W[02]"],
-        "nothing of the long one was left"
-    );
+    let notes = registers.notes();
+    assert_eq!(notes, ["69 W[02]"], "nothing of the long one was left");
 }
 
 #[test]
@@ -231,29 +195,24 @@ fn what_an_adapter_has_no_answer_to_stalls() {
     ] {
         assert_eq!(client.control(unknown, &[]).status, EPIPE, "{unknown:02x?}");
     }
-    client
-        .0
-        .write_all(&submit_bytes(9, IN, 1, 8, [0; 8]))
-        .unwrap();
-    assert_eq!(client.reply(false).status, EPIPE, "there is no endpoint 1");
-    // Less room than the request asks for: the kernel never does that.
-    client
-        .0
-        .write_all(&submit_bytes(9, IN, 0, 1, setup(0xC1, 1, 0, 0, 4)))
-        .unwrap();
-    assert_eq!(client.reply(false).status, EPIPE);
+    for (odd, why) in [
+        (submit_bytes(9, IN, 1, 8, [0; 8]), "there is no endpoint 1"),
+        (
+            submit_bytes(9, IN, 0, 1, setup(0xC1, 1, 0, 0, 4)),
+            "less room than it asks for",
+        ),
+    ] {
+        client.0.write_all(&odd).unwrap();
+        assert_eq!(client.reply(false).status, EPIPE, "{why}");
+    }
     assert_eq!(client.status(), 0, "and the connection is alive");
 }
 
 #[test]
 fn what_was_answered_cannot_be_cancelled() {
     let mut client = plugged_in(&Registers::default());
-    let mut bytes = vec![];
-    for word in [2_u32, 99, 0x1_0001, 0, 0, 7] {
-        bytes.extend(word.to_be_bytes());
-    }
-    bytes.resize(48, 0);
-    client.0.write_all(&bytes).unwrap();
+    let words = [2, 99, 0x1_0001, 0, 0, 7, 0, 0, 0, 0, 0, 0].map(u32::to_be_bytes);
+    client.0.write_all(words.as_flattened()).unwrap();
     let reply = client.reply(false);
     assert_eq!((reply.command, reply.sequence, reply.status), (4, 99, 0));
 }

@@ -3,7 +3,7 @@
 use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
 use crate::rack::{Rack, SharedAdapter};
 use crate::usbip::device::Device;
-use crate::usbip::identity::identity;
+use crate::usbip::identity::Identity;
 use crate::usbip::session;
 use embedded_hal::i2c::Operation;
 use std::io;
@@ -122,14 +122,8 @@ impl<S: io::Read + io::Write> Client<S> {
         let mut header = [0; 48];
         self.0.read_exact(&mut header).unwrap();
         let word = |at: usize| u32::from_be_bytes(header[at..at + 4].try_into().unwrap());
-        let mut data = vec![
-            0;
-            if expects_data {
-                word(24).try_into().unwrap()
-            } else {
-                0
-            }
-        ];
+        let length = if expects_data { word(24) } else { 0 };
+        let mut data = vec![0; length.try_into().unwrap()];
         self.0.read_exact(&mut data).unwrap();
         Reply {
             command: word(0),
@@ -143,17 +137,18 @@ impl<S: io::Read + io::Write> Client<S> {
     /// A control transfer as the kernel's vhci sends it.
     pub(super) fn control(&mut self, setup: [u8; 8], sent: &[u8]) -> Reply {
         let length = u32::from(u16::from_le_bytes([setup[6], setup[7]]));
-        let direction = if setup[0] & DEVICE_TO_HOST != 0 {
-            IN
-        } else {
-            OUT
-        };
+        let direction = u32::from(setup[0] & DEVICE_TO_HOST != 0);
         let mut bytes = submit_bytes(7, direction, 0, length, setup);
         bytes.extend(sent);
         self.0.write_all(&bytes).unwrap();
         let reply = self.reply(direction == IN);
         assert_eq!((reply.command, reply.sequence), (3, 7));
         reply
+    }
+
+    /// GET_DESCRIPTOR: kind and index in wValue, language in wIndex.
+    pub(super) fn descriptor(&mut self, value: u16, language: u16, length: u16) -> Reply {
+        self.control(setup(DEVICE_TO_HOST, 6, value, language, length), &[])
     }
 
     /// One message as `usb_xfer` of i2c-tiny-usb sends it: bit 0 begins, bit 1 ends, flags in wValue, address in wIndex.
@@ -179,13 +174,12 @@ pub(super) const WHOLE: u8 = BEGIN | END;
 
 /// A device served over a socketpair, as the kernel has it.
 pub(super) fn plugged_in(registers: &Registers) -> Client<std::os::unix::net::UnixStream> {
-    let (client, mut served) = std::os::unix::net::UnixStream::pair().unwrap();
+    let (client, served) = std::os::unix::net::UnixStream::pair().unwrap();
     let mut device = device_on(registers.clone());
-    thread::spawn(move || session::serve(&mut served, &mut device));
+    thread::spawn(move || session::serve(&served, &served, &mut device));
     Client(client)
 }
 
-/// The adapter of bus 1.
 pub(super) fn device_on(registers: Registers) -> Device<Registers> {
-    Device::new(registers, identity(1, 0))
+    Device::new(registers, Identity::new(1, 0))
 }

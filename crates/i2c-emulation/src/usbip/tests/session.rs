@@ -1,9 +1,8 @@
 //! Transfers that no kernel sends: malformed, almost right, and arbitrary.
 
 use super::host::*;
-use crate::usbip::{session, wire};
+use crate::usbip::{SessionError, session, wire};
 use proptest::prelude::*;
-use std::io;
 
 /// Everything that a client can get wrong about a header ends the session with its name.
 #[test]
@@ -25,49 +24,21 @@ fn malformed_headers_end_the_session() {
             "an isochronous transfer of 1 packets to a device that has none",
         ),
     ] {
-        let mut stream = Recorded::new(bytes);
-        let mut device = device_on(Registers::default());
-        let error = session::serve(&mut stream, &mut device).unwrap_err();
-        assert_eq!(error.to_string(), expected);
-        assert!(stream.answered.is_empty());
+        let (outcome, answered) = serve(&bytes);
+        assert_eq!(outcome.unwrap_err().to_string(), expected);
+        assert!(answered.is_empty());
     }
     for length in [0, 1, 47] {
-        let mut stream = Recorded::new(good[..length].to_vec());
-        let mut device = device_on(Registers::default());
-        let outcome = session::serve(&mut stream, &mut device);
+        let (outcome, _) = serve(&good[..length]);
         assert_eq!(outcome.is_ok(), length == 0, "{length} bytes and the end");
     }
 }
 
-/// What a client sent, and what it was answered.
-struct Recorded {
-    sent: io::Cursor<Vec<u8>>,
-    answered: Vec<u8>,
-}
-
-impl Recorded {
-    fn new(sent: Vec<u8>) -> Self {
-        Self {
-            sent: io::Cursor::new(sent),
-            answered: Vec::new(),
-        }
-    }
-}
-
-impl io::Read for Recorded {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.sent.read(buffer)
-    }
-}
-
-impl io::Write for Recorded {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.answered.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
+/// How the session ends that these bytes begin, and what is answered.
+fn serve(bytes: &[u8]) -> (Result<(), SessionError>, Vec<u8>) {
+    let mut answered = Vec::new();
+    let mut device = device_on(Registers::default());
+    (session::serve(bytes, &mut answered, &mut device), answered)
 }
 
 /// Transfers that are almost right: known commands and requests, arbitrary everything else.
@@ -101,9 +72,7 @@ fn almost_a_transfer() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #[test]
     fn arbitrary_bytes_end_in_an_error_and_never_in_a_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        let mut stream = Recorded::new(bytes.clone());
-        let mut device = device_on(Registers::default());
-        let outcome = session::serve(&mut stream, &mut device);
+        let (outcome, _) = serve(&bytes);
         prop_assert!(outcome.is_err() || bytes.is_empty() || bytes[3] == 1 || bytes[3] == 2);
         let mut start = [0; 8];
         start.iter_mut().zip(&bytes).for_each(|(to, from)| *to = *from);
@@ -116,12 +85,10 @@ proptest! {
         transfers in prop::collection::vec(almost_a_transfer(), 0..30)
     ) {
         let known = transfers.iter().take_while(|bytes| bytes[3] != 3).count();
-        let mut stream = Recorded::new(transfers.concat());
-        let mut device = device_on(Registers::default());
-        let outcome = session::serve(&mut stream, &mut device);
+        let (outcome, answered) = serve(&transfers.concat());
         prop_assert_eq!(outcome.is_ok(), known == transfers.len());
         let mut in_order = transfers[..known].iter();
-        let mut answered = stream.answered.as_slice();
+        let mut answered = answered.as_slice();
         let mut answers = 0;
         while !answered.is_empty() {
             let asked = in_order.next().unwrap();

@@ -2,7 +2,7 @@
 #![expect(unsafe_code, reason = "the kernel takes a descriptor by its number")]
 
 use super::host::*;
-use crate::usbip::{AttachedBus, Options, UsbipError, attach};
+use crate::usbip::{Attached, AttachedBus, Options, UsbipError, attach};
 use std::fs;
 use std::io::Read as _;
 use std::os::fd::BorrowedFd;
@@ -14,47 +14,45 @@ use tempfile::TempDir;
 
 const HEADER: &str = "hub port sta spd dev      sockfd local_busid\n";
 
-struct Machine {
-    folder: TempDir,
-}
+struct Machine(TempDir);
 
 impl Machine {
     /// Ports as (hub, number, state).
     fn new(ports: &[(&str, u32, u32)]) -> Self {
-        let machine = Self {
-            folder: TempDir::new().unwrap(),
-        };
+        let machine = Self(TempDir::new().unwrap());
         for folder in [
             "sys/devices/platform/vhci_hcd.0",
             "sys/class/i2c-dev",
             "dev",
         ] {
-            fs::create_dir_all(machine.folder.path().join(folder)).unwrap();
+            fs::create_dir_all(machine.path(folder)).unwrap();
         }
         let lines = ports.iter().map(|(hub, port, state)| {
             format!("{hub}  {port:04} {state:03} 000 00000000 000000 0-0\n")
         });
-        fs::write(
-            machine.controller("status"),
-            HEADER.to_owned() + &lines.collect::<String>(),
-        )
-        .unwrap();
+        let status = HEADER.to_owned() + &lines.collect::<String>();
+        fs::write(machine.controller("status"), status).unwrap();
         fs::write(machine.controller("attach"), "").unwrap();
         fs::write(machine.controller("detach"), "").unwrap();
         machine
     }
 
+    fn path(&self, file: &str) -> PathBuf {
+        self.0.path().join(file)
+    }
+
     fn controller(&self, file: &str) -> PathBuf {
-        self.folder
-            .path()
-            .join("sys/devices/platform/vhci_hcd.0")
-            .join(file)
+        self.path("sys/devices/platform/vhci_hcd.0").join(file)
+    }
+
+    fn attach(&self, options: &Options) -> Result<Attached, UsbipError> {
+        attach(&rack_of(&Registers::default()), options)
     }
 
     fn options(&self) -> Options {
         Options {
-            sysfs: self.folder.path().join("sys"),
-            dev: self.folder.path().join("dev"),
+            sysfs: self.path("sys"),
+            dev: self.path("dev"),
             driver_wait: Duration::from_secs(20),
             detach_wait: Duration::from_secs(20),
         }
@@ -90,11 +88,8 @@ fn kernel(
     let [attach, detach, status] =
         ["attach", "detach", "status"].map(|file| machine.controller(file));
     let free = fs::read_to_string(&status).unwrap();
-    let interface = machine
-        .folder
-        .path()
-        .join("sys/bus/usb/devices/1-3/1-3:1.0");
-    let node = machine.folder.path().join(format!("dev/i2c-{adapter}"));
+    let interface = machine.path("sys/bus/usb/devices/1-3/1-3:1.0");
+    let node = machine.path(&format!("dev/i2c-{adapter}"));
     thread::spawn(move || {
         let line = wait_for_text(&attach);
         let number = line.split(' ').nth(1).unwrap().parse().unwrap();
@@ -103,9 +98,7 @@ fn kernel(
             .try_clone_to_owned()
             .unwrap();
         let mut client = Client(UnixStream::from(socket));
-        let vendor = client
-            .control(setup(DEVICE_TO_HOST, 6, 0x0100, 0, 18), &[])
-            .data[8];
+        let vendor = client.descriptor(0x0100, 0, 18).data[8];
         fs::create_dir_all(interface.join(format!("i2c-{adapter}"))).unwrap();
         let port = line.split(' ').next().unwrap();
         let used = format!("hs  {port:0>4} 006 002 00010001 000003 1-3\n");
@@ -131,34 +124,33 @@ fn kernel(
 fn a_bus_becomes_the_adapter_that_the_kernel_names_and_goes_with_its_owner() {
     let machine = Machine::new(&[("ss", 8, 4), ("hs", 0, 6), ("hs", 1, 4), ("hs", 2, 4)]);
     let kernel = kernel(&machine, 7, LettingGo::WhenUnplugged);
-    let attached = attach(&rack_of(&Registers::default()), &machine.options()).unwrap();
-    assert_eq!(
-        attached.buses(),
-        [AttachedBus {
-            bus: 1,
-            port: 1,
-            adapter: 7,
-            device: machine.folder.path().join("dev/i2c-7"),
-        }]
-    );
+    let attached = machine.attach(&machine.options()).unwrap();
+    let expected = AttachedBus {
+        bus: 1,
+        port: 1,
+        adapter: 7,
+        device: machine.path("dev/i2c-7"),
+    };
+    assert_eq!(attached.buses(), [expected]);
     attached.stop().unwrap();
     let (line, vendor) = kernel.join().unwrap();
     let words: Vec<_> = line.split(' ').collect();
     assert_eq!(words.len(), 4);
+    let port_device_speed = [words[0], words[2], words[3]];
     assert_eq!(
-        [words[0], words[2], words[3]],
+        port_device_speed,
         ["1", "65537", "1"],
-        "port, device 1:1, low speed"
+        "device 1:1, low speed"
     );
     assert_eq!(vendor, 0x03);
-    assert!(!machine.folder.path().join("dev/i2c-7").exists());
+    assert!(!machine.path("dev/i2c-7").exists());
 }
 
 #[test]
 fn unplugging_from_the_other_side_ends_the_wait() {
     let machine = Machine::new(&[("hs", 0, 4)]);
     let kernel = kernel(&machine, 0, LettingGo::WhenDetached);
-    let mut attached = attach(&rack_of(&Registers::default()), &machine.options()).unwrap();
+    let mut attached = machine.attach(&machine.options()).unwrap();
     fs::write(machine.controller("detach"), "0").unwrap();
     attached.wait().unwrap();
     kernel.join().unwrap();
@@ -167,40 +159,30 @@ fn unplugging_from_the_other_side_ends_the_wait() {
 #[test]
 fn what_is_missing_is_named_with_the_modules_that_bring_it() {
     let machine = Machine::new(&[("hs", 0, 4)]);
-    let rack = rack_of(&Registers::default());
-    let fails = |options: &Options| attach(&rack, options).unwrap_err().to_string();
+    let fails = |options: &Options| machine.attach(options).unwrap_err().to_string();
     let modules = "`modprobe -a vhci-hcd i2c-tiny-usb i2c-dev`";
-    fs::remove_dir(machine.folder.path().join("sys/class/i2c-dev")).unwrap();
+    fs::remove_dir(machine.path("sys/class/i2c-dev")).unwrap();
     let error = fails(&machine.options());
-    assert!(
-        error.contains("i2c-dev is not loaded") && error.contains(modules),
-        "{error}"
-    );
+    assert!(error.contains("i2c-dev is not loaded"), "{error}");
+    assert!(error.contains(modules), "{error}");
     let nowhere = Options {
-        sysfs: machine.folder.path().join("nowhere"),
+        sysfs: machine.path("nowhere"),
         ..machine.options()
     };
     let error = fails(&nowhere);
-    assert!(
-        error.contains("no virtual USB controller") && error.contains(modules),
-        "{error}"
-    );
-    assert!(error.contains("cloud kernels"), "{error}");
+    for part in ["no virtual USB controller", modules, "cloud kernels"] {
+        assert!(error.contains(part), "{error}");
+    }
 }
 
 #[test]
 fn a_controller_without_a_free_port_says_how_to_free_one() {
     let machine = Machine::new(&[("hs", 0, 6), ("hs", 1, 5), ("ss", 8, 4)]);
-    let error = attach(&rack_of(&Registers::default()), &machine.options()).unwrap_err();
-    assert!(
-        matches!(error, UsbipError::NoFreePort { ports: 2 }),
-        "{error}"
-    );
+    let error = machine.attach(&machine.options()).unwrap_err();
+    assert!(matches!(error, UsbipError::NoFreePort(2)), "{error}");
     assert!(error.to_string().contains("usbip detach -p"), "{error}");
-    assert_eq!(
-        fs::read_to_string(machine.controller("attach")).unwrap(),
-        ""
-    );
+    let asked = fs::read_to_string(machine.controller("attach")).unwrap();
+    assert_eq!(asked, "");
 }
 
 #[test]
@@ -210,11 +192,8 @@ fn a_kernel_that_makes_no_adapter_is_told_after_the_wait() {
         driver_wait: Duration::from_millis(40),
         ..machine.options()
     };
-    let error = attach(&rack_of(&Registers::default()), &options).unwrap_err();
-    assert!(
-        matches!(error, UsbipError::NoAdapter { port: 0, .. }),
-        "{error}"
-    );
+    let error = machine.attach(&options).unwrap_err();
+    assert!(matches!(error, UsbipError::NoAdapter(0, _)), "{error}");
     assert!(error.to_string().contains("within 40ms"), "{error}");
 }
 
@@ -226,12 +205,9 @@ fn a_port_that_stays_in_use_is_told_when_stopping() {
         detach_wait: Duration::from_millis(40),
         ..machine.options()
     };
-    let attached = attach(&rack_of(&Registers::default()), &options).unwrap();
+    let attached = machine.attach(&options).unwrap();
     let error = attached.stop().unwrap_err();
-    assert!(
-        matches!(error, UsbipError::StillAttached { port: 0, .. }),
-        "{error}"
-    );
+    assert!(matches!(error, UsbipError::StillAttached(0, _)), "{error}");
     assert!(error.to_string().contains("usbip detach -p 0"), "{error}");
     kernel.join().unwrap();
 }
@@ -240,13 +216,9 @@ fn a_port_that_stays_in_use_is_told_when_stopping() {
 fn a_file_that_is_no_status_is_quoted() {
     let machine = Machine::new(&[]);
     fs::write(machine.controller("status"), "header\nhs zero\n").unwrap();
-    let error = attach(&rack_of(&Registers::default()), &machine.options())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.contains("status: not a line of ports: \"hs zero\""),
-        "{error}"
-    );
+    let error = machine.attach(&machine.options()).unwrap_err().to_string();
+    let quoted = "status: not a line of ports: \"hs zero\"";
+    assert!(error.contains(quoted), "{error}");
 }
 
 #[test]
@@ -255,11 +227,9 @@ fn without_the_right_to_attach_root_is_asked_for() {
     // A folder cannot be written to either, and unlike a read-only file it stops root as well.
     fs::remove_file(machine.controller("attach")).unwrap();
     fs::create_dir(machine.controller("attach")).unwrap();
-    let error = attach(&rack_of(&Registers::default()), &machine.options()).unwrap_err();
+    let error = machine.attach(&machine.options()).unwrap_err();
     assert!(matches!(error, UsbipError::Sysfs { .. }), "{error}");
     // The refusal itself is seen in the guests, where the tests have a user who is not root.
-    let error = UsbipError::NotRoot {
-        path: machine.controller("attach"),
-    };
+    let error = UsbipError::NotRoot(machine.controller("attach"));
     assert!(error.to_string().contains("run as root"));
 }

@@ -1,0 +1,160 @@
+//! What both ways to run a program share: how it starts, how it ends, and why it could not.
+
+use std::fmt;
+use std::io;
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus};
+
+/// Which way was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Way {
+    /// A file of the kernel in a private mount namespace; see [`fuse`](crate::fuse).
+    Fuse,
+    /// A preloaded library; see [`preload`](crate::preload).
+    Preload,
+}
+
+impl fmt::Display for Way {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Self::Fuse => "fuse",
+            Self::Preload => "preload",
+        })
+    }
+}
+
+/// How a program ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ended {
+    /// Its exit code, or the signal that ended it.
+    pub status: ExitStatus,
+    /// The way that was taken.
+    pub via: Way,
+    /// How often it, or what it started, opened a device: 0 is a program that never looked.
+    pub opens: u64,
+}
+
+/// Why a program could not be run with its buses, or not to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The rack is empty.
+    #[error("no bus to show the program\nhint: put at least one bus into the rack")]
+    NoBus,
+    /// Neither FUSE works for this program on this machine nor preloading.
+    #[error("FUSE does not work here: {0}\nand preloading does not either: {1}")]
+    NoWay(Box<Self>, Box<Self>),
+    /// The kernel's FUSE device is missing.
+    #[error(
+        "cannot open {0}: {1}\nhint: load the kernel module with `modprobe fuse`, or hand the device to the container with `--device /dev/fuse`"
+    )]
+    NoFuse(PathBuf, #[source] io::Error),
+    /// The machine could do this step, but not for this user.
+    #[error(
+        "not permitted: {0}: {1}\nhint: run as root, or allow user namespaces (user.max_user_namespaces above 0) and /dev/fuse for everyone (chmod 0666 /dev/fuse); a container needs --cap-add SYS_ADMIN --device /dev/fuse --security-opt apparmor=unconfined"
+    )]
+    NotPermitted(String, #[source] io::Error),
+    /// A step of the preparation failed for another reason than permission.
+    #[error("{step}: {source}\nhint: this needs {needs}")]
+    Setup {
+        /// What was being done.
+        step: String,
+        /// What the kernel said.
+        source: io::Error,
+        /// What the way needs.
+        needs: &'static str,
+    },
+    /// The device's file is missing, and outside `/dev` none is made.
+    #[error(
+        "there is no {0}\nhint: name a device directly in /dev, such as /dev/i2c-1, or make an empty file at this path first"
+    )]
+    DeviceMissing(PathBuf),
+    /// A folder is at the device's path.
+    #[error("{0} is a folder\nhint: name a file, such as /dev/i2c-1")]
+    DeviceIsFolder(PathBuf),
+    /// A path holds a byte 0.
+    #[error("a path with a zero byte in it: {0}\nhint: name a file, such as /dev/i2c-1")]
+    PathWithZero(PathBuf),
+    /// `/dev` has more entries than are copied: [`DEV_ENTRIES_MAX`](crate::fuse::DEV_ENTRIES_MAX).
+    #[error(
+        "/dev has more than {0} entries\nhint: make an empty file at the device's path, then /dev is left as it is"
+    )]
+    DevTooFull(usize),
+    /// The kernel speaks another version of the FUSE protocol: major, minor.
+    #[error("the kernel speaks FUSE {0}.{1}, needed is 7.28 or newer\nhint: Linux 4.20 or newer")]
+    FuseTooOld(u32, u32),
+    /// The connection to the kernel failed while the program ran; the program has found its device dead.
+    #[error("the emulated device failed: {0}\nhint: see the kernel's log (dmesg)")]
+    Serve(#[source] io::Error),
+    /// This program was built without the library to preload, for this reason.
+    #[error("this build carries no library to preload: {0}\nhint: use FUSE (--via fuse)")]
+    NoLibrary(&'static str),
+    /// The program, or the interpreter that its script names, does not load libraries.
+    #[error(
+        "{0} is statically linked: no library can be preloaded into it\nhint: FUSE (--via fuse) reaches static programs"
+    )]
+    StaticProgram(String),
+    /// The program's loader ignores LD_PRELOAD.
+    #[error(
+        "{0} gains rights when it starts (set-user-ID, set-group-ID or file capabilities): its loader ignores libraries to preload\nhint: FUSE (--via fuse) as root reaches such programs"
+    )]
+    GainsRights(String),
+    /// The program is made for another machine than this one, a 32-bit one for example.
+    #[error(
+        "{0} is made for another machine than the library to preload (another instruction set or width of pointers)\nhint: FUSE (--via fuse) reaches 32-bit programs as well; for another machine's programs build this one for that machine"
+    )]
+    OtherMachine(String),
+    /// There are more buses than the library knows, [`BUSES_MAX`](crate::preload::BUSES_MAX).
+    #[error("{found} buses, but by preloading a program can be shown {max}\nhint: show it fewer")]
+    TooManyBuses {
+        /// How many there are.
+        found: usize,
+        /// The limit.
+        max: usize,
+    },
+    /// There is no such program.
+    #[error(
+        "program not found: {0}\nhint: check the spelling and PATH, and that the working directory it is to start in exists; a file that is there names an interpreter or a loader that is not"
+    )]
+    ProgramNotFound(String),
+    /// The program is there but does not start.
+    #[error("cannot start {0}: {1}\nhint: is the file executable, and made for this machine?")]
+    ProgramNotStarted(String, #[source] io::Error),
+    /// The end of the program could not be waited for.
+    #[error(
+        "cannot wait for {0}: {1}\nhint: does something else in this process collect its children?"
+    )]
+    Wait(String, #[source] io::Error),
+}
+
+/// Why `command` did not start.
+pub(crate) fn not_started(command: &Command, source: io::Error) -> RunError {
+    let program = command.get_program().to_string_lossy().into_owned();
+    if source.kind() == io::ErrorKind::NotFound {
+        RunError::ProgramNotFound(program)
+    } else {
+        RunError::ProgramNotStarted(program, source)
+    }
+}
+
+/// Tells `started` the program's process number, and waits for its end.
+pub(crate) fn wait_for(
+    mut child: Child,
+    command: &Command,
+    started: &(dyn Fn(u32) + Sync),
+) -> Result<ExitStatus, RunError> {
+    started(child.id());
+    let program = || command.get_program().to_string_lossy().into_owned();
+    child
+        .wait()
+        .map_err(|source| RunError::Wait(program(), source))
+}
+
+/// Two connected sockets, for a way that needs this of the machine.
+pub(crate) fn socket_pair(needs: &'static str) -> Result<(UnixStream, UnixStream), RunError> {
+    UnixStream::pair().map_err(|source| RunError::Setup {
+        step: "making a socket pair".to_owned(),
+        source,
+        needs,
+    })
+}
