@@ -216,10 +216,9 @@ mod tests {
             })
             .collect();
         let error = adapter.transfer(&mut transfer).err();
-        let read = |(message, buffer): (&(_, _, Option<_>), &[u8; 1])| {
-            message.2.is_some() || *buffer == [0xA5]
-        };
-        assert!(error.is_some() || messages.iter().zip(&buffers).all(read));
+        for ((_, _, bytes), buffer) in messages.iter().zip(&buffers) {
+            assert!(error.is_some() || bytes.is_some() || *buffer == [0xA5]);
+        }
         (adapter.into_bus().0, error)
     }
 
@@ -228,18 +227,15 @@ mod tests {
         let write = |bytes: &'static [u8]| (0x69, false, Some(bytes));
         let read = (0x69, false, None);
         for (messages, expected) in [
-            (vec![write(&[0x2A]), read], vec!["69 W[2a] R1"]),
+            (vec![write(&[0x2A]), read], "69 W[2a] R1"),
             (
                 vec![write(&[1, 2]), write(&[3]), read],
-                vec!["69 W[01, 02]", "69 W[03] R1"],
+                "69 W[01, 02]; 69 W[03] R1",
             ),
-            (vec![read, read], vec!["69 R1", "69 R1"]),
-            (
-                vec![(0x68, false, Some(&[3][..])), read],
-                vec!["68 W[03]", "69 R1"],
-            ),
+            (vec![read, read], "69 R1; 69 R1"),
+            (vec![(0x68, false, Some(&[3])), read], "68 W[03]; 69 R1"),
         ] {
-            assert_eq!(transactions(&messages).0, expected);
+            assert_eq!(transactions(&messages).0.join("; "), expected);
         }
     }
 

@@ -1,8 +1,7 @@
 //! How the device gets to its path, for one program and for nobody else.
 //!
-//! All steps are laid out before the first is carried out. A process with the right to mount carries them out in a thread
-//! with its own mount namespace, and starts the program from there. Without that right the program's own process does so
-//! between fork and exec, in its own user namespace; nothing may be allocated there.
+//! All steps are laid out before the first is carried out: with the right to mount in a thread, which then starts the
+//! program; without it in the program's own process and user namespace, between fork and exec, where nothing is allocated.
 //!
 //! Where the device's file is missing, `/dev` is rebuilt inside the namespace: an empty tmpfs, every entry of the real
 //! `/dev` bound into it, and the device's file beside them. The kernel takes it away with the namespace's last process.

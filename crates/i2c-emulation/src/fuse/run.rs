@@ -50,9 +50,8 @@ impl Options {
 
 /// Runs `command` to its end with `adapter` as its device, and returns how it ended.
 ///
-/// Only the program, and whatever it starts, sees the device; nothing is left of it, also if this process or the program
-/// is killed. Signals are left alone: a caller that wants to outlive its program must ignore SIGINT itself. The adapter is
-/// locked for one transfer at a time.
+/// Only the program, and whatever it starts, sees the device; nothing is left of it, however they end. Signals are left
+/// alone. The adapter is locked for one transfer at a time.
 ///
 /// # Errors
 /// What this machine or this user lacks; once the program runs, only [`RunError::Serve`] and [`RunError::Wait`].

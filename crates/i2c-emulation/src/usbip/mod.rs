@@ -10,12 +10,6 @@
 //!
 //! The adapter is the classic i2c-tiny-usb (0403:c631), which knows control transfers only. [`attach`] hands it to this
 //! machine's kernel; [`Server`] offers it to another machine or guest, where `usbip attach` fetches it.
-//!
-//! Messages to a target are held until the read after them, or the end of the transfer, and are then carried out at once:
-//! a register's number and the read of its value are one transaction on the emulated bus. What follows a read in the same
-//! transfer is another.
-//!
-//! Nothing is left behind: the kernel unplugs a device whose socket closes, however the process ends.
 
 mod device;
 mod error;

@@ -208,14 +208,12 @@ impl Command {
             .ok()
             .filter(|length| *length <= TRANSFER_BYTES_MAX)
             .ok_or(Malformed::Length(length))?;
-        let mut setup = [0; 8];
-        setup.copy_from_slice(&header[40..]);
         Ok(Self::Submit(Submit {
             sequence,
             endpoint: field(header, 16),
             is_in: field(header, 12) == DIRECTION_IN,
             length,
-            setup: Setup::parse(setup),
+            setup: Setup::parse(header.last_chunk().map_or([0; 8], |setup| *setup)),
         }))
     }
 }
