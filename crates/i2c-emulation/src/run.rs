@@ -127,6 +127,19 @@ pub enum RunError {
     Wait(String, #[source] io::Error),
 }
 
+/// What the machine must have for each way.
+pub(crate) const FUSE_NEEDS: &str = "Linux 5.6 or newer with FUSE, tmpfs and a mounted /proc";
+pub(crate) const PRELOAD_NEEDS: &str = "Linux 3.17 or newer with a mounted /proc";
+
+/// A step failed for a way that needs this.
+pub(crate) fn setup_failed(step: &str, source: io::Error, needs: &'static str) -> RunError {
+    RunError::Setup {
+        step: step.to_owned(),
+        source,
+        needs,
+    }
+}
+
 /// Why `command` did not start.
 pub(crate) fn not_started(command: &Command, source: io::Error) -> RunError {
     let program = command.get_program().to_string_lossy().into_owned();
@@ -152,9 +165,5 @@ pub(crate) fn wait_for(
 
 /// Two connected sockets, for a way that needs this of the machine.
 pub(crate) fn socket_pair(needs: &'static str) -> Result<(UnixStream, UnixStream), RunError> {
-    UnixStream::pair().map_err(|source| RunError::Setup {
-        step: "making a socket pair".to_owned(),
-        source,
-        needs,
-    })
+    UnixStream::pair().map_err(|source| setup_failed("making a socket pair", source, needs))
 }

@@ -24,11 +24,10 @@ use rustix::mount::{MountFlags, MountPropagationFlags, mount, mount_bind_recursi
 use rustix::thread::{UnshareFlags, unshare_unsafe};
 
 use super::wire;
-use crate::run::RunError;
+use crate::run::{FUSE_NEEDS, RunError, setup_failed};
 
 /// Most entries of a `/dev` that is rebuilt.
 pub const DEV_ENTRIES_MAX: usize = 4096;
-pub(super) const NEEDS: &str = "Linux 5.6 or newer with FUSE, tmpfs and a mounted /proc";
 
 const DEV: &str = "/dev";
 
@@ -141,7 +140,7 @@ impl Plan {
                 RunError::NotPermitted(what, source)
             }
             _ if step.kind == Kind::OpensFuse => RunError::NoFuse(fuse_device.to_owned(), source),
-            _ => setup_failed(what, source),
+            _ => setup_failed(&what, source, FUSE_NEEDS),
         }
     }
 
@@ -324,19 +323,11 @@ fn entries_of(dev: &Path) -> Result<Vec<DirEntry>, RunError> {
 fn reserve() -> Result<OwnedFd, RunError> {
     fs::File::open("/dev/null")
         .map(OwnedFd::from)
-        .map_err(|source| setup_failed("opening /dev/null".to_owned(), source))
+        .map_err(|source| setup_failed("opening /dev/null", source, FUSE_NEEDS))
 }
 
 fn unreadable(source: io::Error) -> RunError {
-    setup_failed(format!("reading {DEV}"), source)
-}
-
-fn setup_failed(step: String, source: io::Error) -> RunError {
-    RunError::Setup {
-        step,
-        source,
-        needs: NEEDS,
-    }
+    setup_failed("reading /dev", source, FUSE_NEEDS)
 }
 
 fn c_text(text: impl AsRef<OsStr>) -> Result<CString, RunError> {

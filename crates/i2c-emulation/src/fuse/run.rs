@@ -18,12 +18,12 @@ use rustix::process::{
 };
 
 use super::caller::ProcessMemory;
-use super::namespace::{NEEDS, Plan, Right, StepFailed};
+use super::namespace::{Plan, Right, StepFailed};
 use super::session::{Reply, Session, SharedBus};
 use super::wire;
 use crate::adapter::{EmulatedAdapter, Fault, Message, TransferError};
 use crate::ioctl::{AdapterMode, CallerMemory};
-use crate::run::{Ended, RunError, Way, not_started, socket_pair, wait_for};
+use crate::run::{Ended, FUSE_NEEDS, RunError, Way, not_started, socket_pair, wait_for};
 
 /// Where the device appears and how it behaves.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,7 +86,7 @@ pub(crate) fn run_devices(
         started,
     };
     // Closing the one end wakes whoever waits for the other.
-    let (wake, awake) = socket_pair(NEEDS)?;
+    let (wake, awake) = socket_pair(FUSE_NEEDS)?;
     let (arrivals, mounted) = mpsc::sync_channel(1);
     thread::scope(|scope| {
         let program = scope.spawn(|| {
@@ -231,7 +231,7 @@ fn start_in_user_namespace(
         group: getegid().as_raw(),
     };
     let plan = Arc::new(Plan::new(&setting.paths, setting.fuse_device, right)?);
-    let (ours, theirs) = socket_pair(NEEDS)?;
+    let (ours, theirs) = socket_pair(FUSE_NEEDS)?;
     let theirs = Arc::new(theirs);
     let armed = Arc::new(AtomicBool::new(true));
     arrange_in_child(command, &plan, &theirs, &armed);

@@ -55,14 +55,12 @@ impl Session {
         let Some(request) = Request::parse(request) else {
             return Reply::Nothing;
         };
-        match request.opcode {
-            opcode::FORGET | opcode::BATCH_FORGET => return Reply::Nothing,
-            opcode::INIT => {
-                if let (Ok(major), Ok(minor)) = (request.body.u32(0), request.body.u32(4))
-                    && (major != wire::MAJOR || minor < wire::MINOR)
-                {
-                    return Reply::Incompatible { major, minor };
-                }
+        if matches!(request.opcode, opcode::FORGET | opcode::BATCH_FORGET) {
+            return Reply::Nothing;
+        }
+        match (request.opcode, request.body.u32(0), request.body.u32(4)) {
+            (opcode::INIT, Ok(major), Ok(minor)) if major != wire::MAJOR || minor < wire::MINOR => {
+                return Reply::Incompatible { major, minor };
             }
             _ => {}
         }

@@ -7,7 +7,7 @@ use std::os::fd::{AsRawFd, OwnedFd};
 use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
 use rustix::io::fcntl_dupfd_cloexec;
 
-use crate::run::RunError;
+use crate::run::{PRELOAD_NEEDS, RunError, setup_failed};
 
 #[cfg(preload_library)]
 const BYTES: Option<&[u8]> = Some(include_bytes!(env!("I2C_EMULATION_LIBRARY")));
@@ -30,9 +30,9 @@ pub(super) struct Library(OwnedFd);
 impl Library {
     pub(super) fn new() -> Result<Self, RunError> {
         let bytes = bytes()?;
-        memory_file(bytes)
-            .map(Self)
-            .map_err(|source| super::setup_failed("writing the library into memory", source))
+        memory_file(bytes).map(Self).map_err(|source| {
+            setup_failed("writing the library into memory", source, PRELOAD_NEEDS)
+        })
     }
 
     /// What the loader of programs finds it at.

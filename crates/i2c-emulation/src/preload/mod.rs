@@ -32,17 +32,5 @@ pub use run::check;
 pub(crate) use run::run_rack;
 pub use server::{CHANNELS_MAX, OPEN_FILES_MAX, STRANGERS_MAX};
 
-use crate::run::RunError;
-
 /// Most buses that one program can be shown by preloading.
 pub const BUSES_MAX: usize = protocol::BUSES_MAX;
-
-const NEEDS: &str = "Linux 3.17 or newer with a mounted /proc";
-
-fn setup_failed(step: &str, source: std::io::Error) -> RunError {
-    RunError::Setup {
-        step: step.to_owned(),
-        source,
-        needs: NEEDS,
-    }
-}

@@ -8,10 +8,10 @@ use std::thread;
 
 use super::carried::{self, Library};
 use super::server::Server;
-use super::{NEEDS, program_file, protocol};
+use super::{program_file, protocol};
 use crate::ioctl::AdapterMode;
 use crate::rack::Rack;
-use crate::run::{Ended, RunError, Way, not_started, socket_pair, wait_for};
+use crate::run::{Ended, PRELOAD_NEEDS, RunError, Way, not_started, socket_pair, wait_for};
 
 const LD_PRELOAD: &str = "LD_PRELOAD";
 
@@ -66,7 +66,7 @@ fn serve_while_it_runs(
     started: &(dyn Fn(u32) + Sync),
 ) -> Result<ExitStatus, RunError> {
     // Closing the one end wakes whoever waits for the other.
-    let (wake, awake) = socket_pair(NEEDS)?;
+    let (wake, awake) = socket_pair(PRELOAD_NEEDS)?;
     thread::scope(|scope| {
         let wake = &wake;
         scope.spawn(move || server.serve(wake.as_fd(), scope));

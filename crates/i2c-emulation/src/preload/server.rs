@@ -19,11 +19,10 @@ use super::protocol::{
     Answer, BUSES_MAX, CHUNK_BYTES_MAX, Call, HELLO_BYTES, Hello, Purpose, REGION_BYTES,
     REQUEST_BYTES, REQUEST_BYTES_MAX, Request, TOKEN_MARK, number_of, u64_at,
 };
-use super::setup_failed;
 use crate::guests::Guests;
 use crate::ioctl::{AdapterMode, CallerMemory, Errno, MESSAGE_BYTES_MAX, OpenFile, PointerWidth};
 use crate::rack::{Rack, SharedAdapter};
-use crate::run::RunError;
+use crate::run::{PRELOAD_NEEDS, RunError, setup_failed};
 
 /// Most files that may be open at once, over all processes; one more is ENFILE.
 pub const OPEN_FILES_MAX: usize = 512;
@@ -84,13 +83,15 @@ impl Server {
                 u128::from_ne_bytes(random()?),
             ))
         };
-        let (number, secret) =
-            random().map_err(|source| setup_failed("reading /dev/urandom", source))?;
+        let (number, secret) = random()
+            .map_err(|source| setup_failed("reading /dev/urandom", source, PRELOAD_NEEDS))?;
         let name = format!("i2c-emulation-{number:016x}");
         let listener = SocketAddr::from_abstract_name(&name)
             .and_then(|address| UnixListener::bind_addr(&address))
             .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
-            .map_err(|source| setup_failed("making a socket without a path", source))?;
+            .map_err(|source| {
+                setup_failed("making a socket without a path", source, PRELOAD_NEEDS)
+            })?;
         Ok(Self {
             mode,
             buses,
