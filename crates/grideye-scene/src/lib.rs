@@ -12,7 +12,6 @@
 //! |---|---|---|
 //! | [`Scene`], [`Sensor`], [`Pose`] | the file and its geometry | `scenes/README.md` |
 //! | [`perceived`] | what a surface looks like from a distance | PeerJ CS 11:e3124, "Perceived temperature calculation" |
-//! | [`resample`] | sampling grid to pixels, as MATLAB's `imresize` does | the same, "Interpolation" |
 //! | [`physical`] | the other model: radiance averaged over each pixel's response | Planck, Stefan and Boltzmann; the AMG88's specification |
 //! | [`fit`] | numbers of the file that a recording is to tell | `scenes/README.md` |
 //! | [`Simulator`], [`Image`], [`Mask`] | frames and their truth | the same, "Sensor model implementation" |
@@ -73,22 +72,15 @@ mod sensor;
 pub mod simulator;
 mod text;
 
-pub use file::files::Files;
-pub use geometry::cuboid::Cuboid;
-pub use geometry::mesh::{Mesh, MeshError};
-pub use geometry::pose::Pose;
-pub use geometry::{count, polygon};
-pub use model::body::{Agent, Body};
-pub use model::contact::{Contact, FreeSpace};
-pub use model::error::{SceneError, Warning};
-pub use model::room::Room;
-pub use model::scene::{Loaded, Model, Scene};
-pub use model::sensor::Sensor;
-pub use model::{fit, limits};
-pub use motion::trajectory::Trajectory;
-pub use picture::image::{Image, Mask};
-pub use picture::{physical, resample};
+pub use file::{Files, key};
+pub use geometry::{Cuboid, Mesh, MeshError, Pose, count, polygon};
+pub use model::{
+    Agent, Body, Contact, FreeSpace, Loaded, Model, Room, Scene, SceneError, Sensor, Warning, fit,
+    limits,
+};
+pub use motion::Trajectory;
+pub use picture::{Image, Mask, physical};
 pub use radiometry::perceived;
-pub use sensor::noise::fnv1a;
+pub use sensor::fnv1a;
 pub use simulator::Simulator;
-pub use text::place::Place;
+pub use text::{Place, Refusal};

@@ -1,6 +1,6 @@
 //! Why a scene cannot be varied as asked.
 
-use grideye_scene::SceneError;
+use grideye_scene::{SceneError, key::KeyError};
 
 /// The most choices of one key.
 pub(crate) const CHOICES_MAX: usize = 1_000;
@@ -89,17 +89,9 @@ pub enum Mistake {
         "{0} choices are more than {CHOICES_MAX}\nhint: a range, as in 26..34, has any number of them"
     )]
     TooManyChoices(usize),
-    /// The scene has nothing of that name.
-    #[error("the scene has no {what}\nhint: {known}")]
-    Unknown {
-        /// What was looked for.
-        what: String,
-        /// What there is.
-        known: String,
-    },
-    /// The name of a table without one of its keys.
-    #[error("it names a table, not a key\nhint: {0}")]
-    NoKey(String),
+    /// The scene has no such key.
+    #[error(transparent)]
+    NoSuchKey(#[from] KeyError),
     /// The same key twice, or a key and its table.
     #[error("it overlaps with `{0}`\nhint: every key may be varied once")]
     Twice(String),

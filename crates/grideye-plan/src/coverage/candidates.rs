@@ -1,16 +1,11 @@
 //! The poses to try: on the ceiling, on walls and in corners.
 
 use super::error::CoverageError;
-use super::floor::bounds;
 use super::limits;
 use super::rays::edges;
 use super::survey::Survey;
 use glam::{DVec2, DVec3};
-use grideye_scene::Pose;
-use grideye_scene::Room;
-use grideye_scene::Scene;
-use grideye_scene::count;
-use grideye_scene::{Sensor, physical::Optics};
+use grideye_scene::{Pose, Room, Scene, Sensor, count, physical::Optics, polygon::bounds};
 use std::f64::consts::TAU;
 
 /// Where on the room a sensor is mounted.
@@ -242,7 +237,7 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
     let outline = room.outline_m();
     let level_m = room.bounds_m().0.z;
     if mounts.mounts.contains(&Mount::Ceiling) {
-        let (low, high) = bounds(&outline);
+        let (low, high) = bounds(outline.iter().copied());
         let across = steps(low.x, high.x, mounts.spacing_m);
         for y in steps(low.y, high.y, mounts.spacing_m) {
             for x in across.clone() {
@@ -337,39 +332,31 @@ fn check(mounts: &Mounts) -> Result<(), CoverageError> {
     for (what, values, low) in angles {
         let wrong = values.iter().find(|value| !(low..=90.0).contains(*value));
         if let Some(wrong) = wrong {
-            return Err(CoverageError::Value {
+            let hint = "tilts count from straight down, angles on walls from the level and from straight into the room";
+            let expected = format!("{low}° to 90°");
+            return Err(CoverageError::value(
                 what,
-                found: format!("{wrong}°"),
-                expected: format!("{low}° to 90°"),
-                hint: "tilts count from straight down, angles on walls from the level and from straight into the room",
-            });
+                format!("{wrong}°"),
+                expected,
+                hint,
+            ));
         }
     }
-    let lengths = [("the spacing of the poses", mounts.spacing_m)]
-        .into_iter()
-        .chain(
-            mounts
-                .wall_heights_m
-                .iter()
-                .map(|height| ("a height on a wall", *height)),
-        );
-    for (what, length_m) in lengths {
+    let heights = mounts.wall_heights_m.iter();
+    let heights = heights.map(|height| ("a height on a wall", *height));
+    let lengths = [("the spacing of the poses", mounts.spacing_m)];
+    for (what, length_m) in lengths.into_iter().chain(heights) {
         if !(length_m.is_finite() && length_m >= 1e-3) {
-            return Err(CoverageError::Value {
-                what,
-                found: format!("{} mm", length_m * 1000.0),
-                expected: "1 mm or more".to_owned(),
-                hint: "lengths are in millimetres",
-            });
+            let found = format!("{} mm", length_m * 1000.0);
+            let hint = "lengths are in millimetres";
+            return Err(CoverageError::value(what, found, "1 mm or more", hint));
         }
     }
-    if mounts.ceiling_headings == 0 || mounts.ceiling_headings > 360 {
-        return Err(CoverageError::Value {
-            what: "the number of headings",
-            found: mounts.ceiling_headings.to_string(),
-            expected: "1 to 360".to_owned(),
-            hint: "8 is every 45 degrees",
-        });
+    let headings = mounts.ceiling_headings;
+    if headings == 0 || headings > 360 {
+        let what = "the number of headings";
+        let hint = "8 is every 45 degrees";
+        return Err(CoverageError::value(what, headings, "1 to 360", hint));
     }
     Ok(())
 }

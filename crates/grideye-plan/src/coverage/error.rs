@@ -74,3 +74,20 @@ pub enum CoverageError {
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
+
+impl CoverageError {
+    pub(crate) fn value(
+        what: &'static str,
+        found: impl ToString,
+        expected: impl Into<String>,
+        hint: &'static str,
+    ) -> Self {
+        let (found, expected) = (found.to_string(), expected.into());
+        Self::Value {
+            what,
+            found,
+            expected,
+            hint,
+        }
+    }
+}

@@ -1,10 +1,7 @@
 //! The person that a survey looks for: standing, sitting or lying.
 
 use glam::DVec3;
-use grideye_scene::Cuboid;
-use grideye_scene::Mesh;
-use grideye_scene::perceived::Surface;
-use grideye_scene::{Agent, Body};
+use grideye_scene::{Agent, Body, Cuboid, Mesh, perceived::Surface};
 
 /// How a person is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

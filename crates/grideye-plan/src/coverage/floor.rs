@@ -5,11 +5,7 @@ use super::figure::Figure;
 use super::limits;
 use super::rays::Blockers;
 use glam::{DVec2, DVec3, USizeVec2};
-use grideye_scene::Agent;
-use grideye_scene::FreeSpace;
-use grideye_scene::Room;
-use grideye_scene::Scene;
-use grideye_scene::count;
+use grideye_scene::{Agent, FreeSpace, Room, Scene, count, polygon::bounds};
 
 /// How finely a floor is looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +82,7 @@ impl Floor {
         figure: &Figure,
         grain: &Grain,
     ) -> Result<Self, CoverageError> {
-        let (low, high) = bounds(&scene.room().outline_m());
+        let (low, high) = bounds(scene.room().outline_m().into_iter());
         let size = high - low;
         let count = (size / grain.cell_m).round().max(DVec2::ONE);
         if count.x * count.y > count::float(limits::CELLS_MAX) {
@@ -158,12 +154,10 @@ impl Builder<'_> {
             .map(|turn_deg| self.figure.at(at_m.extend(height_m), turn_deg))
             .filter(|stand| self.free.holds(&stand.parts))
             .collect();
-        let kind = if stands.is_empty() {
-            Kind::Tight
-        } else {
-            Kind::Place
-        };
-        cell(height_m, kind, stands)
+        match stands.is_empty() {
+            true => cell(height_m, Kind::Tight, stands),
+            false => cell(height_m, Kind::Place, stands),
+        }
     }
 
     /// The height that the figure would be on; `None` if something is in its way.
@@ -183,12 +177,4 @@ impl Builder<'_> {
             .filter(is_free)
             .reduce(f64::max)
     }
-}
-
-pub(crate) fn bounds(outline: &[DVec2]) -> (DVec2, DVec2) {
-    outline
-        .iter()
-        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
-            (low.min(*at), high.max(*at))
-        })
 }

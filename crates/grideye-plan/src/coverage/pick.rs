@@ -239,35 +239,35 @@ impl Have {
 }
 
 fn check(count: usize, wish: &Wish) -> Result<(), CoverageError> {
+    let at_each_place = "the number of sensors at each place";
     let counts = [
         ("the number of poses to pick", count),
-        ("the number of sensors at each place", wish.sensors_min),
+        (at_each_place, wish.sensors_min),
     ];
     for (what, found) in counts {
         if !(1..=limits::PICKED_MAX).contains(&found) {
-            return Err(CoverageError::Value {
-                what,
-                found: found.to_string(),
-                expected: format!("1 to {}", limits::PICKED_MAX),
-                hint: "2 is a good start for one room",
-            });
+            let expected = format!("1 to {}", limits::PICKED_MAX);
+            let hint = "2 is a good start for one room";
+            return Err(CoverageError::value(what, found, expected, hint));
         }
     }
     if !(wish.sigma_min.is_finite() && wish.sigma_min > 0.0) {
-        return Err(CoverageError::Value {
-            what: "the contrast to detect",
-            found: format!("{} sigma", wish.sigma_min),
-            expected: "a number above 0".to_owned(),
-            hint: "3 sigma is the usual limit of detection",
-        });
+        let (what, found) = (
+            "the contrast to detect",
+            format!("{} sigma", wish.sigma_min),
+        );
+        let hint = "3 sigma is the usual limit of detection";
+        return Err(CoverageError::value(what, found, "a number above 0", hint));
     }
     if wish.rule == Rule::Together && wish.sensors_min != 1 {
-        return Err(CoverageError::Value {
-            what: "the number of sensors at each place",
-            found: wish.sensors_min.to_string(),
-            expected: "1, if the sensors detect together".to_owned(),
-            hint: "count sensors that detect alone, or let all detect together",
-        });
+        let expected = "1, if the sensors detect together";
+        let hint = "count sensors that detect alone, or let all detect together";
+        return Err(CoverageError::value(
+            at_each_place,
+            wish.sensors_min,
+            expected,
+            hint,
+        ));
     }
     Ok(())
 }

@@ -3,7 +3,6 @@
 //! Nothing rests on colour alone: better is darker, what is not detected or not seen is hatched, and counts are written
 //! into the cells.
 
-use super::floor::bounds;
 use super::floor::{Floor, Kind};
 use super::map::{Blind, Map, Spot};
 use super::pick::Wish;
@@ -11,9 +10,7 @@ use crate::ground;
 use glam::{DVec2, DVec3};
 use grideye_draw::number::round_step;
 use grideye_draw::sketch::{Anchor, DARK, GRAY, Shape, Sketch, WHITE};
-use grideye_scene::Scene;
-use grideye_scene::Sensor;
-use grideye_scene::count;
+use grideye_scene::{Scene, Sensor, count, polygon::bounds};
 
 /// What is drawn.
 #[derive(Debug, Clone, Copy)]
@@ -117,7 +114,7 @@ impl MapDrawing<'_> {
         for object in self.scene.objects() {
             let outline = ground::outline_m(object);
             let on_page: Vec<DVec2> = outline.iter().map(|corner| to_page.page(*corner)).collect();
-            let (low, high) = bounds(&on_page);
+            let (low, high) = bounds(on_page.iter().copied());
             sketch.closed(on_page, 1.2, DARK);
             let wide = 6.4 * count::float(object.name.chars().count());
             if high.x - low.x > wide && high.y - low.y > 14.0 {
@@ -204,7 +201,7 @@ struct FloorToPage {
 
 impl FloorToPage {
     fn new(scene: &Scene, top_left: DVec2) -> Self {
-        let (low, high) = bounds(&scene.room().outline_m());
+        let (low, high) = bounds(scene.room().outline_m().into_iter());
         let scale = (DVec2::new(PANEL - RULER, PANEL_HEIGHT) / (high - low)).min_element();
         Self {
             low,

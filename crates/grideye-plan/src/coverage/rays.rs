@@ -1,8 +1,7 @@
 //! What a straight line meets in a room: is a point seen from another, and what stands above a point of the floor.
 
 use glam::{DVec2, DVec3};
-use grideye_scene::Mesh;
-use grideye_scene::Scene;
+use grideye_scene::{Mesh, Scene};
 
 /// What stands in the way.
 #[derive(Debug, Clone)]

@@ -6,11 +6,7 @@ use super::floor::{Floor, Grain, Kind};
 use super::limits;
 use super::rays::Blockers;
 use glam::DVec3;
-use grideye_scene::Agent;
-use grideye_scene::Image;
-use grideye_scene::Scene;
-use grideye_scene::Sensor;
-use grideye_scene::Simulator;
+use grideye_scene::{Agent, Image, Scene, Sensor, Simulator};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
@@ -223,21 +219,15 @@ fn contrast(somebody: &Image, nobody: &Image, sigma_c: f64) -> (f64, f64) {
 
 fn check(grain: &Grain) -> Result<(), CoverageError> {
     if !(grain.cell_m.is_finite() && grain.cell_m >= 1e-3) {
-        return Err(CoverageError::Value {
-            what: "the length of a cell",
-            found: format!("{} mm", grain.cell_m * 1000.0),
-            expected: "1 mm or more".to_owned(),
-            hint: "200 mm is a good one for rooms",
-        });
+        let found = format!("{} mm", grain.cell_m * 1000.0);
+        let hint = "200 mm is a good one for rooms";
+        let what = "the length of a cell";
+        return Err(CoverageError::value(what, found, "1 mm or more", hint));
     }
     in_range("the number of turns", grain.turns, limits::TURNS_MAX)?;
     if grain.frames == 0 {
-        return Err(CoverageError::Value {
-            what: "the number of frames",
-            found: "0".to_owned(),
-            expected: "1 or more".to_owned(),
-            hint: "1 is a single frame",
-        });
+        let (what, hint) = ("the number of frames", "1 is a single frame");
+        return Err(CoverageError::value(what, 0, "1 or more", hint));
     }
     Ok(())
 }
@@ -246,10 +236,11 @@ fn in_range(what: &'static str, found: usize, limit: usize) -> Result<(), Covera
     if (1..=limit).contains(&found) {
         return Ok(());
     }
-    Err(CoverageError::Value {
+    let hint = "leave it out for the default";
+    Err(CoverageError::value(
         what,
-        found: found.to_string(),
-        expected: format!("1 to {limit}"),
-        hint: "leave it out for the default",
-    })
+        found,
+        format!("1 to {limit}"),
+        hint,
+    ))
 }

@@ -4,8 +4,7 @@ use super::camera::Camera;
 use super::limits;
 use super::options::Drawing;
 use glam::{DVec2, DVec3};
-use grideye_scene::Body;
-use grideye_scene::Scene;
+use grideye_scene::{Body, Scene};
 use std::collections::HashSet;
 
 /// The names of one view.

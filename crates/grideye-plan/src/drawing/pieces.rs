@@ -6,13 +6,7 @@ use super::options::Drawing;
 use super::painter::{Paint, Piece, clipped};
 use super::plane::Plane;
 use glam::DVec3;
-use grideye_scene::Agent;
-use grideye_scene::Cuboid;
-use grideye_scene::Mesh;
-use grideye_scene::Room;
-use grideye_scene::Scene;
-use grideye_scene::Sensor;
-use grideye_scene::count;
+use grideye_scene::{Agent, Cuboid, Mesh, Room, Scene, Sensor, count};
 use std::collections::HashMap;
 
 /// The lowest and the highest corner of what is drawn, metres.

@@ -9,8 +9,7 @@ use glam::{DVec2, DVec3};
 use grideye_draw::number::round_step;
 use grideye_draw::palette::hex;
 use grideye_draw::svg::{self, Element, Svg};
-use grideye_scene::Sensor;
-use grideye_scene::count;
+use grideye_scene::{Sensor, count};
 
 #[derive(Debug)]
 pub(super) struct Sheet {

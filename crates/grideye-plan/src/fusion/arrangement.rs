@@ -3,8 +3,7 @@
 use super::axis::Axis;
 use super::error::{ArrayError, CELLS_PER_AXIS_MAX};
 use glam::{DVec2, DVec3, USizeVec2};
-use grideye_scene::count;
-use grideye_scene::{Sensor, physical::Optics};
+use grideye_scene::{Sensor, count, physical::Optics};
 
 /// Deviation of a spacing from Eq. 7 that is let pass: 1 %, a third of a millimetre in 30.
 const TOLERANCE: f64 = 0.01;

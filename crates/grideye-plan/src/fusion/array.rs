@@ -6,12 +6,7 @@ use super::axis::Axis;
 use super::error::{ArrayError, SENSORS_MAX};
 use super::normal_equations::{System, steps};
 use glam::DVec2;
-use grideye_scene::Image;
-use grideye_scene::Scene;
-use grideye_scene::SceneError;
-use grideye_scene::Sensor;
-use grideye_scene::Simulator;
-use grideye_scene::count;
+use grideye_scene::{Image, Scene, SceneError, Sensor, Simulator, count};
 
 /// Sensors in a grid that look the same way.
 #[derive(Debug, Clone)]

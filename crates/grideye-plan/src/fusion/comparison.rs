@@ -64,13 +64,94 @@ impl Comparison {
     /// The table for a person.
     #[must_use]
     pub fn text(&self) -> String {
-        table(&self.array, &self.fused, self.noise_c)
+        let (array, fused, noise_c) = (&self.array, &self.fused, self.noise_c);
+        let (across, down) = (array.across(), array.down());
+        let distance_mm = array.virtual_sensor().operating_distance_m * 1000.0;
+        let mut text = format!(
+            "{} x {} sensors of {} x {} pixels, in the plane {distance_mm:.0} mm before them\n\
+         spacing      across {}, down {}\n\
+         cells, Eq. 8 {} x {} in view of at least one sensor, {} x {} of all\n\n\
+         sensors that see each cell\n",
+            across.sensors,
+            down.sensors,
+            across.pixels,
+            down.pixels,
+            spacing(across),
+            spacing(down),
+            across.union_cells(),
+            down.union_cells(),
+            across.covered_cells(),
+            down.covered_cells(),
+        );
+        for row in array.coverage().chunks(across.union_cells()) {
+            let cells: Vec<String> = row.iter().map(|sensors| format!("{sensors:2}")).collect();
+            text.push_str(&format!("  {}\n", cells.join(" ")));
+        }
+        text.push_str(&format!(
+            "\nerror against one sensor of {} x {} pixels in the middle, RMSE in °C\n\
+         {:<16}{:>24}{:>24}\n{:<16}{:>12}{:>12}{:>12}{:>12}\n",
+            across.union_cells(),
+            down.union_cells(),
+            "",
+            "without noise",
+            format!("noise {noise_c:.3} °C"),
+            "",
+            "all cells",
+            "seen by all",
+            "all cells",
+            "seen by all",
+        ));
+        for row in fused {
+            text.push_str(&format!(
+                "{:<16}{:>12.4}{:>12.4}{:>12.4}{:>12.4}\n",
+                row.name,
+                row.quiet.all_c,
+                row.quiet.covered_c,
+                row.noisy.all_c,
+                row.noisy.covered_c
+            ));
+        }
+        text
     }
 
     /// All that was found, for programs.
     #[must_use]
     pub fn json(&self) -> String {
-        to_json(&self.array, &self.fused, self.noise_c)
+        let (array, fused, noise_c) = (&self.array, &self.fused, self.noise_c);
+        let axis = |axis: &Axis| {
+            json!({
+                "pixels": axis.pixels,
+                "sensors": axis.sensors,
+                "factor": axis.factor,
+                "spacing_mm": axis.spacing_m * 1000.0,
+                "spacing_by_eq_7_mm": axis.spacing_by_eq_7_m * 1000.0,
+                "cells_union": axis.union_cells(),
+                "cells_covered": axis.covered_cells(),
+            })
+        };
+        let error = |error: &Error| {
+            let covered = error.covered_c.is_finite().then_some(error.covered_c);
+            json!({"all_cells_c": error.all_c, "seen_by_all_c": covered})
+        };
+        let methods: serde_json::Map<String, serde_json::Value> = fused
+            .iter()
+            .map(|row| {
+                let value = json!({
+                    "rmse_without_noise": error(&row.quiet),
+                    "rmse_with_noise": error(&row.noisy),
+                    "celsius": row.image.celsius,
+                });
+                (row.name.replace(' ', "_"), value)
+            })
+            .collect();
+        let all = json!({
+            "across": axis(array.across()),
+            "down": axis(array.down()),
+            "coverage": array.coverage(),
+            "noise_c": noise_c,
+            "methods": methods,
+        });
+        format!("{all:#}\n")
     }
 
     /// The fused frames, each with the name of its method, and the truth at last.
@@ -191,52 +272,6 @@ fn error(image: &Image, truth: &Image, array: &SensorArray) -> Error {
     }
 }
 
-fn table(array: &SensorArray, fused: &[Fused], noise_c: f64) -> String {
-    let (across, down) = (array.across(), array.down());
-    let distance_mm = array.virtual_sensor().operating_distance_m * 1000.0;
-    let mut text = format!(
-        "{} x {} sensors of {} x {} pixels, in the plane {distance_mm:.0} mm before them\n\
-         spacing      across {}, down {}\n\
-         cells, Eq. 8 {} x {} in view of at least one sensor, {} x {} of all\n\n\
-         sensors that see each cell\n",
-        across.sensors,
-        down.sensors,
-        across.pixels,
-        down.pixels,
-        spacing(across),
-        spacing(down),
-        across.union_cells(),
-        down.union_cells(),
-        across.covered_cells(),
-        down.covered_cells(),
-    );
-    for row in array.coverage().chunks(across.union_cells()) {
-        let cells: Vec<String> = row.iter().map(|sensors| format!("{sensors:2}")).collect();
-        text.push_str(&format!("  {}\n", cells.join(" ")));
-    }
-    text.push_str(&format!(
-        "\nerror against one sensor of {} x {} pixels in the middle, RMSE in °C\n\
-         {:<16}{:>24}{:>24}\n{:<16}{:>12}{:>12}{:>12}{:>12}\n",
-        across.union_cells(),
-        down.union_cells(),
-        "",
-        "without noise",
-        format!("noise {noise_c:.3} °C"),
-        "",
-        "all cells",
-        "seen by all",
-        "all cells",
-        "seen by all",
-    ));
-    for row in fused {
-        text.push_str(&format!(
-            "{:<16}{:>12.4}{:>12.4}{:>12.4}{:>12.4}\n",
-            row.name, row.quiet.all_c, row.quiet.covered_c, row.noisy.all_c, row.noisy.covered_c
-        ));
-    }
-    text
-}
-
 fn spacing(axis: &Axis) -> String {
     if axis.sensors == 1 {
         return "one sensor".to_owned();
@@ -247,41 +282,4 @@ fn spacing(axis: &Axis) -> String {
         axis.factor,
         axis.spacing_by_eq_7_m * 1000.0
     )
-}
-
-fn to_json(array: &SensorArray, fused: &[Fused], noise_c: f64) -> String {
-    let axis = |axis: &Axis| {
-        json!({
-            "pixels": axis.pixels,
-            "sensors": axis.sensors,
-            "factor": axis.factor,
-            "spacing_mm": axis.spacing_m * 1000.0,
-            "spacing_by_eq_7_mm": axis.spacing_by_eq_7_m * 1000.0,
-            "cells_union": axis.union_cells(),
-            "cells_covered": axis.covered_cells(),
-        })
-    };
-    let error = |error: &Error| {
-        let covered = error.covered_c.is_finite().then_some(error.covered_c);
-        json!({"all_cells_c": error.all_c, "seen_by_all_c": covered})
-    };
-    let methods: serde_json::Map<String, serde_json::Value> = fused
-        .iter()
-        .map(|row| {
-            let value = json!({
-                "rmse_without_noise": error(&row.quiet),
-                "rmse_with_noise": error(&row.noisy),
-                "celsius": row.image.celsius,
-            });
-            (row.name.replace(' ', "_"), value)
-        })
-        .collect();
-    let all = json!({
-        "across": axis(array.across()),
-        "down": axis(array.down()),
-        "coverage": array.coverage(),
-        "noise_c": noise_c,
-        "methods": methods,
-    });
-    format!("{all:#}\n")
 }

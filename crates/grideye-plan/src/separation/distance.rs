@@ -1,9 +1,6 @@
 //! The distance of situations, pair by pair and sensor by sensor.
 
-use grideye_scene::Image;
-use grideye_scene::Scene;
-use grideye_scene::SceneError;
-use grideye_scene::Simulator;
+use grideye_scene::{Image, Scene, SceneError, Simulator};
 use std::time::Duration;
 
 /// From this distance on situations count as told apart: one frame in 160 is taken for the other.

@@ -14,13 +14,77 @@ impl Separation {
     /// The table for a person; the situations have these names.
     #[must_use]
     pub fn text(&self, names: &[String]) -> String {
-        table(self, names)
+        let mut text = String::from(
+            "distance of situations in units of the noise, d' (5: one frame in 160 is mistaken)\n",
+        );
+        let width = names
+            .iter()
+            .map(|name| name.chars().count())
+            .max()
+            .unwrap_or(0);
+        for (index, name) in names.iter().enumerate() {
+            text.push_str(&format!("  {}  {name:<width$}\n", index + 1));
+        }
+        let measures: [(&str, Measure); 3] = [
+            ("all that differs", |distance| distance.d_prime),
+            ("less what all pixels have in common", |distance| {
+                distance.d_prime_of_shape
+            }),
+            ("the warmest pixel alone", |distance| {
+                distance.d_prime_of_warmest
+            }),
+        ];
+        for (title, of) in measures {
+            text.push_str(&format!("\n{title}\n  {:<16}", "sensors"));
+            for pair in &self.pairs {
+                let (one, other) = pair.situations;
+                text.push_str(&format!("{:>10}", format!("{}-{}", one + 1, other + 1)));
+            }
+            text.push_str("  told apart\n");
+            for group in groups(self.sensors.len()) {
+                let sensors: Vec<&str> = group
+                    .iter()
+                    .map(|sensor| self.sensors[*sensor].as_str())
+                    .collect();
+                text.push_str(&format!("  {:<16}", sensors.join(" + ")));
+                for pair in &self.pairs {
+                    text.push_str(&format!("{:>10.1}", pair.together(&group, of)));
+                }
+                let are_apart = smallest(self, &group, of) >= D_PRIME_MIN;
+                text.push_str(if are_apart { "  all\n" } else { "  not all\n" });
+            }
+        }
+        text
     }
 
     /// All that was found, for programs.
     #[must_use]
     pub fn json(&self, names: &[String]) -> String {
-        to_json(self, names)
+        let pairs: Vec<serde_json::Value> = self
+        .pairs
+        .iter()
+        .map(|pair| {
+            let sensors: serde_json::Map<String, serde_json::Value> = self
+                .sensors
+                .iter()
+                .zip(&pair.distances)
+                .map(|(name, distance)| {
+                    let value = json!({
+                        "d_prime": distance.d_prime,
+                        "d_prime_of_shape": distance.d_prime_of_shape,
+                        "d_prime_of_warmest": distance.d_prime_of_warmest,
+                        "pixels_beyond_3_sigma": distance.pixels_beyond_3_sigma,
+                    });
+                    (name.clone(), value)
+                })
+                .collect();
+            json!({"situations": [names[pair.situations.0], names[pair.situations.1]], "sensors": sensors})
+        })
+        .collect();
+        format!(
+            "{:#}\n",
+            json!({"d_prime_min": D_PRIME_MIN, "pairs": pairs})
+        )
     }
 }
 
@@ -44,75 +108,3 @@ fn smallest(found: &Separation, group: &[usize], of: impl Fn(&Distance) -> f64 +
 
 /// One of the ways to say how far apart two pictures are.
 type Measure = fn(&Distance) -> f64;
-
-fn table(found: &Separation, names: &[String]) -> String {
-    let mut text = String::from(
-        "distance of situations in units of the noise, d' (5: one frame in 160 is mistaken)\n",
-    );
-    let width = names
-        .iter()
-        .map(|name| name.chars().count())
-        .max()
-        .unwrap_or(0);
-    for (index, name) in names.iter().enumerate() {
-        text.push_str(&format!("  {}  {name:<width$}\n", index + 1));
-    }
-    let measures: [(&str, Measure); 3] = [
-        ("all that differs", |distance| distance.d_prime),
-        ("less what all pixels have in common", |distance| {
-            distance.d_prime_of_shape
-        }),
-        ("the warmest pixel alone", |distance| {
-            distance.d_prime_of_warmest
-        }),
-    ];
-    for (title, of) in measures {
-        text.push_str(&format!("\n{title}\n  {:<16}", "sensors"));
-        for pair in &found.pairs {
-            let (one, other) = pair.situations;
-            text.push_str(&format!("{:>10}", format!("{}-{}", one + 1, other + 1)));
-        }
-        text.push_str("  told apart\n");
-        for group in groups(found.sensors.len()) {
-            let sensors: Vec<&str> = group
-                .iter()
-                .map(|sensor| found.sensors[*sensor].as_str())
-                .collect();
-            text.push_str(&format!("  {:<16}", sensors.join(" + ")));
-            for pair in &found.pairs {
-                text.push_str(&format!("{:>10.1}", pair.together(&group, of)));
-            }
-            let are_apart = smallest(found, &group, of) >= D_PRIME_MIN;
-            text.push_str(if are_apart { "  all\n" } else { "  not all\n" });
-        }
-    }
-    text
-}
-
-fn to_json(found: &Separation, names: &[String]) -> String {
-    let pairs: Vec<serde_json::Value> = found
-        .pairs
-        .iter()
-        .map(|pair| {
-            let sensors: serde_json::Map<String, serde_json::Value> = found
-                .sensors
-                .iter()
-                .zip(&pair.distances)
-                .map(|(name, distance)| {
-                    let value = json!({
-                        "d_prime": distance.d_prime,
-                        "d_prime_of_shape": distance.d_prime_of_shape,
-                        "d_prime_of_warmest": distance.d_prime_of_warmest,
-                        "pixels_beyond_3_sigma": distance.pixels_beyond_3_sigma,
-                    });
-                    (name.clone(), value)
-                })
-                .collect();
-            json!({"situations": [names[pair.situations.0], names[pair.situations.1]], "sensors": sensors})
-        })
-        .collect();
-    format!(
-        "{:#}\n",
-        json!({"d_prime_min": D_PRIME_MIN, "pairs": pairs})
-    )
-}

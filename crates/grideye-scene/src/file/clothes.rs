@@ -1,11 +1,11 @@
 //! What people look like from outside: the temperatures and emissivities that the physical model takes for them.
 //!
-//! A body keeps its skin at about 33 °C, and what covers it lets a share of the difference to the room come through:
+//! A body keeps its skin at about 33 °C, and what covers it lets a share of the difference to the room through:
 //! `T = ambient + share · (33 °C - ambient)`. The shares are **assumptions**: chosen so that in a room of 19 to 20 °C
-//! a clothed person looks 21 to 24 °C, the head warmest, which is what was measured below a ceiling sensor with four
-//! persons; a coat takes off about 1 °C of what clothes show, as measured as well; bare skin is 31 °C in a room of 20.
-//! They are lower than the insulation of the cloth alone would have them, since a sensor sees cloth that hangs free and
-//! surfaces that slant away. Emissivities are textbook values: skin 0.98, cloth 0.90 to 0.95.
+//! a clothed person looks 21 to 24 °C, the head warmest, as measured below a ceiling sensor with four persons; a coat
+//! takes off about 1 °C, as measured as well; bare skin is 31 °C in a room of 20. They are lower than the insulation of
+//! the cloth alone would have them, since a sensor sees cloth that hangs free and surfaces that slant away.
+//! Emissivities are textbook values: skin 0.98, cloth 0.90 to 0.95.
 //!
 //! | outside | share | emissivity | in a room of 20 °C |
 //! |---|---|---|---|
@@ -14,22 +14,20 @@
 //! | clothed | 0.22 | 0.93 | 22.9 °C |
 //! | coat | 0.14 | 0.93 | 21.8 °C |
 
-use crate::file::document::SceneTable;
+use crate::file::document::{AgentTable, ObjectTable, SceneTable};
+use crate::file::reader::{Read, Reader};
 use crate::file::rule::{EMISSIVITY, EMISSIVITY_PHYSICAL, TEMPERATURE};
-use crate::file::source::Source;
-use crate::model::error::{SceneError, Warning};
-use crate::model::scene::Model;
-use crate::radiometry::perceived::Surface;
+use crate::model::{Model, Warning};
+use crate::radiometry::Surface;
 use toml::Spanned;
 
-/// What is outermost on a body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Outside {
-    Skin,
-    Hair,
-    Clothed,
-    Coat,
-}
+/// What is outermost on a body: its share and its emissivity.
+const OUTSIDES: [(&str, [f64; 2]); 4] = [
+    ("skin", [0.85, 0.98]),
+    ("hair", [0.33, 0.95]),
+    ("clothed", [0.22, 0.93]),
+    ("coat", [0.14, 0.93]),
+];
 
 /// Temperature of skin that is covered, °C.
 const SKIN_C: f64 = 33.0;
@@ -41,134 +39,83 @@ const PAPER_C: f64 = 29.0;
 /// From this on, a bare temperature of an agent is that of skin rather than that of clothes, °C.
 const WARM_C: f64 = 26.0;
 
-impl Outside {
-    const ALL: [(&'static str, Self); 4] = [
-        ("skin", Self::Skin),
-        ("hair", Self::Hair),
-        ("clothed", Self::Clothed),
-        ("coat", Self::Coat),
-    ];
-
-    const fn share(self) -> f64 {
-        match self {
-            Self::Skin => 0.85,
-            Self::Hair => 0.33,
-            Self::Clothed => 0.22,
-            Self::Coat => 0.14,
-        }
-    }
-
-    const fn emissivity(self) -> f64 {
-        match self {
-            Self::Skin => 0.98,
-            Self::Hair => 0.95,
-            Self::Clothed | Self::Coat => 0.93,
-        }
-    }
-}
-
 /// The keys that say what a surface is.
 #[derive(Clone, Copy)]
 pub(crate) struct Keys<'a> {
-    pub(crate) temperature_c: Option<&'a Spanned<f64>>,
-    pub(crate) emissivity: Option<&'a Spanned<f64>>,
-    pub(crate) surface: Option<&'a Spanned<String>>,
+    temperature_c: &'a Option<Spanned<f64>>,
+    emissivity: &'a Option<Spanned<f64>>,
+    surface: &'a Option<Spanned<String>>,
+}
+
+impl<'a> Keys<'a> {
+    pub(crate) const fn of_agent(table: &'a AgentTable) -> Self {
+        Self {
+            temperature_c: &table.temperature_c,
+            emissivity: &table.emissivity,
+            surface: &table.surface,
+        }
+    }
+
+    pub(crate) const fn of_object(table: &'a ObjectTable) -> Self {
+        Self {
+            temperature_c: &table.temperature_c,
+            emissivity: &table.emissivity,
+            surface: &table.surface,
+        }
+    }
 }
 
 /// Temperature and emissivity of a body; `ambient_c` where nothing is said of the temperature.
 ///
 /// In the physical model, `surface` says both, and what the other keys say is the paper's.
-pub(crate) fn surface(
-    source: &Source<'_>,
-    keys: Keys<'_>,
-    ambient_c: f64,
-) -> Result<Surface, SceneError> {
-    let outside = outside(source, keys.surface)?;
+pub(crate) fn surface(reader: &Reader<'_>, keys: Keys<'_>, ambient_c: f64) -> Read<Surface> {
+    let hint = "what is outermost; for anything else give temperature_c and emissivity";
+    let outside = reader.choice("surface", keys.surface, &OUTSIDES, hint)?;
+    let default_c = outside.map_or(ambient_c, |_| PAPER_C);
     let given = Surface {
-        celsius: source.number_or(
-            keys.temperature_c,
-            &TEMPERATURE,
-            outside.map_or(ambient_c, |_| PAPER_C),
-        )?,
-        emissivity: emissivity(source, keys.emissivity)?,
+        celsius: reader.number_or(keys.temperature_c, &TEMPERATURE, default_c)?,
+        emissivity: emissivity(reader, keys.emissivity)?,
     };
-    Ok(match (source.model, outside) {
-        (Model::Physical, Some(outside)) => Surface {
-            celsius: ambient_c + outside.share() * (SKIN_C - ambient_c),
-            emissivity: outside.emissivity(),
+    Ok(match (reader.model, outside) {
+        (Model::Physical, Some([share, emissivity])) => Surface {
+            celsius: ambient_c + share * (SKIN_C - ambient_c),
+            emissivity,
         },
         _ => given,
     })
 }
 
-fn outside(
-    source: &Source<'_>,
-    given: Option<&Spanned<String>>,
-) -> Result<Option<Outside>, SceneError> {
-    let Some(given) = given else { return Ok(None) };
-    let found = Outside::ALL
-        .iter()
-        .find(|(name, _)| name == given.get_ref());
-    found.map(|(_, outside)| Some(*outside)).ok_or_else(|| {
-        source.refused(
-            "surface",
-            given.span(),
-            "\"skin\", \"hair\", \"clothed\" or \"coat\"",
-            "what is outermost; for anything else give temperature_c and emissivity",
-        )
-    })
-}
-
 /// Agents as warm as skin, of whom nothing says that they are naked: in the physical model they would shine.
-pub(crate) fn warnings(source: &Source<'_>, tables: &SceneTable) -> Vec<Warning> {
-    if source.model == Model::Paper {
+pub(crate) fn warnings(reader: &Reader<'_>, tables: &SceneTable) -> Vec<Warning> {
+    if reader.model == Model::Paper {
         return Vec::new();
     }
-    let mut warnings = Vec::new();
-    for table in &tables.agent {
-        let agent = table.get_ref();
-        let own = Keys {
-            temperature_c: agent.temperature_c.as_ref(),
-            emissivity: agent.emissivity.as_ref(),
-            surface: agent.surface.as_ref(),
-        };
-        let parts = agent.part.iter().map(|part| {
-            let part = part.get_ref();
-            Keys {
-                temperature_c: part.temperature_c.as_ref(),
-                emissivity: part.emissivity.as_ref(),
-                surface: part.surface.as_ref(),
-            }
-        });
-        let bare = std::iter::once(own)
-            .chain(parts)
-            .find_map(|keys| match keys {
-                Keys {
-                    temperature_c: Some(celsius),
-                    emissivity: None,
-                    surface: None,
-                } if *celsius.get_ref() > WARM_C => Some(celsius),
-                _ => None,
-            });
-        if let Some(celsius) = bare {
-            warnings.push(Warning::WarmAsSkin {
-                place: source.place(celsius.span().start),
-                name: agent.name.get_ref().clone(),
-                celsius: *celsius.get_ref(),
-            });
-        }
-    }
-    warnings
+    let agents = tables.agent.iter().map(Spanned::get_ref);
+    let bare = agents.filter_map(|agent| {
+        let parts = agent.part.iter().map(|part| Keys::of_object(part.get_ref()));
+        let mut all = std::iter::once(Keys::of_agent(agent)).chain(parts);
+        let celsius = all.find_map(|keys| {
+            let is_bare = keys.emissivity.is_none() && keys.surface.is_none();
+            let warm = keys.temperature_c.as_ref().filter(|_| is_bare);
+            warm.filter(|celsius| *celsius.get_ref() > WARM_C)
+        })?;
+        let problem = format!(
+            "agent `{}` shines like a surface of {} °C, and clothed people look like 21 to 24 °C in a room of 20",
+            agent.name.get_ref(),
+            celsius.get_ref()
+        );
+        let hint = "write surface = \"clothed\" (or \"skin\", \"hair\", \"coat\"), or the emissivity beside the temperature if it is meant";
+        let place = reader.place(celsius.span().start);
+        Some(Warning::WarmAsSkin(place.refused(problem, hint)))
+    });
+    bare.collect()
 }
 
-pub(crate) fn emissivity(
-    source: &Source<'_>,
-    given: Option<&Spanned<f64>>,
-) -> Result<f64, SceneError> {
-    match source.model {
-        Model::Paper => source.number_or(given, &EMISSIVITY, EMISSIVITY_DEFAULT),
-        Model::Physical => source.number_or(given, &EMISSIVITY_PHYSICAL, EMISSIVITY_OF_WALLS),
-    }
+pub(crate) fn emissivity(reader: &Reader<'_>, given: &Option<Spanned<f64>>) -> Read<f64> {
+    Ok(match reader.model {
+        Model::Paper => reader.number_or(given, &EMISSIVITY, EMISSIVITY_DEFAULT),
+        Model::Physical => reader.number_or(given, &EMISSIVITY_PHYSICAL, EMISSIVITY_OF_WALLS),
+    }?)
 }
 
 /// PeerJ CS 11:e3124, "Perceived temperature calculation": opaque or dark surfaces such as fabrics.

@@ -1,10 +1,8 @@
 //! The scene file as TOML has it: keys and their places, nothing checked but types and spelling.
 
+use crate::text::Bounded;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 use std::collections::BTreeMap;
-use std::fmt;
-use std::marker::PhantomData;
 use toml::Spanned;
 
 #[derive(Deserialize)]
@@ -12,7 +10,7 @@ use toml::Spanned;
 pub(crate) struct SceneTable {
     pub(crate) model: Option<Spanned<String>>,
     pub(crate) law: Option<Spanned<String>>,
-    pub(crate) band_um: Option<Spanned<Exactly<f64, 2>>>,
+    pub(crate) band_um: Option<Spanned<Pair>>,
     pub(crate) collisions: Option<Spanned<String>>,
     pub(crate) duration_s: Option<Spanned<f64>>,
     pub(crate) paper_experiment: Option<Spanned<f64>>,
@@ -34,17 +32,17 @@ pub(crate) struct SceneTable {
 #[serde(deny_unknown_fields)]
 pub(crate) struct FitTable {
     pub(crate) key: Spanned<String>,
-    pub(crate) bounds: Spanned<Exactly<f64, 2>>,
+    pub(crate) bounds: Spanned<Pair>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RoomTable {
     pub(crate) size_mm: Option<Spanned<Triple>>,
-    pub(crate) plan_mm: Option<Spanned<Vec<Spanned<Exactly<f64, 2>>>>>,
+    pub(crate) plan_mm: Option<Spanned<Vec<Spanned<Pair>>>>,
     pub(crate) height_mm: Option<Spanned<f64>>,
-    pub(crate) vertices_mm: Option<Spanned<Vec<Spanned<Triple>>>>,
-    pub(crate) faces: Option<Spanned<Vec<Vec<i64>>>>,
+    pub(crate) vertices_mm: Option<Triples>,
+    pub(crate) faces: Option<Faces>,
     pub(crate) file: Option<Spanned<String>>,
     pub(crate) unit_mm: Option<Spanned<f64>>,
     pub(crate) ambient_c: Spanned<f64>,
@@ -79,8 +77,8 @@ pub(crate) struct ObjectTable {
     pub(crate) yaw_deg: Option<Spanned<f64>>,
     pub(crate) pitch_deg: Option<Spanned<f64>>,
     pub(crate) roll_deg: Option<Spanned<f64>>,
-    pub(crate) vertices_mm: Option<Spanned<Vec<Spanned<Triple>>>>,
-    pub(crate) faces: Option<Spanned<Vec<Vec<i64>>>>,
+    pub(crate) vertices_mm: Option<Triples>,
+    pub(crate) faces: Option<Faces>,
     pub(crate) file: Option<Spanned<String>>,
     pub(crate) unit_mm: Option<Spanned<f64>>,
     pub(crate) temperature_c: Option<Spanned<f64>>,
@@ -95,7 +93,7 @@ pub(crate) struct ObjectTable {
     pub(crate) time_constant_s: Option<Spanned<f64>>,
     pub(crate) power_w: Option<Spanned<f64>>,
     pub(crate) heat_capacity_j_per_k: Option<Spanned<f64>>,
-    pub(crate) on_s: Option<Spanned<Vec<Exactly<f64, 2>>>>,
+    pub(crate) on_s: Option<Spanned<Vec<Pair>>>,
     pub(crate) material: Option<Spanned<String>>,
     #[serde(default = "here")]
     pub(crate) present: bool,
@@ -108,7 +106,7 @@ pub(crate) struct MosaicTable {
     pub(crate) name: Spanned<String>,
     pub(crate) position_mm: Spanned<Triple>,
     pub(crate) size_mm: Spanned<Triple>,
-    pub(crate) temperatures_c: Spanned<Vec<Spanned<Vec<Spanned<f64>>>>>,
+    pub(crate) temperatures_c: Spanned<Rows>,
     pub(crate) emissivity: Option<Spanned<f64>>,
     pub(crate) color: Option<Spanned<String>>,
     #[serde(default = "here")]
@@ -148,17 +146,17 @@ pub(crate) struct SensorTable {
     pub(crate) elevation_deg: Spanned<f64>,
     pub(crate) azimuth_deg: Spanned<f64>,
     pub(crate) roll_deg: Option<Spanned<f64>>,
-    pub(crate) resolution: Option<Spanned<Exactly<i64, 2>>>,
-    pub(crate) fov_deg: Option<Spanned<PerAxis>>,
+    pub(crate) resolution: Option<Spanned<Bounded<i64, 2>>>,
+    pub(crate) fov_deg: Option<Spanned<Axes>>,
     pub(crate) pixels_per_degree: Option<Spanned<f64>>,
     pub(crate) noise_sigma_c: Option<Spanned<f64>>,
     pub(crate) sampling_hz: Option<Spanned<f64>>,
     pub(crate) operating_distance_mm: Option<Spanned<f64>>,
-    pub(crate) detectable_range_c: Option<Spanned<Exactly<f64, 2>>>,
+    pub(crate) detectable_range_c: Option<Spanned<Pair>>,
     pub(crate) optics: Option<Spanned<String>>,
-    pub(crate) pixel_width_deg: Option<Spanned<PerAxis>>,
-    pub(crate) blur_deg: Option<Spanned<PerAxis>>,
-    pub(crate) blur_px: Option<Spanned<PerAxis>>,
+    pub(crate) pixel_width_deg: Option<Spanned<Axes>>,
+    pub(crate) blur_deg: Option<Spanned<Axes>>,
+    pub(crate) blur_px: Option<Spanned<Axes>>,
     pub(crate) profile: Option<Spanned<String>>,
     pub(crate) step_c: Option<Spanned<f64>>,
     pub(crate) pixel_1: Option<Spanned<String>>,
@@ -166,76 +164,10 @@ pub(crate) struct SensorTable {
 
 /// Rows of temperatures.
 pub(crate) type Rows = Vec<Spanned<Vec<Spanned<f64>>>>;
-
-/// Three lengths along x, y and z.
-pub(crate) type Triple = Exactly<f64, 3>;
-
-/// So many numbers, neither more nor fewer: serde's own arrays take a longer list and forget its end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Exactly<T, const N: usize>(pub(crate) [T; N]);
-
-impl<'de, T: Deserialize<'de> + Copy + Default, const N: usize> Deserialize<'de> for Exactly<T, N> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer
-            .deserialize_seq(ExactlyVisitor(PhantomData))
-            .map(Self)
-    }
-}
-
-struct ExactlyVisitor<T, const N: usize>(PhantomData<T>);
-
-impl<'de, T: Deserialize<'de> + Copy + Default, const N: usize> Visitor<'de>
-    for ExactlyVisitor<T, N>
-{
-    type Value = [T; N];
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "a list of {N} numbers")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<[T; N], A::Error> {
-        let mut numbers = [T::default(); N];
-        for (index, number) in numbers.iter_mut().enumerate() {
-            *number = list
-                .next_element()?
-                .ok_or_else(|| A::Error::invalid_length(index, &self))?;
-        }
-        match list.next_element::<IgnoredAny>()? {
-            None => Ok(numbers),
-            Some(_) => Err(A::Error::invalid_length(N + 1, &self)),
-        }
-    }
-}
-
+/// Lengths along x, y and z.
+pub(crate) type Triple = Bounded<f64, 3>;
+pub(crate) type Triples = Spanned<Vec<Spanned<Triple>>>;
+pub(crate) type Pair = Bounded<f64, 2>;
+pub(crate) type Faces = Spanned<Vec<Vec<i64>>>;
 /// One number for both axes, or one for each: across, then down.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PerAxis(pub(crate) [f64; 2]);
-
-impl<'de> Deserialize<'de> for PerAxis {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(PerAxisVisitor)
-    }
-}
-
-struct PerAxisVisitor;
-
-impl<'de> Visitor<'de> for PerAxisVisitor {
-    type Value = PerAxis;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("a number, or a list of 2 numbers")
-    }
-
-    fn visit_f64<E: Error>(self, number: f64) -> Result<PerAxis, E> {
-        Ok(PerAxis([number; 2]))
-    }
-
-    fn visit_i64<E: Error>(self, number: i64) -> Result<PerAxis, E> {
-        let number = i32::try_from(number).map_err(E::custom)?;
-        self.visit_f64(f64::from(number))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<PerAxis, A::Error> {
-        ExactlyVisitor(PhantomData).visit_seq(list).map(PerAxis)
-    }
-}
+pub(crate) type Axes = Bounded<f64, 2, true>;

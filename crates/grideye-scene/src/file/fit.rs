@@ -1,139 +1,106 @@
 //! Reads the `[[fit]]` tables: the unknowns of a scene and where their numbers stand in the file.
 
 use super::document::FitTable;
-use super::source::Source;
-use crate::model::error::SceneError;
-use crate::model::fit::{Fit, RECORDING_START};
+use super::key::Table;
+use super::reader::{Read, Reader};
+use crate::model::{Fit, RECORDING_START};
 use std::collections::HashSet;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-pub(crate) fn fits(
-    source: &Source<'_>,
-    tables: &[Spanned<FitTable>],
-) -> Result<Vec<Fit>, SceneError> {
+pub(crate) fn fits(reader: &Reader<'_>, tables: &[Spanned<FitTable>]) -> Read<Vec<Fit>> {
     if tables.is_empty() {
         return Ok(Vec::new());
     }
-    let document = source.document()?;
+    let document = reader.document()?;
     let mut known = HashSet::new();
-    tables
-        .iter()
-        .map(|table| {
-            let table = table.get_ref();
-            if known.insert(table.key.get_ref()) {
-                fit(source, table, document.get_ref())
-            } else {
-                Err(source.refused(
-                    "key",
-                    table.key.span(),
-                    "each unknown once",
-                    "remove one of the two [[fit]] tables",
-                ))
-            }
-        })
-        .collect()
+    let fits = tables.iter().map(Spanned::get_ref).map(|table| {
+        if known.insert(table.key.get_ref()) {
+            return fit(reader, table, &document);
+        }
+        let hint = "remove one of the two [[fit]] tables";
+        Err(reader
+            .refused("key", table.key.span(), "each unknown once", hint)
+            .into())
+    });
+    fits.collect()
 }
 
-fn fit(source: &Source<'_>, table: &FitTable, document: &DeTable<'_>) -> Result<Fit, SceneError> {
+fn fit(reader: &Reader<'_>, table: &FitTable, document: &Spanned<DeTable<'_>>) -> Read<Fit> {
     let key = table.key.get_ref();
     let bounds = table.bounds.get_ref().0;
+    let refused = |expected: &str, hint: &str| {
+        let refusal = reader.refused("bounds", table.bounds.span(), expected, hint);
+        Err(refusal.into())
+    };
     if !(bounds[0] < bounds[1] && bounds.iter().all(|bound| bound.is_finite())) {
-        return Err(source.refused(
-            "bounds",
-            table.bounds.span(),
-            "[least, greatest], the first below the second",
-            "the value is looked for between the two, both allowed",
-        ));
+        let hint = "the value is looked for between the two, both allowed";
+        return refused("[least, greatest], the first below the second", hint);
     }
     let (value, value_span) = if key == RECORDING_START {
         (0.0_f64.clamp(bounds[0], bounds[1]), None)
-    } else {
-        let (value, span) = number(document, key).ok_or_else(|| unknown(source, table))?;
+    } else if let Some((value, span)) = number(reader.text, document, key) {
         (value, Some(span))
+    } else {
+        let expected = "the path of a number that stands in this file, or recording.start_s";
+        let hint = "room.ambient_c, sensor.NAME.elevation_deg, sensor.NAME.position_mm.x, object.NAME.temperature_c, \
+             agent.NAME.temperature_c, agent.NAME.PART.emissivity; a default must be written out first: the search starts from it";
+        return Err(reader
+            .refused("key", table.key.span(), expected, hint)
+            .into());
     };
     if !(bounds[0]..=bounds[1]).contains(&value) {
-        return Err(source.refused(
-            "bounds",
-            table.bounds.span(),
-            &format!("bounds around {value}, which is what the scene has for `{key}`"),
-            "the search starts from the number in the scene; change it or widen the bounds",
-        ));
+        let expected = format!("bounds around {value}, which is what the scene has for `{key}`");
+        let hint = "the search starts from the number in the scene; change it or widen the bounds";
+        return refused(&expected, hint);
     }
     let start = table.key.span().start;
-    let remark_at = source.text[..start].rfind('\n').map_or(0, |line| line + 1);
+    let line = reader.text[..start].rfind('\n');
     Ok(Fit {
         key: key.clone(),
-        place: source.place(start),
+        place: reader.place(start),
         bounds,
         value,
         value_span,
-        remark_at,
+        remark_at: line.map_or(0, |line| line + 1),
     })
 }
 
-fn unknown(source: &Source<'_>, table: &FitTable) -> SceneError {
-    source.refused(
-        "key",
-        table.key.span(),
-        "the path of a number that stands in this file, or recording.start_s",
-        "room.ambient_c, sensor.NAME.elevation_deg, sensor.NAME.position_mm.x, object.NAME.temperature_c, \
-         agent.NAME.temperature_c, agent.NAME.PART.emissivity; a default must be written out first: the search starts from it",
-    )
-}
-
-/// The number at a path and its place.
-fn number(document: &DeTable<'_>, path: &str) -> Option<(f64, Range<usize>)> {
-    let (kind, rest) = path.split_once('.')?;
-    if kind == "room" {
-        return in_table(document.get(kind)?.get_ref().as_table()?, rest);
-    }
-    let parts = |table: &DeTable<'_>, rest: &str| {
-        named(table.get("part")?.get_ref(), rest, &|part, rest| {
-            in_table(part, rest)
-        })
-    };
-    match kind {
-        "sensor" | "object" | "agent" | "mosaic" => {
-            named(document.get(kind)?.get_ref(), rest, &|table, rest| {
-                in_table(table, rest).or_else(|| parts(table, rest))
-            })
-        }
+/// The number at a path and its place; the path may end in an axis, and leave `part` out before a part's name.
+fn number(text: &str, document: &Spanned<DeTable<'_>>, path: &str) -> Option<(f64, Range<usize>)> {
+    let (front, last) = path.rsplit_once('.')?;
+    let axis = match last {
+        "x" | "across" => Some(0),
+        "y" | "down" => Some(1),
+        "z" => Some(2),
         _ => None,
+    };
+    let path = if axis.is_some() { front } else { path };
+    let (kind, behind) = path.split_once('.')?;
+    if !["room", "sensor", "object", "agent", "mosaic"].contains(&kind) {
+        return None;
     }
-}
-
-type Found = Option<(f64, Range<usize>)>;
-
-/// In the table of a list whose name begins the path; names may have dots of their own.
-fn named(list: &DeValue<'_>, path: &str, look: &dyn Fn(&DeTable<'_>, &str) -> Found) -> Found {
-    list.as_array()?.iter().find_map(|table| {
-        let table = table.get_ref().as_table()?;
-        let name = table.get("name")?.get_ref().as_str()?;
-        look(table, path.strip_prefix(name)?.strip_prefix('.')?)
-    })
-}
-
-/// A number of a table, or one of a list of them.
-fn in_table(table: &DeTable<'_>, path: &str) -> Found {
-    if let Some((key, component)) = path.split_once('.') {
-        let index = match component {
-            "x" | "across" => 0,
-            "y" | "down" => 1,
-            "z" => 2,
-            _ => return None,
-        };
-        return as_number(table.get(key)?.get_ref().as_array()?.get(index)?);
-    }
-    as_number(table.get(path)?)
-}
-
-fn as_number(value: &Spanned<DeValue<'_>>) -> Found {
-    let text = match value.get_ref() {
+    let root = || Table::root(text, document);
+    let (_, tables) = root().entry(kind)?;
+    let (table, rest) = root().below(kind, tables, behind).ok()?;
+    let part = table
+        .entry("part")
+        .and_then(|(_, parts)| table.below("part", parts, rest).ok());
+    let in_part = part.and_then(|(part, key)| part.find(key).ok()?.2);
+    let value = table
+        .find(rest)
+        .ok()
+        .and_then(|found| found.2)
+        .or(in_part)?;
+    let value = match axis {
+        None => value,
+        Some(axis) => value.get_ref().as_array()?.get(axis)?,
+    };
+    let number = match value.get_ref() {
         DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str(),
         DeValue::Float(float) => float.as_str(),
         _ => return None,
     };
-    Some((text.parse().ok()?, value.span()))
+    Some((number.parse().ok()?, value.span()))
 }

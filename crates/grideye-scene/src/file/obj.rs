@@ -1,30 +1,53 @@
 //! Wavefront OBJ: vertices and faces of it, which every modelling program writes.
 
-use crate::geometry::mesh::Mesh;
-use crate::model::error::SceneError;
-use crate::model::limits;
-use crate::text::place::Place;
-use crate::text::refusal::excerpt;
+use crate::file::document::{Faces, Triples};
+use crate::file::reader::{Read, Reader};
+use crate::file::rule::UNIT;
+use crate::geometry::Mesh;
+use crate::model::{SceneError, limits};
+use crate::text::{MM_PER_M, Place, excerpt};
 use glam::DVec3;
+use toml::Spanned;
+
+/// The surface of vertices and faces in the scene file itself.
+pub(crate) fn given(
+    reader: &Reader<'_>,
+    vertices_mm: &Triples,
+    faces: &Faces,
+    name: &str,
+) -> Read<Mesh> {
+    let vertices_m = reader.vertices_m(vertices_mm)?;
+    Mesh::new(vertices_m, faces.get_ref()).map_err(|error| {
+        let hint = "faces are lists of vertices, counted from 0, in the order of the outline";
+        SceneError::no_solid(reader.place(faces.span().start), name, error, hint)
+    })
+}
+
+/// The surface in an OBJ file.
+pub(crate) fn named(
+    reader: &Reader<'_>,
+    file: &Spanned<String>,
+    unit_mm: &Option<Spanned<f64>>,
+    name: &str,
+) -> Read<Mesh> {
+    let text = reader.read_below(("file", "OBJ file"), file)?;
+    let unit_m = reader.number_or(unit_mm, &UNIT, MM_PER_M)? / MM_PER_M;
+    read(file.get_ref(), &text, unit_m, name)
+}
 
 /// The surface in an OBJ file whose unit is `unit_m`. Lines other than `v` and `f` are passed over, and so are the
 /// texture and normal of a corner.
-pub(crate) fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Result<Mesh, SceneError> {
-    let mut vertices_m = Vec::new();
-    let mut faces = Vec::new();
+fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Read<Mesh> {
+    let (mut vertices_m, mut faces) = (Vec::new(), Vec::new());
     let mut first_face = 1;
     for (index, line) in text.lines().enumerate() {
         let content = line.split('#').next().unwrap_or_default();
         let mut fields = content.split_ascii_whitespace();
-        let place = || Place {
-            file: file.into(),
-            line: index + 1,
-            column: 1,
-        };
-        let malformed = |expected| SceneError::ObjLine {
-            place: place(),
-            found: format!("`{}`", excerpt(line)),
-            expected,
+        let place = || Place::of_line(file, index + 1);
+        let malformed = |expected: &str| {
+            let problem = format!("found `{}`, expected {expected}", excerpt(line));
+            let hint = "of OBJ files, lines `v x y z` and `f a b c` are read, everything else is passed over";
+            place().refused(problem, hint)
         };
         let found = match fields.next() {
             Some("v") => {
@@ -44,25 +67,17 @@ pub(crate) fn read(file: &str, text: &str, unit_m: f64, name: &str) -> Result<Me
             }
             _ => 0,
         };
-        if found > limits::VERTICES_MAX {
-            return Err(SceneError::TooMany {
-                place: place(),
-                what: "vertices or faces",
-                found,
-                limit: limits::VERTICES_MAX,
-                hint: "simplify the mesh: a sensor of 8 x 8 pixels sees no finer than a few centimetres",
-            });
+        let limit = limits::VERTICES_MAX;
+        if found > limit {
+            let problem = format!("{found} vertices or faces, expected at most {limit}");
+            let hint =
+                "simplify the mesh: a sensor of 8 x 8 pixels sees no finer than a few centimetres";
+            return Err(place().refused(problem, hint).into());
         }
     }
-    Mesh::new(vertices_m, &faces).map_err(|source| SceneError::NoSolid {
-        place: Place {
-            file: file.into(),
-            line: first_face,
-            column: 1,
-        },
-        name: name.to_owned(),
-        source,
-        hint: "faces count from 0 in this message and from 1 in the file; the first stands on the line named",
+    Mesh::new(vertices_m, &faces).map_err(|error| {
+        let hint = "faces count from 0 in this message and from 1 in the file; the first stands on the line named";
+        SceneError::no_solid(Place::of_line(file, first_face), name, error, hint)
     })
 }
 
@@ -104,7 +119,7 @@ mod tests {
         let mesh = read("t.obj", TETRAHEDRON, 0.001, "t").unwrap();
         assert_eq!(mesh.vertices_m()[1], DVec3::new(0.001, 0.0, 0.0));
         assert_eq!(mesh.faces().count(), 4);
-        assert_eq!(mesh.enclosure(), crate::geometry::mesh::Enclosure::Convex);
+        assert_eq!(mesh.enclosure(), crate::geometry::Enclosure::Convex);
     }
 
     #[test]
@@ -112,26 +127,27 @@ mod tests {
         for (line, expected) in [
             (
                 "v 1 2",
-                "t.obj:13:1: found `v 1 2`, expected `v` and three finite coordinates of at most 1000 m",
+                "13:1: found `v 1 2`, expected `v` and three finite coordinates of at most 1000 m",
             ),
-            ("v 1 2 nan", "t.obj:13:1: found `v 1 2 nan`"),
+            ("v 1 2 nan", "13:1: found `v 1 2 nan`"),
             (
                 "f 1 2 x",
-                "t.obj:13:1: found `f 1 2 x`, expected `f` and numbers of vertices",
+                "13:1: found `f 1 2 x`, expected `f` and numbers of vertices",
             ),
-            ("f 0 1 2", "t.obj:13:1: found `f 0 1 2`"),
+            ("f 0 1 2", "13:1: found `f 0 1 2`"),
             (
                 "f 1 2 9",
-                "t.obj:8:1: `thing` is no solid: face 4 names vertex 8, expected 0 to 3",
+                "8:1: `thing` is no solid: face 4 names vertex 8, expected 0 to 3",
             ),
             (
                 "f 1 2",
-                "t.obj:8:1: `thing` is no solid: face 4 has 2 corners, expected at least 3",
+                "8:1: `thing` is no solid: face 4 has 2 corners, expected at least 3",
             ),
         ] {
             let text = format!("{TETRAHEDRON}\n{line}\n");
             let message = read("t.obj", &text, 1.0, "thing").unwrap_err().to_string();
-            assert!(message.starts_with(expected), "{message}");
+            let expected = format!("t.obj:{expected}");
+            assert!(message.starts_with(&expected), "{message}");
         }
     }
 }

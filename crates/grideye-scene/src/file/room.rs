@@ -1,184 +1,125 @@
 //! From the room's keys to a room: a box, a floor plan with a height, or a mesh.
 
-use crate::file::document::{Exactly, RoomTable, Triple};
-use crate::file::files::Files;
+use crate::file::document::{Pair, RoomTable};
 use crate::file::obj;
-use crate::file::rule::{AMBIENT, HEIGHT, PLAN, UNIT};
-use crate::file::source::{Source, read_below};
-use crate::geometry::mesh::Mesh;
-use crate::geometry::polygon::area_m2;
-use crate::model::error::SceneError;
-use crate::model::limits;
-use crate::model::room::Room;
-use crate::text::lengths::MM_PER_M;
+use crate::file::reader::{Read, Reader};
+use crate::file::rule::{AMBIENT, HEIGHT, PLAN};
+use crate::geometry::{Mesh, area_m2};
+use crate::model::{Room, SceneError, limits};
+use crate::text::MM_PER_M;
 use glam::DVec2;
 use toml::Spanned;
 
-pub(crate) fn room(
-    source: &Source<'_>,
-    table: &Spanned<RoomTable>,
-    files: &dyn Files,
-) -> Result<Room, SceneError> {
+type PlanKey = Spanned<Vec<Spanned<Pair>>>;
+
+pub(crate) fn room(reader: &Reader<'_>, table: &Spanned<RoomTable>) -> Read<Room> {
     let keys = table.get_ref();
-    let ambient_c = source.number(&keys.ambient_c, &AMBIENT)?;
-    match kind(source, table)? {
-        Kind::Box(size_mm) => Ok(Room::of_box(source.size_m(size_mm)?, ambient_c)),
-        Kind::Plan(plan_mm, height_mm) => {
-            let height_m = source.number(height_mm, &HEIGHT)? / MM_PER_M;
-            let plan_m = plan(source, plan_mm)?;
-            Room::of_plan(&plan_m, height_m, ambient_c)
-                .ok_or_else(|| no_plan(source, plan_mm, "an outline around a floor"))
-        }
-        Kind::Mesh(vertices_mm, faces) => {
-            check_faces(source, faces.get_ref().len(), faces)?;
-            let vertices_m = source.vertices_m(vertices_mm.get_ref())?;
-            let mesh = Mesh::new(vertices_m, faces.get_ref()).map_err(|error| {
-                SceneError::NoSolid {
-                    place: source.place(faces.span().start),
-                    name: "room".to_owned(),
-                    source: error,
-                    hint: "faces are lists of vertices, counted from 0, in the order of the outline",
-                }
-            })?;
-            of_mesh(source, "faces", faces, mesh, ambient_c)
-        }
-        Kind::File(file) => {
-            let text = read_below(source, ("file", "OBJ file"), file, files)?;
-            let unit_mm = source.number_or(keys.unit_mm.as_ref(), &UNIT, MM_PER_M)?;
-            let mesh = obj::read(file.get_ref(), &text, unit_mm / MM_PER_M, "room")?;
-            check_faces(source, mesh.faces().count(), file)?;
-            of_mesh(source, "file", file, mesh, ambient_c)
-        }
+    let ambient_c = reader.number(&keys.ambient_c, &AMBIENT)?;
+    check_keys(reader, table)?;
+    let missing = |key| reader.missing(table.span().start, "the room", key, HINT);
+    if let Some(plan_mm) = &keys.plan_mm {
+        let height_mm = keys
+            .height_mm
+            .as_ref()
+            .ok_or_else(|| missing("height_mm"))?;
+        let height_m = reader.number(height_mm, &HEIGHT)? / MM_PER_M;
+        let plan_m = plan(reader, plan_mm)?;
+        return Room::of_plan(&plan_m, height_m, ambient_c)
+            .ok_or_else(|| no_plan(reader, plan_mm, "an outline around a floor"));
     }
+    if let Some(vertices_mm) = &keys.vertices_mm {
+        let faces = keys.faces.as_ref().ok_or_else(|| missing("faces"))?;
+        check_faces(reader, faces.get_ref().len(), faces)?;
+        let mesh = obj::given(reader, vertices_mm, faces, "room")?;
+        return of_mesh(reader, "faces", faces, mesh, ambient_c);
+    }
+    if let Some(file) = &keys.file {
+        let mesh = obj::named(reader, file, &keys.unit_mm, "room")?;
+        check_faces(reader, mesh.faces().count(), file)?;
+        return of_mesh(reader, "file", file, mesh, ambient_c);
+    }
+    let absent = match (&keys.height_mm, &keys.faces, &keys.unit_mm) {
+        (Some(_), ..) => "plan_mm",
+        (_, Some(_), _) => "vertices_mm",
+        (.., Some(_)) => "file",
+        _ => "size_mm",
+    };
+    let size_mm = keys.size_mm.as_ref().ok_or_else(|| missing(absent))?;
+    Ok(Room::of_box(reader.size_m(size_mm)?, ambient_c))
 }
 
-type PlanKey = Spanned<Vec<Spanned<Exactly<f64, 2>>>>;
-type VerticesKey = Spanned<Vec<Spanned<Triple>>>;
-type FacesKey = Spanned<Vec<Vec<i64>>>;
-
-/// What a room is given as.
-enum Kind<'a> {
-    Box(&'a Spanned<Triple>),
-    Plan(&'a PlanKey, &'a Spanned<f64>),
-    Mesh(&'a VerticesKey, &'a FacesKey),
-    File(&'a Spanned<String>),
-}
-
-/// The one of the four ways whose keys are there, all of them and no others.
-fn kind<'a>(source: &Source<'_>, table: &'a Spanned<RoomTable>) -> Result<Kind<'a>, SceneError> {
+/// The keys are those of one way to give a room.
+fn check_keys(reader: &Reader<'_>, table: &Spanned<RoomTable>) -> Read<()> {
     let keys = table.get_ref();
     let given = [
-        ("size_mm", keys.size_mm.is_some()),
-        ("plan_mm", keys.plan_mm.is_some()),
-        ("height_mm", keys.height_mm.is_some()),
-        ("vertices_mm", keys.vertices_mm.is_some()),
-        ("faces", keys.faces.is_some()),
-        ("file", keys.file.is_some()),
-        ("unit_mm", keys.unit_mm.is_some()),
+        ("size_mm", 0, keys.size_mm.is_some()),
+        ("plan_mm", 1, keys.plan_mm.is_some()),
+        ("height_mm", 1, keys.height_mm.is_some()),
+        ("vertices_mm", 2, keys.vertices_mm.is_some()),
+        ("faces", 2, keys.faces.is_some()),
+        ("file", 3, keys.file.is_some()),
+        ("unit_mm", 3, keys.unit_mm.is_some()),
     ];
-    let ways: [&[&str]; 4] = [
-        &["size_mm"],
-        &["plan_mm", "height_mm"],
-        &["vertices_mm", "faces"],
-        &["file", "unit_mm"],
-    ];
-    let names = given.iter().filter(|(_, given)| *given);
-    let mut names = names.map(|(name, _)| *name);
-    let first = names.next().unwrap_or("size_mm");
-    let way = ways.into_iter().find(|way| way.contains(&first));
-    if let Some(other) = names.find(|name| way.is_some_and(|way| !way.contains(name))) {
-        return Err(SceneError::KeysConflict {
-            place: source.place(table.span().start),
-            table: "the room".to_owned(),
-            key: first,
-            other,
-            hint: HINT,
-        });
-    }
-    let missing = |key| SceneError::MissingKey {
-        place: source.place(table.span().start),
-        table: "the room".to_owned(),
-        key,
-        hint: HINT,
+    let mut given = given.iter().filter(|(.., is_given)| *is_given);
+    let Some((first, way, _)) = given.next() else {
+        return Ok(());
     };
-    match way.and_then(|way| way.first().copied()) {
-        Some("plan_mm") => Ok(Kind::Plan(
-            keys.plan_mm.as_ref().ok_or_else(|| missing("plan_mm"))?,
-            keys.height_mm
-                .as_ref()
-                .ok_or_else(|| missing("height_mm"))?,
-        )),
-        Some("vertices_mm") => Ok(Kind::Mesh(
-            keys.vertices_mm
-                .as_ref()
-                .ok_or_else(|| missing("vertices_mm"))?,
-            keys.faces.as_ref().ok_or_else(|| missing("faces"))?,
-        )),
-        Some("file") => Ok(Kind::File(
-            keys.file.as_ref().ok_or_else(|| missing("file"))?,
-        )),
-        _ => Ok(Kind::Box(
-            keys.size_mm.as_ref().ok_or_else(|| missing("size_mm"))?,
-        )),
-    }
+    let Some((other, ..)) = given.find(|(_, other, _)| other != way) else {
+        return Ok(());
+    };
+    Err(reader.conflict(table.span().start, "the room", [first, other], HINT))
 }
 
-fn check_faces<T>(source: &Source<'_>, found: usize, key: &Spanned<T>) -> Result<(), SceneError> {
+fn check_faces<T>(reader: &Reader<'_>, found: usize, key: &Spanned<T>) -> Read<()> {
     let hint = "a room's walls are few; furniture goes into objects";
-    source.check_count(
-        "faces of a room",
-        found,
-        limits::ROOM_CORNERS_MAX,
-        key.span().start,
-        hint,
-    )
+    let limit = limits::ROOM_CORNERS_MAX;
+    Ok(reader.check_count("faces of a room", found, limit, key.span().start, hint)?)
 }
 
 fn of_mesh<T>(
-    source: &Source<'_>,
-    key: &'static str,
+    reader: &Reader<'_>,
+    key: &str,
     place: &Spanned<T>,
     mesh: Mesh,
     ambient_c: f64,
-) -> Result<Room, SceneError> {
+) -> Read<Room> {
     Room::of_mesh(mesh, ambient_c).ok_or_else(|| {
-        source.refused(
-            key,
-            place.span(),
-            "a closed surface, every edge of which two faces share, in either direction once",
-            "a room has floor, ceiling and all walls, without gaps or doors",
-        )
+        let expected =
+            "a closed surface, every edge of which two faces share, in either direction once";
+        let hint = "a room has floor, ceiling and all walls, without gaps or doors";
+        reader.refused(key, place.span(), expected, hint).into()
     })
 }
 
 /// The corners of a simple polygon with an area.
-fn plan(source: &Source<'_>, plan_mm: &PlanKey) -> Result<Vec<DVec2>, SceneError> {
+fn plan(reader: &Reader<'_>, plan_mm: &PlanKey) -> Read<Vec<DVec2>> {
     let corners = plan_mm.get_ref();
     let hint = "leave out corners on straight walls";
-    let byte = plan_mm.span().start;
-    let found = corners.len();
-    source.check_count("corners", found, limits::ROOM_CORNERS_MAX, byte, hint)?;
-    let plan_m = corners
-        .iter()
-        .map(|corner| source.plan_m(corner, &PLAN))
-        .collect::<Result<Vec<_>, _>>()?;
+    let (found, byte) = (corners.len(), plan_mm.span().start);
+    reader.check_count("corners", found, limits::ROOM_CORNERS_MAX, byte, hint)?;
+    let mut plan_m = Vec::with_capacity(found);
+    for corner in corners {
+        plan_m.push(DVec2::from_array(reader.numbers(corner, &PLAN)?) / MM_PER_M);
+    }
     if plan_m.len() < 3 {
-        return Err(no_plan(source, plan_mm, "at least 3 corners"));
+        return Err(no_plan(reader, plan_mm, "at least 3 corners"));
     }
     for (is_fault, expected) in FAULTS {
         if let Some(index) = (0..plan_m.len()).find(|index| is_fault(&plan_m, *index)) {
             let span = corners[index].span();
-            return Err(source.refused("plan_mm", span, expected, PLAN.hint));
+            return Err(reader.refused(PLAN.key, span, expected, PLAN.hint).into());
         }
     }
     if area_m2(&plan_m).abs() <= SLIVER_M * SLIVER_M {
-        return Err(no_plan(source, plan_mm, "an outline around a floor"));
+        return Err(no_plan(reader, plan_mm, "an outline around a floor"));
     }
     Ok(plan_m)
 }
 
-fn no_plan(source: &Source<'_>, plan_mm: &PlanKey, expected: &str) -> SceneError {
-    source.refused("plan_mm", plan_mm.span(), expected, PLAN.hint)
+fn no_plan(reader: &Reader<'_>, plan_mm: &PlanKey, expected: &str) -> SceneError {
+    reader
+        .refused(PLAN.key, plan_mm.span(), expected, PLAN.hint)
+        .into()
 }
 
 type Fault = fn(&[DVec2], usize) -> bool;

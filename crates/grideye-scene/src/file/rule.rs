@@ -1,7 +1,8 @@
 //! Which numbers each key may have, and what its author is told.
 
-use crate::radiometry::perceived::ABSOLUTE_ZERO_C;
-use crate::text::refusal::Rule;
+use crate::model::limits::TIME_MAX_S;
+use crate::radiometry::ABSOLUTE_ZERO_C;
+use crate::text::Rule;
 
 pub(crate) const TEMPERATURE: Rule = Rule {
     key: "temperature_c",
@@ -180,7 +181,7 @@ pub(crate) fn paper_experiment(number: f64) -> Option<u8> {
 }
 pub(crate) const DURATION: Rule = Rule {
     key: "duration_s",
-    holds: |seconds| (0.0..=crate::model::limits::TIME_MAX_S).contains(&seconds),
+    holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),
     expected: "0 to 31622400 seconds",
     hint: "how long the scene takes at least; the agents' ways make it longer",
 };

@@ -1,148 +1,202 @@
 //! From a sensor's keys, and the preset that they name, to a sensor in the room.
 
 use crate::file::document::SensorTable;
-use crate::file::files::Files;
-use crate::file::physical;
-use crate::file::physical::{Given, PhysicalKeys};
+use crate::file::reader::{Read, Reader};
 use crate::file::rule::{
-    AZIMUTH, ELEVATION, NOISE, OPERATING_DISTANCE, PIXELS_PER_DEGREE, RANGE, ROLL, SAMPLING,
+    AZIMUTH, BLUR, BLUR_PIXELS, ELEVATION, NOISE, OPERATING_DISTANCE, PIXEL_WIDTH,
+    PIXELS_PER_DEGREE, RANGE, ROLL, SAMPLING, STEP,
 };
-use crate::file::source::Source;
-use crate::geometry::count;
-use crate::geometry::pose::Pose;
-use crate::model::error::SceneError;
-use crate::model::limits;
-use crate::model::room::Room;
-use crate::model::scene::Model;
-use crate::model::sensor::Sensor;
-use crate::profile::Profile;
-use crate::text::lengths::{MM_PER_M, millimetres};
-use glam::DVec2;
-use glam::USizeVec2;
+use crate::geometry::{Pose, count};
+use crate::model::{Model, Optics, Room, SceneError, Sensor, limits};
+use crate::profile::{Profile, ProfileError};
+use crate::text::{MM_PER_M, millimetres};
+use glam::{DVec2, USizeVec2};
+use grideye_frame::{COLUMNS, ROWS};
 use toml::Spanned;
+
 pub(crate) fn sensor(
-    source: &Source<'_>,
+    reader: &Reader<'_>,
     table: &Spanned<SensorTable>,
     room: &Room,
-    files: &dyn Files,
-) -> Result<Sensor, SceneError> {
+) -> Read<Sensor> {
     let keys = table.get_ref();
-    let name = source.sensor_name(&keys.name)?;
-    let preset = preset(source, keys.preset.as_ref())?;
-    let missing = |key| SceneError::MissingKey {
-        place: source.place(table.span().start),
-        table: format!("sensor `{name}`"),
-        key,
-        hint: "give the key, or preset = \"grid-eye\", which has it",
+    let name = reader.sensor_name(&keys.name)?;
+    let title = format!("sensor `{name}`");
+    let preset = preset(reader, &keys.preset)?;
+    let missing = |key| {
+        let hint = "give the key, or preset = \"grid-eye\", which has it";
+        reader.missing(table.span().start, &title, key, hint)
     };
-    let resolution = source
-        .resolution(keys.resolution.as_ref())?
-        .or(preset.map(|preset| preset.resolution));
-    let fov_deg = source
-        .fov_deg(keys.fov_deg.as_ref())?
-        .or(preset.map(|preset| preset.fov_deg));
-    let sampling_hz = source
-        .optional(keys.sampling_hz.as_ref(), &SAMPLING)?
-        .or(preset.map(|preset| preset.sampling_hz));
+    let resolution = reader.resolution(&keys.resolution)?;
+    let resolution = resolution.or(preset.map(|preset| preset.resolution));
+    let fov_deg = reader.fov_deg(&keys.fov_deg)?;
+    let fov_deg = fov_deg.or(preset.map(|preset| preset.fov_deg));
+    let sampling_hz = reader.optional(&keys.sampling_hz, &SAMPLING)?;
+    let sampling_hz = sampling_hz.or(preset.map(|preset| preset.sampling_hz));
     let resolution = resolution.ok_or_else(|| missing("resolution"))?;
     let fov_deg = fov_deg.ok_or_else(|| missing("fov_deg"))?;
     let sampling_hz = sampling_hz.ok_or_else(|| missing("sampling_hz"))?;
-    let given = Given {
-        name: &name,
-        resolution,
-        fov_deg,
-        is_grid_eye: preset.is_some_and(|preset| preset.netd_at_1_hz_c.is_some()),
-    };
-    let physical = physical::keys(source, table, &given, files)?;
-    let noise_sigma = noise_sigma(source, keys, (preset, &physical), sampling_hz)?;
+    let radians = |degrees: DVec2| degrees.map(f64::to_radians);
+    let pixel_width_deg = reader.per_axis(&keys.pixel_width_deg, &PIXEL_WIDTH)?;
+    let blur_deg = blur_deg(reader, keys, &title, fov_deg / resolution.as_dvec2())?;
+    let is_grid_eye = preset.is_some_and(|preset| preset.netd_at_1_hz_c.is_some());
+    let is_small = resolution == USizeVec2::new(COLUMNS, ROWS);
+    let is_amg88 = is_small && fov_deg == DVec2::splat(60.0);
+    let optics = optics(reader, &keys.optics, (is_grid_eye, is_amg88))?;
+    let profile = profile(reader, keys, &title, is_small)?;
+    let step_c = reader.number_or(&keys.step_c, &STEP, 0.0)?;
+    // What the file says, else what its profile has in the mean, else what its model and preset have.
+    let noise_sigma = reader.optional(&keys.noise_sigma_c, &NOISE)?;
+    let noise_sigma = noise_sigma.or(profile.as_ref().map(Profile::sigma_c));
+    let of_preset = preset.map(|preset| match (reader.model, preset.netd_at_1_hz_c) {
+        (Model::Physical, Some(at_1_hz_c)) => netd_c(at_1_hz_c, sampling_hz),
+        _ => preset.noise_sigma_c,
+    });
+    let operating = &keys.operating_distance_mm;
     Ok(Sensor {
         columns: resolution.x,
         rows: resolution.y,
-        field_of_view_rad: DVec2::new(fov_deg.x.to_radians(), fov_deg.y.to_radians()),
-        grid_points: grid_points(source, table, fov_deg)?,
-        noise_sigma: noise_sigma.ok_or_else(|| missing("noise_sigma_c"))?,
+        field_of_view_rad: radians(fov_deg),
+        grid_points: grid_points(reader, table, fov_deg)?,
+        noise_sigma: noise_sigma
+            .or(of_preset)
+            .ok_or_else(|| missing("noise_sigma_c"))?,
         sampling_hz,
-        operating_distance_m: source.number_or(
-            keys.operating_distance_mm.as_ref(),
-            &OPERATING_DISTANCE,
-            OPERATING_DISTANCE_DEFAULT_MM,
-        )? / MM_PER_M,
-        detectable_range_c: source.range(keys.detectable_range_c.as_ref(), &RANGE)?,
-        pose: pose(source, keys, &name, room)?,
-        optics: physical.optics,
-        pixel_width_rad: physical.pixel_width_rad,
-        blur_rad: physical.blur_rad,
-        profile: physical.profile,
-        step_c: physical.step_c,
+        operating_distance_m: reader.number_or(operating, &OPERATING_DISTANCE, OPERATING_MM)?
+            / MM_PER_M,
+        detectable_range_c: reader.range(&keys.detectable_range_c, &RANGE)?,
+        pose: pose(reader, keys, &name, room)?,
+        optics,
+        pixel_width_rad: pixel_width_deg.map(radians),
+        blur_rad: radians(blur_deg),
+        profile,
+        step_c,
         name,
     })
 }
 
-/// The sensor's noise: what the file says, else what its profile has in the mean, else what its model and preset have.
-fn noise_sigma(
-    source: &Source<'_>,
-    keys: &SensorTable,
-    (preset, physical): (Option<&Preset>, &PhysicalKeys),
-    sampling_hz: f64,
-) -> Result<Option<f64>, SceneError> {
-    let given = source.optional(keys.noise_sigma_c.as_ref(), &NOISE)?;
-    let of_profile = physical.profile.as_ref().map(Profile::sigma_c);
-    let of_preset = preset.map(|preset| match (source.model, preset.netd_at_1_hz_c) {
-        (Model::Physical, Some(at_1_hz_c)) => physical::netd_c(at_1_hz_c, sampling_hz),
-        _ => preset.noise_sigma_c,
-    });
-    Ok(given.or(of_profile).or(of_preset))
+/// The width of the point spread on each axis, where a pixel has so many degrees.
+fn blur_deg(reader: &Reader<'_>, keys: &SensorTable, title: &str, pixel_deg: DVec2) -> Read<DVec2> {
+    if let (Some(_), Some(blur)) = (&keys.blur_deg, &keys.blur_px) {
+        let hint = "give the width of the point spread in pixels or in degrees";
+        return Err(reader.conflict(blur.span().start, title, ["blur_px", "blur_deg"], hint));
+    }
+    let in_pixels = reader.per_axis(&keys.blur_px, &BLUR_PIXELS)?;
+    let in_degrees = reader.per_axis(&keys.blur_deg, &BLUR)?;
+    Ok(in_degrees
+        .or(in_pixels.map(|blur| blur * pixel_deg))
+        .unwrap_or(DVec2::ZERO))
 }
 
-fn pose(
-    source: &Source<'_>,
-    keys: &SensorTable,
-    name: &str,
-    room: &Room,
-) -> Result<Pose, SceneError> {
-    let position_m = source.position_m(&keys.position_mm)?;
-    if !room.contains(position_m) {
-        return Err(SceneError::SensorOutsideRoom {
-            place: source.place(keys.position_mm.span().start),
-            name: name.to_owned(),
-            found_mm: millimetres(position_m),
-            room_mm: room.described(),
-        });
+fn optics(
+    reader: &Reader<'_>,
+    given: &Option<Spanned<String>>,
+    (is_grid_eye, is_amg88): (bool, bool),
+) -> Read<Optics> {
+    let choices = [("datasheet", Optics::Amg88), ("pinhole", Optics::Pinhole)];
+    let hint = "datasheet is where the pixels of an AMG88 look, pinhole is even steps on the picture plane";
+    let chosen = reader.choice("optics", given, &choices, hint)?;
+    if let (Some(Optics::Amg88), Some(given), false) = (chosen, given, is_amg88) {
+        let expected = "\"pinhole\" for a sensor that has not 8 x 8 pixels and 60°";
+        let hint = "the datasheet's map is of the AMG88 with the 60° lens; leave optics out, or resolution and fov_deg";
+        return Err(reader
+            .refused("optics", given.span(), expected, hint)
+            .into());
     }
+    let usual = if is_grid_eye && is_amg88 {
+        Optics::Amg88
+    } else {
+        Optics::Pinhole
+    };
+    Ok(chosen.unwrap_or(usual))
+}
+
+fn profile(
+    reader: &Reader<'_>,
+    keys: &SensorTable,
+    title: &str,
+    is_small: bool,
+) -> Read<Option<Profile>> {
+    let Some(path) = &keys.profile else {
+        return Ok(None);
+    };
+    if let Some(noise) = &keys.noise_sigma_c {
+        let hint = "a profile brings the whole of the sensor's noise";
+        let both = ["noise_sigma_c", "profile"];
+        return Err(reader.conflict(noise.span().start, title, both, hint));
+    }
+    if !is_small {
+        let expected = "no profile for a sensor that has not 8 x 8 pixels";
+        let hint = "profiles are of the Grid-EYE; give noise_sigma_c instead";
+        return Err(reader
+            .refused("profile", path.span(), expected, hint)
+            .into());
+    }
+    let text = reader.read_below(("profile", "profile"), path)?;
+    let refused = |error: ProfileError| SceneError::Profile {
+        place: reader.place(path.span().start),
+        source: Box::new(error),
+    };
+    Profile::parse(&text, path.get_ref())
+        .map(Some)
+        .map_err(refused)
+}
+
+/// Noise of one pixel in one frame, °C, at so many frames a second.
+///
+/// The specification gives 0.05 °C at 1 and 0.16 °C at 10. A frame of the slow mode is the mean of ten quick ones, so
+/// independent noise falls with the root of their number: `0.05 √hz`, 0.158 at 10. That is taken for all rates.
+fn netd_c(at_1_hz_c: f64, sampling_hz: f64) -> f64 {
+    at_1_hz_c * sampling_hz.sqrt()
+}
+
+fn pose(reader: &Reader<'_>, keys: &SensorTable, name: &str, room: &Room) -> Read<Pose> {
+    let position_m = reader.position_m(&keys.position_mm)?;
+    if !room.contains(position_m) {
+        let (found_mm, room_mm) = (millimetres(position_m), room.described());
+        let problem =
+            format!("sensor `{name}` at {found_mm} mm is outside the room of {room_mm} mm");
+        let hint =
+            "the room's origin is its bottom-left corner; move the sensor or enlarge the room";
+        let place = reader.place(keys.position_mm.span().start);
+        return Err(place.refused(problem, hint).into());
+    }
+    let elevation_deg = reader.number(&keys.elevation_deg, &ELEVATION)?;
+    let azimuth_deg = reader.number(&keys.azimuth_deg, &AZIMUTH)?;
+    let roll_deg = reader.number_or(&keys.roll_deg, &ROLL, 0.0)?;
+    // Seen along the viewing direction with the case's lens end up, the specification's drawing has pixel 1 either at
+    // the top left or at the bottom right, as it is meant to show the chip or what the chip sees: it does not say which.
+    let corners = [("top-left", 0.0), ("bottom-right", 180.0)];
+    let hint = "where pixel 1 is in the picture; a lens turns a picture and never mirrors it";
+    let turned_deg = reader
+        .choice("pixel_1", &keys.pixel_1, &corners, hint)?
+        .unwrap_or(0.0);
+    let roll_deg = roll_deg + turned_deg;
     Ok(Pose::from_degrees(
         position_m,
-        source.number(&keys.elevation_deg, &ELEVATION)?,
-        source.number(&keys.azimuth_deg, &AZIMUTH)?,
-        source.number_or(keys.roll_deg.as_ref(), &ROLL, 0.0)?
-            + physical::turned_deg(source, keys.pixel_1.as_ref())?,
+        elevation_deg,
+        azimuth_deg,
+        roll_deg,
     ))
 }
 
 fn grid_points(
-    source: &Source<'_>,
+    reader: &Reader<'_>,
     table: &Spanned<SensorTable>,
     fov_deg: DVec2,
-) -> Result<USizeVec2, SceneError> {
-    let given = table.get_ref().pixels_per_degree.as_ref();
-    let per_degree = source.number_or(given, &PIXELS_PER_DEGREE, PIXELS_PER_DEGREE_DEFAULT)?;
-    let points = (fov_deg * per_degree).round();
-    if points.max_element() > count::float(limits::GRID_POINTS_MAX) {
-        return Err(source.refused(
-            "pixels_per_degree",
-            given.map_or(table.span(), Spanned::span),
-            &format!(
-                "a grid of at most {0} x {0} points, not {1} x {2}",
-                limits::GRID_POINTS_MAX,
-                points.x,
-                points.y
-            ),
-            PIXELS_PER_DEGREE.hint,
-        ));
+) -> Read<USizeVec2> {
+    let given = &table.get_ref().pixels_per_degree;
+    let per_degree = reader.number_or(given, &PIXELS_PER_DEGREE, POINTS_PER_DEGREE)?;
+    let (points, limit) = ((fov_deg * per_degree).round(), limits::GRID_POINTS_MAX);
+    if points.max_element() > count::float(limit) {
+        let DVec2 { x, y } = points;
+        let expected = format!("a grid of at most {limit} x {limit} points, not {x} x {y}");
+        let span = given.as_ref().map_or(table.span(), Spanned::span);
+        let rule = PIXELS_PER_DEGREE;
+        return Err(reader.refused(rule.key, span, &expected, rule.hint).into());
     }
-    Ok(USizeVec2::new(
-        count::floor(points.x).max(1),
-        count::floor(points.y).max(1),
-    ))
+    let axis = points.to_array().map(|points| count::floor(points).max(1));
+    Ok(axis.into())
 }
 
 /// What a preset stands for; a key beside it in the file goes before it.
@@ -184,28 +238,32 @@ const PRESETS: [Preset; 3] = [
     },
 ];
 
-fn preset(
-    source: &Source<'_>,
-    name: Option<&Spanned<String>>,
-) -> Result<Option<&'static Preset>, SceneError> {
+fn preset(reader: &Reader<'_>, name: &Option<Spanned<String>>) -> Read<Option<&'static Preset>> {
     let Some(name) = name else { return Ok(None) };
-    let found = PRESETS.iter().find(|preset| preset.name == name.get_ref());
-    found.map(Some).ok_or_else(|| {
-        let known: Vec<_> = PRESETS
-            .iter()
-            .map(|preset| format!("\"{}\"", preset.name))
-            .collect();
-        source.refused(
-            "preset",
-            name.span(),
-            &known.join(" or "),
-            "or leave it out and give resolution, fov_deg, noise_sigma_c and sampling_hz",
-        )
-    })
+    if let Some(found) = PRESETS.iter().find(|preset| preset.name == name.get_ref()) {
+        return Ok(Some(found));
+    }
+    let known = PRESETS.map(|preset| format!("\"{}\"", preset.name));
+    let hint = "or leave it out and give resolution, fov_deg, noise_sigma_c and sampling_hz";
+    Err(reader
+        .refused("preset", name.span(), &known.join(" or "), hint)
+        .into())
 }
 
 /// PeerJ CS 11:e3124, "Perceived temperature calculation": "default: 5 m".
-const OPERATING_DISTANCE_DEFAULT_MM: f64 = 5000.0;
+const OPERATING_MM: f64 = 5000.0;
 
 /// The same, "Sensor model implementation": 5 is the default.
-const PIXELS_PER_DEGREE_DEFAULT: f64 = 5.0;
+const POINTS_PER_DEGREE: f64 = 5.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_what_the_specification_prints_at_both_rates() {
+        assert_eq!(netd_c(0.05, 1.0), 0.05);
+        assert_eq!((netd_c(0.05, 10.0) * 100.0).round(), 16.0);
+        assert_eq!(netd_c(0.05, 4.0), 0.1);
+    }
+}

@@ -4,18 +4,15 @@
 //! Faces are cut into parts of one temperature each, so that everything that draws faces draws these as well. A
 //! gradient is cut into strips of [`STEP_C`], or into [`STRIPS_MAX`]: nowhere is it off by more than half a strip.
 
-use crate::file::document::ObjectTable;
+use crate::file::document::{ObjectTable, Rows};
+use crate::file::mosaic::columns;
+use crate::file::reader::{Read, Reader};
 use crate::file::rule::{CAPACITY, GRADIENT, POWER, TEMPERATURE, TIME_CONSTANT};
-use crate::file::source::Source;
-use crate::geometry::angle::rotation_z_deg;
-use crate::geometry::count;
-use crate::geometry::mesh::Mesh;
-use crate::geometry::polygon::clipped;
-use crate::heat::thermal::Thermal;
-use crate::heat::transient::{Material, Transient};
-use crate::model::error::SceneError;
+use crate::geometry::{Mesh, clipped, count, range};
+use crate::heat::{Material, Thermal, Transient};
 use crate::model::limits;
 use glam::{DMat3, DVec3};
+use std::collections::BTreeMap;
 use toml::Spanned;
 
 /// How a body stands in the room, and how warm it is on the whole.
@@ -26,57 +23,51 @@ pub(crate) struct Stand {
     pub(crate) celsius: f64,
 }
 
-impl Stand {
-    pub(crate) fn new(base_m: DVec3, yaw_deg: f64, tilt: DMat3, celsius: f64) -> Self {
-        Self {
-            base_m,
-            rotation: rotation_z_deg(yaw_deg) * tilt,
-            celsius,
-        }
-    }
-}
-
 /// The most that two neighbouring strips or cells of a gradient differ, °C, so long as the limits allow it.
-pub(crate) const STEP_C: f64 = 0.1;
+const STEP_C: f64 = 0.1;
 /// Strips of a gradient.
-pub(crate) const STRIPS_MAX: usize = 256;
+const STRIPS_MAX: usize = 256;
 /// Parts along each side of a cell that is interpolated.
 const PARTS_MAX: usize = 100;
 
 /// What the keys say of a body's warmth, and its surface, cut where temperatures meet.
 pub(crate) fn of(
-    source: &Source<'_>,
+    reader: &Reader<'_>,
     table: &Spanned<ObjectTable>,
     mesh: Mesh,
     stand: &Stand,
-) -> Result<(Mesh, Thermal), SceneError> {
-    check_keys(source, table)?;
+) -> Read<(Mesh, Thermal)> {
+    check_keys(reader, table)?;
     let keys = table.get_ref();
     let (mesh, offsets_c) = if let Some(faces_c) = &keys.faces_c {
-        let offsets_c = by_face(source, keys, faces_c, &mesh, stand.celsius)?;
+        let offsets_c = by_face(reader, keys, faces_c, &mesh, stand.celsius)?;
         (mesh, offsets_c)
     } else if let Some(gradient) = &keys.gradient_c_per_m {
-        for part in gradient.get_ref().0 {
-            source.number(&Spanned::new(gradient.span(), part), &GRADIENT)?;
-        }
-        let gradient = stand.rotation * DVec3::from_array(gradient.get_ref().0);
-        along(&mesh, stand.base_m, gradient)
-    } else if keys.texture_c.is_some() {
-        texture(source, table, &mesh, stand)?
+        let gradient = DVec3::from_array(reader.numbers(gradient, &GRADIENT)?);
+        along(&mesh, stand.base_m, stand.rotation * gradient)
+    } else if let Some(texture_c) = &keys.texture_c {
+        texture(reader, (table, texture_c), &mesh, stand)?
     } else {
         (mesh, Vec::new())
     };
+    let materials = [
+        ("foam", Material::Foam),
+        ("textile", Material::Textile),
+        ("wood", Material::Wood),
+    ];
+    let hint = "an object of a material keeps a warm print of who stood, sat or lay on it";
     let thermal = Thermal {
-        transient: heat(source, table)?,
-        material: material(source, keys)?,
+        transient: heat(reader, table)?,
+        material: reader.choice("material", &keys.material, &materials, hint)?,
         offsets_c,
     };
     Ok((mesh, thermal))
 }
 
 /// Keys that exclude one another, and keys that mean nothing alone.
-fn check_keys(source: &Source<'_>, table: &Spanned<ObjectTable>) -> Result<(), SceneError> {
+fn check_keys(reader: &Reader<'_>, table: &Spanned<ObjectTable>) -> Read<()> {
     let keys = table.get_ref();
+    let title = || format!("`{}`", keys.name.get_ref());
     let spreads = [
         ("faces_c", keys.faces_c.is_some()),
         ("gradient_c_per_m", keys.gradient_c_per_m.is_some()),
@@ -84,60 +75,31 @@ fn check_keys(source: &Source<'_>, table: &Spanned<ObjectTable>) -> Result<(), S
     ];
     let mut given = spreads.iter().filter(|(_, given)| *given);
     if let (Some((key, _)), Some((other, _))) = (given.next(), given.next()) {
-        return Err(SceneError::KeysConflict {
-            place: source.place(table.span().start),
-            table: format!("`{}`", keys.name.get_ref()),
-            key,
-            other,
-            hint: "faces, gradient and texture each say how the temperature is spread; give one of them",
-        });
+        let hint =
+            "faces, gradient and texture each say how the temperature is spread; give one of them";
+        return Err(reader.conflict(table.span().start, &title(), [key, other], hint));
     }
-    let pairs = [
-        (
-            "texture_on",
-            keys.texture_on.is_some(),
-            "texture_c",
-            keys.texture_c.is_some(),
-        ),
-        (
-            "texture_filter",
-            keys.texture_filter.is_some(),
-            "texture_c",
-            keys.texture_c.is_some(),
-        ),
-        (
-            "power_w",
-            keys.power_w.is_some(),
-            "time_constant_s",
-            keys.time_constant_s.is_some(),
-        ),
-        (
-            "power_w",
-            keys.power_w.is_some(),
-            "heat_capacity_j_per_k",
-            keys.heat_capacity_j_per_k.is_some(),
-        ),
-        (
-            "heat_capacity_j_per_k",
-            keys.heat_capacity_j_per_k.is_some(),
-            "power_w",
-            keys.power_w.is_some(),
-        ),
-        (
-            "on_s",
-            keys.on_s.is_some(),
-            "power_w",
-            keys.power_w.is_some(),
-        ),
+    let texture = ("texture_c", keys.texture_c.is_some());
+    let power = ("power_w", keys.power_w.is_some());
+    let time = ("time_constant_s", keys.time_constant_s.is_some());
+    let capacity = (
+        "heat_capacity_j_per_k",
+        keys.heat_capacity_j_per_k.is_some(),
+    );
+    let needs = [
+        (keys.texture_on.is_some(), texture),
+        (keys.texture_filter.is_some(), texture),
+        (power.1, time),
+        (power.1, capacity),
+        (capacity.1, power),
+        (keys.on_s.is_some(), power),
     ];
-    match pairs.iter().find(|(_, given, _, needed)| *given && !needed) {
+    match needs.iter().find(|(given, (_, needed))| *given && !needed) {
         None => Ok(()),
-        Some((_, _, key, _)) => Err(SceneError::MissingKey {
-            place: source.place(table.span().start),
-            table: format!("`{}`", keys.name.get_ref()),
-            key,
-            hint: "texture_on and texture_filter go with texture_c; power_w with time_constant_s and heat_capacity_j_per_k; on_s with power_w",
-        }),
+        Some((_, (key, _))) => {
+            let hint = "texture_on and texture_filter go with texture_c; power_w with time_constant_s and heat_capacity_j_per_k; on_s with power_w";
+            Err(reader.missing(table.span().start, &title(), key, hint))
+        }
     }
 }
 
@@ -145,11 +107,8 @@ fn check_keys(source: &Source<'_>, table: &Spanned<ObjectTable>) -> Result<(), S
 const CUBOID_FACES: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
 
 fn face_number(keys: &ObjectTable, name: &str) -> Option<usize> {
-    let is_cuboid = keys
-        .shape
-        .as_ref()
-        .is_none_or(|shape| shape.get_ref() == "cuboid");
-    if is_cuboid {
+    let shape = keys.shape.as_ref();
+    if shape.is_none_or(|shape| shape.get_ref() == "cuboid") {
         CUBOID_FACES.iter().position(|known| *known == name)
     } else {
         name.parse().ok()
@@ -157,30 +116,29 @@ fn face_number(keys: &ObjectTable, name: &str) -> Option<usize> {
 }
 
 fn by_face(
-    source: &Source<'_>,
+    reader: &Reader<'_>,
     keys: &ObjectTable,
-    faces_c: &Spanned<std::collections::BTreeMap<String, Spanned<f64>>>,
+    faces_c: &Spanned<BTreeMap<String, Spanned<f64>>>,
     mesh: &Mesh,
     celsius: f64,
-) -> Result<Vec<f64>, SceneError> {
+) -> Read<Vec<f64>> {
     let mut offsets_c = vec![0.0; mesh.faces().count()];
     for (name, face_c) in faces_c.get_ref() {
-        let face_c_checked = source.number(face_c, &TEMPERATURE)?;
+        let face_c = reader.number(face_c, &TEMPERATURE)?;
         let number = face_number(keys, name);
         let mut is_there = false;
         for (offset_c, given) in offsets_c.iter_mut().zip(mesh.given()) {
             if Some(*given) == number {
-                *offset_c = face_c_checked - celsius;
+                *offset_c = face_c - celsius;
                 is_there = true;
             }
         }
         if !is_there {
-            return Err(source.refused(
-                "faces_c",
-                faces_c.span(),
-                "left, right, front, back, bottom, top of a cuboid, or a face's number from 0 of another shape",
-                "as in faces_c = { top = 31.5 }; front is the side of low y before the body is turned",
-            ));
+            let expected = "left, right, front, back, bottom, top of a cuboid, or a face's number from 0 of another shape";
+            let hint = "as in faces_c = { top = 31.5 }; front is the side of low y before the body is turned";
+            return Err(reader
+                .refused("faces_c", faces_c.span(), expected, hint)
+                .into());
         }
     }
     Ok(offsets_c)
@@ -194,13 +152,9 @@ fn along(mesh: &Mesh, base_m: DVec3, gradient: DVec3) -> (Mesh, Vec<f64>) {
     let step_c = (high_c - low_c) / count::float(strips);
     mesh.cut(|_, corners| {
         let (from_c, to_c) = range(corners.iter().map(|point| offset_c(*point)));
-        let strip = |celsius: f64| {
-            let index = if step_c > 0.0 {
-                (celsius - low_c) / step_c
-            } else {
-                0.0
-            };
-            count::floor(index).min(strips - 1)
+        let strip = |celsius: f64| match step_c > 0.0 {
+            true => count::floor((celsius - low_c) / step_c).min(strips - 1),
+            false => 0,
         };
         (strip(from_c)..=strip(to_c))
             .map(|index| {
@@ -215,23 +169,20 @@ fn along(mesh: &Mesh, base_m: DVec3, gradient: DVec3) -> (Mesh, Vec<f64>) {
 
 /// A grid of temperatures on one face, or on all as seen from above.
 fn texture(
-    source: &Source<'_>,
-    table: &Spanned<ObjectTable>,
+    reader: &Reader<'_>,
+    (table, grid): (&Spanned<ObjectTable>, &Spanned<Rows>),
     mesh: &Mesh,
     stand: &Stand,
-) -> Result<(Mesh, Vec<f64>), SceneError> {
+) -> Read<(Mesh, Vec<f64>)> {
     let keys = table.get_ref();
-    let cells = Cells::of(source, keys)?;
+    let cells = Cells::of(reader, keys, grid)?;
     let on = keys.texture_on.as_ref().map_or("all", |on| on.get_ref());
     let number = face_number(keys, on);
-    let known = on == "all" || CUBOID_FACES.contains(&on) && number.is_some();
-    if !known {
-        return Err(source.refused(
-            "texture_on",
-            keys.texture_on.as_ref().map_or(table.span(), Spanned::span),
-            "\"all\", or of a cuboid \"left\", \"right\", \"front\", \"back\", \"bottom\" or \"top\"",
-            "\"all\" is the default: the grid is laid over the body from above",
-        ));
+    if on != "all" && !(CUBOID_FACES.contains(&on) && number.is_some()) {
+        let expected = "\"all\", or of a cuboid \"left\", \"right\", \"front\", \"back\", \"bottom\" or \"top\"";
+        let hint = "\"all\" is the default: the grid is laid over the body from above";
+        let span = keys.texture_on.as_ref().map_or(table.span(), Spanned::span);
+        return Err(reader.refused("texture_on", span, expected, hint).into());
     }
     // Right and up as somebody sees the face who stands before it; from above as on a map.
     let (right, up) = match on {
@@ -253,14 +204,12 @@ fn texture(
             row * count::float(cells.rows),
         ]
     };
-    let given = mesh.given().to_vec();
     Ok(mesh.cut(|face, corners| {
-        if on != "all" && Some(given[face]) != number {
+        if on != "all" && Some(mesh.given()[face]) != number {
             return vec![(corners.to_vec(), 0.0)];
         }
-        cells
-            .over(corners, place)
-            .into_iter()
+        let parts = cells.over(corners, place).into_iter();
+        parts
             .map(|(part, celsius)| (part, celsius - stand.celsius))
             .collect()
     }))
@@ -274,57 +223,29 @@ struct Cells {
 }
 
 impl Cells {
-    fn of(source: &Source<'_>, keys: &ObjectTable) -> Result<Self, SceneError> {
-        let Some(grid) = &keys.texture_c else {
-            return Ok(Self {
-                columns: 0,
-                rows: 0,
-                celsius: Vec::new(),
-            });
-        };
+    fn of(reader: &Reader<'_>, keys: &ObjectTable, grid: &Spanned<Rows>) -> Read<Self> {
+        let expected = "rows of the same number of temperatures, at least one of at least one";
+        let hint = "the first row is at the top, or of what lies, at the back";
+        let columns = columns(reader, "texture_c", grid, [expected, hint])?;
         let rows = grid.get_ref();
-        let columns = rows.first().map_or(0, |row| row.get_ref().len());
-        let uneven = rows.iter().find(|row| row.get_ref().len() != columns);
-        if columns == 0 || uneven.is_some() {
-            return Err(source.refused(
-                "texture_c",
-                uneven.map_or(grid.span(), Spanned::span),
-                "rows of the same number of temperatures, at least one of at least one",
-                "the first row is at the top, or of what lies, at the back",
-            ));
-        }
-        source.check_count(
-            "cells of a texture",
-            columns * rows.len(),
-            limits::TEXTURE_CELLS_MAX,
-            grid.span().start,
-            "a sensor of 80 x 60 pixels cannot tell finer cells apart",
-        )?;
-        let mut celsius = Vec::with_capacity(columns * rows.len());
-        for row in rows {
-            for cell in row.get_ref() {
-                celsius.push(source.number(cell, &TEMPERATURE)?);
-            }
-        }
+        let (found, limit) = (columns * rows.len(), limits::TEXTURE_CELLS_MAX);
+        let hint = "a sensor of 80 x 60 pixels cannot tell finer cells apart";
+        reader.check_count("cells of a texture", found, limit, grid.span().start, hint)?;
+        let cells = rows.iter().flat_map(Spanned::get_ref);
+        let celsius = cells.map(|cell| reader.number(cell, &TEMPERATURE));
         let cells = Self {
             columns,
             rows: rows.len(),
-            celsius,
+            celsius: celsius.collect::<Result<_, _>>()?,
         };
-        match keys
-            .texture_filter
-            .as_ref()
-            .map(|filter| (filter, filter.get_ref().as_str()))
-        {
-            None | Some((_, "nearest")) => Ok(cells),
-            Some((_, "bilinear")) => Ok(cells.interpolated()),
-            Some((filter, _)) => Err(source.refused(
-                "texture_filter",
-                filter.span(),
-                "\"nearest\" or \"bilinear\"",
-                "nearest is the default: each cell has one temperature",
-            )),
-        }
+        let filters = [("nearest", false), ("bilinear", true)];
+        let hint = "nearest is the default: each cell has one temperature";
+        let filter = reader.choice("texture_filter", &keys.texture_filter, &filters, hint)?;
+        Ok(if filter == Some(true) {
+            cells.interpolated()
+        } else {
+            cells
+        })
     }
 
     fn at(&self, row: usize, column: usize) -> f64 {
@@ -336,10 +257,8 @@ impl Cells {
         let mut largest_c: f64 = 0.0;
         for row in 0..self.rows {
             for column in 0..self.columns {
-                let (below, right) = (
-                    (row + 1).min(self.rows - 1),
-                    (column + 1).min(self.columns - 1),
-                );
+                let below = (row + 1).min(self.rows - 1);
+                let right = (column + 1).min(self.columns - 1);
                 let here = self.at(row, column);
                 largest_c = largest_c
                     .max((self.at(below, column) - here).abs())
@@ -401,62 +320,28 @@ impl Cells {
     }
 }
 
-fn heat(
-    source: &Source<'_>,
-    table: &Spanned<ObjectTable>,
-) -> Result<Option<Transient>, SceneError> {
+fn heat(reader: &Reader<'_>, table: &Spanned<ObjectTable>) -> Read<Option<Transient>> {
     let keys = table.get_ref();
     let Some(time_constant) = &keys.time_constant_s else {
         return Ok(None);
     };
-    let time_constant_s = source.number(time_constant, &TIME_CONSTANT)?;
-    let power_w = source.number_or(keys.power_w.as_ref(), &POWER, 0.0)?;
-    let capacity = source.number_or(keys.heat_capacity_j_per_k.as_ref(), &CAPACITY, 1.0)?;
+    let time_constant_s = reader.number(time_constant, &TIME_CONSTANT)?;
+    let power_w = reader.number_or(&keys.power_w, &POWER, 0.0)?;
+    let capacity = reader.number_or(&keys.heat_capacity_j_per_k, &CAPACITY, 1.0)?;
     let always = vec![[0.0, f64::INFINITY]];
     let on_s = keys.on_s.as_ref().map_or(always, |on| {
         on.get_ref().iter().map(|interval| interval.0).collect()
     });
-    let ends = on_s.iter().flatten();
-    let rises = ends
-        .clone()
-        .zip(ends.skip(1))
-        .all(|(one, other)| one < other);
     let starts_late = on_s.first().is_none_or(|first| first[0] >= 0.0);
-    if !rises || !starts_late {
-        return Err(source.refused(
-            "on_s",
-            keys.on_s.as_ref().map_or(table.span(), Spanned::span),
-            "[[from, until], …] in seconds from 0 on, one after the other",
-            "as in on_s = [[60, 600], [900, 1200]]",
-        ));
+    if !starts_late || !on_s.as_flattened().is_sorted_by(|one, other| one < other) {
+        let expected = "[[from, until], …] in seconds from 0 on, one after the other";
+        let hint = "as in on_s = [[60, 600], [900, 1200]]";
+        let span = keys.on_s.as_ref().map_or(table.span(), Spanned::span);
+        return Err(reader.refused("on_s", span, expected, hint).into());
     }
-    let rise_c = power_w * time_constant_s / capacity;
     Ok(Some(Transient {
         time_constant_s,
-        rise_c,
+        rise_c: power_w * time_constant_s / capacity,
         on_s,
     }))
-}
-
-fn material(source: &Source<'_>, keys: &ObjectTable) -> Result<Option<Material>, SceneError> {
-    let Some(material) = &keys.material else {
-        return Ok(None);
-    };
-    match material.get_ref().as_str() {
-        "foam" => Ok(Some(Material::Foam)),
-        "textile" => Ok(Some(Material::Textile)),
-        "wood" => Ok(Some(Material::Wood)),
-        _ => Err(source.refused(
-            "material",
-            material.span(),
-            "\"foam\", \"textile\" or \"wood\"",
-            "an object of a material keeps a warm print of who stood, sat or lay on it",
-        )),
-    }
-}
-
-fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    })
 }

@@ -1,10 +1,8 @@
 //! Reads the way-points of a trajectory from its CSV file.
 
-use crate::model::error::SceneError;
-use crate::model::limits;
-use crate::model::limits::TIME_MAX_S;
-use crate::text::place::Place;
-use crate::text::refusal::excerpt;
+use crate::model::limits::{TIME_MAX_S, WAYPOINTS_MAX};
+use crate::text::{Place, Refusal, excerpt};
+use csv::{Position, StringRecord};
 use glam::DVec3;
 
 /// A way-point and the place of its row.
@@ -12,37 +10,34 @@ pub(crate) struct Waypoint {
     pub(crate) position_mm: DVec3,
     /// When it is reached, if the trajectory has the column for it.
     pub(crate) time_s: Option<f64>,
-    /// How long it is stood at.
     pub(crate) dwell_s: f64,
     pub(crate) place: Place,
 }
 
 impl Waypoint {
-    /// A place that is stood on from the start.
-    pub(crate) const fn standing(position_mm: DVec3, place: Place) -> Self {
-        Self {
-            position_mm,
-            time_s: None,
-            dwell_s: 0.0,
-            place,
-        }
+    pub(crate) fn refused(&self, found: &str, expected: &str) -> Refusal {
+        row_refused(self.place.clone(), found, expected)
     }
 }
 
+fn row_refused(place: Place, found: &str, expected: &str) -> Refusal {
+    let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row";
+    place.refused(format!("found {found}, expected {expected}"), hint)
+}
+
 const TIME: &str = "t_s";
-
 const COLUMNS: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
-
 const DWELL: &str = "dwell_s";
 
 /// Reads a trajectory: a header `x_mm,y_mm,z_mm`, before it `t_s` and after it `dwell_s` if wanted, then one way-point
 /// a row; lines that begin with `#` and empty lines are skipped.
-pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, SceneError> {
+pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, Refusal> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let columns = COLUMNS.to_vec();
     let mut table = Table {
         file,
         text,
-        columns: COLUMNS.to_vec(),
+        columns,
     };
     let mut rows = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -51,24 +46,19 @@ pub(crate) fn read_waypoints(file: &str, text: &str) -> Result<Vec<Waypoint>, Sc
         .comment(Some(b'#'))
         .from_reader(text.as_bytes())
         .into_records();
-    match rows.next() {
-        Some(header) => {
-            let header = table.readable(header)?;
-            table.check_header(&header)?;
-        }
-        None => return Err(table.too_short("an empty file")),
-    }
+    let header = rows
+        .next()
+        .ok_or_else(|| table.too_short("an empty file"))?;
+    let header = table.readable(header)?;
+    table.check_header(&header)?;
     let mut waypoints = Vec::new();
     for row in rows {
         let way_point = table.way_point(&table.readable(row)?)?;
-        if waypoints.len() == limits::WAYPOINTS_MAX {
-            return Err(SceneError::TooMany {
-                place: way_point.place,
-                what: "way-points",
-                found: limits::WAYPOINTS_MAX + 1,
-                limit: limits::WAYPOINTS_MAX,
-                hint: "straight stretches need no way-points between their ends",
-            });
+        if waypoints.len() == WAYPOINTS_MAX {
+            let found = WAYPOINTS_MAX + 1;
+            let problem = format!("{found} way-points, expected at most {WAYPOINTS_MAX}");
+            let hint = "straight stretches need no way-points between their ends";
+            return Err(way_point.place.refused(problem, hint));
         }
         waypoints.push(way_point);
     }
@@ -86,19 +76,15 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    fn readable(
-        &self,
-        row: Result<csv::StringRecord, csv::Error>,
-    ) -> Result<csv::StringRecord, SceneError> {
-        row.map_err(|error| SceneError::TrajectoryRow {
-            place: self.place(error.position(), 0),
-            found: error.to_string(),
-            expected: "text".to_owned(),
+    fn readable(&self, row: Result<StringRecord, csv::Error>) -> Result<StringRecord, Refusal> {
+        row.map_err(|error| {
+            let place = self.place(error.position(), 0);
+            row_refused(place, &error.to_string(), "text")
         })
     }
 
     /// Finds out which of the columns that may be left out are there.
-    fn check_header(&mut self, header: &csv::StringRecord) -> Result<(), SceneError> {
+    fn check_header(&mut self, header: &StringRecord) -> Result<(), Refusal> {
         if header.get(0) == Some(TIME) {
             self.columns.insert(0, TIME);
         }
@@ -109,26 +95,25 @@ impl Table<'_> {
         if header.iter().eq(columns.iter().copied()) {
             return Ok(());
         }
-        let wrong = (0..columns.len())
-            .find(|index| header.get(*index) != Some(columns[*index]))
-            .unwrap_or(columns.len());
-        Err(SceneError::TrajectoryRow {
-            place: self.place(header.position(), characters_before(header, wrong)),
-            found: format!(
-                "the header `{}`",
-                header.iter().collect::<Vec<_>>().join(",")
-            ),
-            expected: format!("the header `{}`", columns.join(",")),
-        })
+        let mut indices = 0..columns.len();
+        let wrong = indices.find(|index| header.get(*index) != Some(columns[*index]));
+        let before = characters_before(header, wrong.unwrap_or(columns.len()));
+        let found = header.iter().collect::<Vec<_>>().join(",");
+        let expected = format!("the header `{}`", columns.join(","));
+        let place = self.place(header.position(), before);
+        Err(row_refused(
+            place,
+            &format!("the header `{found}`"),
+            &expected,
+        ))
     }
 
-    fn way_point(&self, row: &csv::StringRecord) -> Result<Waypoint, SceneError> {
-        if row.len() != self.columns.len() {
-            return Err(SceneError::TrajectoryRow {
-                place: self.place(row.position(), 0),
-                found: format!("{} fields", row.len()),
-                expected: format!("{} fields", self.columns.len()),
-            });
+    fn way_point(&self, row: &StringRecord) -> Result<Waypoint, Refusal> {
+        let place = self.place(row.position(), 0);
+        let (found, expected) = (row.len(), self.columns.len());
+        if found != expected {
+            let (found, expected) = (format!("{found} fields"), format!("{expected} fields"));
+            return Err(row_refused(place, &found, &expected));
         }
         let mut coordinates = [0.0; COLUMNS.len()];
         for (coordinate, column) in coordinates.iter_mut().zip(COLUMNS) {
@@ -138,16 +123,12 @@ impl Table<'_> {
             position_mm: DVec3::from_array(coordinates),
             time_s: self.number(row, TIME)?,
             dwell_s: self.number(row, DWELL)?.unwrap_or_default(),
-            place: self.place(row.position(), 0),
+            place,
         })
     }
 
     /// The number that a row has in a column, if there is this column.
-    fn number(
-        &self,
-        row: &csv::StringRecord,
-        column: &'static str,
-    ) -> Result<Option<f64>, SceneError> {
+    fn number(&self, row: &StringRecord, column: &str) -> Result<Option<f64>, Refusal> {
         let Some(index) = self.columns.iter().position(|known| *known == column) else {
             return Ok(None);
         };
@@ -156,57 +137,48 @@ impl Table<'_> {
         let number = field.parse().ok().filter(|number: &f64| {
             number.is_finite() && (!is_time || (0.0..=TIME_MAX_S).contains(number))
         });
-        number.map(Some).ok_or_else(|| SceneError::TrajectoryRow {
-            place: self.place(row.position(), characters_before(row, index)),
-            found: format!("`{}` as {column}", excerpt(field)),
-            expected: if is_time {
-                format!("0 to {TIME_MAX_S} seconds")
-            } else {
-                "a finite number of millimetres".to_owned()
-            },
+        number.map(Some).ok_or_else(|| {
+            let expected = match is_time {
+                true => format!("0 to {TIME_MAX_S} seconds"),
+                false => "a finite number of millimetres".to_owned(),
+            };
+            let place = self.place(row.position(), characters_before(row, index));
+            row_refused(
+                place,
+                &format!("`{}` as {column}", excerpt(field)),
+                &expected,
+            )
         })
     }
 
     /// The reader's position is where it began to look for the row: skipped lines may come before it.
-    fn place(&self, position: Option<&csv::Position>, characters_before: usize) -> Place {
+    fn place(&self, position: Option<&Position>, characters_before: usize) -> Place {
         let (line, byte) = position.map_or((1, 0), |position| (position.line(), position.byte()));
         let rest = usize::try_from(byte)
             .ok()
-            .and_then(|byte| self.text.get(byte..))
-            .unwrap_or_default();
-        let skipped = rest
-            .lines()
-            .take_while(|line| line.is_empty() || line.starts_with('#'))
-            .count();
+            .and_then(|byte| self.text.get(byte..));
+        let lines = rest.unwrap_or_default().lines();
+        let skipped = lines.take_while(|line| line.is_empty() || line.starts_with('#'));
+        let line = usize::try_from(line).unwrap_or(usize::MAX);
         Place {
             file: self.file.into(),
-            line: usize::try_from(line).map_or(usize::MAX, |line| line.saturating_add(skipped)),
+            line: line.saturating_add(skipped.count()),
             column: characters_before + 1,
         }
     }
 
-    fn too_short(&self, found: &str) -> SceneError {
-        SceneError::TrajectoryRow {
-            place: Place {
-                file: self.file.into(),
-                line: self.text.lines().count().max(1),
-                column: 1,
-            },
-            found: found.to_owned(),
-            expected: format!(
-                "the header `{}` and at least one way-point",
-                COLUMNS.join(",")
-            ),
-        }
+    fn too_short(&self, found: &str) -> Refusal {
+        let place = Place::of_line(self.file, self.text.lines().count().max(1));
+        let header = COLUMNS.join(",");
+        let expected = format!("the header `{header}` and at least one way-point");
+        row_refused(place, found, &expected)
     }
 }
 
 /// Characters before a field, as if nothing had been trimmed or quoted: exact for files that are written plainly.
-fn characters_before(row: &csv::StringRecord, index: usize) -> usize {
-    row.iter()
-        .take(index)
-        .map(|field| field.chars().count() + 1)
-        .sum()
+fn characters_before(row: &StringRecord, index: usize) -> usize {
+    let before = row.iter().take(index);
+    before.map(|field| field.chars().count() + 1).sum()
 }
 
 #[cfg(test)]
@@ -224,19 +196,12 @@ mod tests {
 
     #[test]
     fn more_waypoints_than_the_limit_are_refused() {
-        let mut text = "x_mm,y_mm,z_mm\n".to_owned() + &"1,2,0\n".repeat(limits::WAYPOINTS_MAX);
-        assert_eq!(
-            read_waypoints("w.csv", &text)
-                .map(|points| points.len())
-                .ok(),
-            Some(limits::WAYPOINTS_MAX)
-        );
+        let mut text = "x_mm,y_mm,z_mm\n".to_owned() + &"1,2,0\n".repeat(WAYPOINTS_MAX);
+        let most = read_waypoints("w.csv", &text).unwrap().len();
+        assert_eq!(most, WAYPOINTS_MAX);
         text.push_str("1,2,0\n");
         let refused = read_waypoints("w.csv", &text).err().unwrap().to_string();
-        assert!(
-            refused
-                .starts_with("w.csv:100002:1: 100001 way-points, expected at most 100000\nhint: "),
-            "{refused}"
-        );
+        let expected = "w.csv:100002:1: 100001 way-points, expected at most 100000\nhint: ";
+        assert!(refused.starts_with(expected), "{refused}");
     }
 }

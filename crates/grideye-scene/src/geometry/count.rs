@@ -33,3 +33,11 @@ pub const fn floor(length: f64) -> usize {
 pub const fn single(value: f64) -> f32 {
     value as f32
 }
+
+/// The least and the greatest of some numbers.
+#[must_use]
+pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
+}

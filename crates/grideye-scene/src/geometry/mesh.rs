@@ -1,7 +1,7 @@
 //! Surfaces of flat faces: cuboids, pyramids, any polyhedron, and round bodies as polyhedra of many faces.
 
-use crate::geometry::count;
-use crate::geometry::cuboid::Cuboid;
+use super::cuboid::Cuboid;
+use super::{count, polygon};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -433,12 +433,25 @@ fn is_within(vertices_m: &[DVec3], triangle: [usize; 3], outward: DVec3, corner:
     side(0, 1) >= 0.0 && side(1, 2) >= 0.0 && side(2, 0) >= 0.0
 }
 
-/// Twice the area of a polygon, as a vector that points to where its corners run counter-clockwise.
+/// [`polygon::area_vector`] of a face.
 fn area_vector(vertices_m: &[DVec3], face: &[usize]) -> DVec3 {
-    let anchor = vertices_m[face[0]];
-    face.windows(2)
-        .map(|pair| (vertices_m[pair[0]] - anchor).cross(vertices_m[pair[1]] - anchor))
-        .sum()
+    polygon::area_vector(face.iter().map(|corner| vertices_m[*corner]))
+}
+
+/// How often a closed surface goes around the sensor: 1 inside, 0 outside.
+///
+/// The sum of the solid angles of its triangles (Van Oosterom and Strackee 1983), with their signs.
+pub(crate) fn winding(mesh: &Mesh, in_sensor: &[DVec3]) -> f64 {
+    let mut solid_angle = 0.0;
+    for face in mesh.faces() {
+        for pair in face.windows(2).skip(1) {
+            let [a, b, c] = [face[0], pair[0], pair[1]].map(|corner| in_sensor[corner]);
+            let (a_m, b_m, c_m) = (a.length(), b.length(), c.length());
+            let below = a_m * b_m * c_m + a.dot(b) * c_m + b.dot(c) * a_m + c.dot(a) * b_m;
+            solid_angle += 2.0 * libm::atan2(a.dot(b.cross(c)), below);
+        }
+    }
+    solid_angle / (4.0 * PI)
 }
 
 #[cfg(test)]

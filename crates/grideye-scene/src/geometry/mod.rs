@@ -1,10 +1,19 @@
 //! Shapes and places in the room, without temperature: each file knows only those below it.
 
-pub(crate) mod angle;
-pub(crate) mod collision;
+mod angle;
+mod collision;
 pub mod count;
-pub(crate) mod cuboid;
-pub(crate) mod distance;
-pub(crate) mod mesh;
+mod cuboid;
+mod distance;
+mod mesh;
 pub mod polygon;
-pub(crate) mod pose;
+mod pose;
+
+pub(crate) use angle::{rotation_x_deg, rotation_y_deg, rotation_z_deg};
+pub(crate) use collision::{Bounds, Meeting, Piece, Shape, Span, TOLERANCE_M, first_meeting};
+pub(crate) use count::range;
+pub use cuboid::Cuboid;
+pub(crate) use mesh::{Enclosure, winding};
+pub use mesh::{Mesh, MeshError};
+pub(crate) use polygon::{area_m2, area_vector, clipped, hull, normal};
+pub use pose::Pose;

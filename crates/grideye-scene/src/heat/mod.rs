@@ -1,4 +1,7 @@
 //! How warm a body is: over its faces, and in time.
 
-pub(crate) mod thermal;
-pub(crate) mod transient;
+mod thermal;
+mod transient;
+
+pub(crate) use thermal::Thermal;
+pub(crate) use transient::{Material, Transient, left};

@@ -1,10 +1,9 @@
 //! What is in the room: bodies that stand, and agents that move.
 
-use crate::geometry::angle::rotation_z_deg;
-use crate::geometry::mesh::Mesh;
-use crate::heat::thermal::Thermal;
-use crate::motion::trajectory::Trajectory;
-use crate::radiometry::perceived::Surface;
+use crate::geometry::{Mesh, rotation_z_deg};
+use crate::heat::Thermal;
+use crate::motion::Trajectory;
+use crate::radiometry::Surface;
 use glam::{DMat3, DVec3};
 use std::time::Duration;
 

@@ -1,14 +1,12 @@
 //! Who runs into what: the first contact of each agent with each object and with each other agent, along the whole way,
 //! and where there is room for another body.
 
-use crate::geometry::collision::Piece;
-use crate::geometry::collision::{Bounds, Meeting, Shape, Span, TOLERANCE_M, first_meeting};
-use crate::geometry::mesh::Mesh;
+use crate::geometry::{Bounds, Meeting, Mesh, Piece, Shape, Span, TOLERANCE_M, first_meeting};
 use crate::model::body::{Agent, Body};
 use crate::model::limits;
 use crate::model::room::Room;
 use crate::model::scene::Scene;
-use crate::motion::trajectory::{Leg, Trajectory};
+use crate::motion::{Leg, Trajectory};
 use glam::{DMat3, DVec3};
 use std::time::Duration;
 

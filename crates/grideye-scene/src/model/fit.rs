@@ -21,7 +21,7 @@
 //! # Ok::<(), grideye_scene::SceneError>(())
 //! ```
 
-use crate::text::place::Place;
+use crate::text::Place;
 use std::ops::Range;
 
 /// Unknowns of a scene at most: more than a recording of 64 pixels tells apart.

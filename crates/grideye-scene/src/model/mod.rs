@@ -1,11 +1,21 @@
 //! A checked scene as plain values: room, bodies, agents, sensors, and what was wrong with a file. Nothing here parses.
 
-pub(crate) mod body;
-pub(crate) mod contact;
-pub(crate) mod error;
+mod body;
+mod contact;
+mod error;
 pub mod fit;
 pub mod limits;
-pub(crate) mod print;
-pub(crate) mod room;
-pub(crate) mod scene;
-pub(crate) mod sensor;
+mod print;
+mod room;
+mod scene;
+mod sensor;
+
+pub use body::{Agent, Body};
+pub(crate) use contact::Walls;
+pub use contact::{Contact, FreeSpace};
+pub use error::{SceneError, Warning};
+pub(crate) use fit::{FITS_MAX, Fit, RECORDING_START};
+pub(crate) use print::Print;
+pub use room::Room;
+pub use scene::{Loaded, Model, Scene};
+pub use sensor::{Optics, Sensor};

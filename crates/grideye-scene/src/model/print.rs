@@ -3,11 +3,11 @@
 //! A print is a sheet a hair above the object's face, as large as the part of the face below the body, and warmer than
 //! the face by a share of what the body was warmer: all of it while the body is there, then less and less.
 
-use crate::geometry::mesh::Mesh;
-use crate::heat::transient::{Material, left};
+use crate::geometry::Mesh;
+use crate::heat::{Material, left};
 use crate::model::body::Body;
-use crate::motion::trajectory::Stay;
-use crate::radiometry::perceived::Surface;
+use crate::motion::Stay;
+use crate::radiometry::Surface;
 
 /// A print on an object.
 #[derive(Debug, Clone, PartialEq)]

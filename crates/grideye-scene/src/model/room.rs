@@ -1,9 +1,9 @@
 //! The room: a box, a floor plan drawn upwards, or a closed mesh; what is in it, and which of its walls hide something.
 
-use crate::geometry::mesh::{Enclosure, Mesh};
-use crate::geometry::polygon::{area_m2, normal, winding};
+use crate::geometry::{Enclosure, Mesh, area_m2, normal, winding};
 use crate::model::body::Body;
-use crate::radiometry::perceived::Surface;
+use crate::radiometry::Surface;
+use crate::text::millimetres;
 use glam::{DVec2, DVec3};
 
 /// The room: a cuboid from the origin, unless the file gives a floor plan or a mesh.
@@ -234,7 +234,6 @@ impl Room {
 
     /// The room in messages, without its unit.
     pub(crate) fn described(&self) -> String {
-        use crate::text::lengths::millimetres;
         let (low_m, high_m) = self.bounds_m();
         self.hull.as_ref().map_or_else(
             || millimetres(self.size_m),

@@ -7,8 +7,7 @@ use crate::model::fit::Fit;
 use crate::model::print::Print;
 use crate::model::room::Room;
 use crate::model::sensor::Sensor;
-use crate::radiometry::perceived::Law;
-use crate::radiometry::radiance::Band;
+use crate::radiometry::{Band, Law};
 use grideye_frame::Celsius;
 use std::time::Duration;
 

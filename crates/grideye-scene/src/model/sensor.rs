@@ -1,6 +1,6 @@
 //! A sensor: what it is and how it is mounted.
 
-use crate::geometry::pose::Pose;
+use crate::geometry::Pose;
 use crate::profile::Profile;
 use glam::{DVec2, USizeVec2};
 use std::time::Duration;

@@ -1,4 +1,8 @@
 //! Where a walker is at any time.
 
-pub(crate) mod schedule;
-pub(crate) mod trajectory;
+mod schedule;
+mod trajectory;
+
+pub(crate) use schedule::{Clock, Motion, Schedule};
+pub use trajectory::Trajectory;
+pub(crate) use trajectory::{Leg, Stay, lengths_m};

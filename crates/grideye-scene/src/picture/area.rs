@@ -10,9 +10,9 @@
 //! four pixels by its moments. The fourth root in the law has no antiderivative in closed form; a Gauss rule that is
 //! exact for polynomials of degree 5 takes its place, on triangles no larger than a pixel.
 
-use crate::geometry::count;
-use crate::model::sensor::Sensor;
-use crate::radiometry::perceived::{Air, Glow};
+use crate::geometry::{clipped, count, polygon::bounds};
+use crate::model::Sensor;
+use crate::radiometry::{Air, Glow};
 use glam::{DVec2, DVec3};
 
 /// A convex polygon in the picture plane, in pixels: x to the right, y down, from the top left corner.
@@ -87,7 +87,7 @@ impl ImagePlane {
             DVec3::new(slope.y, 0.0, -1.0),
         ];
         for border in borders {
-            in_view = clipped(&in_view, |corner| border.dot(*corner), DVec3::lerp);
+            in_view = clipped(&in_view, |corner| border.dot(corner));
         }
         let outline: Polygon = in_view
             .iter()
@@ -97,7 +97,7 @@ impl ImagePlane {
         let by_pixel = -DVec2::new(inverse_depth.y, inverse_depth.z) * self.pitch;
         let facet = Facet {
             inverse_depth: by_pixel.extend(inverse_depth.x - by_pixel.dot(self.half)),
-            bounds: bounds(&outline),
+            bounds: bounds(outline.iter().copied()),
             outline: counter_clockwise(outline),
             warmth_c: air.excess(&glow, 1.0 / inverse_depth.length_squared()),
             glow,
@@ -118,7 +118,7 @@ impl ImagePlane {
             .map(|(left, up)| DVec3::new(1.0, left * slope.x, up * slope.y))
             .to_vec();
         let inside = touching.iter().fold(all, |inside, outward| {
-            clipped(&inside, |ray| -outward.dot(*ray), DVec3::lerp)
+            clipped(&inside, |ray| -outward.dot(ray))
         });
         self.facet(inside.into_iter(), AT_NO_DISTANCE, made_of)
     }
@@ -143,7 +143,7 @@ impl StaticFacets {
                 }
             }
             pieces.extend(outlines.into_iter().map(|outline| Piece {
-                bounds: bounds(&outline),
+                bounds: bounds(outline.iter().copied()),
                 outline,
                 facet: index,
             }));
@@ -171,7 +171,7 @@ impl StaticFacets {
         for (facet, outline) in self.visible(moving) {
             let excess = |point| plane.excess(air, facet, point);
             plane.integrate(&outline, &excess, pixels);
-            let of_outline = bounds(&outline);
+            let of_outline = bounds(outline.iter().copied());
             for piece in &self.pieces {
                 if !overlap(of_outline, piece.bounds) {
                     continue;
@@ -225,19 +225,19 @@ impl ImagePlane {
         if area(outline) <= AREA_MIN {
             return;
         }
-        let (low, high) = bounds(outline);
+        let (low, high) = bounds(outline.iter().copied());
         for row in bands(low.y, high.y, self.rows) {
             let (top, bottom) = band(row, self.rows);
-            let strip = clipped(outline, |point| point.y - top, DVec2::lerp);
-            let strip = clipped(&strip, |point| bottom - point.y, DVec2::lerp);
+            let strip = clipped(outline, |point| point.y - top);
+            let strip = clipped(&strip, |point| bottom - point.y);
             if area(&strip) <= AREA_MIN {
                 continue;
             }
-            let (low, high) = bounds(&strip);
+            let (low, high) = bounds(strip.iter().copied());
             for column in bands(low.x, high.x, self.columns) {
                 let (left, right) = band(column, self.columns);
-                let cell = clipped(&strip, |point| point.x - left, DVec2::lerp);
-                let cell = clipped(&cell, |point| right - point.x, DVec2::lerp);
+                let cell = clipped(&strip, |point| point.x - left);
+                let cell = clipped(&cell, |point| right - point.x);
                 self.integrate_between_centres(&cell, (row, column), value, pixels);
             }
         }
@@ -354,11 +354,7 @@ fn hide(outlines: &mut Vec<Polygon>, facet: &Facet, other: &Facet, wins: bool) {
             _ => return,
         }
     } else {
-        clipped(
-            &other.outline,
-            |point| nearer.dot(point.extend(1.0)),
-            DVec2::lerp,
-        )
+        clipped(&other.outline, |point| nearer.dot(point.extend(1.0)))
     };
     if area(&cover) <= AREA_MIN {
         return;
@@ -377,11 +373,11 @@ fn difference(outline: &[DVec2], cover: &[DVec2]) -> Vec<Polygon> {
     let mut parts = Vec::new();
     let mut rest = outline.to_vec();
     for side in sides(cover) {
-        let outside = clipped(&rest, |point| -side(*point), DVec2::lerp);
+        let outside = clipped(&rest, |point| -side(point));
         if area(&outside) > AREA_MIN {
             parts.push(outside);
         }
-        rest = clipped(&rest, |point| side(*point), DVec2::lerp);
+        rest = clipped(&rest, |point| side(point));
     }
     parts
 }
@@ -391,7 +387,7 @@ fn intersection(one: &[DVec2], other: &[DVec2]) -> Polygon {
         return Vec::new();
     }
     sides(other).fold(one.to_vec(), |rest, side| {
-        clipped(&rest, |point| side(*point), DVec2::lerp)
+        clipped(&rest, |point| side(point))
     })
 }
 
@@ -409,44 +405,13 @@ fn sides(outline: &[DVec2]) -> impl Iterator<Item = impl Fn(DVec2) -> f64> {
         .map(|(from, to)| move |point: DVec2| (*to - *from).perp_dot(point - *from))
 }
 
-/// The part of a convex polygon where `side` is not below zero.
-fn clipped<P: Copy>(
-    outline: &[P],
-    side: impl Fn(&P) -> f64,
-    between: impl Fn(P, P, f64) -> P,
-) -> Vec<P> {
-    let mut kept = Vec::with_capacity(outline.len() + 1);
-    let Some(last) = outline.last() else {
-        return kept;
-    };
-    let mut before = (*last, side(last));
-    for point in outline {
-        let here = (*point, side(point));
-        if (before.1 < 0.0) != (here.1 < 0.0) {
-            kept.push(between(before.0, here.0, before.1 / (before.1 - here.1)));
-        }
-        if here.1 >= 0.0 {
-            kept.push(here.0);
-        }
-        before = here;
-    }
-    kept
-}
-
 fn may_meet(one: &[DVec2], other: &[DVec2]) -> bool {
-    overlap(bounds(one), bounds(other))
+    overlap(bounds(one.iter().copied()), bounds(other.iter().copied()))
 }
 
 /// Whether two rectangles, each given by its lowest and its highest corner, have a point in common.
 fn overlap((low, high): (DVec2, DVec2), (other_low, other_high): (DVec2, DVec2)) -> bool {
     low.cmple(other_high).all() && other_low.cmple(high).all()
-}
-
-fn bounds(outline: &[DVec2]) -> (DVec2, DVec2) {
-    outline.iter().fold(
-        (DVec2::INFINITY, DVec2::NEG_INFINITY),
-        |(low, high), point| (low.min(*point), high.max(*point)),
-    )
 }
 
 fn area(outline: &[DVec2]) -> f64 {

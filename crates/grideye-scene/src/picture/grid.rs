@@ -9,7 +9,7 @@ pub(crate) use shaded::ShadedPatch;
 
 use crate::picture::projection::{LANES_MAX, SamplingGrid};
 use crate::picture::resample::Resampler;
-use crate::radiometry::perceived::Air;
+use crate::radiometry::Air;
 use backdrop::Background;
 use pulp::{Simd, WithSimd};
 use shaded::{dispatch, hull};
@@ -347,10 +347,9 @@ impl Accumulator<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::body::Body;
-    use crate::model::scene::Scene;
+    use crate::model::{Body, Scene};
     use crate::picture::projection::Sight;
-    use crate::radiometry::perceived::Law;
+    use crate::radiometry::Law;
     use glam::DVec3;
     use pulp::Scalar256b;
     use std::io;

@@ -1,8 +1,15 @@
 //! How a sensor's picture is made of what is in its view: on the paper's sampling grid, without one, or by radiance.
 
-pub(crate) mod area;
-pub(crate) mod grid;
-pub(crate) mod image;
+mod area;
+mod grid;
+mod image;
 pub mod physical;
-pub(crate) mod projection;
-pub mod resample;
+mod projection;
+mod resample;
+
+pub(crate) use area::{Facet, ImagePlane, StaticFacets};
+pub(crate) use grid::{Accumulator, Backdrop, NOBODY, ShadedPatch};
+pub use image::{Image, Mask};
+pub(crate) use physical::{Physical, Shown};
+pub(crate) use projection::{SamplingGrid, Sight};
+pub(crate) use resample::Resampler;

@@ -21,14 +21,12 @@ mod map;
 mod normal;
 mod optics;
 
-pub use crate::model::sensor::Optics;
-pub use crate::radiometry::radiance::{Band, apparent_celsius};
+pub use crate::model::Optics;
+pub use crate::radiometry::{Band, apparent_celsius};
 
-use crate::model::scene::Scene;
-use crate::model::sensor::Sensor;
+use crate::model::{Scene, Sensor};
 use crate::picture::projection::Sight;
-use crate::radiometry::perceived::Surface;
-use crate::radiometry::radiance::Light;
+use crate::radiometry::{Light, Surface};
 use line::{Face, Line, Span, Step};
 use optics::Eye;
 use std::ops::Range;
@@ -143,10 +141,6 @@ impl Physical {
         let mut share = vec![0.0; self.still_excess.len()];
         let value = |span: &Span| f64::from(u8::from(counts(span.owner)));
         self.add(moving, value, false, &mut share);
-        // The table of the response is good to a few parts in a thousand million.
-        share
-            .iter_mut()
-            .for_each(|share| *share = share.clamp(0.0, 1.0));
         share
     }
 

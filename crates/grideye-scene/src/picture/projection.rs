@@ -1,10 +1,7 @@
 //! How a sensor sees the corners and faces of a mesh: a pinhole before a grid of points.
 
-use crate::geometry::count;
-use crate::geometry::mesh::{Enclosure, Mesh};
-use crate::geometry::polygon::winding;
-use crate::geometry::pose::Pose;
-use crate::model::sensor::Sensor;
+use crate::geometry::{Enclosure, Mesh, Pose, area_vector, count, winding};
+use crate::model::Sensor;
 use glam::DVec3;
 use std::ops::Range;
 
@@ -202,7 +199,7 @@ impl SeenFace {
         let mut corners: Vec<DVec3> = face.iter().map(|corner| in_sensor[*corner]).collect();
         drop_twins(&mut corners);
         let anchor = *corners.first()?;
-        let normal = normal(anchor, corners.iter().copied());
+        let normal = area_vector(corners.iter().copied());
         let offset = normal.dot(anchor);
         let faces_the_sensor = match enclosure {
             Enclosure::Open => offset != 0.0,
@@ -336,7 +333,7 @@ fn enclosure(mesh: &Mesh, in_sensor: &[DVec3]) -> Option<Vec<DVec3>> {
     for face in mesh.faces() {
         let corners = || face.iter().map(|corner| in_sensor[*corner]);
         let anchor = corners().next()?;
-        let outward = normal(anchor, corners()).normalize_or_zero();
+        let outward = area_vector(corners()).normalize_or_zero();
         let outside_m = -outward.dot(anchor);
         if outside_m > TOUCH_M {
             return None;
@@ -346,15 +343,6 @@ fn enclosure(mesh: &Mesh, in_sensor: &[DVec3]) -> Option<Vec<DVec3>> {
         }
     }
     Some(touching)
-}
-
-/// Twice the area of a flat polygon, as a vector that points to where its corners run counter-clockwise.
-fn normal(anchor: DVec3, corners: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
-    let next = corners.clone().skip(1);
-    corners
-        .zip(next)
-        .map(|(from, to)| (from - anchor).cross(to - anchor))
-        .sum()
 }
 
 fn slopes(points: usize, count: usize, focal_points: f64) -> Vec<f64> {

@@ -5,50 +5,27 @@
 //! 300 points to 8 pixels give kernels of 37.5 points to either side, neighbours overlapping by half. Growing uses
 //! the plain triangle. Weights are normalised before the border is handled; taps beyond the border fall on the
 //! mirrored picture. The two axes are independent.
-//!
-//! ```
-//! use grideye_scene::resample::Resampler;
-//! let ramp: Vec<f64> = (0..300 * 300).map(|index| f64::from(index % 300 + 1)).collect();
-//! let pixels = Resampler::new((300, 300), (8, 8)).apply(&ramp);
-//! assert!((pixels[0] - 20.813867).abs() < 1e-6);
-//! ```
 
 use crate::geometry::count;
 use std::ops::Range;
 
 /// Weights from one size of picture to another.
 #[derive(Debug, Clone)]
-pub struct Resampler {
+pub(crate) struct Resampler {
     horizontal: Axis,
     vertical: Axis,
 }
 
 impl Resampler {
     /// Weights from `input` to `output`, each (columns, rows) and at least 1.
-    #[must_use]
-    pub fn new(input: (usize, usize), output: (usize, usize)) -> Self {
+    pub(crate) fn new(input: (usize, usize), output: (usize, usize)) -> Self {
         Self {
             horizontal: Axis::new(input.0, output.0),
             vertical: Axis::new(input.1, output.1),
         }
     }
 
-    /// The picture in its new size, row by row.
-    ///
-    /// # Panics
-    /// If `picture` has not the input's number of points.
-    #[must_use]
-    pub fn apply(&self, picture: &[f64]) -> Vec<f64> {
-        let columns = self.horizontal.inputs();
-        assert_eq!(
-            picture.len(),
-            columns * self.vertical.inputs(),
-            "points of the picture"
-        );
-        self.apply_covered(picture, &vec![0..columns; self.vertical.inputs()])
-    }
-
-    /// The same for a picture that is zero but for these columns of each row.
+    /// The pixels, row by row, of a picture that is zero but for these columns of each row.
     pub(crate) fn apply_covered(&self, picture: &[f64], covered: &[Range<usize>]) -> Vec<f64> {
         let mut pixels = vec![0.0; self.horizontal.outputs * self.vertical.outputs];
         let mut row_sums = vec![0.0; self.horizontal.outputs];
@@ -63,23 +40,16 @@ impl Resampler {
                     *sum += weight * picture[start + column];
                 }
             }
-            self.spread(row, &mut row_sums, &mut pixels);
+            let (outputs, weights) = self.vertical.of_input(row);
+            let rows = pixels.chunks_exact_mut(self.horizontal.outputs);
+            for (pixel_row, weight) in rows.skip(outputs.start).zip(weights) {
+                for (pixel, sum) in pixel_row.iter_mut().zip(&row_sums) {
+                    *pixel += weight * sum;
+                }
+            }
+            row_sums.fill(0.0);
         }
         pixels
-    }
-
-    /// Adds a row's sums to the pixels and clears them for the next row.
-    fn spread(&self, row: usize, row_sums: &mut [f64], pixels: &mut [f64]) {
-        let (outputs, weights) = self.vertical.of_input(row);
-        let rows = pixels
-            .chunks_exact_mut(self.horizontal.outputs)
-            .skip(outputs.start);
-        for (pixel_row, weight) in rows.zip(weights) {
-            for (pixel, sum) in pixel_row.iter_mut().zip(row_sums.iter()) {
-                *pixel += weight * sum;
-            }
-        }
-        row_sums.fill(0.0);
     }
 
     /// How many output columns there are.
@@ -193,11 +163,15 @@ mod tests {
 
     const N: usize = 300;
 
+    fn pixels((input, output): ((usize, usize), (usize, usize)), picture: &[f64]) -> Vec<f64> {
+        Resampler::new(input, output).apply_covered(picture, &vec![0..input.0; input.1])
+    }
+
     fn resized(value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let picture: Vec<f64> = (0..N * N)
             .map(|index| value(index / N + 1, index % N + 1))
             .collect();
-        Resampler::new((N, N), (8, 8)).apply(&picture)
+        pixels(((N, N), (8, 8)), &picture)
     }
 
     fn assert_row(found: &[f64], expected: [f64; 8]) {
@@ -254,20 +228,18 @@ mod tests {
 
     #[test]
     fn a_uniform_picture_stays_uniform_at_every_size() {
-        for (input, output) in [
+        for sizes in [
             ((300, 300), (8, 8)),
             ((250, 250), (80, 60)),
             ((5, 3), (8, 8)),
             ((1, 1), (4, 2)),
             ((7, 9), (1, 1)),
         ] {
-            let pixels = Resampler::new(input, output).apply(&vec![3.5; input.0 * input.1]);
+            let (input, output) = sizes;
+            let pixels = pixels(sizes, &vec![3.5; input.0 * input.1]);
             assert_eq!(pixels.len(), output.0 * output.1);
             for pixel in pixels {
-                assert!(
-                    (pixel - 3.5).abs() < 1e-12,
-                    "{input:?} to {output:?}: {pixel}"
-                );
+                assert!((pixel - 3.5).abs() < 1e-12, "{sizes:?}: {pixel}");
             }
         }
     }
@@ -275,12 +247,8 @@ mod tests {
     #[test]
     fn growing_is_plain_bilinear_with_mirrored_borders() {
         // imresize([0 4], [1 4], 'bilinear') of GNU Octave's image package: 0 1 3 4.
-        let pixels = Resampler::new((2, 1), (4, 1)).apply(&[0.0, 4.0]);
-        assert_eq!(pixels, [0.0, 1.0, 3.0, 4.0]);
+        assert_eq!(pixels(((2, 1), (4, 1)), &[0.0, 4.0]), [0.0, 1.0, 3.0, 4.0]);
         // The same size leaves a picture as it is.
-        assert_eq!(
-            Resampler::new((3, 1), (3, 1)).apply(&[1.0, 5.0, 2.0]),
-            [1.0, 5.0, 2.0]
-        );
+        assert_eq!(pixels(((3, 1), (3, 1)), &[1.0, 5.0, 2.0]), [1.0, 5.0, 2.0]);
     }
 }

@@ -27,16 +27,13 @@
 //! # Ok::<(), grideye_scene::profile::ProfileError>(())
 //! ```
 
-mod check;
-mod document;
 mod draw;
-mod error;
+mod read;
 mod text;
 mod types;
 mod unit;
 
-pub use error::ProfileError;
 pub use types::{
     CYCLE_TICKS, ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile,
-    TEXT_BYTES_MAX, Thermistor, WarmUp,
+    ProfileError, TEXT_BYTES_MAX, Thermistor, WarmUp,
 };

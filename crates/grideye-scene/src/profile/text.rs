@@ -13,64 +13,49 @@ pub(crate) fn toml(profile: &Profile) -> String {
     let (warm_up, thermistor) = (&profile.warm_up, &profile.thermistor);
     let time = |amount: f64, time: f64| if amount == 0.0 { 0.0 } else { time };
     let octaves = (common.sd_c != 0.0 && common.octaves != 1).then(|| common.octaves.to_string());
-    let tables = [
-        ("noise", vec![("sigma_c", map(&profile.noise_sigma_c))]),
-        (
-            "common_mode",
-            vec![
-                ("sd_c", number(common.sd_c)),
-                (
-                    "correlation_s",
-                    number(time(common.sd_c, common.correlation_s)),
-                ),
-                ("octaves", octaves),
-                ("cycle_depth_c", number(common.cycle_depth_c)),
-            ],
-        ),
-        (
-            "fixed_pattern",
-            vec![
-                ("offset_c", map(&profile.fixed_pattern.offset_c)),
-                ("spread_c", number(profile.fixed_pattern.spread_c)),
-            ],
-        ),
-        (
-            "warm_up",
-            vec![
-                ("start_c", number(warm_up.start_c)),
-                (
-                    "time_constant_s",
-                    number(time(warm_up.start_c, warm_up.time_constant_s)),
-                ),
-                ("drift_c_per_hour", number(warm_up.drift_c_per_hour)),
-            ],
-        ),
-        (
-            "thermistor",
-            vec![
-                ("offset_c", number(thermistor.offset_c)),
-                ("sigma_c", number(thermistor.sigma_c)),
-                ("lag_s", number(thermistor.lag_s)),
-            ],
-        ),
-        (
-            "glitches",
-            vec![("probability", number(profile.glitch_probability))],
-        ),
-        (
-            "clock",
-            vec![
-                ("error_ppm", number(f64::from(profile.clock.error_ppm))),
-                (
-                    "drift_ppm_per_hour",
-                    number(f64::from(profile.clock.drift_ppm_per_hour)),
-                ),
-            ],
-        ),
+    let (noise, pattern, clock) = (
+        &profile.noise_sigma_c,
+        &profile.fixed_pattern,
+        &profile.clock,
+    );
+    let correlation_s = time(common.sd_c, common.correlation_s);
+    let time_constant_s = time(warm_up.start_c, warm_up.time_constant_s);
+    let mut table = |name, keys| push_table(&mut text, name, keys);
+    table("noise", vec![("sigma_c", map(noise))]);
+    let common = vec![
+        ("sd_c", number(common.sd_c)),
+        ("correlation_s", number(correlation_s)),
+        ("octaves", octaves),
+        ("cycle_depth_c", number(common.cycle_depth_c)),
     ];
-    for (name, keys) in tables {
-        push_table(&mut text, name, keys);
-    }
+    table("common_mode", common);
+    let pattern = vec![
+        ("offset_c", map(&pattern.offset_c)),
+        ("spread_c", number(pattern.spread_c)),
+    ];
+    table("fixed_pattern", pattern);
+    let warm_up = vec![
+        ("start_c", number(warm_up.start_c)),
+        ("time_constant_s", number(time_constant_s)),
+        ("drift_c_per_hour", number(warm_up.drift_c_per_hour)),
+    ];
+    table("warm_up", warm_up);
+    let thermistor = vec![
+        ("offset_c", number(thermistor.offset_c)),
+        ("sigma_c", number(thermistor.sigma_c)),
+        ("lag_s", number(thermistor.lag_s)),
+    ];
+    table("thermistor", thermistor);
+    table(
+        "glitches",
+        vec![("probability", number(profile.glitch_probability))],
+    );
+    let drift_ppm = f64::from(clock.drift_ppm_per_hour);
+    let clock = vec![
+        ("error_ppm", number(f64::from(clock.error_ppm))),
+        ("drift_ppm_per_hour", number(drift_ppm)),
+    ];
+    table("clock", clock);
     text
 }
 

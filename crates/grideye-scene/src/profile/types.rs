@@ -1,5 +1,6 @@
 //! What a profile holds: how one unit differs from a perfect sensor.
 
+use crate::text::Refusal;
 use grideye_frame::PIXELS;
 
 /// Ticks from one cold frame to the next: one frame in five is colder over the whole image (measured on several units).
@@ -121,4 +122,25 @@ impl Default for Profile {
             clock: ClockError::default(),
         }
     }
+}
+
+/// Why a profile was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProfileError {
+    /// What the file has is not what it may have.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// More text than any profile has.
+    #[error(
+        "{file}: {found} bytes of text, expected at most {limit}\nhint: is it a sensor profile at all?"
+    )]
+    TooLong {
+        /// The file, as the caller named it.
+        file: String,
+        /// Bytes found.
+        found: usize,
+        /// The limit, [`TEXT_BYTES_MAX`].
+        limit: usize,
+    },
 }

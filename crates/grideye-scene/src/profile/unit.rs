@@ -2,10 +2,11 @@
 
 use crate::geometry::count::float;
 use crate::profile::draw::Draws;
-use crate::profile::error::ProfileError;
-use crate::profile::types::{CYCLE_TICKS, CommonMode, FixedPattern, Profile, Thermistor};
-use crate::profile::{check, text};
-use crate::radiometry::perceived::ABSOLUTE_ZERO_C;
+use crate::profile::types::{
+    CYCLE_TICKS, CommonMode, FixedPattern, Profile, ProfileError, Thermistor,
+};
+use crate::profile::{read, text};
+use crate::radiometry::ABSOLUTE_ZERO_C;
 use grideye_frame::{Celsius, Frame, PIXELS};
 use std::time::Duration;
 
@@ -16,7 +17,7 @@ impl Profile {
     /// [`ProfileError`] with file, line, column, key, what was expected and what to do: unknown keys, lists of another
     /// length than 64, and numbers out of range, not-a-number among them.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ProfileError> {
-        check::profile(text, origin)
+        read::profile(text, origin)
     }
 
     /// The profile as a file that [`parse`](Self::parse) reads back to the same numbers; what has no effect is left out.

@@ -1,4 +1,8 @@
 //! What a surface looks like to a sensor: the paper's formula, and radiance.
 
 pub mod perceived;
-pub(crate) mod radiance;
+mod radiance;
+
+pub(crate) use perceived::{ABSOLUTE_ZERO_C, Air, Glow, Law, Root, Shade, Surface, WithShade};
+pub(crate) use radiance::Light;
+pub use radiance::{Band, apparent_celsius};

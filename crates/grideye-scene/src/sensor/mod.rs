@@ -1,4 +1,8 @@
 //! What a sensor makes of a picture: noise, the faults of one unit, steps.
 
-pub(crate) mod noise;
-pub(crate) mod unit;
+mod noise;
+mod unit;
+
+pub(crate) use noise::add_noise;
+pub use noise::fnv1a;
+pub(crate) use unit::{measure, quantise};

@@ -1,6 +1,6 @@
 //! Independent noise of every pixel, as a function of seed, sensor and time.
 
-use crate::radiometry::perceived::ABSOLUTE_ZERO_C;
+use crate::radiometry::ABSOLUTE_ZERO_C;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,8 +1,8 @@
 //! What a unit with a profile makes of a picture, and what is left of degrees in a sensor's steps.
 
 use crate::geometry::count;
-use crate::model::sensor::Sensor;
-use crate::picture::image::Image;
+use crate::model::Sensor;
+use crate::picture::Image;
 use crate::profile::Profile;
 use grideye_frame::{Celsius, TICK};
 use std::time::Duration;

@@ -1,5 +1,8 @@
 //! What every reader of a file needs to answer its author: places, rules and excerpts, lengths.
 
-pub(crate) mod lengths;
 pub(crate) mod place;
-pub(crate) mod refusal;
+pub(crate) mod source;
+
+pub(crate) use place::{MM_PER_M, excerpt, millimetres, reach};
+pub use place::{Place, Refusal};
+pub(crate) use source::{Bounded, Rule, Source};

@@ -4,7 +4,7 @@ use super::shaded::{ShadedPatch, dispatch, hull};
 use super::span::{CellRow, Existing, Overwrite, RowBuffers};
 use crate::picture::projection::{LANES_MAX, SamplingGrid};
 use crate::picture::resample::Resampler;
-use crate::radiometry::perceived::Air;
+use crate::radiometry::Air;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! A patch with what it is made of, and what its rows and the processor's vectors need.
 
 use crate::picture::projection::Patch;
-use crate::radiometry::perceived::{Glow, Root};
+use crate::radiometry::{Glow, Root};
 use pulp::{Arch, Scalar256b, WithSimd};
 use std::ops::Range;
 

@@ -2,7 +2,7 @@
 
 use super::shaded::ShadedPatch;
 use crate::picture::projection::{LANES_MAX, SamplingGrid};
-use crate::radiometry::perceived::{Air, Shade, WithShade};
+use crate::radiometry::{Air, Shade, WithShade};
 use pulp::Simd;
 use std::ops::Range;
 

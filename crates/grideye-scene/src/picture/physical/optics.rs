@@ -3,7 +3,7 @@
 use super::map::AMG88;
 use super::normal::{Normal, REACH};
 use crate::geometry::count;
-use crate::model::sensor::{Optics, Sensor};
+use crate::model::{Optics, Sensor};
 use glam::DVec2;
 
 /// Of a bell, the full width at half its height over the standard deviation: `2 √(2 ln 2)`.

@@ -1,17 +1,12 @@
 //! Frames of one sensor, and what is true of them.
 
-use crate::model::body::{Agent, Body};
-use crate::model::error::SceneError;
-use crate::model::print::Print;
-use crate::model::scene::{Model, Scene};
-use crate::model::sensor::Sensor;
-use crate::picture::area::{Facet, ImagePlane, StaticFacets};
-use crate::picture::grid::{Accumulator, Backdrop, NOBODY, ShadedPatch};
-use crate::picture::image::{Image, Mask};
-use crate::picture::physical::{Physical, Shown};
-use crate::picture::projection::{SamplingGrid, Sight};
-use crate::picture::resample::Resampler;
-use crate::radiometry::perceived::{Air, Glow, Surface};
+use crate::model::{Agent, Body, Model, Print, Scene, SceneError, Sensor};
+use crate::picture::{
+    Accumulator, Backdrop, Facet, Image, ImagePlane, Mask, NOBODY, Physical, Resampler,
+    SamplingGrid, ShadedPatch, Shown, Sight, StaticFacets,
+};
+use crate::radiometry::{Air, Glow, Surface};
+use crate::sensor::{add_noise, measure, quantise};
 use glam::DVec3;
 use std::time::Duration;
 
@@ -20,26 +15,26 @@ use std::time::Duration;
 /// What stands still is cast once, when the simulator is made; a frame then costs the cells that the agents cover.
 #[derive(Debug, Clone)]
 pub struct Simulator {
-    pub(super) sensor: Sensor,
-    pub(super) ambient_c: f64,
-    pub(super) air: Air,
-    pub(super) method: Method,
+    sensor: Sensor,
+    ambient_c: f64,
+    air: Air,
+    method: Method,
     /// The pixels with nothing but what stands still.
-    pub(super) still_c: Vec<f64>,
-    pub(super) agents: Vec<Agent>,
-    pub(super) objects: Objects,
+    still_c: Vec<f64>,
+    agents: Vec<Agent>,
+    objects: Objects,
 }
 
 /// The objects, as far as something of them changes in time.
 #[derive(Debug, Clone)]
-pub(super) struct Objects {
+struct Objects {
     /// All of them, if any warms up, cools down or has a print.
     all: Vec<Body>,
     prints: Vec<Print>,
 }
 
 impl Objects {
-    pub(super) fn new(scene: &Scene) -> Self {
+    fn new(scene: &Scene) -> Self {
         let changes = !scene.prints.is_empty() || scene.objects.iter().any(is_changing);
         Self {
             all: if changes {
@@ -58,10 +53,10 @@ fn is_changing(object: &Body) -> bool {
 
 /// What a surface is made of: of one temperature, or of one for each face.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct BodySurface<'a> {
-    pub(super) surface: Surface,
-    pub(super) offsets_c: &'a [f64],
-    pub(super) owner: u32,
+struct BodySurface<'a> {
+    surface: Surface,
+    offsets_c: &'a [f64],
+    owner: u32,
 }
 
 impl<'a> BodySurface<'a> {
@@ -93,7 +88,7 @@ impl<'a> BodySurface<'a> {
 
 /// How a frame is made, and what stands still in it.
 #[derive(Debug, Clone)]
-pub(super) enum Method {
+enum Method {
     Grid(Box<Grid>),
     Area {
         plane: ImagePlane,
@@ -103,10 +98,10 @@ pub(super) enum Method {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Grid {
-    pub(super) view: SamplingGrid,
-    pub(super) resampler: Resampler,
-    pub(super) backdrop: Backdrop,
+struct Grid {
+    view: SamplingGrid,
+    resampler: Resampler,
+    backdrop: Backdrop,
 }
 
 impl Simulator {
@@ -115,47 +110,7 @@ impl Simulator {
     /// # Errors
     /// [`SceneError::UnknownSensor`].
     pub fn new(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
-        let sensor = scene.sensor(sensor_name)?.clone();
-        if scene.model == Model::Physical {
-            return Ok(Self::physical(scene, sensor));
-        }
-        let ambient_c = scene.room.ambient_c;
-        let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
-        let view = SamplingGrid::new(&sensor);
-        let resampler =
-            Resampler::new((view.columns(), view.rows()), (sensor.columns, sensor.rows));
-        let standing: Vec<ShadedPatch> = scene
-            .standing()
-            .filter(|object| !is_changing(object))
-            .flat_map(|object| {
-                let sight = Sight::new(&sensor.pose, &object.mesh, DVec3::ZERO);
-                shaded(
-                    &view,
-                    &air,
-                    &BodySurface::of(object, ambient_c, 0.0, NOBODY),
-                    &sight,
-                )
-            })
-            .collect();
-        let backdrop = Backdrop::new(&view, &air, &standing);
-        let still_c = backdrop
-            .pixels_c(&resampler)
-            .iter()
-            .map(|excess| ambient_c + excess)
-            .collect();
-        Ok(Self {
-            sensor,
-            ambient_c,
-            air,
-            method: Method::Grid(Box::new(Grid {
-                view,
-                resampler,
-                backdrop,
-            })),
-            still_c,
-            agents: scene.agents.clone(),
-            objects: Objects::new(scene),
-        })
+        Self::of(scene, sensor_name, true)
     }
 
     /// The same without a sampling grid: each pixel is the integral of what is seen, weighted by its response, which
@@ -165,38 +120,63 @@ impl Simulator {
     /// # Errors
     /// [`SceneError::UnknownSensor`].
     pub fn without_grid(scene: &Scene, sensor_name: &str) -> Result<Self, SceneError> {
+        Self::of(scene, sensor_name, false)
+    }
+
+    fn of(scene: &Scene, sensor_name: &str, with_grid: bool) -> Result<Self, SceneError> {
         let sensor = scene.sensor(sensor_name)?.clone();
-        if scene.model == Model::Physical {
-            return Ok(Self::physical(scene, sensor));
-        }
         let ambient_c = scene.room.ambient_c;
         let air = Air::new(scene.law, ambient_c, sensor.operating_distance_m);
-        let plane = ImagePlane::new(&sensor);
-        let standing = scene
-            .standing()
-            .filter(|object| !is_changing(object))
-            .flat_map(|object| {
-                let sight = Sight::new(&sensor.pose, &object.mesh, DVec3::ZERO);
-                facets(
-                    &plane,
-                    &air,
-                    &BodySurface::of(object, ambient_c, 0.0, NOBODY),
-                    &sight,
-                )
-            })
-            .collect();
-        let still = StaticFacets::new(standing);
-        let mut still_c = vec![ambient_c; sensor.columns * sensor.rows];
-        still.add(&plane, &air, &mut still_c);
+        let (method, still_c) = if scene.model == Model::Physical {
+            let physical = Physical::new(scene, &sensor, |physical| {
+                standing(scene, &sensor, |skin, sight| {
+                    vec![shown(physical, skin, sight)]
+                })
+            });
+            let still_c = physical.celsius(&[]);
+            (Method::Physical(Box::new(physical)), still_c)
+        } else if with_grid {
+            let view = SamplingGrid::new(&sensor);
+            let points = (view.columns(), view.rows());
+            let resampler = Resampler::new(points, (sensor.columns, sensor.rows));
+            let still = standing(scene, &sensor, |skin, sight| {
+                shaded(&view, &air, skin, sight)
+            });
+            let backdrop = Backdrop::new(&view, &air, &still);
+            let excess_c = backdrop.pixels_c(&resampler).into_iter();
+            let still_c = excess_c.map(|excess| ambient_c + excess).collect();
+            let grid = Grid {
+                view,
+                resampler,
+                backdrop,
+            };
+            (Method::Grid(Box::new(grid)), still_c)
+        } else {
+            let plane = ImagePlane::new(&sensor);
+            let still = standing(scene, &sensor, |skin, sight| {
+                facets(&plane, &air, skin, sight)
+            });
+            let still = StaticFacets::new(still);
+            let mut still_c = vec![ambient_c; sensor.columns * sensor.rows];
+            still.add(&plane, &air, &mut still_c);
+            (Method::Area { plane, still }, still_c)
+        };
         Ok(Self {
             sensor,
             ambient_c,
             air,
-            method: Method::Area { plane, still },
+            method,
             still_c,
             agents: scene.agents.clone(),
             objects: Objects::new(scene),
         })
+    }
+
+    /// Makes this the simulator of a scene that [differs only in its agents](Scene::has_the_room_of), without casting
+    /// again what stands still.
+    pub fn set_agents(&mut self, scene: &Scene) {
+        self.agents.clone_from(&scene.agents);
+        self.objects = Objects::new(scene);
     }
 
     /// Puts others in the place of the agents, and hands those back.
@@ -204,29 +184,12 @@ impl Simulator {
         std::mem::replace(&mut self.agents, agents)
     }
 
-    fn physical(scene: &Scene, sensor: Sensor) -> Self {
-        let ambient_c = scene.room.ambient_c;
-        let standing = |physical: &Physical| {
-            let objects = scene.standing().filter(|object| !is_changing(object));
-            let shown = objects.map(|object| {
-                let sight = Sight::new(&sensor.pose, &object.mesh, DVec3::ZERO);
-                shown(
-                    physical,
-                    &BodySurface::of(object, ambient_c, 0.0, NOBODY),
-                    &sight,
-                )
-            });
-            shown.collect()
-        };
-        let physical = Physical::new(scene, &sensor, standing);
-        Self {
-            air: Air::new(scene.law, ambient_c, sensor.operating_distance_m),
-            still_c: physical.celsius(&[]),
-            method: Method::Physical(Box::new(physical)),
-            ambient_c,
-            agents: scene.agents.clone(),
-            objects: Objects::new(scene),
-            sensor,
+    /// What its sampling grid takes up in memory, bytes, about; 0 without one.
+    #[must_use]
+    pub fn grid_bytes(&self) -> usize {
+        match &self.method {
+            Method::Grid(_) => 2 * size_of::<f64>() * self.sensor.grid_points.element_product(),
+            Method::Area { .. } | Method::Physical(_) => 0,
         }
     }
 
@@ -249,14 +212,15 @@ impl Simulator {
     }
 
     /// The image before the sensor's range is taken into account.
-    pub(super) fn received(&self, time: Duration) -> Image {
+    fn received(&self, time: Duration) -> Image {
         let mut celsius = self.still_c.clone();
         match &self.method {
             Method::Grid(grid) => {
-                let patches = self.changing_by(time, |skin, sight| {
+                let build = |skin: &BodySurface<'_>, sight: &Sight| {
                     shaded(&grid.view, &self.air, skin, sight)
-                });
-                grid.accumulator(&self.air)
+                };
+                let patches = self.changing_by(time, build);
+                Accumulator::new(&grid.view, &self.air, &grid.backdrop, &grid.resampler)
                     .add_excess(&patches, &mut celsius);
             }
             Method::Area { plane, still } => {
@@ -265,7 +229,9 @@ impl Simulator {
                 still.add_change(plane, &self.air, &moving, &mut celsius);
             }
             Method::Physical(physical) => {
-                celsius = physical.celsius(&self.shown(physical, time));
+                let moving =
+                    self.changing_by(time, |skin, sight| vec![shown(physical, skin, sight)]);
+                celsius = physical.celsius(&moving);
             }
         }
         Image {
@@ -291,52 +257,100 @@ impl Simulator {
         self.with_noise(self.received(time), time, seed)
     }
 
-    pub(super) fn detected(&self, mut image: Image) -> Image {
+    fn detected(&self, mut image: Image) -> Image {
         for celsius in &mut image.celsius {
             *celsius = self.sensor.detected(*celsius);
         }
         image
     }
 
+    /// [`Self::image`] and [`Self::noisy`] at once, for little more than the price of one.
+    #[must_use]
+    pub fn image_and_noisy(&self, time: Duration, seed: u64) -> (Image, Image) {
+        let received = self.received(time);
+        let noisy = self.with_noise(received.clone(), time, seed);
+        (self.detected(received), noisy)
+    }
+
+    /// What is made of an image that was received: its noise at `time` by `seed`, the sensor's steps and its range.
+    fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
+        let sensor = &self.sensor;
+        match &sensor.profile {
+            Some(profile) => measure(profile, sensor, &mut image, (time, seed)),
+            None => add_noise(
+                &mut image.celsius,
+                sensor.noise_sigma,
+                seed,
+                &sensor.name,
+                time,
+            ),
+        }
+        quantise(&mut image.celsius, sensor.step_c);
+        self.detected(image)
+    }
+
     /// How much of each pixel is an agent at `time`, whichever.
     #[must_use]
     pub fn truth(&self, time: Duration) -> Mask {
-        self.mask(time, |owner| owner != NOBODY)
+        self.mask(time, false, |owner| owner != NOBODY)
     }
 
     /// How much of each pixel is the agent with this place in [`Scene::agents`] at `time`; nothing if there is none.
     #[must_use]
     pub fn truth_of(&self, agent: usize, time: Duration) -> Mask {
-        self.mask(time, |owner| owner == number(agent))
+        self.mask(time, false, |owner| owner == number(agent))
     }
 
-    fn mask(&self, time: Duration, counts: impl Fn(u32) -> bool) -> Mask {
+    /// [`Self::truth_of`] as if nothing else were in the room that hides the agent.
+    #[must_use]
+    pub fn unhidden(&self, agent: usize, time: Duration) -> Mask {
+        self.mask(time, true, |owner| owner == number(agent))
+    }
+
+    /// The share of an agent that is seen at `time`: the sum of [`Self::truth_of`] over all pixels by that of
+    /// [`Self::unhidden`], 0 to 1; 0 if none of it is in view.
+    #[must_use]
+    pub fn visibility(&self, agent: usize, time: Duration) -> f64 {
+        visibility(&self.truth_of(agent, time), &self.unhidden(agent, time))
+    }
+
+    /// The shares of those who count; `alone`, as if nothing else were there.
+    fn mask(&self, time: Duration, alone: bool, counts: impl Fn(u32) -> bool) -> Mask {
         let mut share = vec![0.0; self.still_c.len()];
+        let is_shown = |skin: &BodySurface<'_>| !alone || counts(skin.owner);
         match &self.method {
             Method::Grid(grid) => {
-                let patches = self.changing_by(time, |skin, sight| {
-                    shaded(&grid.view, &self.air, skin, sight)
+                let patches = self.changing_by(time, |skin, sight| match is_shown(skin) {
+                    true => shaded(&grid.view, &self.air, skin, sight),
+                    false => Vec::new(),
                 });
-                grid.accumulator(&self.air)
+                let empty = alone.then(|| Backdrop::empty(&grid.view));
+                let backdrop = empty.as_ref().unwrap_or(&grid.backdrop);
+                Accumulator::new(&grid.view, &self.air, backdrop, &grid.resampler)
                     .add_share(&patches, counts, &mut share);
             }
             Method::Area { plane, still } => {
-                let moving =
-                    self.changing_by(time, |skin, sight| facets(plane, &self.air, skin, sight));
+                let moving = self.changing_by(time, |skin, sight| match is_shown(skin) {
+                    true => facets(plane, &self.air, skin, sight),
+                    false => Vec::new(),
+                });
+                let nothing = StaticFacets::new(Vec::new());
+                let still = if alone { &nothing } else { still };
                 still.add_share(plane, &moving, counts, &mut share);
             }
             Method::Physical(physical) => {
-                share = physical.share(&self.shown(physical, time), counts);
+                let moving = self.changing_by(time, |skin, sight| {
+                    let shown = is_shown(skin).then(|| shown(physical, skin, sight));
+                    shown.into_iter().collect()
+                });
+                let bare = alone.then(|| physical.bare());
+                share = bare.as_ref().unwrap_or(physical).share(&moving, counts);
             }
         }
-        self.mask_of(share)
-    }
-
-    pub(super) fn mask_of(&self, mut share: Vec<f64>) -> Mask {
         // The weights of a whole pixel sum to 1 but for rounding.
-        share
-            .iter_mut()
-            .for_each(|share| *share = share.clamp(0.0, 1.0));
+        for share in &mut share {
+            *share = share.clamp(0.0, 1.0);
+        }
         Mask {
             columns: self.sensor.columns,
             rows: self.sensor.rows,
@@ -344,14 +358,9 @@ impl Simulator {
         }
     }
 
-    /// All that is not as it is in the backdrop at `time`, for the physical model.
-    fn shown(&self, physical: &Physical, time: Duration) -> Vec<Shown> {
-        self.changing_by(time, |skin, sight| vec![shown(physical, skin, sight)])
-    }
-
     /// What `build` makes of all that is not as it is in the backdrop at `time`: each part of each agent where it is,
     /// objects that change, and prints on objects.
-    pub(super) fn changing_by<T>(
+    fn changing_by<T>(
         &self,
         time: Duration,
         build: impl Fn(&BodySurface<'_>, &Sight) -> Vec<T>,
@@ -394,19 +403,28 @@ impl Simulator {
     }
 }
 
-impl Grid {
-    fn accumulator<'a>(&'a self, air: &'a Air) -> Accumulator<'a> {
-        Accumulator::new(&self.view, air, &self.backdrop, &self.resampler)
-    }
+/// What `build` makes of all that stands still and never changes.
+fn standing<T>(
+    scene: &Scene,
+    sensor: &Sensor,
+    build: impl Fn(&BodySurface<'_>, &Sight) -> Vec<T>,
+) -> Vec<T> {
+    let objects = scene.standing().filter(|object| !is_changing(object));
+    let built = objects.flat_map(|object| {
+        let sight = Sight::new(&sensor.pose, &object.mesh, DVec3::ZERO);
+        let skin = BodySurface::of(object, scene.room.ambient_c, 0.0, NOBODY);
+        build(&skin, &sight)
+    });
+    built.collect()
 }
 
 /// The number that cells know an agent by.
-pub(super) fn number(agent: usize) -> u32 {
+fn number(agent: usize) -> u32 {
     u32::try_from(agent).unwrap_or(NOBODY)
 }
 
 /// The faces of a body that are seen, for the sampling grid.
-pub(super) fn shaded(
+fn shaded(
     view: &SamplingGrid,
     air: &Air,
     skin: &BodySurface<'_>,
@@ -432,19 +450,14 @@ pub(super) fn shaded(
 }
 
 /// What the physical model is to show of a body.
-pub(super) fn shown(physical: &Physical, skin: &BodySurface<'_>, sight: &Sight) -> Shown {
+fn shown(physical: &Physical, skin: &BodySurface<'_>, sight: &Sight) -> Shown {
     physical.shown(sight, skin.owner, |face| {
         face.map_or(skin.surface, |face| skin.of_face(face))
     })
 }
 
 /// The faces of a body that are seen, in the picture plane.
-pub(super) fn facets(
-    plane: &ImagePlane,
-    air: &Air,
-    skin: &BodySurface<'_>,
-    sight: &Sight,
-) -> Vec<Facet> {
+fn facets(plane: &ImagePlane, air: &Air, skin: &BodySurface<'_>, sight: &Sight) -> Vec<Facet> {
     match sight {
         Sight::Inside(touching) => plane
             .facet_all_around(touching, (air, air.glow(skin.surface), skin.owner))
@@ -457,5 +470,24 @@ pub(super) fn facets(
                 plane.facet(face.corners.iter().copied(), face.inverse_depth, made_of)
             })
             .collect(),
+    }
+}
+
+/// The share of what would be seen if nothing hid it that is seen, 0 to 1; 0 if that is nothing.
+#[must_use]
+pub fn visibility(seen: &Mask, unhidden: &Mask) -> f64 {
+    let whole = unhidden.pixels();
+    if whole > 0.0 {
+        (seen.pixels() / whole).min(1.0)
+    } else {
+        0.0
+    }
+}
+
+impl Mask {
+    /// The sum of all shares: how many pixels the agent would fill.
+    #[must_use]
+    pub fn pixels(&self) -> f64 {
+        self.share.iter().sum()
     }
 }

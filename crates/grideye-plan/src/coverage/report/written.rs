@@ -1,11 +1,15 @@
-//! All that was found, for programs.
+//! What was found, for programs and as a drawing: JSON, a row for each cell, a sketch.
 
-use super::csv::{blind, kind};
 use super::found::{Report, share};
-use crate::coverage::floor::Kind;
-use crate::coverage::map::Map;
+use super::table::summary_of_picture;
+use crate::coverage::floor::{Cell, Kind};
+use crate::coverage::map::{Blind, Map, Spot};
 use crate::coverage::pick::Rule;
+use crate::coverage::picture::MapDrawing;
+use grideye_draw::sketch::Sketch;
+use grideye_scene::Sensor;
 use serde_json::{Value, json};
+use std::io::{self, Write};
 
 impl Report<'_> {
     /// All that was found, for programs.
@@ -29,6 +33,45 @@ impl Report<'_> {
             "cells": cells(self),
         });
         format!("{all:#}\n")
+    }
+
+    /// Writes the map as a table: front row first, each from the left; contrasts in units of the noise.
+    ///
+    /// # Errors
+    /// Of `out`.
+    pub fn csv(&self, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(
+            out,
+            "x_mm,y_mm,ground_mm,kind,blind,seen_by,detected_by,contrast_sigma,contrast_together_sigma,peak_sigma,best_sensor"
+        )?;
+        for (cell, spot) in self.survey.floor().cells.iter().zip(&self.map.spots) {
+            if cell.kind != Kind::Outside {
+                writeln!(out, "{}", row(self, cell, spot))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The map as a drawing that a person reads.
+    #[must_use]
+    pub fn sketch(&self) -> Sketch {
+        let shown = self.shown.iter().enumerate();
+        let sensors: Vec<(String, &Sensor)> = shown
+            .map(|(index, pose)| {
+                let name = self.shown_name(index).unwrap_or_default();
+                (name, &self.poses[*pose].sensor)
+            })
+            .collect();
+        MapDrawing {
+            title: &format!("{}: coverage", self.scene_name),
+            summary: &summary_of_picture(self),
+            scene: self.scene,
+            floor: self.survey.floor(),
+            map: &self.map,
+            wish: &self.wish,
+            sensors: &sensors,
+        }
+        .sketch()
     }
 }
 
@@ -93,4 +136,49 @@ fn cells(found: &Report<'_>) -> Vec<Value> {
             })
         })
         .collect()
+}
+
+fn row(found: &Report<'_>, cell: &Cell, spot: &Spot) -> String {
+    let [x, y, z] = (cell.ground_m * 1000.0).to_array();
+    // What is no place has no contrast: an empty field, not a zero.
+    let contrast = |value: f64| match spot.kind {
+        Kind::Place => format!("{value:.3}"),
+        _ => String::new(),
+    };
+    let best = spot.best_look.and_then(|look| found.shown_name(look));
+    format!(
+        "{x:.1},{y:.1},{z:.1},{},{},{},{},{},{},{},{}",
+        kind(spot.kind),
+        blind(spot.blind),
+        spot.seen_by,
+        spot.detected_by,
+        contrast(spot.best),
+        contrast(spot.together),
+        contrast(spot.peak),
+        quoted(&best.unwrap_or_default()),
+    )
+}
+
+const fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Outside => "outside",
+        Kind::Furniture => "furniture",
+        Kind::Tight => "tight",
+        Kind::Place => "place",
+    }
+}
+
+const fn blind(blind: Option<Blind>) -> &'static str {
+    match blind {
+        None => "",
+        Some(Blind::Hidden) => "hidden",
+        Some(Blind::OutOfView) => "out of view",
+    }
+}
+
+fn quoted(name: &str) -> String {
+    if name.contains(['"', ',', '\n', '\r']) {
+        return format!("\"{}\"", name.replace('"', "\"\""));
+    }
+    name.to_owned()
 }

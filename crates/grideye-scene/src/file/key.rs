@@ -1,0 +1,192 @@
+//! Where in the text of a scene a key such as `agent.person.temperature_c` stands.
+
+use std::borrow::Cow;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Why there is no such key.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{problem}\nhint: {hint}")]
+pub struct KeyError {
+    problem: String,
+    hint: String,
+}
+
+impl KeyError {
+    fn unknown(what: &str, hint: String) -> Self {
+        let problem = format!("the scene has no {what}");
+        Self { problem, hint }
+    }
+
+    fn no_key(hint: String) -> Self {
+        let problem = "it names a table, not a key".to_owned();
+        Self { problem, hint }
+    }
+}
+
+/// A table of a scene's document.
+#[derive(Debug)]
+pub struct Table<'a, 'i> {
+    text: &'i str,
+    /// Its keys and values.
+    pub entries: &'a DeTable<'i>,
+    /// Whether it is the whole document.
+    pub is_root: bool,
+    /// Whether it is written in braces.
+    pub is_inline: bool,
+    title: String,
+}
+
+/// A key and its value.
+pub type Entry<'a, 'i> = (&'a Spanned<Cow<'i, str>>, &'a Spanned<DeValue<'i>>);
+
+/// The kinds of tables that have names.
+const NAMED: [&str; 5] = ["object", "mosaic", "agent", "sensor", "part"];
+/// Names that a hint lists.
+const LISTED_MAX: usize = 20;
+
+impl<'a, 'i> Table<'a, 'i> {
+    /// The whole document of this text.
+    #[must_use]
+    pub fn root(text: &'i str, document: &'a Spanned<DeTable<'i>>) -> Self {
+        Self {
+            text,
+            entries: document.get_ref(),
+            is_root: true,
+            is_inline: false,
+            title: "the scene".to_owned(),
+        }
+    }
+
+    /// What it has under a key.
+    #[must_use]
+    pub fn entry(&self, key: &str) -> Option<Entry<'a, 'i>> {
+        let mut entries = self.entries.iter();
+        entries.find(|(name, _)| name.get_ref().as_ref() == key)
+    }
+
+    /// The table that a path ends in, the key there, and its value if it has one.
+    ///
+    /// # Errors
+    /// If the path names what the scene does not have, or no key.
+    pub fn find<'p>(mut self, path: &'p str) -> Result<Found<'a, 'i, 'p>, KeyError> {
+        let mut rest = path;
+        loop {
+            let (key, behind) = match rest.split_once('.') {
+                Some((key, behind)) => (key, Some(behind)),
+                None => (rest, None),
+            };
+            let value = self.entry(key).map(|(_, value)| value);
+            match (value, behind) {
+                (Some(value), Some(behind)) => (self, rest) = self.below(key, value, behind)?,
+                (Some(value), None) => {
+                    self.check_no_table(key, value)?;
+                    return Ok((self, key, Some(value)));
+                }
+                (None, None) if !key.is_empty() && !NAMED.contains(&key) => {
+                    return Ok((self, key, None));
+                }
+                (None, _) => return Err(self.unknown(key)),
+            }
+        }
+    }
+
+    fn check_no_table(&self, key: &str, value: &Spanned<DeValue<'_>>) -> Result<(), KeyError> {
+        match value.get_ref() {
+            DeValue::Array(_) if NAMED.contains(&key) => Err(KeyError::no_key(format!(
+                "name one of them and a key: {key}.NAME.KEY, with {}",
+                listed(names(value))
+            ))),
+            DeValue::Table(_) if self.is_root => {
+                Err(KeyError::no_key(format!("name a key of it: {key}.KEY")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn unknown(&self, key: &str) -> KeyError {
+        let keys = self.entries.keys().map(|key| key.get_ref().to_string());
+        let mut known = format!("{} has {}", self.title, listed(keys));
+        if self.is_root {
+            known.push_str("; beside these, time_s is the moment of the frame");
+        }
+        KeyError::unknown(&format!("`{key}`"), known)
+    }
+
+    /// The table that a key leads to, and what is left of the path: behind the name, if it has one.
+    pub(crate) fn below<'p>(
+        &self,
+        key: &str,
+        value: &'a Spanned<DeValue<'i>>,
+        behind: &'p str,
+    ) -> Result<(Self, &'p str), KeyError> {
+        let table = |value: &'a Spanned<DeValue<'i>>, title: String| {
+            let text = self.text.get(value.span()).unwrap_or_default();
+            Some(Self {
+                text: self.text,
+                entries: value.get_ref().as_table()?,
+                is_root: false,
+                is_inline: text.starts_with('{'),
+                title,
+            })
+        };
+        match value.get_ref() {
+            DeValue::Array(tables) if NAMED.contains(&key) => {
+                // The longest name, as one may begin with another and a dot.
+                let follows = |name: &str| {
+                    let rest = behind.strip_prefix(name);
+                    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+                };
+                let named = tables
+                    .iter()
+                    .filter_map(|table| Some((table, name(table)?)));
+                let fitting = named.filter(|(_, name)| follows(name));
+                let Some((found, name)) = fitting.max_by_key(|(_, name)| name.len()) else {
+                    let asked = behind.split('.').next().unwrap_or_default();
+                    let known = format!("it has {}", listed(names(value)));
+                    return Err(KeyError::unknown(&format!("{key} `{asked}`"), known));
+                };
+                let rest = behind.get(name.len() + 1..).unwrap_or_default();
+                let found = table(found, format!("{key} `{name}`"));
+                found.filter(|_| !rest.is_empty()).map(|table| (table, rest)).ok_or_else(|| {
+                    KeyError::no_key(format!(
+                        "name a key of it, as in {key}.{name}.KEY; scenes/README.md describes every key"
+                    ))
+                })
+            }
+            _ => table(value, format!("`{key}`"))
+                .map(|table| (table, behind))
+                .ok_or_else(|| {
+                    let known = format!("`{key}` is a value; vary it as a whole");
+                    KeyError::unknown(&format!("key below `{key}`: {behind}"), known)
+                }),
+        }
+    }
+}
+
+/// Where a path ends: the table, the key, and its value if it has one.
+pub type Found<'a, 'i, 'p> = (Table<'a, 'i>, &'p str, Option<&'a Spanned<DeValue<'i>>>);
+
+fn name<'a>(table: &'a Spanned<DeValue<'_>>) -> Option<&'a str> {
+    table.get_ref().get("name")?.get_ref().as_str()
+}
+
+/// The names of the tables in a list.
+pub fn names<'a>(tables: &'a Spanned<DeValue<'_>>) -> impl Iterator<Item = String> + 'a {
+    let tables = tables
+        .get_ref()
+        .as_array()
+        .into_iter()
+        .flat_map(|tables| tables.iter());
+    tables.filter_map(|table| name(table).map(str::to_owned))
+}
+
+fn listed(names: impl Iterator<Item = String>) -> String {
+    let names: Vec<String> = names.collect();
+    let listed = &names[..names.len().min(LISTED_MAX)];
+    match names.len() - listed.len() {
+        0 if names.is_empty() => "none".to_owned(),
+        0 => listed.join(", "),
+        more => format!("{} and {more} more", listed.join(", ")),
+    }
+}

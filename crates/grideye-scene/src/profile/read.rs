@@ -1,0 +1,402 @@
+//! From a profile's text to the profile: every number inside its range, or the message with its place.
+
+use super::types::{
+    ClockError, CommonMode, FixedPattern, NAME_CHARACTERS_MAX, OCTAVES_MAX, Profile, ProfileError,
+    TEXT_BYTES_MAX, Thermistor, WarmUp,
+};
+use crate::text::{Refusal, Rule, Source};
+use grideye_frame::{COLUMNS, PIXELS, ROWS};
+use serde::Deserialize;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+use std::fmt;
+use toml::Spanned;
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct ProfileTable {
+    name: Option<Spanned<String>>,
+    #[serde(default)]
+    noise: NoiseTable,
+    #[serde(default)]
+    common_mode: CommonModeTable,
+    #[serde(default)]
+    fixed_pattern: FixedPatternTable,
+    #[serde(default)]
+    warm_up: WarmUpTable,
+    #[serde(default)]
+    thermistor: ThermistorTable,
+    #[serde(default)]
+    glitches: GlitchesTable,
+    #[serde(default)]
+    clock: ClockTable,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct NoiseTable {
+    sigma_c: Option<Spanned<Map>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct CommonModeTable {
+    sd_c: Option<Spanned<f64>>,
+    correlation_s: Option<Spanned<f64>>,
+    octaves: Option<Spanned<f64>>,
+    cycle_depth_c: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct FixedPatternTable {
+    offset_c: Option<Spanned<Map>>,
+    spread_c: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct WarmUpTable {
+    start_c: Option<Spanned<f64>>,
+    time_constant_s: Option<Spanned<f64>>,
+    drift_c_per_hour: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct ThermistorTable {
+    offset_c: Option<Spanned<f64>>,
+    sigma_c: Option<Spanned<f64>>,
+    lag_s: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct GlitchesTable {
+    probability: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct ClockTable {
+    error_ppm: Option<Spanned<f64>>,
+    drift_ppm_per_hour: Option<Spanned<f64>>,
+}
+
+/// One number for every pixel, one for each, or a name for numbers that are known.
+enum Map {
+    Named(String),
+    One(f64),
+    Each(Vec<Spanned<f64>>),
+}
+
+impl<'de> Deserialize<'de> for Map {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(MapVisitor)
+    }
+}
+
+struct MapVisitor;
+
+impl<'de> Visitor<'de> for MapVisitor {
+    type Value = Map;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a number, or a list of 64 numbers")
+    }
+
+    fn visit_str<E: Error>(self, name: &str) -> Result<Map, E> {
+        Ok(Map::Named(name.to_owned()))
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Map, E> {
+        Ok(Map::One(number))
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Map, E> {
+        let number = i32::try_from(number).map_err(E::custom)?;
+        self.visit_f64(f64::from(number))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Map, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(list)).map(Map::Each)
+    }
+}
+
+/// The noise of the central four pixels at 10 frames a second (AMG88 spec §4-4, NETD "typ. 0.16 °C").
+const DATASHEET_SIGMA_C: f64 = 0.16;
+/// The name of the datasheet's noise in a file.
+const DATASHEET: &str = "datasheet";
+
+/// Noise against the unit's median by the place of the pixel, upper left quadrant, edge first; the rest mirrors it.
+/// Measured over the public recordings of eight and more units: the datasheet is silent beyond the central four.
+const NOISE_SHAPE: [[f64; 4]; 4] = [
+    [1.25, 1.12, 1.07, 1.02],
+    [1.14, 1.05, 0.97, 0.97],
+    [1.09, 0.99, 0.92, 0.91],
+    [1.05, 0.96, 0.90, 0.88],
+];
+
+pub(crate) fn profile(text: &str, origin: &str) -> Result<Profile, ProfileError> {
+    if text.len() > TEXT_BYTES_MAX {
+        return Err(ProfileError::TooLong {
+            file: origin.to_owned(),
+            found: text.len(),
+            limit: TEXT_BYTES_MAX,
+        });
+    }
+    let file = File(Source {
+        origin,
+        text,
+        manual: "scenes/profiles/README.md",
+        tables: "",
+    });
+    let tables = toml::from_str(text).map_err(|error| file.0.malformed(&error))?;
+    Ok(file.profile(&tables)?)
+}
+
+/// The datasheet's noise for every pixel, °C.
+fn datasheet_sigma_c() -> [f64; PIXELS] {
+    let centre = NOISE_SHAPE[3][3];
+    std::array::from_fn(|pixel| {
+        let (row, column) = (pixel / COLUMNS, pixel % COLUMNS);
+        let shape = NOISE_SHAPE[row.min(ROWS - 1 - row)][column.min(COLUMNS - 1 - column)];
+        DATASHEET_SIGMA_C * shape / centre
+    })
+}
+
+struct File<'a>(Source<'a>);
+
+impl File<'_> {
+    fn profile(&self, tables: &ProfileTable) -> Result<Profile, Refusal> {
+        let (common, warm_up) = (&tables.common_mode, &tables.warm_up);
+        let (pattern, thermistor) = (&tables.fixed_pattern, &tables.thermistor);
+        let number = |given: &Option<Spanned<f64>>, rule: &Rule| self.number(given, rule);
+        let name = self.name(&tables.name)?;
+        let noise_sigma_c = match tables.noise.sigma_c.as_ref().map(Spanned::get_ref) {
+            Some(Map::Named(name)) if name == DATASHEET => datasheet_sigma_c(),
+            _ => self.map(&tables.noise.sigma_c, &NOISE_SIGMA)?,
+        };
+        let time = (&common.correlation_s, &COMMON_CORRELATION);
+        let (sd_c, correlation_s) = self.with_time((&common.sd_c, &COMMON_SD), time)?;
+        let common_mode = CommonMode {
+            sd_c,
+            correlation_s,
+            octaves: self.whole(&common.octaves, &OCTAVES)?.max(1).unsigned_abs(),
+            cycle_depth_c: number(&common.cycle_depth_c, &CYCLE_DEPTH)?,
+        };
+        let fixed_pattern = FixedPattern {
+            offset_c: self.map(&pattern.offset_c, &PATTERN_OFFSET)?,
+            spread_c: number(&pattern.spread_c, &PATTERN_SPREAD)?,
+        };
+        let time = (&warm_up.time_constant_s, &WARM_UP_TIME);
+        let start = (&warm_up.start_c, &WARM_UP_START);
+        let (start_c, time_constant_s) = self.with_time(start, time)?;
+        Ok(Profile {
+            name,
+            noise_sigma_c,
+            common_mode,
+            fixed_pattern,
+            warm_up: WarmUp {
+                start_c,
+                time_constant_s,
+                drift_c_per_hour: number(&warm_up.drift_c_per_hour, &DRIFT)?,
+            },
+            thermistor: Thermistor {
+                offset_c: number(&thermistor.offset_c, &THERMISTOR_OFFSET)?,
+                sigma_c: number(&thermistor.sigma_c, &THERMISTOR_SIGMA)?,
+                lag_s: number(&thermistor.lag_s, &THERMISTOR_LAG)?,
+            },
+            glitch_probability: number(&tables.glitches.probability, &PROBABILITY)?,
+            clock: ClockError {
+                error_ppm: self.whole(&tables.clock.error_ppm, &CLOCK_ERROR)?,
+                drift_ppm_per_hour: self.whole(&tables.clock.drift_ppm_per_hour, &CLOCK_DRIFT)?,
+            },
+        })
+    }
+
+    fn name(&self, name: &Option<Spanned<String>>) -> Result<String, Refusal> {
+        let Some(name) = name else {
+            return Ok(String::new());
+        };
+        let found = name.get_ref();
+        if found.chars().count() <= NAME_CHARACTERS_MAX && !found.contains(char::is_control) {
+            return Ok(found.clone());
+        }
+        let hint = "names appear in messages and reports";
+        let expected = "up to 100 visible characters";
+        Err(self.0.refused("name", name.span(), expected, hint))
+    }
+
+    /// An amount and the time that it needs beside it.
+    fn with_time(
+        &self,
+        (amount, amount_rule): (&Option<Spanned<f64>>, &Rule),
+        (time, time_rule): (&Option<Spanned<f64>>, &Rule),
+    ) -> Result<(f64, f64), Refusal> {
+        let value = self.number(amount, amount_rule)?;
+        match (amount, time) {
+            (Some(amount), None) if value != 0.0 => {
+                let (key, missing) = (amount_rule.key, time_rule.key);
+                let problem = format!("`{key}` needs `{missing}` beside it");
+                let place = self.0.place(amount.span().start);
+                Err(place.refused(problem, time_rule.hint))
+            }
+            _ => Ok((value, self.number(time, time_rule)?)),
+        }
+    }
+
+    /// A number, 0 where the file has none.
+    fn number(&self, number: &Option<Spanned<f64>>, rule: &Rule) -> Result<f64, Refusal> {
+        // Minus zero is zero, so that a profile equals what is read back from its text.
+        Ok(self.0.number_or(number, rule, 0.0)? + 0.0)
+    }
+
+    #[expect(
+        clippy::as_conversions,
+        clippy::cast_possible_truncation,
+        reason = "the rules admit whole numbers of at most 500,000 alone"
+    )]
+    fn whole(&self, number: &Option<Spanned<f64>>, rule: &Rule) -> Result<i32, Refusal> {
+        Ok(self.number(number, rule)? as i32)
+    }
+
+    fn map(&self, map: &Option<Spanned<Map>>, rule: &Rule) -> Result<[f64; PIXELS], Refusal> {
+        let Some(map) = map else {
+            return Ok([0.0; PIXELS]);
+        };
+        match map.get_ref() {
+            Map::Named(_) => Err(self
+                .0
+                .refused(rule.key, map.span(), rule.expected, rule.hint)),
+            Map::One(number) => Ok([self.0.check(*number, map.span(), rule)? + 0.0; PIXELS]),
+            Map::Each(numbers) => {
+                let numbers = numbers.iter();
+                let each = numbers.map(|number| Ok(self.0.number(number, rule)? + 0.0));
+                let each = each.collect::<Result<Vec<_>, Refusal>>()?;
+                <[f64; PIXELS]>::try_from(each).map_err(|each| {
+                    let problem =
+                        format!("`{}` has {} numbers, expected 64", rule.key, each.len());
+                    let hint = "give one number for all pixels, or pixels 1 to 64 in the order of the registers";
+                    self.0.place(map.span().start).refused(problem, hint)
+                })
+            }
+        }
+    }
+}
+
+const NOISE_SIGMA: Rule = Rule {
+    key: "noise.sigma_c",
+    holds: amount,
+    expected: "0 to 100 °C, a list of 64 such numbers, or \"datasheet\"",
+    hint: "the datasheet has 0.16 °C at 10 frames a second; real units have 0.2 to 0.6",
+};
+const COMMON_SD: Rule = Rule {
+    key: "common_mode.sd_c",
+    holds: amount,
+    expected: "0 to 100 °C",
+    hint: "real units have 0.04 to 0.2",
+};
+const COMMON_CORRELATION: Rule = Rule {
+    key: "common_mode.correlation_s",
+    holds: time,
+    expected: "0.1 to 1000000 s",
+    hint: "the wander of real units takes seconds to minutes",
+};
+const OCTAVES: Rule = Rule {
+    key: "common_mode.octaves",
+    holds: |octaves| {
+        (1.0..=f64::from(OCTAVES_MAX)).contains(&octaves) && octaves == octaves.trunc()
+    },
+    expected: "a whole number, 1 to 10",
+    hint: "each octave is a wander twice as quick as the one before; 1 is the slow one alone",
+};
+const CYCLE_DEPTH: Rule = Rule {
+    key: "common_mode.cycle_depth_c",
+    holds: amount,
+    expected: "0 to 100 °C",
+    hint: "one frame in five is colder by this much; real units have 0.02 to 0.2",
+};
+const PATTERN_OFFSET: Rule = Rule {
+    key: "fixed_pattern.offset_c",
+    holds: offset,
+    expected: "-100 to 100 °C, or a list of 64 such numbers",
+    hint: "what each pixel shows too much; the datasheet admits 2.5 either way",
+};
+const PATTERN_SPREAD: Rule = Rule {
+    key: "fixed_pattern.spread_c",
+    holds: amount,
+    expected: "0 to 100 °C",
+    hint: "real units have 0.15 to 0.25; every seed draws another pattern",
+};
+const WARM_UP_START: Rule = Rule {
+    key: "warm_up.start_c",
+    holds: offset,
+    expected: "-100 to 100 °C",
+    hint: "the error of all pixels right after power-on",
+};
+const WARM_UP_TIME: Rule = Rule {
+    key: "warm_up.time_constant_s",
+    holds: time,
+    expected: "0.1 to 1000000 s",
+    hint: "the time in which the error falls to 37 %",
+};
+const DRIFT: Rule = Rule {
+    key: "warm_up.drift_c_per_hour",
+    holds: offset,
+    expected: "-100 to 100 °C an hour",
+    hint: "a drift that never ends; leave it out for none",
+};
+const THERMISTOR_OFFSET: Rule = Rule {
+    key: "thermistor.offset_c",
+    holds: offset,
+    expected: "-100 to 100 °C",
+    hint: "self-heating keeps real chips 3.5 to 6 above the scene",
+};
+const THERMISTOR_SIGMA: Rule = Rule {
+    key: "thermistor.sigma_c",
+    holds: amount,
+    expected: "0 to 100 °C",
+    hint: "real chips have less than their step of 0.0625",
+};
+const THERMISTOR_LAG: Rule = Rule {
+    key: "thermistor.lag_s",
+    holds: |seconds| (0.0..=TIME_MAX_S).contains(&seconds),
+    expected: "0 to 1000000 s",
+    hint: "the time in which self-heating has risen to 63 %; 0 is at once",
+};
+const PROBABILITY: Rule = Rule {
+    key: "glitches.probability",
+    holds: |share| (0.0..=1.0).contains(&share),
+    expected: "0 to 1",
+    hint: "the share of ticks in which one pixel reads 0.0 °C; 0.01 is one in a hundred",
+};
+const CLOCK_ERROR: Rule = Rule {
+    key: "clock.error_ppm",
+    holds: parts_per_million,
+    expected: "a whole number, -500000 to 500000",
+    hint: "parts per million; -40000 is 4 % slow",
+};
+const CLOCK_DRIFT: Rule = Rule {
+    key: "clock.drift_ppm_per_hour",
+    ..CLOCK_ERROR
+};
+
+const TIME_MAX_S: f64 = 1e6;
+const PPM_MAX: f64 = 500_000.0;
+
+fn amount(celsius: f64) -> bool {
+    (0.0..=100.0).contains(&celsius)
+}
+
+fn offset(celsius: f64) -> bool {
+    (-100.0..=100.0).contains(&celsius)
+}
+
+fn time(seconds: f64) -> bool {
+    (0.1..=TIME_MAX_S).contains(&seconds)
+}
+
+fn parts_per_million(number: f64) -> bool {
+    number.abs() <= PPM_MAX && number == number.trunc()
+}
