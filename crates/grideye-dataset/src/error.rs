@@ -49,17 +49,12 @@ pub enum DatasetError {
         .0.display()
     )]
     Foreign(PathBuf),
-    /// The folder of another dataset.
+    /// The folder of another dataset: its manifest, and in what it differs.
     #[error(
-        "{} is of another dataset: {differences}\nhint: name another folder with --out, or give the same scene, options and program to go on with this one",
-        path.display()
+        "{} is of another dataset: {}\nhint: name another folder with --out, or give the same scene, options and program to go on with this one",
+        .0.display(), .1
     )]
-    OtherDataset {
-        /// Its manifest.
-        path: PathBuf,
-        /// In what it differs.
-        differences: String,
-    },
+    OtherDataset(PathBuf, String),
     /// Another process has it in hand.
     #[error(
         "another process is writing {}\nhint: give every process a shard of its own with --shard",
@@ -67,32 +62,17 @@ pub enum DatasetError {
     )]
     Locked(PathBuf),
     /// A folder that cannot be made.
-    #[error("cannot make the folder {}: {cause}\nhint: name a folder of your own with --out", path.display())]
-    NoFolder {
-        /// The folder.
-        path: PathBuf,
-        /// Why not.
-        cause: io::Error,
-    },
+    #[error("cannot make the folder {}: {}\nhint: name a folder of your own with --out", .0.display(), .1)]
+    NoFolder(PathBuf, io::Error),
     /// A file of the folder that cannot be looked at.
-    #[error("cannot read {}: {cause}", path.display())]
-    Unread {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        cause: io::Error,
-    },
+    #[error("cannot read {}: {}", .0.display(), .1)]
+    Unread(PathBuf, io::Error),
     /// A file that cannot be written.
     #[error(
-        "cannot write {}: {cause:#}\nhint: make room, or see to the folder, and run the same command again: it goes on where it was",
-        path.display()
+        "cannot write {}: {:#}\nhint: make room, or see to the folder, and run the same command again: it goes on where it was",
+        .0.display(), .1
     )]
-    Unwritten {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        cause: Cause,
-    },
+    Unwritten(PathBuf, Cause),
 }
 
 impl DatasetError {
@@ -101,7 +81,7 @@ impl DatasetError {
     pub const fn is_bad_input(&self) -> bool {
         !matches!(
             self,
-            Self::NoFolder { .. } | Self::Unread { .. } | Self::Unwritten { .. }
+            Self::NoFolder(..) | Self::Unread(..) | Self::Unwritten(..)
         )
     }
 }

@@ -7,16 +7,14 @@
 use crate::error::{Cause, DatasetError};
 use crate::manifest::Manifest;
 use crate::part::Part;
-use crate::table::Table;
+use crate::shard::Table;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
-/// The name of the manifest's file.
 const MANIFEST: &str = "dataset.json";
-/// The longest manifest that is read.
 const MANIFEST_BYTES_MAX: u64 = 4 << 20;
 /// What is read of the beginning or the end of a part at most, for the fingerprint.
 const LOOK_BYTES_MAX: u64 = 32 << 20;
@@ -52,10 +50,8 @@ impl<'a> Folder<'a> {
         manifest: &Manifest,
         output: &'a dyn Output,
     ) -> Result<Self, DatasetError> {
-        fs::create_dir_all(path).map_err(|cause| DatasetError::NoFolder {
-            path: path.to_path_buf(),
-            cause,
-        })?;
+        let made = fs::create_dir_all(path);
+        made.map_err(|cause| DatasetError::NoFolder(path.to_path_buf(), cause))?;
         let folder = Self {
             path: path.to_path_buf(),
             output,
@@ -84,7 +80,6 @@ impl<'a> Folder<'a> {
         Ok(all)
     }
 
-    /// Writes the files of a part that are not there.
     pub(crate) fn put(&self, manifest: &Manifest, part: &Part) -> Result<(), DatasetError> {
         for table in manifest.tables() {
             if !self.has_file(manifest, part.number, table)? {
@@ -99,7 +94,6 @@ impl<'a> Folder<'a> {
         self.path.join(format!("part-{part:06}.{}", table.name()))
     }
 
-    /// Whether that file is there; an error if what is there is not ours.
     fn has_file(&self, manifest: &Manifest, part: u64, table: Table) -> Result<bool, DatasetError> {
         let path = self.file(part, table);
         let file = match File::open(&path) {
@@ -214,10 +208,8 @@ fn check_manifest(file: &Path, manifest: &Manifest) -> Result<(), DatasetError> 
     if differences.is_empty() {
         return Ok(());
     }
-    Err(DatasetError::OtherDataset {
-        path: file.to_path_buf(),
-        differences: differences.join("; "),
-    })
+    let differences = differences.join("; ");
+    Err(DatasetError::OtherDataset(file.to_path_buf(), differences))
 }
 
 /// Whether a file is whole and of this dataset: its own words about it stand at the beginning of one kind, at the end
@@ -255,7 +247,6 @@ fn is_ours(mut file: File, manifest: &Manifest, table: Table) -> io::Result<bool
     Ok(is_whole && places.any(|place| place == wanted))
 }
 
-/// So many bytes from there, or as many as there are.
 fn read_at(file: &mut File, at: u64, bytes: u64) -> io::Result<Vec<u8>> {
     file.seek(SeekFrom::Start(at))?;
     let mut read = Vec::new();
@@ -272,19 +263,12 @@ fn footer_bytes(end: &[u8]) -> u64 {
 
 /// What stands before the words about a dataset in an archive.
 const HEADS_BYTES: u64 = 4096;
-/// The end record of a zip archive without a comment.
 const END_BYTES: u64 = 22;
 
 fn unread(path: &Path, cause: io::Error) -> DatasetError {
-    DatasetError::Unread {
-        path: path.to_path_buf(),
-        cause,
-    }
+    DatasetError::Unread(path.to_path_buf(), cause)
 }
 
 fn unwritten(path: &Path, cause: Cause) -> DatasetError {
-    DatasetError::Unwritten {
-        path: path.to_path_buf(),
-        cause,
-    }
+    DatasetError::Unwritten(path.to_path_buf(), cause)
 }

@@ -43,7 +43,6 @@ pub struct Frames {
     pub(crate) rows: usize,
 }
 
-/// A frame with its labels.
 #[derive(Debug)]
 pub(crate) struct Labelled {
     pub(crate) index: u64,
@@ -52,16 +51,13 @@ pub(crate) struct Labelled {
     /// What the sensor measures, and what it would measure without noise, °C.
     pub(crate) celsius: Vec<f64>,
     pub(crate) truth_c: Vec<f64>,
-    /// Of each agent; `None` where it is absent.
     pub(crate) agents: Vec<Option<Label>>,
     /// What varies, in the order of the recipe.
     pub(crate) varied: Vec<Value>,
 }
 
-/// What is true of an agent in a frame.
 #[derive(Debug)]
 pub(crate) struct Label {
-    /// Metres.
     pub(crate) position_m: [f64; 3],
     /// The share of it that is seen, 0 to 1.
     pub(crate) visibility: f64,
@@ -85,12 +81,10 @@ impl Frames {
         })
     }
 
-    /// The agents of the file, in its order; each may be absent from a frame.
     pub(crate) fn agents(&self) -> &[String] {
         self.subject.recipe.agents()
     }
 
-    /// What a frame with its labels takes up, about.
     pub(crate) fn bytes_of_frame(&self) -> u64 {
         let pixels = u64::try_from(self.columns * self.rows).unwrap_or(u64::MAX);
         let agents = u64::try_from(self.agents().len()).unwrap_or(u64::MAX);
@@ -99,7 +93,6 @@ impl Frames {
             .saturating_mul(agents.saturating_add(2))
     }
 
-    /// Makes frames, one after the other.
     pub(crate) const fn maker(&self) -> Maker<'_> {
         Maker {
             frames: self,
@@ -107,7 +100,6 @@ impl Frames {
         }
     }
 
-    /// A scene with its simulator.
     fn set(&self, scene: Scene, index: u64) -> Result<Set, DatasetError> {
         let simulator = match self.subject.without_grid {
             false => Simulator::new(&scene, &self.subject.sensor),
@@ -139,7 +131,6 @@ struct Set {
 }
 
 impl Maker<'_> {
-    /// The frame of that number.
     pub(crate) fn frame(&mut self, index: u64) -> Result<Labelled, DatasetError> {
         let frames = self.frames;
         let Subject { recipe, seed, .. } = &frames.subject;

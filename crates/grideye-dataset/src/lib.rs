@@ -15,7 +15,6 @@ mod frames;
 mod manifest;
 mod part;
 mod shard;
-mod table;
 mod work;
 
 pub use error::{Cause, DatasetError};
@@ -23,6 +22,5 @@ pub use folder::{Folder, Output};
 pub use frames::{Frames, Remembered, Subject};
 pub use manifest::Manifest;
 pub use part::{AgentLabels, Part, Scalars, VariedColumn};
-pub use shard::Shard;
-pub use table::Table;
+pub use shard::{Shard, Table};
 pub use work::make;

@@ -2,8 +2,7 @@
 
 use crate::error::DatasetError;
 use crate::frames::Frames;
-use crate::shard::Shard;
-use crate::table::Table;
+use crate::shard::{Shard, Table};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use std::collections::BTreeMap;
@@ -15,7 +14,6 @@ const PARTS_MAX: u64 = 1_000_000;
 const FRAMES_PER_PART: u64 = 1_000;
 /// What the frames of a part take up in memory, about, unless it was said otherwise.
 const PART_BYTES: u64 = 64 << 20;
-/// The version of the files' layout.
 const LAYOUT: u32 = 1;
 
 /// The content of `dataset.json`: two datasets with the same one have the same bytes.
@@ -24,11 +22,8 @@ const LAYOUT: u32 = 1;
 pub struct Manifest {
     /// The version of the layout of the files.
     pub(crate) layout: u32,
-    /// The program and its version.
     pub(crate) program: String,
-    /// The scene's name.
     pub(crate) scene: String,
-    /// SHA-256 of the scene file.
     pub(crate) scene_sha256: String,
     /// SHA-256 of each file that the scene names.
     pub(crate) files_sha256: BTreeMap<String, String>,
@@ -37,7 +32,6 @@ pub struct Manifest {
     pub(crate) sensor: String,
     pub(crate) columns: usize,
     pub(crate) rows: usize,
-    /// The agents, in the order of the arrays.
     pub(crate) agents: Vec<String>,
     pub(crate) method: String,
     pub(crate) seed: u64,

@@ -64,7 +64,6 @@ pub enum Scalars {
 }
 
 impl Part {
-    /// A part without frames yet.
     pub(crate) fn new(frames: &Frames, manifest: &Manifest, number: u64) -> Self {
         let agents = frames
             .agents()
@@ -96,7 +95,6 @@ impl Part {
         }
     }
 
-    /// One more frame.
     pub(crate) fn add(&mut self, labelled: &Labelled) {
         self.frame.push(labelled.index);
         self.time_s.push(labelled.time.as_secs_f64());

@@ -1,4 +1,4 @@
-//! Who makes which parts of a dataset.
+//! Who makes which parts of a dataset, and in which kinds of files.
 
 use std::str::FromStr;
 
@@ -34,6 +34,26 @@ impl FromStr for Shard {
             None => Err(format!(
                 "no shard: {text}\nhint: I/N, as in 1/4, 2/4, 3/4 and 4/4 on four machines"
             )),
+        }
+    }
+}
+
+/// A kind of file that holds a part of a dataset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Table {
+    /// Apache Parquet: a row for each frame.
+    Parquet,
+    /// Arrays for numpy.
+    Npz,
+}
+
+impl Table {
+    /// The end of the names of such files, and the word for the kind.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Parquet => "parquet",
+            Self::Npz => "npz",
         }
     }
 }

@@ -83,7 +83,6 @@ fn draw(
     sheet.labels(&Labels::of(scene, drawing, camera));
 }
 
-/// One line about the scene.
 fn summary(scene: &Scene, way: Option<&str>) -> String {
     let (low, high) = pieces::bounds_m(scene);
     let [width, depth, height] = ((high - low) * 1000.0).round().to_array();
@@ -109,7 +108,6 @@ fn counted(count: usize, what: &str) -> String {
     }
 }
 
-/// What the circles stand for, if anybody walks.
 fn trajectory_text(scene: &Scene, drawing: &Drawing<'_>) -> Option<String> {
     let sensor = drawing.sampled_by.or(scene.sensors().first())?;
     let every = scene

@@ -25,7 +25,6 @@ pub struct Simulator {
     objects: Objects,
 }
 
-/// The objects, as far as something of them changes in time.
 #[derive(Debug, Clone)]
 struct Objects {
     /// All of them, if any warms up, cools down or has a print.
@@ -51,7 +50,6 @@ fn is_changing(object: &Body) -> bool {
     object.thermal.transient.is_some()
 }
 
-/// What a surface is made of: of one temperature, or of one for each face.
 #[derive(Debug, Clone, Copy)]
 struct BodySurface<'a> {
     surface: Surface,
@@ -71,12 +69,10 @@ impl<'a> BodySurface<'a> {
         }
     }
 
-    /// What one face glows like.
     fn glow(&self, air: &Air, face: usize) -> Glow {
         air.glow(self.of_face(face))
     }
 
-    /// What one face is made of.
     fn of_face(&self, face: usize) -> Surface {
         let offset_c = self.offsets_c.get(face).copied().unwrap_or(0.0);
         Surface {
@@ -86,7 +82,6 @@ impl<'a> BodySurface<'a> {
     }
 }
 
-/// How a frame is made, and what stands still in it.
 #[derive(Debug, Clone)]
 enum Method {
     Grid(Box<Grid>),
@@ -211,7 +206,6 @@ impl Simulator {
         self.detected(self.received(time))
     }
 
-    /// The image before the sensor's range is taken into account.
     fn received(&self, time: Duration) -> Image {
         let mut celsius = self.still_c.clone();
         match &self.method {
@@ -272,7 +266,6 @@ impl Simulator {
         (self.detected(received), noisy)
     }
 
-    /// What is made of an image that was received: its noise at `time` by `seed`, the sensor's steps and its range.
     fn with_noise(&self, mut image: Image, time: Duration, seed: u64) -> Image {
         let sensor = &self.sensor;
         match &sensor.profile {
@@ -314,7 +307,6 @@ impl Simulator {
         visibility(&self.truth_of(agent, time), &self.unhidden(agent, time))
     }
 
-    /// The shares of those who count; `alone`, as if nothing else were there.
     fn mask(&self, time: Duration, alone: bool, counts: impl Fn(u32) -> bool) -> Mask {
         let mut share = vec![0.0; self.still_c.len()];
         let is_shown = |skin: &BodySurface<'_>| !alone || counts(skin.owner);
@@ -418,12 +410,10 @@ fn standing<T>(
     built.collect()
 }
 
-/// The number that cells know an agent by.
 fn number(agent: usize) -> u32 {
     u32::try_from(agent).unwrap_or(NOBODY)
 }
 
-/// The faces of a body that are seen, for the sampling grid.
 fn shaded(
     view: &SamplingGrid,
     air: &Air,
@@ -449,14 +439,12 @@ fn shaded(
         .collect()
 }
 
-/// What the physical model is to show of a body.
 fn shown(physical: &Physical, skin: &BodySurface<'_>, sight: &Sight) -> Shown {
     physical.shown(sight, skin.owner, |face| {
         face.map_or(skin.surface, |face| skin.of_face(face))
     })
 }
 
-/// The faces of a body that are seen, in the picture plane.
 fn facets(plane: &ImagePlane, air: &Air, skin: &BodySurface<'_>, sight: &Sight) -> Vec<Facet> {
     match sight {
         Sight::Inside(touching) => plane

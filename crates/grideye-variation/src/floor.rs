@@ -34,14 +34,12 @@ impl Floors<'_> {
         edits.map(|edit| (edit, "\"ignore\"".to_owned()))
     }
 
-    /// The lowest and the highest corner of the room.
     pub(crate) fn room_m(&self, files: &dyn Files) -> Result<(DVec3, DVec3), SceneError> {
         let text = edited(&self.text, self.silent().collect());
         let loaded = Scene::parse(&text, self.origin, files)?;
         Ok(loaded.scene.room().bounds_m())
     }
 
-    /// The agent that cannot be where it is, if there is one.
     pub(crate) fn misplaced(
         &self,
         places: &[Lottery],
@@ -71,7 +69,6 @@ impl Floors<'_> {
     }
 }
 
-/// Places on the floor, one after the other.
 pub(crate) struct Lottery {
     generator: ChaCha12Rng,
     low_m: DVec3,

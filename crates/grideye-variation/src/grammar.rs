@@ -7,11 +7,9 @@
 
 use super::error::{CHOICES_MAX, Mistake};
 
-/// One of the values that a key may have.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Choice(pub(crate) Vec<Piece>);
 
-/// A piece of a TOML value.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Piece {
     /// Brackets, commas, keys of inline tables.
@@ -95,7 +93,6 @@ fn close(open: &mut Vec<String>, mark: &str) -> Result<(), Mistake> {
     }
 }
 
-/// The first piece of a text that begins with `first`, and its length in bytes.
 fn piece(rest: &str, first: char) -> Result<(Piece, usize), Mistake> {
     if "[]{},=".contains(first) {
         return Ok((Piece::Mark(first.to_string()), 1));

@@ -266,7 +266,6 @@ impl Recipe {
         sensor.frame_time(u32::try_from(in_turn).unwrap_or(u32::MAX))
     }
 
-    /// The draw's values for people.
     fn told(&self, draw: &Draw) -> String {
         let mut told = String::new();
         for (column, value) in self.columns.iter().zip(&draw.values) {
@@ -340,7 +339,6 @@ impl Recipe {
         Ok(())
     }
 
-    /// The agents to be placed, with their places in the text of a draw.
     fn floors(&self, text: &str) -> Result<Floors<'_>, SceneError> {
         let document = Scene::document(text, &self.origin)?;
         // The same keys were found in the scene itself, and values do not change which there are.
@@ -377,7 +375,6 @@ fn check_time(asked: &str, numbers: &[f64]) -> Result<(), VariationError> {
     }
 }
 
-/// Whether the choices of a key are columns of numbers: each a number, or each a list of as many.
 fn are_numbers(choices: &[Choice]) -> bool {
     let first = choices.first().and_then(Choice::numbers);
     first.is_some() && choices.iter().all(|choice| choice.numbers() == first)

@@ -47,7 +47,6 @@ pub(crate) fn edit(
     }
 }
 
-/// The edits that put an agent on the floor: the first for its position, the others for what goes with its way.
 pub(crate) fn floor(
     text: &str,
     document: &Spanned<DeTable<'_>>,
@@ -70,7 +69,6 @@ pub(crate) fn has(document: &Spanned<DeTable<'_>>, text: &str, path: &str) -> bo
     edit(text, document, path).is_ok_and(|edit| edit.before.is_empty())
 }
 
-/// The names of all agents.
 pub(crate) fn agents(document: &Spanned<DeTable<'_>>) -> Vec<String> {
     let agents = document.get_ref().get("agent");
     agents.into_iter().flat_map(names).collect()
@@ -104,7 +102,6 @@ fn addition(table: &Table<'_, '_>, key: &str) -> Result<Edit, Mistake> {
     })
 }
 
-/// An agent that is put on the floor.
 #[derive(Debug, Clone)]
 pub(crate) struct Placed {
     pub(crate) asked: String,

@@ -88,9 +88,7 @@ pub fn candidates(
     for place in places.iter().filter(|place| room_free(place)) {
         for (elevation_deg, azimuth_deg) in directions(place, mounts, like) {
             if candidates.len() == limits::CANDIDATES_MAX {
-                return Err(CoverageError::TooManyCandidates {
-                    found: limits::CANDIDATES_MAX + 1,
-                });
+                return Err(CoverageError::TooManyCandidates(limits::CANDIDATES_MAX + 1));
             }
             let name = format!("candidate {}", candidates.len() + 1);
             let position_m = place.position_mm / 1000.0;
@@ -159,7 +157,6 @@ impl Candidate {
     }
 }
 
-/// The keys that have a default, where the sensor has another value.
 fn optional_keys(sensor: &Sensor) -> String {
     let mut text = String::new();
     let pair = |rad: DVec2| {
@@ -228,9 +225,7 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
             inward_deg,
         });
         if places.len() > limits::CANDIDATES_MAX {
-            return Err(CoverageError::TooManyCandidates {
-                found: places.len(),
-            });
+            return Err(CoverageError::TooManyCandidates(places.len()));
         }
         Ok(())
     };
@@ -268,7 +263,6 @@ fn places(room: &Room, mounts: &Mounts) -> Result<Vec<Place>, CoverageError> {
     Ok(places)
 }
 
-/// Places evenly over a length, as near to the spacing as it lets them, those at the ends half as far from the ends.
 fn steps(low: f64, high: f64, spacing: f64) -> impl Iterator<Item = f64> + Clone {
     let count = ((high - low) / spacing).round().max(1.0);
     let step = (high - low) / count;
@@ -276,7 +270,6 @@ fn steps(low: f64, high: f64, spacing: f64) -> impl Iterator<Item = f64> + Clone
     (0..count).map(move |index| low + (count::float(index) + 0.5) * step)
 }
 
-/// Elevations and azimuths, degrees.
 fn directions(place: &Place, mounts: &Mounts, like: &Sensor) -> Vec<(f64, f64)> {
     if place.mount != Mount::Ceiling {
         let straight = [0.0];
@@ -312,7 +305,6 @@ fn directions(place: &Place, mounts: &Mounts, like: &Sensor) -> Vec<(f64, f64)> 
     directions
 }
 
-/// To a tenth of a degree, above -180 and up to 180.
 fn azimuth(degrees: f64) -> f64 {
     let tenths = (degrees * 10.0).round().rem_euclid(3600.0);
     let tenths = if tenths > 1800.0 {

@@ -9,22 +9,18 @@ use grideye_scene::SceneError;
 pub enum CoverageError {
     /// Cells too fine for the room.
     #[error(
-        "{found} cells of the floor, expected at most {}\nhint: choose larger cells",
+        "{} cells of the floor, expected at most {}\nhint: choose larger cells",
+        .0,
         limits::CELLS_MAX
     )]
-    TooManyCells {
-        /// How many there would be.
-        found: usize,
-    },
+    TooManyCells(usize),
     /// Too many poses.
     #[error(
-        "{found} candidate poses, expected at most {}\nhint: choose a wider spacing, or fewer tilts, headings and heights",
+        "{} candidate poses, expected at most {}\nhint: choose a wider spacing, or fewer tilts, headings and heights",
+        .0,
         limits::CANDIDATES_MAX
     )]
-    TooManyCandidates {
-        /// How many there would be.
-        found: usize,
-    },
+    TooManyCandidates(usize),
     /// Too many pairs of a pose and a cell.
     #[error(
         "{poses} poses times {cells} cells are {} pairs, expected at most {}\nhint: choose a wider spacing of the poses, or larger cells",
@@ -44,12 +40,9 @@ pub enum CoverageError {
     NoCandidates,
     /// Nothing to look at: furniture everywhere.
     #[error(
-        "there is no place for {figure}: furniture or walls are everywhere\nhint: choose smaller cells or a smaller person"
+        "there is no place for {0}: furniture or walls are everywhere\nhint: choose smaller cells or a smaller person"
     )]
-    NoPlace {
-        /// Who has no place.
-        figure: String,
-    },
+    NoPlace(String),
     /// A length, an angle or a count that makes no sense.
     #[error("{what} is {found}, expected {expected}\nhint: {hint}")]
     Value {
@@ -63,13 +56,8 @@ pub enum CoverageError {
         hint: &'static str,
     },
     /// A sensor without noise sees everything.
-    #[error(
-        "sensor `{sensor}` has no noise to compare with\nhint: give it a noise_sigma_c above 0"
-    )]
-    NoNoise {
-        /// The sensor.
-        sensor: String,
-    },
+    #[error("sensor `{0}` has no noise to compare with\nhint: give it a noise_sigma_c above 0")]
+    NoNoise(String),
     /// A scene, a preset or a sensor that cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),

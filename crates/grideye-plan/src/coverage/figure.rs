@@ -113,7 +113,6 @@ impl Figure {
         self.climbs_m
     }
 
-    /// The figure on a place, turned counter-clockwise as seen from above.
     pub(crate) fn at(&self, ground_m: DVec3, turn_deg: f64) -> Agent {
         let parts = self.parts.iter();
         let parts = parts.map(|part| part.placed(turn_deg, ground_m)).collect();

@@ -49,7 +49,6 @@ pub struct Cell {
     pub ground_m: DVec3,
     /// What is there.
     pub kind: Kind,
-    /// The person in each turn that fits.
     pub(crate) stands: Vec<Agent>,
 }
 
@@ -75,7 +74,6 @@ impl Kind {
 }
 
 impl Floor {
-    /// The floor of a scene for somebody.
     pub(crate) fn new(
         scene: &Scene,
         blockers: &Blockers,
@@ -87,7 +85,7 @@ impl Floor {
         let count = (size / grain.cell_m).round().max(DVec2::ONE);
         if count.x * count.y > count::float(limits::CELLS_MAX) {
             let found = count::floor(count.x * count.y);
-            return Err(CoverageError::TooManyCells { found });
+            return Err(CoverageError::TooManyCells(found));
         }
         let counts = USizeVec2::new(count::floor(count.x), count::floor(count.y));
         let builder = Builder {
@@ -160,7 +158,6 @@ impl Builder<'_> {
         }
     }
 
-    /// The height that the figure would be on; `None` if something is in its way.
     fn ground_m(&self, at_m: DVec2) -> Option<f64> {
         let spans = self.blockers.column(at_m);
         let is_free = |height_m: &f64| {

@@ -134,7 +134,6 @@ struct Chooser<'a> {
     wish: &'a Wish,
 }
 
-/// What the poses so far do at each place.
 #[derive(Debug, Clone, Copy, Default)]
 struct Have {
     detecting: usize,
@@ -187,7 +186,6 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// The contrasts of one look at all places.
     fn contrasts(&self, look: usize) -> impl Iterator<Item = f64> {
         let cells = self.looks.get(look).map_or(&[][..], |look| &look.cells);
         let contrast = |place: &usize| cells.get(*place).map_or(0.0, |seen| seen.contrast);

@@ -109,7 +109,6 @@ impl MapDrawing<'_> {
         }
     }
 
-    /// Walls, and the outlines of what stands in the room, with names where there is room.
     fn room(&self, sketch: &mut Sketch, to_page: &FloorToPage) {
         for object in self.scene.objects() {
             let outline = ground::outline_m(object);
@@ -127,7 +126,6 @@ impl MapDrawing<'_> {
         sketch.closed(walls.collect(), 3.0, DARK);
     }
 
-    /// Each sensor, which way it looks, and what of the floor is in its field of view.
     fn markers(&self, sketch: &mut Sketch, to_page: &FloorToPage) {
         for (name, sensor) in self.sensors {
             let footprint = ground::in_view_m(self.scene.room(), sensor);
@@ -188,10 +186,8 @@ impl MapDrawing<'_> {
     }
 }
 
-/// The top left and the bottom right corner on the page.
 type Cell = (DVec2, DVec2);
 
-/// From the room to a panel.
 struct FloorToPage {
     low: DVec2,
     high: DVec2,
@@ -211,7 +207,6 @@ impl FloorToPage {
         }
     }
 
-    /// What it takes down the page.
     fn height(&self) -> f64 {
         self.scale * (self.high.y - self.low.y)
     }
@@ -228,7 +223,6 @@ impl FloorToPage {
         (middle - half, middle + half)
     }
 
-    /// Metres along the front and the left.
     fn rulers(&self, sketch: &mut Sketch) {
         let size = self.high - self.low;
         let step = round_step(size.max_element() / 8.0);
@@ -296,7 +290,6 @@ fn swatch(sketch: &mut Sketch, at: DVec2, (fill, how): ([u8; 3], Hatch), name: &
     at + DVec2::new(38.0 + 6.4 * count::float(name.chars().count()), 0.0)
 }
 
-/// The band of a contrast in units of what is wanted.
 fn band(part: f64) -> usize {
     let ends = [1.0 / 3.0, 1.0, 2.0, 4.0, 8.0];
     ends.iter().filter(|end| part >= **end).count()

@@ -3,7 +3,6 @@
 use glam::{DVec2, DVec3};
 use grideye_scene::{Mesh, Scene};
 
-/// What stands in the way.
 #[derive(Debug, Clone)]
 pub(crate) struct Blockers {
     meshes: Vec<Blocker>,
@@ -28,7 +27,6 @@ impl Blockers {
         }
     }
 
-    /// Whether nothing stands between two points of the room.
     pub(crate) fn are_in_sight(&self, from_m: DVec3, to_m: DVec3) -> bool {
         let mut all = self.meshes.iter().chain(&self.walls);
         all.all(|mesh| !mesh.is_met(from_m, to_m))
@@ -40,7 +38,6 @@ impl Blockers {
         meshes.flat_map(|mesh| mesh.column(at_m)).collect()
     }
 
-    /// Whether a point is in something.
     pub(crate) fn contain(&self, point_m: DVec3) -> bool {
         let mut spans = self.column(point_m.truncate()).into_iter();
         spans.any(|(low, high)| low < point_m.z && point_m.z < high)
@@ -89,7 +86,6 @@ impl Blocker {
     }
 }
 
-/// Whether the line between two points goes through a convex face.
 fn meets(face: &[DVec3], from_m: DVec3, to_m: DVec3) -> bool {
     let [first, second, third, ..] = face else {
         return false;

@@ -60,8 +60,7 @@ impl Survey {
         let blockers = Blockers::new(&empty);
         let floor = Floor::new(&empty, &blockers, figure, grain)?;
         if floor.places() == 0 {
-            let figure = figure.name().to_owned();
-            return Err(CoverageError::NoPlace { figure });
+            return Err(CoverageError::NoPlace(figure.name().to_owned()));
         }
         Ok(Self {
             empty,
@@ -77,7 +76,6 @@ impl Survey {
         &self.floor
     }
 
-    /// Whether a point is in the room and in nothing that stands in it.
     pub(crate) fn is_free(&self, point_m: DVec3) -> bool {
         self.empty.room().contains(point_m) && !self.blockers.contain(point_m)
     }
@@ -133,8 +131,7 @@ impl Survey {
     /// [`CoverageError::NoNoise`], and what keeps the sensor from being simulated.
     pub fn look(&self, sensor: &Sensor) -> Result<Look, CoverageError> {
         if sensor.noise_sigma <= 0.0 {
-            let sensor = sensor.name.clone();
-            return Err(CoverageError::NoNoise { sensor });
+            return Err(CoverageError::NoNoise(sensor.name.clone()));
         }
         let scene = self.empty.with_sensors(vec![sensor.clone()]);
         let mut simulator = Simulator::without_grid(&scene, &sensor.name)?;
@@ -183,7 +180,7 @@ impl Survey {
             return Err(CoverageError::NoCandidates);
         }
         if sensors > limits::CANDIDATES_MAX {
-            return Err(CoverageError::TooManyCandidates { found: sensors });
+            return Err(CoverageError::TooManyCandidates(sensors));
         }
         let inside = self
             .floor

@@ -3,7 +3,6 @@
 use super::plane::Plane;
 use glam::{DVec2, DVec3};
 
-/// A rectangle of the page.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Panel {
     pub(super) left: f64,
@@ -59,7 +58,6 @@ impl Camera {
         .fitted(bounds_m, panel)
     }
 
-    /// A point's place on the page.
     pub(super) fn project(&self, point_m: DVec3) -> DVec2 {
         let from_target_m = point_m - self.target_m;
         let shrink = self.eye_m.map_or(1.0, |eye_m| {
@@ -108,9 +106,7 @@ impl Camera {
 const TURN_RAD: f64 = 0.58;
 /// … and above the level by this, 26 degrees.
 const RISE_RAD: f64 = 0.45;
-/// Distance of the eye, in diagonals of the room.
 const AWAY: f64 = 2.0;
-/// Room for rulers and names around a view.
 const MARGIN: f64 = 36.0;
 
 #[cfg(test)]

@@ -7,15 +7,12 @@ use glam::{DVec2, DVec3};
 use grideye_scene::{Body, Scene};
 use std::collections::HashSet;
 
-/// The names of one view.
 #[derive(Debug, Default)]
 pub(super) struct Labels {
     pub(super) placed: Vec<Label>,
-    /// How many names had no room.
     pub(super) left_out: usize,
 }
 
-/// A text and the middle of its base line.
 #[derive(Debug)]
 pub(super) struct Label {
     pub(super) at: DVec2,

@@ -4,7 +4,6 @@ use super::camera::Camera;
 use super::plane::Plane;
 use glam::DVec3;
 
-/// Something flat to paint.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     /// Corners of a face, ends of a line, or one point.
@@ -140,7 +139,6 @@ fn divide(pieces: Vec<Piece>, plane: &Plane) -> Divided {
     divided
 }
 
-/// The parts of a piece below and above a plane.
 fn cut(piece: &Piece, plane: &Plane) -> (Option<Piece>, Option<Piece>) {
     if let Paint::Line { .. } = piece.paint {
         return cut_line(piece, plane);
@@ -199,9 +197,7 @@ fn solid_part(part: Piece) -> Option<Piece> {
     (part.points_m.len() >= 3).then_some(part)
 }
 
-/// Planes that are tried before one divides.
 const CANDIDATES: usize = 6;
-/// Points so near to a plane lie in it: a micrometre.
 const SLACK_M: f64 = 1e-6;
 
 #[cfg(test)]

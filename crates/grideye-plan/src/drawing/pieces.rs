@@ -9,7 +9,6 @@ use glam::DVec3;
 use grideye_scene::{Agent, Cuboid, Mesh, Room, Scene, Sensor, count};
 use std::collections::HashMap;
 
-/// The lowest and the highest corner of what is drawn, metres.
 pub(super) fn bounds_m(scene: &Scene) -> (DVec3, DVec3) {
     scene.room().bounds_m()
 }
@@ -37,7 +36,6 @@ impl Walls {
     }
 }
 
-/// Everything that hides and is hidden.
 pub(super) fn of_scene(
     (scene, walls): (&Scene, &Walls),
     drawing: &Drawing<'_>,
@@ -78,7 +76,6 @@ pub(super) fn circle_step(agent: &Agent, sensor: &Sensor) -> usize {
         .max(1)
 }
 
-/// Where the agent is when the circles are drawn.
 pub(super) fn captured_points_m(agent: &Agent, sensor: &Sensor) -> Vec<DVec3> {
     let step = circle_step(agent, sensor);
     (0..frames_on_trajectory(agent, sensor))
@@ -87,7 +84,6 @@ pub(super) fn captured_points_m(agent: &Agent, sensor: &Sensor) -> Vec<DVec3> {
         .collect()
 }
 
-/// The corners of what a sensor has in view at a distance before it, in the order of the outline.
 fn view_corners_m(sensor: &Sensor, forward_m: f64) -> [DVec3; 4] {
     let slopes = sensor.view_slopes();
     let world_from_sensor = sensor.pose.world_from_sensor();
@@ -186,7 +182,6 @@ fn is_crease(one: Option<Plane>, other: Option<Plane>) -> bool {
         .is_none_or(|(one, other)| one.normal.dot(other.normal) < CREASE_COS)
 }
 
-/// Lit from above, a little from the front left.
 fn shaded(color: [u8; 3], normal: DVec3) -> [u8; 3] {
     let light = DVec3::new(-0.37, -0.56, 0.74);
     let brightness = 0.72 + 0.28 * normal.dot(light).max(0.0);
@@ -239,7 +234,6 @@ fn jutting_walls(walls: &Walls, camera: &Camera) -> Vec<Piece> {
     walls.jutting.iter().filter(is_seen).map(piece).collect()
 }
 
-/// The pyramid up to the walls: its sides, and where it meets floor and walls.
 fn add_view(
     pieces: &mut Vec<Piece>,
     sensor: &Sensor,
@@ -316,7 +310,6 @@ fn shadow(tip_m: DVec3, wall: &[DVec3]) -> Option<Vec<Plane>> {
     Some(planes)
 }
 
-/// What is left of a piece outside all shadows.
 fn lit(piece: Piece, shadows: &[Vec<Plane>]) -> Vec<Piece> {
     let mut lit = vec![piece];
     for shadow in shadows {
@@ -394,12 +387,9 @@ const WALL_EDGE: [u8; 3] = [0x99; 3];
 const WALL_OPACITY: f64 = 0.6;
 /// Walls whose shadows are left out of what a sensor has in view; the shadows of further ones are not.
 const SHADOWS_MAX: usize = 100;
-/// A sensor this near to a wall is on it, metres.
 const ON_WALL_M: f64 = 1e-6;
 const PYRAMID_OPACITY: f64 = 0.22;
 /// Faces that meet at less than 30 degrees are one round surface.
 const CREASE_COS: f64 = 0.866;
-/// Circles on one way from which on they are drawn smaller.
 const CROWDED: usize = 60;
-/// Frames on a way that are counted.
 const FRAMES_MAX: usize = 1_000_000;

@@ -26,7 +26,6 @@ impl Plane {
         })
     }
 
-    /// How far a point is on the side that the normal points to.
     pub(super) fn height_m(&self, point_m: DVec3) -> f64 {
         self.normal.dot(point_m) - self.offset_m
     }

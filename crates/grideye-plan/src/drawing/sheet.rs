@@ -65,7 +65,6 @@ impl Sheet {
         });
     }
 
-    /// Floor and walls that are seen from within.
     pub(super) fn walls_behind(&mut self, camera: &Camera, walls: &[Vec<DVec3>]) {
         for wall in walls.iter().filter(|wall| is_seen(camera, wall)) {
             let outline = path(camera, wall, true);
@@ -76,7 +75,6 @@ impl Sheet {
         }
     }
 
-    /// The edges of the walls between the eye and the room.
     pub(super) fn walls_before(&mut self, camera: &Camera, walls: &[Vec<DVec3>]) {
         for wall in walls.iter().filter(|wall| !is_seen(camera, wall)) {
             let outline = path(camera, wall, true);
@@ -138,7 +136,6 @@ impl Sheet {
         }
     }
 
-    /// The directions of the room's axes, in its corner.
     pub(super) fn axes(&mut self, camera: &Camera, (low, high): (DVec3, DVec3)) {
         let corner = camera.project(low);
         for (name, end) in [
@@ -157,7 +154,6 @@ impl Sheet {
         }
     }
 
-    /// Lengths in metres along the front and the left of the map.
     pub(super) fn ruler(&mut self, camera: &Camera, (low, high): (DVec3, DVec3)) {
         let step = round_step((high - low).max_element() / 7.0);
         for (axis, span) in [(DVec3::X, high.x - low.x), (DVec3::Y, high.y - low.y)] {
@@ -192,7 +188,6 @@ impl Sheet {
         }
     }
 
-    /// What the colours stand for.
     pub(super) fn legend(&mut self, y: f64, somebody_walks: bool) {
         let mut x = 24.0;
         for (color, text) in [
@@ -273,14 +268,12 @@ impl Sheet {
         });
     }
 
-    /// A plain line of the legend.
     fn remark(&mut self, (x, y): (f64, f64), text: &str) {
         self.line("text", |element| {
             element.with("x", x).with("y", y).text(text);
         });
     }
 
-    /// An element on a line of its own.
     fn line(&mut self, name: &'static str, write: impl FnOnce(Element<'_>)) {
         write(self.svg.element(name));
         self.svg.line_end();
@@ -291,7 +284,6 @@ fn stroke<'a>(element: Element<'a>, color: &str, width: &str) -> Element<'a> {
     element.with("stroke", color).with("stroke-width", width)
 }
 
-/// A way is dots.
 fn dotted(element: Element<'_>, color: &str) {
     let element = stroke(element, color, "1.6").with("stroke-dasharray", "0.1 4");
     element.with("stroke-linecap", "round").end();
@@ -319,7 +311,6 @@ fn path(camera: &Camera, points_m: &[DVec3], closed: bool) -> String {
     svg::path(places.map(|at| (at.x, at.y)), 1, closed)
 }
 
-/// Faces smaller than this on the page have no edges.
 const TINY: f64 = 5.0;
 
 #[cfg(test)]

@@ -7,7 +7,6 @@ use grideye_scene::{Sensor, count, physical::Optics};
 
 /// Deviation of a spacing from Eq. 7 that is let pass: 1 %, a third of a millimetre in 30.
 const TOLERANCE: f64 = 0.01;
-/// Places so near to one another are one: a tenth of a millimetre.
 const SLACK_M: f64 = 1e-4;
 
 pub(super) fn check_alike(first: &Sensor, sensors: &[&Sensor]) -> Result<(), ArrayError> {
@@ -45,7 +44,6 @@ pub(super) fn check_alike(first: &Sensor, sensors: &[&Sensor]) -> Result<(), Arr
     Ok(())
 }
 
-/// Spacing and factor from the places on one axis.
 pub(super) fn axis(
     direction: &'static str,
     offsets: &[f64],
@@ -100,7 +98,6 @@ pub(super) fn axis(
     Ok(axis)
 }
 
-/// The places without those that are there already, in order.
 fn different(offsets: &[f64]) -> Vec<f64> {
     let mut sorted = offsets.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -234,5 +234,4 @@ const SIGMA_FLOOR_C: f64 = 0.02;
 const STEP_C: f64 = 0.5;
 /// Steps below it weigh as it does, °C: rounding must not.
 const FLAT_C: f64 = 0.01;
-/// How often the weights are found again.
 const ROUNDS: usize = 20;

@@ -2,7 +2,6 @@
 
 use grideye_scene::count;
 
-/// Centres so near to one another, in cells, are one.
 const SAME_CELL: f64 = 1e-6;
 
 /// One axis of the array.
@@ -33,7 +32,6 @@ impl Axis {
         (self.pixels * self.factor + 1).saturating_sub(self.sensors)
     }
 
-    /// The pixel of a sensor that lies over a cell.
     pub(super) fn pixel(&self, sensor: usize, cell: usize) -> Option<usize> {
         let pixel = cell.checked_sub(sensor)? / self.factor;
         (pixel < self.pixels).then_some(pixel)

@@ -20,7 +20,6 @@ struct Error {
     covered_c: f64,
 }
 
-/// One way of fusing: its frame and its error, without noise and with.
 #[derive(Debug)]
 struct Fused {
     name: &'static str,
@@ -206,7 +205,6 @@ fn compared(
     }
 }
 
-/// The mean of several frames of what stands still: each with noise of its own.
 fn mean_of_frames(simulator: &Simulator, quiet: &Image, (frames, seed): (u32, u64)) -> Image {
     let mut sum = vec![0.0; quiet.celsius.len()];
     for frame in 0..frames {
@@ -225,7 +223,6 @@ fn mean_of_frames(simulator: &Simulator, quiet: &Image, (frames, seed): (u32, u6
     }
 }
 
-/// The sensor whose place is nearest to the middle of the array.
 fn middle_sensor(sensors: &[&Sensor], array: &SensorArray) -> usize {
     let middle_m = array.virtual_sensor().pose.position_m;
     let away_m = |index: &usize| sensors[*index].pose.position_m.distance(middle_m);

@@ -2,7 +2,6 @@
 
 use super::error::STEPS_MAX;
 
-/// The normal equations, one axis after the other.
 pub(super) struct System {
     pub(super) across: Vec<Vec<(usize, f64)>>,
     pub(super) down: Vec<Vec<(usize, f64)>>,
@@ -37,7 +36,6 @@ impl System {
         }
     }
 
-    /// What the sensors make of the cells, given back to the cells, and the smoothness.
     fn apply(&self, cells: &[f64]) -> Vec<f64> {
         let mut sum = self.spread_back(&self.seen(cells));
         for (apart, weights) in [(1, &self.to_right), (self.columns, &self.to_below)] {

@@ -88,7 +88,6 @@ impl Separation {
     }
 }
 
-/// Each sensor alone, each pair, and all together.
 fn groups(sensors: usize) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = (0..sensors).map(|sensor| vec![sensor]).collect();
     for one in 0..sensors {
@@ -100,11 +99,9 @@ fn groups(sensors: usize) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The distance of the two situations that are nearest to one another.
 fn smallest(found: &Separation, group: &[usize], of: impl Fn(&Distance) -> f64 + Copy) -> f64 {
     let distances = found.pairs.iter().map(|pair| pair.together(group, of));
     distances.fold(f64::INFINITY, f64::min)
 }
 
-/// One of the ways to say how far apart two pictures are.
 type Measure = fn(&Distance) -> f64;

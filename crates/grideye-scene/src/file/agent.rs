@@ -40,7 +40,6 @@ pub(crate) fn agent(
     Ok(agent)
 }
 
-/// The rows of the trajectory, or the position as the only way-point.
 fn waypoints(reader: &Reader<'_>, table: &Spanned<AgentTable>) -> Read<Vec<Waypoint>> {
     let keys = table.get_ref();
     let start = table.span().start;
@@ -106,7 +105,6 @@ fn trajectory(
     }
 }
 
-/// Whoever stands still has no key that is about moving.
 fn check_no_way(reader: &Reader<'_>, keys: &AgentTable) -> Read<()> {
     let start = |key: &Option<Spanned<String>>| key.as_ref().map(|key| key.span().start);
     let speed = keys.speed_mm_per_s.as_ref().map(|key| key.span().start);
@@ -148,7 +146,6 @@ fn motion(reader: &Reader<'_>, table: &Spanned<AgentTable>) -> Read<Motion> {
     }
 }
 
-/// A way walked at a speed.
 fn paced(
     motion: Motion,
     waypoints: &[Waypoint],
@@ -168,7 +165,6 @@ fn paced(
     }
 }
 
-/// A way whose way-points are reached at their times.
 fn stamped(
     motion: Motion,
     waypoints: &[Waypoint],
@@ -268,7 +264,6 @@ fn check_inside(agent: &Agent, index: usize, point: &Waypoint, room: &Room) -> R
     Err(SceneError::AgentLeavesRoom { name, why })
 }
 
-/// Between the way-points, a wall that juts into the room may be in the way.
 fn check_walls(agent: &Agent, waypoints: &[Waypoint], walls: &Walls) -> Read<()> {
     let Some((time, place_m)) = walls.first_met_by(agent) else {
         return Ok(());

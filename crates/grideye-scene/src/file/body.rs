@@ -163,7 +163,6 @@ fn word(shape: &Option<Spanned<String>>) -> &str {
     shape.as_ref().map_or("cuboid", |shape| shape.get_ref())
 }
 
-/// A shape that its size alone describes, on the origin.
 fn simple(reader: &Reader<'_>, shape: &Option<Spanned<String>>, size_m: DVec3) -> Read<Mesh> {
     match word(shape) {
         "cuboid" => Ok(Mesh::of_cuboid(&Cuboid::new(DVec3::ZERO, size_m, 0.0))),
@@ -214,7 +213,6 @@ fn check_keys(reader: &Reader<'_>, table: &Spanned<ObjectTable>) -> Read<()> {
     Ok(())
 }
 
-/// Red, green and blue of `#rrggbb`.
 pub(crate) fn color(reader: &Reader<'_>, given: &Option<Spanned<String>>) -> Read<Option<[u8; 3]>> {
     let Some(given) = given else { return Ok(None) };
     let digits = given.get_ref().strip_prefix('#').filter(|digits| {

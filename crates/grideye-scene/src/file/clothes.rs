@@ -29,7 +29,6 @@ const OUTSIDES: [(&str, [f64; 2]); 4] = [
     ("coat", [0.14, 0.93]),
 ];
 
-/// Temperature of skin that is covered, °C.
 const SKIN_C: f64 = 33.0;
 
 /// What the paper's model takes for a person without a `temperature_c`: with law B, bodies of 28 to 30 °C came nearest
@@ -39,7 +38,6 @@ const PAPER_C: f64 = 29.0;
 /// From this on, a bare temperature of an agent is that of skin rather than that of clothes, °C.
 const WARM_C: f64 = 26.0;
 
-/// The keys that say what a surface is.
 #[derive(Clone, Copy)]
 pub(crate) struct Keys<'a> {
     temperature_c: &'a Option<Spanned<f64>>,

@@ -27,7 +27,6 @@ pub(crate) struct SceneTable {
     pub(crate) fit: Vec<Spanned<FitTable>>,
 }
 
-/// An unknown of the scene.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FitTable {
@@ -50,7 +49,6 @@ pub(crate) struct RoomTable {
 }
 
 impl SceneTable {
-    /// Forgets what is not present.
     pub(crate) fn leave_out_absent(&mut self) {
         self.object.retain(|table| table.get_ref().present);
         self.mosaic.retain(|table| table.get_ref().present);
@@ -66,7 +64,6 @@ const fn here() -> bool {
     true
 }
 
-/// An object, or a part of an agent.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ObjectTable {
@@ -99,7 +96,6 @@ pub(crate) struct ObjectTable {
     pub(crate) present: bool,
 }
 
-/// Cuboids side by side.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MosaicTable {
@@ -162,9 +158,7 @@ pub(crate) struct SensorTable {
     pub(crate) pixel_1: Option<Spanned<String>>,
 }
 
-/// Rows of temperatures.
 pub(crate) type Rows = Vec<Spanned<Vec<Spanned<f64>>>>;
-/// Lengths along x, y and z.
 pub(crate) type Triple = Bounded<f64, 3>;
 pub(crate) type Triples = Spanned<Vec<Spanned<Triple>>>;
 pub(crate) type Pair = Bounded<f64, 2>;

@@ -40,9 +40,7 @@ pub struct Table<'a, 'i> {
 /// A key and its value.
 pub type Entry<'a, 'i> = (&'a Spanned<Cow<'i, str>>, &'a Spanned<DeValue<'i>>);
 
-/// The kinds of tables that have names.
 const NAMED: [&str; 5] = ["object", "mosaic", "agent", "sensor", "part"];
-/// Names that a hint lists.
 const LISTED_MAX: usize = 20;
 
 impl<'a, 'i> Table<'a, 'i> {

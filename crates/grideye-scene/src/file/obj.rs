@@ -23,7 +23,6 @@ pub(crate) fn given(
     })
 }
 
-/// The surface in an OBJ file.
 pub(crate) fn named(
     reader: &Reader<'_>,
     file: &Spanned<String>,
@@ -104,7 +103,6 @@ fn corners<'a>(fields: impl Iterator<Item = &'a str>, vertices: usize) -> Option
     fields.map(index).collect()
 }
 
-/// Largest coordinate in the file's own unit.
 const COORDINATE_MAX: f64 = 1e6;
 
 #[cfg(test)]

@@ -7,7 +7,6 @@ use crate::model::{Agent, Body, Print, Scene, limits};
 use crate::motion::Stay;
 use glam::{DMat3, DVec3};
 
-/// All prints of a scene.
 pub(crate) fn prints(reader: &Reader<'_>, scene: &Scene) -> Read<Vec<Print>> {
     let mut prints = Vec::new();
     let hint = "give `material` only to what somebody really sits or lies on";
@@ -87,7 +86,6 @@ fn on_object(
     }
 }
 
-/// Whether a polygon's corners run counter-clockwise as seen from above: the face looks upwards.
 fn runs_left(corners: &[DVec3]) -> bool {
     let Some(anchor) = corners.first() else {
         return false;

@@ -13,7 +13,6 @@ use std::path::{Component, Path};
 use toml::Spanned;
 use toml::de::DeTable;
 
-/// What is read, or why it is not.
 pub(crate) type Read<T> = Result<T, SceneError>;
 
 pub(crate) struct Reader<'a> {
@@ -32,7 +31,6 @@ impl<'a> Deref for Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// A reader of a text that is not too long.
     pub(crate) fn new(origin: &'a str, text: &'a str, files: &'a dyn Files) -> Read<Self> {
         let source = Source {
             origin,
@@ -56,13 +54,11 @@ impl<'a> Reader<'a> {
         Ok(DeTable::parse(self.text).map_err(|error| self.malformed(&error))?)
     }
 
-    /// A key that a table must have, given its other keys.
     pub(crate) fn missing(&self, byte: usize, table: &str, key: &str, hint: &str) -> SceneError {
         let problem = format!("{table} has no `{key}`");
         self.place(byte).refused(problem, hint).into()
     }
 
-    /// Two keys of which a table may have only one.
     pub(crate) fn conflict(
         &self,
         byte: usize,
@@ -174,7 +170,6 @@ impl<'a> Reader<'a> {
         Err(self.refused("name", name.span(), NAME_RULE, hint))
     }
 
-    /// Several numbers with one rule.
     pub(crate) fn numbers<const N: usize, const ONE: bool>(
         &self,
         numbers: &Spanned<crate::text::Bounded<f64, N, ONE>>,
@@ -219,7 +214,6 @@ impl<'a> Reader<'a> {
         self.per_axis(angles, &FIELD_OF_VIEW)
     }
 
-    /// Two numbers, the first below the second.
     pub(crate) fn range(
         &self,
         range: &Option<Spanned<Pair>>,

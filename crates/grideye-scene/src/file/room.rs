@@ -48,7 +48,6 @@ pub(crate) fn room(reader: &Reader<'_>, table: &Spanned<RoomTable>) -> Read<Room
     Ok(Room::of_box(reader.size_m(size_mm)?, ambient_c))
 }
 
-/// The keys are those of one way to give a room.
 fn check_keys(reader: &Reader<'_>, table: &Spanned<RoomTable>) -> Read<()> {
     let keys = table.get_ref();
     let given = [
@@ -91,7 +90,6 @@ fn of_mesh<T>(
     })
 }
 
-/// The corners of a simple polygon with an area.
 fn plan(reader: &Reader<'_>, plan_mm: &PlanKey) -> Read<Vec<DVec2>> {
     let corners = plan_mm.get_ref();
     let hint = "leave out corners on straight walls";
@@ -166,7 +164,6 @@ fn wall(plan_m: &[DVec2], index: usize) -> [DVec2; 2] {
     [plan_m[index % count], plan_m[(index + 1) % count]]
 }
 
-/// Whether two segments cross within both.
 fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     let side = |from: DVec2, to: DVec2, point: DVec2| (to - from).perp_dot(point - from);
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0

@@ -175,7 +175,6 @@ pub(crate) const PAPER_EXPERIMENT: Rule = Rule {
     expected: "1, 2, 3 or 4",
     hint: "the experiment of the paper that this scene stands for; leave it out for a scene of your own",
 };
-/// The number of an experiment that has a table in the paper.
 pub(crate) fn paper_experiment(number: f64) -> Option<u8> {
     (1..=4).find(|&experiment| f64::from(experiment) == number)
 }

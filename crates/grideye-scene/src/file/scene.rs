@@ -108,7 +108,6 @@ fn band(reader: &Reader<'_>, tables: &SceneTable) -> Read<Band> {
     }))
 }
 
-/// The objects that are in the room, each mosaic as its cells, and a warning for each that is not.
 fn objects(
     reader: &Reader<'_>,
     tables: &SceneTable,
@@ -146,7 +145,6 @@ fn objects(
     Ok((objects, warnings))
 }
 
-/// Who runs into what, as warnings or as the first of them as an error.
 fn contacts(reader: &Reader<'_>, tables: &SceneTable, scene: &Scene) -> Read<Vec<Warning>> {
     let choices = [
         ("warning", Some(false)),

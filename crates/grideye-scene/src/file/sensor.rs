@@ -199,7 +199,6 @@ fn grid_points(
     Ok(axis.into())
 }
 
-/// What a preset stands for; a key beside it in the file goes before it.
 struct Preset {
     name: &'static str,
     resolution: USizeVec2,

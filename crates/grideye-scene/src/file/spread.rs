@@ -18,16 +18,13 @@ use toml::Spanned;
 /// How a body stands in the room, and how warm it is on the whole.
 pub(crate) struct Stand {
     pub(crate) base_m: DVec3,
-    /// From its own axes to the room's.
     pub(crate) rotation: DMat3,
     pub(crate) celsius: f64,
 }
 
 /// The most that two neighbouring strips or cells of a gradient differ, °C, so long as the limits allow it.
 const STEP_C: f64 = 0.1;
-/// Strips of a gradient.
 const STRIPS_MAX: usize = 256;
-/// Parts along each side of a cell that is interpolated.
 const PARTS_MAX: usize = 100;
 
 /// What the keys say of a body's warmth, and its surface, cut where temperatures meet.
@@ -64,7 +61,6 @@ pub(crate) fn of(
     Ok((mesh, thermal))
 }
 
-/// Keys that exclude one another, and keys that mean nothing alone.
 fn check_keys(reader: &Reader<'_>, table: &Spanned<ObjectTable>) -> Read<()> {
     let keys = table.get_ref();
     let title = || format!("`{}`", keys.name.get_ref());
@@ -144,7 +140,6 @@ fn by_face(
     Ok(offsets_c)
 }
 
-/// Cuts a body into strips across a gradient, °C a metre in the room.
 fn along(mesh: &Mesh, base_m: DVec3, gradient: DVec3) -> (Mesh, Vec<f64>) {
     let offset_c = |point: DVec3| gradient.dot(point - base_m);
     let (low_c, high_c) = range(mesh.vertices_m().iter().map(|point| offset_c(*point)));
@@ -167,7 +162,6 @@ fn along(mesh: &Mesh, base_m: DVec3, gradient: DVec3) -> (Mesh, Vec<f64>) {
     })
 }
 
-/// A grid of temperatures on one face, or on all as seen from above.
 fn texture(
     reader: &Reader<'_>,
     (table, grid): (&Spanned<ObjectTable>, &Spanned<Rows>),
@@ -215,7 +209,6 @@ fn texture(
     }))
 }
 
-/// Cells of one temperature each, row by row from the top.
 struct Cells {
     columns: usize,
     rows: usize,

@@ -5,10 +5,8 @@ use crate::text::{Place, Refusal, excerpt};
 use csv::{Position, StringRecord};
 use glam::DVec3;
 
-/// A way-point and the place of its row.
 pub(crate) struct Waypoint {
     pub(crate) position_mm: DVec3,
-    /// When it is reached, if the trajectory has the column for it.
     pub(crate) time_s: Option<f64>,
     pub(crate) dwell_s: f64,
     pub(crate) place: Place,
@@ -83,7 +81,6 @@ impl Table<'_> {
         })
     }
 
-    /// Finds out which of the columns that may be left out are there.
     fn check_header(&mut self, header: &StringRecord) -> Result<(), Refusal> {
         if header.get(0) == Some(TIME) {
             self.columns.insert(0, TIME);
@@ -127,7 +124,6 @@ impl Table<'_> {
         })
     }
 
-    /// The number that a row has in a column, if there is this column.
     fn number(&self, row: &StringRecord, column: &str) -> Result<Option<f64>, Refusal> {
         let Some(index) = self.columns.iter().position(|known| *known == column) else {
             return Ok(None);

@@ -17,7 +17,6 @@ use glam::DVec3;
 /// Convex bodies are smaller by this on each side, metres: what only touches, or overlaps by up to twice this, is free.
 pub(crate) const TOLERANCE_M: f64 = 5e-4;
 
-/// The shortest step along a leg, metres; of a leg that is longer than so many steps, a part of it.
 const STEP_M: f64 = 5e-4;
 
 const STEPS_MAX: f64 = 10_000.0;
@@ -25,14 +24,12 @@ const STEPS_MAX: f64 = 10_000.0;
 /// Halvings of the last step: to a millionth of it.
 const HALVINGS: usize = 20;
 
-/// A moment and a place.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Meeting {
     pub(crate) time_s: f64,
     pub(crate) place_m: DVec3,
 }
 
-/// Convex bodies, and the box around them all.
 #[derive(Debug, Clone)]
 pub(crate) struct Shape {
     pub(crate) pieces: Vec<Piece>,
@@ -157,7 +154,6 @@ fn shrunk(points: &[DVec3]) -> Vec<DVec3> {
 pub(crate) struct Span {
     pub(crate) start_s: f64,
     pub(crate) end_s: f64,
-    /// The sum of their highest speeds.
     pub(crate) speed_max_m_per_s: f64,
 }
 
@@ -169,10 +165,8 @@ impl Span {
     };
 }
 
-/// A shape, and how far it has moved at a time.
 pub(crate) type Moving<'a> = (&'a Shape, &'a dyn Fn(f64) -> DVec3);
 
-/// The first moment of a span in which any of their pieces meet.
 pub(crate) fn first_meeting(one: Moving<'_>, other: Moving<'_>, span: &Span) -> Option<Meeting> {
     let swept = |bounds: Bounds, moved_m: &dyn Fn(f64) -> DVec3| {
         bounds.swept(moved_m(span.start_s), moved_m(span.end_s))
@@ -211,7 +205,6 @@ pub(crate) fn first_meeting(one: Moving<'_>, other: Moving<'_>, span: &Span) -> 
     first
 }
 
-/// Steps through a span as fast as the gap allows.
 fn advance(gap_at: &dyn Fn(f64) -> Gap, span: &Span) -> Option<Meeting> {
     let (start_s, end_s, speed) = (span.start_s, span.end_s, span.speed_max_m_per_s);
     let step_min_m = STEP_M.max(speed * (end_s - start_s) / STEPS_MAX);

@@ -2,7 +2,6 @@
 
 use glam::{DMat3, DVec3};
 
-/// The gap between two convex hulls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gap {
     /// 0 if they meet, metres.
@@ -55,14 +54,10 @@ pub(crate) fn gap(one: &[DVec3], offset_m: DVec3, other: &[DVec3]) -> Gap {
     nearest.gap()
 }
 
-/// Rounds after which the nearest points found so far have to do; boxes need about five, round bodies ten.
 const ROUNDS_MAX: usize = 64;
-/// Nearer than this is together, metres.
 const MEETING_M: f64 = 1e-9;
-/// The part of the distance's square that may be left.
 const PRECISION: f64 = 1e-9;
 
-/// The point of a simplex that is nearest to the origin.
 #[derive(Debug, Clone)]
 struct Nearest {
     point: DVec3,
@@ -72,7 +67,6 @@ struct Nearest {
 }
 
 impl Nearest {
-    /// Tries every part of the simplex: 15 at most.
     fn of(simplex: &[Corner]) -> Self {
         let mut nearest = Self {
             point: DVec3::INFINITY,
@@ -157,7 +151,6 @@ fn shares(part: &[Corner]) -> Option<Vec<f64>> {
     shares.iter().all(|share| *share >= 0.0).then_some(shares)
 }
 
-/// The point that lies farthest in a direction.
 fn farthest(points: &[DVec3], direction: DVec3) -> DVec3 {
     let mut farthest = (f64::NEG_INFINITY, DVec3::ZERO);
     for point in points {

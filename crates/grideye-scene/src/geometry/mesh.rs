@@ -63,9 +63,7 @@ pub enum MeshError {
     Empty,
 }
 
-/// Corners of a round body's widest ring.
 const SEGMENTS: usize = 32;
-/// Rings from pole to pole.
 const RINGS: usize = 16;
 
 /// The corners of a cuboid's faces, counter-clockwise as seen from outside, as `Cuboid::corners_in_world` counts them.
@@ -433,7 +431,6 @@ fn is_within(vertices_m: &[DVec3], triangle: [usize; 3], outward: DVec3, corner:
     side(0, 1) >= 0.0 && side(1, 2) >= 0.0 && side(2, 0) >= 0.0
 }
 
-/// [`polygon::area_vector`] of a face.
 fn area_vector(vertices_m: &[DVec3], face: &[usize]) -> DVec3 {
     polygon::area_vector(face.iter().map(|corner| vertices_m[*corner]))
 }

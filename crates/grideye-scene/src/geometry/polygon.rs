@@ -73,7 +73,6 @@ pub(crate) fn normal(side: &[DVec3]) -> DVec3 {
     area_vector(side.iter().copied()).normalize_or_zero()
 }
 
-/// Area of a plan; negative if its corners run clockwise.
 pub(crate) fn area_m2(plan_m: &[DVec2]) -> f64 {
     let anchor = plan_m.first().copied().unwrap_or_default();
     let walls = plan_m.iter().zip(plan_m.iter().cycle().skip(1));

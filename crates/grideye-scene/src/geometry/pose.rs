@@ -52,12 +52,6 @@ impl Pose {
         }
     }
 
-    /// The rotation that turns directions in the room into directions as the sensor has them.
-    #[must_use]
-    pub const fn sensor_from_world(&self) -> DMat3 {
-        self.sensor_from_world
-    }
-
     /// The rotation that turns the sensor's directions into the room's.
     #[must_use]
     pub fn world_from_sensor(&self) -> DMat3 {

@@ -2,12 +2,10 @@
 
 use super::transient::{Material, Transient};
 
-/// How the warmth of a body is spread and changes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Thermal {
     /// By how much each face is warmer than the body, °C; empty if none is.
     pub(crate) offsets_c: Vec<f64>,
-    /// How its temperature changes in time.
     pub(crate) transient: Option<Transient>,
     /// What it is made of, if warm prints are left on it.
     pub(crate) material: Option<Material>,

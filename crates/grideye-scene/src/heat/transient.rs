@@ -8,19 +8,15 @@
 
 use std::f64::consts::PI;
 
-/// A lumped body.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Transient {
-    /// Time in which a difference to ambient falls to 1/e, seconds.
     pub(crate) time_constant_s: f64,
     /// How much warmer than ambient it gets in the end while its power is on, °C.
     pub(crate) rise_c: f64,
-    /// From when to when the power is on, seconds; one after the other.
     pub(crate) on_s: Vec<[f64; 2]>,
 }
 
 impl Transient {
-    /// Its temperature after `time_s`, from `start_c` at the start of the scene.
     pub(crate) fn celsius(&self, start_c: f64, ambient_c: f64, time_s: f64) -> f64 {
         let mut excess_c = start_c - ambient_c;
         let mut reached_s = 0.0;
@@ -41,7 +37,6 @@ impl Transient {
     }
 }
 
-/// What an object is made of, as far as warm prints on it are concerned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Material {
     Foam,
@@ -73,7 +68,6 @@ pub(crate) fn left(contact_s: f64, after_s: f64, fading_s: f64) -> f64 {
     spread * exp_erfc_root(after_s / fading_s)
 }
 
-/// `exp(x) erfc(√x)`.
 fn exp_erfc_root(x: f64) -> f64 {
     if x < ASYMPTOTIC {
         return libm::exp(x) * libm::erfc(x.sqrt());

@@ -19,7 +19,6 @@ pub struct Body {
     pub mesh: Mesh,
     /// Its temperature at the start and on the whole, and its emissivity.
     pub surface: Surface,
-    /// How its temperature is spread over its faces, and how it changes.
     pub(crate) thermal: Thermal,
     /// Its colour in drawings of the room: red, green, blue.
     pub color: Option<[u8; 3]>,
@@ -39,7 +38,6 @@ pub struct Agent {
     pub trajectory: Option<Trajectory>,
     /// How it is turned on its way to each way-point; `None` if it does not turn.
     pub(crate) turns: Option<Vec<DMat3>>,
-    /// The objects and agents that it may touch without running into them.
     pub(crate) touches: Vec<String>,
 }
 
@@ -121,7 +119,6 @@ impl Agent {
         parts.collect()
     }
 
-    /// One of its parts where it is after `time_s`.
     pub(crate) fn standing(&self, part: &Mesh, time_s: f64) -> Mesh {
         let time = Duration::try_from_secs_f64(time_s).unwrap_or(Duration::MAX);
         let turned = self.turned(part, self.turn(time).unwrap_or(DMat3::IDENTITY));

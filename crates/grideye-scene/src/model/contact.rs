@@ -20,7 +20,6 @@ pub struct Contact {
     pub time: Duration,
     /// Where it begins, metres.
     pub place_m: DVec3,
-    /// The agent's place in the scene.
     pub(crate) agent: usize,
 }
 
@@ -63,7 +62,6 @@ impl Scene {
     }
 }
 
-/// The walls that jut into a room, as obstacles.
 #[derive(Debug)]
 pub(crate) struct Walls {
     shape: Shape,
@@ -78,7 +76,6 @@ impl Walls {
         }
     }
 
-    /// Whether a body reaches through one of them, rather than to it.
     pub(crate) fn meet(&self, mesh: &Mesh) -> bool {
         let still = |_| DVec3::ZERO;
         let span = Span::STILL;
@@ -86,7 +83,6 @@ impl Walls {
         !self.shape.pieces.is_empty() && met().is_some()
     }
 
-    /// When and where an agent first reaches through one of them.
     pub(crate) fn first_met_by(&self, agent: &Agent) -> Option<(Duration, DVec3)> {
         if self.shape.pieces.is_empty() {
             return None;
@@ -108,7 +104,6 @@ impl Contact {
     }
 }
 
-/// What may be run into.
 struct Obstacle<'a> {
     name: &'a str,
     shape: Shape,
@@ -123,7 +118,6 @@ impl<'a> Obstacle<'a> {
     }
 }
 
-/// An agent with the straight legs of its way.
 struct Mover<'a> {
     agent: &'a Agent,
     legs: Vec<Leg>,
@@ -157,7 +151,6 @@ impl<'a> Mover<'a> {
         self.agent.touches.iter().any(|touched| touched == name)
     }
 
-    /// How far it has moved from its start.
     fn moved_m(&self, time_s: f64) -> DVec3 {
         let trajectory = self.agent.trajectory.as_ref();
         trajectory.map_or(DVec3::ZERO, |way| way.at_s(time_s) - self.agent.start_m)
@@ -173,7 +166,6 @@ impl<'a> Mover<'a> {
         Shape::new(&turned)
     }
 
-    /// Its shape during a span, if it is not the one it has at first.
     fn turned_in(&self, span: &Span) -> Option<Shape> {
         let turns = self.agent.turns.as_ref()?;
         let way = self.agent.trajectory.as_ref()?;

@@ -9,20 +9,17 @@ use crate::model::body::Body;
 use crate::motion::Stay;
 use crate::radiometry::Surface;
 
-/// A print on an object.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Print {
     pub(crate) sheet: Mesh,
     /// The object's place in the scene, and how much warmer than it on the whole its face is there.
     pub(crate) object: usize,
     pub(crate) offset_c: f64,
-    /// The temperature that the contact held the face at.
     pub(crate) contact_c: f64,
     pub(crate) contact: Stay,
     pub(crate) material: Material,
 }
 
-/// What a print is compared with: the warmth that cannot be seen any more, °C.
 const FADED_C: f64 = 1e-3;
 
 impl Print {
@@ -30,7 +27,6 @@ impl Print {
         &self.sheet
     }
 
-    /// Its surface at a time, if it is there and has not faded.
     pub(crate) fn surface(&self, scene: &[Body], ambient_c: f64, time_s: f64) -> Option<Surface> {
         let object = scene.get(self.object)?;
         if time_s < self.contact.from_s {

@@ -20,7 +20,6 @@ pub struct Room {
     hull: Option<Hull>,
 }
 
-/// A room that is no box.
 #[derive(Debug, Clone, PartialEq)]
 struct Hull {
     /// Closed, its faces looking out of the room.
@@ -32,7 +31,6 @@ struct Hull {
 }
 
 impl Room {
-    /// A box from the origin.
     pub(crate) const fn of_box(size_m: DVec3, ambient_c: f64) -> Self {
         Self {
             size_m,
@@ -80,7 +78,6 @@ impl Room {
         )
     }
 
-    /// The space inside a closed surface; `None` if it is not closed.
     pub(crate) fn of_mesh(mesh: Mesh, ambient_c: f64) -> Option<Self> {
         let inward = |face: &[usize]| -> Vec<DVec3> {
             let corners = face.iter().rev();
@@ -232,7 +229,6 @@ impl Room {
         Some(Body::new("walls", self.low_m, mesh, surface))
     }
 
-    /// The room in messages, without its unit.
     pub(crate) fn described(&self) -> String {
         let (low_m, high_m) = self.bounds_m();
         self.hull.as_ref().map_or_else(

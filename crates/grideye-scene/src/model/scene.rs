@@ -25,7 +25,6 @@ pub enum Model {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     pub(crate) room: Room,
-    /// What of the room hides something: walls that jut into it.
     pub(crate) screen: Option<Body>,
     pub(crate) objects: Vec<Body>,
     pub(crate) agents: Vec<Agent>,
@@ -35,7 +34,6 @@ pub struct Scene {
     /// What the physical model takes in of the light, and what temperature is reflected, °C.
     pub(crate) band: Band,
     pub(crate) reflected_c: f64,
-    /// The time that the scene is to take at least.
     pub(crate) duration_s: f64,
     pub(crate) paper_experiment: Option<u8>,
     pub(crate) prints: Vec<Print>,

@@ -9,7 +9,6 @@
 //! | trapezoidal, ramps of `r` seconds | speeds up at `v / r`, keeps `v`, slows down at `v / r` | `v = L / (T - r)` |
 //! | minimum jerk (Flash and Hogan 1985) | `L (10 u³ - 15 u⁴ + 6 u⁵)` | `1.875 L / T` |
 
-/// How speed is spread over a stretch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Motion {
     /// The same all the way.
@@ -23,7 +22,6 @@ pub(crate) enum Motion {
     MinimumJerk,
 }
 
-/// When way-points are reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Clock<'a> {
     /// By speed, metres a second: of [`Motion::Constant`] the speed, of [`Motion::Trapezoidal`] that between the ramps,
@@ -38,7 +36,6 @@ pub(crate) enum Clock<'a> {
 pub(crate) struct Stretch {
     pub(crate) start_s: f64,
     pub(crate) travel_s: f64,
-    /// Arc length at which it begins, metres.
     pub(crate) from_m: f64,
     pub(crate) length_m: f64,
     curve: SpeedCurve,
@@ -188,7 +185,6 @@ impl Schedule {
         Ok(schedule)
     }
 
-    /// Arc length of the way, metres, after `time_s`.
     pub(crate) fn length_m(&self, time_s: f64) -> f64 {
         let started = self
             .stretches
@@ -218,7 +214,6 @@ fn by_speed(motion: Motion, length_m: f64, speed_m_per_s: f64) -> (f64, SpeedCur
     }
 }
 
-/// `None` if the acceleration does not suffice.
 fn by_time(motion: Motion, length_m: f64, travel_s: f64) -> Option<(f64, SpeedCurve)> {
     let curve = match motion {
         Motion::Constant => SpeedCurve::Constant,

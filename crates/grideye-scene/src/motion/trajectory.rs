@@ -23,7 +23,6 @@ enum Pace {
     Schedule(Schedule),
 }
 
-/// A straight part of a way, or a stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Leg {
     pub(crate) start_s: f64,
@@ -32,7 +31,6 @@ pub(crate) struct Leg {
     pub(crate) speed_max_m_per_s: f64,
 }
 
-/// A time at which the walker does not move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stay {
     pub(crate) from_s: f64,
@@ -45,21 +43,6 @@ impl Trajectory {
     #[must_use]
     pub fn waypoints_m(&self) -> &[DVec3] {
         &self.waypoints_m
-    }
-
-    /// Length of the whole polyline, metres.
-    #[must_use]
-    pub fn length_m(&self) -> f64 {
-        self.lengths_m.last().copied().unwrap_or(0.0)
-    }
-
-    /// Speed, metres a second: the mean over the whole duration, if it is not constant.
-    #[must_use]
-    pub fn speed_m_per_s(&self) -> f64 {
-        match &self.pace {
-            Pace::Constant { speed_m_per_s } => *speed_m_per_s,
-            Pace::Schedule(schedule) => self.length_m() / schedule.end_s,
-        }
     }
 
     /// Time from the start of the scene to the last way-point, and to the end of the stay there if it has one.
@@ -96,6 +79,10 @@ impl Trajectory {
         }
     }
 
+    fn length_m(&self) -> f64 {
+        self.lengths_m.last().copied().unwrap_or(0.0)
+    }
+
     pub(crate) fn end_s(&self) -> f64 {
         match &self.pace {
             Pace::Constant { speed_m_per_s } => self.length_m() / speed_m_per_s,
@@ -103,7 +90,6 @@ impl Trajectory {
         }
     }
 
-    /// Where the walker is at a time in seconds, metres.
     pub(crate) fn at_s(&self, time_s: f64) -> DVec3 {
         self.at_length_m(self.length_at_s(time_s))
     }
@@ -155,7 +141,6 @@ impl Trajectory {
         legs
     }
 
-    /// The times at which the walker stands: before it sets off, at its stops, and permanently at the end.
     pub(crate) fn stays(&self) -> Vec<Stay> {
         let mut stays: Vec<Stay> = Vec::new();
         let mut still_since_s = 0.0;
@@ -201,7 +186,6 @@ impl Trajectory {
     }
 }
 
-/// Arc length from the first way-point to each.
 pub(crate) fn lengths_m(waypoints_m: &[DVec3]) -> Vec<f64> {
     let mut lengths_m = Vec::with_capacity(waypoints_m.len());
     let mut length_m = 0.0;

@@ -18,7 +18,6 @@ use glam::{DVec2, DVec3};
 /// A convex polygon in the picture plane, in pixels: x to the right, y down, from the top left corner.
 type Polygon = Vec<DVec2>;
 
-/// A flat face as the sensor sees it.
 #[derive(Debug, Clone)]
 pub(crate) struct Facet {
     outline: Polygon,
@@ -32,7 +31,6 @@ pub(crate) struct Facet {
     pub(crate) owner: u32,
 }
 
-/// A part of a facet that nothing hides.
 #[derive(Debug, Clone)]
 struct Piece {
     outline: Polygon,
@@ -41,7 +39,6 @@ struct Piece {
     facet: usize,
 }
 
-/// The picture plane of one sensor.
 #[derive(Debug, Clone)]
 pub(crate) struct ImagePlane {
     columns: usize,
@@ -51,7 +48,6 @@ pub(crate) struct ImagePlane {
     half: DVec2,
 }
 
-/// What stands still, cut into the pieces that are seen.
 #[derive(Debug, Clone)]
 pub(crate) struct StaticFacets {
     facets: Vec<Facet>,
@@ -123,7 +119,6 @@ impl ImagePlane {
         self.facet(inside.into_iter(), AT_NO_DISTANCE, made_of)
     }
 
-    /// How much warmer than ambient the facet seems where a ray meets it, °C.
     fn excess(&self, air: &Air, facet: &Facet, point: DVec2) -> f64 {
         let slope = (self.half - point) * self.pitch;
         let inverse_depth = facet.inverse_depth.dot(point.extend(1.0));
@@ -151,7 +146,6 @@ impl StaticFacets {
         Self { facets, pieces }
     }
 
-    /// Adds to each pixel by how much it is warmer than ambient.
     pub(crate) fn add(&self, plane: &ImagePlane, air: &Air, pixels: &mut [f64]) {
         for piece in &self.pieces {
             let facet = &self.facets[piece.facet];
@@ -184,7 +178,6 @@ impl StaticFacets {
         }
     }
 
-    /// Adds to each pixel its share of the moving facets whose owner counts.
     pub(crate) fn add_share(
         &self,
         plane: &ImagePlane,
@@ -309,10 +302,8 @@ const GAUSS: [(f64, f64, f64); 7] = {
     ]
 };
 
-/// Polygons smaller than this part of a pixel are nothing.
 const AREA_MIN: f64 = 1e-12;
 
-/// One over a depth of a picometre.
 const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
 
 /// Facets whose depths differ by less than this part are at one depth.
@@ -365,7 +356,6 @@ fn hide(outlines: &mut Vec<Polygon>, facet: &Facet, other: &Facet, wins: bool) {
         .collect();
 }
 
-/// The parts of a convex polygon outside another, as convex polygons.
 fn difference(outline: &[DVec2], cover: &[DVec2]) -> Vec<Polygon> {
     if !may_meet(outline, cover) || area(&intersection(outline, cover)) <= AREA_MIN {
         return vec![outline.to_vec()];
@@ -377,7 +367,7 @@ fn difference(outline: &[DVec2], cover: &[DVec2]) -> Vec<Polygon> {
         if area(&outside) > AREA_MIN {
             parts.push(outside);
         }
-        rest = clipped(&rest, |point| side(point));
+        rest = clipped(&rest, &side);
     }
     parts
 }
@@ -386,16 +376,13 @@ fn intersection(one: &[DVec2], other: &[DVec2]) -> Polygon {
     if !may_meet(one, other) {
         return Vec::new();
     }
-    sides(other).fold(one.to_vec(), |rest, side| {
-        clipped(&rest, |point| side(point))
-    })
+    sides(other).fold(one.to_vec(), |rest, side| clipped(&rest, side))
 }
 
 /// Shorter sides, in pixels, have no direction: where a cut meets a corner, two points are left that only rounding
 /// tells apart, and the line through them might lie anywhere.
 const SIDE_MIN: f64 = 1e-7;
 
-/// For each side of a counter-clockwise polygon, how far a point is to its left.
 fn sides(outline: &[DVec2]) -> impl Iterator<Item = impl Fn(DVec2) -> f64> {
     let next = outline.iter().cycle().skip(1);
     outline
@@ -409,7 +396,6 @@ fn may_meet(one: &[DVec2], other: &[DVec2]) -> bool {
     overlap(bounds(one.iter().copied()), bounds(other.iter().copied()))
 }
 
-/// Whether two rectangles, each given by its lowest and its highest corner, have a point in common.
 fn overlap((low, high): (DVec2, DVec2), (other_low, other_high): (DVec2, DVec2)) -> bool {
     low.cmple(other_high).all() && other_low.cmple(high).all()
 }

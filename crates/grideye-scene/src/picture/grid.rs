@@ -39,7 +39,6 @@ pub(crate) struct Accumulator<'a> {
     changed_rows: Range<usize>,
 }
 
-/// The owner of what stands still.
 pub(crate) const NOBODY: u32 = u32::MAX;
 
 impl<'a> Accumulator<'a> {
@@ -64,7 +63,6 @@ impl<'a> Accumulator<'a> {
         }
     }
 
-    /// Adds to each pixel what the patches change in its cells, in degrees.
     pub(crate) fn add_excess(mut self, patches: &[ShadedPatch], pixels: &mut [f64]) {
         dispatch(Draw {
             accumulator: &mut self,
@@ -74,7 +72,6 @@ impl<'a> Accumulator<'a> {
         self.add_to(pixels);
     }
 
-    /// Adds to each pixel the share of its cells in which a patch is seen whose owner counts.
     pub(crate) fn add_share(
         mut self,
         patches: &[ShadedPatch],
@@ -110,7 +107,6 @@ impl<'a> Accumulator<'a> {
     }
 }
 
-/// Draws all rows that the patches cover.
 struct Draw<'b, 'a> {
     accumulator: &'b mut Accumulator<'a>,
     patches: &'b [ShadedPatch],
@@ -148,7 +144,6 @@ impl WithSimd for Draw<'_, '_> {
 }
 
 impl<'b> Draw<'b, '_> {
-    /// The spans of these patches in a row, from the left.
     #[inline(always)]
     fn cut(&self, row: usize, current: &[usize], spans: &mut Vec<CellSpan<'b>>) {
         let (up, columns) = (
@@ -195,7 +190,6 @@ fn overlapping(spans: &[CellSpan<'_>]) -> usize {
 }
 
 impl Accumulator<'_> {
-    /// Draws spans that lie over one another, or one.
     #[inline(always)]
     fn draw<S: Simd>(&mut self, simd: S, row: usize, spans: &[CellSpan<'_>]) {
         let line = CellRow {
@@ -330,7 +324,6 @@ impl Accumulator<'_> {
         }
     }
 
-    /// Gives what has changed in some cells of a row to the rows of pixels.
     #[inline(always)]
     fn collect(&mut self, row: usize, changed: Range<usize>) {
         let stride = self.view.columns() + LANES_MAX;

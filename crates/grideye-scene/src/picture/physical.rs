@@ -31,7 +31,6 @@ use line::{Face, Line, Span, Step};
 use optics::Eye;
 use std::ops::Range;
 
-/// One sensor, and what of its picture does not change.
 #[derive(Debug, Clone)]
 pub(crate) struct Physical {
     light: Light,
@@ -50,7 +49,6 @@ pub(crate) struct Physical {
     still_excess: Vec<f64>,
 }
 
-/// What one body adds to a picture.
 #[derive(Debug, Clone)]
 pub(crate) struct Shown {
     faces: Vec<Face>,
@@ -58,7 +56,6 @@ pub(crate) struct Shown {
     levels: Vec<f64>,
 }
 
-/// Lines in the narrowest pixel's width.
 const LINES_PER_WIDTH: f64 = 24.0;
 /// Bands before they are cut; pixels narrower than that allows have fewer lines each.
 const BANDS_MAX: f64 = 4096.0;
@@ -126,7 +123,6 @@ impl Physical {
         Shown { faces, levels }
     }
 
-    /// The picture with these bodies before what stands still, °C.
     pub(crate) fn celsius(&self, moving: &[Shown]) -> Vec<f64> {
         let mut excess = self.still_excess.clone();
         self.add(moving, |span| span.excess, true, &mut excess);
@@ -144,7 +140,6 @@ impl Physical {
         share
     }
 
-    /// The same sensor where nothing stands.
     pub(crate) fn bare(&self) -> Self {
         Self {
             light: self.light,
@@ -182,7 +177,6 @@ impl Physical {
         }
     }
 
-    /// Angles at which bands are to be cut, rising.
     fn cuts(&self, shown: &[Shown]) -> Vec<f64> {
         let levels = shown.iter().flat_map(|shown| &shown.levels);
         let mut cuts: Vec<f64> = levels
@@ -193,7 +187,6 @@ impl Physical {
         cuts
     }
 
-    /// The bands that a face reaches.
     fn bands(&self, face: &Face) -> Range<usize> {
         let (low, high) = (libm::atan(face.up.0), libm::atan(face.up.1));
         let last = self.borders.len().saturating_sub(1);
@@ -267,7 +260,6 @@ impl Physical {
         }
     }
 
-    /// The borders of a band and the cuts in it.
     fn parts(&self, band: usize, cuts: &[f64]) -> Vec<f64> {
         let ends = [self.borders[band], self.borders[band + 1]];
         let start = cuts.partition_point(|cut| *cut <= ends[0]);
@@ -280,7 +272,6 @@ impl Physical {
     }
 }
 
-/// What is written over and over for each line.
 #[derive(Default)]
 struct LineBuffers {
     behind: Line,
@@ -289,7 +280,6 @@ struct LineBuffers {
     scratch: Vec<Span>,
 }
 
-/// The slope upwards of the line that stands for a band between two angles.
 fn middle_slope((low, high): (f64, f64)) -> f64 {
     libm::tan(0.5 * (low + high))
 }

@@ -68,7 +68,6 @@ impl SamplingGrid {
         self.slopes_up[row]
     }
 
-    /// The patches of what the sensor sees of a mesh, as far as they may be in its view.
     pub(crate) fn patches(&self, sight: &Sight) -> Vec<Patch> {
         match sight {
             Sight::Inside(touching) => vec![self.patch_all_around(touching)],
@@ -97,7 +96,6 @@ impl SamplingGrid {
         })
     }
 
-    /// The rows whose points a polygon may cover.
     fn rows_of(&self, corners: impl Iterator<Item = DVec3>) -> Option<Range<usize>> {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for corner in corners {
@@ -151,7 +149,6 @@ impl SamplingGrid {
     }
 }
 
-/// What a sensor sees of a mesh, if nothing is before it.
 #[derive(Debug, Clone)]
 pub(crate) enum Sight {
     /// It is in the mesh, or on it, and touches faces with these outward normals: it sees the mesh in all directions
@@ -161,10 +158,8 @@ pub(crate) enum Sight {
     Outside(Vec<SeenFace>),
 }
 
-/// A face in the sensor's axes.
 #[derive(Debug, Clone)]
 pub(crate) struct SeenFace {
-    /// Its place among the mesh's faces.
     pub(crate) face: usize,
     pub(crate) corners: Vec<DVec3>,
     /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
@@ -174,7 +169,6 @@ pub(crate) struct SeenFace {
 }
 
 impl Sight {
-    /// What the sensor sees of a mesh that has moved by `moved_m` in the room.
     pub(crate) fn new(pose: &Pose, mesh: &Mesh, moved_m: DVec3) -> Self {
         let in_sensor: Vec<DVec3> = mesh
             .vertices_m()
@@ -267,12 +261,10 @@ impl Line {
 }
 
 impl Patch {
-    /// The rows whose points it may cover.
     pub(crate) fn rows(&self) -> Range<usize> {
         self.rows.clone()
     }
 
-    /// The cells of one row whose points it covers, its border included.
     #[inline(always)]
     pub(crate) fn columns(&self, up: f64, count: usize) -> Range<usize> {
         if self.bounds.along_rows.iter().any(|line| line.at(up) < 0.0) {
@@ -302,7 +294,6 @@ impl Patch {
         )
     }
 
-    /// Its place among the mesh's faces; none for a mesh that the sensor is in.
     pub(crate) fn face(&self) -> usize {
         self.face
     }
@@ -313,13 +304,11 @@ impl Patch {
     }
 }
 
-/// The face that is seen of a mesh by a sensor in it.
 const NO_FACE: usize = usize::MAX;
 
 /// One over no depth: so large that a body is seen at its own temperature, and finite, so that two can be compared.
 const AT_NO_DISTANCE: DVec3 = DVec3::new(1e30, 0.0, 0.0);
 
-/// A sensor this near to a face is on it, metres.
 const TOUCH_M: f64 = 1e-9;
 
 /// If the sensor is in a closed mesh, or on a convex one: the outward normals of the faces that it touches.

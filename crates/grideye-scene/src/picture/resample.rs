@@ -9,7 +9,6 @@
 use crate::geometry::count;
 use std::ops::Range;
 
-/// Weights from one size of picture to another.
 #[derive(Debug, Clone)]
 pub(crate) struct Resampler {
     horizontal: Axis,
@@ -52,23 +51,19 @@ impl Resampler {
         pixels
     }
 
-    /// How many output columns there are.
     pub(crate) const fn output_columns(&self) -> usize {
         self.horizontal.outputs
     }
 
-    /// How many output rows there are.
     pub(crate) const fn output_rows(&self) -> usize {
         self.vertical.outputs
     }
 
-    /// The output columns that an input column reaches, and its weight in each.
     #[inline]
     pub(crate) fn columns_of(&self, input_column: usize) -> (Range<usize>, &[f64]) {
         self.horizontal.of_input(input_column)
     }
 
-    /// The output rows that an input row reaches, and its weight in each.
     #[inline]
     pub(crate) fn rows_of(&self, input_row: usize) -> (Range<usize>, &[f64]) {
         self.vertical.of_input(input_row)
@@ -124,7 +119,6 @@ impl Axis {
     }
 }
 
-/// The inputs of one output with their weights, which sum to 1; an input may come more than once.
 fn taps(inputs: usize, outputs: usize, output: usize) -> Vec<(usize, f64)> {
     let scale = count::float(outputs) / count::float(inputs);
     let half_width = if scale < 1.0 { 1.0 / scale } else { 1.0 };

@@ -5,7 +5,6 @@ use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
-/// The draws of one purpose: no other purpose, tick or seed shares any of them.
 pub(crate) struct Draws(ChaCha12Rng);
 
 const TICK: u64 = 1;
@@ -13,17 +12,14 @@ const KNOT: u64 = 2;
 const SPECIMEN: u64 = 3;
 
 impl Draws {
-    /// For one tick of the sensor.
     pub(crate) fn tick(seed: u64, index: u64) -> Self {
         Self::new(seed, TICK, 0, index)
     }
 
-    /// For one knot of one octave of the slow wander.
     pub(crate) fn knot(seed: u64, octave: u32, number: u64) -> Self {
         Self::new(seed, KNOT, octave, number)
     }
 
-    /// For what the unit keeps permanently.
     pub(crate) fn unit(seed: u64) -> Self {
         Self::new(seed, SPECIMEN, 0, 0)
     }
@@ -39,7 +35,6 @@ impl Draws {
         Self(generator)
     }
 
-    /// One draw of N(0, 1).
     pub(crate) fn normal(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
     }

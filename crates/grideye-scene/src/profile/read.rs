@@ -125,7 +125,6 @@ impl<'de> Visitor<'de> for MapVisitor {
 
 /// The noise of the central four pixels at 10 frames a second (AMG88 spec §4-4, NETD "typ. 0.16 °C").
 const DATASHEET_SIGMA_C: f64 = 0.16;
-/// The name of the datasheet's noise in a file.
 const DATASHEET: &str = "datasheet";
 
 /// Noise against the unit's median by the place of the pixel, upper left quadrant, edge first; the rest mirrors it.

@@ -59,7 +59,6 @@ pub(crate) fn toml(profile: &Profile) -> String {
     text
 }
 
-/// A table with the keys that have an effect, if there are any.
 fn push_table(text: &mut String, name: &str, keys: Vec<(&str, Option<String>)>) {
     let mut keys = keys
         .into_iter()

@@ -71,7 +71,6 @@ impl Profile {
         self.clock.drift_ppm_per_hour
     }
 
-    /// What is added to all pixels together, °C.
     fn common_c(&self, seed: u64, index: u64, t_s: f64) -> f64 {
         let CommonMode {
             sd_c,
@@ -92,7 +91,6 @@ impl Profile {
         common_c
     }
 
-    /// What is added to the thermistor, °C.
     fn thermistor_c(&self, t_s: f64, draw: f64) -> f64 {
         let Thermistor {
             offset_c,
@@ -109,7 +107,6 @@ impl Profile {
 }
 
 impl FixedPattern {
-    /// What this unit shows too much in each pixel, °C.
     fn of_unit(&self, seed: u64) -> [f64; PIXELS] {
         let mut offset_c = self.offset_c;
         if self.spread_c > 0.0 {

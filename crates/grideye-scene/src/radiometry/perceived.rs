@@ -131,7 +131,6 @@ impl Air {
     }
 }
 
-/// How the law's fourth root is taken.
 #[derive(Debug, Clone)]
 pub(crate) enum Root {
     /// By two square roots, which take several times as long as a multiplication.
@@ -224,14 +223,12 @@ impl Series {
     }
 }
 
-/// How warm one surface seems to be on any ray: what stands in the innermost loop, so each form is a type of its own.
 pub(crate) trait Shade {
     /// °C above ambient, from one over the depth at which each ray meets the surface and the square of the distance to
     /// depth 1 on it.
     fn excesses_c<S: Simd>(&self, simd: S, inverse_depths: S::f64s, rays2: S::f64s) -> S::f64s;
 }
 
-/// Something to be done with a [`Shade`], whichever it is.
 pub(crate) trait WithShade<S: Simd> {
     fn with(self, simd: S, shade: impl Shade);
 }
@@ -256,7 +253,6 @@ impl<const IS_LAW_A: bool, const TERMS: usize> BySeries<IS_LAW_A, TERMS> {
         }
     }
 
-    /// Turns weights into degrees above ambient.
     #[inline(always)]
     fn evaluate<S: Simd>(&self, simd: S, weights: S::f64s) -> S::f64s {
         // Even and odd powers apart, so that half as many steps wait for one another. No fused steps: not every

@@ -77,7 +77,6 @@ impl Band {
 }
 
 const ROOM_K: f64 = 293.15;
-/// What can be searched for: colder and hotter than any scene.
 const KELVIN_MIN: f64 = 1e-3;
 const KELVIN_MAX: f64 = 1e7;
 /// Part of the radiance that a search may leave: 1e-11 °C in a room. Below it is the rounding of the logarithm.
@@ -85,7 +84,6 @@ const SEARCH_ERROR: f64 = 2e-13;
 /// Halving alone takes as many from the bounds to the last bit.
 const SEARCH_STEPS_MAX: u32 = 80;
 
-/// Second radiation constant, µm K (CODATA).
 const C2_UM_K: f64 = 14_387.768_775;
 /// Terms of the series; at 5000 °C and 14 µm the last is below a millionth.
 const TERMS_MAX: u32 = 100;
@@ -153,7 +151,6 @@ impl Light {
         surface.emissivity * own + (1.0 - surface.emissivity) * self.reflected
     }
 
-    /// The temperature that a radiance above the ambient's is taken for.
     pub(crate) fn celsius(&self, excess: f64) -> f64 {
         if excess == 0.0 {
             return self.ambient_c;

@@ -40,7 +40,6 @@ pub(crate) fn measure(
     }
 }
 
-/// The nearest multiples of a step; anything if it is 0.
 pub(crate) fn quantise(celsius: &mut [f64], step_c: f64) {
     if step_c > 0.0 {
         for celsius in celsius {

@@ -22,7 +22,6 @@ pub struct Report<'a> {
     pub(super) looks: &'a [Look],
     /// The candidates that were picked; `None` if the scene's own sensors were asked for.
     pub(super) pick: Option<Pick>,
-    /// The poses of the map, by their places among all.
     pub(super) shown: Vec<usize>,
     /// What the shown poses do together, and what they did with each pose more, the kept ones first.
     pub(super) map: Map,
@@ -107,7 +106,6 @@ pub(super) const fn place(candidate: &Candidate) -> &'static str {
     }
 }
 
-/// A part of a count, 0 of nothing.
 pub(super) fn share(part: usize, whole: usize) -> f64 {
     count::float(part) / count::float(whole.max(1))
 }

@@ -5,7 +5,6 @@ use crate::coverage::floor::Kind;
 use crate::coverage::map::Spot;
 use crate::coverage::pick::Rule;
 
-/// Wider maps are not printed.
 const COLUMNS_MAX: usize = 120;
 
 impl Report<'_> {
@@ -55,7 +54,6 @@ fn head(found: &Report<'_>) -> String {
     head
 }
 
-/// One line for each pose, with what is reached by it and all before it.
 fn poses(found: &Report<'_>) -> String {
     let detects = format!("person > {} σ", found.wish.sigma_min);
     let mut text = format!(
@@ -146,7 +144,6 @@ fn summary(found: &Report<'_>) -> String {
     text
 }
 
-/// One line below the head line of the map.
 pub(super) fn summary_of_picture(found: &Report<'_>) -> String {
     let totals = &found.map.totals;
     format!(
@@ -172,7 +169,6 @@ fn worst(found: &Report<'_>) -> String {
     })
 }
 
-/// What was maximised, and what is known of the choice.
 fn note(found: &Report<'_>) -> String {
     let Some(pick) = &found.pick else {
         return String::new();
@@ -194,7 +190,6 @@ fn note(found: &Report<'_>) -> String {
     format!("picked greedily to maximise {what}: {known}\n")
 }
 
-/// The room from above, a character for each cell.
 fn plan(found: &Report<'_>) -> String {
     let floor = found.survey.floor();
     if floor.columns > COLUMNS_MAX {

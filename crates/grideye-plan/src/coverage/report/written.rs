@@ -75,7 +75,6 @@ impl Report<'_> {
     }
 }
 
-/// The shown poses, and what is reached with each of them and all before it.
 fn sensors(found: &Report<'_>) -> Vec<Value> {
     let steps = found.pick.iter().flat_map(|pick| &pick.steps);
     let of_pick: Vec<_> = (0..found.kept)

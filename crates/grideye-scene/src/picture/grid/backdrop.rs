@@ -8,7 +8,6 @@ use crate::radiometry::Air;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// What stands still, seen in every cell.
 #[derive(Debug, Clone)]
 pub(crate) struct Backdrop {
     /// Cells from one row to the next: none where one row of them stands for all.
@@ -24,11 +23,9 @@ pub(crate) struct Backdrop {
 #[derive(Debug, Clone)]
 pub(super) struct Run {
     pub(super) columns: Range<usize>,
-    /// One over the depth of the nearest.
     pub(super) nearest: f64,
 }
 
-/// What is behind some cells of a row.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Background {
     Nothing,
@@ -56,7 +53,6 @@ impl Backdrop {
         backdrop
     }
 
-    /// Nothing but the room, in the memory of one row.
     pub(crate) fn empty(view: &SamplingGrid) -> Self {
         let row = || vec![0.0; view.columns() + LANES_MAX];
         Self {
@@ -68,7 +64,6 @@ impl Backdrop {
         }
     }
 
-    /// °C above ambient of the pixels.
     pub(crate) fn pixels_c(&self, resampler: &Resampler) -> Vec<f64> {
         let rows = 0..self.runs_before.len() - 1;
         let covered = rows.map(|row| {
@@ -78,7 +73,6 @@ impl Backdrop {
         resampler.apply_covered(&self.excess_c, &covered.collect::<Vec<_>>())
     }
 
-    /// Looks where each row shows anything.
     fn find_runs(&mut self) {
         for row in 0..self.runs_before.len() - 1 {
             let first = self.runs.len();
@@ -102,13 +96,11 @@ impl Backdrop {
         }
     }
 
-    /// The runs of a row, from the left.
     #[inline(always)]
     pub(super) fn runs(&self, row: usize) -> &[Run] {
         &self.runs[self.runs_before[row]..self.runs_before[row + 1]]
     }
 
-    /// What is there from a cell on.
     #[inline(always)]
     pub(super) fn from<S: Simd>(&self, cell: usize) -> Existing<'_, S> {
         Existing::new(&self.inverse_depth[cell..], &self.excess_c[cell..])

@@ -5,7 +5,6 @@ use crate::radiometry::{Glow, Root};
 use pulp::{Arch, Scalar256b, WithSimd};
 use std::ops::Range;
 
-/// A patch and what it is made of.
 #[derive(Debug, Clone)]
 pub(crate) struct ShadedPatch {
     pub(crate) patch: Patch,

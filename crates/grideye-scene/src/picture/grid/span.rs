@@ -23,7 +23,6 @@ struct SpanShader<'a, S: Simd, O> {
     outcome: O,
 }
 
-/// What is kept of a patch in a row.
 pub(super) trait Outcome<S: Simd> {
     /// The same with slices of this length, so that the compiler need not look at each place whether it is there.
     fn fit(self, length: usize) -> Self;
@@ -226,17 +225,13 @@ fn wins<S: Simd>(simd: S, new: Seen<S>, old: Seen<S>) -> S::m64s {
     simd.or_m64s(nearer, simd.and_m64s(as_near, warmer))
 }
 
-/// A patch in one row.
 #[derive(Debug, Clone)]
 pub(super) struct CellSpan<'a> {
     pub(super) shaded: &'a ShadedPatch,
-    /// The columns that it covers.
     pub(super) covered: Range<usize>,
-    /// What it counts, if that is asked for.
     pub(super) counts: Option<f64>,
 }
 
-/// The row in which spans are drawn.
 #[derive(Clone, Copy)]
 pub(super) struct CellRow<'a> {
     pub(super) view: &'a SamplingGrid,

@@ -3,16 +3,13 @@
 use crate::picture::projection::SeenFace;
 use glam::DVec3;
 
-/// A flat face before the sensor, or a body around it.
 #[derive(Debug, Clone)]
 pub(super) struct Face {
     /// The rays that meet it are those whose products with all of these are not below zero.
     sides: Vec<DVec3>,
     /// Its product with a ray `(1, left, up)` is one over the depth at which the ray meets the face's plane.
     inverse_depth: DVec3,
-    /// From where to where it reaches, slopes upwards.
     pub(super) up: (f64, f64),
-    /// What it shines above the ambient's radiance.
     pub(super) excess: f64,
     pub(super) owner: u32,
 }
@@ -23,10 +20,8 @@ const AT_NO_DISTANCE: DVec3 = DVec3::new(1e12, 0.0, 0.0);
 /// Surfaces whose depths along a ray differ by less than this part are at one depth.
 const SAME_DEPTH: f64 = 1e-11;
 
-/// A stretch of a line on which one face is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Span {
-    /// Slopes to the left, the lower first.
     pub(super) from: f64,
     pub(super) to: f64,
     /// One over the depth at no slope to the left, and what each unit of slope adds.
@@ -123,7 +118,6 @@ impl Span {
     }
 }
 
-/// Spans side by side, none over another.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Line {
     spans: Vec<Span>,
