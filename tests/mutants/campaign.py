@@ -33,7 +33,7 @@ AREAS = {
         ["-p grideye-agent --lib -- sampler", "-p grideye-agent --test agent -- acquisition faults hung clocks"],
     ),
     "ring": (
-        [AGENT + "queue/ring.rs", AGENT + "queue/stream.rs"],
+        [AGENT + "queue/ring.rs"],
         ["-p grideye-agent --lib -- ring", "-p grideye-agent --test agent -- delivery held spool"],
     ),
     "spool": (

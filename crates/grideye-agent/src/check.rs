@@ -132,7 +132,7 @@ fn answers<O: OpenBus>(
                         config.address,
                         first_line(&said(opener, &error))
                     ),
-                    hint: advice::sensor::hint(reason).to_owned(),
+                    hint: advice::sensor_hint(reason).to_owned(),
                 };
                 last = Some((reason, trouble));
             }
@@ -255,7 +255,7 @@ fn trouble_with(records: &[Record], errors: &BTreeMap<String, u64>) -> Option<Tr
     };
     Some(Trouble {
         error: format!("{error}: {reason}"),
-        hint: advice::sensor::hint(reason).to_owned(),
+        hint: advice::sensor_hint(reason).to_owned(),
     })
 }
 

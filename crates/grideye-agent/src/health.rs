@@ -7,13 +7,10 @@
 //!
 //! Nothing in it is secret: the collector's address and names of sensors, no token.
 
-mod look;
-mod metrics;
 mod server;
 mod status;
 #[cfg(test)]
 mod tests;
 
-pub use look::STALE_AFTER;
 pub use server::{ANSWER_TIME_MAX, REQUEST_BYTES_MAX, REQUEST_TIME_MAX, serve};
-pub use status::{Health, Identity};
+pub use status::{Health, Identity, STALE_AFTER};

@@ -8,17 +8,11 @@
 //! The pin is the SHA-256 of the authority's certificate. While joining, the agent takes from the collector the
 //! certificate that has this hash, and from then on believes that authority and no other.
 
-mod base64;
 mod credentials;
-mod error;
 mod handshake;
-mod joined;
 mod line;
-mod pin;
 
-pub use credentials::{ClientCertificate, Credentials, Secret};
-pub use error::NotJoined;
+pub(crate) use credentials::is_host_and_port;
+pub use credentials::{ClientCertificate, Credentials, NotJoined, Pin, Secret};
 pub use handshake::authority_of;
-pub use joined::Joined;
-pub use line::JoinLine;
-pub use pin::Pin;
+pub use line::{JoinLine, Joined};

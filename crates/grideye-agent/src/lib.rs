@@ -55,7 +55,6 @@
 //! # Ok::<(), grideye_agent::config::ConfigError>(())
 //! ```
 
-mod address;
 pub mod advice;
 pub mod agent;
 pub mod batch;

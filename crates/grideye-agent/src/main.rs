@@ -14,6 +14,6 @@ fn main() -> ExitCode {
     };
     outcome.unwrap_or_else(|error| {
         let _ = writeln!(std::io::stderr(), "error: {error:#}");
-        command::exit::code_of(&error)
+        command::common::code_of(&error)
     })
 }

@@ -26,23 +26,16 @@
 //! The sampler touches no bus and no clock. It says what is due, is told what came of it, and answers with events.
 
 mod content;
-mod count;
 mod event;
 mod follow;
-mod limits;
 mod machine;
-mod pace;
 mod phase;
-mod read;
 #[cfg(test)]
 mod tests;
 
 pub use event::{
-    BUS_HUNG, COUNT_ESTIMATED, Due, Event, GAP_NOT_LISTED, GLITCH_PIXEL, OUT_OF_STEP, Span,
-    THERMISTOR_LATE, Task,
+    BUS_HUNG, COUNT_ESTIMATED, FROZEN_FRAMES, GAP_NOT_LISTED, GLITCH_PIXEL, OUT_OF_STEP,
+    THERMISTOR_LATE,
 };
-pub use limits::{
-    FAULTS_BEFORE_SET_UP, FIRST_FRAME_PERIODS, FROZEN_FRAMES, RETRIES_PER_FRAME, RETRY_PAUSE_MAX,
-    ROWS_PER_GAP_MAX, SET_UP_PAUSE, SET_UP_PAUSE_MAX, SETTINGS_EVERY,
-};
-pub use machine::Sampler;
+pub(crate) use event::{Due, Event, Span, Task};
+pub(crate) use machine::Sampler;

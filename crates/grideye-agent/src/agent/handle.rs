@@ -1,12 +1,12 @@
-//! A running agent: what it does, and how it is stopped.
+//! A running agent: what it does, how it is stopped, and what it did.
 
-use super::summary::{SensorSummary, Summary};
 use super::threads::Running;
 use crate::health::{Health, Identity};
 use crate::queue::Shared;
 use crate::spool::Spool;
 use grideye_recording::wire::Account;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -30,7 +30,7 @@ pub struct AgentHandle {
 }
 
 impl AgentHandle {
-    /// How the agent does, for those who ask it on this machine.
+    /// How the agent does.
     #[must_use]
     pub fn health(&self) -> Health {
         Health::new(Arc::clone(&self.shared), self.identity.clone())
@@ -51,7 +51,7 @@ impl AgentHandle {
     /// Whether every sensor has reached its limit of frames.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        self.running.left() == 0
+        self.running.wait(Duration::ZERO)
     }
 
     /// Waits until [`AgentHandle::is_finished`], or for this long. Returns which.
@@ -71,15 +71,9 @@ impl AgentHandle {
         self.uploading.wait(flush_for + UPLOAD_STOP_MAX);
         self.shared.end_spooler();
         self.spooling.wait(SPOOLER_STOP_MAX);
-        let on_disk = self
-            .shared
-            .spool_if_free()
-            .map_or_else(BTreeMap::new, |spool| {
-                spool
-                    .as_ref()
-                    .map(Spool::waiting_by_sensor)
-                    .unwrap_or_default()
-            });
+        let spool = self.shared.spool_if_free();
+        let on_disk = spool.and_then(|spool| spool.as_ref().map(Spool::waiting_by_sensor));
+        let on_disk = on_disk.unwrap_or_default();
         let sensors = self.shared.with_ring(|ring| {
             let named = |(sensor, account): (String, Account)| {
                 let summary = SensorSummary {
@@ -103,5 +97,64 @@ impl Drop for AgentHandle {
         self.running.is_stopping.store(true, Ordering::SeqCst);
         self.shared.flush_until(Instant::now());
         self.shared.end_spooler();
+    }
+}
+
+/// What an agent did, by sensor.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Summary {
+    /// The account of each sensor, by its name.
+    pub sensors: BTreeMap<String, SensorSummary>,
+    /// Buses whose thread hung in a transfer and was left behind.
+    pub hung_buses: Vec<String>,
+}
+
+/// What became of one sensor's frames.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct SensorSummary {
+    /// The agent's account.
+    pub account: Account,
+    /// Frames read that the collector has on disk.
+    pub acknowledged: u64,
+    /// Frames read that wait in the spool for the next run.
+    pub on_disk: u64,
+}
+
+impl Summary {
+    /// Whether every frame of every sensor was read and is on a disk, the collector's or the spool's.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        let is_complete = |sensor: &SensorSummary| {
+            let account = &sensor.account;
+            account.missing == 0 && account.dropped.is_empty() && account.spooled == sensor.on_disk
+        };
+        self.hung_buses.is_empty() && self.sensors.values().all(is_complete)
+    }
+}
+
+impl fmt::Display for Summary {
+    /// One line a sensor: `i2c-1:0x69: 100 read = 98 stored + 2 dropped + 0 in memory; 1 missing`, and `+ 5 on disk` in
+    /// front of the semicolon where the spool holds some.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, (name, sensor)) in self.sensors.iter().enumerate() {
+            let account = &sensor.account;
+            let dropped: u64 = account.dropped.values().sum();
+            let line_break = if index == 0 { "" } else { "\n" };
+            write!(
+                formatter,
+                "{line_break}{name}: {} read = {} stored + {dropped} dropped + {} in memory",
+                account.read,
+                sensor.acknowledged,
+                account.spooled.saturating_sub(sensor.on_disk),
+            )?;
+            if sensor.on_disk > 0 {
+                write!(formatter, " + {} on disk", sensor.on_disk)?;
+            }
+            write!(formatter, "; {} missing", account.missing)?;
+        }
+        for bus in &self.hung_buses {
+            write!(formatter, "\n{bus}: hung in a transfer")?;
+        }
+        Ok(())
     }
 }

@@ -1,20 +1,49 @@
 //! How an agent starts: a thread for each bus, one for the uploads, one for the spool.
 
-use super::bus_thread::{AnyBus, BusThread};
-use super::error::StartError;
 use super::handle::AgentHandle;
-use super::threads::{Running, spawn, spawn_until_ended};
+use super::threads::{AnyBus, BusThread, Ended, Running, STACK_BYTES};
 use crate::bus::HUNG_AFTER;
-use crate::clock::Clock;
+use crate::clock::{Clock, unsigned_ns};
 use crate::config::{BusConfig, Config, SpoolMode};
-use crate::deliver::{Http, Pace, Spooler, Uploader, transport};
+use crate::deliver::{Http, Pace, Scheduler, Spooler, client};
 use crate::health::Identity;
-use crate::log::{Level, Log};
+use crate::log::Log;
 use crate::queue::{Ring, Shared};
 use crate::spool::{Folder, FolderError, Limits, OpenError, Spool};
 use std::hash::{BuildHasher as _, RandomState};
+use std::io;
 use std::sync::Arc;
 use std::time::Duration;
+
+/// Why an agent did not start, and what to do about it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The system gave no thread for this.
+    #[error("no thread for {0}: {1}\nhint: is the system out of memory?")]
+    Thread(String, io::Error),
+    /// Another agent uses the spool's folder, or a later version wrote it.
+    #[error("{0}")]
+    Spool(#[from] FolderError),
+    /// No folder was named for the spool.
+    #[error(
+        "spool.folder: expected a folder, found none\nhint: name one, for example /var/lib/grideye-agent/spool; systemd gives one with StateDirectory=grideye-agent"
+    )]
+    NoSpoolFolder,
+    /// Nobody said where to deliver.
+    #[error(
+        "no collector is named\nhint: paste the line that `grideye enroll DEVICE` prints on the collector's machine; or, for plain HTTP within a network that you trust, collector = \"http://HOST:8833\" in the configuration"
+    )]
+    NoCollector,
+    /// The credentials that joining left cannot be used.
+    #[error(
+        "{0}\nhint: join again: paste the line that `grideye enroll DEVICE` prints on the collector's machine"
+    )]
+    Credentials(String),
+    /// Two sensors have this name.
+    #[error("sensor {0} is there twice\nhint: name each bus and each address once")]
+    SensorTwice(String),
+}
 
 /// The agent.
 #[derive(Debug)]
@@ -78,7 +107,12 @@ impl Agent {
             hung_after,
             ..
         } = start;
-        let (collector, http) = http(&agent, &names, &buses)?;
+        let collector = agent.collector.clone().ok_or(StartError::NoCollector)?;
+        let client = client(&agent.credentials, agent.request_timeout);
+        let client = client.map_err(StartError::Credentials)?;
+        let token = agent.credentials.token.clone();
+        let set_up = set_up(&agent, &names, &buses);
+        let http = Http::new(&collector, client, token, agent.body, &set_up);
         let identity = Identity {
             device: device.clone(),
             boot: boot.clone(),
@@ -126,25 +160,13 @@ impl Agent {
             backlog_per_s: agent.spool.backlog_per_s,
         };
         spawn_until_ended("spool", &handle.spooling, move || spooler.run())?;
-        let mut uploader = Uploader::new(http, pace, Arc::clone(&handle.shared), clock, log);
-        spawn_until_ended("upload", &handle.uploading, move || uploader.run())?;
+        let shared = Arc::clone(&handle.shared);
+        let timed = Arc::clone(&shared);
+        let now = Box::new(move || (timed.now(), unsigned_ns(clock.boot())));
+        let mut scheduler = Scheduler::new(http, pace, shared, now, log);
+        spawn_until_ended("upload", &handle.uploading, move || scheduler.run())?;
         Ok(handle)
     }
-}
-
-/// The collector's address, and what posts to it.
-fn http(
-    agent: &Config,
-    names: &[String],
-    buses: &[(BusConfig, AnyBus)],
-) -> Result<(String, Http), StartError> {
-    let collector = agent.collector.clone().ok_or(StartError::NoCollector)?;
-    let client = transport::client(&agent.credentials, agent.request_timeout)
-        .map_err(StartError::Credentials)?;
-    let http = Http::new(&collector, client, agent.credentials.token.clone())
-        .saying(&set_up(agent, names, buses))
-        .with_body(agent.body);
-    Ok((collector, http))
 }
 
 /// What a person who looks at the device wants to know of its configuration.
@@ -176,7 +198,7 @@ fn sensor_names(buses: &[(BusConfig, AnyBus)]) -> Result<Vec<String>, StartError
         for sensor in &bus.sensors {
             let sensor = bus.sensor_id(sensor);
             if names.contains(&sensor) {
-                return Err(StartError::SensorTwice { sensor });
+                return Err(StartError::SensorTwice(sensor));
             }
             names.push(sensor);
         }
@@ -184,7 +206,7 @@ fn sensor_names(buses: &[(BusConfig, AnyBus)]) -> Result<Vec<String>, StartError
     Ok(names)
 }
 
-/// Opens the spool that the configuration asks for, and says what it is good for.
+/// Opens the spool that the configuration asks for, and logs what it guarantees.
 fn open_spool(
     spooler: &mut Spooler,
     config: &Config,
@@ -195,11 +217,8 @@ fn open_spool(
     if config.spool.mode == SpoolMode::Ram {
         return Ok(());
     }
-    let folder = config
-        .spool
-        .folder
-        .clone()
-        .ok_or(StartError::NoSpoolFolder)?;
+    let folder = config.spool.folder.clone();
+    let folder = folder.ok_or(StartError::NoSpoolFolder)?;
     let limits = Limits::new(config.spool.bytes_max, config.spool.free_bytes_min);
     spooler.open(Box::new(move || {
         let disk = Box::new(Folder::open(&folder)?);
@@ -210,11 +229,36 @@ fn open_spool(
             error => FolderError::Newer { folder, error },
         })
     }))?;
-    log.line(Level::Info, format!("spool: {}", config.guarantee()));
+    log.info(format!("spool: {}", config.guarantee()));
     Ok(())
 }
 
 /// 64 random bits in hexadecimal: the standard library seeds its hash maps with the system's randomness.
 fn random_name() -> String {
     format!("{:016x}", RandomState::new().hash_one("boot"))
+}
+
+/// A thread of which [`Running`] tells the end, however it comes.
+fn spawn_until_ended(
+    name: &str,
+    running: &Arc<Running>,
+    work: impl FnOnce() + Send + 'static,
+) -> Result<(), StartError> {
+    let running = Arc::clone(running);
+    spawn(name, move || {
+        let _ended = Ended {
+            running: &running,
+            index: 0,
+        };
+        work();
+    })
+}
+
+fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), StartError> {
+    let thread = std::thread::Builder::new()
+        .name(name.to_owned())
+        .stack_size(STACK_BYTES);
+    let spawned = thread.spawn(work);
+    spawned.map_err(|source| StartError::Thread(name.to_owned(), source))?;
+    Ok(())
 }

@@ -1,13 +1,20 @@
-//! The agent's threads: how they are started, and which of them still run.
+//! The agent's threads: which of them still run, and the one of a bus with the watchdog beside it.
 
-use super::error::StartError;
+use crate::bus::{OpenBus, Sink, Watched, Worker};
+use crate::clock::Clock;
+use crate::config::BusConfig;
 use crate::lock::lock;
-use std::sync::atomic::AtomicBool;
+use crate::log::Log;
+use crate::queue::Shared;
+use grideye_recording::Record;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Stack of each thread. Only what is touched becomes resident.
 pub(super) const STACK_BYTES: usize = 1 << 20;
+/// A full ring is said once in so many records, not for each.
+const RING_FULL_SAID_EVERY: u64 = 100;
 
 /// Which of some threads still run, and whether they shall.
 #[derive(Debug)]
@@ -18,33 +25,26 @@ pub(super) struct Running {
 }
 
 impl Running {
-    pub(super) fn new(buses: usize) -> Self {
+    pub(super) fn new(threads: usize) -> Self {
         Self {
             is_stopping: AtomicBool::new(false),
-            is_running: Mutex::new(vec![true; buses]),
+            is_running: Mutex::new(vec![true; threads]),
             ended: Condvar::new(),
         }
     }
 
-    pub(super) fn left(&self) -> usize {
-        let is_running = lock(&self.is_running);
-        is_running.iter().filter(|is_running| **is_running).count()
-    }
-
+    /// Waits until none of them runs, or for this long. Returns which.
     pub(super) fn wait(&self, timeout: Duration) -> bool {
         let some_run = |is_running: &mut Vec<bool>| is_running.contains(&true);
-        let waited = self
-            .ended
-            .wait_timeout_while(lock(&self.is_running), timeout, some_run);
+        let is_running = lock(&self.is_running);
+        let waited = self.ended.wait_timeout_while(is_running, timeout, some_run);
         !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
     pub(super) fn still_running(&self, names: &[String]) -> Vec<String> {
         let is_running = lock(&self.is_running);
-        let running = names
-            .iter()
-            .zip(is_running.iter())
-            .filter(|(_, is_running)| **is_running);
+        let running = names.iter().zip(is_running.iter());
+        let running = running.filter(|(_, is_running)| **is_running);
         running.map(|(name, _)| name.clone()).collect()
     }
 }
@@ -64,31 +64,84 @@ impl Drop for Ended<'_> {
     }
 }
 
-/// A thread of which [`Running`] tells the end, however it comes.
-pub(super) fn spawn_until_ended(
-    name: &str,
-    running: &Arc<Running>,
-    work: impl FnOnce() + Send + 'static,
-) -> Result<(), StartError> {
-    let running = Arc::clone(running);
-    spawn(name, move || {
-        let _ended = Ended {
-            running: &running,
-            index: 0,
-        };
-        work();
-    })
+/// A bus of any kind, ready to be read by a thread of the agent.
+pub struct AnyBus(pub(super) Box<dyn FnOnce(BusThread) + Send>);
+
+impl AnyBus {
+    /// From something that opens a bus. The bus itself is opened on its thread and stays there.
+    pub fn new(opener: impl OpenBus + Send + 'static) -> Self {
+        Self(Box::new(move |thread| thread.run(opener)))
+    }
 }
 
-pub(super) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), StartError> {
-    let thread = std::thread::Builder::new()
-        .name(name.to_owned())
-        .stack_size(STACK_BYTES);
-    match thread.spawn(work) {
-        Ok(_) => Ok(()),
-        Err(source) => Err(StartError::Thread {
-            name: name.to_owned(),
-            source,
-        }),
+/// All that a bus thread needs but the bus.
+pub(super) struct BusThread {
+    pub(super) config: BusConfig,
+    pub(super) index: usize,
+    pub(super) first_stream: usize,
+    pub(super) frames_limit: Option<u64>,
+    pub(super) hung_after: Duration,
+    pub(super) shared: Arc<Shared>,
+    pub(super) running: Arc<Running>,
+    pub(super) clock: Arc<dyn Clock>,
+    pub(super) log: Log,
+}
+
+impl BusThread {
+    fn run(self, opener: impl OpenBus) {
+        let _ended = Ended {
+            running: &self.running,
+            index: self.index,
+        };
+        let what = (&self.config, self.frames_limit);
+        let mut worker = Worker::of_bus(opener, what, Arc::clone(&self.clock), self.log.clone());
+        let watched = Arc::clone(&worker.watched);
+        let bus = self.config.path.display().to_string();
+        std::thread::scope(|scope| {
+            let watchdog = std::thread::Builder::new()
+                .name("watchdog".to_owned())
+                .stack_size(STACK_BYTES)
+                .spawn_scoped(scope, || {
+                    let what = (bus.as_str(), self.hung_after);
+                    watched.watch(what, &self, self.clock.as_ref(), &self.log);
+                });
+            if let Err(error) = watchdog {
+                self.log
+                    .warning(format!("{bus}: no thread to watch it: {error}"));
+            }
+            let _over = Over(&watched);
+            worker.run(&self);
+        });
+    }
+}
+
+/// Ends the watchdog, however the thread that it watches ends.
+struct Over<'a>(&'a Watched);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.over();
+    }
+}
+
+impl Sink for BusThread {
+    fn record(&self, sensor: usize, record: Record) {
+        let now = self.shared.now();
+        let stream = self.first_stream + sensor;
+        self.shared.observed().saw(stream, &record, now);
+        let dropped = self.shared.with_ring(|ring| ring.push(stream, record, now));
+        if dropped > 0 && record.seq % RING_FULL_SAID_EVERY == 0 {
+            self.log
+                .error("the ring is full: the oldest records are being dropped");
+        }
+    }
+
+    fn fault(&self, sensor: usize, kind: &'static str) {
+        self.shared
+            .with_ring(|ring| ring.count_fault(self.first_stream + sensor, kind));
+    }
+
+    fn is_stopping(&self) -> bool {
+        self.running.is_stopping.load(Ordering::SeqCst)
     }
 }

@@ -1,10 +1,13 @@
-//! How a bus is opened, and what its errors mean for the frame that was being read.
+//! How a bus is opened, `/dev/i2c-N` or another, and what its errors mean for the frame that was being read.
 
-use super::errno::by_errno;
-use embedded_hal::i2c::{Error as _, ErrorKind, ErrorType, I2c};
+use embedded_hal::i2c::{Error as _, ErrorKind, ErrorType, I2c, Operation};
 use grideye_frame::NoData;
+use i2cdev::core::{I2CMessage as _, I2CTransfer as _};
+use i2cdev::linux::{LinuxI2CError, LinuxI2CMessage};
+use linux_embedded_hal::I2cdev;
 use std::io;
 use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
 
 /// Opens a bus, and opens it again after it was unplugged. What an error of the bus means is for its opener to say,
 /// because an error type alone often does not know (a Raspberry Pi's errno 121 is `ErrorKind::Other`).
@@ -54,45 +57,29 @@ pub fn by_kind(kind: ErrorKind) -> NoData {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OpenError {
-    /// There is no such device file.
+    /// There is no device file of this name.
     #[error(
-        "{path}: no such bus\nhint: enable I2C with `sudo raspi-config nonint do_i2c 0`, or add dtparam=i2c_arm=on to \
+        "{0}: no such bus\nhint: enable I2C with `sudo raspi-config nonint do_i2c 0`, or add dtparam=i2c_arm=on to \
          /boot/firmware/config.txt and restart; `ls /dev/i2c-*` lists the buses"
     )]
-    NoSuchBus {
-        /// The device file.
-        path: String,
-    },
+    NoSuchBus(String),
     /// The user may not open the device file.
     #[error(
-        "{path}: permission denied\nhint: add the user to the group with `sudo usermod -aG i2c $USER` and log in again, or \
+        "{0}: permission denied\nhint: add the user to the group with `sudo usermod -aG i2c $USER` and log in again, or \
          install 99-grideye-i2c.rules"
     )]
-    PermissionDenied {
-        /// The device file.
-        path: String,
-    },
-    /// A driver of the kernel has the sensor.
+    PermissionDenied(String),
+    /// A driver of the kernel has the sensor at this address.
     #[error(
-        "{path}: a kernel driver owns address {address:#04x}\nhint: unbind it (`ls /sys/bus/i2c/devices/` shows it; video-i2c \
+        "{0}: a kernel driver owns address {1:#04x}\nhint: unbind it (`ls /sys/bus/i2c/devices/` shows it; video-i2c \
          is the usual one) and remove its dtoverlay"
     )]
-    AddressInUse {
-        /// The device file.
-        path: String,
-        /// The address of the sensor.
-        address: u8,
-    },
+    AddressInUse(String, u8),
     /// The file is there, but is no I2C bus, or the system refused it for another reason.
     #[error(
-        "{path}: cannot be used as an I2C bus: {source}\nhint: is this the right device file? `i2cdetect -l` lists the buses"
+        "{0}: cannot be used as an I2C bus: {1}\nhint: is this the right device file? `i2cdetect -l` lists the buses"
     )]
-    Unusable {
-        /// The device file.
-        path: String,
-        /// What the system said.
-        source: io::Error,
-    },
+    Unusable(String, io::Error),
 }
 
 impl OpenError {
@@ -100,11 +87,268 @@ impl OpenError {
     #[must_use]
     pub fn reason(&self) -> NoData {
         match self {
-            Self::NoSuchBus { .. } => NoData::Unplugged,
-            Self::Unusable { source, .. } => {
-                source.raw_os_error().map_or(NoData::BusError, by_errno)
-            }
-            Self::PermissionDenied { .. } | Self::AddressInUse { .. } => NoData::BusError,
+            Self::NoSuchBus(_) => NoData::Unplugged,
+            Self::Unusable(_, source) => source.raw_os_error().map_or(NoData::BusError, by_errno),
+            Self::PermissionDenied(_) | Self::AddressInUse(..) => NoData::BusError,
         }
+    }
+}
+
+/// Where the kernel shows its adapters, each under its device file's name.
+const ADAPTERS: &str = "/sys/class/i2c-adapter";
+/// How much faster than the device tree says the clock may be.
+const SCL_MARGIN: u32 = 2;
+
+/// Opens `/dev/i2c-N`.
+#[derive(Debug, Clone)]
+pub struct LinuxBus {
+    path: PathBuf,
+    addresses: Vec<u8>,
+}
+
+impl LinuxBus {
+    /// The bus behind a device file, for the sensors at these 7-bit addresses.
+    pub fn new(path: impl Into<PathBuf>, addresses: impl IntoIterator<Item = u8>) -> Self {
+        Self {
+            path: path.into(),
+            addresses: addresses.into_iter().collect(),
+        }
+    }
+}
+
+impl OpenBus for LinuxBus {
+    type Bus = LinuxI2c;
+
+    fn open(&mut self) -> Result<LinuxI2c, OpenError> {
+        let mut devices = Vec::new();
+        for address in &self.addresses {
+            let refused = |error| open_error(&self.path, *address, error);
+            let mut device = I2cdev::new(&self.path).map_err(refused)?;
+            let address_set = device.set_slave_address(u16::from(*address));
+            address_set.map_err(refused)?;
+            devices.push((*address, device));
+        }
+        Ok(LinuxI2c { devices })
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// What the device tree says, and twice that to be sure: on a Raspberry Pi the clock that SCL is divided from may
+    /// be raised after the divider was set. Adapters without a device tree say nothing.
+    fn scl_hz_max(&self) -> Option<NonZeroU32> {
+        let name = self.path.file_name()?.to_str()?;
+        let hz = scl_hz_in(Path::new(ADAPTERS), name)?.get();
+        NonZeroU32::new(hz.saturating_mul(SCL_MARGIN))
+    }
+
+    /// A USB adapter that was pulled out fails with EIO for as long as it is held open; that its device file is gone
+    /// tells it from a bus in trouble. Letting go at once matters: until then, the kernel takes no other USB device on.
+    fn classify(&self, error: &LinuxError) -> NoData {
+        match error.reason() {
+            NoData::BusError if !self.path.exists() => NoData::Unplugged,
+            reason => reason,
+        }
+    }
+
+    fn describe(&self, error: &LinuxError) -> String {
+        error.to_string()
+    }
+}
+
+/// An open `/dev/i2c-N`: the device file once for each address, as the kernel's interface wants it.
+///
+/// The transfers go past [`I2cdev`]'s own `I2c` to the device in it: that one drops the number of messages which the
+/// kernel really transferred, so that a stale buffer passes as a fresh frame, and reopens the file at each change
+/// of address.
+pub struct LinuxI2c {
+    devices: Vec<(u8, I2cdev)>,
+}
+
+/// Why a transfer on `/dev/i2c-N` failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinuxError {
+    /// The system call failed.
+    #[error("{0}")]
+    System(io::Error),
+    /// Of so many messages fewer were transferred, as virtio's adapter does where no device answers.
+    #[error("short transfer: expected {0} messages, found {1}")]
+    ShortTransfer(usize, u32),
+    /// The bus was not opened for this address.
+    #[error("bus not opened for address {0:#04x}")]
+    UnknownAddress(u8),
+}
+
+impl LinuxError {
+    fn reason(&self) -> NoData {
+        match self {
+            Self::System(error) => error.raw_os_error().map_or(NoData::BusError, by_errno),
+            Self::ShortTransfer(..) => NoData::ShortTransfer,
+            Self::UnknownAddress(_) => NoData::BusError,
+        }
+    }
+}
+
+impl embedded_hal::i2c::Error for LinuxError {
+    fn kind(&self) -> ErrorKind {
+        use embedded_hal::i2c::NoAcknowledgeSource::Unknown;
+        match self.reason() {
+            NoData::Nack => ErrorKind::NoAcknowledge(Unknown),
+            NoData::ShortTransfer => ErrorKind::Overrun,
+            NoData::BusError => ErrorKind::Bus,
+            _ => ErrorKind::Other,
+        }
+    }
+}
+
+impl ErrorType for LinuxI2c {
+    type Error = LinuxError;
+}
+
+impl I2c for LinuxI2c {
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), LinuxError> {
+        let device = self.devices.iter_mut().find(|(of, _)| *of == address);
+        let Some((_, device)) = device else {
+            return Err(LinuxError::UnknownAddress(address));
+        };
+        let mut messages: Vec<_> = operations
+            .iter_mut()
+            .map(|operation| match operation {
+                Operation::Write(bytes) => LinuxI2CMessage::write(bytes),
+                Operation::Read(bytes) => LinuxI2CMessage::read(bytes),
+            })
+            .collect();
+        let expected = messages.len();
+        let found = device
+            .transfer(&mut messages)
+            .map_err(|error| LinuxError::System(error.into()))?;
+        if usize::try_from(found) == Ok(expected) {
+            return Ok(());
+        }
+        Err(LinuxError::ShortTransfer(expected, found))
+    }
+}
+
+/// The frequency of SCL in the device tree's node of an adapter: one big-endian cell.
+fn scl_hz_in(adapters: &Path, name: &str) -> Option<NonZeroU32> {
+    let cell = std::fs::read(adapters.join(name).join("of_node/clock-frequency")).ok()?;
+    NonZeroU32::new(u32::from_be_bytes(cell.try_into().ok()?))
+}
+
+fn open_error(path: &Path, address: u8, error: LinuxI2CError) -> OpenError {
+    let path = path.display().to_string();
+    let source = io::Error::from(error);
+    match source.raw_os_error() {
+        Some(ENOENT) => OpenError::NoSuchBus(path),
+        Some(EPERM | EACCES) => OpenError::PermissionDenied(path),
+        Some(EBUSY) => OpenError::AddressInUse(path, address),
+        _ => OpenError::Unusable(path, source),
+    }
+}
+
+/// What the errno of a Linux adapter means: `i2c-bcm2835` (Raspberry Pi 0 to 4), `i2c-designware` (5), USB adapters.
+#[must_use]
+pub fn by_errno(errno: i32) -> NoData {
+    match errno {
+        ENXIO | EREMOTEIO => NoData::Nack,
+        ETIMEDOUT => NoData::BusTimeout,
+        ENODEV | ENOTCONN | ESHUTDOWN => NoData::Unplugged,
+        _ => NoData::BusError,
+    }
+}
+
+// Linux' numbers (include/uapi/asm-generic/errno*.h), the same on every machine that has a Raspberry Pi's header.
+const EPERM: i32 = 1;
+const ENOENT: i32 = 2;
+const ENXIO: i32 = 6;
+const EACCES: i32 = 13;
+const EBUSY: i32 = 16;
+const ENODEV: i32 = 19;
+const ENOTCONN: i32 = 107;
+const ESHUTDOWN: i32 = 108;
+const ETIMEDOUT: i32 = 110;
+const EREMOTEIO: i32 = 121;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embedded_hal::i2c::NoAcknowledgeSource;
+
+    #[test]
+    fn errno_means_what_the_adapters_of_a_raspberry_pi_mean_by_it() {
+        let meanings = [
+            (121, NoData::Nack),
+            (6, NoData::Nack),
+            (110, NoData::BusTimeout),
+            (5, NoData::BusError),
+            (11, NoData::BusError),
+            (95, NoData::BusError),
+            (19, NoData::Unplugged),
+            (107, NoData::Unplugged),
+        ];
+        for (errno, meaning) in meanings {
+            assert_eq!(by_errno(errno), meaning, "errno {errno}");
+            let error = LinuxError::System(io::Error::from_raw_os_error(errno));
+            assert_eq!(LinuxBus::new("/dev/null", [0x69]).classify(&error), meaning);
+        }
+        assert_eq!(
+            by_kind(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address)),
+            NoData::Nack
+        );
+        assert_eq!(by_kind(ErrorKind::ArbitrationLoss), NoData::BusError);
+    }
+
+    /// i2c-tiny-usb makes EIO of every transfer after its device was pulled out; seen in the guest of tests/guests.
+    #[test]
+    fn an_adapter_whose_file_is_gone_is_unplugged_whatever_the_errno() {
+        let gone = LinuxBus::new("/nonexistent/i2c-9", [0x69]);
+        let classify =
+            |errno| gone.classify(&LinuxError::System(io::Error::from_raw_os_error(errno)));
+        assert_eq!(classify(5), NoData::Unplugged);
+        assert_eq!(classify(121), NoData::Nack, "somebody drives the bus");
+    }
+
+    #[test]
+    fn each_reason_why_a_bus_does_not_open_has_its_own_hint() {
+        let message = |errno| {
+            let error = LinuxI2CError::from(io::Error::from_raw_os_error(errno));
+            open_error(Path::new("/dev/i2c-1"), 0x69, error).to_string()
+        };
+        assert!(message(2).starts_with("/dev/i2c-1: no such bus\nhint: enable I2C"));
+        assert!(message(13).contains("permission denied\nhint: add the user to the group"));
+        assert!(message(16).contains("a kernel driver owns address 0x69\nhint: unbind it"));
+        assert!(message(25).contains("cannot be used as an I2C bus: Inappropriate ioctl"));
+    }
+
+    #[test]
+    fn the_clock_of_a_bus_is_what_the_device_tree_says_or_unknown() {
+        let adapters = tempfile::tempdir().unwrap();
+        let node = adapters.path().join("i2c-1/of_node");
+        std::fs::create_dir_all(&node).unwrap();
+        let found = || scl_hz_in(adapters.path(), "i2c-1").map(NonZeroU32::get);
+        assert_eq!(found(), None);
+        std::fs::write(node.join("clock-frequency"), [0, 0x01, 0x86, 0xA0]).unwrap();
+        assert_eq!(found(), Some(100_000));
+        std::fs::write(node.join("clock-frequency"), [0; 4]).unwrap();
+        assert_eq!(found(), None);
+        std::fs::write(node.join("clock-frequency"), [1; 5]).unwrap();
+        assert_eq!(found(), None);
+    }
+
+    #[test]
+    fn a_file_that_is_no_bus_is_refused_and_a_missing_one_is_named() {
+        let mut missing = LinuxBus::new("/nonexistent/i2c-9", [0x69]);
+        assert!(
+            matches!(missing.open(), Err(OpenError::NoSuchBus(path)) if path == "/nonexistent/i2c-9")
+        );
+        let error = LinuxBus::new("/dev/null", [0x69]).open().err().unwrap();
+        assert!(matches!(error, OpenError::Unusable(..)), "{error}");
+        assert_eq!(missing.open().err().unwrap().reason(), NoData::Unplugged);
     }
 }

@@ -1,15 +1,14 @@
 //! The thread of one bus: opens it, does what its sensors' samplers want done, and hands the records on.
 
-use super::driver::{Delay, has_its_settings, reason};
 use super::open::OpenBus;
-use super::sensor::{Sensor, Sink};
+use super::sensor::{Delay, Sensor, Sink, has_its_settings, reason};
 use super::watchdog::Watched;
 use crate::clock::Clock;
 use crate::config::{BusConfig, SensorConfig};
 use crate::log::Log;
 use crate::sampler::{Due, Sampler, Span, Task};
 use amg8833::{Amg8833, Error, timing};
-use grideye_frame::{NoData, RawFrame};
+use grideye_frame::NoData;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -55,10 +54,9 @@ impl<O: OpenBus> Worker<O> {
         clock: Arc<dyn Clock>,
         log: Log,
     ) -> Self {
+        let scl_hz_max = opener.scl_hz_max();
+        let quickest = scl_hz_max.map_or(Duration::ZERO, timing::read_time);
         for sensor in &mut sensors {
-            let quickest = opener
-                .scl_hz_max()
-                .map_or(Duration::ZERO, timing::read_time);
             sensor.sampler.set_transfer_min(quickest);
         }
         Self {
@@ -125,9 +123,9 @@ impl<O: OpenBus> Worker<O> {
             if self.bus.is_none() {
                 let now = self.clock.boot();
                 self.watched.with(|sensors| {
-                    sensors
-                        .iter_mut()
-                        .for_each(|sensor| sensor.sampler.catch_up(now));
+                    for sensor in sensors {
+                        sensor.sampler.catch_up(now);
+                    }
                 });
                 self.hand_on(sink);
             }
@@ -159,9 +157,7 @@ impl<O: OpenBus> Worker<O> {
                     self.log.error(&why);
                     self.said = Some(why);
                 }
-                self.reopen_at = now + self.reopen_pause;
-                self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
-                self.tell_bus_lost(now, error.reason());
+                self.reopen_later(now, error.reason());
                 false
             }
         }
@@ -189,18 +185,19 @@ impl<O: OpenBus> Worker<O> {
         let failed = |error: Error<_>| reason(&self.opener, &error);
         // The sensors stay free for the watchdog while the bus is at work, and may never come back.
         self.watched.begin();
-        let (span, outcome) = match task {
-            Task::SetUp => timed(clock, || {
-                Outcome::SetUp(driver.init(&mut Delay(clock), &settings).map_err(failed))
-            }),
-            Task::CheckSettings => timed(clock, || {
-                Outcome::Settings(has_its_settings(&mut driver, &settings).map_err(failed))
-            }),
-            Task::ReadFrame => timed(clock, || {
-                Outcome::Frame(Box::new(driver.read_frame().map_err(failed)))
-            }),
+        let before = clock.boot();
+        let (reason, tell) = match task {
+            Task::SetUp => {
+                let outcome = driver.init(&mut Delay(clock), &settings);
+                answer(outcome.map_err(failed), Sampler::set_up)
+            }
+            Task::CheckSettings => {
+                let outcome = has_its_settings(&mut driver, &settings);
+                answer(outcome.map_err(failed), Sampler::settings_checked)
+            }
+            Task::ReadFrame => answer(driver.read_frame().map_err(failed), Sampler::frame_read),
         };
-        let reason = outcome.reason();
+        let after = clock.boot();
         if self.watched.end() {
             let name = self.opener.name();
             self.log
@@ -208,7 +205,7 @@ impl<O: OpenBus> Worker<O> {
         }
         self.watched.with(|sensors| {
             if let Some(sensor) = sensors.get_mut(index) {
-                outcome.tell(&mut sensor.sampler, span);
+                tell(&mut sensor.sampler, Span { before, after });
             }
         });
         self.judge_bus(reason);
@@ -225,15 +222,17 @@ impl<O: OpenBus> Worker<O> {
         if reason == NoData::Unplugged || self.faults_in_a_row >= FAULTS_BEFORE_REOPEN {
             self.bus = None;
             self.faults_in_a_row = 0;
-            let now = self.clock.boot();
-            self.reopen_at = now + self.reopen_pause;
-            self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
-            self.log.warning(format!(
-                "{}: closed after {reason}, to be opened again",
-                self.opener.name()
-            ));
-            self.tell_bus_lost(now, reason);
+            let name = self.opener.name();
+            self.log
+                .warning(format!("{name}: closed after {reason}, to be opened again"));
+            self.reopen_later(self.clock.boot(), reason);
         }
+    }
+
+    fn reopen_later(&mut self, now: Duration, reason: NoData) {
+        self.reopen_at = now + self.reopen_pause;
+        self.reopen_pause = (2 * self.reopen_pause).min(REOPEN_PAUSE_MAX);
+        self.tell_bus_lost(now, reason);
     }
 
     fn hand_on(&self, sink: &impl Sink) {
@@ -241,39 +240,11 @@ impl<O: OpenBus> Worker<O> {
     }
 }
 
-/// What came of a task.
-enum Outcome {
-    SetUp(Result<(), NoData>),
-    Settings(Result<bool, NoData>),
-    Frame(Box<Result<RawFrame, NoData>>),
-}
-
-impl Outcome {
-    fn reason(&self) -> Option<NoData> {
-        match self {
-            Self::SetUp(outcome) => outcome.err(),
-            Self::Settings(outcome) => outcome.err(),
-            Self::Frame(outcome) => outcome.err(),
-        }
-    }
-
-    fn tell(self, sampler: &mut Sampler, span: Span) {
-        match self {
-            Self::SetUp(outcome) => sampler.set_up(span, outcome),
-            Self::Settings(outcome) => sampler.settings_checked(span, outcome),
-            Self::Frame(outcome) => sampler.frame_read(span, *outcome),
-        }
-    }
-}
-
-fn timed<T>(clock: &dyn Clock, operation: impl FnOnce() -> T) -> (Span, T) {
-    let before = clock.boot();
-    let outcome = operation();
-    (
-        Span {
-            before,
-            after: clock.boot(),
-        },
-        outcome,
-    )
+/// Why a task failed, and how its sampler is told what came of it.
+fn answer<T: 'static>(
+    outcome: Result<T, NoData>,
+    tell: fn(&mut Sampler, Span, Result<T, NoData>),
+) -> (Option<NoData>, Box<dyn FnOnce(&mut Sampler, Span)>) {
+    let reason = outcome.as_ref().err().copied();
+    (reason, Box::new(move |to, span| tell(to, span, outcome)))
 }

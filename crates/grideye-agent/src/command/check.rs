@@ -1,9 +1,7 @@
 //! `grideye-agent check`: the sensors, and with a configuration the clock, the way to the collector and what a loss of
 //! power can cost.
 
-use super::collector::prove;
-use super::config::{host_name, read_config, unreadable, with_joined};
-use super::exit::{FAILED, write_stdout};
+use super::common::{FAILED, host_name, prove, read_config, unreadable, with_joined, write_stdout};
 use grideye_agent::bus::LinuxBus;
 use grideye_agent::check::{self, Report};
 use grideye_agent::cli::{BUS, CONFIG_FILE, CheckArgs};

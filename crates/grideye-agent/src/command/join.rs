@@ -1,25 +1,22 @@
 //! `grideye-agent join`, step by step.
 
-mod first_frame;
-mod service;
-mod steps;
-
-use super::collector::{self, TIMEOUT, prove};
-use super::config::{host_name, read_config, read_text, with_joined};
-use super::exit::{BadUsage, write_stdout};
+use super::common::{
+    self, BadUsage, TIMEOUT, host_name, prove, read_config, read_text, with_joined, write_stdout,
+};
 use anyhow::Context as _;
-use first_frame::FirstFrame;
 use grideye_agent::cli::{JOINED_FILE, JoinArgs};
 use grideye_agent::join::{ClientCertificate, Credentials, JoinLine, Joined, Secret, authority_of};
 use grideye_agent::limits::JOINED_BYTES_MAX;
-use service::{Found, Service};
-use std::fs::{self, OpenOptions};
-use std::io::{self, BufRead as _, IsTerminal as _, Read as _, Write as _};
+use service::{FirstFrame, Found, Service};
+use std::fs::OpenOptions;
+use std::io::{BufRead as _, IsTerminal as _, Read as _, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
-use steps::Step;
+use std::{fs, io};
+
+mod service;
 
 /// The unit of `firmware-config/grideye-agent.service`.
 const SERVICE: &str = "grideye-agent";
@@ -98,7 +95,7 @@ fn reach(line: &JoinLine, client: Option<&ClientCertificate>) -> anyhow::Result<
     match &line.pin {
         Some(pin) => Ok(Some(authority_of(&line.collector, pin, client, TIMEOUT)?)),
         None => {
-            collector::get(&line.collector, &Credentials::default(), "/healthz")?;
+            common::get(&line.collector, &Credentials::default(), "/healthz")?;
             Ok(None)
         }
     }
@@ -221,4 +218,67 @@ fn write(path: &Path, joined: &Joined) -> anyhow::Result<()> {
             path.display()
         )
     })
+}
+
+/// What joining does, in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    Line,
+    Collector,
+    Token,
+    File,
+    Service,
+    FirstFrame,
+}
+
+/// How many there are.
+const STEPS: usize = 6;
+
+impl Step {
+    const fn number(self) -> usize {
+        match self {
+            Self::Line => 1,
+            Self::Collector => 2,
+            Self::Token => 3,
+            Self::File => 4,
+            Self::Service => 5,
+            Self::FirstFrame => STEPS,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Line => "the line",
+            Self::Collector => "the collector",
+            Self::Token => "the token",
+            Self::File => "the file",
+            Self::Service => "the service",
+            Self::FirstFrame => "the first frame",
+        }
+    }
+
+    /// Says that it is done, and how.
+    pub(super) fn told(self, how: &str) -> std::io::Result<()> {
+        let (number, name) = (self.number(), self.name());
+        write_stdout(&format!("{number}/{STEPS} {name}: {how}\n"))
+    }
+
+    /// Takes the step; an error says which one failed, and what stays of those before.
+    pub(super) fn take<T>(self, step: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+        step().map_err(|error| {
+            let (number, name) = (self.number(), self.name());
+            let stays = match self {
+                Self::Line | Self::Collector | Self::Token | Self::File => {
+                    "nothing was changed".to_owned()
+                }
+                Self::Service | Self::FirstFrame => format!(
+                    "steps 1 to {} are done and stay, and the line may be pasted again",
+                    number - 1
+                ),
+            };
+            error.context(format!(
+                "step {number} of {STEPS}, {name}, failed ({stays})"
+            ))
+        })
+    }
 }

@@ -1,7 +1,6 @@
 //! `grideye-agent run`: reads and delivers until it is told to stop.
 
-use super::config::{host_name, read_config, with_joined};
-use super::exit::{BadUsage, DATA_LOST, write_stdout};
+use super::common::{BadUsage, DATA_LOST, host_name, read_config, with_joined, write_stdout};
 use anyhow::Context as _;
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError, Summary};
 use grideye_agent::bus::LinuxBus;

@@ -1,8 +1,9 @@
-//! The configuration as values: what each part of the agent is told.
+//! The configuration as values: what each part of the agent is told, and what a loss of power can cost.
 
-use super::error::ConfigError;
 use crate::join::{Credentials, Joined};
+use crate::limits::{LOOK_EVERY, SYNC_MAX};
 use amg8833::{Address, FrameRate};
+use std::fmt;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -19,13 +20,13 @@ pub const BACKLOG_PER_S_DEFAULT: u32 = 1000;
 /// The agent's configuration, checked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Config {
-    /// The name under which this agent's frames are kept. `None`: the caller takes the host's name.
+    /// This agent's name. `None`: the host's.
     pub device: Option<String>,
-    /// Where to deliver, without a trailing slash: `http://192.168.1.20:8833`. `None`: as joining said.
+    /// Where to deliver: `http://192.168.1.20:8833`. `None`: as joining said.
     pub collector: Option<String>,
-    /// The file that `grideye-agent join` wrote, if it is named. The caller reads it.
+    /// The file that joining left, if it is named.
     pub joined: Option<PathBuf>,
-    /// Token and certificates. The file does not hold them; the caller adds what joining left ([`Self::join`]).
+    /// Token and certificates, which [`Self::join`] adds.
     pub credentials: Credentials,
     /// The form of a post's body.
     pub body: Body,
@@ -57,10 +58,7 @@ impl Config {
     /// [`ConfigError::TwoCollectors`] if the configuration names one itself.
     pub fn join(&mut self, joined: Joined) -> Result<(), ConfigError> {
         if let Some(named) = &self.collector {
-            return Err(ConfigError::TwoCollectors {
-                named: named.clone(),
-                joined: joined.collector,
-            });
+            return Err(ConfigError::TwoCollectors(named.clone(), joined.collector));
         }
         self.collector = Some(joined.collector);
         self.credentials = joined.credentials;
@@ -147,20 +145,16 @@ impl BusConfig {
     /// A bus with one sensor at 10 Hz.
     #[must_use]
     pub fn with_one_sensor(path: impl Into<PathBuf>, address: Address) -> Self {
-        Self {
-            path: path.into(),
-            sensors: vec![SensorConfig::at(address)],
-        }
+        let sensors = vec![SensorConfig::at(address)];
+        let path = path.into();
+        Self { path, sensors }
     }
 
     /// The sensor's name among all of this device: `i2c-1:0x69`.
     #[must_use]
     pub fn sensor_id(&self, sensor: &SensorConfig) -> String {
-        let bus = self.path.file_name().map_or_else(
-            || self.path.to_string_lossy(),
-            |name| name.to_string_lossy(),
-        );
-        format!("{bus}:{}", sensor.address)
+        let bus = self.path.file_name().unwrap_or(self.path.as_os_str());
+        format!("{}:{}", bus.to_string_lossy(), sensor.address)
     }
 }
 
@@ -174,4 +168,84 @@ impl SensorConfig {
             moving_average: false,
         }
     }
+}
+
+/// What a loss of power, or of the process, can cost on a disk that takes at most [`SYNC_MAX`] to sync. A slower one costs
+/// what was read while it was at it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Guarantee {
+    /// Frames of all sensors together that may be lost at most.
+    pub frames: u64,
+    /// The time in which they were read, and not acknowledged, before the loss.
+    pub seconds: f64,
+    /// Whether it is the disk that keeps them.
+    pub needs_disk: bool,
+}
+
+/// The fastest clock of a sensor against its nominal rate.
+const FASTEST_CLOCK: f64 = 1.06;
+
+impl fmt::Display for Guarantee {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "a loss of power or a killed agent costs at most the {} frames that were read in the last {:.2} s and are not acknowledged",
+            self.frames, self.seconds
+        )?;
+        if self.needs_disk {
+            let sync_s = SYNC_MAX.as_secs_f64();
+            write!(formatter, ", while the disk syncs within {sync_s:.3} s")?;
+        }
+        Ok(())
+    }
+}
+
+impl Config {
+    /// What a loss of power can cost while the disk works, and syncs within [`SYNC_MAX`]. Without it, and in mode `ram`, it is the whole ring.
+    #[must_use]
+    pub fn guarantee(&self) -> Guarantee {
+        let rate_hz = f64::from(self.rate_hz()) * FASTEST_CLOCK;
+        let ring_frames = u32::try_from(self.ring_frames).unwrap_or(u32::MAX);
+        let seconds = match self.spool.mode {
+            SpoolMode::Ram => f64::from(ring_frames) / rate_hz.max(1.0),
+            SpoolMode::Outage { after: time } | SpoolMode::Always { sync_every: time } => {
+                (time + LOOK_EVERY + SYNC_MAX).as_secs_f64()
+            }
+        };
+        let frames = (seconds * rate_hz).ceil().min(f64::from(ring_frames));
+        Guarantee {
+            #[expect(
+                clippy::as_conversions,
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "whole, positive, and at most the size of the ring"
+            )]
+            frames: frames as u64,
+            seconds,
+            needs_disk: self.spool.mode != SpoolMode::Ram,
+        }
+    }
+}
+
+/// Length of the configuration file at most, in bytes.
+pub const CONFIG_BYTES_MAX: usize = 64 * 1024;
+
+/// Why a configuration was refused, where, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// Not TOML, or a key that is unknown, missing, of the wrong type or out of range: `file:line:column` from 1, what was
+    /// found and expected, and what to do.
+    #[error("{0}: {1}\nhint: {2}")]
+    Refused(String, String, String),
+    /// The configuration names a collector, and the agent joined another.
+    #[error(
+        "the configuration names the collector {0}, and this agent joined {1}\nhint: take the line `collector` out of the configuration, or remove the file collector.toml"
+    )]
+    TwoCollectors(String, String),
+    /// This file is longer than [`CONFIG_BYTES_MAX`]: so many bytes.
+    #[error(
+        "{0}: expected at most {CONFIG_BYTES_MAX} bytes, found {1}\nhint: is this really agent.toml?"
+    )]
+    TooLong(String, usize),
 }

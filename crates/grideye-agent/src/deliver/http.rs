@@ -1,12 +1,15 @@
-//! Posts over HTTP, and what the collector's answers mean.
+//! Posts over HTTP, with TLS by the one authority that is believed, and what the collector's answers mean.
 
 use super::post::{Post, Posted};
-use super::transport::signed;
 use crate::advice;
 use crate::config::Body;
-use crate::join::Secret;
+use crate::join::{ClientCertificate, Credentials, Secret};
 use grideye_recording::wire::{Acknowledgement, BINARY_TYPE, Batch, JSON_TYPE, Limits, WireError};
+use rustls::crypto::ring::default_provider;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+use ureq::RequestBuilder;
+use ureq::tls::{Certificate, ClientCert, PrivateKey, RootCerts, TlsConfig, TlsProvider};
 
 /// Length of an answer at most, in bytes.
 pub const ANSWER_BYTES_MAX: u64 = 1 << 20;
@@ -15,6 +18,10 @@ pub const CONFIGURATION_EVERY: Duration = Duration::from_secs(60);
 /// Bytes of that at most; an agent that has more to say does not say it.
 pub const CONFIGURATION_BYTES_MAX: usize = 4096;
 const CONFIGURATION_HEADER: &str = "grideye-configuration";
+/// Characters of an answer that are repeated at most.
+const EXCERPT_CHARS: usize = 200;
+/// How long connecting may take, beside the time for the whole request.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The answer to a form of body that is not known.
 const UNSUPPORTED_MEDIA_TYPE: u16 = 415;
@@ -26,46 +33,32 @@ pub struct Http {
     url: String,
     token: Option<Secret>,
     body: Body,
-    configuration: Option<Configuration>,
-}
-
-/// What the agent says of its own set-up, for whoever looks at its device: with the first post, and now and then.
-#[derive(Debug)]
-struct Configuration {
-    json: String,
-    said: Option<Instant>,
+    /// What the agent says of its own set-up, where that can stand in a header, and when it last did.
+    configuration: Option<(String, Option<Instant>)>,
 }
 
 impl Http {
-    /// For the collector at `http://HOST:PORT` or `https://HOST:PORT`, by a [`transport::client`](super::transport::client); the token goes with every
-    /// post.
+    /// For the collector at `http://HOST:PORT` or `https://HOST:PORT`, by a [`client`]. Posts `body` until a collector
+    /// answers that it does not know it, and says every [`CONFIGURATION_EVERY`] with `configuration`, one JSON object, how
+    /// the agent is set up.
     #[must_use]
-    pub fn new(collector: &str, client: ureq::Agent, token: Option<Secret>) -> Self {
+    pub fn new(
+        collector: &str,
+        client: ureq::Agent,
+        token: Option<Secret>,
+        body: Body,
+        configuration: &serde_json::Value,
+    ) -> Self {
+        let json = configuration.to_string();
+        let is_plain = |byte: u8| byte.is_ascii_graphic() || byte == b' ';
+        let is_a_header = json.len() <= CONFIGURATION_BYTES_MAX && json.bytes().all(is_plain);
         Self {
             agent: client,
             url: format!("{collector}/v1/frames"),
             token,
-            body: Body::Json,
-            configuration: None,
+            body,
+            configuration: is_a_header.then_some((json, None)),
         }
-    }
-
-    /// Says with a post every [`CONFIGURATION_EVERY`] how the agent is set up: one JSON object.
-    #[must_use]
-    pub fn saying(mut self, configuration: &serde_json::Value) -> Self {
-        let json = configuration.to_string();
-        let is_a_header = json.len() <= CONFIGURATION_BYTES_MAX
-            && json
-                .bytes()
-                .all(|byte| byte.is_ascii_graphic() || byte == b' ');
-        self.configuration = is_a_header.then_some(Configuration { json, said: None });
-        self
-    }
-
-    /// Posts in this form, until a collector answers that it does not know it.
-    #[must_use]
-    pub fn with_body(self, body: Body) -> Self {
-        Self { body, ..self }
     }
 
     fn send(
@@ -77,35 +70,22 @@ impl Http {
         let mut request = signed(self.agent.post(&self.url), self.token.as_ref())
             .header("content-type", content_type);
         let now = Instant::now();
-        let due = self.configuration.as_mut().filter(|configuration| {
-            configuration
-                .said
-                .is_none_or(|said| now - said >= CONFIGURATION_EVERY)
-        });
-        if let Some(configuration) = &due {
-            request = request.header(CONFIGURATION_HEADER, &configuration.json);
+        let is_due = |said: Option<Instant>| said.is_none_or(|at| now - at >= CONFIGURATION_EVERY);
+        let due = self.configuration.as_mut().filter(|(_, at)| is_due(*at));
+        if let Some((json, _)) = &due {
+            request = request.header(CONFIGURATION_HEADER, json);
         }
-        let mut response = request
-            .config()
-            .timeout_global(Some(timeout))
-            .build()
-            .send(body)?;
+        let request = request.config().timeout_global(Some(timeout)).build();
+        let mut response = request.send(body)?;
         let status = response.status().as_u16();
-        let retry_after = response
-            .headers()
-            .get("retry-after")
-            .and_then(|value| value.to_str().ok());
-        let retry_after = retry_after
-            .and_then(|value| value.trim().parse().ok())
-            .map(Duration::from_secs);
-        let answer = response
-            .body_mut()
-            .with_config()
-            .limit(ANSWER_BYTES_MAX)
-            .read_to_vec()?;
-        if let (Some(configuration), 200) = (due, status) {
-            configuration.said = Some(now);
+        let retry_after = response.headers().get("retry-after");
+        let retry_after = retry_after.and_then(|value| value.to_str().ok()?.trim().parse().ok());
+        let answer = response.body_mut().with_config();
+        let answer = answer.limit(ANSWER_BYTES_MAX).read_to_vec()?;
+        if let (Some((_, said)), 200) = (due, status) {
+            *said = Some(now);
         }
+        let retry_after = retry_after.map(Duration::from_secs);
         Ok((status, understand(status, &answer, retry_after)))
     }
 }
@@ -130,7 +110,7 @@ impl Post for Http {
             Ok((_, posted)) => posted,
             Err(error) => Posted::Later {
                 is_unstored: is_before_sending(&error),
-                why: format!("{error}{}", advice::network::hint(&error)),
+                why: format!("{error}{}", advice::network_hint(&error)),
                 retry_after: None,
             },
         }
@@ -155,6 +135,7 @@ fn is_before_sending(error: &ureq::Error) -> bool {
 }
 
 fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Posted {
+    let said = excerpt(answer);
     match status {
         200 => match Acknowledgement::from_json(answer, &Limits::default()) {
             Ok(answer) => Posted::Durable(answer),
@@ -165,16 +146,10 @@ fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Post
             },
         },
         // 409: another agent has sent other frames under these names.
-        400 | 409 | 413 | 422 => Posted::Refused {
-            status,
-            said: excerpt(answer),
-        },
-        401 | 403 => Posted::Forbidden {
-            status,
-            said: excerpt(answer),
-        },
+        400 | 409 | 413 | 422 => Posted::Refused { status, said },
+        401 | 403 => Posted::Forbidden { status, said },
         _ => Posted::Later {
-            why: format!("status {status}: {}", excerpt(answer)),
+            why: format!("status {status}: {said}"),
             retry_after,
             // These are given before anything is stored; of the others it is not known.
             is_unstored: matches!(status, 300..=399 | 404 | 408 | 429 | 503 | 507),
@@ -184,15 +159,72 @@ fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Post
 
 /// The beginning of what the collector said, on one line and without anything that could disturb a terminal.
 fn excerpt(answer: &[u8]) -> String {
-    const EXCERPT_CHARS: usize = 200;
-    let text =
-        String::from_utf8_lossy(answer.get(..4 * EXCERPT_CHARS).unwrap_or(answer)).into_owned();
+    let text = String::from_utf8_lossy(answer.get(..4 * EXCERPT_CHARS).unwrap_or(answer));
     let plain = text.chars().map(|c| if c.is_control() { ' ' } else { c });
-    plain
-        .take(EXCERPT_CHARS)
-        .collect::<String>()
-        .trim()
-        .to_owned()
+    let excerpt: String = plain.take(EXCERPT_CHARS).collect();
+    excerpt.trim().to_owned()
+}
+
+/// A client that shows these credentials, token excepted, and gives up a request after so long.
+///
+/// # Errors
+/// What is wrong with a certificate or a key.
+pub fn client(credentials: &Credentials, request_timeout: Duration) -> Result<ureq::Agent, String> {
+    let config = ureq::Agent::config_builder()
+        .timeout_global(Some(request_timeout))
+        .timeout_connect(Some(CONNECT_TIMEOUT.min(request_timeout)))
+        .http_status_as_error(false)
+        .max_redirects(0)
+        .max_redirects_will_error(false)
+        .max_idle_connections(1)
+        // The environment is the caller's business, and a proxy between agent and collector is not asked for.
+        .proxy(None)
+        .tls_config(tls(credentials)?)
+        .user_agent(concat!("grideye-agent/", env!("CARGO_PKG_VERSION")))
+        .build();
+    Ok(config.new_agent())
+}
+
+/// The request with this token, if there is one.
+pub fn signed<B>(request: RequestBuilder<B>, token: Option<&Secret>) -> RequestBuilder<B> {
+    match token {
+        Some(token) => request.header("authorization", format!("Bearer {}", token.reveal())),
+        None => request,
+    }
+}
+
+/// Without an authority nobody is believed, and https goes nowhere.
+fn tls(credentials: &Credentials) -> Result<TlsConfig, String> {
+    let authority = credentials.authority.as_deref();
+    let roots = authority.map(certificates).transpose()?.unwrap_or_default();
+    let client = credentials.client.as_ref().map(client_certificate);
+    Ok(TlsConfig::builder()
+        .provider(TlsProvider::Rustls)
+        .unversioned_rustls_crypto_provider(Arc::new(default_provider()))
+        .root_certs(RootCerts::new_with_certs(&roots))
+        .client_cert(client.transpose()?)
+        .build())
+}
+
+fn client_certificate(client: &ClientCertificate) -> Result<ClientCert, String> {
+    let key = PrivateKey::from_pem(client.key.reveal().as_bytes())
+        .map_err(|error| format!("the agent's own key: {error}"))?;
+    let chain = certificates(&client.chain)?;
+    Ok(ClientCert::new_with_certs(&chain, key))
+}
+
+fn certificates(pem: &str) -> Result<Vec<Certificate<'static>>, String> {
+    let all: Result<Vec<_>, _> = ureq::tls::parse_pem(pem.as_bytes())
+        .filter_map(|item| match item {
+            Ok(ureq::tls::PemItem::Certificate(certificate)) => Some(Ok(certificate)),
+            Ok(_) => None,
+            Err(error) => Some(Err(format!("a certificate: {error}"))),
+        })
+        .collect();
+    match all {
+        Ok(all) if all.is_empty() => Err("no certificate".to_owned()),
+        other => other,
+    }
 }
 
 #[cfg(test)]
@@ -201,28 +233,22 @@ mod tests {
 
     #[test]
     fn only_what_will_never_be_taken_is_refused() {
-        for status in [400, 409, 413, 422] {
-            assert!(
-                matches!(understand(status, b"", None), Posted::Refused { .. }),
-                "{status}"
-            );
+        let kind = |status, answer| match understand(status, answer, None) {
+            Posted::Durable(_) => "durable",
+            Posted::Refused { .. } => "refused",
+            Posted::Forbidden { .. } => "forbidden",
+            Posted::Later { .. } => "later",
+        };
+        for (statuses, expected) in [
+            (&[400, 409, 413, 422][..], "refused"),
+            (&[201, 301, 404, 408, 429, 500, 503], "later"),
+            (&[401, 403], "forbidden"),
+        ] {
+            for status in statuses {
+                assert_eq!(kind(*status, b""), expected, "{status}");
+            }
         }
-        for status in [201, 301, 404, 408, 429, 500, 503] {
-            assert!(
-                matches!(understand(status, b"", None), Posted::Later { .. }),
-                "{status}"
-            );
-        }
-        for status in [401, 403] {
-            assert!(matches!(
-                understand(status, b"", None),
-                Posted::Forbidden { .. }
-            ));
-        }
-        assert!(matches!(
-            understand(200, b"<html>", None),
-            Posted::Later { .. }
-        ));
+        assert_eq!(kind(200, b"<html>"), "later");
     }
 
     #[test]

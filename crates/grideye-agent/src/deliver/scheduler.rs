@@ -9,17 +9,28 @@
 //! A post that got no clear answer may have arrived. Until it has an answer nothing else is sent: so the collector's count
 //! and the agent's agree after every batch that arrives.
 //!
-//! What is left of an earlier run and is forbidden to this agent, whose name may have been another then, waits on the disk
-//! for [`HELD_FOR`](super::HELD_FOR) and lets the rest pass.
+//! What the collector forbids of the run that goes on is tried again, like any failure. What is left of an earlier run,
+//! whose device's name may have been another, is held on the disk for [`HELD_FOR`] and lets the rest pass.
 
-use super::limits::BACKLOG_RECORDS_MAX;
-use super::post::Post;
-use crate::batch::{Batch, Lane};
+use super::post::{
+    BACK_OFF_MAX, BACK_OFF_MIN, BACKLOG_FORBIDDEN, BACKLOG_RECORDS_MAX, BATCH_RECORDS_MAX,
+    HEARTBEAT_EVERY, HELD_FOR, Post, Posted, RETRY_AFTER_MAX,
+};
+use crate::batch::{Batch, Item, Lane, is_durable};
 use crate::log::Log;
 use crate::queue::Shared;
+use crate::spool::{QUARANTINE, RUNS_MAX, SPOOL_FULL};
+use grideye_recording::wire::{self, Acknowledgement};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// How often the disk is asked for a backlog when there was none.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// Runs of which the log remembers what it has said: as many as a spool remembers.
+const SAID_MAX: usize = RUNS_MAX;
+/// The pause between attempts while the agent is stopping.
+const FLUSH_PAUSE: Duration = Duration::from_millis(100);
 
 /// How a scheduler works.
 #[derive(Debug, Clone)]
@@ -39,36 +50,36 @@ pub struct Pace {
 }
 
 /// Time since some moment, by a clock that only runs forward; and the boot clock in nanoseconds.
-pub type Now = Box<dyn Fn() -> (Duration, u64) + Send>;
+type Now = Box<dyn Fn() -> (Duration, u64) + Send>;
 
 /// Sends what is due.
 pub struct Scheduler<P> {
-    pub(super) post: P,
-    pub(super) pace: Pace,
-    pub(super) shared: Arc<Shared>,
-    pub(super) now: Now,
-    pub(super) log: Log,
-    pub(super) random: u64,
-    pub(super) live: Turn,
-    pub(super) backlog: Turn,
+    post: P,
+    pace: Pace,
+    shared: Arc<Shared>,
+    now: Now,
+    log: Log,
+    random: u64,
+    live: Turn,
+    backlog: Turn,
     /// The post of which it is not known whether it arrived.
-    pub(super) in_doubt: Option<Batch>,
+    in_doubt: Option<Batch>,
     /// Parts of a batch that was refused as a whole.
-    pub(super) pieces: VecDeque<Batch>,
-    pub(super) last_account: Option<Duration>,
+    pieces: VecDeque<Batch>,
+    last_account: Option<Duration>,
     /// When what is held on the disk is tried again.
-    pub(super) held_until: Option<Duration>,
+    held_until: Option<Duration>,
     /// What the log has last said of a run that is held.
-    pub(super) held_said: BTreeMap<String, String>,
+    held_said: BTreeMap<String, String>,
 }
 
 /// When a lane may send again, and how often it failed in a row.
 #[derive(Debug, Default)]
-pub(super) struct Turn {
-    pub(super) due: Duration,
-    pub(super) failures: u32,
+struct Turn {
+    due: Duration,
+    failures: u32,
     /// The failure that was logged last; the same one is not logged again.
-    pub(super) said: Option<String>,
+    said: Option<String>,
 }
 
 impl<P: Post> Scheduler<P> {
@@ -91,14 +102,30 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
+    /// Posts until [`Shared::flush_until`]; then delivers what is in memory and ends with a last account. Waits in real
+    /// time on a thread of its own, so that it keeps no bus, and no bus keeps it.
+    pub(crate) fn run(&mut self) {
+        loop {
+            let pause = match self.shared.flush_deadline() {
+                None => self.step(),
+                Some(deadline) => {
+                    let left = deadline.saturating_duration_since(Instant::now());
+                    if left.is_zero() || self.flush(left) {
+                        return;
+                    }
+                    FLUSH_PAUSE * self.failures().min(1)
+                }
+            };
+            self.shared.wait(pause);
+        }
+    }
+
     /// Sends what is due, if anything is. Returns the pause until something may be.
     pub fn step(&mut self) -> Duration {
-        let now = self.time();
-        if let Some(batch) = self.choose(now) {
+        if let Some(batch) = self.choose(self.time()) {
             self.send(batch, self.pace.request_timeout);
         }
-        let now = self.time();
-        self.next_due().saturating_sub(now)
+        self.next_due().saturating_sub(self.time())
     }
 
     /// Sends the next that is in memory, or at last the account, due or not. Returns whether all has arrived.
@@ -108,8 +135,8 @@ impl<P: Post> Scheduler<P> {
             .in_doubt
             .take()
             .or_else(|| self.pieces.pop_front())
-            .or_else(|| self.of_memory(Lane::Late, now, BACKLOG_RECORDS_MAX))
-            .unwrap_or_else(|| self.live_batch(now));
+            .or_else(|| self.late_batch(now))
+            .unwrap_or_else(|| self.of_memory(Lane::Live, now, BATCH_RECORDS_MAX));
         let is_account = batch.items.is_empty();
         let timeout = time_left.clamp(Duration::from_millis(1), self.pace.request_timeout);
         // An account that was in doubt from before is not yet the last one.
@@ -123,12 +150,7 @@ impl<P: Post> Scheduler<P> {
         self.live.failures.max(self.backlog.failures)
     }
 
-    /// Who posts.
-    pub fn post_mut(&mut self) -> &mut P {
-        &mut self.post
-    }
-
-    pub(super) fn time(&self) -> Duration {
+    fn time(&self) -> Duration {
         (self.now)().0
     }
 
@@ -141,17 +163,347 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    pub(super) fn turn_of(&self, lane: Lane) -> &Turn {
+    fn turn_of(&self, lane: Lane) -> &Turn {
         match lane {
             Lane::Live => &self.live,
             Lane::Late | Lane::Disk => &self.backlog,
         }
     }
 
-    pub(super) fn turn(&mut self, lane: Lane) -> &mut Turn {
+    fn turn(&mut self, lane: Lane) -> &mut Turn {
         match lane {
             Lane::Live => &mut self.live,
             Lane::Late | Lane::Disk => &mut self.backlog,
+        }
+    }
+
+    fn choose(&mut self, now: Duration) -> Option<Batch> {
+        if let Some(batch) = &self.in_doubt {
+            let is_due = now >= self.turn_of(batch.lane).due;
+            return if is_due { self.in_doubt.take() } else { None };
+        }
+        if let Some(piece) = self.pieces.pop_front() {
+            return Some(piece);
+        }
+        if now >= self.live.due {
+            let batch = self.of_memory(Lane::Live, now, BATCH_RECORDS_MAX);
+            let is_account_due = |at| now >= at + HEARTBEAT_EVERY;
+            if !batch.items.is_empty() || self.last_account.is_none_or(is_account_due) {
+                return Some(batch);
+            }
+            self.live.due = now + self.pace.post_every;
+        }
+        if now < self.backlog.due || self.live.failures > 0 {
+            return None;
+        }
+        self.try_held(now);
+        let batch = self.backlog_batch(now);
+        if batch.is_none() {
+            self.backlog.due = now + LOOK_EVERY;
+        }
+        batch
+    }
+
+    fn of_memory(&self, lane: Lane, now: Duration, records_max: usize) -> Batch {
+        self.shared
+            .with_ring(|ring| ring.batch(lane, now, records_max))
+    }
+
+    fn late_batch(&self, now: Duration) -> Option<Batch> {
+        let batch = self.of_memory(Lane::Late, now, BACKLOG_RECORDS_MAX);
+        (!batch.items.is_empty()).then_some(batch)
+    }
+
+    /// The oldest first: what is on the disk is older than what is in memory.
+    fn backlog_batch(&mut self, now: Duration) -> Option<Batch> {
+        let shared = Arc::clone(&self.shared);
+        let mut spool = shared.spool_if_free();
+        if let Some(spool) = spool.as_deref_mut().and_then(Option::as_mut) {
+            match spool.next_batch(BACKLOG_RECORDS_MAX) {
+                Ok(batch) => {
+                    if let Some(batch) = batch.or_else(|| spool.ended_run()) {
+                        return Some(batch);
+                    }
+                }
+                Err(error) => {
+                    let why = format!("the spool cannot be read: {error}");
+                    self.say_failure(Lane::Disk, &why, &why);
+                }
+            }
+        }
+        drop(spool);
+        self.late_batch(now)
+    }
+
+    /// Returns whether the collector took it.
+    fn send(&mut self, batch: Batch, timeout: Duration) -> bool {
+        self.shared.with_ring(|ring| ring.doubt(Some(&batch)));
+        let body = self.to_wire(&batch);
+        match self.post.post(&body, timeout) {
+            Posted::Durable(answer) => return self.taken(batch, &answer),
+            Posted::Refused { status, said } => {
+                self.clear_doubt();
+                self.refused(batch, status, &said);
+            }
+            Posted::Forbidden { status, said } => {
+                self.clear_doubt();
+                self.pieces.clear();
+                self.forbidden(&batch, status, &said);
+            }
+            Posted::Later {
+                why,
+                retry_after,
+                is_unstored,
+            } => {
+                let lane = batch.lane;
+                if is_unstored {
+                    self.clear_doubt();
+                    // It is found again where it is held, and so are the parts behind it.
+                    self.pieces.clear();
+                } else {
+                    self.in_doubt = Some(batch);
+                }
+                self.failed(lane, &why, retry_after, !is_unstored);
+            }
+        }
+        false
+    }
+
+    fn to_wire(&self, batch: &Batch) -> wire::Batch {
+        let is_own = self.is_own(batch);
+        let accounts = if is_own {
+            Some(self.shared.with_ring(|ring| ring.accounts()))
+        } else {
+            let spool = self.shared.spool();
+            let ended = |spool: &crate::spool::Spool| spool.ended_accounts(&batch.boot);
+            spool.as_ref().and_then(ended)
+        };
+        let mut body = batch.to_wire(&accounts.unwrap_or_default());
+        // Of a run that has ended it is not known whether its boot clock is this one.
+        body.t_sent_boot_ns = is_own.then(|| (self.now)().1);
+        body
+    }
+
+    fn is_own(&self, batch: &Batch) -> bool {
+        batch.boot == self.pace.boot
+    }
+
+    fn taken(&mut self, mut batch: Batch, answer: &Acknowledgement) -> bool {
+        let sent = batch.items.len();
+        let is_stored = |item: &&Item| is_durable(answer, item);
+        let stored = batch.items.iter().take_while(is_stored).count();
+        batch.items.truncate(stored);
+        let (lane, boot, is_own) = (batch.lane, batch.boot.clone(), self.is_own(&batch));
+        self.settle(batch, sent);
+        self.clear_doubt();
+        if stored < sent {
+            self.pieces.clear();
+        }
+        if sent > 0 && stored == 0 {
+            let why = "the collector answered, but acknowledged nothing of what was sent";
+            self.failed(lane, why, None, false);
+            return false;
+        }
+        let now = self.time();
+        if is_own {
+            self.last_account = Some(now);
+        }
+        if self.turn(lane).said.take().is_some() {
+            let left = self.shared.with_ring(|ring| ring.len());
+            self.log
+                .info(format!("delivering again; {left} records wait in memory"));
+        }
+        if self.held_said.remove(&boot).is_some() {
+            self.log.info(format!(
+                "what is left of run {boot} is being delivered again"
+            ));
+        }
+        // So long that the backlog does not go faster than it may.
+        let records = u32::try_from(stored).unwrap_or(u32::MAX);
+        let backlog_pause = Duration::from_secs(1) * records / self.pace.backlog_per_s.max(1);
+        let pause = match lane {
+            Lane::Live if sent >= BATCH_RECORDS_MAX => Duration::ZERO,
+            Lane::Live => self.pace.post_every,
+            Lane::Late | Lane::Disk => backlog_pause,
+        };
+        self.shared.observed().accepted(now);
+        let turn = self.turn(lane);
+        (turn.failures, turn.due) = (0, now + pause);
+        true
+    }
+
+    fn settle(&mut self, batch: Batch, sent: usize) {
+        let shared = &self.shared;
+        if batch.lane != Lane::Disk {
+            shared.with_ring(|ring| ring.settle(&batch.items, None));
+            return;
+        }
+        let is_own = self.is_own(&batch);
+        let mut spool = shared.spool();
+        let Some(spool) = spool.as_mut() else { return };
+        if sent == 0 {
+            spool.told(&batch.boot);
+        }
+        let (delivered, returned) = spool.release(batch.items);
+        if is_own {
+            shared.with_ring(|ring| {
+                ring.settle_from_disk(&delivered, None);
+                ring.take_back(&returned, SPOOL_FULL);
+            });
+        }
+    }
+
+    /// Halves a refused batch until the record that is refused stands alone, and sets that aside.
+    fn refused(&mut self, batch: Batch, status: u16, said: &str) {
+        let lane = batch.lane;
+        match batch.items.as_slice() {
+            [] => {
+                if !self.is_own(&batch) {
+                    if let Some(spool) = self.shared.spool().as_mut() {
+                        spool.told(&batch.boot);
+                    }
+                }
+                self.failed(lane, &format!("status {status}: {said}"), None, false);
+            }
+            [item] => {
+                let kept = self.drop_refused(lane, item, status);
+                self.log.error(format!(
+                    "the collector refused a record for ever, status {status}: {said}; set aside{kept}"
+                ));
+                self.turn(lane).due = self.time();
+            }
+            _ => {
+                let (first, second) = batch.halves();
+                self.pieces.push_front(second);
+                self.pieces.push_front(first);
+            }
+        }
+    }
+
+    /// Returns what the log should add.
+    fn drop_refused(&self, lane: Lane, item: &Item, status: u16) -> String {
+        let reason = format!("refused-{status}");
+        let mut spool = self.shared.spool();
+        self.shared.with_ring(|ring| {
+            let one = std::slice::from_ref(item);
+            match lane {
+                Lane::Live | Lane::Late => drop(ring.settle(one, Some(&reason))),
+                Lane::Disk => ring.settle_from_disk(one, Some(&reason)),
+            }
+        });
+        match spool.as_mut().map(|spool| spool.quarantine(item, &reason)) {
+            None => String::new(),
+            Some(Ok(())) => format!(" in {QUARANTINE}"),
+            Some(Err(error)) => format!(", but not kept: {error}"),
+        }
+    }
+
+    fn forbidden(&mut self, batch: &Batch, status: u16, said: &str) {
+        let why = format!("the collector forbids it, status {status}: {said}");
+        if batch.lane != Lane::Disk || self.is_own(batch) {
+            return self.failed(batch.lane, &why, None, false);
+        }
+        let (device, boot) = (&batch.device, &batch.boot);
+        let mut spool = self.shared.spool();
+        let frames = spool.as_mut().map_or(0, |spool| spool.hold(boot));
+        drop(spool);
+        self.shared
+            .with_ring(|ring| ring.count_fault_of_all(BACKLOG_FORBIDDEN));
+        let now = self.time();
+        self.held_until.get_or_insert(now + HELD_FOR);
+        self.turn(batch.lane).due = now;
+        if self.held_said.get(boot) == Some(&why) || self.held_said.len() >= SAID_MAX {
+            return;
+        }
+        self.log.error(format!(
+            "{why}; {frames} frames of device {device}, run {boot}, are held in the spool and tried again every {} min; all others go on\n\
+             hint: let this agent send as {device} too, or set `device` in its configuration back to that until they have arrived",
+            HELD_FOR.as_secs() / 60
+        ));
+        self.held_said.insert(boot.clone(), why);
+    }
+
+    fn try_held(&mut self, now: Duration) {
+        if self.held_until.is_some_and(|until| now >= until) {
+            self.held_until = None;
+            if let Some(spool) = self.shared.spool().as_mut() {
+                spool.try_held();
+            }
+        }
+    }
+
+    fn clear_doubt(&self) {
+        self.shared.with_ring(|ring| ring.doubt(None));
+    }
+
+    fn failed(&mut self, lane: Lane, why: &str, retry_after: Option<Duration>, is_for_all: bool) {
+        let held = self.shared.with_ring(|ring| ring.len());
+        let collector = &self.pace.collector;
+        let line = format!("delivery to {collector} failed, {held} records wait: {why}");
+        self.say_failure(lane, why, &line);
+        let random = self.next_random();
+        let now = self.time();
+        self.shared.observed().failed(why);
+        let turn = self.turn(lane);
+        turn.failures = turn.failures.saturating_add(1);
+        let pause = retry_after.map_or_else(
+            || back_off(turn.failures, random),
+            |asked| asked.clamp(BACK_OFF_MIN, RETRY_AFTER_MAX),
+        );
+        turn.due = now + pause;
+        if is_for_all || retry_after.is_some() {
+            self.live.due = self.live.due.max(now + pause);
+            self.backlog.due = self.backlog.due.max(now + pause);
+        }
+    }
+
+    /// Logs a failure, unless it is the one that was last logged for this lane.
+    fn say_failure(&mut self, lane: Lane, why: &str, line: &str) {
+        if self.turn_of(lane).said.as_deref() != Some(why) {
+            self.log.warning(line);
+            self.turn(lane).said = Some(why.to_owned());
+        }
+    }
+
+    /// SplitMix64 (Steele, Lea and Flood 2014): the pauses of one run can be had again from its seed.
+    fn next_random(&mut self) -> u64 {
+        self.random = self.random.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = self.random;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ (mixed >> 31)
+    }
+}
+
+/// The pause after this many failures in a row: anywhere between the shortest and a bound that doubles ("full
+/// jitter"), so that a fleet does not come back all at once.
+fn back_off(failures: u32, entropy: u64) -> Duration {
+    let bound = BACK_OFF_MIN
+        .saturating_mul(1 << failures.min(16))
+        .min(BACK_OFF_MAX);
+    let span_ms = u64::try_from((bound - BACK_OFF_MIN).as_millis()).unwrap_or(0) + 1;
+    BACK_OFF_MIN + Duration::from_millis(entropy % span_ms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_pause_lies_between_half_a_second_and_a_minute(failures in 0..u32::MAX, entropy: u64) {
+            let pause = back_off(failures, entropy);
+            prop_assert!((BACK_OFF_MIN..=BACK_OFF_MAX).contains(&pause));
+            prop_assert!(failures > 3 || pause <= BACK_OFF_MIN * 8);
+        }
+    }
+
+    #[test]
+    fn the_bound_of_the_pause_doubles_and_is_used_in_full() {
+        for (failures, longest) in [(1, 1), (3, 4), (40, 60)] {
+            let pauses = (0..100_000).map(|entropy| back_off(failures, entropy));
+            assert_eq!(pauses.max(), Some(Duration::from_secs(longest)));
         }
     }
 }

@@ -1,12 +1,14 @@
-//! How an agent does, told to whoever asks.
+//! How an agent does, as one JSON object and as Prometheus' families.
 
-use super::look::{Look, SensorLook};
-use super::metrics;
-use crate::queue::Shared;
+use crate::queue::{Delivery, Seen, Shared};
+use grideye_frame::NoData;
+use grideye_recording::ClockState;
+use grideye_recording::prometheus::Text;
 use grideye_recording::wire::Account;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// What does not change while an agent runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -78,7 +80,7 @@ impl Health {
     #[must_use]
     pub fn to_prometheus(&self) -> String {
         let look = self.look();
-        metrics::page(&look)
+        page(&look)
     }
 
     fn look(&self) -> Look {
@@ -117,5 +119,193 @@ impl Health {
                 seen: self.shared.observed().seen(stream),
             })
             .collect()
+    }
+}
+
+/// A sensor without a frame for so long is a reason to look.
+pub const STALE_AFTER: Duration = Duration::from_secs(10);
+
+/// One look at everything.
+pub(super) struct Look {
+    pub(super) now: Duration,
+    pub(super) delivery: Delivery,
+    /// Records in memory.
+    pub(super) held: usize,
+    /// Bytes and frames on the disk, where there is one.
+    pub(super) spool: Option<(u64, u64)>,
+    pub(super) sensors: Vec<SensorLook>,
+}
+
+pub(super) struct SensorLook {
+    pub(super) name: String,
+    pub(super) account: Account,
+    pub(super) acknowledged: u64,
+    pub(super) seen: Option<Seen>,
+}
+
+impl Look {
+    pub(super) fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        for sensor in &self.sensors {
+            let since = sensor.seen.map_or(Duration::ZERO, |seen| seen.frame_at);
+            let silent = self.now.saturating_sub(since);
+            if silent > STALE_AFTER {
+                faults.push(format!(
+                    "{}: no frame for {} s",
+                    sensor.name,
+                    silent.as_secs()
+                ));
+            }
+        }
+        if self.delivery.failures_in_a_row > 0 {
+            let why = self.delivery.last_failure.as_deref().unwrap_or_default();
+            let first_line = why.lines().next().unwrap_or_default();
+            faults.push(format!("delivery: {first_line}"));
+        }
+        faults
+    }
+
+    pub(super) fn since(&self, at: Option<Duration>) -> Option<f64> {
+        at.map(|at| self.now.saturating_sub(at).as_secs_f64())
+    }
+}
+
+impl SensorLook {
+    pub(super) fn json(&self, look: &Look) -> Value {
+        let account = &self.account;
+        json!({
+            "sensor": self.name,
+            "read": account.read,
+            "missing": account.missing,
+            "stored": self.acknowledged,
+            "dropped": account.dropped,
+            "spooled": account.spooled,
+            "errors": account.errors,
+            "frame_age_s": look.since(self.seen.map(|seen| seen.frame_at)),
+            "seq": self.seen.map(|seen| seen.seq),
+            "clock": self.seen.map(|seen| seen.clock.name()),
+            "missing_now": self.seen.and_then(|seen| seen.missing).map(NoData::name),
+        })
+    }
+}
+
+pub(super) fn page(look: &Look) -> String {
+    let mut text = Text::new();
+    of_the_program(&mut text, look);
+    of_the_delivery(&mut text, look);
+    of_the_sensors(&mut text, look);
+    of_the_newest(&mut text, look);
+    text.into_string()
+}
+
+fn of_the_program(text: &mut Text, look: &Look) {
+    text.gauge("grideye_agent_build_info", "The program's version.");
+    text.sample(&[("version", env!("CARGO_PKG_VERSION"))], 1);
+    text.gauge(
+        "grideye_agent_up",
+        "1 while every sensor gives frames and the collector takes them.",
+    );
+    text.sample(&[], u8::from(look.faults().is_empty()));
+    text.gauge("grideye_agent_uptime_seconds", "Seconds since the start.");
+    text.sample(&[], look.now.as_secs());
+    text.gauge("grideye_agent_memory_records", "Records in memory.");
+    text.sample(&[], look.held);
+    if let Some((bytes, frames)) = look.spool {
+        text.gauge("grideye_agent_spool_bytes", "Bytes that the spool takes.");
+        text.sample(&[], bytes);
+        text.gauge("grideye_agent_spool_frames", "Frames in the spool.");
+        text.sample(&[], frames);
+    }
+}
+
+fn of_the_delivery(text: &mut Text, look: &Look) {
+    let delivery = &look.delivery;
+    text.counter(
+        "grideye_agent_posts_total",
+        "Posts to the collector, by outcome.",
+    );
+    text.sample(&[("outcome", "accepted")], delivery.posts_accepted);
+    text.sample(&[("outcome", "failed")], delivery.posts_failed);
+    text.gauge(
+        "grideye_agent_post_failures_in_a_row",
+        "Posts that failed since the last that was accepted.",
+    );
+    text.sample(&[], delivery.failures_in_a_row);
+    if let Some(age_s) = look.since(delivery.last_accepted) {
+        text.gauge(
+            "grideye_agent_last_accepted_age_seconds",
+            "Seconds since a post was accepted.",
+        );
+        text.sample(&[], age_s);
+    }
+}
+
+fn of_the_sensors(text: &mut Text, look: &Look) {
+    text.counter("grideye_agent_sensor_read_total", "Frames read.");
+    of_each(text, look, |sensor| sensor.account.read);
+    text.counter(
+        "grideye_agent_sensor_missing_total",
+        "Frames missed, each a row.",
+    );
+    of_each(text, look, |sensor| sensor.account.missing);
+    text.counter(
+        "grideye_agent_sensor_stored_total",
+        "Frames that the collector has on disk.",
+    );
+    of_each(text, look, |sensor| sensor.acknowledged);
+    text.gauge(
+        "grideye_agent_sensor_spooled",
+        "Frames read and not acknowledged.",
+    );
+    of_each(text, look, |sensor| sensor.account.spooled);
+    text.counter(
+        "grideye_agent_sensor_dropped_total",
+        "Frames given up, by reason.",
+    );
+    by_reason(text, look, |sensor| &sensor.account.dropped);
+    text.counter("grideye_agent_sensor_errors_total", "Faults, by kind.");
+    by_reason(text, look, |sensor| &sensor.account.errors);
+}
+
+fn of_each(text: &mut Text, look: &Look, count: impl Fn(&SensorLook) -> u64) {
+    for sensor in &look.sensors {
+        text.sample(&[("sensor", &sensor.name)], count(sensor));
+    }
+}
+
+fn by_reason(text: &mut Text, look: &Look, counts: impl Fn(&SensorLook) -> &BTreeMap<String, u64>) {
+    for sensor in &look.sensors {
+        for (reason, count) in counts(sensor) {
+            text.sample(&[("sensor", &sensor.name), ("reason", reason)], count);
+        }
+    }
+}
+
+fn of_the_newest(text: &mut Text, look: &Look) {
+    let seen = || {
+        let sensors = look.sensors.iter();
+        sensors.filter_map(|sensor| Some((sensor.name.as_str(), sensor.seen?)))
+    };
+    text.gauge(
+        "grideye_agent_sensor_frame_age_seconds",
+        "Seconds since the newest frame was read.",
+    );
+    for (sensor, seen) in seen() {
+        let age = look.now.saturating_sub(seen.frame_at);
+        text.sample(&[("sensor", sensor)], age.as_secs_f64());
+    }
+    text.gauge(
+        "grideye_agent_sensor_clock",
+        "1 for the state of the wall clock at the newest record.",
+    );
+    for (sensor, seen) in seen() {
+        for state in [
+            ClockState::Unsynced,
+            ClockState::Synced,
+            ClockState::Stepped,
+        ] {
+            let labels = [("sensor", sensor), ("state", state.name())];
+            text.sample(&labels, u8::from(state == seen.clock));
+        }
     }
 }

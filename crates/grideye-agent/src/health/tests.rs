@@ -1,6 +1,6 @@
 //! What the pages show, and how they are asked.
 
-use super::look::{Look, SensorLook};
+use super::status::{Look, SensorLook};
 use super::*;
 use crate::queue::{Delivery, Observed, Ring, Seen, Shared};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};

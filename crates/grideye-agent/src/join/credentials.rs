@@ -1,8 +1,10 @@
-//! By what the agent knows its collector and is known by it.
+//! How the agent knows its collector and is known by it: token, pin, certificates, address.
 
-use super::error::NotJoined;
+use ring::digest;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::net::Ipv6Addr;
+use std::str::FromStr;
 
 /// A text that is shown to the collector and to nobody else: debugging does not show it.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -65,3 +67,84 @@ impl fmt::Debug for Secret {
 
 /// Length of a token at most, in characters.
 const TOKEN_CHARS_MAX: usize = 256;
+
+/// Why a line or a file is not understood. What it held is not repeated: there is a token in it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct NotJoined(pub(super) String);
+
+/// The SHA-256 of a certificate, as `sha256-` and 64 hexadecimal digits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pin(String);
+
+impl Pin {
+    /// That of a certificate in DER.
+    #[must_use]
+    pub fn of(certificate: &[u8]) -> Self {
+        let hash = digest::digest(&digest::SHA256, certificate);
+        let digits = hash.as_ref().iter().map(|byte| format!("{byte:02x}"));
+        Self(format!("sha256-{}", digits.collect::<String>()))
+    }
+}
+
+impl FromStr for Pin {
+    type Err = NotJoined;
+
+    fn from_str(text: &str) -> Result<Self, NotJoined> {
+        let digits = text.strip_prefix("sha256-").unwrap_or_default();
+        let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+        if digits.len() == 64 && digits.bytes().all(is_digit) {
+            return Ok(Self(text.to_owned()));
+        }
+        Err(NotJoined(
+            "its pin is cut: expected sha256- and 64 hexadecimal digits".to_owned(),
+        ))
+    }
+}
+
+impl fmt::Display for Pin {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+/// Whether this is HOST:PORT. An address that cannot be right is refused at the start: as a failed delivery it would be
+/// retried without end.
+pub(crate) fn is_host_and_port(authority: &str) -> bool {
+    let Some((host, port)) = authority.rsplit_once(':') else {
+        return false;
+    };
+    let is_port =
+        port.bytes().all(|b| b.is_ascii_digit()) && port.parse::<u16>().is_ok_and(|port| port != 0);
+    let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let is_host = match host.strip_prefix('[') {
+        Some(inner) => inner
+            .strip_suffix(']')
+            .is_some_and(|inner| inner.parse::<Ipv6Addr>().is_ok()),
+        None => !host.is_empty() && host.chars().all(is_name),
+    };
+    is_port && is_host
+}
+
+/// Whether this is the address of a collector, and what is wrong with it otherwise.
+pub(crate) fn check_url(url: &str) -> Result<(), String> {
+    let authority = url
+        .strip_prefix("https://")
+        .or_else(|| url.strip_prefix("http://"));
+    if authority.is_some_and(is_host_and_port) {
+        return Ok(());
+    }
+    Err("the collector is not named as https://HOST:PORT".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pin_is_the_sha_256() {
+        // FIPS 180-2, appendix B.1.
+        let abc = "sha256-ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(Pin::of(b"abc").to_string(), abc);
+    }
+}

@@ -1,11 +1,9 @@
 //! One handshake with a collector that is known by its pin alone, to learn its authority's certificate.
 
-use super::base64;
-use super::credentials::ClientCertificate;
-use super::error::NotJoined;
-use super::pin::Pin;
-use crate::advice::network::{certificate_hint, in_handshake};
+use super::credentials::{ClientCertificate, NotJoined, Pin};
+use crate::advice::{certificate_hint, in_handshake};
 use crate::lock::lock;
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use rustls::client::WebPkiServerVerifier;
 use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
 use rustls::crypto::CryptoProvider;
@@ -34,26 +32,22 @@ pub fn authority_of(
     let refuse = |what: String, hint: &str| NotJoined(format!("{collector}: {what}\nhint: {hint}"));
     let address = collector.trim_start_matches("https://");
     let (host, _port) = address.rsplit_once(':').unwrap_or((address, ""));
-    let host = host
-        .trim_start_matches('[')
-        .trim_end_matches(']')
-        .to_owned();
-    let name = ServerName::try_from(host)
-        .map_err(|error| refuse(error.to_string(), "is the collector's name spelt right?"))?;
+    let host = host.trim_start_matches('[').trim_end_matches(']');
+    let misspelt = "is the collector's name spelt right?";
+    let name = ServerName::try_from(host.to_owned())
+        .map_err(|error| refuse(error.to_string(), misspelt))?;
     let provider = Arc::new(default_provider());
     let verifier = Arc::new(Pinned {
         pin: pin.clone(),
         provider: Arc::clone(&provider),
         found: Mutex::new(None),
     });
-    let config = config(Arc::clone(&provider), Arc::clone(&verifier), client).map_err(|what| {
-        refuse(
-            what,
-            "are the certificate and its key those of this agent, in PEM?",
-        )
+    let config = config(provider, Arc::clone(&verifier), client).map_err(|what| {
+        let hint = "are the certificate and its key those of this agent, in PEM?";
+        refuse(what, hint)
     })?;
     let mut connection = ClientConnection::new(Arc::new(config), name)
-        .map_err(|error| refuse(error.to_string(), "is the collector's name spelt right?"))?;
+        .map_err(|error| refuse(error.to_string(), misspelt))?;
     let mut stream = connect(address, timeout).map_err(|error| {
         refuse(
             format!("no connection: {error}"),
@@ -66,14 +60,9 @@ pub fn authority_of(
             .map_err(|error| refuse(format!("no TLS: {error}"), hint(&error)))?;
     }
     let found = lock(&verifier.found).take();
-    found
-        .map(|der| base64::certificate_pem(&der))
-        .ok_or_else(|| {
-            refuse(
-                "no certificate was shown".to_owned(),
-                "is this a collector?",
-            )
-        })
+    let pem = found.map(|der| certificate_pem(&der));
+    let what = || "no certificate was shown".to_owned();
+    pem.ok_or_else(|| refuse(what(), "is this a collector?"))
 }
 
 /// The authority is the first thing that is looked at, and the certificate's time and name the next.
@@ -113,8 +102,8 @@ fn config(
     let Some(client) = client else {
         return Ok(builder.with_no_client_auth());
     };
-    let chain: Result<Vec<_>, _> =
-        CertificateDer::pem_slice_iter(client.chain.as_bytes()).collect();
+    let chain = CertificateDer::pem_slice_iter(client.chain.as_bytes());
+    let chain = chain.collect::<Result<Vec<_>, _>>();
     let chain = chain.map_err(|error| error.to_string())?;
     let key = PrivateKeyDer::from_pem_slice(client.key.reveal().as_bytes())
         .map_err(|error| error.to_string())?;
@@ -140,22 +129,17 @@ impl ServerCertVerifier for Pinned {
         ocsp_response: &[u8],
         now: UnixTime,
     ) -> Result<ServerCertVerified, Error> {
-        let pinned = intermediates
-            .iter()
-            .find(|certificate| Pin::of(certificate) == self.pin)
-            .ok_or_else(|| {
-                Error::General(
-                    "the collector shows another authority than the line's pin says".to_owned(),
-                )
-            })?;
+        let mut shown = intermediates.iter();
+        let Some(pinned) = shown.find(|certificate| Pin::of(certificate) == self.pin) else {
+            let what = "the collector shows another authority than the line's pin says";
+            return Err(Error::General(what.to_owned()));
+        };
         let mut roots = RootCertStore::empty();
         roots.add(pinned.clone().into_owned())?;
-        let verifier = WebPkiServerVerifier::builder_with_provider(
-            Arc::new(roots),
-            Arc::clone(&self.provider),
-        )
-        .build()
-        .map_err(|error| Error::General(error.to_string()))?;
+        let provider = Arc::clone(&self.provider);
+        let verifier = WebPkiServerVerifier::builder_with_provider(Arc::new(roots), provider)
+            .build()
+            .map_err(|error| Error::General(error.to_string()))?;
         let verified = verifier.verify_server_cert(
             end_entity,
             intermediates,
@@ -194,5 +178,29 @@ impl ServerCertVerifier for Pinned {
         self.provider
             .signature_verification_algorithms
             .supported_schemes()
+    }
+}
+
+/// A certificate in PEM (RFC 7468).
+fn certificate_pem(der: &[u8]) -> String {
+    const LINE_CHARS: usize = 64;
+    let digits = BASE64_STANDARD.encode(der);
+    let mut pem = String::from("-----BEGIN CERTIFICATE-----\n");
+    for line in digits.as_bytes().chunks(LINE_CHARS) {
+        pem.extend(line.iter().copied().map(char::from));
+        pem.push('\n');
+    }
+    pem + "-----END CERTIFICATE-----\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_reader_gets_the_same_bytes() {
+        let der: Vec<u8> = (0..=255).chain([1, 2]).collect();
+        let read = CertificateDer::from_pem_slice(certificate_pem(&der).as_bytes()).unwrap();
+        assert_eq!(&*read, &*der);
     }
 }

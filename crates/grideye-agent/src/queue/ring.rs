@@ -1,9 +1,8 @@
 //! What is in memory and not yet known to be durable, and the account of it: read = acknowledged + dropped + spooled, at
 //! every moment, where spooled is in memory or on the spool's disk.
 
-use super::stream::{Held, OnDisk, RING_FULL, ROWS_DROPPED, Stream, count};
 use crate::batch::{Batch, Item, Lane, Place};
-use crate::limits::RING_FRAMES_MAX;
+use crate::limits::{LIVE_FOR, RING_FRAMES_MAX};
 use crate::spool::Dropped;
 use grideye_frame::Reading;
 use grideye_recording::wire::Account;
@@ -11,6 +10,15 @@ use grideye_recording::{Record, StreamId};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::Duration;
+
+/// The reason under which frames are dropped because the ring was full.
+pub const RING_FULL: &str = "ring-full";
+/// The count of rows of missing frames that were dropped, which are no frames that were read.
+pub const ROWS_DROPPED: &str = "missing-rows-dropped";
+/// Kinds of faults that one account tells apart at most; the rest are counted together.
+pub const FAULT_KINDS_MAX: usize = 32;
+/// The count of faults beyond [`FAULT_KINDS_MAX`] kinds.
+pub const OTHER_FAULTS: &str = "other";
 
 /// Records of all sensors of an agent, oldest out first when there are too many.
 #[derive(Debug)]
@@ -23,6 +31,39 @@ pub struct Ring {
     streams: Vec<Stream>,
     /// What had to go and is on the disk: no more than was held at once, since nothing is placed but by the one who asks.
     spilled: Vec<OnDisk>,
+}
+
+/// One sensor of a ring.
+#[derive(Debug)]
+struct Stream {
+    id: Arc<StreamId>,
+    /// In ascending seq.
+    held: VecDeque<Held>,
+    account: Account,
+    acknowledged: u64,
+    /// Numbers in a post whose fate is not known: the collector may have them.
+    in_doubt: BTreeSet<u64>,
+    /// Those of them that were dropped and counted since.
+    dropped_in_doubt: BTreeSet<u64>,
+}
+
+#[derive(Debug)]
+struct Held {
+    arrival: u64,
+    at: Duration,
+    record: Record,
+    place: Option<Place>,
+}
+
+/// A record in memory that is on the disk as well.
+#[derive(Debug, Clone)]
+pub struct OnDisk {
+    id: Arc<StreamId>,
+    seq: u64,
+    /// Where.
+    pub place: Place,
+    /// Whether it carries pixels.
+    pub is_frame: bool,
 }
 
 impl Ring {
@@ -78,7 +119,11 @@ impl Ring {
         });
         self.arrivals += 1;
         self.len += 1;
-        self.drop_oldest_beyond_the_limit()
+        let mut dropped = 0;
+        while self.len > self.limit {
+            dropped += usize::from(self.drop_oldest());
+        }
+        dropped
     }
 
     /// Counts a fault of this stream.
@@ -98,27 +143,37 @@ impl Ring {
     /// The oldest records of a lane, at most `records_max` of them. They stay until acknowledged.
     #[must_use]
     pub fn batch(&self, lane: Lane, now: Duration, records_max: usize) -> Batch {
-        let mut chosen: Vec<(u64, Item)> = Vec::new();
-        for stream in &self.streams {
-            let range = stream.range(lane, now);
-            let first = stream.held.range(range).take(records_max);
-            chosen.extend(first.map(|held| {
-                let item = Item {
-                    stream: Arc::clone(&stream.id),
-                    record: held.record,
-                    place: held.place,
-                };
-                (held.arrival, item)
-            }));
-        }
-        chosen.sort_unstable_by_key(|(arrival, _)| *arrival);
-        chosen.truncate(records_max);
+        let lane_of = |stream: &Stream| stream.range(lane, now);
+        let chosen = self.oldest(records_max, lane_of, |_| true);
+        let item = |(stream, held): (&Stream, &Held)| Item {
+            stream: Arc::clone(&stream.id),
+            record: held.record,
+            place: held.place,
+        };
         Batch {
             lane,
             device: self.device.clone(),
             boot: self.boot.clone(),
-            items: chosen.into_iter().map(|(_, item)| item).collect(),
+            items: chosen.into_iter().map(item).collect(),
         }
+    }
+
+    /// Records in the order of their arrival, of each stream's `range` those that are asked for.
+    fn oldest(
+        &self,
+        records_max: usize,
+        range: impl Fn(&Stream) -> std::ops::Range<usize>,
+        is_asked_for: fn(&Held) -> bool,
+    ) -> Vec<(&Stream, &Held)> {
+        let mut chosen = Vec::new();
+        for stream in &self.streams {
+            let held = stream.held.range(range(stream));
+            let first = held.filter(|held| is_asked_for(held)).take(records_max);
+            chosen.extend(first.map(|held| (stream, held)));
+        }
+        chosen.sort_unstable_by_key(|(_, held)| held.arrival);
+        chosen.truncate(records_max);
+        chosen
     }
 
     /// Marks the records of a post whose fate is not known, in place of those marked before.
@@ -127,57 +182,44 @@ impl Ring {
             stream.in_doubt.clear();
             let items = batch.into_iter().flat_map(|batch| &batch.items);
             let of_stream = items.filter(|item| item.stream == stream.id);
-            stream
-                .in_doubt
-                .extend(of_stream.map(|item| item.record.seq));
+            let seqs = of_stream.map(|item| item.record.seq);
+            stream.in_doubt.extend(seqs);
             if batch.is_none() {
                 stream.dropped_in_doubt.clear();
             }
         }
     }
 
-    /// Lets go of records that were posted from memory and that the collector has on disk. Returns how many went.
-    pub fn acknowledge<'i>(&mut self, items: impl IntoIterator<Item = &'i Item>) -> usize {
-        let mut freed = 0;
-        for item in items {
-            let Some(stream) = self.stream_mut(&item.stream) else {
-                continue;
-            };
-            let seq = item.record.seq;
-            if let Some(held) = stream.index_of(seq).and_then(|at| stream.held.remove(at)) {
-                stream.settle(held.is_frame(), None);
-                self.len -= 1;
-                freed += 1;
-            } else if stream.dropped_in_doubt.remove(&seq) {
-                stream.take_back(item.is_frame(), RING_FULL);
-                freed += 1;
-            }
-        }
-        freed
-    }
-
-    /// Drops records in memory that the collector refuses, and counts them under `reason`, so that the rest can go on. Returns how many records went.
-    pub fn drop_refused(&mut self, items: &[Item], reason: &str) -> usize {
+    /// Lets go of records that were posted from memory: the collector has them on disk, or refuses them, which is counted
+    /// under `reason`. Returns how many went.
+    pub fn settle<'i>(
+        &mut self,
+        items: impl IntoIterator<Item = &'i Item>,
+        reason: Option<&str>,
+    ) -> usize {
         let mut gone = 0;
         for item in items {
             let Some(stream) = self.stream_mut(&item.stream) else {
                 continue;
             };
-            let index = stream.index_of(item.record.seq);
-            if let Some(held) = index.and_then(|at| stream.held.remove(at)) {
-                stream.settle(held.is_frame(), Some(reason));
+            let seq = item.record.seq;
+            if let Some(held) = stream.take(seq) {
+                stream.settle(held.is_frame(), reason);
                 self.len -= 1;
+                gone += 1;
+            } else if reason.is_none() && stream.dropped_in_doubt.remove(&seq) {
+                stream.take_back(item.is_frame(), RING_FULL);
                 gone += 1;
             }
         }
         gone
     }
 
-    /// Counts records as acknowledged that were posted from the disk.
-    pub fn delivered_from_disk(&mut self, items: &[Item]) {
+    /// The same of records that were posted from the disk.
+    pub fn settle_from_disk(&mut self, items: &[Item], reason: Option<&str>) {
         for item in items {
             if let Some(stream) = self.stream_mut(&item.stream) {
-                stream.settle(item.is_frame(), None);
+                stream.settle(item.is_frame(), reason);
             }
         }
     }
@@ -191,19 +233,10 @@ impl Ring {
         let account = &mut stream.account;
         account.spooled = account.spooled.saturating_sub(frames);
         if frames > 0 {
-            *account
-                .dropped
-                .entry(dropped.reason.to_owned())
-                .or_default() += frames;
+            let reason = dropped.reason.to_owned();
+            *account.dropped.entry(reason).or_default() += frames;
         }
         count(&mut account.errors, ROWS_DROPPED, dropped.content.rows);
-    }
-
-    /// Counts records from the disk as dropped that the collector refuses.
-    pub fn refused_from_disk(&mut self, item: &Item, reason: &str) {
-        if let Some(stream) = self.stream_mut(&item.stream) {
-            stream.settle(item.is_frame(), Some(reason));
-        }
     }
 
     /// Counts records as acknowledged that had been counted as dropped: the post that was in doubt had arrived.
@@ -224,24 +257,14 @@ impl Ring {
         older_than: Duration,
         records_max: usize,
     ) -> Vec<(Arc<StreamId>, Record)> {
-        let mut chosen: Vec<(u64, Duration, Arc<StreamId>, Record)> = Vec::new();
-        for stream in &self.streams {
-            let unwritten = stream.held.iter().filter(|held| held.place.is_none());
-            chosen.extend(
-                unwritten
-                    .take(records_max)
-                    .map(|held| (held.arrival, held.at, Arc::clone(&stream.id), held.record)),
-            );
-        }
-        if !chosen.iter().any(|(_, at, ..)| *at + older_than <= now) {
+        let all = |stream: &Stream| 0..stream.held.len();
+        let chosen = self.oldest(records_max, all, |held| held.place.is_none());
+        let is_old = |(_, held): &(&Stream, &Held)| held.at + older_than <= now;
+        if !chosen.iter().any(is_old) {
             return Vec::new();
         }
-        chosen.sort_unstable_by_key(|(arrival, ..)| *arrival);
-        chosen.truncate(records_max);
-        chosen
-            .into_iter()
-            .map(|(_, _, id, record)| (id, record))
-            .collect()
+        let named = |(stream, held): (&Stream, &Held)| (Arc::clone(&stream.id), held.record);
+        chosen.into_iter().map(named).collect()
     }
 
     /// Notes where records are on the disk, those that are still held.
@@ -262,9 +285,10 @@ impl Ring {
         if removed.is_empty() {
             return;
         }
+        let is_gone = |place: &Place| removed.contains(&place.segment);
         let (gone, kept): (Vec<OnDisk>, Vec<OnDisk>) = std::mem::take(&mut self.spilled)
             .into_iter()
-            .partition(|spilled| removed.contains(&spilled.place.segment));
+            .partition(|spilled| is_gone(&spilled.place));
         self.spilled = kept;
         for spilled in gone {
             if let Some(stream) = self.stream_mut(&spilled.id) {
@@ -272,12 +296,7 @@ impl Ring {
             }
         }
         for held in self.streams.iter_mut().flat_map(|stream| &mut stream.held) {
-            if held
-                .place
-                .is_some_and(|place| removed.contains(&place.segment))
-            {
-                held.place = None;
-            }
+            held.place.take_if(|place| is_gone(place));
         }
     }
 
@@ -286,20 +305,10 @@ impl Ring {
     pub fn evictable(&self, now: Duration, older_than: Duration) -> Vec<OnDisk> {
         let mut found = self.spilled.clone();
         for stream in &self.streams {
-            let old = stream
-                .held
-                .iter()
-                .take_while(|held| held.at + older_than <= now);
-            found.extend(old.filter_map(|held| {
-                let seq = held.record.seq;
-                let place = held.place.filter(|_| !stream.in_doubt.contains(&seq))?;
-                Some(OnDisk {
-                    id: Arc::clone(&stream.id),
-                    seq,
-                    place,
-                    is_frame: held.is_frame(),
-                })
-            }));
+            let is_old = |held: &&Held| held.at + older_than <= now;
+            let old = stream.held.iter().take_while(is_old);
+            let settled = old.filter(|held| !stream.in_doubt.contains(&held.record.seq));
+            found.extend(settled.filter_map(|held| held.on_disk(&stream.id)));
         }
         found.sort_unstable_by_key(|found| found.place);
         found
@@ -309,11 +318,8 @@ impl Ring {
     pub fn evict(&mut self, records: &[OnDisk]) {
         self.spilled.clear();
         for record in records {
-            let Some(stream) = self.stream_mut(&record.id) else {
-                continue;
-            };
-            let index = stream.index_of(record.seq);
-            if index.and_then(|at| stream.held.remove(at)).is_some() {
+            let stream = self.stream_mut(&record.id);
+            if stream.is_some_and(|stream| stream.take(record.seq).is_some()) {
                 self.len -= 1;
             }
         }
@@ -356,10 +362,8 @@ impl Ring {
     /// Frames of this sensor that the collector has on disk.
     #[must_use]
     pub fn acknowledged(&self, sensor: &str) -> u64 {
-        let stream = self
-            .streams
-            .iter()
-            .find(|stream| stream.id.sensor == sensor);
+        let mut streams = self.streams.iter();
+        let stream = streams.find(|stream| stream.id.sensor == sensor);
         stream.map_or(0, |stream| stream.acknowledged)
     }
 
@@ -367,40 +371,104 @@ impl Ring {
         self.streams.iter_mut().find(|stream| stream.id == *id)
     }
 
-    fn drop_oldest_beyond_the_limit(&mut self) -> usize {
-        let mut dropped = 0;
-        while self.len > self.limit {
-            let oldest = self
-                .streams
-                .iter_mut()
-                .filter(|stream| !stream.held.is_empty());
-            let Some(stream) =
-                oldest.min_by_key(|stream| stream.held.front().map(|held| held.arrival))
-            else {
-                break;
-            };
-            let Some(held) = stream.held.pop_front() else {
-                break;
-            };
-            self.len -= 1;
-            let seq = held.record.seq;
-            if let Some(place) = held.place {
-                self.spilled.push(OnDisk {
-                    id: Arc::clone(&stream.id),
-                    seq,
-                    place,
-                    is_frame: held.is_frame(),
-                });
-                continue;
-            }
-            stream.settle(held.is_frame(), Some(RING_FULL));
-            if stream.in_doubt.contains(&seq) {
-                stream.dropped_in_doubt.insert(seq);
-            }
-            dropped += 1;
+    /// Takes the oldest record out of memory. Whether it is dropped, because the disk does not have it.
+    fn drop_oldest(&mut self) -> bool {
+        let arrival = |stream: &&mut Stream| stream.held.front().map(|held| held.arrival);
+        let streams = self.streams.iter_mut();
+        let oldest = streams.filter(|stream| !stream.held.is_empty());
+        let Some(stream) = oldest.min_by_key(arrival) else {
+            return false;
+        };
+        let Some(held) = stream.held.pop_front() else {
+            return false;
+        };
+        self.len -= 1;
+        if let Some(spilled) = held.on_disk(&stream.id) {
+            self.spilled.push(spilled);
+            return false;
         }
-        dropped
+        stream.settle(held.is_frame(), Some(RING_FULL));
+        if stream.in_doubt.contains(&held.record.seq) {
+            stream.dropped_in_doubt.insert(held.record.seq);
+        }
+        true
     }
+}
+
+impl Held {
+    fn is_frame(&self) -> bool {
+        self.record.reading.frame().is_some()
+    }
+
+    fn on_disk(&self, id: &Arc<StreamId>) -> Option<OnDisk> {
+        Some(OnDisk {
+            id: Arc::clone(id),
+            seq: self.record.seq,
+            place: self.place?,
+            is_frame: self.is_frame(),
+        })
+    }
+}
+
+impl Stream {
+    /// Counts what became of a record: acknowledged, or dropped for a reason.
+    fn settle(&mut self, is_frame: bool, reason: Option<&str>) {
+        let account = &mut self.account;
+        if is_frame {
+            account.spooled = account.spooled.saturating_sub(1);
+        }
+        match (is_frame, reason) {
+            (true, None) => self.acknowledged += 1,
+            (true, Some(reason)) => *account.dropped.entry(reason.to_owned()).or_default() += 1,
+            (false, None) => {}
+            (false, Some(_)) => count(&mut account.errors, ROWS_DROPPED, 1),
+        }
+    }
+
+    /// Counts as acknowledged what had been counted as dropped.
+    fn take_back(&mut self, is_frame: bool, reason: &str) {
+        let (counts, reason) = if is_frame {
+            self.acknowledged += 1;
+            (&mut self.account.dropped, reason)
+        } else {
+            (&mut self.account.errors, ROWS_DROPPED)
+        };
+        if let Some(dropped) = counts.get_mut(reason) {
+            *dropped = dropped.saturating_sub(1);
+            if *dropped == 0 {
+                counts.remove(reason);
+            }
+        }
+    }
+
+    fn index_of(&self, seq: u64) -> Option<usize> {
+        self.held
+            .binary_search_by_key(&seq, |held| held.record.seq)
+            .ok()
+    }
+
+    fn take(&mut self, seq: u64) -> Option<Held> {
+        self.index_of(seq).and_then(|at| self.held.remove(at))
+    }
+
+    /// The records of a lane, as a range of what is held.
+    fn range(&self, lane: Lane, now: Duration) -> std::ops::Range<usize> {
+        let live_from = self.held.partition_point(|held| held.at + LIVE_FOR <= now);
+        match lane {
+            Lane::Live => live_from..self.held.len(),
+            Lane::Late => 0..live_from,
+            Lane::Disk => 0..0,
+        }
+    }
+}
+
+fn count(counts: &mut BTreeMap<String, u64>, kind: &str, more: u64) {
+    if more == 0 {
+        return;
+    }
+    let is_known = counts.contains_key(kind) || counts.len() < FAULT_KINDS_MAX;
+    let kind = if is_known { kind } else { OTHER_FAULTS };
+    *counts.entry(kind.to_owned()).or_default() += more;
 }
 
 #[cfg(test)]

@@ -1,10 +1,12 @@
-//! What the threads of an agent share: the ring, the spool, and when to end.
+//! What the threads of an agent share: the ring, the spool, notes of their work, and when to end.
 
-use super::observed::Observed;
 use super::ring::Ring;
 use crate::lock::lock;
 use crate::spool::Spool;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use grideye_frame::{NoData, Reading};
+use grideye_recording::{ClockState, Record};
+use std::collections::BTreeMap;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
 /// The ring and the spool between bus threads, spooler and uploader.
@@ -72,8 +74,8 @@ impl Shared {
     pub fn spool_if_free(&self) -> Option<MutexGuard<'_, Option<Spool>>> {
         match self.spool.try_lock() {
             Ok(spool) => Some(spool),
-            Err(std::sync::TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
-            Err(std::sync::TryLockError::WouldBlock) => None,
+            Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
         }
     }
 
@@ -97,37 +99,134 @@ impl Shared {
     /// Waits this long, or until the spooler is to end. Returns whether it is.
     pub fn waits_for_spooler(&self, pause: Duration) -> bool {
         let goes_on = |state: &mut State| !state.is_spooler_ending;
-        let waited = self
-            .changed
-            .wait_timeout_while(self.lock(), pause, goes_on)
-            .unwrap_or_else(PoisonError::into_inner);
-        waited.0.is_spooler_ending
+        let waited = self.changed.wait_timeout_while(self.lock(), pause, goes_on);
+        let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        state.is_spooler_ending
     }
 
     /// Waits this long, or less if the agent is stopping.
     pub fn wait(&self, pause: Duration) {
-        let until = Instant::now() + pause;
+        let began = Instant::now();
         let mut state = self.lock();
         loop {
-            let left = until.saturating_duration_since(Instant::now());
-            let left = match state.flush_until {
-                Some(_) if pause > FLUSH_PAUSE => {
-                    left.min(FLUSH_PAUSE.saturating_sub(pause.saturating_sub(left)))
-                }
-                _ => left,
+            let pause = match state.flush_until {
+                Some(_) => pause.min(FLUSH_PAUSE),
+                None => pause,
             };
+            let left = pause.saturating_sub(began.elapsed());
             if left.is_zero() {
                 return;
             }
-            state = self
-                .changed
-                .wait_timeout(state, left)
-                .unwrap_or_else(PoisonError::into_inner)
-                .0;
+            let waited = self.changed.wait_timeout(state, left);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
         lock(&self.state)
+    }
+}
+
+/// Notes of all threads, each short. Times are those of [`Shared::now`].
+#[derive(Debug, Default)]
+pub struct Observed {
+    notes: Mutex<Notes>,
+}
+
+#[derive(Debug, Default)]
+struct Notes {
+    delivery: Delivery,
+    seen: BTreeMap<usize, Seen>,
+    spool: Option<(u64, u64)>,
+}
+
+/// How delivery goes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Delivery {
+    /// Posts that the collector took.
+    pub posts_accepted: u64,
+    /// Posts that it did not take, for whatever reason.
+    pub posts_failed: u64,
+    /// Of those, since the last that it took.
+    pub failures_in_a_row: u64,
+    /// When it last took one.
+    pub last_accepted: Option<Duration>,
+    /// Why the last one failed; nothing once one was taken after it.
+    pub last_failure: Option<String>,
+}
+
+/// The newest record of a sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Seen {
+    /// Its number.
+    pub seq: u64,
+    /// When the newest record that has pixels was handed on; the start of the agent where there was none.
+    pub frame_at: Duration,
+    /// What was known of the wall clock.
+    pub clock: ClockState,
+    /// Why it has no pixels, if it has none.
+    pub missing: Option<NoData>,
+}
+
+impl Observed {
+    /// A post was taken.
+    pub fn accepted(&self, now: Duration) {
+        let delivery = &mut self.notes().delivery;
+        delivery.posts_accepted += 1;
+        delivery.failures_in_a_row = 0;
+        delivery.last_accepted = Some(now);
+        delivery.last_failure = None;
+    }
+
+    /// A post was not taken.
+    pub fn failed(&self, why: &str) {
+        let delivery = &mut self.notes().delivery;
+        delivery.posts_failed += 1;
+        delivery.failures_in_a_row += 1;
+        delivery.last_failure = Some(why.to_owned());
+    }
+
+    /// A bus thread handed on a record.
+    pub fn saw(&self, stream: usize, record: &Record, now: Duration) {
+        let seen = &mut self.notes().seen;
+        let before = seen.get(&stream).map(|seen| seen.frame_at);
+        let (frame_at, missing) = match &record.reading {
+            Reading::Frame(_) => (now, None),
+            Reading::NoData(reason) => (before.unwrap_or(Duration::ZERO), Some(*reason)),
+        };
+        let newest = Seen {
+            seq: record.seq,
+            frame_at,
+            clock: record.stamp.clock,
+            missing,
+        };
+        seen.insert(stream, newest);
+    }
+
+    /// Notes bytes and frames of the spool, whenever somebody could look.
+    pub fn spool(&self, size: Option<(u64, u64)>) {
+        self.notes().spool = size;
+    }
+
+    /// How delivery goes.
+    #[must_use]
+    pub fn delivery(&self) -> Delivery {
+        self.notes().delivery.clone()
+    }
+
+    /// The newest record of a stream.
+    #[must_use]
+    pub fn seen(&self, stream: usize) -> Option<Seen> {
+        self.notes().seen.get(&stream).copied()
+    }
+
+    /// Bytes and frames of the spool when somebody could last look.
+    #[must_use]
+    pub fn last_spool(&self) -> Option<(u64, u64)> {
+        self.notes().spool
+    }
+
+    fn notes(&self) -> MutexGuard<'_, Notes> {
+        lock(&self.notes)
     }
 }

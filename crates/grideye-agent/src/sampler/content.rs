@@ -1,5 +1,6 @@
-//! What a frame's words tell by themselves: whether they are another frame's, and whether they can be a measurement.
+//! What a frame's words tell by themselves, and what a read leaves to be decided.
 
+use super::phase::Ns;
 use amg8833::word;
 use grideye_frame::{COLUMNS, Celsius, NoData, PIXELS, PixelWord, RawFrame, ThermistorWord};
 
@@ -62,6 +63,45 @@ pub(super) fn implausible(frame: &RawFrame, before: Option<ThermistorWord>) -> O
 /// Whether a thermistor that measured this cannot measure 0 °C in the next frame.
 fn is_far_from_zero(thermistor: ThermistorWord) -> bool {
     word::thermistor_celsius(thermistor).get().abs() > 1.0 && thermistor != ThermistorWord(u16::MAX)
+}
+
+/// What the registers held when they were last read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    /// Right before that read.
+    pub(super) before: Ns,
+    pub(super) content: Content,
+    /// Which frame it is, where that is known.
+    pub(super) seq: Option<u64>,
+}
+
+impl Seen {
+    pub(super) fn by(read: &Read, seq: Option<u64>) -> Self {
+        Self {
+            seq,
+            before: read.before,
+            content: read.content,
+        }
+    }
+}
+
+/// One read: the registers were copied after `before` and at `latched_until` at the latest.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Read {
+    pub(super) before: Ns,
+    pub(super) latched_until: Ns,
+    pub(super) after: Ns,
+    pub(super) frame: RawFrame,
+    pub(super) content: Content,
+}
+
+/// A new frame that may be any from `low` to `high`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pending {
+    pub(super) read: Read,
+    pub(super) seen_before: Ns,
+    pub(super) low: u64,
+    pub(super) high: u64,
 }
 
 #[cfg(test)]

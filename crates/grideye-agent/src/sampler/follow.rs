@@ -1,10 +1,10 @@
 //! Which frame is it that was read: an old one, a new one, and which new one.
 
+use super::content::{Pending, Read, Seen};
 use super::event::{Event, OUT_OF_STEP};
-use super::limits::{FIRST_FRAME_PERIODS, GUARD, LATE_READS, LIVELY_FRAMES, STILL_FRAMES};
+use super::event::{FIRST_FRAME_PERIODS, GUARD, LATE_READS, LIVELY_FRAMES, STILL_FRAMES};
 use super::machine::{Sampler, State};
 use super::phase::{Ns, OutOfStep, Period, Phase, Window};
-use super::read::{Pending, Read, Seen};
 use grideye_frame::NoData;
 
 impl Sampler {
@@ -35,13 +35,7 @@ impl Sampler {
             _ => has_settled.then(|| read.before - longest),
         };
         if let Some(after) = update_after {
-            self.start(
-                read,
-                Window {
-                    after,
-                    until: read.latched_until,
-                },
-            );
+            self.start(read, Window::new(after, read.latched_until));
         } else {
             self.last = Some(Seen::by(read, None));
             self.reckon(read.after);
@@ -52,7 +46,7 @@ impl Sampler {
     /// Begins to follow from this frame on; how many have passed since the last one is an estimate.
     pub(super) fn start(&mut self, read: &Read, window: Window) {
         if let Some(phase) = &self.phase {
-            let half = phase.period().middle() / 2;
+            let half = phase.period.middle() / 2;
             let mut seq = self.next_seq;
             while phase.window(seq).middle() + half <= window.middle() {
                 seq += 1;
@@ -87,7 +81,7 @@ impl Sampler {
     /// Whether the bounds of the update of frame `seq` have become so wide that no read can lie between it and the next.
     pub(super) fn is_lost(&self, seq: u64) -> bool {
         self.phase.as_ref().is_none_or(|phase| {
-            phase.window(seq).width() + self.quickest_read + 2 * GUARD >= phase.period().min
+            phase.window(seq).width() + self.quickest_read + 2 * GUARD >= phase.period.min
         })
     }
 
@@ -109,17 +103,14 @@ impl Sampler {
             high += 1;
         }
         let is_early = phase.window(self.next_seq).after >= read.latched_until;
-        let update = Window {
-            after: seen.before,
-            until: read.latched_until,
-        };
+        let update = Window::new(seen.before, read.latched_until);
         if is_early {
             self.restart(self.next_seq, read, update);
         } else if low == high {
             self.accept(low, read, update);
         } else if self.is_lost(high) {
             let after = update.after.max(self.unseen(read).after);
-            self.start(read, Window { after, ..update });
+            self.start(read, Window::new(after, update.until));
         } else {
             self.next_at = read.after.max(phase.window(high).until + GUARD);
             self.pending = Some(Pending {
@@ -147,10 +138,7 @@ impl Sampler {
             Some(false) if pending.low + 1 == pending.high => pending.low,
             _ => return,
         };
-        let update = Window {
-            after: pending.seen_before,
-            until: pending.read.latched_until,
-        };
+        let update = Window::new(pending.seen_before, pending.read.latched_until);
         self.accept(seq, &pending.read, update);
     }
 
@@ -161,7 +149,7 @@ impl Sampler {
         let window = phase.window(self.next_seq);
         let mut passed = window.until;
         if self.repeats >= STILL_FRAMES && self.is_lost(self.next_seq) {
-            passed = passed.min(window.middle() + phase.period().middle() / 2);
+            passed = passed.min(window.middle() + phase.period.middle() / 2);
         }
         if read.before < passed {
             self.wait_for_update(read, passed);
@@ -244,10 +232,7 @@ impl Sampler {
     /// Where the update of a frame lies of which nothing is known but that it was read.
     pub(super) fn unseen(&self, read: &Read) -> Window {
         let longest = Period::nominal(self.nominal).max;
-        Window {
-            after: read.before - longest,
-            until: read.latched_until,
-        }
+        Window::new(read.before - longest, read.latched_until)
     }
 
     pub(super) fn is_lively(&self) -> bool {

@@ -1,18 +1,21 @@
-//! The sampler's state: what is due, and what becomes of each answer.
+//! The sampler's state: what is due, what becomes of each answer, and one row for each frame of the sensor.
 
-use super::content::{Content, implausible};
-use super::event::{BUS_HUNG, Due, Event, Span, Task};
-use super::limits::{LATENESS_READS, LIVELY_FRAMES, SET_UP_PAUSE};
+use super::content::{Content, Pending, Read, Seen, implausible};
+use super::event::{
+    BUS_HUNG, COUNT_ESTIMATED, Due, Event, FAULTS_BEFORE_SET_UP, FROZEN_FRAMES, GAP_NOT_LISTED,
+    GLITCH_PIXEL, GUARD, LATENESS_READS, LIVELY_FRAMES, NARROW, PROBE_EVERY, PROBE_LEAD,
+    RETRIES_PER_FRAME, RETRY_PAUSE_MAX, ROWS_PER_GAP_MAX, SET_UP_PAUSE, SET_UP_PAUSE_MAX,
+    SETTINGS_EVERY, Span, THERMISTOR_LATE, Task,
+};
 use super::phase::{Ns, Phase};
-use super::read::{Pending, Read, Seen};
 use crate::clock::{duration, signed_ns};
-use grideye_frame::{NoData, RawFrame, ThermistorWord};
+use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
 use std::collections::VecDeque;
 use std::time::Duration;
 
 /// Turns one sensor into records.
 #[derive(Debug)]
-pub struct Sampler {
+pub(crate) struct Sampler {
     pub(super) nominal: Ns,
     pub(super) frames_limit: Option<u64>,
     pub(super) state: State,
@@ -67,8 +70,7 @@ pub(super) enum State {
 impl Sampler {
     /// A sampler for a sensor of this nominal period, which wants to set it up at `now`; it ends after
     /// `frames_limit` frames read, if there is a limit.
-    #[must_use]
-    pub fn new(nominal_period: Duration, now: Duration, frames_limit: Option<u64>) -> Self {
+    pub(crate) fn new(nominal_period: Duration, now: Duration, frames_limit: Option<u64>) -> Self {
         let is_done = frames_limit == Some(0);
         Self {
             nominal: signed_ns(nominal_period),
@@ -104,48 +106,36 @@ impl Sampler {
     }
 
     /// On this bus no read is quicker than this, from the START at which the registers are copied to its end.
-    pub fn set_transfer_min(&mut self, transfer_min: Duration) {
+    pub(crate) fn set_transfer_min(&mut self, transfer_min: Duration) {
         self.transfer_min = signed_ns(transfer_min);
     }
 
     /// What to do next and when; `None` when the limit of frames has been reached.
-    #[must_use]
-    pub fn due(&self) -> Option<Due> {
+    pub(crate) fn due(&self) -> Option<Due> {
         let (at, task) = match (self.state, self.settings_due) {
             (State::Done, _) => return None,
             (State::SetUp, _) => (self.next_at, Task::SetUp),
             (_, Some(at)) => (at, Task::CheckSettings),
             (_, None) => (self.next_at, Task::ReadFrame),
         };
-        Some(Due {
-            at: duration(at),
-            task,
-        })
+        let at = duration(at);
+        Some(Due { at, task })
     }
 
     /// The next event, oldest first.
-    pub fn next_event(&mut self) -> Option<Event> {
+    pub(crate) fn next_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
 
     /// The sensor's period as far as it is known, and how far that may be off; `None` before the first frame.
-    #[must_use]
-    pub fn period(&self) -> Option<(Duration, Duration)> {
-        let period = self.phase.as_ref()?.period();
-        Some((
-            duration(period.middle()),
-            duration((period.max - period.min) / 2),
-        ))
-    }
-
-    /// Whether the last operation brought a good frame or led towards one.
-    #[must_use]
-    pub fn is_healthy(&self) -> bool {
-        self.faults_in_a_row == 0 && self.state != State::SetUp
+    pub(crate) fn period(&self) -> Option<(Duration, Duration)> {
+        let period = self.phase.as_ref()?.period;
+        let error = (period.max - period.min) / 2;
+        Some((duration(period.middle()), duration(error)))
     }
 
     /// The answer to [`Task::SetUp`].
-    pub fn set_up(&mut self, span: Span, outcome: Result<(), NoData>) {
+    pub(crate) fn set_up(&mut self, span: Span, outcome: Result<(), NoData>) {
         let now = signed_ns(span.after);
         match outcome {
             Ok(()) => {
@@ -166,7 +156,7 @@ impl Sampler {
     }
 
     /// The answer to [`Task::CheckSettings`]: whether the settings are the ones asked for.
-    pub fn settings_checked(&mut self, span: Span, outcome: Result<bool, NoData>) {
+    pub(crate) fn settings_checked(&mut self, span: Span, outcome: Result<bool, NoData>) {
         let now = signed_ns(span.after);
         match outcome {
             Ok(true) => {
@@ -183,7 +173,7 @@ impl Sampler {
     }
 
     /// The answer to [`Task::ReadFrame`].
-    pub fn frame_read(&mut self, span: Span, outcome: Result<RawFrame, NoData>) {
+    pub(crate) fn frame_read(&mut self, span: Span, outcome: Result<RawFrame, NoData>) {
         let (before, after) = (signed_ns(span.before), signed_ns(span.after));
         let frame = match outcome {
             Ok(frame) => frame,
@@ -220,7 +210,7 @@ impl Sampler {
     }
 
     /// The bus could not be opened, or is gone; try again at `retry_at`.
-    pub fn bus_lost(&mut self, now: Duration, reason: NoData, retry_at: Duration) {
+    pub(crate) fn bus_lost(&mut self, now: Duration, reason: NoData, retry_at: Duration) {
         if self.state == State::Done {
             return;
         }
@@ -231,7 +221,7 @@ impl Sampler {
 
     /// The operation under way has not come back for so long that the bus hangs. Its frames are counted as missing
     /// with [`catch_up`](Self::catch_up), as long as that lasts, and what it brings in the end is no frame of its time.
-    pub fn hung(&mut self, now: Duration) {
+    pub(crate) fn hung(&mut self, now: Duration) {
         if self.state == State::Done {
             return;
         }
@@ -242,9 +232,205 @@ impl Sampler {
     }
 
     /// Counts the frames that have passed unread until `now`, so that a long outage shows while it lasts.
-    pub fn catch_up(&mut self, now: Duration) {
+    pub(crate) fn catch_up(&mut self, now: Duration) {
         if self.excuse.is_some() {
             self.reckon(signed_ns(now));
         }
+    }
+
+    pub(super) fn record(&mut self, seq: u64, read: &Read) {
+        if self.state == State::Done {
+            return;
+        }
+        self.unmoved = None;
+        self.prove_thermistor(seq);
+        let next = self.phase.as_ref().map(|phase| phase.window(seq + 1));
+        self.thermistor_unproved = next.map(|next| (seq, read.after, next.after));
+        let before = self.recorded.replace(read.content);
+        let repeats = self.repeats.saturating_add(1);
+        self.repeats = if before == Some(read.content) {
+            repeats
+        } else {
+            0
+        };
+        self.last = Some(Seen::by(read, Some(seq)));
+        self.next_seq = seq + 1;
+        self.faults_in_a_row = 0;
+        self.set_up_pause = signed_ns(SET_UP_PAUSE);
+        self.excuse = None;
+        let at = duration(read.before);
+        if self.repeats >= FROZEN_FRAMES {
+            return self.frozen(seq, at, read.after);
+        }
+        self.frames_read += 1;
+        if read.content.has_glitch() {
+            self.events.push_back(Event::Fault(GLITCH_PIXEL));
+        }
+        let reading = Reading::Frame(read.frame);
+        self.events.push_back(Event::Record { seq, at, reading });
+        if self.frames_limit == Some(self.frames_read) {
+            self.prove_thermistor(seq);
+            self.state = State::Done;
+            return;
+        }
+        if read.after - self.settings_checked >= signed_ns(SETTINGS_EVERY) {
+            self.settings_due = Some(read.after);
+        }
+        self.plan(read.after);
+    }
+
+    /// Whether the frame before was read to its end before the update that followed it, of which more is known with
+    /// each frame.
+    pub(super) fn prove_thermistor(&mut self, seq: u64) {
+        let Some((before, read_until, predicted)) = self.thermistor_unproved.take() else {
+            return;
+        };
+        let known = match &self.phase {
+            Some(phase) if seq == before + 1 && phase.seq == seq => phase.window(seq).after,
+            _ => predicted,
+        };
+        if read_until > known.max(predicted) {
+            self.events.push_back(Event::Fault(THERMISTOR_LATE));
+        }
+    }
+
+    /// The sensor measures no more; a set-up is all that can be tried, and not more often than this is noticed.
+    pub(super) fn frozen(&mut self, seq: u64, at: Duration, now: Ns) {
+        let reading = Reading::NoData(NoData::Frozen);
+        self.events.push_back(Event::Record { seq, at, reading });
+        if self.repeats % FROZEN_FRAMES == 0 {
+            self.events.push_back(Event::Fault(NoData::Frozen.name()));
+            self.excuse = Some(NoData::Frozen);
+            self.state = State::SetUp;
+            self.next_at = now;
+        } else {
+            self.plan(now);
+        }
+    }
+
+    pub(super) fn estimated(&mut self) {
+        if !std::mem::replace(&mut self.is_estimated, true) {
+            self.events.push_back(Event::Fault(COUNT_ESTIMATED));
+        }
+    }
+
+    pub(super) fn fault(&mut self, now: Ns, reason: NoData) {
+        self.events.push_back(Event::Fault(reason.name()));
+        self.excuse = Some(reason);
+        self.reckon(now);
+    }
+
+    /// Registers that all read zero are no settings: what is wrong was seen before they were asked for.
+    pub(super) fn wrong_configuration(&mut self, now: Ns) {
+        if self.excuse != Some(NoData::AllZero) {
+            self.excuse = Some(NoData::WrongConfiguration);
+        }
+        let kind = NoData::WrongConfiguration.name();
+        self.events.push_back(Event::Fault(kind));
+        self.reckon(now);
+    }
+
+    /// Lists the frames that surely have been replaced by now and were not read.
+    pub(super) fn reckon(&mut self, now: Ns) {
+        if self.phase.is_some() {
+            self.listed_until = now;
+            self.miss_until(self.surely_passed(now), now);
+        }
+    }
+
+    /// The latest frame whose update has surely passed, or the next one if none has.
+    pub(super) fn surely_passed(&self, now: Ns) -> u64 {
+        let mut seq = self.next_seq;
+        if let Some(phase) = &self.phase {
+            while phase.window(seq + 1).until <= now {
+                seq += 1;
+            }
+        }
+        seq
+    }
+
+    /// Lists every frame before `seq` that was not read.
+    pub(super) fn miss_until(&mut self, seq: u64, now: Ns) {
+        if let Some(read) = self.unmoved.take().filter(|_| self.next_seq < seq) {
+            self.record(self.next_seq, &read);
+        }
+        if self.state == State::Done {
+            return;
+        }
+        let reason = self.excuse.unwrap_or(NoData::HostStalled);
+        let listed_from = seq.saturating_sub(ROWS_PER_GAP_MAX);
+        if listed_from > self.next_seq {
+            self.events.push_back(Event::Fault(GAP_NOT_LISTED));
+            self.next_seq = listed_from;
+        }
+        let (at, reading) = (duration(now), Reading::NoData(reason));
+        let rows = (self.next_seq..seq).map(|seq| Event::Record { seq, at, reading });
+        self.events.extend(rows);
+        self.next_seq = self.next_seq.max(seq);
+    }
+
+    /// Sets the first read of the next frame.
+    pub(super) fn plan(&mut self, now: Ns) {
+        (self.retries, self.late_reads) = (0, 0);
+        self.frames_unproved += 1;
+        let Some(phase) = &self.phase else { return };
+        let window = phase.window(self.next_seq);
+        let at = if window.width() > self.narrow() {
+            window.middle() - self.lateness
+        } else if self.frames_unproved > PROBE_EVERY {
+            window.after - PROBE_LEAD
+        } else {
+            window.until + GUARD
+        };
+        self.next_at = at.max(now);
+    }
+
+    /// How narrow a window need not be halved any more. A read tells of an update no better than to what it takes of
+    /// the host beside the surely known time on the bus.
+    pub(super) fn narrow(&self) -> Ns {
+        NARROW + 2 * (self.quickest_read - self.transfer_min)
+    }
+
+    /// A read or a check that failed: once more within this frame, or from the next frame on, or from the start.
+    pub(super) fn failed(&mut self, now: Ns, reason: NoData) {
+        if let Some(pending) = self.pending.take() {
+            self.resolve(&pending, None);
+        }
+        if self.state == State::Done {
+            return;
+        }
+        self.fault(now, reason);
+        self.faults_in_a_row += 1;
+        let does_answer = matches!(reason, NoData::AllZero | NoData::StuckHigh);
+        if does_answer && self.faults_in_a_row >= FAULTS_BEFORE_SET_UP {
+            return self.set_up_again(now);
+        }
+        self.next_at = now + self.retry_pause(now);
+        self.settings_due = Some(self.next_at);
+    }
+
+    /// An eighth of a period a few times within one frame, then from the next frame on, then ever longer.
+    pub(super) fn retry_pause(&mut self, now: Ns) -> Ns {
+        let soon = self.nominal / 8;
+        if self.faults_in_a_row > FAULTS_BEFORE_SET_UP {
+            let doublings = (self.faults_in_a_row - FAULTS_BEFORE_SET_UP).min(16);
+            return (soon << doublings).min(signed_ns(RETRY_PAUSE_MAX).max(self.nominal));
+        }
+        self.retries += 1;
+        match &self.phase {
+            Some(phase) if self.retries > RETRIES_PER_FRAME => {
+                self.retries = 0;
+                let next_frame = phase.window(self.next_seq + 1).until + GUARD - now;
+                next_frame.clamp(soon, 2 * self.nominal)
+            }
+            _ => soon,
+        }
+    }
+
+    pub(super) fn set_up_again(&mut self, now: Ns) {
+        self.state = State::SetUp;
+        self.faults_in_a_row = self.faults_in_a_row.max(1);
+        self.next_at = now + self.set_up_pause;
+        self.set_up_pause = (2 * self.set_up_pause).min(signed_ns(SET_UP_PAUSE_MAX));
     }
 }

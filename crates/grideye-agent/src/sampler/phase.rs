@@ -37,6 +37,10 @@ pub(super) struct Window {
 }
 
 impl Window {
+    pub(super) fn new(after: Ns, until: Ns) -> Self {
+        Self { after, until }
+    }
+
     pub(super) fn width(self) -> Ns {
         self.until - self.after
     }
@@ -46,10 +50,7 @@ impl Window {
     }
 
     fn intersect(self, other: Self) -> Option<Self> {
-        let both = Self {
-            after: self.after.max(other.after),
-            until: self.until.min(other.until),
-        };
+        let both = Self::new(self.after.max(other.after), self.until.min(other.until));
         (both.after < both.until).then_some(both)
     }
 }
@@ -62,13 +63,14 @@ pub(super) struct Period {
 }
 
 impl Period {
+    fn new(min: Ns, max: Ns) -> Self {
+        Self { min, max }
+    }
+
     /// All that is known of a sensor before it has been watched.
     pub(super) fn nominal(period: Ns) -> Self {
         let error = period / 100 * CLOCK_ERROR_MAX_PERCENT;
-        Self {
-            min: period - error,
-            max: period + error,
-        }
+        Self::new(period - error, period + error)
     }
 
     pub(super) fn middle(self) -> Ns {
@@ -76,10 +78,7 @@ impl Period {
     }
 
     fn intersect(self, other: Self) -> Option<Self> {
-        let both = Self {
-            min: self.min.max(other.min),
-            max: self.max.min(other.max),
-        };
+        let both = Self::new(self.min.max(other.min), self.max.min(other.max));
         (both.min <= both.max).then_some(both)
     }
 
@@ -94,10 +93,7 @@ impl Period {
         // Microseconds of drifting suffice, and keep the product within the type.
         let ppm_us = (self.max / 1_000_000 * DRIFT_PPM_PER_S).saturating_mul(ns / 1_000 + 1);
         let drift = ppm_us / (NS_PER_S / 1_000) + 1;
-        Self {
-            min: self.min - drift,
-            max: self.max + drift,
-        }
+        Self::new(self.min - drift, self.max + drift)
     }
 }
 
@@ -109,8 +105,10 @@ pub(super) struct OutOfStep;
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
     nominal: Period,
-    period: Period,
-    seq: u64,
+    /// Bounds of the period.
+    pub(super) period: Period,
+    /// The latest frame whose update was bounded.
+    pub(super) seq: u64,
     window: Window,
     history: VecDeque<(u64, Window)>,
     landmarks: VecDeque<(u64, Window)>,
@@ -130,16 +128,6 @@ impl Phase {
         }
     }
 
-    /// Whether `seq` is the latest frame whose update was bounded.
-    pub(super) fn is_at(&self, seq: u64) -> bool {
-        self.seq == seq
-    }
-
-    /// Bounds of the period.
-    pub(super) fn period(&self) -> Period {
-        self.period
-    }
-
     /// Where the update of frame `seq` lies. Frames before the latest one are not asked for.
     pub(super) fn window(&self, seq: u64) -> Window {
         let frames = frames_between(self.seq, seq);
@@ -147,10 +135,10 @@ impl Phase {
             return self.window;
         }
         let mean = self.drifting(self.period.of_mean(frames.saturating_mul(self.period.max)));
-        Window {
-            after: self.window.after + frames.saturating_mul(mean.min) - JITTER_NS,
-            until: self.window.until + frames.saturating_mul(mean.max) + JITTER_NS,
-        }
+        Window::new(
+            self.window.after + frames.saturating_mul(mean.min) - JITTER_NS,
+            self.window.until + frames.saturating_mul(mean.max) + JITTER_NS,
+        )
     }
 
     /// When the update of frame `seq` can have come at the earliest, if that of frame `of`, no later one, came after
@@ -187,11 +175,9 @@ impl Phase {
     fn remember(&mut self, seq: u64, window: Window) {
         if self.history.len() == HISTORY_FRAMES {
             let oldest = self.history.pop_front();
-            let due = self
-                .landmarks
-                .back()
-                .is_none_or(|(last, _)| seq.saturating_sub(*last) >= 2 * LANDMARK_EVERY);
-            if due {
+            let is_due =
+                |(last, _): &(u64, Window)| seq.saturating_sub(*last) >= 2 * LANDMARK_EVERY;
+            if self.landmarks.back().is_none_or(is_due) {
                 self.landmarks.extend(oldest);
             }
             if self.landmarks.len() > LANDMARKS {
@@ -214,10 +200,10 @@ impl Phase {
             if frames == 0 {
                 continue;
             }
-            let mean = Period {
-                min: (window.after - then.until - JITTER_NS) / frames,
-                max: (window.until - then.after + JITTER_NS) / frames + 1,
-            };
+            let mean = Period::new(
+                (window.after - then.until - JITTER_NS) / frames,
+                (window.until - then.after + JITTER_NS) / frames + 1,
+            );
             let now = mean.of_mean(frames.saturating_mul(self.nominal.max));
             period = period.intersect(now).ok_or(OutOfStep)?;
         }
@@ -250,15 +236,15 @@ mod tests {
                 100 * MS + (error_ppm + drift) * 100
             };
             let mut update = 0;
-            let mut phase = Phase::new(100 * MS, 0, Window { after: -30 * MS, until: 10 * MS });
+            let mut phase = Phase::new(100 * MS, 0, Window::new(-30 * MS, 10 * MS));
             for (seq, (before, behind, is_seen)) in (1..).zip(coarseness) {
                 update += period_at(update);
                 let window = phase.window(seq);
                 prop_assert!(window.after < update && update <= window.until, "{seq}: {window:?} {update}");
-                let seen = Window { after: update - before - 1, until: update + behind };
+                let seen = Window::new(update - before - 1, update + behind);
                 prop_assert_eq!(phase.advance(seq, is_seen.then_some(seen)), Ok(()));
             }
-            let period = phase.period();
+            let period = phase.period;
             prop_assert!(period.min <= period_at(update) && period_at(update) <= period.max);
             prop_assert!(period.max - period.min < 6 * MS);
         }
@@ -266,19 +252,9 @@ mod tests {
 
     #[test]
     fn an_update_where_none_can_be_is_out_of_step_and_changes_nothing() {
-        let mut phase = Phase::new(
-            100 * MS,
-            0,
-            Window {
-                after: 0,
-                until: MS,
-            },
-        );
+        let mut phase = Phase::new(100 * MS, 0, Window::new(0, MS));
         let before = phase.window(1);
-        let early = Window {
-            after: 50 * MS,
-            until: 60 * MS,
-        };
+        let early = Window::new(50 * MS, 60 * MS);
         assert_eq!(phase.advance(1, Some(early)), Err(OutOfStep));
         assert_eq!(phase.window(1), before);
     }

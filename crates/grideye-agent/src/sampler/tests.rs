@@ -2,11 +2,10 @@
 //! under way, and a host that is late.
 
 use super::content::Content;
+use super::content::{Pending, Read};
 use super::event::*;
-use super::limits::*;
 use super::machine::{Sampler, State};
 use super::phase::{Ns, Phase, Window};
-use super::read::{Pending, Read};
 use crate::clock::{duration, signed_ns};
 use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
 use grideye_frame::{PIXELS, PixelWord};
@@ -94,7 +93,7 @@ impl Model {
         self.pass(self.read_ns - self.read_ns * 19 / 20);
         self.pass(behind);
         let after = duration(self.now);
-        (Span { before, after }, RawFrame { thermistor, pixels })
+        (Span::new(before, after), RawFrame { thermistor, pixels })
     }
 
     fn shown(&self) -> RawFrame {
@@ -109,10 +108,7 @@ impl Model {
             self.updates = 0;
             self.next_update = self.now + 2 * self.period;
         }
-        Span {
-            before,
-            after: duration(self.now),
-        }
+        Span::new(before, duration(self.now))
     }
 }
 
@@ -178,13 +174,7 @@ fn run(
             Task::CheckSettings => {
                 let before = duration(model.now);
                 model.pass(model.read_ns / 8);
-                sampler.settings_checked(
-                    Span {
-                        before,
-                        after: duration(model.now),
-                    },
-                    Ok(true),
-                );
+                sampler.settings_checked(Span::new(before, duration(model.now)), Ok(true));
             }
             Task::ReadFrame => {
                 let (span, frame) = model.read();
@@ -342,13 +332,7 @@ fn a_sensor_that_cannot_be_set_up_is_tried_at_growing_intervals_up_to_the_limit(
         assert_eq!(due.task, Task::SetUp);
         pauses.push(due.at - now);
         now = due.at;
-        sampler.set_up(
-            Span {
-                before: now,
-                after: now,
-            },
-            Err(NoData::Nack),
-        );
+        sampler.set_up(Span::new(now, now), Err(NoData::Nack));
     }
     assert_eq!(pauses[1], SET_UP_PAUSE);
     assert_eq!(pauses[2], 2 * SET_UP_PAUSE);
@@ -359,13 +343,7 @@ fn a_sensor_that_cannot_be_set_up_is_tried_at_growing_intervals_up_to_the_limit(
 fn a_sensor_whose_registers_stay_zero_is_set_up_again_in_time() {
     let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
     let mut now = Duration::from_millis(52);
-    sampler.set_up(
-        Span {
-            before: Duration::ZERO,
-            after: now,
-        },
-        Ok(()),
-    );
+    sampler.set_up(Span::new(Duration::ZERO, now), Ok(()));
     let zero = RawFrame {
         thermistor: ThermistorWord(400),
         pixels: [PixelWord(0); PIXELS],
@@ -376,7 +354,7 @@ fn a_sensor_whose_registers_stay_zero_is_set_up_again_in_time() {
     }) = sampler.due()
     {
         let after = at + Duration::from_millis(3);
-        sampler.frame_read(Span { before: at, after }, Ok(zero));
+        sampler.frame_read(Span::new(at, after), Ok(zero));
         now = after;
     }
     let limit = Duration::from_millis(52) + FIRST_FRAME_PERIODS * Duration::from_millis(100);
@@ -482,10 +460,7 @@ fn the_settings_are_read_back_after_a_fault_before_any_frame_is_believed() {
     run(&mut model, &mut sampler, 3_000 * MS, |_| ());
     let due = sampler.due().unwrap();
     assert_eq!(due.task, Task::ReadFrame);
-    let span = Span {
-        before: due.at,
-        after: due.at,
-    };
+    let span = Span::new(due.at, due.at);
     sampler.frame_read(span, Err(NoData::Nack));
     assert_eq!(sampler.next_event(), Some(Event::Fault("nack")));
     assert_eq!(sampler.due().map(|due| due.task), Some(Task::CheckSettings));
@@ -576,6 +551,5 @@ fn a_bus_of_unknown_speed_is_not_read_more_often_than_its_reads_can_tell_anythin
     );
 }
 
-mod gaps;
 mod pace;
 mod starved;

@@ -282,6 +282,6 @@ fn a_configuration_without_a_bus_or_with_the_same_twice_is_refused() {
 fn a_file_that_is_far_too_long_is_refused_unread() {
     let long = "#".repeat(CONFIG_BYTES_MAX + 1);
     assert!(
-        matches!(Config::parse(&long, "x"), Err(ConfigError::TooLong { found, .. }) if found == CONFIG_BYTES_MAX + 1)
+        matches!(Config::parse(&long, "x"), Err(ConfigError::TooLong(_, found)) if found == CONFIG_BYTES_MAX + 1)
     );
 }

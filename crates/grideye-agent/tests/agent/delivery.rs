@@ -302,8 +302,8 @@ impl OpenBus for LateBus {
         let path = "/dev/i2c-1".to_owned();
         self.attempts += 1;
         match self.attempts {
-            1..=3 => Err(OpenError::NoSuchBus { path }),
-            4..=6 => Err(OpenError::PermissionDenied { path }),
+            1..=3 => Err(OpenError::NoSuchBus(path)),
+            4..=6 => Err(OpenError::PermissionDenied(path)),
             _ => Ok(self.bus.clone()),
         }
     }
@@ -380,9 +380,10 @@ impl OpenBus for HungBus {
     type Bus = Hung;
 
     fn open(&mut self) -> Result<Hung, OpenError> {
-        self.0.take().map(Hung).ok_or(OpenError::NoSuchBus {
-            path: "/dev/i2c-3".to_owned(),
-        })
+        self.0
+            .take()
+            .map(Hung)
+            .ok_or(OpenError::NoSuchBus("/dev/i2c-3".to_owned()))
     }
 }
 

@@ -56,9 +56,7 @@ impl OpenBus for Opener {
     type Bus = Gated;
 
     fn open(&mut self) -> Result<Gated, OpenError> {
-        self.0.take().ok_or(OpenError::NoSuchBus {
-            path: "gone".to_owned(),
-        })
+        self.0.take().ok_or(OpenError::NoSuchBus("gone".to_owned()))
     }
 }
 

@@ -265,9 +265,9 @@ impl OpenBus for Opener {
     type Bus = TestBus;
 
     fn open(&mut self) -> Result<TestBus, OpenError> {
-        self.0.take().ok_or(OpenError::NoSuchBus {
-            path: "closed".to_owned(),
-        })
+        self.0
+            .take()
+            .ok_or(OpenError::NoSuchBus("closed".to_owned()))
     }
 
     fn classify(&self, error: &BusError) -> NoData {

@@ -1,4 +1,4 @@
-//! When the next read is set, and which frame a read is taken for: each rule by itself, by hand.
+//! When the next read is set, which frame a read is taken for, how much of a gap is listed: each rule by itself, by hand.
 
 use super::*;
 
@@ -129,10 +129,28 @@ fn only_in_a_scene_that_lives_an_equal_read_tells_which_frame_a_change_was() {
 fn a_read_that_is_quicker_than_the_bus_can_be_shows_how_quick_it_is() {
     let mut sampler = following(between(0, MS));
     sampler.set_transfer_min(duration(12 * MS));
-    let span = Span {
-        before: duration(1000 * MS),
-        after: duration(1010 * MS),
-    };
+    let span = Span::new(duration(1000 * MS), duration(1010 * MS));
     sampler.frame_read(span, Ok(frame(3)));
     assert_eq!(sampler.transfer_min, 10 * MS);
+}
+
+/// The rows and the faults of a gap of so many frames.
+fn listed(frames: u64) -> (u64, Vec<&'static str>) {
+    let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
+    sampler.miss_until(frames, 0);
+    let (mut rows, mut faults) = (0, Vec::new());
+    while let Some(event) = sampler.next_event() {
+        match event {
+            Event::Record { .. } => rows += 1,
+            Event::Fault(kind) => faults.push(kind),
+        }
+    }
+    (rows, faults)
+}
+
+#[test]
+fn a_gap_of_exactly_the_limit_is_listed_whole_and_a_longer_one_is_counted() {
+    let limit = ROWS_PER_GAP_MAX;
+    assert_eq!(listed(limit), (limit, vec![]));
+    assert_eq!(listed(limit + 1), (limit, vec![GAP_NOT_LISTED]));
 }

@@ -1,0 +1,218 @@
+//! What the verbs share: how the program ends, the configuration, and what the collector is asked.
+
+use grideye_agent::advice;
+use grideye_agent::config::{CONFIG_BYTES_MAX, Config};
+use grideye_agent::deliver::{client, signed};
+use grideye_agent::join::{Credentials, Joined};
+use grideye_agent::limits::JOINED_BYTES_MAX;
+use grideye_recording::wire::{Batch, JSON_TYPE};
+use serde_json::Value;
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+use std::{fs, io};
+
+pub(super) const FAILED: u8 = 1;
+const BAD_USAGE: u8 = 2;
+pub(super) const DATA_LOST: u8 = 3;
+
+/// The caller's mistake: exit code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(super) struct BadUsage(pub(super) String);
+
+/// All is done, but nobody can say whether it went well: exit code 3.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(super) struct Unanswered(pub(super) String);
+
+/// A closed standard output (`grideye-agent … | head`) is no error.
+pub(super) fn write_stdout(text: &str) -> std::io::Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
+
+/// The exit code of a failure.
+pub(crate) fn code_of(error: &anyhow::Error) -> ExitCode {
+    let is_usage = error.chain().any(<dyn std::error::Error>::is::<BadUsage>);
+    let is_unanswered = error.chain().any(<dyn std::error::Error>::is::<Unanswered>);
+    ExitCode::from(if is_usage {
+        BAD_USAGE
+    } else if is_unanswered {
+        DATA_LOST
+    } else {
+        FAILED
+    })
+}
+
+pub(super) fn read_config(path: &Path) -> anyhow::Result<Config> {
+    let origin = path.display().to_string();
+    let text = read_text(path, CONFIG_BYTES_MAX).map_err(|error| {
+        let hint = match error.kind() {
+            io::ErrorKind::NotFound => "copy firmware-config/agent.toml there and edit it",
+            io::ErrorKind::PermissionDenied => {
+                "make the file readable for the user that runs the agent"
+            }
+            _ => "name the agent's configuration, a text file such as firmware-config/agent.toml",
+        };
+        BadUsage(format!("{origin}: {error}\nhint: {hint}"))
+    })?;
+    Ok(Config::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?)
+}
+
+/// A text file, and one byte more than allowed of one that is too long.
+pub(super) fn read_text(path: &Path, bytes_max: usize) -> io::Result<String> {
+    let mut text = String::new();
+    let limit = u64::try_from(bytes_max).unwrap_or(u64::MAX) + 1;
+    fs::File::open(path)?
+        .take(limit)
+        .read_to_string(&mut text)?;
+    Ok(text)
+}
+
+/// The host's name where it can name a device; otherwise a name that can.
+pub(super) fn host_name() -> String {
+    let system = rustix::system::uname();
+    let name = system.nodename().to_string_lossy();
+    let plain: String = name
+        .chars()
+        .filter(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.'))
+        .take(64)
+        .collect();
+    if plain.is_empty() {
+        "grideye-agent".to_owned()
+    } else {
+        plain
+    }
+}
+
+const FILE: &str = "collector.toml";
+/// The same file as systemd hands it to the unit (`LoadCredential=grideye:/etc/grideye`).
+const CREDENTIAL: &str = "grideye_collector.toml";
+
+/// The configuration with what joining left.
+pub(super) fn with_joined(mut config: Config, path: &Path) -> anyhow::Result<Config> {
+    let Some(found) = joined_file(&config, path) else {
+        return Ok(config);
+    };
+    let origin = found.display().to_string();
+    let text = read_text(&found, JOINED_BYTES_MAX).map_err(|error| {
+        let hint =
+            "`grideye-agent join` writes it; it must be readable for the user that runs the agent";
+        BadUsage(format!("{origin}: {error}\nhint: {hint}"))
+    })?;
+    let joined = Joined::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?;
+    config
+        .join(joined)
+        .map_err(|error| BadUsage(error.to_string()))?;
+    Ok(config)
+}
+
+/// Why this user may not read what joining left, which is for root alone.
+pub(super) fn unreadable(config: &Config, path: &Path) -> Option<String> {
+    let found = joined_file(config, path)?;
+    let error = fs::File::open(&found).err()?;
+    (error.kind() == io::ErrorKind::PermissionDenied).then(|| {
+        format!(
+            "{}: {error}\nhint: it holds the token, and is for root alone: with `sudo` this asks the collector too",
+            found.display()
+        )
+    })
+}
+
+/// What joining left: in the file that the configuration names, the one that systemd hands over, or the one beside the
+/// configuration.
+fn joined_file(config: &Config, path: &Path) -> Option<PathBuf> {
+    let handed = std::env::var_os("CREDENTIALS_DIRECTORY")
+        .map(|folder| PathBuf::from(folder).join(CREDENTIAL));
+    let beside = path.with_file_name(FILE);
+    config.joined.clone().or_else(|| {
+        handed
+            .into_iter()
+            .chain([beside])
+            .find(|path| path.exists())
+    })
+}
+
+/// How long the collector may take to answer while the agent joins.
+pub(super) const TIMEOUT: Duration = Duration::from_secs(10);
+
+/// The boot of the batch that proves a token: no frame ever comes of it.
+const BOOT: &str = "join";
+
+/// Status and body of a GET.
+pub(super) fn get(
+    collector: &str,
+    credentials: &Credentials,
+    path: &str,
+) -> anyhow::Result<(u16, Value)> {
+    let client = client(credentials, TIMEOUT).map_err(BadUsage)?;
+    let request = client.get(format!("{collector}{path}"));
+    answer(
+        collector,
+        signed(request, credentials.token.as_ref()).call(),
+    )
+}
+
+/// Status and answer of a post of frames.
+fn post(collector: &str, credentials: &Credentials, batch: &Batch) -> anyhow::Result<(u16, Value)> {
+    let client = client(credentials, TIMEOUT).map_err(BadUsage)?;
+    let request = client.post(format!("{collector}/v1/frames"));
+    let request = signed(request, credentials.token.as_ref()).header("content-type", JSON_TYPE);
+    answer(collector, request.send(batch.to_json()?))
+}
+
+fn answer(
+    collector: &str,
+    answered: Result<ureq::http::Response<ureq::Body>, ureq::Error>,
+) -> anyhow::Result<(u16, Value)> {
+    let mut response = answered
+        .map_err(|error| anyhow::anyhow!("{collector}: {error}{}", advice::network_hint(&error)))?;
+    let status = response.status().as_u16();
+    let text = response.body_mut().read_to_string().unwrap_or_default();
+    Ok((status, serde_json::from_str(&text).unwrap_or_default()))
+}
+
+/// Proves that this device's frames are taken: posts a batch without frames, as the agent posts them with.
+pub(super) fn prove(
+    collector: &str,
+    credentials: &Credentials,
+    device: &str,
+) -> anyhow::Result<&'static str> {
+    let empty = Batch {
+        device: device.to_owned(),
+        boot: BOOT.to_owned(),
+        t_sent_boot_ns: None,
+        sensors: Vec::new(),
+    };
+    let (status, answer) = post(collector, credentials, &empty)?;
+    let error = &answer["error"];
+    match (status, error["code"].as_str()) {
+        (200, _) if answer["durable_through"].is_object() => Ok(match credentials.token {
+            Some(_) => "its frames are taken",
+            None => "anybody's frames are taken there",
+        }),
+        (401, _) => anyhow::bail!(
+            "{collector}: the token is not, or no longer, known there\nhint: print a new line with `grideye enroll {device}`"
+        ),
+        (403, Some("foreign_device")) => anyhow::bail!(
+            "{collector}: this token is for another device, and this one is called {device}\nhint: print a line with `grideye enroll {device}`, or set `device` in agent.toml to the name that the token is for"
+        ),
+        (403, Some("wrong_scope")) => anyhow::bail!(
+            "{collector}: this token is not for frames\nhint: print a line with `grideye enroll {device}`"
+        ),
+        (_, Some(_)) => anyhow::bail!(
+            "{collector}: answered {status}: {}\nhint: {}",
+            error["message"].as_str().unwrap_or_default(),
+            error["hint"]
+                .as_str()
+                .unwrap_or("see the collector's log, and paste the line again")
+        ),
+        (_, None) => anyhow::bail!(
+            "{collector}: answered {status}, which no collector does\nhint: is this the address of `grideye collect`?"
+        ),
+    }
+}
