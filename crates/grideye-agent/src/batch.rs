@@ -64,8 +64,7 @@ pub struct Batch {
 
 impl Batch {
     /// The body of the post, with these accounts: a sensor without records has its account alone.
-    #[must_use]
-    pub fn to_wire(&self, accounts: &BTreeMap<String, Account>) -> wire::Batch {
+    pub(crate) fn to_wire(&self, accounts: &BTreeMap<String, Account>) -> wire::Batch {
         let mut sensors: BTreeMap<&str, SensorBatch> = BTreeMap::new();
         let empty = |sensor: &str, account| SensorBatch {
             sensor: sensor.to_owned(),
@@ -89,8 +88,7 @@ impl Batch {
     }
 
     /// The two halves, of which the first is to go first.
-    #[must_use]
-    pub fn halves(mut self) -> (Self, Self) {
+    pub(crate) fn halves(mut self) -> (Self, Self) {
         let rest = self.items.split_off(self.items.len() / 2);
         let second = Self {
             lane: self.lane,
@@ -105,8 +103,7 @@ impl Batch {
 /// Whether this answer says that the record, which was in the post, is on the collector's disk.
 ///
 /// It vouches for nothing that was not in the post: its list of gaps is bounded.
-#[must_use]
-pub fn is_durable(answer: &Acknowledgement, item: &Item) -> bool {
+pub(crate) fn is_durable(answer: &Acknowledgement, item: &Item) -> bool {
     let (sensor, seq) = (&item.stream.sensor, item.record.seq);
     let through = answer.durable_through.get(sensor);
     let is_gap = |gap: &wire::Gap| gap.sensor == *sensor && (gap.from..=gap.to).contains(&seq);

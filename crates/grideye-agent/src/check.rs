@@ -12,7 +12,7 @@ use grideye_recording::Record;
 use serde::Serialize;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::fmt::{self, Write as _};
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -88,9 +88,10 @@ pub fn check<O: OpenBus>(
     };
     if let Err((reason, trouble)) = answers(&mut opener, config, clock.as_ref()) {
         let other = config.address.other();
-        let is_there = elsewhere
-            .filter(|_| is_nobody(reason))
-            .is_some_and(|opener| is_sensor(opener, other));
+        // As nobody at an address shows, virtio's adapter included.
+        let is_nobody = matches!(reason, NoData::Nack | NoData::ShortTransfer);
+        let elsewhere = elsewhere.filter(|_| is_nobody);
+        let is_there = elsewhere.is_some_and(|opener| is_sensor(opener, other));
         report.trouble = Some(if is_there {
             at_the_other(&trouble, other)
         } else {
@@ -98,10 +99,11 @@ pub fn check<O: OpenBus>(
         });
         return report;
     }
-    let watched = watch(opener, sensor, config, clock);
+    let (watched, period) = watch(opener, sensor, config, clock);
+    let records = watched.records.into_inner();
     report.errors = watched.errors.into_inner();
-    report.trouble = trouble_with(&watched.records.borrow(), &report.errors);
-    report.measured = measured(&watched.records.borrow(), watched.period, config);
+    report.trouble = trouble_with(&records, &report.errors);
+    report.measured = measured(&records, period, config);
     report.ok = report.trouble.is_none() && report.measured.is_some();
     report
 }
@@ -112,38 +114,26 @@ fn answers<O: OpenBus>(
     config: &SensorConfig,
     clock: &dyn Clock,
 ) -> Result<(), (NoData, Trouble)> {
-    let mut bus = opener
-        .open()
-        .map_err(|error| (error.reason(), trouble(&error.to_string())))?;
-    let mut last = None;
+    let opened = opener.open();
+    let mut bus = opened.map_err(|error| {
+        let text = error.to_string();
+        let (what, hint) = text.split_once("\nhint: ").unwrap_or((&text, ""));
+        (error.reason(), trouble(what.to_owned(), hint))
+    })?;
+    let mut outcome = Ok(());
     for _ in 0..SET_UP_ATTEMPTS {
         let mut driver = Amg8833::new(&mut bus, config.address);
-        let settings = settings(config);
-        let outcome = driver
-            .init(&mut Delay(clock), &settings)
-            .and_then(|()| driver.configuration());
-        match outcome {
-            Ok(_) => return Ok(()),
-            Err(error) => {
-                let reason = reason(opener, &error);
-                let trouble = Trouble {
-                    error: format!(
-                        "the sensor at {} does not answer: {reason} ({})",
-                        config.address,
-                        first_line(&said(opener, &error))
-                    ),
-                    hint: advice::sensor_hint(reason).to_owned(),
-                };
-                last = Some((reason, trouble));
-            }
-        }
+        let set_up = driver.init(&mut Delay(clock), &settings(config));
+        let Err(error) = set_up.and_then(|()| driver.configuration()) else {
+            return Ok(());
+        };
+        let (reason, said) = (reason(opener, &error), said(opener, &error));
+        let first_line = said.lines().next().unwrap_or_default();
+        let address = config.address;
+        let what = format!("the sensor at {address} does not answer: {reason} ({first_line})");
+        outcome = Err((reason, trouble(what, advice::sensor_hint(reason))));
     }
-    last.map_or(Ok(()), Err)
-}
-
-/// As nobody at an address shows, virtio's adapter included.
-fn is_nobody(reason: NoData) -> bool {
-    matches!(reason, NoData::Nack | NoData::ShortTransfer)
+    outcome
 }
 
 /// Whether what answers at this address is an AMG8833, as far as reading tells: clocks and gyroscopes live at 0x68 as well.
@@ -158,12 +148,10 @@ fn is_sensor<O: OpenBus>(mut opener: O, address: Address) -> bool {
 }
 
 fn at_the_other(trouble: &Trouble, found: Address) -> Trouble {
-    Trouble {
-        error: format!("{}; one does at {found}", trouble.error),
-        hint: format!(
-            "say `address = {found}` in the configuration (`--address {found}` here), or change the board's AD_SELECT"
-        ),
-    }
+    let hint = format!(
+        "say `address = {found}` in the configuration (`--address {found}` here), or change the board's AD_SELECT"
+    );
+    self::trouble(format!("{}; one does at {found}", trouble.error), &hint)
 }
 
 fn said<O: OpenBus>(opener: &O, error: &amg8833::Error<<O::Bus as ErrorType>::Error>) -> String {
@@ -181,7 +169,6 @@ struct Watched {
     errors: RefCell<BTreeMap<String, u64>>,
     clock: Arc<dyn Clock>,
     until: Duration,
-    period: Option<(Duration, Duration)>,
 }
 
 impl Sink for Watched {
@@ -204,59 +191,43 @@ fn watch<O: OpenBus>(
     sensor: &str,
     config: &SensorConfig,
     clock: &Arc<dyn Clock>,
-) -> Watched {
-    let frames = if config.rate == FrameRate::One {
-        FRAMES_AT_1_HZ
-    } else {
-        FRAMES
+) -> (Watched, Option<(Duration, Duration)>) {
+    let frames = match config.rate {
+        FrameRate::One => FRAMES_AT_1_HZ,
+        FrameRate::Ten => FRAMES,
     };
     let now = clock.boot();
-    let mut watched = Watched {
+    let time = config.rate.settling_time() + config.rate.period() * (frames + frames / 2);
+    let watched = Watched {
         records: RefCell::default(),
         errors: RefCell::default(),
         clock: Arc::clone(clock),
-        until: now
-            + Duration::from_secs(1)
-            + config.rate.settling_time()
-            + config.rate.period() * (frames + frames / 2),
-        period: None,
+        until: now + Duration::from_secs(1) + time,
     };
     let sensor = Sensor::new(sensor.to_owned(), *config, now, Some(u64::from(frames)));
     let mut worker = Worker::new(opener, vec![sensor], Arc::clone(clock), Log::silent());
     worker.run(&watched);
-    watched.period = worker
+    let period = worker
         .watched
         .with(|sensors| sensors.first().and_then(|sensor| sensor.sampler.period()));
-    watched
+    (watched, period)
 }
 
 fn trouble_with(records: &[Record], errors: &BTreeMap<String, u64>) -> Option<Trouble> {
-    let missing = records
-        .iter()
-        .rev()
-        .find_map(|record| match record.reading {
-            Reading::NoData(reason) if reason != NoData::HostStalled => Some(reason),
-            _ => None,
-        });
-    let of_faults = || errors.keys().find_map(|kind| kind.parse::<NoData>().ok());
-    let has_frames = records
-        .iter()
-        .any(|record| record.reading.frame().is_some());
-    let reason = missing.or_else(|| if has_frames { None } else { of_faults() });
-    let reason = match (reason, has_frames) {
-        (None, true) => return None,
-        (None, false) => NoData::NotReady,
-        (Some(reason), _) => reason,
-    };
-    let error = if has_frames {
-        "frames are missing"
+    let missing = records.iter().rev().find_map(|row| match row.reading {
+        Reading::NoData(reason) if reason != NoData::HostStalled => Some(reason),
+        _ => None,
+    });
+    let mut of_faults = errors.keys().filter_map(|kind| kind.parse().ok());
+    let has_frames = records.iter().any(|row| row.reading.frame().is_some());
+    let (error, reason) = if has_frames {
+        ("frames are missing", missing?)
     } else {
-        "no frame came"
+        let reason = missing.or_else(|| of_faults.next());
+        ("no frame came", reason.unwrap_or(NoData::NotReady))
     };
-    Some(Trouble {
-        error: format!("{error}: {reason}"),
-        hint: advice::sensor_hint(reason).to_owned(),
-    })
+    let hint = advice::sensor_hint(reason);
+    Some(trouble(format!("{error}: {reason}"), hint))
 }
 
 fn measured(
@@ -264,10 +235,8 @@ fn measured(
     period: Option<(Duration, Duration)>,
     config: &SensorConfig,
 ) -> Option<Measured> {
-    let frames: Vec<&RawFrame> = records
-        .iter()
-        .filter_map(|record| record.reading.frame())
-        .collect();
+    let frames = records.iter().filter_map(|row| row.reading.frame());
+    let frames: Vec<&RawFrame> = frames.collect();
     let frame = word::frame(frames.last()?);
     let (period, error) = period?;
     let rate_hz = 1.0 / period.as_secs_f64();
@@ -282,44 +251,29 @@ fn measured(
     })
 }
 
-fn trouble(message: &str) -> Trouble {
-    let (error, hint) = message.split_once("\nhint: ").unwrap_or((message, ""));
-    Trouble {
-        error: error.to_owned(),
-        hint: hint.to_owned(),
-    }
-}
-
-fn first_line(text: &str) -> &str {
-    text.lines().next().unwrap_or_default()
+fn trouble(error: String, hint: &str) -> Trouble {
+    let hint = hint.to_owned();
+    Trouble { error, hint }
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            formatter,
-            "{}: {}",
-            self.sensor,
-            if self.ok { "ok" } else { "failed" }
-        )?;
+        let outcome = if self.ok { "ok" } else { "failed" };
+        writeln!(formatter, "{}: {outcome}", self.sensor)?;
         if let Some(measured) = &self.measured {
             measured.fmt(formatter)?;
         }
         if !self.errors.is_empty() {
-            let mut line = String::new();
+            write!(formatter, "faults on the way:")?;
             for (kind, count) in &self.errors {
-                write!(line, " {kind} {count}")?;
+                write!(formatter, " {kind} {count}")?;
             }
-            writeln!(formatter, "faults on the way:{line}")?;
+            writeln!(formatter)?;
         }
-        match &self.trouble {
-            Some(trouble) => writeln!(
-                formatter,
-                "error: {}\nhint: {}",
-                trouble.error, trouble.hint
-            ),
-            None => Ok(()),
-        }
+        let Some(Trouble { error, hint }) = &self.trouble else {
+            return Ok(());
+        };
+        writeln!(formatter, "error: {error}\nhint: {hint}")
     }
 }
 

@@ -85,31 +85,22 @@ impl Default for SystemClock {
 impl Clock for SystemClock {
     fn boot(&self) -> Duration {
         let now = clock_gettime(ClockId::Boottime);
-        Duration::new(
-            u64::try_from(now.tv_sec).unwrap_or(0),
-            u32::try_from(now.tv_nsec).unwrap_or(0),
-        )
+        now.try_into().unwrap_or_default()
     }
 
     fn utc(&self) -> (i64, ClockState) {
         let now = clock_gettime(ClockId::Realtime);
-        let utc_ns = now
-            .tv_sec
-            .saturating_mul(1_000_000_000)
-            .saturating_add(now.tv_nsec);
-        let state = if now.tv_sec >= EARLIEST_PLAUSIBLE_UTC_S && self.has_been_set() {
-            ClockState::Synced
+        let utc_ns = now.tv_sec.saturating_mul(1_000_000_000);
+        let utc_ns = utc_ns.saturating_add(now.tv_nsec);
+        if now.tv_sec >= EARLIEST_PLAUSIBLE_UTC_S && self.has_been_set() {
+            (utc_ns, ClockState::Synced)
         } else {
-            ClockState::Unsynced
-        };
-        (utc_ns, state)
+            (utc_ns, ClockState::Unsynced)
+        }
     }
 
     fn sleep_until(&self, boot: Duration) {
-        let until = Timespec {
-            tv_sec: i64::try_from(boot.as_secs()).unwrap_or(i64::MAX),
-            tv_nsec: i64::from(boot.subsec_nanos()),
-        };
+        let until = Timespec::try_from(boot).unwrap_or_default();
         // A signal ends the sleep early; the loop goes back to it.
         while self.boot() < boot {
             if clock_nanosleep_absolute(ClockId::Boottime, &until).is_err() {
@@ -133,15 +124,13 @@ impl Stamper {
         let offset_ns = utc_ns.saturating_sub(signed_ns(clock.boot()));
         let moved_ns = offset_ns.saturating_sub(self.offset_ns.unwrap_or(offset_ns));
         self.offset_ns = Some(offset_ns);
-        let has_stepped =
-            state == ClockState::Synced && moved_ns.unsigned_abs() > unsigned_ns(STEP_MIN);
+        let has_moved = moved_ns.unsigned_abs() > unsigned_ns(STEP_MIN);
         Stamp {
             t_boot_ns: unsigned_ns(at),
             t_utc_ns: signed_ns(at).saturating_add(offset_ns),
-            clock: if has_stepped {
-                ClockState::Stepped
-            } else {
-                state
+            clock: match state {
+                ClockState::Synced if has_moved => ClockState::Stepped,
+                state => state,
             },
         }
     }

@@ -5,9 +5,8 @@ mod post;
 mod scheduler;
 mod spooler;
 
-pub use http::{
-    ANSWER_BYTES_MAX, CONFIGURATION_BYTES_MAX, CONFIGURATION_EVERY, Http, client, signed,
-};
+pub(crate) use http::Http;
+pub use http::{ANSWER_BYTES_MAX, CONFIGURATION_BYTES_MAX, CONFIGURATION_EVERY, client, signed};
 pub use post::{
     BACK_OFF_MAX, BACK_OFF_MIN, BACKLOG_FORBIDDEN, BACKLOG_RECORDS_MAX, BATCH_RECORDS_MAX,
     HEARTBEAT_EVERY, HELD_FOR, Post, Posted, RETRY_AFTER_MAX,

@@ -13,4 +13,5 @@ mod status;
 mod tests;
 
 pub use server::{ANSWER_TIME_MAX, REQUEST_BYTES_MAX, REQUEST_TIME_MAX, serve};
-pub use status::{Health, Identity, STALE_AFTER};
+pub(crate) use status::Identity;
+pub use status::{Health, STALE_AFTER};

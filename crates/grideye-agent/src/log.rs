@@ -1,6 +1,7 @@
 //! Plain lines with a level, handed to whoever started the agent.
 
 use std::fmt;
+use std::io::Write as _;
 use std::sync::Arc;
 
 /// How much a line matters.
@@ -44,24 +45,20 @@ impl Log {
         Self::new(|_, _| ())
     }
 
-    /// Writes each line to standard error with its level in front. A closed standard error is no reason to stop.
+    /// Writes each line to standard error with its level in front.
     #[must_use]
     pub fn to_stderr() -> Self {
-        use std::io::Write as _;
-        Self::new(|level, line| {
-            let _ = writeln!(std::io::stderr().lock(), "{}: {line}", level.name());
-        })
+        Self::new(|level, line| write_stderr(format_args!("{}: {line}", level.name())))
     }
 
     /// Writes each line to standard error as one JSON object: `level`, `part`, which is the thread that has something to
     /// say (a bus, `upload`, `spool`, `main`), `message`, and `hint` where there is one.
     #[must_use]
     pub fn to_stderr_as_json() -> Self {
-        use std::io::Write as _;
         Self::new(|level, line| {
             let thread = std::thread::current();
             let json = as_json(level, thread.name().unwrap_or_default(), line);
-            let _ = writeln!(std::io::stderr().lock(), "{json}");
+            write_stderr(format_args!("{json}"));
         })
     }
 
@@ -83,13 +80,15 @@ impl Log {
     }
 }
 
+/// A closed standard error is no reason to stop.
+fn write_stderr(line: fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
 fn as_json(level: Level, part: &str, line: &str) -> serde_json::Value {
-    let (message, hint) = match line.split_once("\nhint: ") {
-        Some((message, hint)) => (message, Some(hint)),
-        None => (line, None),
-    };
+    let (message, hint) = line.split_once("\nhint: ").unwrap_or((line, ""));
     let mut json = serde_json::json!({ "level": level.name(), "part": part, "message": message });
-    if let Some(hint) = hint {
+    if !hint.is_empty() {
         json["hint"] = hint.into();
     }
     json

@@ -3,5 +3,6 @@
 mod ring;
 mod shared;
 
-pub use ring::{FAULT_KINDS_MAX, OTHER_FAULTS, OnDisk, RING_FULL, ROWS_DROPPED, Ring};
-pub use shared::{Delivery, Observed, Seen, Shared};
+pub use ring::{FAULT_KINDS_MAX, OTHER_FAULTS, RING_FULL, ROWS_DROPPED, Ring};
+pub use shared::Shared;
+pub(crate) use shared::{Delivery, Seen};

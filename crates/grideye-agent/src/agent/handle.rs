@@ -140,15 +140,14 @@ impl fmt::Display for Summary {
             let account = &sensor.account;
             let dropped: u64 = account.dropped.values().sum();
             let line_break = if index == 0 { "" } else { "\n" };
+            let (read, stored, on_disk) = (account.read, sensor.acknowledged, sensor.on_disk);
+            let in_memory = account.spooled.saturating_sub(on_disk);
             write!(
                 formatter,
-                "{line_break}{name}: {} read = {} stored + {dropped} dropped + {} in memory",
-                account.read,
-                sensor.acknowledged,
-                account.spooled.saturating_sub(sensor.on_disk),
+                "{line_break}{name}: {read} read = {stored} stored + {dropped} dropped + {in_memory} in memory"
             )?;
-            if sensor.on_disk > 0 {
-                write!(formatter, " + {} on disk", sensor.on_disk)?;
+            if on_disk > 0 {
+                write!(formatter, " + {on_disk} on disk")?;
             }
             write!(formatter, "; {} missing", account.missing)?;
         }

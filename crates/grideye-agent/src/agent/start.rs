@@ -78,8 +78,7 @@ impl Start {
     }
 
     /// The name under which the frames are kept.
-    #[must_use]
-    pub fn device(&self) -> &str {
+    pub(crate) fn device(&self) -> &str {
         self.config.device.as_deref().unwrap_or(&self.host_name)
     }
 }

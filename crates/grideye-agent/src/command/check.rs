@@ -18,11 +18,7 @@ use std::sync::Arc;
 pub(crate) fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let clock: Arc<dyn Clock> = Arc::new(SystemClock::new());
     let is_well = check_all(args, Path::new(CONFIG_FILE), &clock, &mut write_stdout)?;
-    Ok(if is_well {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(FAILED)
-    })
+    Ok(ExitCode::from(if is_well { 0 } else { FAILED }))
 }
 
 /// What is checked beside the sensors.
@@ -57,7 +53,11 @@ fn check_all(
         for sensor in &bus.sensors {
             let report = the_sensor(bus, sensor, clock);
             is_well &= report.ok;
-            say(&told(&report, args.json)?)?;
+            say(&if args.json {
+                serde_json::to_string(&report)? + "\n"
+            } else {
+                report.to_string()
+            })?;
         }
     }
     if let Some(configured) = &configured {
@@ -106,14 +106,6 @@ fn the_sensor(bus: &BusConfig, sensor: &SensorConfig, clock: &Arc<dyn Clock>) ->
     check::check(opener, elsewhere, &name, sensor, clock)
 }
 
-fn told(report: &Report, is_json: bool) -> anyhow::Result<String> {
-    Ok(if is_json {
-        serde_json::to_string(report)? + "\n"
-    } else {
-        report.to_string()
-    })
-}
-
 /// Whether the wall clock was set.
 fn the_clock(clock: &dyn Clock, is_json: bool) -> String {
     let (_, state) = clock.utc();
@@ -145,10 +137,8 @@ fn the_collector(configured: &Configured, is_json: bool) -> (bool, String) {
         (None, None) => Err("the configuration names none\nhint: paste the line that `grideye enroll DEVICE` prints on the collector's machine".to_owned()),
     };
     let is_asked = url.is_some() && unreadable.is_none();
-    let (is_taken, said) = match asked {
-        Ok(taken) => (true, taken),
-        Err(error) => (false, error),
-    };
+    let is_taken = asked.is_ok();
+    let said = asked.unwrap_or_else(|error| error);
     let (error, hint) = said.split_once("\nhint: ").unwrap_or((&said, ""));
     let failed = if is_asked { "failed" } else { "not asked" };
     let text = match (is_json, is_taken) {
@@ -170,12 +160,9 @@ fn guarantee(config: &Config, is_json: bool) -> String {
     if !is_json {
         return format!("spool: mode {mode}: {guarantee}\n");
     }
-    let json = json!({ "spool": {
-        "mode": mode,
-        "frames_at_risk": guarantee.frames,
-        "seconds_at_risk": guarantee.seconds,
-    } });
-    format!("{json}\n")
+    let (frames, seconds) = (guarantee.frames, guarantee.seconds);
+    let spool = json!({ "mode": mode, "frames_at_risk": frames, "seconds_at_risk": seconds });
+    format!("{}\n", json!({ "spool": spool }))
 }
 
 #[cfg(test)]
@@ -229,17 +216,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let config = folder.path().join("agent.toml");
         fs::write(&config, CONFIG).unwrap();
-        let (_, said) = checked(
-            &["--config", config.to_str().unwrap()],
-            Path::new("/nonexistent"),
-        );
+        let (nowhere, config) = (Path::new("/nonexistent"), config.to_str().unwrap());
+        let (_, said) = checked(&["--config", config], nowhere);
         let clock = "\nclock: never set: frames are stamped `unsynced`, and their order and age are right all the same\n\
                      hint: a Raspberry Pi has no battery clock; give it a network with NTP, and see `timedatectl`\ncollector: ";
         assert!(said.contains(clock), "{said}");
-        let (_, said) = checked(
-            &["--json", "--config", config.to_str().unwrap()],
-            Path::new("/nonexistent"),
-        );
+        let (_, said) = checked(&["--json", "--config", config], nowhere);
         assert!(said.contains("\n{\"clock\":\"unsynced\"}\n"), "{said}");
     }
 
@@ -275,27 +257,17 @@ mod tests {
     #[test]
     fn a_collector_that_the_service_was_not_told_yet_is_a_failure_of_a_named_configuration_alone() {
         let config = Config::parse(CONFIG, "agent.toml").unwrap();
-        let is_well = |is_named| {
+        let asked = |unreadable: Option<&str>, is_named| {
             let configured = Configured {
                 config: config.clone(),
-                unreadable: None,
+                unreadable: unreadable.map(str::to_owned),
                 is_named,
             };
-            the_collector(&configured, false).0
+            the_collector(&configured, false)
         };
-        assert_eq!((is_well(true), is_well(false)), (false, true));
-        let unreadable = Configured {
-            config: config.clone(),
-            unreadable: Some("collector.toml: permission denied\nhint: sudo".to_owned()),
-            is_named: false,
-        };
-        assert_eq!(
-            the_collector(&unreadable, false),
-            (
-                true,
-                "collector: not asked\nerror: collector.toml: permission denied\nhint: sudo\n"
-                    .to_owned()
-            )
-        );
+        assert_eq!((asked(None, true).0, asked(None, false).0), (false, true));
+        let why = "collector.toml: permission denied\nhint: sudo";
+        let said = format!("collector: not asked\nerror: {why}\n");
+        assert_eq!(asked(Some(why), false), (true, said));
     }
 }

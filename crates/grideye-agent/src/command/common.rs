@@ -1,5 +1,6 @@
 //! What the verbs share: how the program ends, the configuration, and what the collector is asked.
 
+use anyhow::bail;
 use grideye_agent::advice;
 use grideye_agent::config::{CONFIG_BYTES_MAX, Config};
 use grideye_agent::deliver::{client, signed};
@@ -37,15 +38,11 @@ pub(super) fn write_stdout(text: &str) -> std::io::Result<()> {
 
 /// The exit code of a failure.
 pub(crate) fn code_of(error: &anyhow::Error) -> ExitCode {
-    let is_usage = error.chain().any(<dyn std::error::Error>::is::<BadUsage>);
-    let is_unanswered = error.chain().any(<dyn std::error::Error>::is::<Unanswered>);
-    ExitCode::from(if is_usage {
-        BAD_USAGE
-    } else if is_unanswered {
-        DATA_LOST
-    } else {
-        FAILED
-    })
+    let code = |cause: &(dyn std::error::Error + 'static)| {
+        let unanswered = cause.is::<Unanswered>().then_some(DATA_LOST);
+        cause.is::<BadUsage>().then_some(BAD_USAGE).or(unanswered)
+    };
+    ExitCode::from(error.chain().find_map(code).unwrap_or(FAILED))
 }
 
 pub(super) fn read_config(path: &Path) -> anyhow::Result<Config> {
@@ -67,9 +64,8 @@ pub(super) fn read_config(path: &Path) -> anyhow::Result<Config> {
 pub(super) fn read_text(path: &Path, bytes_max: usize) -> io::Result<String> {
     let mut text = String::new();
     let limit = u64::try_from(bytes_max).unwrap_or(u64::MAX) + 1;
-    fs::File::open(path)?
-        .take(limit)
-        .read_to_string(&mut text)?;
+    let mut file = fs::File::open(path)?.take(limit);
+    file.read_to_string(&mut text)?;
     Ok(text)
 }
 
@@ -77,16 +73,12 @@ pub(super) fn read_text(path: &Path, bytes_max: usize) -> io::Result<String> {
 pub(super) fn host_name() -> String {
     let system = rustix::system::uname();
     let name = system.nodename().to_string_lossy();
-    let plain: String = name
-        .chars()
-        .filter(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.'))
-        .take(64)
-        .collect();
+    let is_plain = |c: &char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let plain: String = name.chars().filter(is_plain).take(64).collect();
     if plain.is_empty() {
-        "grideye-agent".to_owned()
-    } else {
-        plain
+        return "grideye-agent".to_owned();
     }
+    plain
 }
 
 const FILE: &str = "collector.toml";
@@ -105,9 +97,8 @@ pub(super) fn with_joined(mut config: Config, path: &Path) -> anyhow::Result<Con
         BadUsage(format!("{origin}: {error}\nhint: {hint}"))
     })?;
     let joined = Joined::parse(&text, &origin).map_err(|error| BadUsage(error.to_string()))?;
-    config
-        .join(joined)
-        .map_err(|error| BadUsage(error.to_string()))?;
+    let taken = config.join(joined);
+    taken.map_err(|error| BadUsage(error.to_string()))?;
     Ok(config)
 }
 
@@ -126,15 +117,11 @@ pub(super) fn unreadable(config: &Config, path: &Path) -> Option<String> {
 /// What joining left: in the file that the configuration names, the one that systemd hands over, or the one beside the
 /// configuration.
 fn joined_file(config: &Config, path: &Path) -> Option<PathBuf> {
-    let handed = std::env::var_os("CREDENTIALS_DIRECTORY")
-        .map(|folder| PathBuf::from(folder).join(CREDENTIAL));
-    let beside = path.with_file_name(FILE);
-    config.joined.clone().or_else(|| {
-        handed
-            .into_iter()
-            .chain([beside])
-            .find(|path| path.exists())
-    })
+    let handed = std::env::var_os("CREDENTIALS_DIRECTORY");
+    let handed = handed.map(|folder| PathBuf::from(folder).join(CREDENTIAL));
+    let mut files = handed.into_iter().chain([path.with_file_name(FILE)]);
+    let found = || files.find(|path| path.exists());
+    config.joined.clone().or_else(found)
 }
 
 /// How long the collector may take to answer while the agent joins.
@@ -151,10 +138,8 @@ pub(super) fn get(
 ) -> anyhow::Result<(u16, Value)> {
     let client = client(credentials, TIMEOUT).map_err(BadUsage)?;
     let request = client.get(format!("{collector}{path}"));
-    answer(
-        collector,
-        signed(request, credentials.token.as_ref()).call(),
-    )
+    let request = signed(request, credentials.token.as_ref());
+    answer(collector, request.call())
 }
 
 /// Status and answer of a post of frames.
@@ -195,23 +180,23 @@ pub(super) fn prove(
             Some(_) => "its frames are taken",
             None => "anybody's frames are taken there",
         }),
-        (401, _) => anyhow::bail!(
+        (401, _) => bail!(
             "{collector}: the token is not, or no longer, known there\nhint: print a new line with `grideye enroll {device}`"
         ),
-        (403, Some("foreign_device")) => anyhow::bail!(
+        (403, Some("foreign_device")) => bail!(
             "{collector}: this token is for another device, and this one is called {device}\nhint: print a line with `grideye enroll {device}`, or set `device` in agent.toml to the name that the token is for"
         ),
-        (403, Some("wrong_scope")) => anyhow::bail!(
+        (403, Some("wrong_scope")) => bail!(
             "{collector}: this token is not for frames\nhint: print a line with `grideye enroll {device}`"
         ),
-        (_, Some(_)) => anyhow::bail!(
+        (_, Some(_)) => bail!(
             "{collector}: answered {status}: {}\nhint: {}",
             error["message"].as_str().unwrap_or_default(),
             error["hint"]
                 .as_str()
                 .unwrap_or("see the collector's log, and paste the line again")
         ),
-        (_, None) => anyhow::bail!(
+        (_, None) => bail!(
             "{collector}: answered {status}, which no collector does\nhint: is this the address of `grideye collect`?"
         ),
     }

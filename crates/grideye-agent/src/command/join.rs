@@ -11,12 +11,15 @@ use service::{FirstFrame, Found, Service};
 use std::fs::OpenOptions;
 use std::io::{BufRead as _, IsTerminal as _, Read as _, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 use std::{fs, io};
 
 mod service;
+
+/// How many steps there are.
+const STEPS: usize = 6;
 
 /// The unit of `firmware-config/grideye-agent.service`.
 const SERVICE: &str = "grideye-agent";
@@ -24,10 +27,11 @@ const SERVICE: &str = "grideye-agent";
 /// Joins: line, collector, token, file, service, first frame. Each step is told when it is done; one that fails ends the
 /// program with its number, and leaves what the steps before it did.
 pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
-    let (line, client) = Step::Line.take(|| Ok((line(args)?, client(args)?)))?;
-    Step::Line.told(&of_line(&line))?;
-    let authority = Step::Collector.take(|| reach(&line, client.as_ref()))?;
-    Step::Collector.told(match &authority {
+    let (line, client) = Step::LINE.take(|| Ok((line(args)?, client(args)?)))?;
+    let device = line.device.as_deref().unwrap_or("this device");
+    Step::LINE.told(&format!("read: {device} joins {}", line.collector))?;
+    let authority = Step::COLLECTOR.take(|| reach(&line, client.as_ref()))?;
+    Step::COLLECTOR.told(match &authority {
         Some(_) => "reached, and its authority is the one that the line pins",
         None => "reached, without encryption",
     })?;
@@ -40,54 +44,43 @@ pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
             client,
         },
     };
-    let taken = Step::Token.take(|| {
+    let taken = Step::TOKEN.take(|| {
         let device = device_posting(args, &joined);
         prove(&joined.collector, &joined.credentials, &device)
     })?;
-    Step::Token.told(taken)?;
-    Step::File.take(|| write(&args.out, &joined))?;
-    Step::File.told(&format!(
-        "{} written, for its owner alone",
-        args.out.display()
-    ))?;
+    Step::TOKEN.told(taken)?;
+    Step::FILE.take(|| write(&args.out, &joined))?;
+    let out = args.out.display();
+    Step::FILE.told(&format!("{out} written, for its owner alone"))?;
     let device = start(args, &joined)?;
-    write_stdout(&format!(
-        "joined {} as {device}: {taken}\n",
-        joined.collector
-    ))?;
+    let collector = &joined.collector;
+    write_stdout(&format!("joined {collector} as {device}: {taken}\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// The service and the first frame, or what a person does instead. Gives the name under which the frames come.
 fn start(args: &JoinArgs, joined: &Joined) -> anyhow::Result<String> {
-    let config_path = config_beside(args);
-    let found = Step::Service.take(|| find_service(args))?;
+    let config_path = args.out.with_file_name("agent.toml");
+    let found = Step::SERVICE.take(|| find_service(args))?;
     let is_to_start = matches!(found, Found::Here(_));
-    let named = Step::Service.take(|| device_named(&config_path, joined, is_to_start))?;
+    let named = Step::SERVICE.take(|| device_named(&config_path, joined, is_to_start))?;
     let device = named.unwrap_or_else(host_name);
     let service = match found {
         Found::Here(service) => service,
         Found::Not(why) => {
-            Step::Service.told(&format!("not started: {why}"))?;
+            Step::SERVICE.told(&format!("not started: {why}"))?;
             let instead = "not waited for; the collector's page shows it when the agent runs";
-            Step::FirstFrame.told(instead)?;
+            Step::FIRST_FRAME.told(instead)?;
             return Ok(device);
         }
     };
     let first = FirstFrame::of(joined, &device);
-    Step::Service.take(|| service.start())?;
-    Step::Service.told(&format!("{} enabled and started", service.unit()))?;
+    Step::SERVICE.take(|| service.start())?;
+    Step::SERVICE.told(&format!("{} enabled and started", service.unit))?;
     let limit = Duration::from_secs(args.wait);
-    let seen = Step::FirstFrame.take(|| first.wait(&service, limit))?;
-    Step::FirstFrame.told(&seen)?;
+    let seen = Step::FIRST_FRAME.take(|| first.wait(&service, limit))?;
+    Step::FIRST_FRAME.told(&seen)?;
     Ok(device)
-}
-
-fn of_line(line: &JoinLine) -> String {
-    match &line.device {
-        Some(device) => format!("read: {device} joins {}", line.collector),
-        None => format!("read: this device joins {}", line.collector),
-    }
 }
 
 /// The pinned authority's certificate from the collector; none where nothing is encrypted.
@@ -119,14 +112,13 @@ fn find_service(args: &JoinArgs) -> anyhow::Result<Found> {
     Service::find(unit, &by_hand)
 }
 
-fn config_beside(args: &JoinArgs) -> PathBuf {
-    args.out.with_file_name("agent.toml")
-}
-
 /// The name under which the frames will come. A configuration that cannot be used is told of at its step.
 fn device_posting(args: &JoinArgs, joined: &Joined) -> String {
     let enrolled = joined.device.clone();
-    let configured = || read_config(&config_beside(args)).ok()?.device;
+    let configured = || {
+        let path = args.out.with_file_name("agent.toml");
+        read_config(&path).ok()?.device
+    };
     enrolled.or_else(configured).unwrap_or_else(host_name)
 }
 
@@ -203,7 +195,8 @@ fn write(path: &Path, joined: &Joined) -> anyhow::Result<()> {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
         }
-        let mut file = OpenOptions::new()
+        let mut options = OpenOptions::new();
+        let mut file = options
             .write(true)
             .create_new(true)
             .mode(0o600)
@@ -213,72 +206,39 @@ fn write(path: &Path, joined: &Joined) -> anyhow::Result<()> {
         fs::rename(&beside, path)
     };
     write().map_err(|error| {
-        anyhow::anyhow!(
-            "{}: {error}\nhint: run this as root (sudo), or name a file of your own with --out",
-            path.display()
-        )
+        let path = path.display();
+        let hint = "run this as root (sudo), or name a file of your own with --out";
+        anyhow::anyhow!("{path}: {error}\nhint: {hint}")
     })
 }
 
-/// What joining does, in this order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Step {
-    Line,
-    Collector,
-    Token,
-    File,
-    Service,
-    FirstFrame,
-}
-
-/// How many there are.
-const STEPS: usize = 6;
+/// One step of joining, by its number and name.
+#[derive(Clone, Copy)]
+struct Step(usize, &'static str);
 
 impl Step {
-    const fn number(self) -> usize {
-        match self {
-            Self::Line => 1,
-            Self::Collector => 2,
-            Self::Token => 3,
-            Self::File => 4,
-            Self::Service => 5,
-            Self::FirstFrame => STEPS,
-        }
-    }
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Line => "the line",
-            Self::Collector => "the collector",
-            Self::Token => "the token",
-            Self::File => "the file",
-            Self::Service => "the service",
-            Self::FirstFrame => "the first frame",
-        }
-    }
+    const LINE: Self = Self(1, "the line");
+    const COLLECTOR: Self = Self(2, "the collector");
+    const TOKEN: Self = Self(3, "the token");
+    const FILE: Self = Self(4, "the file");
+    const SERVICE: Self = Self(5, "the service");
+    const FIRST_FRAME: Self = Self(STEPS, "the first frame");
 
     /// Says that it is done, and how.
-    pub(super) fn told(self, how: &str) -> std::io::Result<()> {
-        let (number, name) = (self.number(), self.name());
+    fn told(self, how: &str) -> io::Result<()> {
+        let Self(number, name) = self;
         write_stdout(&format!("{number}/{STEPS} {name}: {how}\n"))
     }
 
     /// Takes the step; an error says which one failed, and what stays of those before.
-    pub(super) fn take<T>(self, step: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
-        step().map_err(|error| {
-            let (number, name) = (self.number(), self.name());
-            let stays = match self {
-                Self::Line | Self::Collector | Self::Token | Self::File => {
-                    "nothing was changed".to_owned()
-                }
-                Self::Service | Self::FirstFrame => format!(
-                    "steps 1 to {} are done and stay, and the line may be pasted again",
-                    number - 1
-                ),
-            };
-            error.context(format!(
-                "step {number} of {STEPS}, {name}, failed ({stays})"
-            ))
-        })
+    fn take<T>(self, step: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<T> {
+        let Self(number, name) = self;
+        let stays = if number < Self::SERVICE.0 {
+            "nothing was changed".to_owned()
+        } else {
+            let done = number - 1;
+            format!("steps 1 to {done} are done and stay, and the line may be pasted again")
+        };
+        step().with_context(|| format!("step {number} of {STEPS}, {name}, failed ({stays})"))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::common::{BadUsage, DATA_LOST, host_name, read_config, with_joined, write_stdout};
 use anyhow::Context as _;
-use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError, Summary};
+use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start, StartError};
 use grideye_agent::bus::LinuxBus;
 use grideye_agent::cli::{LogFormat, RunArgs};
 use grideye_agent::clock::SystemClock;
@@ -35,12 +35,8 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let config = with_spool_folder(config)?;
     let mut start = Start::new(config, host_name());
     start.frames_limit = args.frames;
-    let buses = start
-        .config
-        .buses
-        .iter()
-        .map(|bus| (bus.clone(), linux_bus(bus)))
-        .collect();
+    let buses = start.config.buses.iter();
+    let buses = buses.map(|bus| (bus.clone(), linux_bus(bus))).collect();
     let log = match args.log {
         LogFormat::Text => Log::to_stderr(),
         LogFormat::Json => Log::to_stderr_as_json(),
@@ -62,29 +58,26 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
             .spawn(move || serve(&listener, &health))
             .context("no thread for [health]")?;
     }
-    wait(&agent, &stopping);
+    while !stopping.load(Ordering::SeqCst) && !agent.wait_finished(SIGNAL_EVERY) {}
     let idle = deliver_rest(&agent, &stopping);
     if stopping.load(Ordering::SeqCst) {
         let held = agent.held();
-        log.line(
-            Level::Info,
-            format!(
-                "stopping; {held} records are being delivered, for {} s at most (a second signal ends at once and loses them)",
-                FLUSH_FOR.as_secs()
-            ),
+        let line = format!(
+            "stopping; {held} records are being delivered, for {} s at most (a second signal ends at once and loses them)",
+            FLUSH_FOR.as_secs()
         );
+        log.line(Level::Info, line);
     }
     let summary = agent.stop(FLUSH_FOR.saturating_sub(idle).max(FLUSH_FOR_LEAST));
     write_stdout(&format!("{summary}\n"))?;
-    Ok(exit_code(&summary))
+    let code = if summary.is_complete() { 0 } else { DATA_LOST };
+    Ok(ExitCode::from(code))
 }
 
 /// The folder that systemd makes for the service, where the configuration names none.
 fn with_spool_folder(mut config: Config) -> Result<Config, BadUsage> {
     let given = std::env::var_os("STATE_DIRECTORY");
-    let first = given
-        .as_ref()
-        .and_then(|given| std::env::split_paths(given).next());
+    let first = given.and_then(|given| std::env::split_paths(&given).next());
     let given = first.map(|folder| folder.join("spool"));
     config.spool.folder = config.spool.folder.or(given);
     if config.spool.mode != SpoolMode::Ram && config.spool.folder.is_none() {
@@ -99,10 +92,6 @@ fn listen(address: SocketAddr) -> anyhow::Result<TcpListener> {
     })
 }
 
-fn wait(agent: &AgentHandle, stopping: &AtomicBool) {
-    while !stopping.load(Ordering::SeqCst) && !agent.wait_finished(SIGNAL_EVERY) {}
-}
-
 /// A run that ends by itself takes the time that the delivery of its last frames takes, while it goes on. Returns for
 /// how long nothing has arrived.
 fn deliver_rest(agent: &AgentHandle, stopping: &AtomicBool) -> Duration {
@@ -115,14 +104,6 @@ fn deliver_rest(agent: &AgentHandle, stopping: &AtomicBool) -> Duration {
         }
     }
     since.elapsed()
-}
-
-fn exit_code(summary: &Summary) -> ExitCode {
-    if summary.is_complete() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(DATA_LOST)
-    }
 }
 
 fn linux_bus(bus: &BusConfig) -> AnyBus {

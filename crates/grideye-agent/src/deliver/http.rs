@@ -28,7 +28,7 @@ const UNSUPPORTED_MEDIA_TYPE: u16 = 415;
 
 /// Posts over HTTP, on one connection that is kept.
 #[derive(Debug)]
-pub struct Http {
+pub(crate) struct Http {
     agent: ureq::Agent,
     url: String,
     token: Option<Secret>,
@@ -41,8 +41,7 @@ impl Http {
     /// For the collector at `http://HOST:PORT` or `https://HOST:PORT`, by a [`client`]. Posts `body` until a collector
     /// answers that it does not know it, and says every [`CONFIGURATION_EVERY`] with `configuration`, one JSON object, how
     /// the agent is set up.
-    #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         collector: &str,
         client: ureq::Agent,
         token: Option<Secret>,

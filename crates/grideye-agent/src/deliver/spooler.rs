@@ -7,7 +7,6 @@ use crate::log::Log;
 use crate::queue::{Ring, Shared};
 use crate::spool::{FolderError, Spool, Written};
 use grideye_recording::{Record, StreamId};
-use std::fmt;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
@@ -41,15 +40,6 @@ pub struct Spooler {
 
 /// Opens a spool.
 pub type Opener = Box<dyn FnMut() -> Result<Spool, FolderError> + Send>;
-
-impl fmt::Debug for Spooler {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter
-            .debug_struct("Spooler")
-            .field("mode", &self.mode)
-            .finish_non_exhaustive()
-    }
-}
 
 impl Spooler {
     /// A spooler of the spool that is shared, if one is.
@@ -96,10 +86,9 @@ impl Spooler {
         if now < self.retry_at {
             return;
         }
-        if let Some(opener) = self.opener.take() {
-            if let Err(refused) = self.open(opener) {
-                self.log.error(refused.to_string());
-            }
+        let refused = self.opener.take().map(|opener| self.open(opener));
+        if let Some(Err(refused)) = refused {
+            self.log.error(refused.to_string());
         }
     }
 
@@ -118,8 +107,9 @@ impl Spooler {
 
     fn pause(&self) -> Duration {
         match self.mode {
-            SpoolMode::Always { sync_every } => LOOK_EVERY.min(sync_every),
-            SpoolMode::Outage { after } => LOOK_EVERY.min(after),
+            SpoolMode::Always { sync_every: time } | SpoolMode::Outage { after: time } => {
+                LOOK_EVERY.min(time)
+            }
             SpoolMode::Ram => LOOK_EVERY,
         }
     }
@@ -204,9 +194,9 @@ impl Spooler {
         self.shared.with_ring(|ring| {
             ring.written(records, &written.places);
             ring.unplace(&removed);
-            dropped
-                .iter()
-                .for_each(|dropped| ring.dropped_from_disk(dropped));
+            for dropped in &dropped {
+                ring.dropped_from_disk(dropped);
+            }
         });
         if frames > 0 {
             self.log.error(format!(
@@ -274,11 +264,9 @@ impl Spooler {
             evict_older(spool, ring, now, Duration::ZERO);
         });
         let (places, accounts) = shared.with_ring(|ring| (ring.places(), ring.stream_accounts()));
-        if spool
-            .tidy(&places, false)
-            .and_then(|()| spool.close(&places, &accounts))
-            .is_err()
-        {
+        let tidied = spool.tidy(&places, false);
+        let closed = tidied.and_then(|()| spool.close(&places, &accounts));
+        if closed.is_err() {
             self.log.warning("the spool's state could not be written: the next start may send frames a second time, which changes nothing");
         }
     }
@@ -286,11 +274,8 @@ impl Spooler {
 
 fn evict_older(spool: &mut Spool, ring: &mut Ring, now: Duration, older_than: Duration) {
     let found = ring.evictable(now, older_than);
-    let items: Vec<_> = found
-        .iter()
-        .map(|found| (found.place, found.is_frame))
-        .collect();
-    if spool.add_backlog(&items) {
+    let items = found.iter().map(|found| (found.place, found.is_frame));
+    if spool.add_backlog(&items.collect::<Vec<_>>()) {
         ring.evict(&found);
     }
 }

@@ -3,7 +3,7 @@
 use super::status::Health;
 use grideye_recording::prometheus::CONTENT_TYPE;
 use std::io::{self, Read as _, Write as _};
-use std::net::{IpAddr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, Ipv6Addr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 /// Bytes of a request at most. More is answered 431.
@@ -110,21 +110,18 @@ fn page(request: &str, health: &Health) -> Page {
 
 /// Whether a `host` names this machine's loopback, with or without a port.
 fn is_of_this_machine(host: &str) -> bool {
-    let is_port = |port: &str| port.parse::<u16>().is_ok();
-    let name = match host.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
-        Some((inner, "")) => inner,
-        Some((inner, port)) if port.strip_prefix(':').is_some_and(is_port) => inner,
-        Some(_) => return false,
-        None => match host.rsplit_once(':') {
-            Some((name, port)) if is_port(port) => name,
-            Some(_) => return false,
-            None => host,
-        },
-    };
-    name.eq_ignore_ascii_case("localhost")
-        || name
-            .parse::<IpAddr>()
-            .is_ok_and(|address| address.is_loopback())
+    let with_port = host.rsplit_once(':');
+    let with_port = with_port.filter(|(_, port)| port.parse::<u16>().is_ok());
+    // An address of version 6 ends with a bracket, and no port does.
+    let name = with_port.map_or(host, |(name, _)| name);
+    let inner = name
+        .strip_prefix('[')
+        .and_then(|rest| rest.strip_suffix(']'));
+    match inner {
+        Some(inner) => inner.parse().is_ok_and(|at: Ipv6Addr| at.is_loopback()),
+        None if name.eq_ignore_ascii_case("localhost") => true,
+        None => name.parse().is_ok_and(|at: Ipv4Addr| at.is_loopback()),
+    }
 }
 
 #[cfg(test)]
@@ -133,26 +130,12 @@ mod tests {
 
     #[test]
     fn a_host_is_of_this_machine_by_loopback_address_or_localhost() {
-        for host in [
-            "localhost",
-            "LOCALHOST:8834",
-            "127.0.0.1",
-            "127.9.9.9:1",
-            "[::1]",
-            "[::1]:8834",
-        ] {
+        let ours = "localhost LOCALHOST:8834 127.0.0.1 127.9.9.9:1 [::1] [::1]:8834";
+        for host in ours.split(' ') {
             assert!(is_of_this_machine(host), "{host}");
         }
-        for host in [
-            "",
-            "evil.example",
-            "localhost.evil.example",
-            "192.168.1.7:8834",
-            "localhost:x",
-            "[::1]x",
-            "[::2]:1",
-            "127.0.0.1:8834:1",
-        ] {
+        let others = " evil.example localhost.evil.example 192.168.1.7:8834 localhost:x [::1]x [::2]:1 127.0.0.1:8834:1 ::1";
+        for host in others.split(' ') {
             assert!(!is_of_this_machine(host), "{host}");
         }
     }

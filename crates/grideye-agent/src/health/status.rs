@@ -12,17 +12,13 @@ use std::time::Duration;
 
 /// What does not change while an agent runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Identity {
-    /// The agent's name.
-    pub device: String,
-    /// This run of it.
-    pub boot: String,
-    /// Where it delivers.
-    pub collector: String,
-    /// `ram`, `outage` or `always`.
-    pub spool_mode: &'static str,
+pub(crate) struct Identity {
+    pub(crate) device: String,
+    pub(crate) boot: String,
+    pub(crate) collector: String,
+    pub(crate) spool_mode: &'static str,
     /// The sensors, in the order of their streams.
-    pub sensors: Vec<String>,
+    pub(crate) sensors: Vec<String>,
 }
 
 /// Tells how an agent does, for as long as somebody asks. Outlives the agent, which then stands still.
@@ -33,21 +29,12 @@ pub struct Health {
 }
 
 impl Health {
-    /// Of what these threads share.
-    #[must_use]
-    pub fn new(shared: Arc<Shared>, identity: Identity) -> Self {
+    pub(crate) fn new(shared: Arc<Shared>, identity: Identity) -> Self {
         Self { shared, identity }
     }
 
-    /// What is wrong now, each in one line; nothing where all is well.
-    #[must_use]
-    pub fn faults(&self) -> Vec<String> {
-        self.look().faults()
-    }
-
     /// Everything, as one object with `status` first: `ok` where there is no fault.
-    #[must_use]
-    pub fn to_json(&self) -> Value {
+    pub(crate) fn to_json(&self) -> Value {
         let look = self.look();
         let why = look.faults();
         let delivery = &look.delivery;
@@ -77,10 +64,8 @@ impl Health {
     }
 
     /// The same in Prometheus' text format.
-    #[must_use]
-    pub fn to_prometheus(&self) -> String {
-        let look = self.look();
-        page(&look)
+    pub(crate) fn to_prometheus(&self) -> String {
+        page(&self.look())
     }
 
     fn look(&self) -> Look {
@@ -90,35 +75,24 @@ impl Health {
             let spool = spool.as_ref();
             observed.spool(spool.map(|spool| (spool.bytes(), spool.waiting_frames().0)));
         }
-        let (held, accounts, acknowledged) = self.shared.with_ring(|ring| {
-            let names = self.identity.sensors.iter();
-            let acknowledged: Vec<u64> = names.map(|name| ring.acknowledged(name)).collect();
-            (ring.len(), ring.accounts(), acknowledged)
+        let (held, sensors) = self.shared.with_ring(|ring| {
+            let mut accounts = ring.accounts();
+            let sensor = |(stream, name): (usize, &String)| SensorLook {
+                name: name.clone(),
+                account: accounts.remove(name).unwrap_or_default(),
+                acknowledged: ring.acknowledged(name),
+                seen: observed.seen(stream),
+            };
+            let names = self.identity.sensors.iter().enumerate();
+            (ring.len(), names.map(sensor).collect())
         });
         Look {
             now: self.shared.now(),
             delivery: observed.delivery(),
             held,
             spool: observed.last_spool(),
-            sensors: self.sensors(accounts, acknowledged),
+            sensors,
         }
-    }
-
-    fn sensors(
-        &self,
-        mut accounts: BTreeMap<String, Account>,
-        acknowledged: Vec<u64>,
-    ) -> Vec<SensorLook> {
-        let names = self.identity.sensors.iter().enumerate();
-        names
-            .zip(acknowledged)
-            .map(|((stream, name), acknowledged)| SensorLook {
-                name: name.clone(),
-                account: accounts.remove(name).unwrap_or_default(),
-                acknowledged,
-                seen: self.shared.observed().seen(stream),
-            })
-            .collect()
     }
 }
 
@@ -150,11 +124,8 @@ impl Look {
             let since = sensor.seen.map_or(Duration::ZERO, |seen| seen.frame_at);
             let silent = self.now.saturating_sub(since);
             if silent > STALE_AFTER {
-                faults.push(format!(
-                    "{}: no frame for {} s",
-                    sensor.name,
-                    silent.as_secs()
-                ));
+                let (name, silent_s) = (&sensor.name, silent.as_secs());
+                faults.push(format!("{name}: no frame for {silent_s} s"));
             }
         }
         if self.delivery.failures_in_a_row > 0 {

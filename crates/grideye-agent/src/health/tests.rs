@@ -2,7 +2,7 @@
 
 use super::status::{Look, SensorLook};
 use super::*;
-use crate::queue::{Delivery, Observed, Ring, Seen, Shared};
+use crate::queue::{Delivery, Ring, Seen, Shared};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::wire::Account;
 use grideye_recording::{ClockState, Record, Stamp};
@@ -103,7 +103,8 @@ fn a_sensor_that_gives_rows_without_frames_is_silent_and_the_other_is_not() {
     assert_eq!(look(11, 10).faults(), ["a: no frame for 11 s"]);
     assert!(look(10, 0).faults().is_empty());
 
-    let observed = Observed::default();
+    let health = health();
+    let observed = health.shared.observed();
     observed.saw(0, &record(1, None), Duration::from_secs(3));
     observed.saw(0, &record(2, Some(NoData::Nack)), Duration::from_secs(9));
     let seen = observed.seen(0).unwrap();

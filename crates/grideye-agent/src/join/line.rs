@@ -231,10 +231,8 @@ mod tests {
      {
         let read: JoinLine = line().parse().unwrap();
         let command = read.command();
-        assert_eq!(
-            command,
-            format!("echo '{}' | sudo grideye-agent join -", line())
-        );
+        let expected = format!("echo '{}' | sudo grideye-agent join -", line());
+        assert_eq!(command, expected);
         assert_eq!(command.matches('\'').count(), 2);
         let as_argument = format!("sudo grideye-agent join '{}'", line());
         for command in [command, as_argument] {
@@ -264,37 +262,34 @@ mod tests {
         for bad in cuts.chain(changed) {
             // Cut before the pin it is plainly a line without one.
             let error = bad.parse::<JoinLine>().unwrap_err().to_string();
-            assert!(
-                error.contains("\nhint: copy the whole line"),
-                "{bad}: {error}"
-            );
+            let hint = "\nhint: copy the whole line";
+            assert!(error.contains(hint), "{bad}: {error}");
             assert!(!error.contains("grideye-12"), "{error}");
         }
     }
 
     #[test]
     fn the_file_reads_back_and_hides_its_token() {
+        let pem = "-----BEGIN CERTIFICATE-----\nAA==\n-----END CERTIFICATE-----\n";
+        let client = ClientCertificate {
+            chain: "chain".to_owned(),
+            key: Secret::new("key").unwrap(),
+        };
         let joined = Joined {
             collector: "https://pc:8833".to_owned(),
             device: Some("pi-1".to_owned()),
             credentials: Credentials {
                 token: Some(Secret::new("grideye-12-34").unwrap()),
-                authority: Some(
-                    "-----BEGIN CERTIFICATE-----\nAA==\n-----END CERTIFICATE-----\n".to_owned(),
-                ),
-                client: Some(ClientCertificate {
-                    chain: "chain".to_owned(),
-                    key: Secret::new("key").unwrap(),
-                }),
+                authority: Some(pem.to_owned()),
+                client: Some(client),
             },
         };
         let text = joined.to_toml().unwrap();
         assert_eq!(Joined::parse(&text, "collector.toml").unwrap(), joined);
         let shown = format!("{joined:?}");
-        assert!(
-            !shown.contains("12-34") && !shown.contains("\"key\""),
-            "{shown}"
-        );
+        for secret in ["12-34", "\"key\""] {
+            assert!(!shown.contains(secret), "{shown}");
+        }
     }
 
     #[test]
@@ -309,8 +304,8 @@ mod tests {
             ("token", "client_key = \"k\"\ntoken"),
             ("collector", "authority = \"a\"\ncollector"),
         ] {
-            let error =
-                Joined::parse(&good.replacen(found, with, 1), "collector.toml").unwrap_err();
+            let changed = good.replacen(found, with, 1);
+            let error = Joined::parse(&changed, "collector.toml").unwrap_err();
             let error = error.to_string();
             assert!(error.starts_with("collector.toml: ") && error.contains("\nhint: join again"));
             assert!(!error.contains("12-34"), "{error}");

@@ -57,13 +57,11 @@ struct Held {
 
 /// A record in memory that is on the disk as well.
 #[derive(Debug, Clone)]
-pub struct OnDisk {
+pub(crate) struct OnDisk {
     id: Arc<StreamId>,
     seq: u64,
-    /// Where.
-    pub place: Place,
-    /// Whether it carries pixels.
-    pub is_frame: bool,
+    pub(crate) place: Place,
+    pub(crate) is_frame: bool,
 }
 
 impl Ring {
@@ -126,15 +124,14 @@ impl Ring {
         dropped
     }
 
-    /// Counts a fault of this stream.
-    pub fn count_fault(&mut self, stream: usize, kind: &str) {
+    pub(crate) fn count_fault(&mut self, stream: usize, kind: &str) {
         if let Some(stream) = self.streams.get_mut(stream) {
             count(&mut stream.account.errors, kind, 1);
         }
     }
 
     /// Counts a fault that is no sensor's own, in the account of each.
-    pub fn count_fault_of_all(&mut self, kind: &str) {
+    pub(crate) fn count_fault_of_all(&mut self, kind: &str) {
         for stream in &mut self.streams {
             count(&mut stream.account.errors, kind, 1);
         }
@@ -177,7 +174,7 @@ impl Ring {
     }
 
     /// Marks the records of a post whose fate is not known, in place of those marked before.
-    pub fn doubt(&mut self, batch: Option<&Batch>) {
+    pub(crate) fn doubt(&mut self, batch: Option<&Batch>) {
         for stream in &mut self.streams {
             stream.in_doubt.clear();
             let items = batch.into_iter().flat_map(|batch| &batch.items);
@@ -192,7 +189,7 @@ impl Ring {
 
     /// Lets go of records that were posted from memory: the collector has them on disk, or refuses them, which is counted
     /// under `reason`. Returns how many went.
-    pub fn settle<'i>(
+    pub(crate) fn settle<'i>(
         &mut self,
         items: impl IntoIterator<Item = &'i Item>,
         reason: Option<&str>,
@@ -216,7 +213,7 @@ impl Ring {
     }
 
     /// The same of records that were posted from the disk.
-    pub fn settle_from_disk(&mut self, items: &[Item], reason: Option<&str>) {
+    pub(crate) fn settle_from_disk(&mut self, items: &[Item], reason: Option<&str>) {
         for item in items {
             if let Some(stream) = self.stream_mut(&item.stream) {
                 stream.settle(item.is_frame(), reason);
@@ -225,7 +222,7 @@ impl Ring {
     }
 
     /// Counts records as dropped that the disk no longer has.
-    pub fn dropped_from_disk(&mut self, dropped: &Dropped) {
+    pub(crate) fn dropped_from_disk(&mut self, dropped: &Dropped) {
         let Some(stream) = self.stream_mut(&dropped.stream) else {
             return;
         };
@@ -240,7 +237,7 @@ impl Ring {
     }
 
     /// Counts records as acknowledged that had been counted as dropped: the post that was in doubt had arrived.
-    pub fn take_back(&mut self, items: &[Item], reason: &str) {
+    pub(crate) fn take_back(&mut self, items: &[Item], reason: &str) {
         for item in items {
             if let Some(stream) = self.stream_mut(&item.stream) {
                 stream.take_back(item.is_frame(), reason);
@@ -268,7 +265,7 @@ impl Ring {
     }
 
     /// Notes where records are on the disk, those that are still held.
-    pub fn written(&mut self, records: &[(Arc<StreamId>, Record)], places: &[Place]) {
+    pub(crate) fn written(&mut self, records: &[(Arc<StreamId>, Record)], places: &[Place]) {
         for ((id, record), place) in records.iter().zip(places) {
             let Some(stream) = self.stream_mut(id) else {
                 continue;
@@ -281,7 +278,7 @@ impl Ring {
     }
 
     /// Forgets what was in segments that are gone.
-    pub fn unplace(&mut self, removed: &BTreeSet<u64>) {
+    pub(crate) fn unplace(&mut self, removed: &BTreeSet<u64>) {
         if removed.is_empty() {
             return;
         }
@@ -301,8 +298,7 @@ impl Ring {
     }
 
     /// What is on the disk as well, is at least so old, and is in no post whose fate is not known, oldest first.
-    #[must_use]
-    pub fn evictable(&self, now: Duration, older_than: Duration) -> Vec<OnDisk> {
+    pub(crate) fn evictable(&self, now: Duration, older_than: Duration) -> Vec<OnDisk> {
         let mut found = self.spilled.clone();
         for stream in &self.streams {
             let is_old = |held: &&Held| held.at + older_than <= now;
@@ -315,7 +311,7 @@ impl Ring {
     }
 
     /// Takes records out of memory that the disk has; they stay in the account.
-    pub fn evict(&mut self, records: &[OnDisk]) {
+    pub(crate) fn evict(&mut self, records: &[OnDisk]) {
         self.spilled.clear();
         for record in records {
             let stream = self.stream_mut(&record.id);
@@ -326,8 +322,7 @@ impl Ring {
     }
 
     /// Where the records in memory are on the disk, those that are.
-    #[must_use]
-    pub fn places(&self) -> BTreeSet<Place> {
+    pub(crate) fn places(&self) -> BTreeSet<Place> {
         let held = self.streams.iter().flat_map(|stream| &stream.held);
         let spilled = self.spilled.iter().map(|spilled| spilled.place);
         held.filter_map(|held| held.place).chain(spilled).collect()
@@ -352,9 +347,7 @@ impl Ring {
         self.streams.iter().map(named).collect()
     }
 
-    /// Every stream's account.
-    #[must_use]
-    pub fn stream_accounts(&self) -> Vec<(Arc<StreamId>, Account)> {
+    pub(crate) fn stream_accounts(&self) -> Vec<(Arc<StreamId>, Account)> {
         let named = |stream: &Stream| (Arc::clone(&stream.id), stream.account.clone());
         self.streams.iter().map(named).collect()
     }

@@ -54,9 +54,7 @@ impl Shared {
         self.started.elapsed()
     }
 
-    /// What the threads note of their work, for those who ask how it goes.
-    #[must_use]
-    pub const fn observed(&self) -> &Observed {
+    pub(crate) const fn observed(&self) -> &Observed {
         &self.observed
     }
 
@@ -71,7 +69,7 @@ impl Shared {
     }
 
     /// The spool, unless the spooler is at work in it.
-    pub fn spool_if_free(&self) -> Option<MutexGuard<'_, Option<Spool>>> {
+    pub(crate) fn spool_if_free(&self) -> Option<MutexGuard<'_, Option<Spool>>> {
         match self.spool.try_lock() {
             Ok(spool) => Some(spool),
             Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
@@ -80,24 +78,24 @@ impl Shared {
     }
 
     /// Tells the uploader to deliver what is there and to end, at this moment at the latest.
-    pub fn flush_until(&self, deadline: Instant) {
+    pub(crate) fn flush_until(&self, deadline: Instant) {
         self.lock().flush_until = Some(deadline);
         self.changed.notify_all();
     }
 
     /// Until when the uploader may deliver, if the agent is stopping.
-    pub fn flush_deadline(&self) -> Option<Instant> {
+    pub(crate) fn flush_deadline(&self) -> Option<Instant> {
         self.lock().flush_until
     }
 
     /// Tells the spooler to bring everything to the disk and to end.
-    pub fn end_spooler(&self) {
+    pub(crate) fn end_spooler(&self) {
         self.lock().is_spooler_ending = true;
         self.changed.notify_all();
     }
 
     /// Waits this long, or until the spooler is to end. Returns whether it is.
-    pub fn waits_for_spooler(&self, pause: Duration) -> bool {
+    pub(crate) fn waits_for_spooler(&self, pause: Duration) -> bool {
         let goes_on = |state: &mut State| !state.is_spooler_ending;
         let waited = self.changed.wait_timeout_while(self.lock(), pause, goes_on);
         let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
@@ -105,7 +103,7 @@ impl Shared {
     }
 
     /// Waits this long, or less if the agent is stopping.
-    pub fn wait(&self, pause: Duration) {
+    pub(crate) fn wait(&self, pause: Duration) {
         let began = Instant::now();
         let mut state = self.lock();
         loop {
@@ -129,7 +127,7 @@ impl Shared {
 
 /// Notes of all threads, each short. Times are those of [`Shared::now`].
 #[derive(Debug, Default)]
-pub struct Observed {
+pub(crate) struct Observed {
     notes: Mutex<Notes>,
 }
 
@@ -142,35 +140,27 @@ struct Notes {
 
 /// How delivery goes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Delivery {
-    /// Posts that the collector took.
-    pub posts_accepted: u64,
-    /// Posts that it did not take, for whatever reason.
-    pub posts_failed: u64,
-    /// Of those, since the last that it took.
-    pub failures_in_a_row: u64,
-    /// When it last took one.
-    pub last_accepted: Option<Duration>,
+pub(crate) struct Delivery {
+    pub(crate) posts_accepted: u64,
+    pub(crate) posts_failed: u64,
+    pub(crate) failures_in_a_row: u64,
+    pub(crate) last_accepted: Option<Duration>,
     /// Why the last one failed; nothing once one was taken after it.
-    pub last_failure: Option<String>,
+    pub(crate) last_failure: Option<String>,
 }
 
 /// The newest record of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Seen {
-    /// Its number.
-    pub seq: u64,
+pub(crate) struct Seen {
+    pub(crate) seq: u64,
     /// When the newest record that has pixels was handed on; the start of the agent where there was none.
-    pub frame_at: Duration,
-    /// What was known of the wall clock.
-    pub clock: ClockState,
-    /// Why it has no pixels, if it has none.
-    pub missing: Option<NoData>,
+    pub(crate) frame_at: Duration,
+    pub(crate) clock: ClockState,
+    pub(crate) missing: Option<NoData>,
 }
 
 impl Observed {
-    /// A post was taken.
-    pub fn accepted(&self, now: Duration) {
+    pub(crate) fn accepted(&self, now: Duration) {
         let delivery = &mut self.notes().delivery;
         delivery.posts_accepted += 1;
         delivery.failures_in_a_row = 0;
@@ -178,8 +168,7 @@ impl Observed {
         delivery.last_failure = None;
     }
 
-    /// A post was not taken.
-    pub fn failed(&self, why: &str) {
+    pub(crate) fn failed(&self, why: &str) {
         let delivery = &mut self.notes().delivery;
         delivery.posts_failed += 1;
         delivery.failures_in_a_row += 1;
@@ -187,7 +176,7 @@ impl Observed {
     }
 
     /// A bus thread handed on a record.
-    pub fn saw(&self, stream: usize, record: &Record, now: Duration) {
+    pub(crate) fn saw(&self, stream: usize, record: &Record, now: Duration) {
         let seen = &mut self.notes().seen;
         let before = seen.get(&stream).map(|seen| seen.frame_at);
         let (frame_at, missing) = match &record.reading {
@@ -204,25 +193,20 @@ impl Observed {
     }
 
     /// Notes bytes and frames of the spool, whenever somebody could look.
-    pub fn spool(&self, size: Option<(u64, u64)>) {
+    pub(crate) fn spool(&self, size: Option<(u64, u64)>) {
         self.notes().spool = size;
     }
 
-    /// How delivery goes.
-    #[must_use]
-    pub fn delivery(&self) -> Delivery {
+    pub(crate) fn delivery(&self) -> Delivery {
         self.notes().delivery.clone()
     }
 
-    /// The newest record of a stream.
-    #[must_use]
-    pub fn seen(&self, stream: usize) -> Option<Seen> {
+    pub(crate) fn seen(&self, stream: usize) -> Option<Seen> {
         self.notes().seen.get(&stream).copied()
     }
 
     /// Bytes and frames of the spool when somebody could last look.
-    #[must_use]
-    pub fn last_spool(&self) -> Option<(u64, u64)> {
+    pub(crate) fn last_spool(&self) -> Option<(u64, u64)> {
         self.notes().spool
     }
 

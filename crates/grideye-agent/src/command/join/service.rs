@@ -1,14 +1,14 @@
 //! The service on a machine with systemd, and the first frame of it that the collector has.
 
 use crate::command::common::{self, Unanswered};
-use anyhow::{Context as _, anyhow};
+use anyhow::{Context as _, anyhow, bail};
 use grideye_agent::advice;
 use grideye_agent::join::{Credentials, Joined};
 use grideye_frame::NoData;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::Read as _;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{io, thread};
 
@@ -30,7 +30,7 @@ pub(super) enum Found {
 /// A unit that systemd has loaded.
 #[derive(Debug)]
 pub(super) struct Service {
-    unit: String,
+    pub(super) unit: String,
 }
 
 impl Service {
@@ -45,13 +45,10 @@ impl Service {
         if matches!(running.as_str(), "" | "offline" | "unknown") {
             return Ok(Found::Not(format!("no systemd runs here; {by_hand}")));
         }
-        let state = systemctl(&["show", "--property=LoadState", "--value", unit])
-            .context("systemctl show")?
-            .text;
-        match state.as_str() {
-            "loaded" => Ok(Found::Here(Self {
-                unit: unit.to_owned(),
-            })),
+        let state = systemctl(&["show", "--property=LoadState", "--value", unit]);
+        let unit_owned = unit.to_owned();
+        match state.context("systemctl show")?.text.as_str() {
+            "loaded" => Ok(Found::Here(Self { unit: unit_owned })),
             "masked" => Err(anyhow!(
                 "{unit} is masked: somebody forbade to start it\nhint: sudo systemctl unmask {unit}"
             )),
@@ -64,24 +61,18 @@ impl Service {
         }
     }
 
-    pub(super) fn unit(&self) -> &str {
-        &self.unit
-    }
-
     /// Starts it now and at every boot; one that runs is restarted, to read what was written.
     pub(super) fn start(&self) -> anyhow::Result<()> {
+        let unit = &self.unit;
         for verb in ["enable", "restart"] {
-            let refused = |what: &str| {
-                let unit = &self.unit;
-                anyhow!(
-                    "systemctl {verb} {unit}: {what}\nhint: run this as root (sudo); `journalctl -u {unit} -n 20` says what the service said"
-                )
+            let what = match systemctl(&[verb, unit]) {
+                Ok(said) if said.is_well => continue,
+                Ok(said) => said.text,
+                Err(error) => error.to_string(),
             };
-            let said =
-                systemctl(&[verb, &self.unit]).map_err(|error| refused(&error.to_string()))?;
-            if !said.is_well {
-                return Err(refused(&said.text));
-            }
+            bail!(
+                "systemctl {verb} {unit}: {what}\nhint: run this as root (sudo); `journalctl -u {unit} -n 20` says what the service said"
+            );
         }
         Ok(())
     }
@@ -100,19 +91,14 @@ struct Said {
 
 fn systemctl(arguments: &[&str]) -> io::Result<Said> {
     let mut command = Command::new("systemctl");
-    command
-        .args(["--no-ask-password", "--no-pager"])
-        .args(arguments);
-    ended(&mut command, SYSTEMCTL_TIME_MAX)
+    command.args(["--no-ask-password", "--no-pager"]);
+    ended(command.args(arguments), SYSTEMCTL_TIME_MAX)
 }
 
 /// Runs a program to its end; one that does not end in time is killed.
 fn ended(command: &mut Command, time_max: Duration) -> io::Result<Said> {
-    let mut child = command
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()?;
+    let command = command.stdin(Stdio::null()).stdout(Stdio::piped());
+    let mut child = command.stderr(Stdio::piped()).spawn()?;
     let since = Instant::now();
     let status = loop {
         if let Some(status) = child.try_wait()? {
@@ -126,23 +112,16 @@ fn ended(command: &mut Command, time_max: Duration) -> io::Result<Said> {
         }
         thread::sleep(ENDED_EVERY);
     };
+    let mut bytes = Vec::new();
+    let stdout = child.stdout.map(|out| out.take(SAID_BYTES_MAX));
+    let stderr = child.stderr.map(|out| out.take(SAID_BYTES_MAX));
+    // What cannot be read is not repeated.
+    let _ = stdout.map(|mut out| out.read_to_end(&mut bytes));
+    let _ = stderr.map(|mut out| out.read_to_end(&mut bytes));
     Ok(Said {
         is_well: status.success(),
-        text: said(&mut child),
+        text: String::from_utf8_lossy(&bytes).trim().to_owned(),
     })
-}
-
-fn said(child: &mut Child) -> String {
-    let mut bytes = Vec::new();
-    let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
-    // What cannot be read is not repeated.
-    if let Some(stdout) = stdout {
-        let _ = stdout.take(SAID_BYTES_MAX).read_to_end(&mut bytes);
-    }
-    if let Some(stderr) = stderr {
-        let _ = stderr.take(SAID_BYTES_MAX).read_to_end(&mut bytes);
-    }
-    String::from_utf8_lossy(&bytes).trim().to_owned()
 }
 
 /// How often the collector is asked; a post comes twice a second.
@@ -183,7 +162,7 @@ impl<'a> FirstFrame<'a> {
             before: Frames::new(),
         };
         if let Ok(Some(state)) = first.ask() {
-            first.before = sensors(&state).map(|sensor| sensor.frames()).collect();
+            first.before = sensors(&state).map(frames).collect();
         }
         first
     }
@@ -195,21 +174,16 @@ impl<'a> FirstFrame<'a> {
         loop {
             let looked = self.look();
             let is_silent = matches!(looked, Ok(Look::Missing(..)));
-            silent_since = silent_since
-                .filter(|_| is_silent)
-                .or(is_silent.then(Instant::now));
-            let is_known = silent_since.is_some_and(|since: Instant| since.elapsed() >= SILENT_MAX);
+            silent_since = silent_since.or(Some(Instant::now())).filter(|_| is_silent);
+            let is_known = silent_since.is_some_and(|since| since.elapsed() >= SILENT_MAX);
+            let (device, unit) = (self.device, &service.unit);
             if let Ok(Look::Came(sensor)) = &looked {
                 return Ok(format!(
-                    "{}/{sensor} gave one, and the collector has it",
-                    self.device
+                    "{device}/{sensor} gave one, and the collector has it"
                 ));
             }
             if service.has_failed() {
-                anyhow::bail!(
-                    "the service {0} has ended\nhint: `journalctl -u {0} -n 20` says why",
-                    service.unit()
-                );
+                bail!("the service {unit} has ended\nhint: `journalctl -u {unit} -n 20` says why");
             }
             if is_known || since.elapsed() >= limit {
                 return Err(self.in_vain(looked, service, limit));
@@ -219,9 +193,8 @@ impl<'a> FirstFrame<'a> {
     }
 
     fn look(&self) -> anyhow::Result<Look> {
-        Ok(self
-            .ask()?
-            .map_or(Look::Nothing, |state| looked(&state, &self.before)))
+        let state = self.ask()?;
+        Ok(state.map_or(Look::Nothing, |state| looked(&state, &self.before)))
     }
 
     /// What the collector knows of the device; nothing, where nothing of it came yet.
@@ -233,7 +206,7 @@ impl<'a> FirstFrame<'a> {
             (404, Some("no_such_device")) => Ok(None),
             _ => {
                 let said = answer["error"]["message"].as_str().unwrap_or_default();
-                anyhow::bail!("{}: answered {status} {said}", self.collector)
+                bail!("{}: answered {status} {said}", self.collector)
             }
         }
     }
@@ -245,7 +218,7 @@ impl<'a> FirstFrame<'a> {
         service: &Service,
         limit: Duration,
     ) -> anyhow::Error {
-        let (unit, device, limit_s) = (service.unit(), self.device, limit.as_secs());
+        let (unit, device, limit_s) = (&service.unit, self.device, limit.as_secs());
         let show =
             format!("`sudo systemctl stop {unit}; grideye-agent check` shows what the sensor does");
         match looked {
@@ -253,7 +226,7 @@ impl<'a> FirstFrame<'a> {
                 let (reason, hint) = reason.map_or(("unknown", ""), |reason| {
                     (reason.name(), advice::sensor_hint(reason))
                 });
-                anyhow::anyhow!(
+                anyhow!(
                     "the agent delivers, but {device}/{sensor} gives no frame: {reason}\nhint: {hint}; {show}"
                 )
             }
@@ -272,15 +245,15 @@ impl<'a> FirstFrame<'a> {
 fn looked(state: &Value, before: &Frames) -> Look {
     let mut silent = None;
     for sensor in sensors(state) {
-        let (stream, frames) = sensor.frames();
+        let (stream, frames) = frames(sensor);
         let had = before.get(&stream);
         let (name, _run) = stream;
-        let is_missing = !sensor.0["missing_now"].is_null();
+        let is_missing = !sensor["missing_now"].is_null();
         if !is_missing && frames > had.copied().unwrap_or(0) {
             return Look::Came(name);
         }
         // What was missing before the start is no news of now, and a busy computer says nothing of the sensor.
-        let reason = sensor.reason();
+        let reason = reason(sensor);
         let is_of_sensor = is_missing || reason.is_some();
         if is_of_sensor && had.is_none() && reason != Some(NoData::HostStalled) {
             silent = Some((name, reason));
@@ -289,39 +262,27 @@ fn looked(state: &Value, before: &Frames) -> Look {
     silent.map_or(Look::Nothing, |(name, reason)| Look::Missing(name, reason))
 }
 
-/// One sensor of `GET /v1/devices/{device}`.
-struct Sensor<'a>(&'a Value);
-
-impl Sensor<'_> {
-    /// Why it gives no frame now. Before its first one nobody knows how many are missing: the faults alone are counted, and
-    /// the most frequent one tells.
-    fn reason(&self) -> Option<NoData> {
-        let now = self.0["missing_now"].as_str();
-        let faults = self.0["errors"].as_object().into_iter().flatten();
-        let most = faults
-            .filter_map(|(kind, count)| Some((count.as_u64()?, kind.parse().ok()?)))
-            .max_by_key(|(count, _)| *count)
-            .map(|(_, reason)| reason);
-        now.map_or(most, |missing| missing.parse().ok())
-    }
-
-    /// Its name and its run, and how many frames of it are stored; rows without a frame do not count.
-    fn frames(&self) -> ((String, String), u64) {
-        let text = |key: &str| self.0[key].as_str().unwrap_or_default().to_owned();
-        let count = |key: &str| self.0[key].as_u64().unwrap_or(0);
-        (
-            (text("sensor"), text("boot")),
-            count("stored").saturating_sub(count("missing")),
-        )
-    }
+/// The sensors of `GET /v1/devices/{device}`.
+fn sensors(state: &Value) -> impl Iterator<Item = &Value> {
+    state["sensors"].as_array().into_iter().flatten()
 }
 
-fn sensors(state: &Value) -> impl Iterator<Item = Sensor<'_>> {
-    state["sensors"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(Sensor)
+/// Why a sensor gives no frame now. Before its first one nobody knows how many are missing: the faults alone are counted,
+/// and the most frequent one tells.
+fn reason(sensor: &Value) -> Option<NoData> {
+    let faults = sensor["errors"].as_object().into_iter().flatten();
+    let known = faults.filter_map(|(kind, count)| Some((count.as_u64()?, kind.parse().ok()?)));
+    let most = known.max_by_key(|(count, _)| *count);
+    let now = sensor["missing_now"].as_str();
+    now.map_or(most.map(|(_, reason)| reason), |now| now.parse().ok())
+}
+
+/// A sensor's name and its run, and how many frames of it are stored; rows without a frame do not count.
+fn frames(sensor: &Value) -> ((String, String), u64) {
+    let text = |key: &str| sensor[key].as_str().unwrap_or_default().to_owned();
+    let count = |key: &str| sensor[key].as_u64().unwrap_or(0);
+    let stream = (text("sensor"), text("boot"));
+    (stream, count("stored").saturating_sub(count("missing")))
 }
 
 #[cfg(test)]
@@ -332,7 +293,8 @@ mod tests {
     #[test]
     fn a_program_that_does_not_end_is_killed_at_the_limit_and_said() {
         let started = Instant::now();
-        let error = ended(Command::new("sleep").arg("600"), Duration::from_millis(100))
+        let limit = Duration::from_millis(100);
+        let error = ended(Command::new("sleep").arg("600"), limit)
             .err()
             .unwrap();
         assert_eq!(error.kind(), io::ErrorKind::TimedOut);
@@ -346,11 +308,9 @@ mod tests {
         command.args(["-c", "echo out; echo err >&2; exit 3"]);
         let said = ended(&mut command, SYSTEMCTL_TIME_MAX).unwrap();
         assert_eq!((said.is_well, said.text.as_str()), (false, "out\nerr"));
-        let missing = ended(
-            &mut Command::new("/nonexistent/systemctl"),
-            SYSTEMCTL_TIME_MAX,
-        );
-        assert_eq!(missing.err().unwrap().kind(), io::ErrorKind::NotFound);
+        let mut missing = Command::new("/nonexistent/systemctl");
+        let error = ended(&mut missing, SYSTEMCTL_TIME_MAX).err().unwrap();
+        assert_eq!(error.kind(), io::ErrorKind::NotFound);
     }
 
     fn state(boot: &str, stored: u64, missing: u64, missing_now: Option<&str>) -> Value {
@@ -361,34 +321,41 @@ mod tests {
 
     #[test]
     fn a_frame_counts_that_was_not_there_before() {
-        let before = |state: &Value| -> Frames { sensors(state).map(|one| one.frames()).collect() };
-        let old = before(&state("a", 100, 10, None));
+        let old: Frames = sensors(&state("a", 100, 10, None)).map(frames).collect();
         let look = |now: &Value| looked(now, &old);
-        assert_eq!(look(&state("a", 100, 10, None)), Look::Nothing);
-        assert_eq!(
-            look(&state("a", 120, 30, Some("nack"))),
-            Look::Nothing,
-            "rows without a frame, of the run before"
-        );
-        let came = Look::Came("i2c-1:0x69".to_owned());
-        assert_eq!(look(&state("b", 1, 0, None)), came);
-        assert_eq!(look(&state("a", 101, 10, None)), came);
-        assert_eq!(
-            look(&state("b", 5, 5, Some("nack"))),
-            Look::Missing("i2c-1:0x69".to_owned(), Some(NoData::Nack))
-        );
-        assert_eq!(look(&state("b", 0, 0, None)), Look::Nothing);
+        let came = || Look::Came("i2c-1:0x69".to_owned());
+        let missing = || Look::Missing("i2c-1:0x69".to_owned(), Some(NoData::Nack));
+        for (boot, stored, gone, now, expected, what) in [
+            ("a", 100, 10, None, Look::Nothing, "what was there"),
+            (
+                "a",
+                120,
+                30,
+                Some("nack"),
+                Look::Nothing,
+                "rows of the run before",
+            ),
+            ("b", 1, 0, None, came(), "a frame of a new run"),
+            ("a", 101, 10, None, came(), "one frame more"),
+            ("b", 5, 5, Some("nack"), missing(), "rows of a new run"),
+            ("b", 0, 0, None, Look::Nothing, "nothing of a new run"),
+            (
+                "b",
+                5,
+                5,
+                Some("host-stalled"),
+                Look::Nothing,
+                "the sensor may be well",
+            ),
+        ] {
+            assert_eq!(look(&state(boot, stored, gone, now)), expected, "{what}");
+        }
         let mut never = state("b", 0, 0, None);
         never["sensors"][0]["errors"] = json!({ "bus-error": 1, "nack": 7, "reset": 9 });
         assert_eq!(
             look(&never),
-            Look::Missing("i2c-1:0x69".to_owned(), Some(NoData::Nack)),
+            missing(),
             "faults alone, before the first frame"
-        );
-        assert_eq!(
-            look(&state("b", 5, 5, Some("host-stalled"))),
-            Look::Nothing,
-            "the sensor may be well"
         );
         assert_eq!(look(&json!({})), Look::Nothing);
     }

@@ -27,6 +27,11 @@ fn record(seq: u64, is_frame: bool) -> Record {
     }
 }
 
+/// One of this reason.
+fn one(reason: &str) -> BTreeMap<String, u64> {
+    BTreeMap::from([(reason.to_owned(), 1)])
+}
+
 fn ring(limit: usize) -> Ring {
     Ring::new(limit, "pi", "b", SENSORS.map(String::from))
 }
@@ -56,23 +61,14 @@ fn a_full_ring_drops_the_oldest_of_all_sensors_and_says_so() {
     }
     assert_eq!(push(&mut ring, 1, record(1, true)), 1);
     assert_eq!(push(&mut ring, 1, record(2, false)), 1);
-    let accounts = ring.accounts();
-    assert_eq!(
-        accounts[SENSORS[0]].dropped,
-        BTreeMap::from([(RING_FULL.to_owned(), 1)])
-    );
-    assert_eq!(
-        accounts[SENSORS[1]].dropped,
-        BTreeMap::from([(RING_FULL.to_owned(), 1)])
-    );
+    for sensor in SENSORS {
+        assert_eq!(ring.accounts()[sensor].dropped, one(RING_FULL), "{sensor}");
+    }
     assert_eq!(seqs(&live(&ring, 10)), [vec![1], vec![1, 2]]);
-    assert_eq!(push(&mut ring, 0, record(2, true)), 1);
-    assert_eq!(push(&mut ring, 0, record(3, true)), 1);
-    assert_eq!(push(&mut ring, 0, record(4, true)), 1);
-    assert_eq!(
-        ring.accounts()[SENSORS[1]].errors,
-        BTreeMap::from([(ROWS_DROPPED.to_owned(), 1)])
-    );
+    for seq in 2..5 {
+        assert_eq!(push(&mut ring, 0, record(seq, true)), 1, "frame {seq}");
+    }
+    assert_eq!(ring.accounts()[SENSORS[1]].errors, one(ROWS_DROPPED));
 }
 
 #[test]
@@ -109,18 +105,13 @@ fn what_was_dropped_while_its_post_was_in_doubt_is_counted_as_delivered_after_al
     push(&mut ring, 0, record(3, true));
     push(&mut ring, 0, record(4, true));
     let account = |ring: &Ring| ring.accounts()[SENSORS[0]].clone();
-    assert_eq!(
-        account(&ring).dropped,
-        BTreeMap::from([(RING_FULL.to_owned(), 1)])
-    );
+    assert_eq!(account(&ring).dropped, one(RING_FULL));
     assert_eq!(ring.settle(&posted.items, None), 3);
     ring.doubt(None);
     assert_eq!(account(&ring).dropped, BTreeMap::new());
     assert_eq!(account(&ring).errors, BTreeMap::new());
-    assert_eq!(
-        (ring.acknowledged(SENSORS[0]), account(&ring).spooled),
-        (2, 2)
-    );
+    assert_eq!(ring.acknowledged(SENSORS[0]), 2);
+    assert_eq!(account(&ring).spooled, 2);
     // A second answer to the same post counts nothing.
     assert_eq!(ring.settle(&posted.items, None), 0);
     assert_eq!(ring.acknowledged(SENSORS[0]), 2);
@@ -133,10 +124,8 @@ fn fault_kinds_beyond_the_limit_are_counted_together() {
         ring.count_fault(0, &kind.to_string());
     }
     let errors = &ring.accounts()[SENSORS[0]].errors;
-    assert_eq!(
-        (errors.len(), errors[OTHER_FAULTS]),
-        (FAULT_KINDS_MAX + 1, 5)
-    );
+    assert_eq!(errors.len(), FAULT_KINDS_MAX + 1);
+    assert_eq!(errors[OTHER_FAULTS], 5);
 }
 
 fn place(segment: u64, from: u64) -> Place {
@@ -161,11 +150,9 @@ fn three() -> Ring {
 /// Sensor and number of what is on no disk yet, at a second, once one of it is so many seconds old.
 fn unwritten(ring: &Ring, now: u64, older_than: u64, records_max: usize) -> Vec<(String, u64)> {
     let (now, older_than) = (Duration::from_secs(now), Duration::from_secs(older_than));
-    let records = ring.unwritten(now, older_than, records_max);
-    records
-        .into_iter()
-        .map(|(id, record)| (id.sensor.clone(), record.seq))
-        .collect()
+    let records = ring.unwritten(now, older_than, records_max).into_iter();
+    let named = records.map(|(id, record)| (id.sensor.clone(), record.seq));
+    named.collect()
 }
 
 fn write(ring: &mut Ring, places: &[Place]) {
@@ -175,10 +162,8 @@ fn write(ring: &mut Ring, places: &[Place]) {
 
 fn evictable(ring: &Ring, now: u64) -> Vec<(Place, bool)> {
     let found = ring.evictable(Duration::from_secs(now), Duration::from_secs(5));
-    found
-        .iter()
-        .map(|found| (found.place, found.is_frame))
-        .collect()
+    let found = found.iter().map(|found| (found.place, found.is_frame));
+    found.collect()
 }
 
 #[test]
@@ -231,25 +216,16 @@ fn what_a_full_ring_lets_go_to_the_disk_is_dropped_when_its_segment_is_gone() {
     let both = [(place(1, 24), true), (place(2, 24), false)];
     assert_eq!(evictable(&ring, 0), both);
     assert_eq!(ring.places(), BTreeSet::from(both.map(|(place, _)| place)));
-    let account = |ring: &Ring| ring.accounts()[SENSORS[0]].clone();
-    assert_eq!(
-        (account(&ring).spooled, account(&ring).dropped),
-        (3, BTreeMap::new())
-    );
+    let account = |ring: &Ring| {
+        let account = ring.accounts()[SENSORS[0]].clone();
+        (account.spooled, account.dropped, account.errors)
+    };
+    let none = BTreeMap::new;
+    assert_eq!(account(&ring), (3, none(), none()));
     ring.unplace(&BTreeSet::from([1]));
-    let dropped = BTreeMap::from([(RING_FULL.to_owned(), 1)]);
-    assert_eq!(
-        (account(&ring).spooled, account(&ring).dropped),
-        (2, dropped.clone())
-    );
-    assert_eq!(account(&ring).errors, BTreeMap::new());
+    assert_eq!(account(&ring), (2, one(RING_FULL), none()));
     ring.unplace(&BTreeSet::from([2]));
-    assert_eq!(
-        (account(&ring).spooled, account(&ring).dropped),
-        (2, dropped)
-    );
-    let rows = BTreeMap::from([(ROWS_DROPPED.to_owned(), 1)]);
-    assert_eq!(account(&ring).errors, rows);
+    assert_eq!(account(&ring), (2, one(RING_FULL), one(ROWS_DROPPED)));
 }
 
 #[test]
@@ -263,51 +239,34 @@ fn what_the_collector_refuses_is_dropped_under_its_reason_and_the_rest_acknowled
     assert!(ring.is_empty());
     let sensors = [SENSORS[0], SENSORS[1], "none"];
     assert_eq!(sensors.map(|sensor| ring.acknowledged(sensor)), [0, 1, 0]);
-    let accounts: Vec<_> = ring
-        .stream_accounts()
-        .into_iter()
-        .map(|(id, account)| (id.sensor.clone(), account.dropped, account.errors))
-        .collect();
-    let refused = BTreeMap::from([("refused-422".to_owned(), 1)]);
-    let rows = BTreeMap::from([(ROWS_DROPPED.to_owned(), 1)]);
-    assert_eq!(
-        accounts,
-        [
-            (SENSORS[0].to_owned(), BTreeMap::new(), rows),
-            (SENSORS[1].to_owned(), refused, BTreeMap::new()),
-        ]
-    );
+    let accounts = ring.stream_accounts().into_iter();
+    let accounts = accounts.map(|(id, of)| (id.sensor.clone(), of.dropped, of.errors));
+    let accounts: Vec<_> = accounts.collect();
+    let none = BTreeMap::new;
+    let row = (SENSORS[0].to_owned(), none(), one(ROWS_DROPPED));
+    let frame = (SENSORS[1].to_owned(), one("refused-422"), none());
+    assert_eq!(accounts, [row, frame]);
 }
 
 #[derive(Debug, Clone)]
 enum Action {
-    Push {
-        stream: usize,
-        is_frame: bool,
-        skip: u64,
-    },
-    Batch {
-        records_max: usize,
-    },
-    Acknowledge {
-        through: usize,
-    },
-    LoseTheAnswer {
-        records_max: usize,
-    },
-    SetAside {
-        records_max: usize,
-    },
+    /// A frame or a row of this stream, so many numbers on.
+    Push(usize, bool, u64),
+    /// So many records.
+    Batch(usize),
+    Acknowledge(usize),
+    LoseTheAnswer(usize),
+    SetAside(usize),
 }
 
 fn action() -> impl Strategy<Value = Action> {
     prop_oneof![
         6 => (0..2_usize, prop::bool::weighted(0.8), 0..3_u64)
-            .prop_map(|(stream, is_frame, skip)| Action::Push { stream, is_frame, skip }),
-        2 => (0..9_usize).prop_map(|records_max| Action::Batch { records_max }),
-        2 => (0..60_usize).prop_map(|through| Action::Acknowledge { through }),
-        1 => (0..9_usize).prop_map(|records_max| Action::LoseTheAnswer { records_max }),
-        1 => (0..4_usize).prop_map(|records_max| Action::SetAside { records_max }),
+            .prop_map(|(stream, is_frame, skip)| Action::Push(stream, is_frame, skip)),
+        2 => (0..9_usize).prop_map(Action::Batch),
+        2 => (0..60_usize).prop_map(Action::Acknowledge),
+        1 => (0..9_usize).prop_map(Action::LoseTheAnswer),
+        1 => (0..4_usize).prop_map(Action::SetAside),
     ]
 }
 
@@ -323,25 +282,25 @@ proptest! {
         let mut posted = live(&ring, 0);
         for action in actions {
             match action {
-                Action::Push { stream, is_frame, skip } => {
+                Action::Push(stream, is_frame, skip) => {
                     next[stream] += skip;
                     push(&mut ring, stream, record(next[stream], is_frame));
                     next[stream] += 1;
                     read[stream] += u64::from(is_frame);
                 }
-                Action::Batch { records_max } => {
+                Action::Batch(records_max) => {
                     posted = live(&ring, records_max);
                     prop_assert!(posted.items.len() <= records_max);
                     ring.doubt(None);
                 }
-                Action::LoseTheAnswer { records_max } => {
+                Action::LoseTheAnswer(records_max) => {
                     posted = live(&ring, records_max);
                     ring.doubt(Some(&posted));
                 }
-                Action::Acknowledge { through } => {
+                Action::Acknowledge(through) => {
                     ring.settle(posted.items.iter().take(through), None);
                 }
-                Action::SetAside { records_max } => {
+                Action::SetAside(records_max) => {
                     let refused = live(&ring, records_max);
                     ring.settle(&refused.items, Some("refused-422"));
                 }

@@ -13,10 +13,6 @@ fn following(window: Window) -> Sampler {
     sampler
 }
 
-fn between(after: Ns, until: Ns) -> Window {
-    Window { after, until }
-}
-
 fn window(sampler: &Sampler, seq: u64) -> Window {
     sampler.phase.as_ref().unwrap().window(seq)
 }
@@ -42,14 +38,14 @@ fn first_row(sampler: &mut Sampler) -> Option<u64> {
 
 #[test]
 fn a_window_counts_as_narrow_up_to_2_ms_and_twice_what_a_read_takes_of_the_host() {
-    let mut sampler = following(between(0, MS));
+    let mut sampler = following(Window::new(0, MS));
     (sampler.quickest_read, sampler.transfer_min) = (13 * MS, 12 * MS);
     assert_eq!(sampler.narrow(), 4 * MS);
 }
 
 #[test]
 fn the_seventeenth_frame_without_a_proof_is_read_before_its_window_and_no_earlier_one() {
-    let mut sampler = following(between(0, MS));
+    let mut sampler = following(Window::new(0, MS));
     for frame in 1..=17 {
         sampler.plan(Ns::MIN);
         let expected = if frame == 17 { -MS } else { MS + MS / 2 };
@@ -61,7 +57,7 @@ fn the_seventeenth_frame_without_a_proof_is_read_before_its_window_and_no_earlie
 
 #[test]
 fn an_update_that_is_near_is_waited_for_to_its_end_and_half_a_millisecond_more() {
-    let mut sampler = following(between(0, MS));
+    let mut sampler = following(Window::new(0, MS));
     let read = read(50 * MS, 1);
     sampler.wait_for_update(&read, read.after + 2 * MS);
     assert_eq!(sampler.next_at, read.after + 2 * MS + MS / 2);
@@ -69,7 +65,7 @@ fn an_update_that_is_near_is_waited_for_to_its_end_and_half_a_millisecond_more()
 
 #[test]
 fn a_still_scene_whose_bounds_are_lost_is_waited_for_up_to_half_a_period_behind_the_estimate() {
-    let mut sampler = following(between(0, 95 * MS));
+    let mut sampler = following(Window::new(0, 95 * MS));
     sampler.next_seq = 1;
     sampler.repeats = STILL_FRAMES;
     let expected = window(&sampler, 1);
@@ -82,7 +78,7 @@ fn a_still_scene_whose_bounds_are_lost_is_waited_for_up_to_half_a_period_behind_
 
 #[test]
 fn after_faults_within_one_frame_the_next_try_comes_behind_the_window_of_the_frame_after() {
-    let mut sampler = following(between(0, MS));
+    let mut sampler = following(Window::new(0, MS));
     sampler.next_seq = 1;
     sampler.retries = RETRIES_PER_FRAME;
     let behind = window(&sampler, 2).until + MS / 2;
@@ -96,10 +92,10 @@ fn after_faults_within_one_frame_the_next_try_comes_behind_the_window_of_the_fra
 #[test]
 fn a_new_start_takes_the_frame_whose_estimate_is_nearest() {
     for (at, seq) in [(149, 1), (151, 2)] {
-        let mut sampler = following(between(0, 0));
+        let mut sampler = following(Window::new(0, 0));
         sampler.next_seq = 1;
         let read = read(at * MS, 7);
-        sampler.start(&read, between(at * MS, at * MS));
+        sampler.start(&read, Window::new(at * MS, at * MS));
         assert_eq!(sampler.next_seq, seq + 1, "an update at {at} ms");
         assert_eq!(first_row(&mut sampler), Some(1));
     }
@@ -108,7 +104,7 @@ fn a_new_start_takes_the_frame_whose_estimate_is_nearest() {
 #[test]
 fn only_in_a_scene_that_lives_an_equal_read_tells_which_frame_a_change_was() {
     for is_lively in [true, false] {
-        let mut sampler = following(between(0, MS));
+        let mut sampler = following(Window::new(0, MS));
         sampler.next_seq = 1;
         sampler.changes_in_a_row = if is_lively { LIVELY_FRAMES } else { 0 };
         let shown = window(&sampler, 2);
@@ -127,7 +123,7 @@ fn only_in_a_scene_that_lives_an_equal_read_tells_which_frame_a_change_was() {
 
 #[test]
 fn a_read_that_is_quicker_than_the_bus_can_be_shows_how_quick_it_is() {
-    let mut sampler = following(between(0, MS));
+    let mut sampler = following(Window::new(0, MS));
     sampler.set_transfer_min(duration(12 * MS));
     let span = Span::new(duration(1000 * MS), duration(1010 * MS));
     sampler.frame_read(span, Ok(frame(3)));
@@ -138,14 +134,10 @@ fn a_read_that_is_quicker_than_the_bus_can_be_shows_how_quick_it_is() {
 fn listed(frames: u64) -> (u64, Vec<&'static str>) {
     let mut sampler = Sampler::new(duration(100 * MS), Duration::ZERO, None);
     sampler.miss_until(frames, 0);
-    let (mut rows, mut faults) = (0, Vec::new());
-    while let Some(event) = sampler.next_event() {
-        match event {
-            Event::Record { .. } => rows += 1,
-            Event::Fault(kind) => faults.push(kind),
-        }
-    }
-    (rows, faults)
+    let mut outcome = Outcome::default();
+    outcome.take_events(&mut sampler);
+    let rows = u64::try_from(outcome.records.len()).unwrap();
+    (rows, outcome.faults)
 }
 
 #[test]

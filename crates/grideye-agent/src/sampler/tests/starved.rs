@@ -26,7 +26,7 @@ struct Starved {
 }
 
 fn starved() -> impl Strategy<Value = Starved> {
-    let held_up = [pauses(), pauses(), pauses()].prop_map(|pauses| pauses);
+    let held_up = [pauses(), pauses(), pauses()];
     (
         -60_000_i64..=60_000,
         -20_i64..=20,
