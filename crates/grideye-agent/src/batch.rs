@@ -100,9 +100,7 @@ impl Batch {
     }
 }
 
-/// Whether this answer says that the record, which was in the post, is on the collector's disk.
-///
-/// It vouches for nothing that was not in the post: its list of gaps is bounded.
+/// Whether this answer, to a post with this record, says that it is on disk. It vouches for nothing that was not in the post.
 pub(crate) fn is_durable(answer: &Acknowledgement, item: &Item) -> bool {
     let (sensor, seq) = (&item.stream.sensor, item.record.seq);
     let through = answer.durable_through.get(sensor);

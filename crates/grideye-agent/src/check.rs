@@ -70,8 +70,8 @@ pub struct Trouble {
     pub hint: String,
 }
 
-/// Checks one sensor, named `sensor` in the report: opens the bus, sets the sensor up, and reads frames for about two
-/// seconds (four at 1 Hz). Where nobody answers, `elsewhere`, the same bus for the chip's other address, is looked at too.
+/// Checks one sensor for about two seconds (four at 1 Hz). Where nobody answers, `elsewhere`, the same bus for the chip's
+/// other address, is looked at too.
 pub fn check<O: OpenBus>(
     mut opener: O,
     elsewhere: Option<O>,
@@ -107,8 +107,6 @@ pub fn check<O: OpenBus>(
     report.ok = report.trouble.is_none() && report.measured.is_some();
     report
 }
-
-/// Opens the bus and sets the sensor up.
 fn answers<O: OpenBus>(
     opener: &mut O,
     config: &SensorConfig,

@@ -8,9 +8,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::Duration;
 
-/// Time as the agent sees it. Shared by all its bus threads.
-///
-/// The uploader waits in real time and only reads this clock, so an emulated clock is moved by the buses alone.
+/// Time as the agent sees it. An emulated clock is moved by the buses alone: the uploader waits in real time.
 pub trait Clock: Send + Sync {
     /// Time since the device started, suspended time included (`CLOCK_BOOTTIME`). Never goes back.
     fn boot(&self) -> Duration;
@@ -31,8 +29,6 @@ const EARLIEST_PLAUSIBLE_UTC_S: i64 = 1_704_067_200;
 
 /// How long an answer about NTP is believed before the file system is asked again.
 const SYNC_ANSWER_VALID: Duration = Duration::from_secs(5);
-
-/// The folder of systemd's NTP client, and the file that it leaves there when it has set the clock.
 const TIMESYNC_FOLDER: &str = "/run/systemd/timesync";
 const TIMESYNC_DONE: &str = "synchronized";
 
@@ -60,8 +56,7 @@ impl SystemClock {
         }
     }
 
-    /// Whether a time service has set the clock. Where systemd's is not in use there is nothing to ask, and a
-    /// plausible year must do.
+    /// Whether a time service has set the clock. Without systemd's, a plausible year must do.
     fn has_been_set(&self) -> bool {
         let now = self.boot();
         let mut answer = lock(&self.synchronized);
@@ -140,8 +135,6 @@ impl Stamper {
 pub(crate) fn unsigned_ns(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
-
-/// Nanoseconds for differences.
 pub(crate) fn signed_ns(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }

@@ -16,18 +16,12 @@
 //! Each folder is a floor, and imports go down only. From the bottom:
 //!
 //! * [`limits`], [`advice`] (what to do about a failure), [`log`] and [`clock`] are what all the others use.
-//! * [`join`] is how the agent comes to know its collector: token, and the authority of its certificate.
-//! * [`config`] is what the agent is told to do.
-//! * [`sampler`] follows the sensor's own clock: it finds the moment of update from what it reads, keeps its reads
-//!   behind it and counts the sensor's frames, so that none is recorded twice and a missed one is a row of its own.
-//! * [`bus`] opens a bus and reads its sensors on a thread of its own, with a watchdog for a transfer that does not come
-//!   back; [`bus::LinuxBus`] is `/dev/i2c-N`, an emulated bus is another.
-//! * [`batch`] is what goes to the collector in one post.
-//! * [`spool`] stores on a disk what waits too long for the collector.
-//! * [`queue`] is what waits in memory, in a [`queue::Ring`] with the account: read = acknowledged + dropped + spooled.
-//! * [`deliver`] decides what goes to the collector when, posts it, and writes to the spool what has to wait.
-//! * [`health`] tells supervisors on this machine how all that goes.
-//! * [`check`] is the one-shot self-test for a person with a soldering iron, [`agent`] puts everything together.
+//! * [`join`]: how the agent comes to know its collector. [`config`]: what it is told to do.
+//! * [`sampler`] follows the sensor's own clock and counts its frames: none is recorded twice, and a missed one is a row.
+//! * [`bus`] reads the sensors of a bus on a thread of its own, with a watchdog; [`bus::LinuxBus`] is `/dev/i2c-N`.
+//! * [`batch`] is one post; [`spool`] stores on a disk what waits too long; [`queue`] is what waits in memory, with the
+//!   account: read = acknowledged + dropped + spooled; [`deliver`] decides what goes when, posts it, and fills the spool.
+//! * [`health`] tells supervisors how that goes, [`check`] is the self-test, [`agent`] puts everything together.
 //! * [`cli`] is the command line of the program, for whoever parses it and for whoever documents it.
 //!
 //! Time comes from a [`clock::Clock`] that is handed in: the system's in the program, an emulated one in tests.

@@ -51,8 +51,7 @@ impl Log {
         Self::new(|level, line| write_stderr(format_args!("{}: {line}", level.name())))
     }
 
-    /// Writes each line to standard error as one JSON object: `level`, `part`, which is the thread that has something to
-    /// say (a bus, `upload`, `spool`, `main`), `message`, and `hint` where there is one.
+    /// Writes each line to standard error as one JSON object: `level`, `part` (the thread), `message`, and `hint` if any.
     #[must_use]
     pub fn to_stderr_as_json() -> Self {
         Self::new(|level, line| {

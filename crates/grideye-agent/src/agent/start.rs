@@ -76,21 +76,17 @@ impl Start {
             hung_after: HUNG_AFTER,
         }
     }
-
-    /// The name under which the frames are kept.
     pub(crate) fn device(&self) -> &str {
         self.config.device.as_deref().unwrap_or(&self.host_name)
     }
 }
 
 impl Agent {
-    /// Starts a thread for each bus, one that delivers, and one that writes the spool.
-    ///
-    /// A spool whose disk does not work is no reason not to start: the frames stay in memory, and that is said.
+    /// Starts a thread for each bus, one that delivers, and one that writes the spool. A spool whose disk does not work is
+    /// logged, and the frames stay in memory.
     ///
     /// # Errors
-    /// [`StartError`] if the sensors' names are not unique, if another agent uses the spool, or if the system gives no
-    /// threads.
+    /// [`StartError`].
     pub fn start(
         start: Start,
         buses: Vec<(BusConfig, AnyBus)>,

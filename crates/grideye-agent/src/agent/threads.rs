@@ -73,8 +73,6 @@ impl AnyBus {
         Self(Box::new(move |thread| thread.run(opener)))
     }
 }
-
-/// All that a bus thread needs but the bus.
 pub(super) struct BusThread {
     pub(super) config: BusConfig,
     pub(super) index: usize,

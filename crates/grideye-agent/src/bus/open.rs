@@ -9,8 +9,8 @@ use std::io;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
-/// Opens a bus, and opens it again after it was unplugged. What an error of the bus means is for its opener to say,
-/// because an error type alone often does not know (a Raspberry Pi's errno 121 is `ErrorKind::Other`).
+/// Opens a bus, again after it was unplugged. What an error means its opener knows: a Raspberry Pi's errno 121 is
+/// `ErrorKind::Other`.
 pub trait OpenBus {
     /// The open bus.
     type Bus: I2c;
@@ -18,7 +18,7 @@ pub trait OpenBus {
     /// Opens the bus.
     ///
     /// # Errors
-    /// [`OpenError`], with the reason and what to do about it.
+    /// [`OpenError`].
     fn open(&mut self) -> Result<Self::Bus, OpenError>;
 
     /// The bus' name for the log.
@@ -26,8 +26,7 @@ pub trait OpenBus {
         "the bus".to_owned()
     }
 
-    /// The fastest that the bus' clock can be, if that is known: how long a transfer takes at least tells how late in it
-    /// the sensor's registers can have been copied.
+    /// The fastest that the bus' clock can be, if known: it tells how late in a transfer the registers can have been copied.
     fn scl_hz_max(&self) -> Option<NonZeroU32> {
         None
     }
@@ -135,16 +134,15 @@ impl OpenBus for LinuxBus {
         self.path.display().to_string()
     }
 
-    /// What the device tree says, and twice that to be sure: on a Raspberry Pi the clock that SCL is divided from may
-    /// be raised after the divider was set. Adapters without a device tree say nothing.
+    /// Twice what the device tree says: a Raspberry Pi may raise the clock that SCL is divided from after the divider was set.
     fn scl_hz_max(&self) -> Option<NonZeroU32> {
         let name = self.path.file_name()?.to_str()?;
         let hz = scl_hz_in(Path::new(ADAPTERS), name)?.get();
         NonZeroU32::new(hz.saturating_mul(SCL_MARGIN))
     }
 
-    /// A USB adapter that was pulled out fails with EIO for as long as it is held open; that its device file is gone
-    /// tells it from a bus in trouble. Letting go at once matters: until then, the kernel takes no other USB device on.
+    /// A USB adapter that was pulled out fails with EIO; its missing device file tells it from a bus in trouble. Closed at
+    /// once it must be: until then, the kernel takes no other USB device on.
     fn classify(&self, error: &LinuxError) -> NoData {
         match error.reason() {
             NoData::BusError if !self.path.exists() => NoData::Unplugged,
@@ -157,11 +155,10 @@ impl OpenBus for LinuxBus {
     }
 }
 
-/// An open `/dev/i2c-N`: the device file once for each address, as the kernel's interface wants it.
+/// An open `/dev/i2c-N`: the device file once for each address, as the kernel wants it.
 ///
-/// The transfers go past [`I2cdev`]'s own `I2c` to the device in it: that one drops the number of messages which the
-/// kernel really transferred, so that a stale buffer passes as a fresh frame, and reopens the file at each change
-/// of address.
+/// [`I2cdev`]'s own `I2c` drops the number of messages that were transferred, so that a stale buffer passes as a frame,
+/// and reopens the file at each change of address; so the transfers go past it.
 pub struct LinuxI2c {
     devices: Vec<(u8, I2cdev)>,
 }

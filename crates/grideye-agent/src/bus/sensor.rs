@@ -18,8 +18,7 @@ use std::time::Duration;
 /// What a released line reads as.
 const ONES: u8 = u8::MAX;
 
-/// The registers' settings for a sensor, as the configuration asks for them. The interrupt levels are ones that no
-/// pixel passes and that a reset sensor does not have, so that a silent reset is found by reading them back.
+/// The settings asked for. No pixel passes the interrupt levels, and no reset sensor has them: they show a silent reset.
 pub(crate) fn settings(config: &SensorConfig) -> Settings {
     Settings {
         frame_rate: config.rate,
@@ -31,8 +30,6 @@ pub(crate) fn settings(config: &SensorConfig) -> Settings {
         ..Settings::default()
     }
 }
-
-/// Waits of the driver on the agent's clock.
 pub(crate) struct Delay<'a>(pub(crate) &'a dyn Clock);
 
 impl DelayNs for Delay<'_> {
@@ -53,8 +50,6 @@ pub(super) fn has_its_settings<B: I2c>(
         Err(error) => Err(error),
     }
 }
-
-/// What an error of the driver means for the frame.
 pub(crate) fn reason<O: OpenBus>(
     opener: &O,
     error: &Error<<O::Bus as ErrorType>::Error>,
@@ -70,8 +65,7 @@ pub(crate) fn reason<O: OpenBus>(
 /// Faults of a sensor without a good frame between them after which the log says, with what to do, that no frame comes.
 const FAULTS_BEFORE_SAID: u32 = 3;
 
-/// Where a bus thread hands on what it has, and whether it shall go on. Sensors are numbered as in their bus'
-/// configuration, from 0.
+/// Where a bus thread hands on what it has. Sensors are numbered as in their bus' configuration, from 0.
 pub trait Sink {
     /// A frame, or the reason why there is none.
     fn record(&self, sensor: usize, record: Record);
@@ -80,19 +74,15 @@ pub trait Sink {
     /// Whether to end. Asked before every task, and five times a second while there is none.
     fn is_stopping(&self) -> bool;
 }
-
-/// One sensor as its bus thread sees it.
 pub(crate) struct Sensor {
     id: String,
     pub(super) settings: Settings,
     pub(super) config: SensorConfig,
     pub(crate) sampler: Sampler,
     stamper: Stamper,
-    /// Whether the log has said that something fails.
     is_failing: bool,
     /// Whether the log has said that frames are missing, or, before the first one, that none comes.
     is_missing: bool,
-    /// Faults since the last good frame.
     faults: u32,
     /// What cost no frame and has been said once.
     said: BTreeSet<&'static str>,

@@ -11,8 +11,7 @@ use crate::log::Log;
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long an operation on a bus may take until it counts as hung: a set-up of ten transfers on a bus that times each
-/// of them out fails with the first.
+/// How long an operation on a bus may take until it counts as hung: a set-up that times out fails with its first transfer.
 pub const HUNG_AFTER: Duration = Duration::from_secs(5);
 /// How often the watchdog looks, as a part of the time after which a bus counts as hung.
 const LOOKS: u32 = 10;
@@ -30,8 +29,6 @@ struct Work {
     hangs: bool,
     is_over: bool,
 }
-
-/// What the watchdog found.
 enum Look {
     Well,
     Hangs { is_new: bool, since: Duration },
@@ -50,8 +47,6 @@ impl Watched {
     pub(crate) fn with<T>(&self, work: impl FnOnce(&mut Vec<Sensor>) -> T) -> T {
         work(&mut lock(&self.sensors))
     }
-
-    /// Hands on what there is of all sensors, in order.
     pub(crate) fn hand_on(&self, sink: &impl Sink, clock: &dyn Clock, log: &Log) {
         self.with(|sensors| {
             for (index, sensor) in sensors.iter_mut().enumerate() {
@@ -59,8 +54,6 @@ impl Watched {
             }
         });
     }
-
-    /// An operation on the bus begins.
     pub(crate) fn begin(&self) {
         lock(&self.work).since = Some(Instant::now());
     }
@@ -71,8 +64,6 @@ impl Watched {
         work.since = None;
         std::mem::take(&mut work.hangs)
     }
-
-    /// The watch ends.
     pub(crate) fn over(&self) {
         lock(&self.work).is_over = true;
         self.is_over.notify_all();

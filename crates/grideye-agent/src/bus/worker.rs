@@ -32,8 +32,6 @@ pub fn read_bus(
 ) {
     Worker::of_bus(opener, (config, None), clock, log).run(sink);
 }
-
-/// One bus and its sensors.
 pub(crate) struct Worker<O: OpenBus> {
     pub(crate) opener: O,
     pub(crate) watched: Arc<Watched>,
@@ -86,8 +84,6 @@ impl<O: OpenBus> Worker<O> {
         let sensors = config.sensors.iter().map(sensor).collect();
         Self::new(opener, sensors, clock, log)
     }
-
-    /// Runs until told to stop or until every sensor has reached its limit of frames.
     pub(crate) fn run(&mut self, sink: &impl Sink) {
         while let Some((index, due)) = self.next_due() {
             if !self.wait(due.at, sink) {

@@ -20,8 +20,6 @@ pub(crate) fn run(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let is_well = check_all(args, Path::new(CONFIG_FILE), &clock, &mut write_stdout)?;
     Ok(ExitCode::from(if is_well { 0 } else { FAILED }))
 }
-
-/// What is checked beside the sensors.
 struct Configured {
     config: Config,
     /// Why what joining left cannot be read by this user.
@@ -105,8 +103,6 @@ fn the_sensor(bus: &BusConfig, sensor: &SensorConfig, clock: &Arc<dyn Clock>) ->
     let elsewhere = (!is_taken).then(|| LinuxBus::new(&bus.path, [other.get()]));
     check::check(opener, elsewhere, &name, sensor, clock)
 }
-
-/// Whether the wall clock was set.
 fn the_clock(clock: &dyn Clock, is_json: bool) -> String {
     let (_, state) = clock.utc();
     if is_json {
@@ -153,8 +149,6 @@ fn the_collector(configured: &Configured, is_json: bool) -> (bool, String) {
     let is_well = is_taken || !(is_asked || configured.is_named);
     (is_well, text + "\n")
 }
-
-/// What a loss of power can cost with this configuration, for a person or a program.
 fn guarantee(config: &Config, is_json: bool) -> String {
     let (mode, guarantee) = (config.spool.mode.name(), config.guarantee());
     if !is_json {

@@ -35,8 +35,6 @@ pub(super) fn write_stdout(text: &str) -> std::io::Result<()> {
         other => other,
     }
 }
-
-/// The exit code of a failure.
 pub(crate) fn code_of(error: &anyhow::Error) -> ExitCode {
     let code = |cause: &(dyn std::error::Error + 'static)| {
         let unanswered = cause.is::<Unanswered>().then_some(DATA_LOST);
@@ -84,8 +82,6 @@ pub(super) fn host_name() -> String {
 const FILE: &str = "collector.toml";
 /// The same file as systemd hands it to the unit (`LoadCredential=grideye:/etc/grideye`).
 const CREDENTIAL: &str = "grideye_collector.toml";
-
-/// The configuration with what joining left.
 pub(super) fn with_joined(mut config: Config, path: &Path) -> anyhow::Result<Config> {
     let Some(found) = joined_file(&config, path) else {
         return Ok(config);
@@ -114,8 +110,7 @@ pub(super) fn unreadable(config: &Config, path: &Path) -> Option<String> {
     })
 }
 
-/// What joining left: in the file that the configuration names, the one that systemd hands over, or the one beside the
-/// configuration.
+/// What joining left: as the configuration names it, as systemd hands it over, or beside the configuration.
 fn joined_file(config: &Config, path: &Path) -> Option<PathBuf> {
     let handed = std::env::var_os("CREDENTIALS_DIRECTORY");
     let handed = handed.map(|folder| PathBuf::from(folder).join(CREDENTIAL));
@@ -129,8 +124,6 @@ pub(super) const TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The boot of the batch that proves a token: no frame ever comes of it.
 const BOOT: &str = "join";
-
-/// Status and body of a GET.
 pub(super) fn get(
     collector: &str,
     credentials: &Credentials,
@@ -141,8 +134,6 @@ pub(super) fn get(
     let request = signed(request, credentials.token.as_ref());
     answer(collector, request.call())
 }
-
-/// Status and answer of a post of frames.
 fn post(collector: &str, credentials: &Credentials, batch: &Batch) -> anyhow::Result<(u16, Value)> {
     let client = client(credentials, TIMEOUT).map_err(BadUsage)?;
     let request = client.post(format!("{collector}/v1/frames"));

@@ -17,15 +17,12 @@ use std::time::Duration;
 use std::{fs, io};
 
 mod service;
-
-/// How many steps there are.
 const STEPS: usize = 6;
 
 /// The unit of `firmware-config/grideye-agent.service`.
 const SERVICE: &str = "grideye-agent";
 
-/// Joins: line, collector, token, file, service, first frame. Each step is told when it is done; one that fails ends the
-/// program with its number, and leaves what the steps before it did.
+/// Joins. A step that fails ends the program, and leaves what the steps before it did.
 pub(crate) fn run(args: &JoinArgs) -> anyhow::Result<ExitCode> {
     let (line, client) = Step::LINE.take(|| Ok((line(args)?, client(args)?)))?;
     let device = line.device.as_deref().unwrap_or("this device");
@@ -122,8 +119,7 @@ fn device_posting(args: &JoinArgs, joined: &Joined) -> String {
     enrolled.or_else(configured).unwrap_or_else(host_name)
 }
 
-/// The device's name, if it is said anywhere. What a service would be refused for is refused here, where a person reads
-/// it; a configuration that nothing is started with may be missing.
+/// The device's name, if it is said anywhere. What a service would be refused for is refused here, where a person reads it.
 fn device_named(
     config_path: &Path,
     joined: &Joined,
@@ -211,8 +207,6 @@ fn write(path: &Path, joined: &Joined) -> anyhow::Result<()> {
         anyhow::anyhow!("{path}: {error}\nhint: {hint}")
     })
 }
-
-/// One step of joining, by its number and name.
 #[derive(Clone, Copy)]
 struct Step(usize, &'static str);
 
@@ -223,8 +217,6 @@ impl Step {
     const FILE: Self = Self(4, "the file");
     const SERVICE: Self = Self(5, "the service");
     const FIRST_FRAME: Self = Self(STEPS, "the first frame");
-
-    /// Says that it is done, and how.
     fn told(self, how: &str) -> io::Result<()> {
         let Self(number, name) = self;
         write_stdout(&format!("{number}/{STEPS} {name}: {how}\n"))

@@ -19,7 +19,6 @@ use std::time::{Duration, Instant};
 const FLUSH_FOR: Duration = Duration::from_secs(10);
 /// The same of a run that ended by itself and has waited for that long already.
 const FLUSH_FOR_LEAST: Duration = Duration::from_secs(1);
-/// How soon a signal is noticed.
 const SIGNAL_EVERY: Duration = Duration::from_millis(100);
 
 pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
@@ -92,8 +91,7 @@ fn listen(address: SocketAddr) -> anyhow::Result<TcpListener> {
     })
 }
 
-/// A run that ends by itself takes the time that the delivery of its last frames takes, while it goes on. Returns for
-/// how long nothing has arrived.
+/// Waits while the last frames of a run that ended by itself arrive. Returns for how long none has.
 fn deliver_rest(agent: &AgentHandle, stopping: &AtomicBool) -> Duration {
     let (mut held, mut since) = (agent.held(), Instant::now());
     while held > 0 && since.elapsed() < FLUSH_FOR && !stopping.load(Ordering::SeqCst) {

@@ -72,10 +72,10 @@ struct RawSpool {
 }
 
 impl Config {
-    /// Reads and checks a configuration. `origin` is the name to print in errors, usually the file's path.
+    /// Reads and checks a configuration. `origin` is the file's name for errors.
     ///
     /// # Errors
-    /// [`ConfigError`], with line and column, for anything that is not exactly understood.
+    /// [`ConfigError`] for anything that is not exactly understood.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
         if text.len() > CONFIG_BYTES_MAX {
             return Err(ConfigError::TooLong(origin.to_owned(), text.len()));

@@ -170,8 +170,7 @@ impl SensorConfig {
     }
 }
 
-/// What a loss of power, or of the process, can cost on a disk that takes at most [`SYNC_MAX`] to sync. A slower one costs
-/// what was read while it was at it.
+/// What a loss of power or of the process can cost on a disk that syncs within [`SYNC_MAX`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guarantee {
     /// Frames of all sensors together that may be lost at most.

@@ -25,8 +25,6 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The answer to a form of body that is not known.
 const UNSUPPORTED_MEDIA_TYPE: u16 = 415;
-
-/// Posts over HTTP, on one connection that is kept.
 #[derive(Debug)]
 pub(crate) struct Http {
     agent: ureq::Agent,
@@ -38,9 +36,8 @@ pub(crate) struct Http {
 }
 
 impl Http {
-    /// For the collector at `http://HOST:PORT` or `https://HOST:PORT`, by a [`client`]. Posts `body` until a collector
-    /// answers that it does not know it, and says every [`CONFIGURATION_EVERY`] with `configuration`, one JSON object, how
-    /// the agent is set up.
+    /// For the collector at this URL, by a [`client`]. Says every [`CONFIGURATION_EVERY`] with `configuration`, one JSON
+    /// object, how the agent is set up.
     pub(crate) fn new(
         collector: &str,
         client: ureq::Agent,
@@ -115,8 +112,6 @@ impl Post for Http {
         }
     }
 }
-
-/// The body, and its content type.
 fn encode(batch: &Batch, body: Body) -> Result<(Vec<u8>, &'static str), WireError> {
     Ok(match body {
         Body::Json => (batch.to_json()?, JSON_TYPE),

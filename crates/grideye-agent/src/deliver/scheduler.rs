@@ -102,8 +102,7 @@ impl<P: Post> Scheduler<P> {
         }
     }
 
-    /// Posts until [`Shared::flush_until`]; then delivers what is in memory and ends with a last account. Waits in real
-    /// time on a thread of its own, so that it keeps no bus, and no bus keeps it.
+    /// Posts until [`Shared::flush_until`]; then delivers what is in memory and ends with a last account.
     pub(crate) fn run(&mut self) {
         loop {
             let pause = match self.shared.flush_deadline() {

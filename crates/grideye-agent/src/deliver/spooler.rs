@@ -33,7 +33,6 @@ pub struct Spooler {
     retry_at: Duration,
     said: Option<String>,
     synced_at: Option<Duration>,
-    /// The longest write that was spoken of.
     slowest: Duration,
     opener: Option<Opener>,
 }
@@ -139,8 +138,7 @@ impl Spooler {
         }
     }
 
-    /// Writes what is due, piece by piece. Each goes to the backlog before the next is written, so that in a spool that is
-    /// full the older ones make room for the newer.
+    /// Writes what is due. Each piece goes to the backlog before the next, so that in a full spool the older make room.
     fn write(&mut self, spool: &mut Spool, now: Duration, older_than: Duration) {
         for _ in 0..WRITES_MAX {
             let (records, accounts) = self.shared.with_ring(|ring| {

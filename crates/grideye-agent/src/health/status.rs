@@ -98,12 +98,9 @@ impl Health {
 
 /// A sensor without a frame for so long is a reason to look.
 pub const STALE_AFTER: Duration = Duration::from_secs(10);
-
-/// One look at everything.
 pub(super) struct Look {
     pub(super) now: Duration,
     pub(super) delivery: Delivery,
-    /// Records in memory.
     pub(super) held: usize,
     /// Bytes and frames on the disk, where there is one.
     pub(super) spool: Option<(u64, u64)>,

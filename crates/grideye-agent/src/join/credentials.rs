@@ -108,8 +108,7 @@ impl fmt::Display for Pin {
     }
 }
 
-/// Whether this is HOST:PORT. An address that cannot be right is refused at the start: as a failed delivery it would be
-/// retried without end.
+/// Whether this is HOST:PORT. A wrong one is refused at the start: as a failed delivery it would be retried for good.
 pub(crate) fn is_host_and_port(authority: &str) -> bool {
     let Some((host, port)) = authority.rsplit_once(':') else {
         return false;
@@ -125,8 +124,6 @@ pub(crate) fn is_host_and_port(authority: &str) -> bool {
     };
     is_port && is_host
 }
-
-/// Whether this is the address of a collector, and what is wrong with it otherwise.
 pub(crate) fn check_url(url: &str) -> Result<(), String> {
     let authority = url
         .strip_prefix("https://")

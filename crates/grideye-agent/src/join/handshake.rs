@@ -18,11 +18,11 @@ use std::net::{TcpStream, ToSocketAddrs as _};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Fetches the certificate with this pin from the collector at `https://HOST:PORT`, in PEM. The collector must prove in
-/// the same handshake that it has a certificate of that authority for its name.
+/// Fetches the certificate with this pin, in PEM, from the collector at `https://HOST:PORT`, which must prove that it has
+/// one of that authority for its name.
 ///
 /// # Errors
-/// [`NotJoined`], with what a person can do about it.
+/// [`NotJoined`].
 pub fn authority_of(
     collector: &str,
     pin: &Pin,

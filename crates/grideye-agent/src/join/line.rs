@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
 const SCHEME: &str = "grideye:";
-/// What stands around the code in the line that a person pastes: a shell's own `echo` hands the token on without showing it
-/// in the list of processes.
+/// What stands around the code: a shell's own `echo` does not show the token in the list of processes.
 const COMMAND: (&str, &str) = ("echo ", " | sudo grideye-agent join -");
 /// What stands before it where it is an argument.
 const COMMAND_WITH_ARGUMENT: &str = "sudo grideye-agent join ";
@@ -55,8 +54,6 @@ impl JoinLine {
 
 impl FromStr for JoinLine {
     type Err = NotJoined;
-
-    /// From the code, or from the whole command around it.
     fn from_str(text: &str) -> Result<Self, NotJoined> {
         let refuse = |what: &str| {
             NotJoined(format!(
@@ -112,8 +109,7 @@ impl FromStr for JoinLine {
     }
 }
 
-/// The code in a whole command, with its quotation marks or without: a shell takes them off where the command stood
-/// between others.
+/// The code in a whole command; a shell takes quotation marks off.
 fn code_in(text: &str) -> &str {
     let (before, after) = COMMAND;
     text.strip_prefix(before)
@@ -177,7 +173,7 @@ impl Joined {
     /// The file, token included: it is for its owner alone.
     ///
     /// # Errors
-    /// [`NotJoined`] if it cannot be written as TOML, which no value here brings about.
+    /// [`NotJoined`] if this is no TOML, which no value here brings about.
     pub fn to_toml(&self) -> Result<String, NotJoined> {
         let client = self.credentials.client.as_ref();
         let token = self.credentials.token.as_ref();

@@ -32,12 +32,9 @@ pub struct Ring {
     /// What had to go and is on the disk: no more than was held at once, since nothing is placed but by the one who asks.
     spilled: Vec<OnDisk>,
 }
-
-/// One sensor of a ring.
 #[derive(Debug)]
 struct Stream {
     id: Arc<StreamId>,
-    /// In ascending seq.
     held: VecDeque<Held>,
     account: Account,
     acknowledged: u64,
@@ -65,8 +62,7 @@ pub(crate) struct OnDisk {
 }
 
 impl Ring {
-    /// A ring for these sensors of one run, holding up to `limit` records of all of them together (1 to
-    /// [`RING_FRAMES_MAX`]).
+    /// A ring for these sensors of one run, for `limit` records of all of them (1 to [`RING_FRAMES_MAX`]).
     pub fn new(
         limit: usize,
         device: &str,
@@ -96,8 +92,7 @@ impl Ring {
         }
     }
 
-    /// Adds a record, which came at `now`, to the stream at this index, in the order in which the sensors were named.
-    /// Returns how many records had to go for it.
+    /// Adds a record, which came at `now`, to the sensor of this index. Returns how many records had to go for it.
     pub fn push(&mut self, stream: usize, record: Record, now: Duration) -> usize {
         let Some(stream) = self.streams.get_mut(stream) else {
             return 0;
@@ -220,8 +215,6 @@ impl Ring {
             }
         }
     }
-
-    /// Counts records as dropped that the disk no longer has.
     pub(crate) fn dropped_from_disk(&mut self, dropped: &Dropped) {
         let Some(stream) = self.stream_mut(&dropped.stream) else {
             return;
@@ -245,8 +238,7 @@ impl Ring {
         }
     }
 
-    /// The records that are on no disk yet, oldest first, at most `records_max`; none while all of them are younger than
-    /// `older_than`.
+    /// The oldest records that are on no disk; none while all are younger than `older_than`.
     #[must_use]
     pub fn unwritten(
         &self,
@@ -276,8 +268,6 @@ impl Ring {
             }
         }
     }
-
-    /// Forgets what was in segments that are gone.
     pub(crate) fn unplace(&mut self, removed: &BTreeSet<u64>) {
         if removed.is_empty() {
             return;
@@ -404,7 +394,6 @@ impl Held {
 }
 
 impl Stream {
-    /// Counts what became of a record: acknowledged, or dropped for a reason.
     fn settle(&mut self, is_frame: bool, reason: Option<&str>) {
         let account = &mut self.account;
         if is_frame {

@@ -9,9 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 
-/// The ring and the spool between bus threads, spooler and uploader.
-///
-/// Whoever needs both takes the spool first.
+/// What the threads share. Whoever needs ring and spool takes the spool first.
 #[derive(Debug)]
 pub struct Shared {
     state: Mutex<State>,
@@ -27,8 +25,6 @@ struct State {
     flush_until: Option<Instant>,
     is_spooler_ending: bool,
 }
-
-/// While an agent is stopping nobody waits longer than this.
 const FLUSH_PAUSE: Duration = Duration::from_millis(100);
 
 impl Shared {
@@ -82,8 +78,6 @@ impl Shared {
         self.lock().flush_until = Some(deadline);
         self.changed.notify_all();
     }
-
-    /// Until when the uploader may deliver, if the agent is stopping.
     pub(crate) fn flush_deadline(&self) -> Option<Instant> {
         self.lock().flush_until
     }
@@ -137,8 +131,6 @@ struct Notes {
     seen: BTreeMap<usize, Seen>,
     spool: Option<(u64, u64)>,
 }
-
-/// How delivery goes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Delivery {
     pub(crate) posts_accepted: u64,
@@ -148,8 +140,6 @@ pub(crate) struct Delivery {
     /// Why the last one failed; nothing once one was taken after it.
     pub(crate) last_failure: Option<String>,
 }
-
-/// The newest record of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Seen {
     pub(crate) seq: u64,
@@ -174,8 +164,6 @@ impl Observed {
         delivery.failures_in_a_row += 1;
         delivery.last_failure = Some(why.to_owned());
     }
-
-    /// A bus thread handed on a record.
     pub(crate) fn saw(&self, stream: usize, record: &Record, now: Duration) {
         let seen = &mut self.notes().seen;
         let before = seen.get(&stream).map(|seen| seen.frame_at);
@@ -204,8 +192,6 @@ impl Observed {
     pub(crate) fn seen(&self, stream: usize) -> Option<Seen> {
         self.notes().seen.get(&stream).copied()
     }
-
-    /// Bytes and frames of the spool when somebody could last look.
     pub(crate) fn last_spool(&self) -> Option<(u64, u64)> {
         self.notes().spool
     }

@@ -64,14 +64,10 @@ pub(super) fn implausible(frame: &RawFrame, before: Option<ThermistorWord>) -> O
 fn is_far_from_zero(thermistor: ThermistorWord) -> bool {
     word::thermistor_celsius(thermistor).get().abs() > 1.0 && thermistor != ThermistorWord(u16::MAX)
 }
-
-/// What the registers held when they were last read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seen {
-    /// Right before that read.
     pub(super) before: Ns,
     pub(super) content: Content,
-    /// Which frame it is, where that is known.
     pub(super) seq: Option<u64>,
 }
 

@@ -51,29 +51,24 @@ pub(crate) enum Event {
 
 /// The count of moments at which the sensor's updates did not come where they had to.
 pub const OUT_OF_STEP: &str = "out-of-step";
-/// The count of moments at which the number of frames since the last one had to be estimated: after a set-up, or after
-/// so long a time without frames that the sensor's period is not known well enough. `seq` may be off from there on.
+/// The count of moments at which the number of frames since the last one was estimated, after a set-up or a long time
+/// without frames: `seq` may be off from there on.
 pub const COUNT_ESTIMATED: &str = "count-estimated";
-/// The count of frames whose thermistor, a transfer of its own, may be that of the frame after, because the read was
-/// that late.
+/// The count of frames that were read so late that their thermistor, a transfer of its own, may be the next frame's.
 pub const THERMISTOR_LATE: &str = "thermistor-late";
-/// The count of frames with a pixel that reads what a failed one does, far from all around it. They are recorded as
-/// they are.
+/// The count of frames, recorded as they are, with a pixel that reads what a failed one does, far from all around it.
 pub const GLITCH_PIXEL: &str = "glitch-pixel";
 /// The count of transfers that did not come back.
 pub const BUS_HUNG: &str = "bus-hung";
 /// The count of gaps that were too long to be listed row by row.
 pub const GAP_NOT_LISTED: &str = "gap-not-listed";
 
-/// Content that stays the same for so many frames is that of a sensor which has stopped measuring.
-///
-/// With the noise of a real sensor two equal frames in a row are already a rarity at 10 Hz; a scene without noise may
-/// stand still for a while, as may a replayed recording, and ten seconds of it are believed.
+/// Content that stays the same for so many frames is that of a sensor which has stopped measuring. A scene without noise
+/// or a replayed recording may stand still for ten seconds.
 pub const FROZEN_FRAMES: u32 = 100;
 /// Attempts at one frame after a fault, beside the first.
 pub(super) const RETRIES_PER_FRAME: u32 = 3;
-/// Faults in a row, without a good frame between them, after which a sensor that answers is set up again, and one that
-/// does not is asked less often.
+/// Faults in a row after which a sensor that answers is set up again, and one that does not is asked less often.
 pub(super) const FAULTS_BEFORE_SET_UP: u32 = 8;
 /// The longest pause between two attempts at a sensor that does not answer.
 pub(super) const RETRY_PAUSE_MAX: Duration = Duration::from_secs(1);

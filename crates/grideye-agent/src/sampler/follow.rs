@@ -90,8 +90,6 @@ impl Sampler {
         let next = self.phase.as_ref().map(|phase| phase.window(seq + 1));
         next.is_some_and(|next| read.latched_until <= next.after)
     }
-
-    /// New content: which frame is it?
     pub(super) fn changed(&mut self, read: &Read, seen: &Seen) {
         let Some(phase) = &self.phase else { return };
         let low = self.surely_passed(read.before);
@@ -192,8 +190,6 @@ impl Sampler {
             self.next_at = read.after.max(phase.window(seq + 1).until + GUARD);
         }
     }
-
-    /// An equal frame: its update has passed and nothing changed.
     pub(super) fn repeat(&mut self, seq: u64, read: &Read) {
         self.miss_until(seq, read.before);
         self.changes_in_a_row = 0;

@@ -12,8 +12,6 @@ use crate::clock::{duration, signed_ns};
 use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
 use std::collections::VecDeque;
 use std::time::Duration;
-
-/// Turns one sensor into records.
 #[derive(Debug)]
 pub(crate) struct Sampler {
     pub(super) nominal: Ns,
@@ -36,15 +34,10 @@ pub(crate) struct Sampler {
     pub(super) unmoved: Option<Read>,
     /// What a read surely takes of the bus; zero where that is not known.
     pub(super) transfer_min: Ns,
-    /// The quickest read so far. A host that was late in every one of them makes it longer than the transfer, so it is
-    /// good for plans and proves nothing.
+    /// The quickest read so far: good for plans, but no proof, since the host may have been late in every one.
     pub(super) quickest_read: Ns,
-    /// Whether the count has been estimated since it was last proved.
     pub(super) is_estimated: bool,
-    /// How late the host wakes up, on average.
     pub(super) lateness: Ns,
-
-    /// The thermistor as last read.
     pub(super) thermistor: Option<ThermistorWord>,
     /// The frame before, when its read ended, and before when its successor cannot have come.
     pub(super) thermistor_unproved: Option<(u64, Ns, Ns)>,
@@ -68,8 +61,7 @@ pub(super) enum State {
 }
 
 impl Sampler {
-    /// A sampler for a sensor of this nominal period, which wants to set it up at `now`; it ends after
-    /// `frames_limit` frames read, if there is a limit.
+    /// A sampler that wants to set its sensor up at `now`, and ends after `frames_limit` frames read.
     pub(crate) fn new(nominal_period: Duration, now: Duration, frames_limit: Option<u64>) -> Self {
         let is_done = frames_limit == Some(0);
         Self {
@@ -121,8 +113,6 @@ impl Sampler {
         let at = duration(at);
         Some(Due { at, task })
     }
-
-    /// The next event, oldest first.
     pub(crate) fn next_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
@@ -133,8 +123,6 @@ impl Sampler {
         let error = (period.max - period.min) / 2;
         Some((duration(period.middle()), duration(error)))
     }
-
-    /// The answer to [`Task::SetUp`].
     pub(crate) fn set_up(&mut self, span: Span, outcome: Result<(), NoData>) {
         let now = signed_ns(span.after);
         match outcome {
@@ -171,8 +159,6 @@ impl Sampler {
             Err(reason) => self.failed(now, reason),
         }
     }
-
-    /// The answer to [`Task::ReadFrame`].
     pub(crate) fn frame_read(&mut self, span: Span, outcome: Result<RawFrame, NoData>) {
         let (before, after) = (signed_ns(span.before), signed_ns(span.after));
         let frame = match outcome {
@@ -219,8 +205,8 @@ impl Sampler {
         self.settings_due = Some(self.next_at);
     }
 
-    /// The operation under way has not come back for so long that the bus hangs. Its frames are counted as missing
-    /// with [`catch_up`](Self::catch_up), as long as that lasts, and what it brings in the end is no frame of its time.
+    /// The operation under way hangs: its frames are missing, listed by [`catch_up`](Self::catch_up), and what it brings in
+    /// the end is no frame of its time.
     pub(crate) fn hung(&mut self, now: Duration) {
         if self.state == State::Done {
             return;
@@ -279,8 +265,7 @@ impl Sampler {
         self.plan(read.after);
     }
 
-    /// Whether the frame before was read to its end before the update that followed it, of which more is known with
-    /// each frame.
+    /// Counts the frame before if its read may have ended after the next update, of which more is known with each frame.
     pub(super) fn prove_thermistor(&mut self, seq: u64) {
         let Some((before, read_until, predicted)) = self.thermistor_unproved.take() else {
             return;
@@ -348,8 +333,6 @@ impl Sampler {
         }
         seq
     }
-
-    /// Lists every frame before `seq` that was not read.
     pub(super) fn miss_until(&mut self, seq: u64, now: Ns) {
         if let Some(read) = self.unmoved.take().filter(|_| self.next_seq < seq) {
             self.record(self.next_seq, &read);
@@ -368,8 +351,6 @@ impl Sampler {
         self.events.extend(rows);
         self.next_seq = self.next_seq.max(seq);
     }
-
-    /// Sets the first read of the next frame.
     pub(super) fn plan(&mut self, now: Ns) {
         (self.retries, self.late_reads) = (0, 0);
         self.frames_unproved += 1;
@@ -385,8 +366,7 @@ impl Sampler {
         self.next_at = at.max(now);
     }
 
-    /// How narrow a window need not be halved any more. A read tells of an update no better than to what it takes of
-    /// the host beside the surely known time on the bus.
+    /// How narrow a window need not be halved: a read tells of an update no better than to what it takes of the host.
     pub(super) fn narrow(&self) -> Ns {
         NARROW + 2 * (self.quickest_read - self.transfer_min)
     }

@@ -20,8 +20,7 @@ const HISTORY_FRAMES: usize = 32;
 const LANDMARKS: usize = 16;
 const LANDMARK_EVERY: u64 = 32;
 
-/// How fast the sensor's period may change, in parts per million of it and second: 1 % a minute. A part that is carried
-/// from the cold into a warm room takes longer.
+/// How fast the sensor's period may change, in parts per million and second: 1 % a minute, more than warming up does.
 const DRIFT_PPM_PER_S: Ns = 150;
 
 /// What a single update may be off the regular rhythm: the granularity of both clocks.
@@ -54,8 +53,6 @@ impl Window {
         (both.after < both.until).then_some(both)
     }
 }
-
-/// Bounds of the time between two updates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Period {
     pub(super) min: Ns,
@@ -82,13 +79,10 @@ impl Period {
         (both.min <= both.max).then_some(both)
     }
 
-    /// The bounds of the mean of the next `ns`, or from those of the mean of the last `ns` the bounds at their end: half
-    /// the drift of that time.
+    /// The bounds of the mean of the next `ns`, or from the mean of the last `ns` those at their end: half of their drift.
     fn of_mean(self, ns: Ns) -> Self {
         self.widened(ns / 2)
     }
-
-    /// The bounds after a clock has drifted for `ns`.
     fn widened(self, ns: Ns) -> Self {
         // Microseconds of drifting suffice, and keep the product within the type.
         let ppm_us = (self.max / 1_000_000 * DRIFT_PPM_PER_S).saturating_mul(ns / 1_000 + 1);
@@ -105,7 +99,6 @@ pub(super) struct OutOfStep;
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
     nominal: Period,
-    /// Bounds of the period.
     pub(super) period: Period,
     /// The latest frame whose update was bounded.
     pub(super) seq: u64,
@@ -141,8 +134,7 @@ impl Phase {
         )
     }
 
-    /// When the update of frame `seq` can have come at the earliest, if that of frame `of`, no later one, came after
-    /// `not_yet`.
+    /// The earliest update of frame `seq`, if that of frame `of`, no later one, came after `not_yet`.
     pub(super) fn earliest(&self, seq: u64, (of, not_yet): (u64, Ns)) -> Ns {
         let frames = frames_between(of, seq);
         let behind = match frames {
@@ -152,11 +144,8 @@ impl Phase {
         self.window(seq).after.max(not_yet + behind)
     }
 
-    /// Goes on to frame `seq`, whose update was `seen` within these bounds, or was not seen at all because the frame
-    /// looked like the one before.
-    ///
-    /// # Errors
-    /// [`OutOfStep`] if no update of this sensor can lie there; the phase is then as it was before.
+    /// Goes on to frame `seq`, whose update was `seen` within these bounds, or not seen because the frame looked like the one
+    /// before. Where no update can lie there, the phase stays as it was.
     pub(super) fn advance(&mut self, seq: u64, seen: Option<Window>) -> Result<(), OutOfStep> {
         let predicted = self.window(seq);
         let window = match seen {

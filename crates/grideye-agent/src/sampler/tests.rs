@@ -13,8 +13,6 @@ use proptest::prelude::*;
 use std::time::Duration;
 
 const MS: Ns = 1_000_000;
-
-/// The registers as a reader sees them, and the host's clock.
 struct Model {
     now: Ns,
     /// The moment of update number `updates`, the next one.
@@ -32,7 +30,6 @@ struct Model {
     held: Option<u64>,
     /// Whether setting up empties the registers and starts the measuring again.
     starts_anew: bool,
-    /// How late the host is, by turns.
     delays: Vec<Ns>,
     turn: usize,
 }
@@ -55,8 +52,6 @@ impl Model {
             turn: 0,
         }
     }
-
-    /// One that knows how fast the bus is.
     fn sampler(&self, nominal: Ns) -> Sampler {
         let mut sampler = Sampler::new(duration(nominal), Duration::ZERO, None);
         sampler.set_transfer_min(duration(self.read_ns));
@@ -368,8 +363,7 @@ fn assert_numbered(outcome: &Outcome, first: u64) {
     }
 }
 
-/// Runs a model that is watched from its frame `first` on: numbered from 0, none missing, none doubled, no fault but
-/// that the first frame, whose age nobody knows, may have the thermistor of the second.
+/// Followed without a fault, but that the first frame, whose age nobody knows, may have the thermistor of the second.
 fn assert_followed(outcome: &Outcome, first: u64) {
     assert_eq!(missing(outcome), []);
     let faults = &outcome.faults;

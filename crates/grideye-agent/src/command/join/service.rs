@@ -14,20 +14,14 @@ use std::{io, thread};
 
 /// How long one `systemctl` may take: a restart waits for the old run, which has 20 s to deliver what it holds.
 const SYSTEMCTL_TIME_MAX: Duration = Duration::from_secs(60);
-/// How soon its end is noticed.
 const ENDED_EVERY: Duration = Duration::from_millis(20);
 /// Bytes of what it says that are repeated, at most.
 const SAID_BYTES_MAX: u64 = 2048;
-
-/// Whether there is a service to start.
 pub(super) enum Found {
-    /// There is.
     Here(Service),
     /// There is none, or it is not to be started: why, and what to do instead.
     Not(String),
 }
-
-/// A unit that systemd has loaded.
 #[derive(Debug)]
 pub(super) struct Service {
     pub(super) unit: String,
@@ -140,15 +134,11 @@ pub(super) struct FirstFrame<'a> {
     device: &'a str,
     before: Frames,
 }
-
-/// What a look at the collector shows.
 #[derive(Debug, PartialEq, Eq)]
 enum Look {
-    /// This sensor's frames came.
     Came(String),
     /// The agent is heard, but this sensor gives no frame, for this reason.
     Missing(String, Option<NoData>),
-    /// Nothing came.
     Nothing,
 }
 
@@ -261,8 +251,6 @@ fn looked(state: &Value, before: &Frames) -> Look {
     }
     silent.map_or(Look::Nothing, |(name, reason)| Look::Missing(name, reason))
 }
-
-/// The sensors of `GET /v1/devices/{device}`.
 fn sensors(state: &Value) -> impl Iterator<Item = &Value> {
     state["sensors"].as_array().into_iter().flatten()
 }

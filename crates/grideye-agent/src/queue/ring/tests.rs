@@ -26,8 +26,6 @@ fn record(seq: u64, is_frame: bool) -> Record {
         },
     }
 }
-
-/// One of this reason.
 fn one(reason: &str) -> BTreeMap<String, u64> {
     BTreeMap::from([(reason.to_owned(), 1)])
 }

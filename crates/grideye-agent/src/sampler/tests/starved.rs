@@ -64,8 +64,8 @@ impl Starved {
     }
 }
 
-/// Every frame bears its true number, but for a distance that changes only where the sampler says so; none comes twice
-/// or out of order; a thermistor that is not its frame's has been counted. Returns how often it said so.
+/// Every frame bears its true number but for a distance that changes only where the sampler says so (how often is
+/// returned), none comes twice or out of order, and a thermistor that is not its frame's has been counted.
 fn assert_true_numbers(outcome: &Outcome) -> Result<usize, TestCaseError> {
     let mut distance = None;
     let mut last = None;
