@@ -10,6 +10,7 @@ use crate::health::Identity;
 use crate::log::Log;
 use crate::queue::{Ring, Shared};
 use crate::spool::{Folder, FolderError, Limits, OpenError, Spool};
+use serde_json::json;
 use std::hash::{BuildHasher as _, RandomState};
 use std::io;
 use std::sync::Arc;
@@ -167,19 +168,13 @@ impl Agent {
 /// What a person who looks at the device wants to know of its configuration.
 fn set_up(agent: &Config, names: &[String], buses: &[(BusConfig, AnyBus)]) -> serde_json::Value {
     let sensors = buses.iter().flat_map(|(bus, _)| &bus.sensors);
-    let sensors: serde_json::Map<_, _> = names
-        .iter()
-        .zip(sensors)
-        .map(|(name, sensor)| {
-            let set_up = serde_json::json!({
-                "part": "AMG8833",
-                "rate_hz": sensor.rate.fps(),
-                "moving_average": sensor.moving_average,
-            });
-            (name.clone(), set_up)
-        })
-        .collect();
-    serde_json::json!({
+    let sensors = names.iter().zip(sensors).map(|(name, sensor)| {
+        let (rate_hz, average) = (sensor.rate.fps(), sensor.moving_average);
+        let set_up = json!({ "part": "AMG8833", "rate_hz": rate_hz, "moving_average": average });
+        (name.clone(), set_up)
+    });
+    let sensors: serde_json::Map<_, _> = sensors.collect();
+    json!({
         "post_every_ms": u64::try_from(agent.post_every.as_millis()).unwrap_or(u64::MAX),
         "ring_frames": agent.ring_frames,
         "spool": agent.spool.mode.name(),

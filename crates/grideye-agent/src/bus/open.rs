@@ -214,17 +214,14 @@ impl I2c for LinuxI2c {
         let Some((_, device)) = device else {
             return Err(LinuxError::UnknownAddress(address));
         };
-        let mut messages: Vec<_> = operations
-            .iter_mut()
-            .map(|operation| match operation {
-                Operation::Write(bytes) => LinuxI2CMessage::write(bytes),
-                Operation::Read(bytes) => LinuxI2CMessage::read(bytes),
-            })
-            .collect();
+        let messages = operations.iter_mut().map(|operation| match operation {
+            Operation::Write(bytes) => LinuxI2CMessage::write(bytes),
+            Operation::Read(bytes) => LinuxI2CMessage::read(bytes),
+        });
+        let mut messages: Vec<_> = messages.collect();
         let expected = messages.len();
-        let found = device
-            .transfer(&mut messages)
-            .map_err(|error| LinuxError::System(error.into()))?;
+        let found = device.transfer(&mut messages);
+        let found = found.map_err(|error| LinuxError::System(error.into()))?;
         if usize::try_from(found) == Ok(expected) {
             return Ok(());
         }
@@ -294,10 +291,8 @@ mod tests {
             let error = LinuxError::System(io::Error::from_raw_os_error(errno));
             assert_eq!(LinuxBus::new("/dev/null", [0x69]).classify(&error), meaning);
         }
-        assert_eq!(
-            by_kind(ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address)),
-            NoData::Nack
-        );
+        let nobody = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
+        assert_eq!(by_kind(nobody), NoData::Nack);
         assert_eq!(by_kind(ErrorKind::ArbitrationLoss), NoData::BusError);
     }
 

@@ -166,6 +166,7 @@ mod tests {
     use std::time::Duration;
 
     /// A clock that nobody set, on which every wait is over at once.
+    #[derive(Default)]
     struct NeverSet {
         boot: std::sync::Mutex<Duration>,
     }
@@ -193,9 +194,7 @@ mod tests {
         let matches = grideye_agent::cli::command().get_matches_from(words);
         let (_, matches) = matches.subcommand().unwrap();
         let args = <CheckArgs as clap::FromArgMatches>::from_arg_matches(matches).unwrap();
-        let clock: Arc<dyn Clock> = Arc::new(NeverSet {
-            boot: std::sync::Mutex::default(),
-        });
+        let clock: Arc<dyn Clock> = Arc::new(NeverSet::default());
         let mut said = String::new();
         let mut say = |text: &str| {
             said.push_str(text);

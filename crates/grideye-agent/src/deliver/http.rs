@@ -91,10 +91,7 @@ impl Post for Http {
         let (body, content_type) = match encode(batch, self.body) {
             Ok(encoded) => encoded,
             Err(error) => {
-                return Posted::Refused {
-                    status: 400,
-                    said: format!("not encoded: {error}"),
-                };
+                return Posted::Refused(400, format!("not encoded: {error}"));
             }
         };
         match self.send(&body, content_type, timeout) {
@@ -140,8 +137,8 @@ fn understand(status: u16, answer: &[u8], retry_after: Option<Duration>) -> Post
             },
         },
         // 409: another agent has sent other frames under these names.
-        400 | 409 | 413 | 422 => Posted::Refused { status, said },
-        401 | 403 => Posted::Forbidden { status, said },
+        400 | 409 | 413 | 422 => Posted::Refused(status, said),
+        401 | 403 => Posted::Forbidden(status, said),
         _ => Posted::Later {
             why: format!("status {status}: {said}"),
             retry_after,
@@ -229,8 +226,8 @@ mod tests {
     fn only_what_will_never_be_taken_is_refused() {
         let kind = |status, answer| match understand(status, answer, None) {
             Posted::Durable(_) => "durable",
-            Posted::Refused { .. } => "refused",
-            Posted::Forbidden { .. } => "forbidden",
+            Posted::Refused(..) => "refused",
+            Posted::Forbidden(..) => "forbidden",
             Posted::Later { .. } => "later",
         };
         for (statuses, expected) in [

@@ -31,20 +31,10 @@ pub trait Post {
 pub enum Posted {
     /// The collector has it on disk.
     Durable(Acknowledgement),
-    /// The collector will never take this body.
-    Refused {
-        /// The answer's status: 400, 409, 413 or 422.
-        status: u16,
-        /// The beginning of what it said.
-        said: String,
-    },
-    /// The collector does not let this agent send that: nothing was stored.
-    Forbidden {
-        /// The answer's status: 401 or 403.
-        status: u16,
-        /// The beginning of what it said.
-        said: String,
-    },
+    /// The collector will never take this body: status 400, 409, 413 or 422, and the beginning of what it said.
+    Refused(u16, String),
+    /// The collector does not let this agent send that, and stored nothing: status 401 or 403, and what it said.
+    Forbidden(u16, String),
     /// Anything else: try again later.
     Later {
         /// What happened, and what to do about it.

@@ -240,11 +240,11 @@ impl<P: Post> Scheduler<P> {
         let body = self.to_wire(&batch);
         match self.post.post(&body, timeout) {
             Posted::Durable(answer) => return self.taken(batch, &answer),
-            Posted::Refused { status, said } => {
+            Posted::Refused(status, said) => {
                 self.clear_doubt();
                 self.refused(batch, status, &said);
             }
-            Posted::Forbidden { status, said } => {
+            Posted::Forbidden(status, said) => {
                 self.clear_doubt();
                 self.pieces.clear();
                 self.forbidden(&batch, status, &said);

@@ -169,10 +169,8 @@ pub(super) fn page(look: &Look) -> String {
 fn of_the_program(text: &mut Text, look: &Look) {
     text.gauge("grideye_agent_build_info", "The program's version.");
     text.sample(&[("version", env!("CARGO_PKG_VERSION"))], 1);
-    text.gauge(
-        "grideye_agent_up",
-        "1 while every sensor gives frames and the collector takes them.",
-    );
+    let up = "1 while every sensor gives frames and the collector takes them.";
+    text.gauge("grideye_agent_up", up);
     text.sample(&[], u8::from(look.faults().is_empty()));
     text.gauge("grideye_agent_uptime_seconds", "Seconds since the start.");
     text.sample(&[], look.now.as_secs());
@@ -188,22 +186,16 @@ fn of_the_program(text: &mut Text, look: &Look) {
 
 fn of_the_delivery(text: &mut Text, look: &Look) {
     let delivery = &look.delivery;
-    text.counter(
-        "grideye_agent_posts_total",
-        "Posts to the collector, by outcome.",
-    );
+    let posts = "Posts to the collector, by outcome.";
+    text.counter("grideye_agent_posts_total", posts);
     text.sample(&[("outcome", "accepted")], delivery.posts_accepted);
     text.sample(&[("outcome", "failed")], delivery.posts_failed);
-    text.gauge(
-        "grideye_agent_post_failures_in_a_row",
-        "Posts that failed since the last that was accepted.",
-    );
+    let failures = "Posts that failed since the last that was accepted.";
+    text.gauge("grideye_agent_post_failures_in_a_row", failures);
     text.sample(&[], delivery.failures_in_a_row);
     if let Some(age_s) = look.since(delivery.last_accepted) {
-        text.gauge(
-            "grideye_agent_last_accepted_age_seconds",
-            "Seconds since a post was accepted.",
-        );
+        let age = "Seconds since a post was accepted.";
+        text.gauge("grideye_agent_last_accepted_age_seconds", age);
         text.sample(&[], age_s);
     }
 }
@@ -211,25 +203,17 @@ fn of_the_delivery(text: &mut Text, look: &Look) {
 fn of_the_sensors(text: &mut Text, look: &Look) {
     text.counter("grideye_agent_sensor_read_total", "Frames read.");
     of_each(text, look, |sensor| sensor.account.read);
-    text.counter(
-        "grideye_agent_sensor_missing_total",
-        "Frames missed, each a row.",
-    );
+    let missing = "Frames missed, each a row.";
+    text.counter("grideye_agent_sensor_missing_total", missing);
     of_each(text, look, |sensor| sensor.account.missing);
-    text.counter(
-        "grideye_agent_sensor_stored_total",
-        "Frames that the collector has on disk.",
-    );
+    let stored = "Frames that the collector has on disk.";
+    text.counter("grideye_agent_sensor_stored_total", stored);
     of_each(text, look, |sensor| sensor.acknowledged);
-    text.gauge(
-        "grideye_agent_sensor_spooled",
-        "Frames read and not acknowledged.",
-    );
+    let spooled = "Frames read and not acknowledged.";
+    text.gauge("grideye_agent_sensor_spooled", spooled);
     of_each(text, look, |sensor| sensor.account.spooled);
-    text.counter(
-        "grideye_agent_sensor_dropped_total",
-        "Frames given up, by reason.",
-    );
+    let dropped = "Frames given up, by reason.";
+    text.counter("grideye_agent_sensor_dropped_total", dropped);
     by_reason(text, look, |sensor| &sensor.account.dropped);
     text.counter("grideye_agent_sensor_errors_total", "Faults, by kind.");
     by_reason(text, look, |sensor| &sensor.account.errors);
@@ -254,24 +238,16 @@ fn of_the_newest(text: &mut Text, look: &Look) {
         let sensors = look.sensors.iter();
         sensors.filter_map(|sensor| Some((sensor.name.as_str(), sensor.seen?)))
     };
-    text.gauge(
-        "grideye_agent_sensor_frame_age_seconds",
-        "Seconds since the newest frame was read.",
-    );
+    let age = "Seconds since the newest frame was read.";
+    text.gauge("grideye_agent_sensor_frame_age_seconds", age);
     for (sensor, seen) in seen() {
         let age = look.now.saturating_sub(seen.frame_at);
         text.sample(&[("sensor", sensor)], age.as_secs_f64());
     }
-    text.gauge(
-        "grideye_agent_sensor_clock",
-        "1 for the state of the wall clock at the newest record.",
-    );
+    let clock = "1 for the state of the wall clock at the newest record.";
+    text.gauge("grideye_agent_sensor_clock", clock);
     for (sensor, seen) in seen() {
-        for state in [
-            ClockState::Unsynced,
-            ClockState::Synced,
-            ClockState::Stepped,
-        ] {
+        for state in ClockState::ALL {
             let labels = [("sensor", sensor), ("state", state.name())];
             text.sample(&labels, u8::from(state == seen.clock));
         }

@@ -6,7 +6,7 @@ use crate::queue::{Delivery, Ring, Seen, Shared};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
 use grideye_recording::wire::Account;
 use grideye_recording::{ClockState, Record, Stamp};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 const NAMES: [&str; 2] = ["i2c-1:0x68", "i2c-1:0x69"];
 
 fn health() -> Health {
-    let names: Vec<String> = NAMES.map(str::to_owned).to_vec();
+    let names = NAMES.map(str::to_owned).to_vec();
     let ring = Ring::new(100, "pi-1", "b", names.clone());
     let identity = Identity {
         device: "pi-1".to_owned(),
@@ -46,9 +46,8 @@ fn record(seq: u64, missing: Option<NoData>) -> Record {
 fn push(health: &Health, stream: usize, record: Record) {
     let now = health.shared.now();
     health.shared.observed().saw(stream, &record, now);
-    health
-        .shared
-        .with_ring(|ring| ring.push(stream, record, now));
+    let shared = &health.shared;
+    shared.with_ring(|ring| ring.push(stream, record, now));
 }
 
 #[test]
@@ -60,10 +59,7 @@ fn all_is_well_until_a_post_fails_and_again_when_one_is_taken() {
     observed.failed("status 503: busy\nhint: wait");
     let json = health.to_json();
     assert_eq!(json["status"], "degraded");
-    assert_eq!(
-        json["why"],
-        serde_json::json!(["delivery: status 503: busy"])
-    );
+    assert_eq!(json["why"], json!(["delivery: status 503: busy"]));
     assert_eq!(json["delivery"]["failures_in_a_row"], 2);
     assert!(health.to_prometheus().contains("\ngrideye_agent_up 0\n"));
     observed.accepted(health.shared.now());
@@ -78,19 +74,16 @@ fn all_is_well_until_a_post_fails_and_again_when_one_is_taken() {
 #[test]
 fn a_sensor_that_gives_rows_without_frames_is_silent_and_the_other_is_not() {
     let look = |silent_s: u64, other_s: u64| {
-        let seen = |at_s: u64| {
-            Some(Seen {
-                seq: 1,
-                frame_at: Duration::from_secs(100 - at_s),
-                clock: ClockState::Synced,
-                missing: None,
-            })
-        };
         let sensor = |name: &str, at_s: u64| SensorLook {
             name: name.to_owned(),
             account: Account::default(),
             acknowledged: 0,
-            seen: seen(at_s),
+            seen: Some(Seen {
+                seq: 1,
+                frame_at: Duration::from_secs(100 - at_s),
+                clock: ClockState::Synced,
+                missing: None,
+            }),
         };
         Look {
             now: Duration::from_secs(100),
@@ -122,20 +115,18 @@ fn json_and_metrics_say_the_same_of_each_sensor() {
     health.shared.with_ring(|ring| ring.count_fault(1, "nack"));
     let json = health.to_json();
     assert_eq!(json["records_in_memory"], 3);
-    let [low, high] = [&json["sensors"][0], &json["sensors"][1]];
-    assert_eq!(
-        (&low["sensor"], &low["read"]),
-        (&NAMES[0].into(), &1.into())
-    );
-    assert_eq!(
-        (&high["read"], &high["missing"], &high["spooled"]),
-        (&1.into(), &1.into(), &1.into())
-    );
-    assert_eq!(
-        (&high["missing_now"], &high["clock"]),
-        (&"nack".into(), &"stepped".into())
-    );
-    assert!(low["missing_now"].is_null());
+    for (index, key, expected) in [
+        (0, "sensor", json!(NAMES[0])),
+        (0, "read", json!(1)),
+        (0, "missing_now", json!(null)),
+        (1, "read", json!(1)),
+        (1, "missing", json!(1)),
+        (1, "spooled", json!(1)),
+        (1, "missing_now", json!("nack")),
+        (1, "clock", json!("stepped")),
+    ] {
+        assert_eq!(json["sensors"][index][key], expected, "{key} of {index}");
+    }
     let text = health.to_prometheus();
     for line in [
         "grideye_agent_sensor_read_total{sensor=\"i2c-1:0x68\"} 1",
@@ -171,38 +162,27 @@ fn ask(address: SocketAddr, request: &[u8]) -> String {
 fn two_pages_are_served_and_nothing_else_to_nobody_else() {
     let address = served(health());
     let get = |path: &str| {
-        ask(
-            address,
-            format!("GET {path} HTTP/1.1\r\nhost: {address}\r\n\r\n").as_bytes(),
-        )
+        let request = format!("GET {path} HTTP/1.1\r\nhost: {address}\r\n\r\n");
+        ask(address, request.as_bytes())
     };
     let health = get("/health");
     assert!(health.starts_with("HTTP/1.1 200 OK\r\n"), "{health}");
     let body = health.split_once("\r\n\r\n").unwrap().1;
-    assert_eq!(
-        serde_json::from_str::<Value>(body).unwrap()["device"],
-        "pi-1"
-    );
+    let body: Value = serde_json::from_str(body).unwrap();
+    assert_eq!(body["device"], "pi-1");
     assert!(get("/metrics").contains("# TYPE grideye_agent_posts_total counter\n"));
+    let (local, ours) = ("host: localhost\r\n", "/health HTTP/1.1\r\n");
     for (request, status) in [
-        (
-            "GET /../etc/passwd HTTP/1.1\r\nhost: localhost\r\n\r\n",
-            "404",
-        ),
-        ("POST /health HTTP/1.1\r\nhost: localhost\r\n\r\n", "405"),
-        ("GET /health HTTP/1.1\r\nhost: evil.example\r\n\r\n", "403"),
-        (
-            "GET /health HTTP/1.1\r\nhost: localhost\r\nhost: localhost\r\n\r\n",
-            "403",
-        ),
-        ("GET /health HTTP/1.0\r\n\r\n", "403"),
-        ("\r\n\r\n", "403"),
+        (format!("GET /../etc/passwd HTTP/1.1\r\n{local}"), "404"),
+        (format!("POST {ours}{local}"), "405"),
+        (format!("GET {ours}host: evil.example\r\n"), "403"),
+        (format!("GET {ours}{local}{local}"), "403"),
+        ("GET /health HTTP/1.0\r\n".to_owned(), "403"),
+        ("\r\n".to_owned(), "403"),
     ] {
-        let answer = ask(address, request.as_bytes());
-        assert!(
-            answer.starts_with(&format!("HTTP/1.1 {status}")),
-            "{request:?}: {answer}"
-        );
+        let answer = ask(address, format!("{request}\r\n").as_bytes());
+        let expected = format!("HTTP/1.1 {status}");
+        assert!(answer.starts_with(&expected), "{request:?}: {answer}");
     }
 }
 
@@ -211,16 +191,12 @@ fn whoever_is_slow_or_long_is_cut_off_and_the_next_has_an_answer() {
     let address = served(health());
     let long = vec![b'x'; REQUEST_BYTES_MAX + 1];
     let answer = ask(address, &long);
-    assert!(
-        answer.is_empty() || answer.starts_with("HTTP/1.1 431"),
-        "{answer}"
-    );
+    let is_cut = answer.is_empty() || answer.starts_with("HTTP/1.1 431");
+    assert!(is_cut, "{answer}");
     let begun = Instant::now();
     let _silent = TcpStream::connect(address).unwrap();
     let answer = ask(address, b"GET /health HTTP/1.1\r\nhost: localhost\r\n\r\n");
     assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
-    assert!(
-        begun.elapsed() >= REQUEST_TIME_MAX,
-        "the first was not waited for"
-    );
+    let waited = begun.elapsed();
+    assert!(waited >= REQUEST_TIME_MAX, "the first was not waited for");
 }

@@ -12,7 +12,7 @@ use crate::clock::{duration, signed_ns};
 use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
 use std::collections::VecDeque;
 use std::time::Duration;
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Sampler {
     pub(super) nominal: Ns,
     pub(super) frames_limit: Option<u64>,
@@ -51,8 +51,9 @@ pub(crate) struct Sampler {
     pub(super) excuse: Option<NoData>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum State {
+    #[default]
     SetUp,
     /// Set up at this moment; no frame since.
     Settle(Ns),
@@ -69,31 +70,10 @@ impl Sampler {
             frames_limit,
             state: if is_done { State::Done } else { State::SetUp },
             next_at: signed_ns(now),
-            settings_due: None,
-            settings_checked: 0,
             set_up_pause: signed_ns(SET_UP_PAUSE),
-            events: VecDeque::new(),
-            phase: None,
-            next_seq: 0,
-            listed_until: 0,
-            frames_read: 0,
-            last: None,
-            pending: None,
-            unmoved: None,
-            transfer_min: 0,
             quickest_read: Ns::MAX,
-            is_estimated: false,
-            lateness: 0,
-            thermistor: None,
-            thermistor_unproved: None,
-            recorded: None,
-            repeats: 0,
             changes_in_a_row: LIVELY_FRAMES,
-            frames_unproved: 0,
-            late_reads: 0,
-            retries: 0,
-            faults_in_a_row: 0,
-            excuse: None,
+            ..Self::default()
         }
     }
 

@@ -34,10 +34,7 @@ impl Post for Line {
         let mut collector = self.0.lock().unwrap();
         if collector.forbids == Some(batch.device.as_str()) {
             collector.forbidden += 1;
-            return Posted::Forbidden {
-                status: 403,
-                said: "the token is not for this device".to_owned(),
-            };
+            return Posted::Forbidden(403, "the token is not for this device".to_owned());
         }
         let mut answer = Acknowledgement::default();
         for part in &batch.sensors {
