@@ -236,11 +236,13 @@ impl<O: OpenBus> Worker<O> {
     }
 }
 
+type Tell = Box<dyn FnOnce(&mut Sampler, Span)>;
+
 /// Why a task failed, and how its sampler is told what came of it.
 fn answer<T: 'static>(
     outcome: Result<T, NoData>,
     tell: fn(&mut Sampler, Span, Result<T, NoData>),
-) -> (Option<NoData>, Box<dyn FnOnce(&mut Sampler, Span)>) {
+) -> (Option<NoData>, Tell) {
     let reason = outcome.as_ref().err().copied();
     (reason, Box::new(move |to, span| tell(to, span, outcome)))
 }

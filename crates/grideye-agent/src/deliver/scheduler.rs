@@ -313,9 +313,8 @@ impl<P: Post> Scheduler<P> {
                 .info(format!("delivering again; {left} records wait in memory"));
         }
         if self.held_said.remove(&boot).is_some() {
-            self.log.info(format!(
-                "what is left of run {boot} is being delivered again"
-            ));
+            let line = format!("what is left of run {boot} is being delivered again");
+            self.log.info(line);
         }
         // So long that the backlog does not go faster than it may.
         let records = u32::try_from(stored).unwrap_or(u32::MAX);

@@ -28,10 +28,10 @@ pub fn serve(listener: &TcpListener, health: &Health) {
 
 fn answer(mut stream: TcpStream, health: &Health) -> io::Result<()> {
     let (status, content_type, body) = match read_request(&mut stream)? {
-        None => plain(
-            "431 Request Header Fields Too Large",
-            "the request is too long\n",
-        ),
+        None => {
+            let status = "431 Request Header Fields Too Large";
+            plain(status, "the request is too long\n")
+        }
         Some(request) => page(&request, health),
     };
     let head = format!(
@@ -85,10 +85,8 @@ fn page(request: &str, health: &Health) -> Page {
         name.eq_ignore_ascii_case("host").then(|| value.trim())
     });
     if !hosts.next().is_some_and(is_of_this_machine) || hosts.next().is_some() {
-        return plain(
-            "403 Forbidden",
-            "ask by a name of this machine, such as localhost\n",
-        );
+        let what = "ask by a name of this machine, such as localhost\n";
+        return plain("403 Forbidden", what);
     }
     if method != "GET" {
         return plain("405 Method Not Allowed", "GET alone\n");

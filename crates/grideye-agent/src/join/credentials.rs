@@ -41,9 +41,8 @@ impl Secret {
         if is_plain && (1..=TOKEN_CHARS_MAX).contains(&text.len()) {
             return Ok(Self(text.to_owned()));
         }
-        Err(NotJoined(
-            "the token is empty, cut, or holds what no token holds".to_owned(),
-        ))
+        let what = "the token is empty, cut, or holds what no token holds";
+        Err(NotJoined(what.to_owned()))
     }
 
     /// A key in PEM.
@@ -96,9 +95,8 @@ impl FromStr for Pin {
         if digits.len() == 64 && digits.bytes().all(is_digit) {
             return Ok(Self(text.to_owned()));
         }
-        Err(NotJoined(
-            "its pin is cut: expected sha256- and 64 hexadecimal digits".to_owned(),
-        ))
+        let what = "its pin is cut: expected sha256- and 64 hexadecimal digits";
+        Err(NotJoined(what.to_owned()))
     }
 }
 

@@ -44,9 +44,8 @@ impl JoinLine {
             ("pin", pin.as_deref()),
         ];
         for (name, value) in fields {
-            if let Some(value) = value {
-                line.push_str(&format!(",{name}={value}"));
-            }
+            let field = value.map(|value| format!(",{name}={value}"));
+            line.extend(field);
         }
         line
     }
@@ -92,17 +91,15 @@ impl FromStr for JoinLine {
                     line.pin.replace(pin).is_none()
                 }
                 _ => {
-                    return Err(refuse(
-                        "a part of it is not known: is the agent older than the collector?",
-                    ));
+                    let what = "a part of it is not known: is the agent older than the collector?";
+                    return Err(refuse(what));
                 }
             };
             if !is_new {
                 return Err(refuse("a part of it is there twice"));
             }
         }
-        let is_encrypted = line.collector.starts_with("https://");
-        if is_encrypted != line.pin.is_some() {
+        if line.collector.starts_with("https://") != line.pin.is_some() {
             return Err(refuse("https goes with a pin, and http without"));
         }
         Ok(line)
@@ -149,9 +146,8 @@ impl Joined {
         })?;
         check_url(&file.collector).map_err(refuse)?;
         if file.collector.starts_with("https://") != file.authority.is_some() {
-            return Err(refuse(
-                "https goes with an authority, and http without".to_owned(),
-            ));
+            let what = "https goes with an authority, and http without";
+            return Err(refuse(what.to_owned()));
         }
         let token = file.token.map(|token| Secret::new(&token)).transpose();
         let client = match (file.client_certificate, file.client_key) {
