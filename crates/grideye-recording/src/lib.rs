@@ -41,23 +41,22 @@
 
 mod cell;
 mod error;
-mod layout;
 mod lines;
 mod rows;
+mod sniff;
 mod text;
 
 pub mod bare;
 pub mod csv;
 pub mod labels;
 pub mod linaige;
-pub mod packed;
 pub mod prometheus;
 pub mod record;
 pub mod wire;
 
 pub use error::RecordingError;
 pub use grideye_frame::NAME_CHARS_MAX;
-pub use layout::{Layout, sniff};
 pub use record::{
     COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };
+pub use sniff::{Layout, sniff};

@@ -25,8 +25,8 @@ mod values;
 
 pub use error::WireError;
 pub use types::{
-    Account, Acknowledgement, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, FRAME_BYTES_MAX, FRAMES_MAX,
-    GAPS_MAX, Gap, JSON_TYPE, LOST_IN_MEMORY, Limits, REASONS_MAX, SENSORS_MAX, SensorBatch,
+    Account, Acknowledgement, BINARY_TYPE, Batch, FRAME_BYTES_MAX, FRAMES_MAX, GAPS_MAX, Gap,
+    JSON_TYPE, LOST_IN_MEMORY, Limits, REASONS_MAX, SENSORS_MAX, SensorBatch,
 };
 
 impl Batch {
@@ -49,7 +49,7 @@ impl Batch {
     /// counts beyond [`COUNT_MAX`](crate::COUNT_MAX).
     pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
         check::batch(self)?;
-        encode::batch(self)
+        encode::json(self)
     }
 
     /// Reads the body of a post in its compact form ([`BINARY_TYPE`]), with the same checks and limits as JSON.

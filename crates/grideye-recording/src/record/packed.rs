@@ -44,7 +44,7 @@ macro_rules! made_for_width {
 }
 
 /// Writes the words behind what is in `bytes` already.
-pub fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
+pub(super) fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
     let words = pixels.map(|word| word.0);
     let (lowest, highest) = ends(&words);
     let width = width_of(highest - lowest);
@@ -58,8 +58,7 @@ pub fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
 ///
 /// `None` where the bytes end before, and for what [`put`] does not write: a width that is too
 /// large or larger than needed, a word above 65535.
-#[must_use]
-pub fn take(bytes: &[u8]) -> Option<([PixelWord; PIXELS], usize)> {
+pub(super) fn take(bytes: &[u8]) -> Option<([PixelWord; PIXELS], usize)> {
     let (head, rest) = bytes.split_first_chunk::<3>()?;
     let lowest = u16::from_le_bytes([head[0], head[1]]);
     let width = usize::from(head[2]);
