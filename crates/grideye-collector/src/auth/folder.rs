@@ -5,9 +5,10 @@ use crate::auth::book::TokenBook;
 use crate::auth::error::AccessError;
 use crate::auth::limits::FILE_BYTES_MAX;
 use crate::auth::token::{hex, random_bytes, unhex};
+use grideye_recording::whole::replace_private;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, DirBuilder, File, OpenOptions};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Read as _};
 use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
@@ -208,23 +209,10 @@ impl AccessFolder {
         }
     }
 
-    /// Written beside its place, synced, and then moved there.
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), AccessError> {
         self.make()?;
-        let (path, beside) = (self.file(name), self.file(&format!("{name}.new")));
-        let written = || -> io::Result<()> {
-            let mut file = OpenOptions::new()
-                .write(true)
-                .create(true)
-                .truncate(true)
-                .mode(0o600)
-                .open(&beside)?;
-            file.write_all(bytes)?;
-            file.sync_all()?;
-            fs::rename(&beside, &path)?;
-            File::open(&self.path)?.sync_all()
-        };
-        written().map_err(AccessError::file(&path))
+        let path = self.file(name);
+        replace_private(&path, bytes).map_err(AccessError::file(&path))
     }
 }
 
@@ -281,7 +269,7 @@ mod tests {
         for entry in fs::read_dir(folder.path()).unwrap() {
             let path = entry.unwrap().path();
             assert_eq!(mode(&path), 0o600, "{}", path.display());
-            assert!(!path.display().to_string().ends_with(".new"));
+            assert!(!path.display().to_string().ends_with(".partial"));
             files += 1;
         }
         assert_eq!(

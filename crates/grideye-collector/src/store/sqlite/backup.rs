@@ -12,6 +12,7 @@ use crate::store::sqlite::known::Known;
 use crate::store::sqlite::{read, schema};
 use crate::store::stage::Stage;
 use crate::store::types::StreamSummary;
+use grideye_recording::whole::sync_folder_of;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, ErrorCode, OpenFlags, params};
 use rustix::fs::{CWD, FlockOperation, RenameFlags, flock, renameat_with};
@@ -423,13 +424,7 @@ impl Partial {
             }
             Err(error) => return Err(self.unwritable(&error)),
         }
-        let folder = match self.out.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        File::open(folder)
-            .and_then(|folder| folder.sync_all())
-            .map_err(|error| self.unwritable(&error))
+        sync_folder_of(&self.out).map_err(|error| self.unwritable(&error))
     }
 
     fn unwritable(&self, reason: &impl ToString) -> BackupError {
