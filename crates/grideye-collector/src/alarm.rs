@@ -15,7 +15,6 @@ use tokio::time::{Instant, Sleep};
 pub(crate) struct Alarm(Arc<Mutex<Option<Pin<Box<Sleep>>>>>);
 
 impl Alarm {
-    /// What the future gives; `None` if that takes longer than `time_max`.
     pub(crate) async fn within<F: Future>(
         &self,
         time_max: Duration,
@@ -63,7 +62,6 @@ impl rt::Timer for Alarm {
     }
 }
 
-/// Until a moment.
 struct Wait {
     alarm: Alarm,
     moment: Instant,

@@ -28,7 +28,6 @@ enum Standing {
     Established,
 }
 
-/// Standings that are displaced.
 const TIERS: usize = 3;
 
 impl Standing {
@@ -42,16 +41,13 @@ impl Standing {
     }
 }
 
-/// All open connections.
 pub(crate) struct Connections {
     places: Mutex<Places>,
     counters: Arc<Counters>,
 }
 
-/// A connection that was let in.
 pub(crate) struct Admitted {
     pub(crate) connection: Connection,
-    /// The group whose connection it displaced.
     pub(crate) displaced: Option<AddressGroup>,
 }
 
@@ -93,7 +89,6 @@ impl Connections {
         })
     }
 
-    /// The task that serves a connection, to be ended when the connection is displaced.
     pub(crate) fn serve_by(&self, number: u64, task: AbortHandle) {
         if let Some(place) = self.lock().open.get_mut(&number) {
             place.task = Some(task);
@@ -118,7 +113,6 @@ impl Connection {
         self.number
     }
 
-    /// Counts that this connection ended before TLS was agreed on.
     pub(crate) fn tls_failed(&self) {
         add(&self.all.counters.tls_failed, 1);
     }
@@ -132,7 +126,6 @@ impl Connection {
         self.comes_to(Standing::Asking);
     }
 
-    /// The request was answered.
     pub(crate) fn is_answered(&self) {
         self.comes_to(Standing::Idle);
     }
@@ -251,7 +244,6 @@ impl Places {
     }
 }
 
-/// Connections of one standing.
 #[derive(Default)]
 struct Tier {
     by_group: HashMap<AddressGroup, BTreeSet<u64>>,
@@ -295,7 +287,6 @@ mod tests {
     const B: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 2));
     const C: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 3));
 
-    /// Connections by number, as long as they are not displaced.
     struct Scene {
         all: Arc<Connections>,
         counters: Arc<Counters>,

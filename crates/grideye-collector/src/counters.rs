@@ -9,7 +9,6 @@ use std::time::Duration;
 pub(crate) const TIME_CLASSES_S: [f64; 10] =
     [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 1.0, 5.0];
 
-/// Counts up from 0 at the start.
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
     /// Answers by status class: 1xx to 5xx.
@@ -22,9 +21,7 @@ pub(crate) struct Counters {
     pub(crate) frames_stored: AtomicU64,
     /// Frames that were there already.
     pub(crate) frames_again: AtomicU64,
-    /// Connections open now.
     pub(crate) connections_open: AtomicU64,
-    /// Connections taken.
     pub(crate) connections: AtomicU64,
     /// Connections closed to make room for a newer one.
     pub(crate) displaced: AtomicU64,

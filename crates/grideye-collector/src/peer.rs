@@ -4,12 +4,10 @@ use axum::http::HeaderMap;
 use std::fmt;
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 
-/// The other end of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Peer {
     /// Behind a trusted proxy, the address that it forwards for.
     pub(crate) address: IpAddr,
-    /// Whether the request came by TLS.
     pub(crate) is_encrypted: bool,
 }
 
@@ -42,7 +40,6 @@ impl fmt::Display for AddressGroup {
 /// The header in which a proxy names the address that it forwards for.
 const FORWARDED_FOR: &str = "x-forwarded-for";
 
-/// Proxies whose [`FORWARDED_FOR`] header is used.
 #[derive(Debug, Default)]
 pub(crate) struct TrustedProxies(Vec<IpAddr>);
 

@@ -8,7 +8,6 @@ use crate::auth::token::Token;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Who asks.
 #[derive(Debug, Clone)]
 pub(crate) enum Caller {
     /// Anyone: no token was ever made here.
@@ -20,7 +19,6 @@ pub(crate) enum Caller {
     },
 }
 
-/// What a request shows of itself.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Presented<'a> {
     Nothing,
@@ -28,7 +26,6 @@ pub(crate) enum Presented<'a> {
     Cookie(&'a str),
 }
 
-/// Why nobody is let in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unknown {
     /// Nothing was shown, and tokens are required.
@@ -39,7 +36,6 @@ pub(crate) enum Unknown {
     BadCookie,
 }
 
-/// Knows the tokens.
 pub(crate) struct Authenticator {
     folder: Option<AccessFolder>,
     reread_every: Duration,
@@ -61,7 +57,6 @@ struct Looked {
 }
 
 impl Authenticator {
-    /// Lets anyone in.
     pub(crate) fn open() -> Self {
         Self {
             folder: None,
@@ -90,12 +85,10 @@ impl Authenticator {
         Ok(authenticator)
     }
 
-    /// Whether tokens are asked for.
     pub(crate) fn asks_for_tokens(&self, now: Duration) -> bool {
         !self.look(now).is_open
     }
 
-    /// Why the list of tokens could not be read last time.
     pub(crate) fn fault(&self) -> Option<String> {
         self.known().fault.clone()
     }
@@ -123,7 +116,6 @@ impl Authenticator {
         }
     }
 
-    /// Whether somebody who was let in would still be.
     pub(crate) fn still_knows(&self, caller: &Caller, now: Duration) -> bool {
         let Looked { book, is_open } = self.look(now);
         match caller {

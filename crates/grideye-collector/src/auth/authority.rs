@@ -17,7 +17,6 @@ pub struct Authority {
     key: KeyPair,
 }
 
-/// A certificate of the collector with its chain, and its key.
 pub(crate) struct Signed {
     pub(crate) chain: Vec<CertificateDer<'static>>,
     pub(crate) key: PrivateKeyDer<'static>,
@@ -65,7 +64,6 @@ impl Authority {
         self.key.serialize_pem()
     }
 
-    /// A new certificate for these names and addresses.
     pub(crate) fn sign(&self, names: &[String]) -> Result<Signed, AccessError> {
         let key = KeyPair::generate().map_err(no_key)?;
         let issuer = Issuer::new(params(&[]).map_err(no_key)?, &self.key);
@@ -84,7 +82,6 @@ impl Authority {
     }
 }
 
-/// The pin of a certificate.
 pub(crate) fn pin(certificate: &CertificateDer<'_>) -> String {
     format!("sha256-{}", hex(&sha256(certificate)))
 }

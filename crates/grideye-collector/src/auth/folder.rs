@@ -166,7 +166,6 @@ impl AccessFolder {
         Ok(key)
     }
 
-    /// The state of the list of tokens; `None` where there is none.
     pub(super) fn tokens_state(&self) -> Result<Option<FileState>, AccessError> {
         let path = self.file(TOKENS);
         match fs::metadata(&path) {

@@ -124,7 +124,6 @@ impl Scope {
     }
 }
 
-/// SHA-256 of a secret.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SecretHash([u8; SECRET_BYTES]);
 
@@ -167,7 +166,6 @@ pub(crate) fn random_bytes<const N: usize>() -> Result<[u8; N], AccessError> {
     Ok(bytes)
 }
 
-/// Lower-case hexadecimal digits.
 pub(crate) fn hex(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
     let digit = |nibble: u8| char::from(DIGITS[usize::from(nibble)]);

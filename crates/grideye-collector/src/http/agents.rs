@@ -14,10 +14,8 @@ pub(crate) const CONFIGURATION_HEADER: &str = "grideye-configuration";
 /// Bytes of that header at most; a longer one is not looked at.
 pub(crate) const CONFIGURATION_BYTES_MAX: usize = 4096;
 
-/// Characters of a program's name and version at most.
 const PROGRAM_CHARS_MAX: usize = 64;
 
-/// Sensors of one configuration at most.
 const SENSORS_MAX: usize = 64;
 
 /// What the agents have said of themselves since this collector started.

@@ -39,9 +39,9 @@ pub struct Asset {
 #[derive(Clone)]
 pub struct Annex {
     name: &'static str,
-    described: &'static str,
-    assets: &'static [Asset],
-    head: &'static str,
+    pub(crate) described: &'static str,
+    pub(crate) assets: &'static [Asset],
+    pub(crate) head: &'static str,
     routes: Arc<dyn Fn(&Inside) -> Router + Send + Sync>,
 }
 
@@ -87,18 +87,6 @@ impl Annex {
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
-    }
-
-    pub(crate) fn described(&self) -> &'static str {
-        self.described
-    }
-
-    pub(crate) fn assets(&self) -> &'static [Asset] {
-        self.assets
-    }
-
-    pub(crate) fn head(&self) -> &'static str {
-        self.head
     }
 
     pub(crate) fn routes(&self, inside: &Inside) -> Router {

@@ -12,7 +12,6 @@ use axum::{Extension, Json};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// `GET /v1/devices`.
 pub(crate) async fn devices(State(state): State<AppState>) -> Json<Value> {
     let devices: Vec<Value> = by_device(&state)
         .into_iter()
@@ -140,7 +139,6 @@ fn recent_faults(sensors: &[Value]) -> BTreeSet<&str> {
     of_each.flatten().filter_map(Value::as_str).collect()
 }
 
-/// By reason, over all sensors.
 fn counts(sensors: &[Value], key: &str) -> BTreeMap<String, u64> {
     let mut sums = BTreeMap::new();
     for (reason, count) in sensors

@@ -61,7 +61,6 @@ fn host_of<'r>(uri: &'r Uri, headers: &'r HeaderMap) -> Result<&'r str, Refusal>
     })
 }
 
-/// The names that this server answers to.
 #[derive(Debug, Clone)]
 pub(crate) struct HostNames {
     listen: IpAddr,
@@ -105,7 +104,6 @@ fn without_port(host: &str) -> Option<&str> {
     is_port(&host[end..]).then_some(&host[..end])
 }
 
-/// Nothing, or a colon and digits.
 fn is_port(text: &str) -> bool {
     text.is_empty()
         || text

@@ -12,7 +12,6 @@ use grideye_recording::Record;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// Which sensor.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Asked {

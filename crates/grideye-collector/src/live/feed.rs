@@ -3,21 +3,19 @@
 use crate::clock::Clock;
 use crate::limits::Limits;
 use crate::live::by_sensor::BySensor;
-use crate::live::event::Event;
 use crate::live::faults::Faults;
 use crate::live::recent::RecentFrames;
 use crate::live::senders::Senders;
 use crate::live::sensor::{Measured, Sensor, nanoseconds};
 use crate::store::{Appended, Elsewhere, StoredRecord, StreamSummary};
-use grideye_recording::Record;
 use grideye_recording::wire::{Batch, SensorBatch};
+use grideye_recording::{Record, StreamId};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::broadcast;
 
-/// What is known of the sensors now, and who wants to hear of it.
 pub(crate) struct Live {
     sensors: Mutex<BySensor<Sensor>>,
     senders: Mutex<Senders>,
@@ -166,12 +164,10 @@ impl Live {
             .collect()
     }
 
-    /// The newest frames of the sensors that are asked for.
     pub(crate) fn recent(&self) -> &RecentFrames {
         &self.recent
     }
 
-    /// Sends an event to all who listen.
     pub(crate) fn tell(&self, event: Event) {
         // No listener is no fault.
         let _ = self.events.send(event);
@@ -208,7 +204,6 @@ impl Live {
         json!({ "sensors": states })
     }
 
-    /// Sensors of which the present state is held.
     pub(crate) fn sensors_count(&self) -> usize {
         self.sensors().len()
     }
@@ -223,11 +218,11 @@ impl Live {
         self.senders.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(super) fn sensors(&self) -> MutexGuard<'_, BySensor<Sensor>> {
+    fn sensors(&self) -> MutexGuard<'_, BySensor<Sensor>> {
         self.sensors.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(super) fn now_ns(&self) -> i128 {
+    fn now_ns(&self) -> i128 {
         nanoseconds(self.clock.monotonic())
     }
 }
@@ -256,4 +251,61 @@ fn fresh_records<'a>(
 ) -> impl Iterator<Item = &'a Record> + 'a {
     let frames = part.frames.iter();
     frames.filter(|record| fresh.binary_search(&record.seq).is_ok())
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Event {
+    pub(crate) name: &'static str,
+    pub(crate) data: Arc<str>,
+}
+
+impl Event {
+    pub(crate) fn new(name: &'static str, data: &Value) -> Self {
+        Self {
+            name,
+            data: data.to_string().into(),
+        }
+    }
+}
+
+/// The newest frame of every sensor, and how old it is.
+///
+/// Whoever looks takes nothing away and keeps nobody waiting for longer than it takes to copy a frame of each: at most
+/// [`Limits::sensors_max`](crate::Limits::sensors_max) are held. After a restart these are the frames that the store
+/// holds, with their age.
+#[derive(Clone)]
+pub struct NewestFrames(Arc<Live>);
+
+/// A sensor's newest frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewestFrame {
+    /// Whose it is.
+    pub stream: StreamId,
+    /// The record, which has pixels.
+    pub record: Record,
+    /// Since it was measured, by clocks that do not jump; at least so long where only its arrival is known.
+    pub age: Duration,
+}
+
+impl NewestFrames {
+    pub(crate) fn new(live: Arc<Live>) -> Self {
+        Self(live)
+    }
+
+    /// One of each sensor that ever sent a frame, in the order of device and sensor.
+    #[must_use]
+    pub fn look(&self) -> Vec<NewestFrame> {
+        let now_ns = self.0.now_ns();
+        let sensors = self.0.sensors();
+        let newest = sensors.values().filter_map(|sensor| {
+            let measured = sensor.newest_frame?;
+            let age_ns = (now_ns - measured.measured_ns).max(0);
+            Some(NewestFrame {
+                stream: StreamId::clone(&sensor.stream.id),
+                record: measured.record,
+                age: Duration::from_nanos(u64::try_from(age_ns).unwrap_or(u64::MAX)),
+            })
+        });
+        newest.collect()
+    }
 }

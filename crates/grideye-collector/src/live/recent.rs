@@ -20,7 +20,6 @@ struct Shared {
     frames_max: usize,
 }
 
-/// One sensor.
 #[derive(Default)]
 struct Kept {
     run: Option<Run>,

@@ -6,12 +6,10 @@ use crate::store::StreamSummary;
 use grideye_recording::{ClockState, Record};
 use std::collections::VecDeque;
 use std::time::Duration;
-/// One sensor as it is shown.
 pub(super) struct Sensor {
     pub(super) stream: StreamSummary,
     /// The record that is newest by the time it was measured.
     pub(super) newest: Option<Measured>,
-    /// The newest record that has pixels.
     pub(super) newest_frame: Option<Measured>,
     /// The device's boot clock at record 0 of the run, if that came while this collector ran.
     pub(super) began_boot_ns: Option<u64>,

@@ -40,26 +40,20 @@ impl Sensor {
 
     fn status(&self, now_ns: i128, rate_window: Duration) -> Map<String, Value> {
         let mut status = stream_json(&self.stream);
-        let missing = self
-            .newest
-            .as_ref()
-            .filter(|newest| newest.record.reading.frame().is_none())
-            .map(|newest| in_degrees(newest.lent(), now_ns));
-        status.insert(
-            "rate_hz".to_owned(),
-            self.rate_hz(now_ns, rate_window).into(),
-        );
-        status.insert(
-            "age_s".to_owned(),
-            self.newest
-                .as_ref()
-                .map(|newest| newest.age_s(now_ns))
-                .into(),
-        );
-        status.insert("no_frame_now".to_owned(), missing.into());
+        let newest = self.newest.as_ref();
+        let missing = newest.filter(|newest| newest.record.reading.frame().is_none());
         let now = Duration::from_nanos(u64::try_from(now_ns).unwrap_or(0));
-        status.insert("recent_faults".to_owned(), self.faults.recent(now).into());
-        status.insert("began_boot_ns".to_owned(), self.began_boot_ns.into());
+        let of_now = [
+            ("rate_hz", json!(self.rate_hz(now_ns, rate_window))),
+            ("age_s", json!(newest.map(|newest| newest.age_s(now_ns)))),
+            (
+                "no_frame_now",
+                json!(missing.map(|newest| in_degrees(newest.lent(), now_ns))),
+            ),
+            ("recent_faults", json!(self.faults.recent(now))),
+            ("began_boot_ns", json!(self.began_boot_ns)),
+        ];
+        status.extend(of_now.map(|(key, value)| (key.to_owned(), value)));
         status
     }
 }

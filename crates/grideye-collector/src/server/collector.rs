@@ -277,7 +277,6 @@ impl Server {
         self.open.serve_by(number, task);
     }
 
-    /// Logs what happened to a connection, and from where it came.
     fn log(&self, event: &'static str, peer: impl fmt::Display) {
         let event = LogEvent::new(Level::Warning, event).with("peer", peer);
         self.seldom.say("", self.clock.monotonic(), event);

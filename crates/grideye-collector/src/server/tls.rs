@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio_rustls::TlsAcceptor;
 
-/// Length of a file of certificates or keys at most, in bytes.
 const PEM_BYTES_MAX: u64 = 1024 * 1024;
 /// Addresses of this machine for which certificates are kept. Beyond, they are made again.
 const ADDRESSES_MAX: usize = 64;

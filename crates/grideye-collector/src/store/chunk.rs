@@ -20,12 +20,10 @@ const PLAIN_ROWS_MAX: usize = 256;
 /// A row of a room, with some to spare.
 const ROW_BYTES: usize = 112;
 
-/// Rows that came together, in the plain form.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Plain {
     pub(super) first_seq: u64,
     pub(super) last_seq: u64,
-    /// How many carry pixels.
     pub(super) frames: i64,
     pub(super) rows: Vec<u8>,
 }
@@ -61,7 +59,6 @@ pub(super) fn cut<'f>(fresh: impl Iterator<Item = &'f Arrived>) -> Vec<Plain> {
     chunks
 }
 
-/// A chunk as an engine keeps it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kept<'r> {
     pub(super) first_seq: i64,
@@ -72,7 +69,6 @@ pub(super) struct Kept<'r> {
 }
 
 impl Kept<'_> {
-    /// The rows, in ascending order.
     pub(super) fn open(&self) -> Result<Vec<SealedRow>, StoreError> {
         let rows = if self.is_sealed {
             segment::open(self.rows)?

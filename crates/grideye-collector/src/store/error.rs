@@ -1,7 +1,8 @@
-//! Why a store did not do what it was asked.
+//! Why a store did not do what it was asked; and [`RecordingId`], by which errors name a recording.
 
-use crate::store::recording_id::RecordingId;
+use std::fmt;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Why a store did not do what it was asked.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -218,4 +219,22 @@ pub enum StoreError {
     /// The database failed in another way.
     #[error("the store failed: {0}")]
     Failed(String),
+}
+
+/// The number of a recording, from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RecordingId(pub i64);
+
+impl fmt::Display for RecordingId {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+impl FromStr for RecordingId {
+    type Err = std::num::ParseIntError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.parse().map(Self)
+    }
 }

@@ -3,7 +3,6 @@
 use grideye_recording::Record;
 use std::collections::BTreeMap;
 
-/// A frame, and when it came.
 pub(super) type Arrived = (Record, i64);
 
 /// Rows that are kept room for when all are let go: some more than ten seconds bring.
@@ -46,7 +45,6 @@ impl Fresh {
         self.in_order.is_empty()
     }
 
-    /// By ascending number.
     pub(super) fn iter(&self) -> impl Iterator<Item = &Arrived> {
         let mut in_order = self.in_order.iter().peekable();
         let mut late = self.late.values().peekable();
@@ -64,7 +62,6 @@ impl Fresh {
         })
     }
 
-    /// The lowest and the highest number.
     pub(super) fn ends(&self) -> Option<(u64, u64)> {
         let first = self.iter().next()?;
         // What came late lies below the last that came in order.

@@ -14,7 +14,6 @@ use hashbrown::{Equivalent, HashMap};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// A batch that waits to be kept.
 #[derive(Debug, Clone)]
 pub(super) struct Taken {
     pub(super) batch: Arc<Batch>,
@@ -24,7 +23,6 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    /// Each sensor's part, with its stream.
     pub(super) fn parts(&self) -> impl Iterator<Item = (StreamName<'_>, &SensorBatch)> {
         let batch = &*self.batch;
         let name = |sensor| StreamName {
@@ -38,7 +36,6 @@ impl Taken {
             .map(move |part| (name(&part.sensor), part))
     }
 
-    /// The streams of the batch, in the order of its sensors.
     pub(super) fn streams(&self) -> impl Iterator<Item = StreamName<'_>> {
         self.parts().map(|(name, _)| name)
     }
@@ -85,7 +82,6 @@ pub(super) struct StreamState {
     pub(super) runs: Runs,
     /// The frames that are new, with their time of arrival.
     pub(super) fresh: Fresh,
-    /// Whether anything changed.
     pub(super) is_touched: bool,
     /// For an engine that settles later: the last group that the tables have; whether the stream waits to be settled;
     /// how many of the fresh frames it took note of; the last group that brought any.
@@ -114,7 +110,6 @@ impl StreamState {
         }
     }
 
-    /// How many runs are held in memory.
     pub(super) fn runs_len(&self) -> usize {
         self.runs.len()
     }
@@ -174,7 +169,6 @@ impl StreamState {
     }
 }
 
-/// Whether each number is larger than the one before.
 fn ascend(frames: &[Record]) -> bool {
     frames.is_sorted_by(|one, next| one.seq < next.seq)
 }
@@ -186,7 +180,6 @@ fn has_pixels(record: &Record) -> bool {
 /// What the store holds under numbers that came before, to be held against what comes again.
 pub(super) type Contents = HashMap<Arc<StreamId>, BTreeMap<u64, Record>>;
 
-/// What is known of streams.
 pub(super) type Streams = HashMap<Arc<StreamId>, StreamState>;
 
 /// The streams of a group, and what its batches have changed so far.

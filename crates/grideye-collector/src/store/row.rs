@@ -5,7 +5,6 @@ use grideye_frame::{NoData, RawFrame, Reading, ThermistorWord};
 use grideye_recording::record::layout::{WORDS_BYTES, words_of, words_to_bytes};
 use grideye_recording::{COUNT_MAX, ClockState, Record, Stamp};
 
-/// A record as columns.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Columns {
     pub(super) seq: i64,
@@ -95,7 +94,6 @@ pub(super) fn unsigned(column: &str, value: i64) -> Result<u64, StoreError> {
     u64::try_from(value).map_err(|_negative| damaged(&format!("{value} as {column}")))
 }
 
-/// A number of things in memory as a column.
 pub(super) fn count(number: usize) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)
 }

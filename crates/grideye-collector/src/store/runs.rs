@@ -83,18 +83,15 @@ impl Runs {
         self.changed.insert(first);
     }
 
-    /// First to last of each run, in ascending order.
     #[cfg(test)]
     pub(super) fn iter(&self) -> impl Iterator<Item = (u64, u64)> + '_ {
         self.runs.iter().map(|(first, last)| (*first, *last))
     }
 
-    /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.runs.len()
     }
 
-    /// The highest number that came.
     pub(super) fn last(&self) -> Option<u64> {
         self.runs.last_key_value().map(|(_, last)| *last)
     }

@@ -1,7 +1,7 @@
 //! A recording as a CSV file.
 
-use crate::http::recordings::attachment::attachment;
 use crate::http::recordings::download::{self, Form};
+use crate::http::recordings::fields::attachment;
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::store::{Members, StoredRecord};
@@ -12,28 +12,20 @@ use grideye_recording::csv::{STREAMS_MAX, Writer};
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The recording as a file to keep.
 pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refusal> {
     if members.spans.len() > STREAMS_MAX {
         let what = format!(
             "recording {} holds more than {STREAMS_MAX} streams, too many for one file",
             members.recording.id
         );
-        return Err(Refusal::new(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "too_many_streams",
-            what,
-        ));
+        let status = StatusCode::UNPROCESSABLE_ENTITY;
+        return Err(Refusal::new(status, "too_many_streams", what));
     }
+    let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");
+    let name = attachment(&members.recording.name, "csv");
     let headers = [
-        (
-            header::CONTENT_TYPE,
-            HeaderValue::from_static("text/csv; charset=utf-8; header=present"),
-        ),
-        (
-            header::CONTENT_DISPOSITION,
-            attachment(&members.recording.name, "csv"),
-        ),
+        (header::CONTENT_TYPE, kind),
+        (header::CONTENT_DISPOSITION, name),
     ];
     let text = PageBuffer::default();
     let writer = Writer::new(text.clone()).map_err(|error| {
@@ -49,7 +41,6 @@ pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refu
 
 struct CsvFile {
     text: PageBuffer,
-    /// Until it has finished.
     writer: Option<Writer<PageBuffer>>,
 }
 
@@ -78,7 +69,6 @@ impl Form for CsvFile {
     }
 }
 
-/// What the writer writes into, and the download takes from.
 #[derive(Debug, Clone, Default)]
 struct PageBuffer(Arc<Mutex<Vec<u8>>>);
 

@@ -66,15 +66,11 @@ pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refu
     Ok((kind, download::body(state, members, frames)).into_response())
 }
 
-/// Everything before the first row.
 fn head(members: &Members, rows: u64) -> Result<Vec<u8>, Refusal> {
     if u16::try_from(members.spans.len()).is_err() {
         let what = format!("recording {} holds too many streams", members.recording.id);
-        return Err(Refusal::new(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "too_many_streams",
-            what,
-        ));
+        let status = StatusCode::UNPROCESSABLE_ENTITY;
+        return Err(Refusal::new(status, "too_many_streams", what));
     }
     let streams: Vec<Value> = members
         .spans

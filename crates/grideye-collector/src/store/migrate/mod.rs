@@ -10,13 +10,14 @@ mod target;
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;
+use crate::store::frame_store::FrameStore;
 use crate::store::location::{PostgresUrl, StoreLocation};
 use crate::store::migrate::source::Source;
 use crate::store::migrate::target::Target;
 use crate::store::postgres::PostgresStore;
+use crate::store::row::count;
 use crate::store::sqlite::SqliteStore;
-use crate::store::stage::Stage;
-use crate::store::types::FrameStore;
+use crate::store::types::Stage;
 use std::path::Path;
 
 /// Frames in one transaction of the copy, and in one comparison.
@@ -161,7 +162,7 @@ async fn compare_frames(
             }
             let Some(last) = kept.last() else { break };
             after = Some(last.record.seq);
-            compared += crate::store::row::count(kept.len()).unsigned_abs();
+            compared += count(kept.len()).unsigned_abs();
             progress(Stage::Comparing, compared, source.rows);
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;
-use crate::store::row::{Columns, unsigned};
+use crate::store::row::unsigned;
 use crate::store::segment::SealedRow;
 use crate::store::sqlite::{self, Found, rows_of};
 use crate::store::types::Span;
@@ -17,7 +17,6 @@ pub(super) struct Source {
     connection: Connection,
     pub(super) streams: Vec<SourceStream>,
     pub(super) recordings: Vec<SourceRecording>,
-    /// All rows, and those with pixels.
     pub(super) rows: u64,
     pub(super) frames: u64,
     groups: i64,
@@ -39,12 +38,10 @@ pub(super) struct SourceStream {
     pub(super) expired: i64,
 }
 
-/// A recording as the file has it.
 pub(super) struct SourceRecording {
     pub(super) id: i64,
     pub(super) name: String,
     pub(super) note: String,
-    /// Number and text of each.
     pub(super) labels: Vec<(i64, String)>,
     pub(super) t_start_ns: i64,
     pub(super) t_stop_ns: Option<i64>,
@@ -52,21 +49,9 @@ pub(super) struct SourceRecording {
     pub(super) through_epoch: Option<i64>,
 }
 
-/// A frame's columns as they are in the file.
-pub(super) struct SourceFrame {
-    pub(super) stream_key: i64,
-    pub(super) seq: i64,
-    pub(super) t_boot_ns: i64,
-    pub(super) t_utc_ns: i64,
-    pub(super) clock: i16,
-    pub(super) t_arrival_ns: i64,
-    pub(super) epoch: i64,
-    pub(super) missing: Option<String>,
-    pub(super) thermistor: Option<i32>,
-    pub(super) pixels: Option<Vec<u8>>,
-}
+/// The file's number of a stream, and a row of it.
+pub(super) type SourceRow = (i64, SealedRow);
 
-/// How far the copy came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Cursor {
     pub(super) stream_key: i64,
@@ -127,7 +112,6 @@ impl Source {
         })
     }
 
-    /// Lets others write again.
     pub(super) fn unlock(&self) -> Result<(), StoreError> {
         Ok(self.connection.execute_batch("COMMIT")?)
     }
@@ -152,8 +136,8 @@ impl Source {
         self.epoch.saturating_add(1)
     }
 
-    /// The next rows, ordered by stream and number: whole chunks, until there are as many rows.
-    pub(super) fn page(&self, after: &Cursor, rows: usize) -> Result<Vec<SourceFrame>, StoreError> {
+    /// The next rows with their streams, ordered by stream and number: whole chunks, until there are as many rows.
+    pub(super) fn page(&self, after: &Cursor, rows: usize) -> Result<Vec<SourceRow>, StoreError> {
         let mut statement = self.connection.prepare_cached(
             "SELECT first_seq, last_seq, epoch, is_sealed, rows, stream_id FROM chunks
              WHERE (stream_id, first_seq) > (?, ?) ORDER BY stream_id, first_seq",
@@ -162,15 +146,12 @@ impl Source {
         let mut frames = Vec::with_capacity(rows);
         while frames.len() < rows {
             let Some(chunk) = chunks.next()? else { break };
-            let stream_key = chunk.get(5)?;
-            for row in rows_of(chunk)? {
-                frames.push(SourceFrame::of(stream_key, &row)?);
-            }
+            let stream_key: i64 = chunk.get(5)?;
+            frames.extend(rows_of(chunk)?.into_iter().map(|row| (stream_key, row)));
         }
         Ok(frames)
     }
 
-    /// First and last number of each run of a stream.
     pub(super) fn runs(&self, stream_key: i64) -> Result<Vec<(i64, i64)>, StoreError> {
         let mut statement = self
             .connection
@@ -194,24 +175,6 @@ impl Source {
             ])
         })?;
         Ok(rows.collect::<Result<_, _>>()?)
-    }
-}
-
-impl SourceFrame {
-    fn of(stream_key: i64, row: &SealedRow) -> Result<Self, StoreError> {
-        let columns = Columns::of(&row.record)?;
-        Ok(Self {
-            stream_key,
-            seq: columns.seq,
-            t_boot_ns: columns.t_boot_ns,
-            t_utc_ns: columns.t_utc_ns,
-            clock: columns.clock,
-            t_arrival_ns: row.t_arrival_ns,
-            epoch: row.arrival,
-            missing: columns.missing.map(str::to_owned),
-            thermistor: columns.thermistor.map(i32::from),
-            pixels: columns.pixels.map(Vec::from),
-        })
     }
 }
 

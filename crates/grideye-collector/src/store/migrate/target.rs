@@ -3,9 +3,9 @@
 use crate::limits::Limits;
 use crate::store::error::StoreError;
 use crate::store::location::PostgresUrl;
-use crate::store::migrate::source::{Cursor, Source, SourceFrame};
-use crate::store::postgres::{Days, Session, UNFINISHED, prepare_tables};
-use crate::store::row::{count, unsigned};
+use crate::store::migrate::source::{Cursor, Source, SourceRow};
+use crate::store::postgres::{Days, FrameColumns, Session, UNFINISHED, prepare_tables};
+use crate::store::row::{count, fitting, unsigned};
 use std::collections::HashMap;
 
 /// The database, with a table of its own that says how far the copy came.
@@ -82,18 +82,18 @@ impl Target {
         &self,
         source: &Source,
         after: &Cursor,
-        page: &[SourceFrame],
+        page: &[SourceRow],
     ) -> Result<Option<Cursor>, StoreError> {
-        let Some(last) = page.last() else {
+        let Some((stream_key, last)) = page.last() else {
             return Ok(None);
         };
         let mut days = Days::default();
-        for frame in page {
-            days.prepare(&self.session, frame.t_arrival_ns).await;
+        for (_, row) in page {
+            days.prepare(&self.session, row.t_arrival_ns).await;
         }
         let next = Cursor {
-            stream_key: last.stream_key,
-            seq: last.seq,
+            stream_key: *stream_key,
+            seq: fitting("seq", last.record.seq)?,
             rows: after.rows + count(page.len()).unsigned_abs(),
         };
         self.session.batch("BEGIN").await?;
@@ -105,7 +105,7 @@ impl Target {
     async fn copy_rows(
         &self,
         source: &Source,
-        page: &[SourceFrame],
+        page: &[SourceRow],
         next: &Cursor,
     ) -> Result<(), StoreError> {
         let streams: HashMap<i64, (&str, i32)> = source
@@ -113,39 +113,12 @@ impl Target {
             .iter()
             .map(|stream| (stream.key, (stream.id.device.as_str(), stream.number)))
             .collect();
-        let of = |frame: &SourceFrame| streams.get(&frame.stream_key).copied().unwrap_or(("", 0));
-        let devices: Vec<&str> = page.iter().map(|frame| of(frame).0).collect();
-        let numbers: Vec<i32> = page.iter().map(|frame| of(frame).1).collect();
-        let seqs: Vec<i64> = page.iter().map(|frame| frame.seq).collect();
-        let t_boots: Vec<i64> = page.iter().map(|frame| frame.t_boot_ns).collect();
-        let t_utcs: Vec<i64> = page.iter().map(|frame| frame.t_utc_ns).collect();
-        let clocks: Vec<i16> = page.iter().map(|frame| frame.clock).collect();
-        let t_arrivals: Vec<i64> = page.iter().map(|frame| frame.t_arrival_ns).collect();
-        let epochs: Vec<i64> = page.iter().map(|frame| frame.epoch).collect();
-        let missings: Vec<Option<&str>> = page.iter().map(|f| f.missing.as_deref()).collect();
-        let thermistors: Vec<Option<i32>> = page.iter().map(|frame| frame.thermistor).collect();
-        let pixels: Vec<Option<&[u8]>> = page.iter().map(|f| f.pixels.as_deref()).collect();
-        let sql = "INSERT INTO grideye.frames (device, stream, seq, t_boot_ns, t_utc_ns, clock, t_arrival_ns, epoch, missing, thermistor, pixels)
-                   SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::SMALLINT[],
-                                        $7::BIGINT[], $8::BIGINT[], $9::TEXT[], $10::INT[], $11::BYTEA[])";
-        self.session
-            .execute(
-                sql,
-                &[
-                    &devices,
-                    &numbers,
-                    &seqs,
-                    &t_boots,
-                    &t_utcs,
-                    &clocks,
-                    &t_arrivals,
-                    &epochs,
-                    &missings,
-                    &thermistors,
-                    &pixels,
-                ],
-            )
-            .await?;
+        let mut frames = FrameColumns::default();
+        for (stream_key, row) in page {
+            let key = streams.get(stream_key).copied().unwrap_or(("", 0));
+            frames.push(key, &row.record, row.t_arrival_ns, row.arrival)?;
+        }
+        frames.insert(&self.session).await?;
         let sql = "UPDATE grideye.migration SET stream_key = $1, seq = $2, copied = $3";
         let copied = i64::try_from(next.rows).unwrap_or(i64::MAX);
         self.session

@@ -2,28 +2,22 @@
 //! is written with one statement.
 
 use crate::limits::Limits;
-use crate::store::account;
 use crate::store::error::StoreError;
-use crate::store::plan::{Contents, Plan, StreamName, StreamState, Streams, Taken};
-use crate::store::postgres::read::record_of;
+use crate::store::plan::{Contents, Plan, StreamName, Streams, Taken};
+use crate::store::postgres::read::{record_of, state_of, stream_id};
 use crate::store::postgres::save::{self, number};
-use crate::store::postgres::session::Session;
+use crate::store::postgres::session::{Parameters, Session};
 use crate::store::row::count;
 use crate::store::types::Appended;
 use grideye_recording::StreamId;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
-use tokio_postgres::Row;
 
-/// A group that is committed.
 pub(super) struct Done {
-    /// The lane's count.
     pub(super) n: i64,
-    /// What became of each batch.
     pub(super) appended: Vec<Result<Appended, StoreError>>,
 }
 
-/// A group of which nothing was kept.
 pub(super) enum Undone {
     /// Somebody removed the lane: it has to be made again.
     NoLane,
@@ -160,7 +154,6 @@ async fn keys(
     Ok((keys, made))
 }
 
-/// Adds the keys of those streams that have none yet and that the database has.
 async fn look_up(
     session: &Session,
     wanted: &BTreeSet<StreamId>,
@@ -179,12 +172,8 @@ async fn look_up(
                FROM unnest($1::TEXT[], $2::TEXT[], $3::TEXT[]) AS w (device, sensor, boot)
                JOIN grideye.streams s ON s.device = w.device AND s.sensor = w.sensor AND s.boot = w.boot";
     for row in session.query(sql, &[&devices, &sensors, &boots]).await? {
-        let id = StreamId {
-            device: row.try_get(0)?,
-            sensor: row.try_get(1)?,
-            boot: row.try_get(2)?,
-        };
-        let key = (id.device.clone(), row.try_get(3)?);
+        let id = stream_id(&row)?;
+        let key = (id.device.clone(), row.try_get("stream")?);
         keys.insert(id, key);
     }
     Ok(())
@@ -200,15 +189,11 @@ async fn states(
     let ids: HashMap<&Key, &StreamId> = keys.iter().map(|(id, key)| (key, id)).collect();
     let devices: Vec<&str> = keys.values().map(|key| key.0.as_str()).collect();
     let streams: Vec<i32> = keys.values().map(|key| key.1).collect();
-    let sql = "SELECT device, stream, stored, missing, account, account_read, came_since_account, t_last_arrival_ns,
-                      expired FROM grideye.streams
-               WHERE (device, stream) IN (SELECT * FROM unnest($1::TEXT[], $2::INT[]))
+    let sql = "SELECT * FROM grideye.streams WHERE (device, stream) IN (SELECT * FROM unnest($1::TEXT[], $2::INT[]))
                ORDER BY device, stream FOR UPDATE";
     let mut states = Streams::new();
     for row in session.query(sql, &[&devices, &streams]).await? {
-        let key: Key = (row.try_get(0)?, row.try_get(1)?);
-        let Some(id) = ids.get(&key) else { continue };
-        states.insert(Arc::new(StreamId::clone(id)), state_of(&row)?);
+        states.insert(Arc::new(stream_id(&row)?), state_of(&row)?);
     }
     let reach = reach(taken);
     let span = |id| reach.get(id).copied().unwrap_or((0, 0));
@@ -225,8 +210,7 @@ async fn states(
                    (SELECT first_seq, last_seq FROM grideye.runs
                     WHERE device = k.device AND stream = k.stream AND first_seq <= k.high AND last_seq >= k.low)
                ) r";
-    let parameters: crate::store::postgres::session::Parameters<'_> =
-        &[&devices, &streams, &lows, &highs, &newest];
+    let parameters: Parameters<'_> = &[&devices, &streams, &lows, &highs, &newest];
     for row in session.query(sql, parameters).await? {
         let key: Key = (row.try_get(0)?, row.try_get(1)?);
         if let Some(state) = ids.get(&key).and_then(|id| states.get_mut(*id)) {
@@ -294,20 +278,4 @@ async fn contents(
         }
     }
     Ok(contents)
-}
-
-/// From device, stream, stored, missing, account, account_read, came_since_account, t_last_arrival_ns.
-fn state_of(row: &Row) -> Result<StreamState, StoreError> {
-    let account: Option<&str> = row.try_get(4)?;
-    Ok(StreamState {
-        key: row.try_get::<_, i32>(1)?.into(),
-        stored: row.try_get(2)?,
-        missing: row.try_get(3)?,
-        account: account.map(account::from_json).transpose()?,
-        account_read: row.try_get(5)?,
-        came_since_account: row.try_get(6)?,
-        expired: row.try_get(8)?,
-        t_last_arrival_ns: row.try_get(7)?,
-        ..StreamState::default()
-    })
 }

@@ -47,7 +47,6 @@
 mod append;
 mod boundary;
 mod follow;
-mod labels;
 mod read;
 mod save;
 mod schema;
@@ -55,6 +54,7 @@ mod session;
 mod store;
 mod writer;
 
+pub(super) use save::FrameColumns;
 pub(super) use schema::{Days, UNFINISHED, prepare as prepare_tables};
 pub(super) use session::Session;
 pub use store::PostgresStore;

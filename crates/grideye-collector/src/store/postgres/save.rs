@@ -3,15 +3,14 @@
 use crate::store::account;
 use crate::store::error::StoreError;
 use crate::store::plan::{StreamState, Streams};
-use crate::store::postgres::session::Session;
+use crate::store::postgres::session::{Parameters, Session};
 use crate::store::row::Columns;
-use grideye_recording::StreamId;
+use grideye_recording::{Record, StreamId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What changed, ordered by key.
 type Touched<'s> = BTreeMap<&'s StreamId, &'s StreamState>;
 
-/// Writes all that changed. `lane` is the writer's lane and its count.
 pub(super) async fn all(
     session: &Session,
     states: &Streams,
@@ -44,59 +43,82 @@ pub(super) async fn without_empty(
 }
 
 async fn frames(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<(), StoreError> {
-    let rows: usize = touched.values().map(|state| state.fresh.len()).sum();
-    if rows == 0 {
-        return Ok(());
-    }
-    let mut devices: Vec<&str> = Vec::with_capacity(rows);
-    let mut streams: Vec<i32> = Vec::with_capacity(rows);
-    let mut seqs: Vec<i64> = Vec::with_capacity(rows);
-    let mut t_boots: Vec<i64> = Vec::with_capacity(rows);
-    let mut t_utcs: Vec<i64> = Vec::with_capacity(rows);
-    let mut clocks: Vec<i16> = Vec::with_capacity(rows);
-    let mut t_arrivals: Vec<i64> = Vec::with_capacity(rows);
-    let mut missings: Vec<Option<&str>> = Vec::with_capacity(rows);
-    let mut thermistors: Vec<Option<i32>> = Vec::with_capacity(rows);
-    let mut pixels: Vec<Option<Vec<u8>>> = Vec::with_capacity(rows);
+    let mut frames = FrameColumns::default();
     for (id, state) in touched {
         for (record, t_arrival_ns) in state.fresh.iter() {
-            let columns = Columns::of(record)?;
-            devices.push(&id.device);
-            streams.push(number(state));
-            seqs.push(columns.seq);
-            t_boots.push(columns.t_boot_ns);
-            t_utcs.push(columns.t_utc_ns);
-            clocks.push(columns.clock);
-            t_arrivals.push(*t_arrival_ns);
-            missings.push(columns.missing);
-            thermistors.push(columns.thermistor.map(i32::from));
-            pixels.push(columns.pixels.map(Vec::from));
+            let key = (id.device.as_str(), number(state));
+            frames.push(key, record, *t_arrival_ns, epoch)?;
         }
     }
-    let sql = "INSERT INTO grideye.frames (device, stream, seq, t_boot_ns, t_utc_ns, clock, t_arrival_ns, epoch, missing, thermistor, pixels)
-               SELECT device, stream, seq, t_boot_ns, t_utc_ns, clock, t_arrival_ns, $11, missing, thermistor, pixels
-               FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::SMALLINT[], $7::BIGINT[],
-                           $8::TEXT[], $9::INT[], $10::BYTEA[])
-               AS f (device, stream, seq, t_boot_ns, t_utc_ns, clock, t_arrival_ns, missing, thermistor, pixels)";
-    let parameters: crate::store::postgres::session::Parameters<'_> = &[
-        &devices,
-        &streams,
-        &seqs,
-        &t_boots,
-        &t_utcs,
-        &clocks,
-        &t_arrivals,
-        &missings,
-        &thermistors,
-        &pixels,
-        &epoch,
-    ];
-    session.execute(sql, parameters).await?;
-    Ok(())
+    frames.insert(session).await
+}
+
+/// Rows of `frames`, column by column, for one statement.
+#[derive(Default)]
+pub(crate) struct FrameColumns<'d> {
+    devices: Vec<&'d str>,
+    streams: Vec<i32>,
+    seqs: Vec<i64>,
+    t_boots: Vec<i64>,
+    t_utcs: Vec<i64>,
+    clocks: Vec<i16>,
+    t_arrivals: Vec<i64>,
+    epochs: Vec<i64>,
+    missings: Vec<Option<&'static str>>,
+    thermistors: Vec<Option<i32>>,
+    pixels: Vec<Option<Vec<u8>>>,
+}
+
+impl<'d> FrameColumns<'d> {
+    pub(crate) fn push(
+        &mut self,
+        (device, stream): (&'d str, i32),
+        record: &Record,
+        t_arrival_ns: i64,
+        epoch: i64,
+    ) -> Result<(), StoreError> {
+        let columns = Columns::of(record)?;
+        self.devices.push(device);
+        self.streams.push(stream);
+        self.seqs.push(columns.seq);
+        self.t_boots.push(columns.t_boot_ns);
+        self.t_utcs.push(columns.t_utc_ns);
+        self.clocks.push(columns.clock);
+        self.t_arrivals.push(t_arrival_ns);
+        self.epochs.push(epoch);
+        self.missings.push(columns.missing);
+        self.thermistors.push(columns.thermistor.map(i32::from));
+        self.pixels.push(columns.pixels.map(Vec::from));
+        Ok(())
+    }
+
+    pub(crate) async fn insert(&self, session: &Session) -> Result<(), StoreError> {
+        if self.seqs.is_empty() {
+            return Ok(());
+        }
+        let sql = "INSERT INTO grideye.frames (device, stream, seq, t_boot_ns, t_utc_ns, clock, t_arrival_ns, epoch, missing, thermistor, pixels)
+                   SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::SMALLINT[],
+                                        $7::BIGINT[], $8::BIGINT[], $9::TEXT[], $10::INT[], $11::BYTEA[])";
+        let parameters: Parameters<'_> = &[
+            &self.devices,
+            &self.streams,
+            &self.seqs,
+            &self.t_boots,
+            &self.t_utcs,
+            &self.clocks,
+            &self.t_arrivals,
+            &self.epochs,
+            &self.missings,
+            &self.thermistors,
+            &self.pixels,
+        ];
+        session.execute(sql, parameters).await?;
+        Ok(())
+    }
 }
 
 async fn runs(session: &Session, touched: &Touched<'_>) -> Result<(), StoreError> {
-    let (mut gone, mut changed) = (Columns3::default(), Columns3::default());
+    let (mut gone, mut changed) = (RunColumns::default(), RunColumns::default());
     for (id, state) in touched {
         let (gone_runs, changed_runs) = state.changed_runs();
         for first in gone_runs {
@@ -117,7 +139,7 @@ async fn runs(session: &Session, touched: &Touched<'_>) -> Result<(), StoreError
         let sql = "INSERT INTO grideye.runs (device, stream, first_seq, last_seq)
                    SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[])
                    ON CONFLICT (device, stream, first_seq) DO UPDATE SET last_seq = excluded.last_seq";
-        let parameters: crate::store::postgres::session::Parameters<'_> = &[
+        let parameters: Parameters<'_> = &[
             &changed.devices,
             &changed.streams,
             &changed.firsts,
@@ -129,14 +151,14 @@ async fn runs(session: &Session, touched: &Touched<'_>) -> Result<(), StoreError
 }
 
 #[derive(Default)]
-struct Columns3<'s> {
+struct RunColumns<'s> {
     devices: Vec<&'s str>,
     streams: Vec<i32>,
     firsts: Vec<i64>,
     lasts: Vec<i64>,
 }
 
-impl<'s> Columns3<'s> {
+impl<'s> RunColumns<'s> {
     fn push(&mut self, id: &'s StreamId, state: &StreamState, (first, last): (u64, u64)) {
         // Numbers were checked to fit before they came into a run.
         let fitting = |seq| i64::try_from(seq).unwrap_or(i64::MAX);
@@ -172,7 +194,7 @@ async fn shares(session: &Session, touched: &Touched<'_>, epoch: i64) -> Result<
                ON CONFLICT (device, stream, epoch) DO UPDATE SET
                    first_seq = least(s.first_seq, excluded.first_seq), last_seq = greatest(s.last_seq, excluded.last_seq),
                    stored = s.stored + excluded.stored, missing = s.missing + excluded.missing";
-    let parameters: crate::store::postgres::session::Parameters<'_> = &[
+    let parameters: Parameters<'_> = &[
         &devices, &streams, &firsts, &lasts, &stored, &missing, &epoch,
     ];
     session.execute(sql, parameters).await?;
@@ -212,7 +234,7 @@ async fn streams(
                            $8::BIGINT[], $9::BIGINT[], $10::BOOLEAN[])
                AS u (device, stream, stored, missing, t_last_arrival_ns, account, account_read, came, sent, is_added)
                WHERE s.device = u.device AND s.stream = u.stream";
-    let parameters: crate::store::postgres::session::Parameters<'_> = &[
+    let parameters: Parameters<'_> = &[
         &devices, &streams, &stored, &missing, &arrivals, &accounts, &reads, &came, &sent, &added,
         &lane, &n,
     ];
@@ -220,7 +242,6 @@ async fn streams(
     Ok(())
 }
 
-/// The stream's number as the column has it.
 pub(super) fn number(state: &StreamState) -> i32 {
     i32::try_from(state.key).unwrap_or(i32::MAX)
 }

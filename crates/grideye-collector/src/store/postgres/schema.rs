@@ -7,7 +7,6 @@ use std::time::Duration;
 /// The layout of a database that a migration has not finished.
 pub(crate) const UNFINISHED: i32 = 0;
 
-/// The layout below.
 const LAYOUT: i32 = 1;
 /// Collectors that start at the same moment all try to make the tables; one wins, the others look again.
 const ATTEMPTS_MAX: u32 = 20;
@@ -184,7 +183,6 @@ async fn make(session: &Session) -> Result<(), StoreError> {
     done
 }
 
-/// The days for which partitions are known to be there.
 #[derive(Debug, Default)]
 pub(crate) struct Days(Option<(i64, i64)>);
 

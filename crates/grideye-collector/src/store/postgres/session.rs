@@ -73,7 +73,6 @@ impl Session {
         Ok(self.client.execute(&statement, parameters).await?)
     }
 
-    /// Statements without parameters, several at once.
     pub(crate) async fn batch(&self, sql: &str) -> Result<(), StoreError> {
         Ok(self.client.batch_execute(sql).await?)
     }

@@ -1,21 +1,17 @@
 //! [`PostgresStore`]: a task that writes, one that follows the other collectors, and a connection that reads.
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
-use crate::store::label::{KeptLabel, Label};
+use crate::store::error::{RecordingId, StoreError};
+use crate::store::frame_store::FrameStore;
 use crate::store::location::PostgresUrl;
-use crate::store::plan::Taken;
 use crate::store::postgres::session::{Session, Shared};
 use crate::store::postgres::writer::Writer;
-use crate::store::postgres::{follow, labels, read, schema};
-use crate::store::queue::{Command, Queue, WriteFault};
-use crate::store::recording_id::RecordingId;
+use crate::store::postgres::{boundary, follow, read, schema};
+use crate::store::queue::{Queue, WriteFault};
 use crate::store::types::{
-    Answer, Appended, FrameStore, Members, News, Recording, Span, StoreUsage, StoredRecord,
-    StreamSummary,
+    Answer, KeptLabel, Members, News, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
 };
-use grideye_recording::wire::Batch;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 
@@ -57,13 +53,8 @@ impl PostgresStore {
 }
 
 impl FrameStore for PostgresStore {
-    fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
-        let taken = Taken {
-            batch,
-            compact: None,
-            t_arrival_ns,
-        };
-        self.queue.ask(|reply| Command::Append { taken, reply })
+    fn queue(&self) -> &Queue {
+        &self.queue
     }
 
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>> {
@@ -74,38 +65,8 @@ impl FrameStore for PostgresStore {
         Box::pin(async { read::newest(&*self.reader.session().await?).await })
     }
 
-    fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Start {
-            name,
-            t_start_ns,
-            reply,
-        })
-    }
-
-    fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Stop {
-            id,
-            t_stop_ns,
-            reply,
-        })
-    }
-
-    fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Note { id, note, reply })
-    }
-
     fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>> {
-        Box::pin(async move { labels::all(&*self.reader.session().await?, id).await })
-    }
-
-    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
-        self.queue
-            .ask(|reply| Command::AddLabel { id, label, reply })
-    }
-
-    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
-        self.queue
-            .ask(|reply| Command::RemoveLabel { id, number, reply })
+        Box::pin(async move { boundary::labels(&*self.reader.session().await?, id).await })
     }
 
     fn recordings(&self) -> Answer<'_, Vec<Recording>> {
@@ -119,7 +80,7 @@ impl FrameStore for PostgresStore {
             // A running recording is read up to an end that all collectors keep to.
             let through = match recording.t_stop_ns {
                 Some(_) => range.1,
-                None => self.queue.ask(|reply| Command::EndEpoch { reply }).await?,
+                None => self.queue.end_epoch().await?,
             };
             read::members(&session, id, through).await
         })

@@ -10,8 +10,7 @@ use crate::store::error::StoreError;
 use crate::store::row::count;
 use crate::store::sqlite::known::Known;
 use crate::store::sqlite::{read, schema};
-use crate::store::stage::Stage;
-use crate::store::types::StreamSummary;
+use crate::store::types::{Stage, StreamSummary};
 use grideye_recording::whole::sync_folder_of;
 use rusqlite::backup::{Backup, StepResult};
 use rusqlite::{Connection, ErrorCode, OpenFlags, params};
@@ -245,7 +244,6 @@ fn check_integrity(copy: &Connection) -> Result<(), BackupError> {
     }
 }
 
-/// What a store says that it holds.
 struct Books {
     /// Each stream, and how many of its frames wait to be settled.
     streams: Vec<(StreamSummary, u64)>,
@@ -342,7 +340,6 @@ fn differs(what: &impl ToString) -> BackupError {
 struct Partial {
     path: PathBuf,
     out: PathBuf,
-    /// Locked against another run.
     file: File,
 }
 

@@ -52,7 +52,6 @@ impl Held {
         self.log.check()
     }
 
-    /// What happened, what is at risk and what to do. `is_folded`: the file has all that its log held.
     fn event(&self, part: &'static str, fate: &'static str, is_folded: bool) -> LogEvent {
         let (file, log) = (self.file.path.display(), self.log.path.display());
         let (at_risk, hint) = if part == LOG {
@@ -115,7 +114,6 @@ impl Part {
         })
     }
 
-    /// Whether the file has a name, wherever.
     fn is_linked(&self) -> bool {
         self.held.metadata().is_ok_and(|held| held.nlink() > 0)
     }

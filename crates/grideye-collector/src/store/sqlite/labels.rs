@@ -1,10 +1,9 @@
 //! Labels of recordings.
 
-use crate::store::error::StoreError;
-use crate::store::label::{KeptLabel, Label};
-use crate::store::recording_id::RecordingId;
+use crate::store::error::{RecordingId, StoreError};
 use crate::store::row::count;
 use crate::store::sqlite::read;
+use crate::store::types::{KeptLabel, Label};
 use rusqlite::{Connection, params};
 
 /// In the order in which they were added.

@@ -1,7 +1,6 @@
 //! The store in one SQLite file.
 
 mod backup;
-mod error;
 mod held;
 mod known;
 mod labels;

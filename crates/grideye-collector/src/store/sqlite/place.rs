@@ -1,11 +1,11 @@
-//! Where the file is, and how each connection to it is opened.
+//! Where the file is, how each connection to it is opened, and SQLite's errors as a store's.
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;
 use crate::store::location::StoreLocation;
 use crate::store::sqlite::held::Held;
 use crate::store::sqlite::schema::recognise;
-use rusqlite::{Connection, OpenFlags};
+use rusqlite::{Connection, ErrorCode, OpenFlags};
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::os::unix::fs::OpenOptionsExt as _;
@@ -15,7 +15,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Prepared statements that a connection keeps: more than there are in this crate.
 const STATEMENTS_MAX: usize = 64;
 
-/// What every connection of one store opens.
 pub(super) struct Place {
     pub(super) name: String,
     flags: OpenFlags,
@@ -103,6 +102,22 @@ fn unusable(error: &io::Error) -> StoreError {
     }
 }
 
+impl From<rusqlite::Error> for StoreError {
+    fn from(error: rusqlite::Error) -> Self {
+        match error.sqlite_error_code() {
+            Some(ErrorCode::DiskFull) => Self::Full,
+            Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::Locked,
+            Some(ErrorCode::NotADatabase) => Self::NotADatabase,
+            Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => {
+                Self::Unusable {
+                    message: error.to_string(),
+                }
+            }
+            _ => Self::Failed(error.to_string()),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,5 +137,27 @@ mod tests {
         assert_eq!(text("journal_mode").unwrap(), "wal");
         // 2 is FULL: the log is synced at every commit (https://sqlite.org/pragma.html#pragma_synchronous).
         assert_eq!(number("synchronous").unwrap(), 2);
+    }
+
+    #[test]
+    fn a_full_disk_is_told_from_other_faults() {
+        let fault = |code| {
+            StoreError::from(rusqlite::Error::SqliteFailure(
+                rusqlite::ffi::Error::new(code),
+                None,
+            ))
+        };
+        assert!(matches!(
+            fault(rusqlite::ffi::SQLITE_FULL),
+            StoreError::Full
+        ));
+        assert!(matches!(
+            fault(rusqlite::ffi::SQLITE_IOERR),
+            StoreError::Failed(_)
+        ));
+        assert!(matches!(
+            fault(rusqlite::ffi::SQLITE_READONLY),
+            StoreError::Unusable { .. }
+        ));
     }
 }

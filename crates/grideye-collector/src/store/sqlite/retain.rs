@@ -31,7 +31,6 @@ const VISITS_MAX: usize = 1024;
 const IS_RECORDED: &str = "EXISTS (
     SELECT * FROM recordings r WHERE c.epoch > r.after_epoch AND c.epoch <= coalesce(r.through_epoch, c.epoch))";
 
-/// Why frames were deleted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reason {
     /// They were older than [`Limits::keep_for`].
@@ -53,7 +52,6 @@ impl Reason {
 #[derive(Debug)]
 pub(super) struct Deleted {
     reason: Reason,
-    /// The number of the stream.
     pub(super) key: i64,
     id: StreamId,
     first_seq: i64,
@@ -120,7 +118,6 @@ impl Allowance {
 /// The place of a chunk in the order of age: store time, stream, first number.
 type Place = (i64, i64, i64);
 
-/// What is deleted, and how far that came.
 #[derive(Debug)]
 pub(super) struct Retention {
     /// All chunks up to here that are left belong to recordings, for good.
@@ -234,7 +231,6 @@ impl Retention {
     }
 }
 
-/// One step of deletion.
 struct Step<'c> {
     connection: &'c Connection,
     deleted: Vec<Deleted>,
