@@ -1,12 +1,9 @@
-use crate::csv::columns::header;
-use crate::csv::sequences::Sequences;
+use crate::cell::{Cell, Column};
+use crate::csv::columns::{Sequences, header};
 use crate::error::RecordingError;
-use crate::record::Row;
-use crate::record::{COUNT_MAX, check_name};
-use crate::record::{Record, StreamId};
+use crate::record::{COUNT_MAX, Record, Row, StreamId};
 use amg8833::word;
 use core::fmt::Write as _;
-use grideye_frame::NAME_RULE;
 use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
 use std::io::Write;
 
@@ -112,13 +109,9 @@ fn check_stream(line: u64, stream: &StreamId) -> Result<(), RecordingError> {
         ("sensor", &stream.sensor),
         ("boot", &stream.boot),
     ];
-    for (column, name) in named {
-        check_name(name).map_err(|error| RecordingError::Cell {
-            line,
-            column: column.to_owned(),
-            expected: NAME_RULE.to_owned(),
-            found: error.found,
-        })?;
+    for (column, text) in named {
+        let column = Column::Named(column);
+        Cell { line, column, text }.name()?;
     }
     Ok(())
 }
