@@ -97,9 +97,7 @@ impl Date {
                 ),
                 _ => None,
             })
-            .ok_or_else(|| RecordingError::FileNameWithoutDate {
-                found: quoted(name),
-            })
+            .ok_or_else(|| RecordingError::FileNameWithoutDate(quoted(name)))
     }
 
     /// Midnight at the day's beginning, in nanoseconds since 1970-01-01 UTC.

@@ -115,9 +115,7 @@ fn der(certificate: &Certificate) -> CertificateDer<'static> {
     reason = "it stands where map_err wants a function of the error"
 )]
 fn no_key(error: rcgen::Error) -> AccessError {
-    AccessError::NoKey {
-        what: error.to_string(),
-    }
+    AccessError::NoKey(error.to_string())
 }
 
 #[cfg(test)]

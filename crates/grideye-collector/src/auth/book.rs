@@ -93,9 +93,7 @@ impl TokenBook {
             }
         }
         if revoked.is_empty() {
-            return Err(AccessError::NoSuchToken {
-                named: named.to_owned(),
-            });
+            return Err(AccessError::NoSuchToken(named.to_owned()));
         }
         Ok(revoked)
     }
@@ -153,9 +151,7 @@ fn check(name: &str, scope: &Scope) -> Result<(), AccessError> {
         return Ok(());
     };
     if !(1..=DEVICES_PER_TOKEN_MAX).contains(&devices.len()) {
-        return Err(AccessError::DevicesPerToken {
-            found: devices.len(),
-        });
+        return Err(AccessError::DevicesPerToken(devices.len()));
     }
     match devices.iter().find(|device| check_name(device).is_err()) {
         Some(device) => Err(bad("device", device)),

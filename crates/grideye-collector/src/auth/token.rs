@@ -160,9 +160,7 @@ pub(crate) fn random_bytes<const N: usize>() -> Result<[u8; N], AccessError> {
     let mut bytes = [0; N];
     SystemRandom::new()
         .fill(&mut bytes)
-        .map_err(|error| AccessError::NoKey {
-            what: error.to_string(),
-        })?;
+        .map_err(|error| AccessError::NoKey(error.to_string()))?;
     Ok(bytes)
 }
 

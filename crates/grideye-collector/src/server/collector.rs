@@ -63,13 +63,13 @@ impl Collector {
         let listener =
             listen(address, config.limits.connections_max).map_err(|reason| {
                 match reason.kind() {
-                    io::ErrorKind::AddrInUse => CollectorError::AddressInUse { address },
+                    io::ErrorKind::AddrInUse => CollectorError::AddressInUse(address),
                     _ => CollectorError::Listen { address, reason },
                 }
             })?;
         let local_addr = listener
             .local_addr()
-            .map_err(|reason| CollectorError::Socket { reason })?;
+            .map_err(|reason| CollectorError::Socket(reason))?;
         let counters = Arc::<Counters>::default();
         let options = Options {
             hosts: HostNames::new(local_addr.ip(), &config.host_names),
@@ -158,7 +158,7 @@ impl Collector {
         connections.shutdown().await;
         let closed = self.state.store().close().await;
         self.log.say(&LogEvent::new(Level::Info, "stopped"));
-        closed.map_err(|reason| CollectorError::Close { reason })
+        closed.map_err(|reason| CollectorError::Close(reason))
     }
 }
 
@@ -198,11 +198,11 @@ fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), Collecto
         return Ok(());
     }
     if !asks_for_tokens {
-        return Err(CollectorError::NoTokens { address });
+        return Err(CollectorError::NoTokens(address));
     }
     match config.tls {
         Some(_) => Ok(()),
-        None => Err(CollectorError::NoTls { address }),
+        None => Err(CollectorError::NoTls(address)),
     }
 }
 

@@ -120,12 +120,8 @@ impl Acceptors {
         let mut all = vec![address.to_string(), "localhost".to_owned()];
         all.extend(names.iter().cloned());
         let signed = authority.sign(&all)?;
-        let config =
-            config(signed.chain, signed.key, self.client_roots.as_ref()).map_err(|error| {
-                CollectorError::Tls {
-                    what: error.to_string(),
-                }
-            })?;
+        let config = config(signed.chain, signed.key, self.client_roots.as_ref())
+            .map_err(|error| CollectorError::Tls(error.to_string()))?;
         if made.len() >= ADDRESSES_MAX {
             made.clear();
         }

@@ -204,9 +204,10 @@ impl Plan<'_> {
     }
 
     fn check(&self, name: StreamName<'_>, part: &SensorBatch) -> Result<(), StoreError> {
-        let state = self.streams.get(&name).ok_or(StoreError::TooManyStreams {
-            limit: self.limits.streams_max,
-        })?;
+        let state = self
+            .streams
+            .get(&name)
+            .ok_or(StoreError::TooManyStreams(self.limits.streams_max))?;
         if let Some(account) = &part.account {
             fitting("account.read", account.read)?;
         }

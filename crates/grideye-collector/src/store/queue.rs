@@ -99,9 +99,7 @@ impl Queue {
         let sent = match self.lock().as_ref() {
             None => Err(StoreError::Closed),
             Some(queue) => queue.try_send(command(reply)).map_err(|error| match error {
-                TrySendError::Full(_) => StoreError::Busy {
-                    waiting: queue.max_capacity(),
-                },
+                TrySendError::Full(_) => StoreError::Busy(queue.max_capacity()),
                 TrySendError::Closed(_) => StoreError::Closed,
             }),
         };

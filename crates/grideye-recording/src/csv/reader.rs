@@ -57,9 +57,7 @@ pub(crate) fn check_header<R: Read>(
     beginning: &'static str,
 ) -> Result<(), RecordingError> {
     let Some(line) = lines.next()? else {
-        return Err(RecordingError::Empty {
-            expected: beginning,
-        });
+        return Err(RecordingError::Empty(beginning));
     };
     if line.text == header {
         return if line.ended { Ok(()) } else { Err(line.cut()) };

@@ -53,7 +53,7 @@ impl<W: Write> Writer<W> {
     /// from then on every call fails with [`RecordingError::WriterBroken`].
     pub fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
         if let Some(line) = self.broken_at {
-            return Err(RecordingError::WriterBroken { line });
+            return Err(RecordingError::WriterBroken(line));
         }
         let line = self.lines + 1;
         check_stream(line, &row.stream)?;
@@ -72,7 +72,7 @@ impl<W: Write> Writer<W> {
     /// [`RecordingError::Io`] if flushing fails, [`RecordingError::WriterBroken`] if an earlier row could not be written.
     pub fn finish(mut self) -> Result<W, RecordingError> {
         if let Some(line) = self.broken_at {
-            return Err(RecordingError::WriterBroken { line });
+            return Err(RecordingError::WriterBroken(line));
         }
         let line = self.lines;
         self.output

@@ -149,7 +149,7 @@ async fn keys(
     if there < wanted.len() && streams < count(limits.streams_max) {
         // The number was taken by another stream of the device: from the beginning.
         let message = "a stream was made at the same moment by another collector".to_owned();
-        return Err(StoreError::Contended { message });
+        return Err(StoreError::Contended(message));
     }
     Ok((keys, made))
 }

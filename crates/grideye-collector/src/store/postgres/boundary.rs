@@ -54,9 +54,7 @@ pub(super) async fn start(
         let rows = session.query(sql, &[]).await?;
         let (recordings, id): (i64, i64) = (rows[0].try_get(0)?, rows[0].try_get(1)?);
         if recordings >= count(limits.recordings_max) {
-            return Err(StoreError::TooManyRecordings {
-                limit: limits.recordings_max,
-            });
+            return Err(StoreError::TooManyRecordings(limits.recordings_max));
         }
         session
             .execute(
@@ -167,9 +165,7 @@ pub(super) async fn add_label(
         let rows = session.query(sql, &[&id.0]).await?;
         let (labels, number): (i64, i64) = (rows[0].try_get(0)?, rows[0].try_get(1)?);
         if labels >= count(limits.labels_max) {
-            return Err(StoreError::TooManyLabels {
-                limit: limits.labels_max,
-            });
+            return Err(StoreError::TooManyLabels(limits.labels_max));
         }
         let sql = "INSERT INTO grideye.labels (recording, number, label) VALUES ($1, $2, $3)";
         session
@@ -200,5 +196,5 @@ async fn lock(session: &Session, id: RecordingId) -> Result<(), StoreError> {
     let rows = session.query(sql, &[&id.0]).await?;
     rows.first()
         .map(|_row| ())
-        .ok_or(StoreError::NoSuchRecording { id })
+        .ok_or(StoreError::NoSuchRecording(id))
 }

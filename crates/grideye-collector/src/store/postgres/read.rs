@@ -118,7 +118,7 @@ pub(super) async fn recording(
     id: RecordingId,
 ) -> Result<(Recording, (i64, i64)), StoreError> {
     let rows = session.query(RECORDING, &[&Some(id.0)]).await?;
-    let row = rows.first().ok_or(StoreError::NoSuchRecording { id })?;
+    let row = rows.first().ok_or(StoreError::NoSuchRecording(id))?;
     recording_of(row)
 }
 

@@ -27,12 +27,9 @@ impl Session {
             .tcp_user_timeout(limits.store_lock_time_max)
             .application_name("grideye");
         let connected = tokio::time::timeout(limits.store_lock_time_max, config.connect(NoTls));
-        let (client, connection) =
-            connected
-                .await
-                .map_err(|_elapsed| StoreError::Unreachable {
-                    message: format!("no answer within {:?}", limits.store_lock_time_max),
-                })??;
+        let (client, connection) = connected.await.map_err(|_elapsed| {
+            StoreError::Unreachable(format!("no answer within {:?}", limits.store_lock_time_max))
+        })??;
         // Ends when the client is dropped or the database is gone; every later request then says so.
         tokio::spawn(connection);
         let session = Self {
@@ -151,7 +148,7 @@ impl From<tokio_postgres::Error> for StoreError {
         let Some(refused) = error.as_db_error() else {
             let message = std::error::Error::source(&error)
                 .map_or_else(|| error.to_string(), |source| format!("{error}: {source}"));
-            return Self::Unreachable { message };
+            return Self::Unreachable(message);
         };
         let message = refused.message().to_owned();
         let code = refused.code();
@@ -159,10 +156,10 @@ impl From<tokio_postgres::Error> for StoreError {
         match code.code().get(..2) {
             _ if *code == SqlState::DISK_FULL => Self::Full,
             // Serialization failure, deadlock, lock not available, statement cancelled.
-            Some("40" | "55") => Self::Contended { message },
-            _ if *code == SqlState::QUERY_CANCELED => Self::Contended { message },
+            Some("40" | "55") => Self::Contended(message),
+            _ if *code == SqlState::QUERY_CANCELED => Self::Contended(message),
             // Connection, authorization, unknown database, insufficient resources, operator intervention.
-            Some("08" | "28" | "3D" | "53" | "57") => Self::Unreachable { message },
+            Some("08" | "28" | "3D" | "53" | "57") => Self::Unreachable(message),
             _ => Self::Failed(format!("{message} (SQLSTATE {})", code.code())),
         }
     }

@@ -40,11 +40,8 @@ pub struct BackedUp {
 #[derive(Debug, thiserror::Error)]
 pub enum BackupError {
     /// No such file.
-    #[error("there is no store {}\nhint: name the file that `grideye collect --store` names", .file.display())]
-    Missing {
-        /// The file asked for.
-        file: PathBuf,
-    },
+    #[error("there is no store {}\nhint: name the file that `grideye collect --store` names", .0.display())]
+    Missing(PathBuf),
     /// The store cannot be read.
     #[error("cannot back up {}: {reason}", .file.display())]
     Source {
@@ -54,23 +51,14 @@ pub enum BackupError {
         reason: StoreError,
     },
     /// The store itself was named as its backup.
-    #[error("{} is the store itself\nhint: name another file for the backup", .out.display())]
-    Itself {
-        /// The file asked for.
-        out: PathBuf,
-    },
+    #[error("{} is the store itself\nhint: name another file for the backup", .0.display())]
+    Itself(PathBuf),
     /// There is a file of that name.
-    #[error("{} exists already, and a backup replaces no file\nhint: name another file, or move this one away", .out.display())]
-    Exists {
-        /// The file asked for.
-        out: PathBuf,
-    },
+    #[error("{} exists already, and a backup replaces no file\nhint: name another file, or move this one away", .0.display())]
+    Exists(PathBuf),
     /// Another run writes the same backup.
-    #[error("another backup is being written to {}\nhint: wait for it, or name another file", .out.display())]
-    Taken {
-        /// The file asked for.
-        out: PathBuf,
-    },
+    #[error("another backup is being written to {}\nhint: wait for it, or name another file", .0.display())]
+    Taken(PathBuf),
     /// The disk is full.
     #[error("no room for {}: the store takes {bytes} bytes\nhint: make room, or name a file on another disk; what was written was deleted", .out.display())]
     NoRoom {
@@ -89,12 +77,9 @@ pub enum BackupError {
     },
     /// The copy is not what the store is.
     #[error(
-        "the copy of the store is not whole: {what}\nhint: it was deleted; if a second run fails as well, the store or a disk is damaged (`sqlite3 STORE 'PRAGMA integrity_check'`)"
+        "the copy of the store is not whole: {0}\nhint: it was deleted; if a second run fails as well, the store or a disk is damaged (`sqlite3 STORE 'PRAGMA integrity_check'`)"
     )]
-    Differs {
-        /// The first difference.
-        what: String,
-    },
+    Differs(String),
 }
 
 /// Copies the store in `file` to a new file `out`, and compares the two. `progress` hears the stage, what is done, and all.
@@ -107,21 +92,15 @@ pub fn backup(
     mut progress: impl FnMut(Stage, u64, u64),
 ) -> Result<BackedUp, BackupError> {
     let found = std::fs::metadata(file).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => BackupError::Missing {
-            file: file.to_owned(),
-        },
+        io::ErrorKind::NotFound => BackupError::Missing(file.to_owned()),
         _ => BackupError::Source {
             file: file.to_owned(),
-            reason: StoreError::Unusable {
-                message: error.to_string(),
-            },
+            reason: StoreError::Unusable(error.to_string()),
         },
     })?;
     if std::fs::metadata(out).is_ok_and(|out| (out.dev(), out.ino()) == (found.dev(), found.ino()))
     {
-        return Err(BackupError::Itself {
-            out: out.to_owned(),
-        });
+        return Err(BackupError::Itself(out.to_owned()));
     }
     let unreadable = |reason| BackupError::Source {
         file: file.to_owned(),
@@ -331,9 +310,7 @@ fn count_frames(
 }
 
 fn differs(what: &impl ToString) -> BackupError {
-    BackupError::Differs {
-        what: what.to_string(),
-    }
+    BackupError::Differs(what.to_string())
 }
 
 /// The copy while it is written: `OUT.partial`, which nobody else can read and which is deleted unless it is named.
@@ -348,7 +325,7 @@ impl Partial {
         let (out, mut path) = (out.to_owned(), out.as_os_str().to_owned());
         path.push(".partial");
         if out.symlink_metadata().is_ok() {
-            return Err(BackupError::Exists { out });
+            return Err(BackupError::Exists(out));
         }
         let opened = OpenOptions::new()
             .read(true)
@@ -364,7 +341,7 @@ impl Partial {
         };
         let file = opened.map_err(unwritable)?;
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-            Err(Errno::WOULDBLOCK) => return Err(BackupError::Taken { out }),
+            Err(Errno::WOULDBLOCK) => return Err(BackupError::Taken(out)),
             Err(error) => return Err(unwritable(error.into())),
             Ok(()) => {}
         }
@@ -374,7 +351,7 @@ impl Partial {
             Ok((there.dev(), there.ino()) == (held.dev(), held.ino()))
         });
         if !is_ours.unwrap_or(false) {
-            return Err(BackupError::Taken { out });
+            return Err(BackupError::Taken(out));
         }
         // Of one that was left, too.
         file.set_permissions(Permissions::from_mode(0o600))
@@ -406,9 +383,7 @@ impl Partial {
 
     /// Gives it its name, unless there is a file of that name, and syncs the folder.
     fn name_it(self) -> Result<(), BackupError> {
-        let exists = || BackupError::Exists {
-            out: self.out.clone(),
-        };
+        let exists = || BackupError::Exists(self.out.clone());
         match renameat_with(CWD, &self.path, CWD, &self.out, RenameFlags::NOREPLACE) {
             Ok(()) => {}
             Err(Errno::EXIST) => return Err(exists()),

@@ -34,7 +34,7 @@ pub(super) fn add(
         )?
         .query_row([id.0], |row| Ok((row.get(0)?, row.get(1)?)))?;
     if labels >= count(labels_max) {
-        return Err(StoreError::TooManyLabels { limit: labels_max });
+        return Err(StoreError::TooManyLabels(labels_max));
     }
     connection
         .prepare_cached("INSERT INTO labels (recording_id, number, label) VALUES (?, ?, ?)")?

@@ -28,18 +28,16 @@ impl Place {
         match location {
             StoreLocation::File(path) => {
                 let file = make_file(path)?;
-                let name = path.to_str().ok_or_else(|| StoreError::Unusable {
-                    message: "the path is not UTF-8".to_owned(),
-                })?;
+                let name = path
+                    .to_str()
+                    .ok_or_else(|| StoreError::Unusable("the path is not UTF-8".to_owned()))?;
                 Ok(Self {
                     name: name.to_owned(),
                     flags,
                     file: Some(file),
                 })
             }
-            StoreLocation::Postgres(url) => Err(StoreError::Unusable {
-                message: format!("{url} is no file"),
-            }),
+            StoreLocation::Postgres(url) => Err(StoreError::Unusable(format!("{url} is no file"))),
             StoreLocation::Memory => {
                 static STORES: AtomicU64 = AtomicU64::new(0);
                 let number = STORES.fetch_add(1, Ordering::Relaxed);
@@ -91,15 +89,11 @@ fn make_file(path: &Path) -> Result<File, StoreError> {
     if file.metadata().map_err(|error| unusable(&error))?.is_file() {
         return Ok(file);
     }
-    Err(StoreError::Unusable {
-        message: "it is not a plain file".to_owned(),
-    })
+    Err(StoreError::Unusable("it is not a plain file".to_owned()))
 }
 
 fn unusable(error: &io::Error) -> StoreError {
-    StoreError::Unusable {
-        message: error.to_string(),
-    }
+    StoreError::Unusable(error.to_string())
 }
 
 impl From<rusqlite::Error> for StoreError {
@@ -109,9 +103,7 @@ impl From<rusqlite::Error> for StoreError {
             Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => Self::Locked,
             Some(ErrorCode::NotADatabase) => Self::NotADatabase,
             Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => {
-                Self::Unusable {
-                    message: error.to_string(),
-                }
+                Self::Unusable(error.to_string())
             }
             _ => Self::Failed(error.to_string()),
         }

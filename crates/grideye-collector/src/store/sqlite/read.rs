@@ -251,7 +251,7 @@ fn recording_and_range(
     let mut rows = statement.query([id.0])?;
     match rows.next()? {
         Some(row) => recording_of(connection, row, through),
-        None => Err(StoreError::NoSuchRecording { id }),
+        None => Err(StoreError::NoSuchRecording(id)),
     }
 }
 

@@ -78,9 +78,7 @@ fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf, 
             backup,
             bytes,
         }),
-        Err(error) => Err(StoreError::Unusable {
-            message: error.to_string(),
-        }),
+        Err(error) => Err(StoreError::Unusable(error.to_string())),
     }
 }
 

@@ -218,7 +218,7 @@ impl Writer {
     fn told_from_a_full_disk(&self, error: StoreError) -> StoreError {
         match (error, self.limits.store_bytes_max) {
             (StoreError::Full, Some(bytes_max)) if self.is_at(bytes_max) => {
-                StoreError::QuotaReached { bytes_max }
+                StoreError::QuotaReached(bytes_max)
             }
             (error, _) => error,
         }
@@ -317,9 +317,7 @@ fn start(
     let recordings: i64 =
         connection.query_row("SELECT count(*) FROM recordings", [], |row| row.get(0))?;
     if recordings >= count(recordings_max) {
-        return Err(StoreError::TooManyRecordings {
-            limit: recordings_max,
-        });
+        return Err(StoreError::TooManyRecordings(recordings_max));
     }
     connection
         .prepare_cached("INSERT INTO recordings (name, t_start_ns, after_epoch) VALUES (?, ?, ?)")?
