@@ -9,8 +9,7 @@ use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::time::{Instant, Sleep};
 
-/// Rings no later than the next moment that is waited for. Rings it too early, because who set it waits no longer, it is
-/// set on. It wakes one task: the connection's.
+/// Rings no later than the next moment that is waited for; if that was for nobody, it is set on. It wakes the connection's task.
 #[derive(Clone, Default)]
 pub(crate) struct Alarm(Arc<Mutex<Option<Pin<Box<Sleep>>>>>);
 

@@ -59,8 +59,7 @@ impl Connections {
         }
     }
 
-    /// A place for one connection; `None` when all are taken and none can be displaced. A trusted proxy is exempt from the limit
-    /// for one address.
+    /// `None` when all places are taken and none can be displaced. The limit for one address does not bind a trusted proxy.
     pub(crate) fn admit(
         self: &Arc<Self>,
         peer: IpAddr,
@@ -351,11 +350,15 @@ mod tests {
         }
         assert_eq!(scene.comes(A), None, "all are established");
         assert_eq!(scene.comes(B), None, "all are established");
-        let of = |counter| crate::counters::load(counter);
-        assert_eq!(of(&scene.counters.displaced), 5);
-        assert_eq!(of(&scene.counters.turned_away), 2);
-        assert_eq!(of(&scene.counters.connections_open), 6);
-        assert_eq!(of(&scene.counters.connections), 11);
+        let Counters {
+            displaced,
+            turned_away,
+            connections_open,
+            connections,
+            ..
+        } = &*scene.counters;
+        let counted = [displaced, turned_away, connections_open, connections];
+        assert_eq!(counted.map(crate::counters::load), [5, 2, 6, 11]);
     }
 
     #[test]

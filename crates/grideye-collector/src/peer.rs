@@ -52,8 +52,7 @@ impl TrustedProxies {
         self.0.contains(&address.to_canonical())
     }
 
-    /// The sender behind a proxy: the rightmost hop that is not a trusted proxy. Hops to the left of it are ignored, because the
-    /// sender itself may have written them.
+    /// The rightmost hop that is no trusted proxy: the sender itself may have written those to the left of it.
     pub(crate) fn client(&self, proxy: IpAddr, headers: &HeaderMap) -> IpAddr {
         let values = headers.get_all(FORWARDED_FOR).iter().rev();
         let hops = values.flat_map(|value| value.to_str().unwrap_or_default().rsplit(','));

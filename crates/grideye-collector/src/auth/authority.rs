@@ -86,10 +86,7 @@ pub(crate) fn pin(certificate: &CertificateDer<'_>) -> String {
     format!("sha256-{}", hex(&sha256(certificate)))
 }
 
-/// Those of the authority, and what a certificate that it signs has in common with it.
-///
-/// They hold from 1970 on and do not run out: a Raspberry Pi has no battery clock and may believe that it is 1970. What
-/// ends their use is a new authority, which is a new pin.
+/// What certificates have in common. They hold from 1970 on and do not run out: a Raspberry Pi has no battery clock.
 fn params(names: &[String]) -> Result<CertificateParams, rcgen::Error> {
     let mut params = CertificateParams::new(names.to_vec())?;
     params.not_before = date_time_ymd(1970, 1, 1);

@@ -245,6 +245,11 @@ mod tests {
         (around, folder)
     }
 
+    fn add_page(folder: &AccessFolder) {
+        let added = folder.change(|book| book.add("page", Scope::Read, 1));
+        added.unwrap();
+    }
+
     #[test]
     fn looking_makes_nothing_and_what_is_made_is_for_its_owner_alone() {
         let (_around, folder) = folder();
@@ -252,9 +257,7 @@ mod tests {
         assert_eq!(folder.address().unwrap(), None);
         assert_eq!(folder.tokens_state().unwrap(), None);
         assert!(!folder.path().exists());
-        folder
-            .change(|book| book.add("page", Scope::Read, 1))
-            .unwrap();
+        add_page(&folder);
         folder.authority().unwrap();
         folder.session_key().unwrap();
         let address = Address {
@@ -271,10 +274,8 @@ mod tests {
             assert!(!path.display().to_string().ends_with(".partial"));
             files += 1;
         }
-        assert_eq!(
-            files, 6,
-            "tokens, two of the authority, session key, address, lock"
-        );
+        // Tokens, two of the authority, session key, address, lock.
+        assert_eq!(files, 6);
         assert_eq!(folder.book().unwrap().records()[0].name, "page");
         assert_eq!(folder.address().unwrap(), Some(address));
     }
@@ -287,10 +288,8 @@ mod tests {
         assert_eq!(folder.authority().unwrap().pin(), first.pin());
         fs::remove_file(folder.file(AUTHORITY_KEY)).unwrap();
         let error = folder.authority().err().unwrap().to_string();
-        assert!(
-            error.contains("authority.key: the authority's key is gone"),
-            "{error}"
-        );
+        let said = "authority.key: the authority's key is gone";
+        assert!(error.contains(said), "{error}");
     }
 
     #[test]
@@ -310,9 +309,8 @@ mod tests {
                 scope.spawn(move || {
                     for number in 0..8 {
                         let name = format!("t{thread}-{number}");
-                        folder
-                            .change(|book| book.add(&name, Scope::Read, 1))
-                            .unwrap();
+                        let added = folder.change(|book| book.add(&name, Scope::Read, 1));
+                        added.unwrap();
                     }
                 });
             }
@@ -323,9 +321,7 @@ mod tests {
     #[test]
     fn a_change_that_is_refused_leaves_the_list_as_it_was() {
         let (_around, folder) = folder();
-        folder
-            .change(|book| book.add("page", Scope::Read, 1))
-            .unwrap();
+        add_page(&folder);
         let before = folder.tokens_state().unwrap();
         let refused = folder.change(|book| {
             book.revoke("page", 2)?;

@@ -56,8 +56,7 @@ impl Agents {
         }
     }
 
-    /// What came with frames of this device that were taken. It is for show: what is not understood is not kept, and
-    /// costs no frame.
+    /// Notes what came with frames that were taken. It is for show: what is not understood costs no frame.
     pub(crate) fn heard(&self, device: &str, headers: &HeaderMap) {
         let program = headers
             .get(header::USER_AGENT)
@@ -119,10 +118,8 @@ mod tests {
     fn headers(program: &'static str, configuration: &str) -> HeaderMap {
         let mut headers = HeaderMap::new();
         headers.insert(header::USER_AGENT, HeaderValue::from_static(program));
-        headers.insert(
-            CONFIGURATION_HEADER,
-            HeaderValue::from_str(configuration).unwrap(),
-        );
+        let configuration = HeaderValue::from_str(configuration).unwrap();
+        headers.insert(CONFIGURATION_HEADER, configuration);
         headers
     }
 
@@ -132,10 +129,8 @@ mod tests {
         agents.heard("a", &headers("grideye-agent/1.2.3", CONFIGURATION));
         let said = agents.of("a");
         assert_eq!(said.program.as_deref(), Some("grideye-agent/1.2.3"));
-        assert_eq!(
-            said.configuration.as_ref().unwrap().sensors["i2c-1:0x69"].rate_hz,
-            10
-        );
+        let set_up = said.configuration.as_ref().unwrap();
+        assert_eq!(set_up.sensors["i2c-1:0x69"].rate_hz, 10);
         let longer = CONFIGURATION.replace("AMG8833", &"x".repeat(CONFIGURATION_BYTES_MAX));
         for bad in [
             "",
@@ -150,20 +145,13 @@ mod tests {
             assert_eq!(agents.of("a").configuration, said.configuration, "{bad}");
         }
         assert_eq!(agents.of("a").program, said.program);
-        agents.heard(
-            "a",
-            &headers(
-                "grideye-agent/2",
-                &CONFIGURATION.replace("outage", "always"),
-            ),
-        );
+        let always = CONFIGURATION.replace("outage", "always");
+        agents.heard("a", &headers("grideye-agent/2", &always));
         assert_eq!(agents.of("a").configuration.unwrap().spool, "always");
         agents.heard("b", &headers("grideye-agent/3", CONFIGURATION));
         agents.heard("c", &headers("grideye-agent/4", CONFIGURATION));
         assert!(agents.of("b").program.is_some());
-        assert!(
-            agents.of("c").program.is_none(),
-            "one more than there is room for"
-        );
+        // One more than there is room for.
+        assert!(agents.of("c").program.is_none());
     }
 }

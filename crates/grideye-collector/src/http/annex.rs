@@ -60,8 +60,7 @@ impl Annex {
         }
     }
 
-    /// With a description of its routes: the object `paths` of an OpenAPI 3.1 document, which joins that of
-    /// `GET /v1/openapi.json`. It may refer to that document's components.
+    /// With the object `paths` of an OpenAPI 3.1 document, which joins that of `GET /v1/openapi.json` and may refer to its components.
     #[must_use]
     pub fn described_by(self, paths: &'static str) -> Self {
         Self {
@@ -76,8 +75,7 @@ impl Annex {
         Self { assets, ..self }
     }
 
-    /// With HTML for the head of the live page: style sheets, templates, and scripts, which run before the page's own and
-    /// hand it what they bring (`assets/brought.js`).
+    /// With HTML for the head of the live page; its scripts run before the page's own and hand it what they bring (`assets/brought.js`).
     #[must_use]
     pub fn on_the_page(self, head: &'static str) -> Self {
         Self { head, ..self }

@@ -19,8 +19,7 @@ pub(crate) struct Asked {
     sensor: String,
 }
 
-/// Oldest first: when each frame was measured on its device's boot clock, and its least, mean and greatest temperature in
-/// °C, `null` for one that is missing. `boot` is `null` where nothing was kept.
+/// Oldest first: boot time, least, mean and greatest temperature in °C of each frame, `null` for a missing one.
 pub(crate) async fn recent(
     State(state): State<AppState>,
     asked: Result<Query<Asked>, QueryRejection>,

@@ -268,11 +268,7 @@ impl Event {
     }
 }
 
-/// The newest frame of every sensor, and how old it is.
-///
-/// Whoever looks takes nothing away and keeps nobody waiting for longer than it takes to copy a frame of each: at most
-/// [`Limits::sensors_max`](crate::Limits::sensors_max) are held. After a restart these are the frames that the store
-/// holds, with their age.
+/// The newest frame of every sensor, and how old it is; after a restart, those that the store holds.
 #[derive(Clone)]
 pub struct NewestFrames(Arc<Live>);
 

@@ -5,8 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 
 pub(crate) const BOOTS_MAX: usize = 8;
-/// Returns to a run that was left, within [`RETURNS_WITHIN`], from which on there are two agents: one post that was late
-/// on its way makes two.
+/// Returns to a run that was left, within [`RETURNS_WITHIN`], that mean two agents: a late post makes two returns.
 pub(crate) const RETURNS_MIN: usize = 4;
 pub(crate) const RETURNS_WITHIN: Duration = Duration::from_secs(60);
 

@@ -162,8 +162,7 @@ impl Collector {
     }
 }
 
-/// With a queue as long as the limit of connections, as far as the system allows. The default of 128 overflows: then some
-/// clients retry after a second, and others believe that they are connected and are not.
+/// With a queue as long as the limit of connections: where the default of 128 overflows, clients believe they are connected.
 fn listen(address: SocketAddr, queue: usize) -> io::Result<TcpListener> {
     let socket = match address {
         SocketAddr::V4(_) => TcpSocket::new_v4()?,

@@ -8,8 +8,7 @@ const OTHERS_MAX: usize = 128;
 /// Displaced connections that are not closed yet.
 pub(super) const LEAVING_MAX: usize = 128;
 
-/// Raises the soft limit to what the connections need, as far as the hard limit allows; the limit afterwards, or `None` where
-/// there is none.
+/// Raises the soft limit to what the connections need, if the hard limit allows; the limit afterwards, `None` without one.
 pub(super) fn raise(limits: &Limits) -> Option<usize> {
     let needed = u64::try_from(limits.connections_max + LEAVING_MAX + OTHERS_MAX).ok()?;
     let limit = getrlimit(Resource::Nofile);

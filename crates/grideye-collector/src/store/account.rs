@@ -20,11 +20,10 @@ pub(crate) fn to_text(account: &Account) -> String {
     to_json(account).to_string()
 }
 
-/// What is known of a run that has ended, once `came` frames have come of it and `stored` of its frames are kept.
+/// The count of a run that has ended, once `came` frames have come of it and `stored` of its frames are kept.
 ///
-/// `known` is the count before, with what is left to come in `spooled`; `sent` is the count that came with the batch, if
-/// one did. Whatever was read, and is neither kept nor dropped nor still to come, was in the memory of a run that was
-/// killed. What is left to come never grows: so a batch that comes twice, or late, changes nothing.
+/// `known` is the count before, `sent` the one of the batch. Whatever was read, and is neither kept nor dropped nor still to
+/// come, was in the memory of a killed run. What is left to come never grows: a batch that comes again changes nothing.
 pub(crate) fn of_ended_run(
     known: Option<&Account>,
     sent: Option<&Account>,
@@ -84,13 +83,10 @@ mod tests {
     use super::*;
 
     fn account(read: u64, dropped: u64, spooled: u64, ended: bool) -> Account {
-        let dropped = [("ring-full".to_owned(), dropped)];
+        let dropped = [("ring-full".to_owned(), dropped)].into_iter();
         Account {
             read,
-            dropped: dropped
-                .into_iter()
-                .filter(|(_, count)| *count > 0)
-                .collect(),
+            dropped: dropped.filter(|(_, count)| *count > 0).collect(),
             spooled,
             ended,
             ..Account::default()

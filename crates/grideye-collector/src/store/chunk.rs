@@ -28,9 +28,7 @@ pub(super) struct Plain {
     pub(super) rows: Vec<u8>,
 }
 
-/// Cuts what is new of a stream where numbers are left out.
-///
-/// `fresh` is in ascending number.
+/// Cuts what is new of a stream, in ascending number, where numbers are left out.
 pub(super) fn cut<'f>(fresh: impl Iterator<Item = &'f Arrived>) -> Vec<Plain> {
     let mut chunks: Vec<Plain> = Vec::new();
     let mut rows_in_last = 0;

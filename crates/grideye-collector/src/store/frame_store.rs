@@ -12,9 +12,7 @@ use grideye_recording::wire::Batch;
 use std::sync::Arc;
 use tokio::sync::mpsc;
 
-/// A store of frames and recordings.
-///
-/// Every method that changes something answers only after the change is on disk and synced. Frames are known by
+/// A store of frames and recordings. A change is answered when it is on disk and synced. Frames are known by
 /// (device, sensor, boot, seq) permanently: the same frame again changes nothing.
 pub trait FrameStore: Send + Sync + 'static {
     /// The way to the engine's one writer.
@@ -30,8 +28,7 @@ pub trait FrameStore: Send + Sync + 'static {
         })
     }
 
-    /// The same, of a batch that was read from `compact` ([`Batch::from_binary`]): a store that keeps batches in this form
-    /// first need not write it again.
+    /// The same, of a batch that was read from `compact` ([`Batch::from_binary`]), which a store may keep as it is.
     fn append_compact(
         &self,
         batch: Arc<Batch>,

@@ -8,8 +8,7 @@ pub(super) type Arrived = (Record, i64);
 /// Rows that are kept room for when all are let go: some more than ten seconds bring.
 const ROOM_KEPT: usize = 128;
 
-/// Each number once. As a rule they come in order, and lie one behind the other; what comes late lies apart, so that no
-/// order of arrival is slow.
+/// Each number once. They come in order as a rule; what comes late lies apart, so that no order is slow.
 #[derive(Debug, Default)]
 pub(super) struct Fresh {
     in_order: Vec<Arrived>,
@@ -110,10 +109,8 @@ mod tests {
             }
             let held: Vec<u64> = fresh.iter().map(|(record, _)| record.seq).collect();
             assert_eq!(held, set.iter().copied().collect::<Vec<_>>());
-            assert!(
-                held.iter()
-                    .all(|seq| fresh.get(*seq) == Some(&record(*seq)))
-            );
+            let is_there = |seq: &u64| fresh.get(*seq) == Some(&record(*seq));
+            assert!(held.iter().all(is_there));
             assert_eq!((fresh.len(), fresh.is_empty()), (set.len(), false));
             assert_eq!(fresh.ends(), set.first().copied().zip(set.last().copied()));
             fresh.clear();

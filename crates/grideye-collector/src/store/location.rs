@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use tokio_postgres::config::{Config, Host, SslMode};
 
-/// Which store.
-///
-/// From text: `postgres://…` or `postgresql://…` is a database, anything else a file.
+/// Which store. From text: `postgres://…` or `postgresql://…` is a database, anything else a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StoreLocation {
     /// An SQLite file, made when it does not exist. Its folder must exist.
@@ -45,9 +43,7 @@ impl FromStr for StoreLocation {
     }
 }
 
-/// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`; a folder with a socket instead of HOST has its `/` as `%2F`.
-///
-/// Neither `Display` nor `Debug` shows the password.
+/// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`, for a socket with `%2F` in HOST. It never shows the password.
 #[derive(Clone, PartialEq, Eq)]
 pub struct PostgresUrl {
     pub(super) config: Box<Config>,
@@ -210,17 +206,13 @@ mod tests {
     fn a_password_is_never_shown() {
         let secret = url("postgres://grideye:pa%24s@db.local:5433/frames");
         assert_eq!(password(&secret), Some(&b"pa$s"[..]));
-        assert_eq!(
-            secret.to_string(),
-            "postgres://grideye@db.local:5433/frames"
-        );
+        let shown = "postgres://grideye@db.local:5433/frames";
+        assert_eq!(secret.to_string(), shown);
         let location = StoreLocation::Postgres(secret);
         assert!(!format!("{location:?} {location}").contains("pa"));
         let socket = url("postgres://grideye@%2Frun%2Fpostgresql/frames");
-        assert_eq!(
-            socket.to_string(),
-            "postgres://grideye@/run/postgresql:5432/frames"
-        );
+        let shown = "postgres://grideye@/run/postgresql:5432/frames";
+        assert_eq!(socket.to_string(), shown);
     }
 
     #[test]
@@ -250,23 +242,17 @@ mod tests {
             let found = url(address).with_password_file(text).unwrap();
             password(&found).map(|found| String::from_utf8_lossy(found).into_owned())
         };
-        let any = Some("any".to_owned());
-        assert_eq!(
-            asked(text, "postgres://me@db/frames"),
-            Some("y:e\\s".to_owned())
-        );
-        assert_eq!(asked(text, "postgres://me@db:1/frames"), any);
-        assert_eq!(asked(text, "postgres://you@db/frames"), any);
-        assert_eq!(
-            asked(text, "postgres://me:own@db/frames"),
-            Some("own".to_owned())
-        );
         let local = "localhost:*:*:*:by-socket";
-        assert_eq!(
-            asked(local, "postgres://me@%2Ftmp/frames"),
-            Some("by-socket".to_owned())
-        );
-        assert_eq!(asked(local, "postgres://me@db/frames"), None);
+        for (text, address, expected) in [
+            (text, "postgres://me@db/frames", Some("y:e\\s")),
+            (text, "postgres://me@db:1/frames", Some("any")),
+            (text, "postgres://you@db/frames", Some("any")),
+            (text, "postgres://me:own@db/frames", Some("own")),
+            (local, "postgres://me@%2Ftmp/frames", Some("by-socket")),
+            (local, "postgres://me@db/frames", None),
+        ] {
+            assert_eq!(asked(text, address).as_deref(), expected, "{address}");
+        }
         let wrong = url("postgres://me@db/frames").with_password_file("a:b:c");
         assert_eq!(wrong, Err(UrlError::PasswordFile(1)));
     }

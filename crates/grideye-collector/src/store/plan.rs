@@ -83,8 +83,7 @@ pub(super) struct StreamState {
     /// The frames that are new, with their time of arrival.
     pub(super) fresh: Fresh,
     pub(super) is_touched: bool,
-    /// For an engine that settles later: the last group that the tables have; whether the stream waits to be settled;
-    /// how many of the fresh frames it took note of; the last group that brought any.
+    /// For an engine that settles later: the last group in the tables, whether the stream waits, fresh frames noted, the last group.
     pub(super) kept_group: i64,
     pub(super) is_unsettled: bool,
     pub(super) rows_noted: usize,
@@ -114,8 +113,7 @@ impl StreamState {
         self.runs.len()
     }
 
-    /// Whether all of these come behind every number that ever came, as they do where nothing is late and nothing comes
-    /// twice.
+    /// Whether all of these come behind every number that ever came.
     pub(super) fn is_behind(&self, frames: &[Record]) -> bool {
         let last = self.runs.last();
         let is_behind = |first: &Record| last.is_none_or(|last| last < first.seq);
@@ -295,8 +293,7 @@ impl Plan<'_> {
     }
 }
 
-/// Batches can overtake each other: the count with the most frames read is the latest. Of a run that has ended, what is
-/// lost is worked out from all that is known.
+/// Batches can overtake each other: the count with the most frames read is the latest.
 fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<(), StoreError> {
     let came = frames_in(part);
     let has_ended = [state.account.as_ref(), part.account.as_ref()]

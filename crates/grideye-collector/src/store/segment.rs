@@ -46,10 +46,8 @@ pub struct SealedRow {
 /// [`StoreError::Failed`] for no rows or too many, and when memory is short.
 pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
     if rows.is_empty() || rows.len() > ROWS_MAX {
-        return Err(StoreError::Failed(format!(
-            "a segment of {} rows",
-            rows.len()
-        )));
+        let what = format!("a segment of {} rows", rows.len());
+        return Err(StoreError::Failed(what));
     }
     let columns = columns_of(rows)?;
     let length = |length: usize| u32::try_from(length).map_err(|error| failed(&error));
@@ -61,11 +59,8 @@ pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
     compressor
         .include_checksum(true)
         .map_err(|error| failed(&error))?;
-    segment.extend(
-        compressor
-            .compress(&columns)
-            .map_err(|error| failed(&error))?,
-    );
+    let compressed = compressor.compress(&columns);
+    segment.extend(compressed.map_err(|error| failed(&error))?);
     Ok(segment)
 }
 
@@ -115,18 +110,16 @@ fn columns_of(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
     for reason in &reasons {
         put_name(&mut columns, reason.name());
     }
-    let signed = |value: u64| i64::from_le_bytes(value.to_le_bytes());
-    put_i64(&mut columns, rows.iter().map(|row| signed(row.record.seq)));
-    put_i64(
-        &mut columns,
-        rows.iter().map(|row| signed(row.record.stamp.t_boot_ns)),
-    );
-    put_i64(
-        &mut columns,
-        rows.iter().map(|row| row.record.stamp.t_utc_ns),
-    );
-    put_i64(&mut columns, rows.iter().map(|row| row.t_arrival_ns));
-    put_i64(&mut columns, rows.iter().map(|row| row.arrival));
+    let of_each: [fn(&SealedRow) -> i64; 5] = [
+        |row| i64::from_le_bytes(row.record.seq.to_le_bytes()),
+        |row| i64::from_le_bytes(row.record.stamp.t_boot_ns.to_le_bytes()),
+        |row| row.record.stamp.t_utc_ns,
+        |row| row.t_arrival_ns,
+        |row| row.arrival,
+    ];
+    for value in of_each {
+        put_i64(&mut columns, rows.iter().map(value));
+    }
     for row in rows {
         columns.push(kind_of(&row.record, &reasons));
     }
@@ -348,11 +341,8 @@ mod tests {
             env!("CARGO_MANIFEST_DIR")
         );
         let text = std::fs::read(path).unwrap();
-        let rows = linaige::Reader::new(
-            text.as_slice(),
-            Date::from_file_name(name).unwrap(),
-            stream_from_file_name(name),
-        );
+        let date = Date::from_file_name(name).unwrap();
+        let rows = linaige::Reader::new(text.as_slice(), date, stream_from_file_name(name));
         let rows = rows.unwrap().map(|row| row.unwrap().row.record);
         rows.enumerate()
             .map(|(index, record)| SealedRow {
@@ -429,11 +419,8 @@ mod tests {
             assert!(open(&seal(&rows).unwrap()).unwrap() == rows);
         }
         let missing: Vec<SealedRow> = wild(51).into_iter().step_by(5).collect();
-        assert!(
-            missing
-                .iter()
-                .all(|row| row.record.reading.frame().is_none())
-        );
+        let is_missing = |row: &SealedRow| row.record.reading.frame().is_none();
+        assert!(missing.iter().all(is_missing));
         assert_eq!(open(&seal(&missing).unwrap()).unwrap(), missing);
     }
 
@@ -441,10 +428,8 @@ mod tests {
     fn a_segment_has_at_least_one_row_and_at_most_the_limit() {
         seal(&[]).unwrap_err();
         let one = wild(1)[0];
-        assert_eq!(
-            open(&seal(&vec![one; ROWS_MAX]).unwrap()).unwrap().len(),
-            ROWS_MAX
-        );
+        let longest = seal(&vec![one; ROWS_MAX]).unwrap();
+        assert_eq!(open(&longest).unwrap().len(), ROWS_MAX);
         seal(&vec![one; ROWS_MAX + 1]).unwrap_err();
     }
 

@@ -83,10 +83,8 @@ pub struct StreamSummary {
 }
 
 impl StreamSummary {
-    /// Frames that the agent holds now, by its own count less what has come since; `None` without a count.
-    ///
-    /// The agent counts a batch as spooled while it sends it, and learns of its arrival only from the answer. So
-    /// what came with the count, or after it, is no longer in the spool.
+    /// Frames that the agent holds now: its own count less what came with it and since, of which it learns from the answer
+    /// alone; `None` without a count.
     #[must_use]
     pub fn spooled(&self) -> Option<u64> {
         let account = self.account.as_ref()?;
@@ -105,10 +103,8 @@ impl StreamSummary {
         )
     }
 
-    /// read - stored - dropped - spooled: 0 when the books balance; `None` without a count.
-    ///
-    /// Above 0: so many frames were read and are nowhere. Below 0: so many frames are here that the agent counts
-    /// as spooled or dropped, because the answer that told of their arrival was lost; its next count mends that.
+    /// read - stored - dropped - spooled: 0 when the books balance, `None` without a count. Above 0, frames are nowhere; below 0,
+    /// the answer that told of their arrival was lost, and the next count mends that.
     #[must_use]
     pub fn unaccounted(&self) -> Option<i128> {
         let account = self.account.as_ref()?;

@@ -35,9 +35,7 @@ pub(super) fn wrong_value(field: impl Into<String>, what: String, hint: &str) ->
         .hint(hint)
 }
 
-/// The header `content-disposition` of a recording's file, which is called as the recording.
-///
-/// RFC 6266: a plain name for old programs, the exact one for the others.
+/// The header `content-disposition`: a plain name for old programs, the exact one for the others (RFC 6266).
 #[must_use]
 pub fn attachment(name: &str, extension: &str) -> HeaderValue {
     let plain: String = name

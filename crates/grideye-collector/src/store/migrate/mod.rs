@@ -84,8 +84,7 @@ pub async fn migrate(
     })
 }
 
-/// The first difference between the two, seen through the interface that a collector uses: the books, the recordings,
-/// every frame.
+/// The first difference between the two, through the interface that a collector uses: books, recordings, frames.
 async fn compare(
     file: &Path,
     url: &PostgresUrl,

@@ -131,10 +131,8 @@ pub fn backup(
     })
 }
 
-/// Copies all that `source` reads to a new file at `out`, which appears whole or not at all: its integrity is checked, and
-/// `check` hears it read-only before it is named.
-///
-/// `source` must be in a read transaction where another connection writes, and in no write transaction.
+/// Copies all that `source` reads to a new file at `out`, which appears whole or not at all; `check` hears it read-only
+/// before. `source` is in a read transaction where another connection writes, and in no write transaction.
 pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
     source: &Connection,
     out: &Path,

@@ -45,8 +45,6 @@ impl Held {
         Ok(held)
     }
 
-    /// # Errors
-    /// [`StoreError::Gone`] if the path of the file or of its log names another file, or none.
     pub(super) fn check(&self) -> Result<(), StoreError> {
         self.file.check()?;
         self.log.check()

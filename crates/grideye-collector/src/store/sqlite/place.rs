@@ -133,23 +133,20 @@ mod tests {
 
     #[test]
     fn a_full_disk_is_told_from_other_faults() {
-        let fault = |code| {
-            StoreError::from(rusqlite::Error::SqliteFailure(
-                rusqlite::ffi::Error::new(code),
-                None,
-            ))
-        };
-        assert!(matches!(
-            fault(rusqlite::ffi::SQLITE_FULL),
-            StoreError::Full
-        ));
-        assert!(matches!(
-            fault(rusqlite::ffi::SQLITE_IOERR),
-            StoreError::Failed(_)
-        ));
-        assert!(matches!(
-            fault(rusqlite::ffi::SQLITE_READONLY),
-            StoreError::Unusable { .. }
-        ));
+        for (code, expected) in [
+            (
+                rusqlite::ffi::SQLITE_FULL,
+                "the disk that holds the store is full",
+            ),
+            (rusqlite::ffi::SQLITE_IOERR, "the store failed: "),
+            (
+                rusqlite::ffi::SQLITE_READONLY,
+                "attempt to write a readonly database\nhint: ",
+            ),
+        ] {
+            let error = rusqlite::Error::SqliteFailure(rusqlite::ffi::Error::new(code), None);
+            let told = StoreError::from(error).to_string();
+            assert!(told.contains(expected), "{told}");
+        }
     }
 }

@@ -90,9 +90,8 @@ pub(super) const STEPS: [(i64, &str); 1] = [(2, TO_3)];
 
 const OLDEST: i64 = STEPS[0].0;
 
-/// Layout 2 had the wall clock's time of arrival where layout 3 has store time, by which frames grow old. Those times are
-/// left, for the order of deletion; none of them is an age: all that is there counts as stored now, because a clock that
-/// had jumped would make it old.
+/// Layout 2 had arrival by the wall clock where layout 3 has store time. The old times are left for the order of deletion;
+/// as ages they do not count, because a clock that had jumped would make frames old.
 const TO_3: &str = "
 ALTER TABLE chunks RENAME COLUMN t_arrival_ns TO t_store_ns;
 CREATE INDEX chunks_by_age ON chunks (t_store_ns, stream_id, first_seq);

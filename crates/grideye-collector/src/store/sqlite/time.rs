@@ -47,8 +47,7 @@ pub(super) fn kept(connection: &Connection) -> Result<i64, StoreError> {
     Ok(statement.query_row([], |row| row.get(0))?)
 }
 
-/// Keeps the time in the file. It always grows, because SQLite writes nothing where nothing changes, and this is also how a
-/// writer finds out whether it can write.
+/// Keeps the time in the file. It always grows: so a writer finds out whether it can write.
 pub(super) fn keep(connection: &Connection, now_ns: i64) -> Result<(), StoreError> {
     connection
         .prepare_cached("UPDATE counters SET t_store_ns = max(t_store_ns + (t_store_ns < 9223372036854775807), ?)")?

@@ -54,8 +54,7 @@ fn upgrade(
     Ok(Upgraded { from, backup })
 }
 
-/// Copies the file as it is now, whole and synced, under a name that appears last. A copy of the same state that an
-/// interrupted upgrade left is taken as it is.
+/// Copies the file whole and synced; a copy of the same state that an interrupted upgrade left is taken as it is.
 fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf, StoreError> {
     let mut name = file.as_os_str().to_owned();
     name.push(format!(".layout-{from}.backup"));

@@ -25,9 +25,7 @@ use tokio::sync::mpsc;
 /// About what a large group of batches adds to the file: with less than this left, it is the quota that is reached.
 const GROUP_ROOM: u64 = 8 * 1024 * 1024;
 
-/// How long more posts are waited for before a group is committed, and from how many posts of the group before: where many
-/// come at once, each costs a tenth less, because more of them share a sync. Where few come, the
-/// first after many alone waits.
+/// How long more posts are waited for before a commit, and from how many in the group before: more of them share a sync.
 const GATHER: Duration = Duration::from_micros(150);
 const GATHER_FROM: usize = 4;
 
@@ -73,8 +71,7 @@ impl Writer {
         Arc::clone(&self.deleted)
     }
 
-    /// Tries whether a post would find room below the quota, and whether the disk takes a write: a store that cannot be
-    /// written is ill before the first post is refused.
+    /// Whether a post would find room below the quota and on the disk: a store that takes none is ill before the first post.
     pub(super) fn try_to_write(&self) {
         let now_ns = self.time.now_ns();
         let tried = transact(&self.connection, |transaction| {
@@ -86,9 +83,6 @@ impl Writer {
     }
 
     /// Serves until every sender is gone and the queue is empty, then folds the log into the file.
-    ///
-    /// # Errors
-    /// [`StoreError::Gone`] if what was acknowledged will not be found at the store's path.
     pub(super) fn run(mut self, mut queue: mpsc::Receiver<Command>) -> Result<(), StoreError> {
         let mut len_before = 0;
         while let Some(first) = queue.blocking_recv() {
