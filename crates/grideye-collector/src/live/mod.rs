@@ -6,10 +6,9 @@ mod feed;
 mod recent;
 mod senders;
 mod sensor;
-mod view;
 
 pub(crate) use faults::RECENT_WITHIN;
 pub(crate) use feed::{Event, Live};
 pub use feed::{NewestFrame, NewestFrames};
 pub use recent::RecentFrames;
-pub(crate) use view::stream_json;
+pub(crate) use sensor::stream_json;

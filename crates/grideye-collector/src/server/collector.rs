@@ -10,13 +10,13 @@ use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::TrustedProxies;
 use crate::router::app_with;
 use crate::server::config::Config;
-use crate::server::descriptors;
 use crate::server::error::CollectorError;
 use crate::server::serving::Serving;
 use crate::server::stall::StallLimit;
 use crate::server::tls::Acceptors;
 use crate::store;
 use axum::Router;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::future::Future;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -137,7 +137,7 @@ impl Collector {
             limits,
         };
         // A displaced connection keeps its descriptor until its task has ended: so many may be late, then no more are accepted.
-        let tasks_max = server.limits.connections_max + descriptors::LEAVING_MAX;
+        let tasks_max = server.limits.connections_max + LEAVING_MAX;
         let mut connections = JoinSet::new();
         let mut shutdown = pin!(shutdown);
         loop {
@@ -175,10 +175,10 @@ fn listen(address: SocketAddr, queue: usize) -> io::Result<TcpListener> {
 
 /// Raises the number of files that this process may open. If that is too few, it takes fewer connections and logs it.
 fn fit_to_descriptors(config: &mut Config) {
-    let Some(descriptors) = descriptors::raise(&config.limits) else {
+    let Some(descriptors) = raise(&config.limits) else {
         return;
     };
-    let Some(fitted) = descriptors::fit(&config.limits, descriptors) else {
+    let Some(fitted) = fit(&config.limits, descriptors) else {
         return;
     };
     config.log.say(
@@ -291,4 +291,60 @@ fn turn_away(stream: &TcpStream) {
     );
     // A new socket has room for this; if not, the closed connection says enough.
     let _ = stream.try_write(answer.as_bytes());
+}
+
+/// Kept free for everything else: the store and its readers, files of the program's own routes, the runtime.
+const OTHERS_MAX: usize = 128;
+/// Displaced connections that are not closed yet.
+const LEAVING_MAX: usize = 128;
+
+/// Raises the soft limit to what the connections need, if the hard limit allows; the limit afterwards, `None` without one.
+fn raise(limits: &Limits) -> Option<usize> {
+    let needed = u64::try_from(limits.connections_max + LEAVING_MAX + OTHERS_MAX).ok()?;
+    let limit = getrlimit(Resource::Nofile);
+    let current = limit.current?;
+    let wanted = limit.maximum.map_or(needed, |most| most.min(needed));
+    let raised = Rlimit {
+        current: Some(wanted),
+        maximum: limit.maximum,
+    };
+    let is_raised = wanted > current && setrlimit(Resource::Nofile, raised).is_ok();
+    let now = if is_raised { wanted } else { current };
+    usize::try_from(now).ok()
+}
+
+/// Limits with fewer connections, where there are not enough descriptors; the limit for one address shrinks in proportion.
+fn fit(limits: &Limits, descriptors: usize) -> Option<Limits> {
+    let available = descriptors.saturating_sub(LEAVING_MAX + OTHERS_MAX).max(1);
+    if available >= limits.connections_max {
+        return None;
+    }
+    let per_peer = limits.connections_per_peer_max.min(limits.connections_max);
+    Some(Limits {
+        connections_max: available,
+        connections_per_peer_max: (per_peer * available / limits.connections_max).max(1),
+        ..limits.clone()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn connections_are_as_many_as_there_are_descriptors_for_and_one_address_has_its_part_of_them() {
+        let limits = Limits {
+            connections_max: 4096,
+            connections_per_peer_max: 2560,
+            ..Limits::default()
+        };
+        assert_eq!(fit(&limits, 4096 + 256), None);
+        let fitted = |descriptors| {
+            let fitted = fit(&limits, descriptors).unwrap();
+            (fitted.connections_max, fitted.connections_per_peer_max)
+        };
+        assert_eq!(fitted(4096 + 255), (4095, 2559));
+        assert_eq!(fitted(1024), (768, 480));
+        assert_eq!(fitted(100), (1, 1));
+    }
 }

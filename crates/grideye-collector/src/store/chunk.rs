@@ -9,8 +9,8 @@
 //! stored twice.
 
 use crate::store::error::StoreError;
-use crate::store::fresh::Arrived;
 use crate::store::row::{damaged, unsigned};
+use crate::store::runs::Arrived;
 use crate::store::segment::{self, SealedRow};
 use grideye_recording::record::layout::{ByteReader, Fault, Form, put};
 

@@ -8,7 +8,6 @@ pub(crate) mod account;
 mod chunk;
 mod error;
 mod frame_store;
-mod fresh;
 mod location;
 pub mod migrate;
 mod plan;

@@ -3,8 +3,8 @@
 use crate::limits::Limits;
 use crate::store::account;
 use crate::store::error::StoreError;
-use crate::store::fresh::Fresh;
 use crate::store::row::{count, fitting, unsigned};
+use crate::store::runs::Fresh;
 use crate::store::runs::Runs;
 use crate::store::types::{Appended, SensorAppended, StreamSummary};
 use axum::body::Bytes;

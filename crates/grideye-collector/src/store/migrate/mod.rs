@@ -5,15 +5,13 @@
 //! transaction. Until that is committed the database's layout is `UNFINISHED`, which no collector opens. The file is
 //! locked against writers while it is copied.
 
-mod source;
-mod target;
+mod ends;
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;
 use crate::store::frame_store::FrameStore;
 use crate::store::location::{PostgresUrl, StoreLocation};
-use crate::store::migrate::source::Source;
-use crate::store::migrate::target::Target;
+use crate::store::migrate::ends::{Source, Target};
 use crate::store::postgres::PostgresStore;
 use crate::store::row::count;
 use crate::store::sqlite::SqliteStore;

@@ -6,7 +6,7 @@ use crate::store::frame_store::FrameStore;
 use crate::store::location::PostgresUrl;
 use crate::store::postgres::session::{Session, Shared};
 use crate::store::postgres::writer::Writer;
-use crate::store::postgres::{boundary, follow, read, schema};
+use crate::store::postgres::{boundary, follow, read, session};
 use crate::store::queue::{Queue, WriteFault};
 use crate::store::types::{
     Answer, KeptLabel, Members, News, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
@@ -33,7 +33,7 @@ impl PostgresStore {
     /// [`StoreError::Unreachable`], [`StoreError::Newer`], and what the database refuses.
     pub async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self, StoreError> {
         let session = Session::open(url, limits).await?;
-        schema::prepare(&session).await?;
+        session::prepare(&session).await?;
         let fault = WriteFault::default();
         let writer = Writer::new(url, limits, session, fault.clone()).await?;
         let reader = Shared::new(url, limits);

@@ -4,7 +4,7 @@ use crate::limits::Limits;
 use crate::store::error::StoreError;
 use crate::store::location::PostgresUrl;
 use crate::store::plan::Taken;
-use crate::store::postgres::schema::Days;
+use crate::store::postgres::session::Days;
 use crate::store::postgres::session::Session;
 use crate::store::postgres::{append, boundary};
 use crate::store::queue::{Change, Changed, Command, Group, Outcome, WriteFault};

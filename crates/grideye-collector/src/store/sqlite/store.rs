@@ -7,12 +7,12 @@ use crate::store::error::{RecordingId, StoreError};
 use crate::store::frame_store::FrameStore;
 use crate::store::location::StoreLocation;
 use crate::store::queue::{Change, Queue, WriteFault};
-use crate::store::sqlite::held::{Held, Presence};
 use crate::store::sqlite::place::Place;
+use crate::store::sqlite::place::{Held, Presence};
 use crate::store::sqlite::retain::{DeletedCounts, Reason};
 use crate::store::sqlite::time::StoreTime;
 use crate::store::sqlite::write::Writer;
-use crate::store::sqlite::{labels, read, schema, upgrade};
+use crate::store::sqlite::{backup, labels, read, schema};
 use crate::store::types::{
     Answer, KeptLabel, Members, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
 };
@@ -74,7 +74,7 @@ impl SqliteStore {
     ) -> Result<Self, StoreError> {
         let mut place = Place::of(location)?;
         let mut connection = place.connect(limits)?;
-        if let Some(upgraded) = upgrade::prepare(&mut connection, Path::new(&place.name))? {
+        if let Some(upgraded) = backup::prepare(&mut connection, Path::new(&place.name))? {
             log.say(
                 &LogEvent::new(Level::Info, "store_upgraded")
                     .with("from", upgraded.from)
