@@ -1,10 +1,11 @@
 //! One alarm for a whole connection, in place of a timer for every wait: to set a timer takes longer than to look whether
 //! it rang, and of a thousand that a post sets hardly one ever rings.
 
+use crate::lock::lock;
 use hyper::rt;
 use std::future::{Future, poll_fn};
 use std::pin::{Pin, pin};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::time::{Instant, Sleep};
@@ -29,7 +30,7 @@ impl Alarm {
     }
 
     fn poll_until(&self, cx: &mut Context<'_>, moment: Instant) -> Poll<()> {
-        let mut alarm = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut alarm = lock(&self.0);
         let alarm = alarm.get_or_insert_with(|| Box::pin(tokio::time::sleep_until(moment)));
         if alarm.deadline() > moment {
             alarm.as_mut().reset(moment);

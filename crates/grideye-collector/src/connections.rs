@@ -11,12 +11,13 @@
 
 use crate::counters::{Counters, add};
 use crate::limits::Limits;
+use crate::lock::lock;
 use crate::peer::AddressGroup;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::task::AbortHandle;
 
 /// How far a connection has come, in the order in which connections are displaced.
@@ -95,7 +96,7 @@ impl Connections {
     }
 
     fn lock(&self) -> MutexGuard<'_, Places> {
-        self.places.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.places)
     }
 }
 

@@ -1,8 +1,9 @@
 //! What the collector did since it was started, in numbers.
 
+use crate::lock::lock;
 use std::collections::BTreeMap;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Upper ends of the classes of the time that a request took, in seconds.
@@ -44,12 +45,12 @@ impl Counters {
 
     /// The codes are those of this program, so there are few.
     pub(crate) fn refused(&self, code: &'static str) {
-        let mut refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut refused = lock(&self.refused);
         *refused.entry(code).or_default() += 1;
     }
 
     pub(crate) fn refusals(&self) -> BTreeMap<&'static str, u64> {
-        let refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        let refused = lock(&self.refused);
         refused.clone()
     }
 

@@ -17,7 +17,6 @@ pub(crate) struct Cell<'c> {
     pub(crate) text: &'c str,
 }
 
-/// The column that a cell stands in.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Column {
     Named(&'static str),
@@ -35,7 +34,6 @@ impl fmt::Display for Column {
 }
 
 impl Cell<'_> {
-    /// The error that something else was expected.
     pub(crate) fn refused(&self, expected: impl Into<String>) -> RecordingError {
         RecordingError::Cell {
             line: self.line,

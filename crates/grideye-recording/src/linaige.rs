@@ -84,7 +84,6 @@ impl Date {
     /// ```
     ///
     /// # Errors
-    ///
     /// [`RecordingError::FileNameWithoutDate`] if there is none.
     pub fn from_file_name(name: &str) -> Result<Self, RecordingError> {
         name.as_bytes()
@@ -156,7 +155,6 @@ impl<R: Read> Reader<R> {
     /// `stream` names the rows, as the layout does not: [`stream_from_file_name`] makes one.
     ///
     /// # Errors
-    ///
     /// [`RecordingError`] if the first line is not the header of this layout.
     pub fn new(input: R, date: Date, stream: StreamId) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(input);

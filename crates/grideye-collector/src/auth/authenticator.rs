@@ -5,7 +5,8 @@ use crate::auth::error::AccessError;
 use crate::auth::folder::{AccessFolder, FileState};
 use crate::auth::session::Sessions;
 use crate::auth::token::Token;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use crate::lock::lock;
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 #[derive(Debug, Clone)]
@@ -195,7 +196,7 @@ impl Authenticator {
     }
 
     fn known(&self) -> MutexGuard<'_, Known> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.known)
     }
 }
 

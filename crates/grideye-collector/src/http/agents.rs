@@ -1,12 +1,13 @@
 //! What the agents say of themselves with their posts: which program, and how it is set up.
 
+use crate::lock::lock;
 use axum::http::{HeaderMap, header};
 use grideye_recording::check_name;
 use hashbrown::HashMap;
 use hashbrown::hash_map::EntryRef;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// The header in which an agent says how it is set up: one JSON object, now and then.
 pub(crate) const CONFIGURATION_HEADER: &str = "grideye-configuration";
@@ -65,10 +66,7 @@ impl Agents {
         let configuration = headers
             .get(CONFIGURATION_HEADER)
             .and_then(|text| understood(text.as_bytes()));
-        let mut by_device = self
-            .by_device
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut by_device = lock(&self.by_device);
         let is_full = by_device.len() >= self.devices_max;
         let said = match by_device.entry_ref(device) {
             EntryRef::Occupied(known) => known.into_mut(),
@@ -85,10 +83,7 @@ impl Agents {
     }
 
     pub(crate) fn of(&self, device: &str) -> Said {
-        let by_device = self
-            .by_device
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let by_device = lock(&self.by_device);
         by_device.get(device).cloned().unwrap_or_default()
     }
 }

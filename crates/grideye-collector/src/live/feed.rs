@@ -7,12 +7,13 @@ use crate::live::faults::Faults;
 use crate::live::recent::RecentFrames;
 use crate::live::senders::Senders;
 use crate::live::sensor::{Measured, Sensor, nanoseconds};
+use crate::lock::lock;
 use crate::store::{Appended, Elsewhere, StoredRecord, StreamSummary};
 use grideye_recording::wire::{Batch, SensorBatch};
 use grideye_recording::{Record, StreamId};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 use tokio::sync::broadcast;
 
@@ -87,26 +88,12 @@ impl Live {
         let mut changed = Vec::new();
         let mut sensors = self.sensors();
         for (part, kept) in batch.sensors.iter().zip(appended.sensors) {
-            let stream = kept.stream;
-            let (device, name, most) = (&batch.device, &part.sensor, self.limits.sensors_max);
-            let new = || Sensor::new(stream.clone());
-            let Some(sensor) = sensors.get_or_make(device, name, most, new) else {
-                continue;
-            };
             // The clock of a run that has ended need not be the sender's, so its frames could pass as new.
             let is_backlog = part.account.as_ref().is_some_and(|account| account.ended);
             let arrived = fresh_records(part, &kept.fresh)
                 .filter(|_| !is_backlog)
                 .map(|record| Measured::new(record, batch.t_sent_boot_ns, now_ns, t_arrival_ns));
-            let id = Arc::clone(&stream.id);
-            let shown = sensor.take(stream, arrived, &self.limits);
-            sensor.faults.count(sensor.stream.account.as_ref(), now);
-            self.recent.take(&id, records_of(&shown));
-            if self.events.receiver_count() > 0 {
-                let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
-                let event = sensor.event(&shown[skipped..], now_ns, self.limits.rate_window);
-                changed.push(with_rivals(event, &rivals));
-            }
+            changed.extend(self.show(&mut sensors, kept.stream, arrived, now, &rivals));
         }
         drop(sensors);
         if !changed.is_empty() {
@@ -122,27 +109,38 @@ impl Live {
         let account = news.stream.account.as_ref();
         let is_going_on = account.is_some_and(|account| !account.ended);
         let rivals = self.hear(&id.device, &id.boot, is_going_on, now);
-        let mut sensors = self.sensors();
-        let new = || Sensor::new(news.stream.clone());
-        let most = self.limits.sensors_max;
-        let Some(sensor) = sensors.get_or_make(&id.device, &id.sensor, most, new) else {
-            return;
-        };
         let sent = news.t_sent_boot_ns;
         let arrived = news
             .records
             .iter()
             .map(|stored| Measured::new(&stored.record, sent, now_ns, stored.t_arrival_ns));
-        let shown = sensor.take(news.stream, arrived, &self.limits);
+        let event = self.show(&mut self.sensors(), news.stream, arrived, now, &rivals);
+        if let Some(event) = event {
+            self.tell(Event::new("frames", &json!({ "sensors": [event] })));
+        }
+    }
+
+    /// Shows records of a stream; what the page is told of them, if anybody listens.
+    fn show<'r>(
+        &self,
+        sensors: &mut BySensor<Sensor>,
+        stream: StreamSummary,
+        arrived: impl Iterator<Item = Measured<&'r Record>>,
+        now: Duration,
+        rivals: &[String],
+    ) -> Option<Value> {
+        let (id, most) = (Arc::clone(&stream.id), self.limits.sensors_max);
+        let new = || Sensor::new(stream.clone());
+        let sensor = sensors.get_or_make(&id.device, &id.sensor, most, new)?;
+        let shown = sensor.take(stream, arrived, &self.limits);
         sensor.faults.count(sensor.stream.account.as_ref(), now);
         self.recent.take(&sensor.stream.id, records_of(&shown));
         if self.events.receiver_count() == 0 {
-            return;
+            return None;
         }
-        let event = sensor.event(&shown, now_ns, self.limits.rate_window);
-        drop(sensors);
-        let event = with_rivals(event, &rivals);
-        self.tell(Event::new("frames", &json!({ "sensors": [event] })));
+        let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
+        let event = sensor.event(&shown[skipped..], nanoseconds(now), self.limits.rate_window);
+        Some(with_rivals(event, rivals))
     }
 
     /// Notes that a run has sent, if it is one that goes on. The runs that take turns as this device.
@@ -215,11 +213,11 @@ impl Live {
     }
 
     fn senders(&self) -> MutexGuard<'_, Senders> {
-        self.senders.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.senders)
     }
 
     fn sensors(&self) -> MutexGuard<'_, BySensor<Sensor>> {
-        self.sensors.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.sensors)
     }
 
     fn now_ns(&self) -> i128 {

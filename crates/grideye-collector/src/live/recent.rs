@@ -2,9 +2,10 @@
 
 use crate::limits::Limits;
 use crate::live::by_sensor::BySensor;
+use crate::lock::lock;
 use grideye_recording::{Record, StreamId};
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// The newest frames of some sensors: of the first that send, and of another one from the first question on, for which the
 /// one makes room that was asked for the longest ago. Frames from an agent's spool are not among them.
@@ -84,10 +85,7 @@ impl RecentFrames {
     }
 
     fn sensors(&self) -> MutexGuard<'_, BySensor<Kept>> {
-        self.0
-            .sensors
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0.sensors)
     }
 }
 

@@ -24,16 +24,16 @@ pub(super) struct Taken {
 
 impl Taken {
     pub(super) fn parts(&self) -> impl Iterator<Item = (StreamName<'_>, &SensorBatch)> {
-        let batch = &*self.batch;
-        let name = |sensor| StreamName {
-            device: &batch.device,
-            sensor,
-            boot: &batch.boot,
-        };
-        batch
-            .sensors
-            .iter()
-            .map(move |part| (name(&part.sensor), part))
+        let parts = self.batch.sensors.iter();
+        parts.map(|part| (self.name_of(part), part))
+    }
+
+    pub(super) fn name_of<'n>(&'n self, part: &'n SensorBatch) -> StreamName<'n> {
+        StreamName {
+            device: &self.batch.device,
+            sensor: &part.sensor,
+            boot: &self.batch.boot,
+        }
     }
 
     pub(super) fn streams(&self) -> impl Iterator<Item = StreamName<'_>> {

@@ -1,9 +1,10 @@
 //! What a store's writer is asked for, and how the asking waits.
 
+use crate::lock::lock;
 use crate::store::error::{RecordingId, StoreError};
 use crate::store::plan::Taken;
 use crate::store::types::{Answer, Appended, KeptLabel, Label, Recording};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot};
 
@@ -114,7 +115,7 @@ impl Queue {
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<mpsc::Sender<Command>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0)
     }
 }
 
@@ -183,6 +184,6 @@ impl WriteFault {
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<StoreError>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0)
     }
 }

@@ -7,7 +7,6 @@ use core::fmt::Write as _;
 use grideye_frame::PIXELS;
 use std::collections::BTreeMap;
 
-/// The columns before the pixels.
 pub(super) const LEADING: [&str; 10] = [
     "device",
     "sensor",
@@ -49,12 +48,10 @@ pub fn header() -> String {
 /// The most streams (device, sensor and boot) that one recording may hold.
 pub const STREAMS_MAX: usize = 4096;
 
-/// The last sequence number of each stream.
 #[derive(Debug, Default)]
 pub(super) struct Sequences(BTreeMap<StreamId, u64>);
 
 impl Sequences {
-    /// Whether a row may follow those before it.
     pub(super) fn admit(&mut self, line: u64, row: &Row) -> Result<(), RecordingError> {
         let found = row.record.seq;
         if let Some(last) = self.0.get_mut(&row.stream) {

@@ -8,9 +8,7 @@ use crate::text::quoted;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
 
-/// Reads a recording row by row, as an iterator.
-///
-/// The first error is the last item: what follows a damaged row is not to be relied on.
+/// Reads a recording row by row, as an iterator. The first error is the last item.
 #[derive(Debug)]
 pub struct Reader<R> {
     lines: Lines<R>,
@@ -19,11 +17,9 @@ pub struct Reader<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads the header at once, so that a file of another kind is refused before anything is done with it. Reads in
-    /// blocks: a `BufReader` around the input is not needed.
+    /// Reads the header at once. Reads in blocks: a `BufReader` around the input is not needed.
     ///
     /// # Errors
-    ///
     /// [`RecordingError`] if the first line is not the header of this format.
     pub fn new(input: R) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(input);
@@ -50,7 +46,6 @@ impl<R: Read> Reader<R> {
 
 rows_until_error!(Reader, Row);
 
-/// Reads the first line and holds it against a layout's.
 pub(crate) fn check_header<R: Read>(
     lines: &mut Lines<R>,
     header: &str,

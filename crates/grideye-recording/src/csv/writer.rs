@@ -7,19 +7,15 @@ use core::fmt::Write as _;
 use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
 use std::io::Write;
 
-/// Writes a recording row by row.
-///
-/// Each row goes out in one call of `write_all`, whole with its newline, so that a program that is killed leaves at most
-/// one cut row behind. Hand over a `BufWriter` where speed counts more, and call [`Writer::finish`].
+/// Writes a recording row by row, each in one call of `write_all`: a program that is killed leaves at most one cut row.
+/// Hand over a `BufWriter` where speed counts more, and call [`Writer::finish`].
 #[derive(Debug)]
 pub struct Writer<W> {
     output: W,
     /// The row in the making; kept for its memory.
     buffer: String,
     sequences: Sequences,
-    /// Lines written, the header included.
     lines: u64,
-    /// The line that could not be written.
     broken_at: Option<u64>,
 }
 
@@ -27,7 +23,6 @@ impl<W: Write> Writer<W> {
     /// Writes the header at once, so that a recording without a frame is a recording too.
     ///
     /// # Errors
-    ///
     /// [`RecordingError::Io`] if the header cannot be written.
     pub fn new(output: W) -> Result<Self, RecordingError> {
         let mut writer = Self {
@@ -43,14 +38,11 @@ impl<W: Write> Writer<W> {
 
     /// Writes one row.
     ///
-    /// Degrees are the driver's decoding of the words. The upper four bits of a word, which the datasheet leaves
-    /// unspecified, have no place in degrees: they are 0 when the row is read again. The store keeps them.
+    /// The upper four bits of a word, which the datasheet leaves unspecified, have no place in degrees and are lost here.
     ///
     /// # Errors
-    ///
-    /// [`RecordingError`] for whatever a [`Reader`](super::Reader) would refuse: names, order, integers beyond 63 bits, too
-    /// many streams; nothing is written then, and the next row may be. [`RecordingError::Io`] if the row cannot be written;
-    /// from then on every call fails with [`RecordingError::WriterBroken`].
+    /// [`RecordingError`] for whatever a [`Reader`](super::Reader) would refuse: nothing is written then. After
+    /// [`RecordingError::Io`] every call fails with [`RecordingError::WriterBroken`].
     pub fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
         if let Some(line) = self.broken_at {
             return Err(RecordingError::WriterBroken(line));
@@ -68,7 +60,6 @@ impl<W: Write> Writer<W> {
     /// Flushes, and gives back what was handed to [`Writer::new`].
     ///
     /// # Errors
-    ///
     /// [`RecordingError::Io`] if flushing fails, [`RecordingError::WriterBroken`] if an earlier row could not be written.
     pub fn finish(mut self) -> Result<W, RecordingError> {
         if let Some(line) = self.broken_at {

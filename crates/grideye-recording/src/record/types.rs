@@ -5,9 +5,7 @@ use core::fmt;
 use core::str::FromStr;
 use grideye_frame::{NAME_CHARS_MAX, NAME_RULE, RawFrame, Reading, is_name};
 
-/// Whose frames: the part of a frame's identity that a whole stream shares.
-///
-/// Together with [`Record::seq`] this names one sensor frame for ever.
+/// Whose frames: with [`Record::seq`] it names one sensor frame permanently.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct StreamId {
     /// The agent's name, for example `pi-1`.
@@ -107,9 +105,7 @@ pub struct Record {
     pub reading: Reading<RawFrame>,
 }
 
-/// The largest sequence number, boot time or count on the wire and in files: 2^63 - 1.
-///
-/// SQLite, PostgreSQL and pandas keep integers as signed 64-bit numbers. At 10 frames a second this lasts for 29 billion years.
+/// The largest sequence number, boot time or count on the wire and in files: that of SQLite, PostgreSQL and pandas.
 pub const COUNT_MAX: u64 = i64::MAX.unsigned_abs();
 
 /// Whether a name of a device, a sensor or a boot can go onto the wire and into files.
@@ -123,7 +119,6 @@ pub const COUNT_MAX: u64 = i64::MAX.unsigned_abs();
 /// ```
 ///
 /// # Errors
-///
 /// [`NameError`] with the name, cut when long.
 pub fn check_name(name: &str) -> Result<(), NameError> {
     if is_name(name) {
@@ -150,9 +145,7 @@ pub struct NameError {
 pub struct Row {
     /// Whose frame.
     pub stream: StreamId,
-    /// The frame, or the reason why there is none.
-    ///
-    /// Of each word only the twelve bits that carry a value survive in this format: see [`csv::Writer::write`](crate::csv::Writer::write).
+    /// The frame, or the reason why there is none. In CSV only twelve bits of each word survive.
     pub record: Record,
     /// The collector's wall clock when the frame arrived, in nanoseconds since 1970-01-01 UTC, where it is known.
     pub t_arrival_ns: Option<i64>,

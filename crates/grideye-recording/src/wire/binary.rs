@@ -10,9 +10,7 @@ use std::collections::BTreeMap;
 /// What a body begins with: a mark, and the version of the layout.
 const MAGIC: [u8; 3] = *b"GEB";
 const VERSION: u8 = 2;
-/// Bytes of a frame at most: number, times, kind, thermistor, words.
 const FRAME_BYTES_MAX: usize = 3 * 8 + 1 + 2 + PACKED_BYTES_MAX;
-/// A count of 64 bits in groups of 7.
 const COUNT_BYTES_MAX: usize = 10;
 
 const ACCOUNT_NONE: u8 = 0;
@@ -78,7 +76,6 @@ fn put_count(body: &mut Vec<u8>, mut count: u64) {
     }
 }
 
-/// Names the field in which something is wrong.
 trait InField<T> {
     fn at(self, path: impl FnOnce() -> String) -> Result<T, WireError>;
 }

@@ -39,7 +39,6 @@ impl<'a, I: Iterator<Item = (&'a str, u64)> + Clone> Serialize for Map<I> {
     }
 }
 
-/// What an iterator gives, as an array.
 struct Sequence<I>(I);
 
 impl<I: Iterator<Item: Serialize> + Clone> Serialize for Sequence<I> {

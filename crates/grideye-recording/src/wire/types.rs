@@ -52,8 +52,7 @@ pub struct Account {
     pub spooled: u64,
     /// Faults seen on the bus, by kind (the names of `NoData`, and others that cost no frame).
     pub errors: BTreeMap<String, u64>,
-    /// The run is over, and a later run of the agent speaks for it: what is neither in `spooled` nor in the store by now
-    /// is lost, and the collector counts it as [`LOST_IN_MEMORY`]. Left out on the wire unless true.
+    /// The run is over: what is neither in `spooled` nor stored by now is lost ([`LOST_IN_MEMORY`]). Left out unless true.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ended: bool,
 }
@@ -81,9 +80,7 @@ pub struct Gap {
     pub to: u64,
 }
 
-/// How much one body may hold. What is beyond is refused while it is read, before it is kept.
-///
-/// The size of the body itself is for whoever receives it to limit: a frame takes at most [`FRAME_BYTES_MAX`] of it.
+/// How much one body may hold; more is refused while it is read. Its bytes are the receiver's to limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Sensors in a batch, or in `durable_through` of an answer.

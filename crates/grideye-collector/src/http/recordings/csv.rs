@@ -4,13 +4,14 @@ use crate::http::recordings::download::{self, Form};
 use crate::http::recordings::fields::attachment;
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
+use crate::lock::lock;
 use crate::store::{Members, StoredRecord};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use grideye_recording::Row;
 use grideye_recording::csv::{STREAMS_MAX, Writer};
 use std::io;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refusal> {
     if members.spans.len() > STREAMS_MAX {
@@ -74,13 +75,13 @@ struct PageBuffer(Arc<Mutex<Vec<u8>>>);
 
 impl PageBuffer {
     fn take(&self) -> Vec<u8> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut lock(&self.0))
     }
 }
 
 impl io::Write for PageBuffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut page = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut page = lock(&self.0);
         page.extend_from_slice(bytes);
         Ok(bytes.len())
     }

@@ -3,7 +3,7 @@
 use crate::limits::Limits;
 use crate::store::error::StoreError;
 use crate::store::location::PostgresUrl;
-use crate::store::postgres::{Days, FrameColumns, Session, UNFINISHED, prepare_tables};
+use crate::store::postgres::{Days, FrameColumns, Parameters, Session, UNFINISHED, prepare_tables};
 use crate::store::row::{count, fitting, unsigned};
 use crate::store::segment::SealedRow;
 use crate::store::sqlite::{self, Found, rows_of};
@@ -371,106 +371,69 @@ impl Target {
     }
 
     async fn name_all(&self, source: &Source) -> Result<(), StoreError> {
+        let session = &self.session;
         for stream in &source.streams {
+            let StreamId {
+                device,
+                sensor,
+                boot,
+            } = &stream.id;
+            let (number, stored, missing) = (&stream.number, &stream.stored, &stream.missing);
+            let (group, arrival) = (&stream.last_group, &stream.t_last_arrival_ns);
+            let (account, read) = (&stream.account, &stream.account_read);
+            let (came, expired) = (&stream.came_since_account, &stream.expired);
             let sql = "INSERT INTO grideye.streams (device, stream, sensor, boot, stored, missing, added, t_last_arrival_ns,
                            account, account_read, came_since_account, expired, lane, n)
                        VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, 0, 0)";
-            self.session
-                .execute(
-                    sql,
-                    &[
-                        &stream.id.device,
-                        &stream.number,
-                        &stream.id.sensor,
-                        &stream.id.boot,
-                        &stream.stored,
-                        &stream.missing,
-                        &stream.last_group,
-                        &stream.t_last_arrival_ns,
-                        &stream.account,
-                        &stream.account_read,
-                        &stream.came_since_account,
-                        &stream.expired,
-                    ],
-                )
-                .await?;
-            let (firsts, lasts): (Vec<i64>, Vec<i64>) =
-                source.runs(stream.key)?.into_iter().unzip();
+            let parameters: Parameters<'_> = &[
+                device, number, sensor, boot, stored, missing, group, arrival, account, read, came,
+                expired,
+            ];
+            session.execute(sql, parameters).await?;
+            let runs = source.runs(stream.key)?;
+            let (firsts, lasts): (Vec<i64>, Vec<i64>) = runs.into_iter().unzip();
             let sql =
                 "INSERT INTO grideye.runs SELECT $1, $2, * FROM unnest($3::BIGINT[], $4::BIGINT[])";
-            let device = &stream.id.device;
-            self.session
-                .execute(sql, &[device, &stream.number, &firsts, &lasts])
-                .await?;
+            let parameters: Parameters<'_> = &[device, number, &firsts, &lasts];
+            session.execute(sql, parameters).await?;
             let shares = source.shares(stream.key)?;
             let column = |index: usize| -> Vec<i64> { shares.iter().map(|s| s[index]).collect() };
             let sql = "INSERT INTO grideye.shares SELECT $1, $2, *
                        FROM unnest($3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::BIGINT[], $7::BIGINT[])";
-            let (epochs, firsts, lasts) = (column(0), column(1), column(2));
-            let (stored, missing) = (column(3), column(4));
-            self.session
-                .execute(
-                    sql,
-                    &[
-                        device,
-                        &stream.number,
-                        &epochs,
-                        &firsts,
-                        &lasts,
-                        &stored,
-                        &missing,
-                    ],
-                )
-                .await?;
+            let [epochs, firsts, lasts, stored, missing] = [0, 1, 2, 3, 4].map(column);
+            let parameters: Parameters<'_> =
+                &[device, number, &epochs, &firsts, &lasts, &stored, &missing];
+            session.execute(sql, parameters).await?;
         }
         self.name_recordings(source).await?;
         let epoch = source.next_epoch();
-        self.session
-            .execute("UPDATE grideye.lanes SET epoch = $1", &[&epoch])
-            .await?;
-        self.session
-            .execute(
-                "UPDATE grideye.layout SET epoch = $1, layout = 1",
-                &[&epoch],
-            )
-            .await?;
-        self.session
-            .execute("UPDATE grideye.migration SET is_done = TRUE", &[])
-            .await?;
-        Ok(())
+        for sql in [
+            "UPDATE grideye.lanes SET epoch = $1",
+            "UPDATE grideye.layout SET epoch = $1, layout = 1",
+        ] {
+            session.execute(sql, &[&epoch]).await?;
+        }
+        let done = "UPDATE grideye.migration SET is_done = TRUE";
+        session.execute(done, &[]).await.map(drop)
     }
 
     async fn name_recordings(&self, source: &Source) -> Result<(), StoreError> {
         for recording in &source.recordings {
-            let after = recording.after_epoch;
-            let through = recording.through_epoch;
+            let (id, name) = (&recording.id, &recording.name);
+            let (start, stop) = (&recording.t_start_ns, &recording.t_stop_ns);
+            let (after, through) = (&recording.after_epoch, &recording.through_epoch);
             let sql = "INSERT INTO grideye.recordings (id, name, t_start_ns, t_stop_ns, after_epoch, through_epoch)
                        VALUES ($1, $2, $3, $4, $5, $6)";
-            self.session
-                .execute(
-                    sql,
-                    &[
-                        &recording.id,
-                        &recording.name,
-                        &recording.t_start_ns,
-                        &recording.t_stop_ns,
-                        &after,
-                        &through,
-                    ],
-                )
-                .await?;
+            let parameters: Parameters<'_> = &[id, name, start, stop, after, through];
+            self.session.execute(sql, parameters).await?;
             if !recording.note.is_empty() {
                 let sql = "INSERT INTO grideye.notes (recording, note) VALUES ($1, $2)";
-                self.session
-                    .execute(sql, &[&recording.id, &recording.note])
-                    .await?;
+                self.session.execute(sql, &[id, &recording.note]).await?;
             }
             for (number, label) in &recording.labels {
                 let sql =
                     "INSERT INTO grideye.labels (recording, number, label) VALUES ($1, $2, $3)";
-                self.session
-                    .execute(sql, &[&recording.id, number, label])
-                    .await?;
+                self.session.execute(sql, &[id, number, label]).await?;
             }
         }
         Ok(())

@@ -1,10 +1,11 @@
 //! A connection with its prepared statements, what the database's errors mean here, and the tables that it finds or makes.
 
 use crate::limits::Limits;
+use crate::lock::lock;
 use crate::store::error::StoreError;
 use crate::store::location::PostgresUrl;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tokio_postgres::error::SqlState;
 use tokio_postgres::types::ToSql;
@@ -101,7 +102,7 @@ impl Session {
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<&'static str, Statement>> {
-        self.prepared.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.prepared)
     }
 }
 

@@ -1,6 +1,7 @@
 //! [`PostgresStore`]: a task that writes, one that follows the other collectors, and a connection that reads.
 
 use crate::limits::Limits;
+use crate::lock::lock;
 use crate::store::error::{RecordingId, StoreError};
 use crate::store::frame_store::FrameStore;
 use crate::store::location::PostgresUrl;
@@ -11,7 +12,7 @@ use crate::store::queue::{Queue, WriteFault};
 use crate::store::types::{
     Answer, KeptLabel, Members, News, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
 };
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 
@@ -98,10 +99,7 @@ impl FrameStore for PostgresStore {
     }
 
     fn news(&self) -> Option<mpsc::Receiver<News>> {
-        self.news
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
+        lock(&self.news).take()
     }
 
     fn usage(&self) -> Answer<'_, StoreUsage> {
@@ -125,11 +123,7 @@ impl FrameStore for PostgresStore {
     fn close(&self) -> Answer<'_, ()> {
         self.queue.close();
         self.follower.abort();
-        let writer = self
-            .writer
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let writer = lock(&self.writer).take();
         Box::pin(async move {
             let Some(writer) = writer else { return Ok(()) };
             writer

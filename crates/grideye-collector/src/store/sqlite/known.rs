@@ -153,14 +153,11 @@ impl Known {
             },
         )?;
         for taken in &mut group {
-            let lacks = |name| {
-                let state = self.streams.get(&name);
-                state.is_none_or(|state| state.kept_group < kept.group)
-            };
-            let lacking: Vec<bool> = taken.streams().map(lacks).collect();
             let mut batch = (*taken.batch).clone();
-            let mut lacking = lacking.into_iter();
-            batch.sensors.retain(|_| lacking.next() == Some(true));
+            batch.sensors.retain(|part| {
+                let state = self.streams.get(&taken.name_of(part));
+                state.is_none_or(|state| state.kept_group < kept.group)
+            });
             *taken = Taken {
                 batch: Arc::new(batch),
                 compact: None,

@@ -2,6 +2,7 @@
 
 use crate::clock::Clock;
 use crate::limits::Limits;
+use crate::lock::lock;
 use crate::log::{Level, Log, LogEvent};
 use crate::store::error::{RecordingId, StoreError};
 use crate::store::frame_store::FrameStore;
@@ -18,7 +19,7 @@ use crate::store::types::{
 };
 use rusqlite::Connection;
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use tokio::sync::Semaphore;
 
@@ -148,7 +149,7 @@ impl SqliteStore {
                 .map_err(|_closed| StoreError::Closed)?;
             let run = move || {
                 let _turn = turn;
-                let readers = || readers.lock().unwrap_or_else(PoisonError::into_inner);
+                let readers = || lock(&readers);
                 let taken = readers().pop();
                 let connection = taken.ok_or(StoreError::Closed)?;
                 let outcome = query(&connection, &limits);
@@ -233,11 +234,7 @@ impl FrameStore for SqliteStore {
 
     fn close(&self) -> Answer<'_, ()> {
         self.queue.close();
-        let writer = self
-            .writer
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let writer = lock(&self.writer).take();
         Box::pin(async move {
             let Some(writer) = writer else { return Ok(()) };
             let ended = tokio::task::spawn_blocking(move || writer.join())
@@ -245,10 +242,7 @@ impl FrameStore for SqliteStore {
                 .map_err(|error| StoreError::Failed(error.to_string()))?
                 .map_err(|_panic| StoreError::Failed("the writer's thread panicked".to_owned()))?;
             self.readers_free.close();
-            self.readers
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .clear();
+            lock(&self.readers).clear();
             ended
         })
     }
