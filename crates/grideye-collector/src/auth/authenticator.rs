@@ -246,7 +246,7 @@ mod tests {
         authenticator.authenticate(Presented::Nothing, at(seconds), || 0)
     }
 
-    fn is_holder(found: Result<Caller, Unknown>, with_cookie: bool) -> bool {
+    fn is_holder(found: &Result<Caller, Unknown>, with_cookie: bool) -> bool {
         matches!(found, Ok(Caller::Holder { by_cookie, .. }) if by_cookie == with_cookie)
     }
 
@@ -258,7 +258,7 @@ mod tests {
         let not_looked_at_yet = nothing(&authenticator, 0);
         assert!(matches!(not_looked_at_yet, Ok(Caller::Anyone)));
         assert_eq!(nothing(&authenticator, 1).unwrap_err(), Unknown::NoToken);
-        assert!(is_holder(shown(&authenticator, &token, 1), false));
+        assert!(is_holder(&shown(&authenticator, &token, 1), false));
         revoke(&folder);
         let found = shown(&authenticator, &token, 2);
         assert_eq!(found.unwrap_err(), Unknown::BadToken);
@@ -316,7 +316,7 @@ mod tests {
         let by_cookie = |authenticator: &Authenticator, seconds, t_now_s| {
             authenticator.authenticate(Presented::Cookie(&cookie), at(seconds), || t_now_s)
         };
-        assert!(is_holder(by_cookie(&other, 0, 999), true));
+        assert!(is_holder(&by_cookie(&other, 0, 999), true));
         let late = by_cookie(&authenticator, 0, 1000);
         assert_eq!(late.unwrap_err(), Unknown::BadCookie);
         // A cookie is no token, and the other way round.

@@ -67,9 +67,7 @@ impl Collector {
                     _ => CollectorError::Listen { address, reason },
                 }
             })?;
-        let local_addr = listener
-            .local_addr()
-            .map_err(|reason| CollectorError::Socket(reason))?;
+        let local_addr = listener.local_addr().map_err(CollectorError::Socket)?;
         let counters = Arc::<Counters>::default();
         let options = Options {
             hosts: HostNames::new(local_addr.ip(), &config.host_names),
@@ -158,7 +156,7 @@ impl Collector {
         connections.shutdown().await;
         let closed = self.state.store().close().await;
         self.log.say(&LogEvent::new(Level::Info, "stopped"));
-        closed.map_err(|reason| CollectorError::Close(reason))
+        closed.map_err(CollectorError::Close)
     }
 }
 

@@ -115,7 +115,7 @@ impl Acceptors {
             } => (authority, names, made),
         };
         let address = address.to_canonical();
-        let mut made = lock(&made);
+        let mut made = lock(made);
         if let Some(acceptor) = made.get(&address) {
             return Ok(acceptor.clone());
         }
