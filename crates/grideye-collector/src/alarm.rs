@@ -1,21 +1,20 @@
 //! One alarm for a whole connection, in place of a timer for every wait: to set a timer takes longer than to look whether
 //! it rang, and of a thousand that a post sets hardly one ever rings.
 
+use crate::lock::lock;
 use hyper::rt;
 use std::future::{Future, poll_fn};
 use std::pin::{Pin, pin};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::time::{Instant, Sleep};
 
-/// Rings no later than the next moment that is waited for. Rings it too early, because who set it waits no longer, it is
-/// set on. It wakes one task: the connection's.
+/// Rings no later than the next moment that is waited for; if that was for nobody, it is set on. It wakes the connection's task.
 #[derive(Clone, Default)]
 pub(crate) struct Alarm(Arc<Mutex<Option<Pin<Box<Sleep>>>>>);
 
 impl Alarm {
-    /// What the future gives; `None` if that takes longer than `time_max`.
     pub(crate) async fn within<F: Future>(
         &self,
         time_max: Duration,
@@ -31,7 +30,7 @@ impl Alarm {
     }
 
     fn poll_until(&self, cx: &mut Context<'_>, moment: Instant) -> Poll<()> {
-        let mut alarm = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut alarm = lock(&self.0);
         let alarm = alarm.get_or_insert_with(|| Box::pin(tokio::time::sleep_until(moment)));
         if alarm.deadline() > moment {
             alarm.as_mut().reset(moment);
@@ -63,7 +62,6 @@ impl rt::Timer for Alarm {
     }
 }
 
-/// Until a moment.
 struct Wait {
     alarm: Alarm,
     moment: Instant,

@@ -47,13 +47,11 @@ impl Clock for SystemClock {
     }
 }
 
-/// The smallest step of the wall clock that is noticed.
 const STEP_MIN_NS: u64 = 1_000_000_000;
 
 /// What the clocks part from each other before the new difference is stored: every post reads it, few write it.
 const DRIFT_MIN_NS: u64 = 1_000_000;
 
-/// Notices steps of the wall clock, against the monotonic one.
 #[derive(Debug)]
 pub(crate) struct WallSteps(AtomicI64);
 
@@ -74,7 +72,6 @@ impl WallSteps {
     }
 }
 
-/// How far the wall clock is ahead of the monotonic one.
 fn lead(utc_ns: i64, monotonic: Duration) -> i64 {
     utc_ns.saturating_sub(i64::try_from(monotonic.as_nanos()).unwrap_or(i64::MAX))
 }

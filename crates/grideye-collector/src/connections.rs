@@ -11,12 +11,13 @@
 
 use crate::counters::{Counters, add};
 use crate::limits::Limits;
+use crate::lock::lock;
 use crate::peer::AddressGroup;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::task::AbortHandle;
 
 /// How far a connection has come, in the order in which connections are displaced.
@@ -28,7 +29,6 @@ enum Standing {
     Established,
 }
 
-/// Standings that are displaced.
 const TIERS: usize = 3;
 
 impl Standing {
@@ -42,16 +42,13 @@ impl Standing {
     }
 }
 
-/// All open connections.
 pub(crate) struct Connections {
     places: Mutex<Places>,
     counters: Arc<Counters>,
 }
 
-/// A connection that was let in.
 pub(crate) struct Admitted {
     pub(crate) connection: Connection,
-    /// The group whose connection it displaced.
     pub(crate) displaced: Option<AddressGroup>,
 }
 
@@ -63,8 +60,7 @@ impl Connections {
         }
     }
 
-    /// A place for one connection; `None` when all are taken and none can be displaced. A trusted proxy is exempt from the limit
-    /// for one address.
+    /// `None` when all places are taken and none can be displaced. The limit for one address does not bind a trusted proxy.
     pub(crate) fn admit(
         self: &Arc<Self>,
         peer: IpAddr,
@@ -93,7 +89,6 @@ impl Connections {
         })
     }
 
-    /// The task that serves a connection, to be ended when the connection is displaced.
     pub(crate) fn serve_by(&self, number: u64, task: AbortHandle) {
         if let Some(place) = self.lock().open.get_mut(&number) {
             place.task = Some(task);
@@ -101,7 +96,7 @@ impl Connections {
     }
 
     fn lock(&self) -> MutexGuard<'_, Places> {
-        self.places.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.places)
     }
 }
 
@@ -118,7 +113,6 @@ impl Connection {
         self.number
     }
 
-    /// Counts that this connection ended before TLS was agreed on.
     pub(crate) fn tls_failed(&self) {
         add(&self.all.counters.tls_failed, 1);
     }
@@ -132,7 +126,6 @@ impl Connection {
         self.comes_to(Standing::Asking);
     }
 
-    /// The request was answered.
     pub(crate) fn is_answered(&self) {
         self.comes_to(Standing::Idle);
     }
@@ -251,7 +244,6 @@ impl Places {
     }
 }
 
-/// Connections of one standing.
 #[derive(Default)]
 struct Tier {
     by_group: HashMap<AddressGroup, BTreeSet<u64>>,
@@ -295,7 +287,6 @@ mod tests {
     const B: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 2));
     const C: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 3));
 
-    /// Connections by number, as long as they are not displaced.
     struct Scene {
         all: Arc<Connections>,
         counters: Arc<Counters>,
@@ -360,11 +351,15 @@ mod tests {
         }
         assert_eq!(scene.comes(A), None, "all are established");
         assert_eq!(scene.comes(B), None, "all are established");
-        let of = |counter| crate::counters::load(counter);
-        assert_eq!(of(&scene.counters.displaced), 5);
-        assert_eq!(of(&scene.counters.turned_away), 2);
-        assert_eq!(of(&scene.counters.connections_open), 6);
-        assert_eq!(of(&scene.counters.connections), 11);
+        let Counters {
+            displaced,
+            turned_away,
+            connections_open,
+            connections,
+            ..
+        } = &*scene.counters;
+        let counted = [displaced, turned_away, connections_open, connections];
+        assert_eq!(counted.map(crate::counters::load), [5, 2, 6, 11]);
     }
 
     #[test]

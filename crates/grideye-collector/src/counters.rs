@@ -1,15 +1,15 @@
 //! What the collector did since it was started, in numbers.
 
+use crate::lock::lock;
 use std::collections::BTreeMap;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Upper ends of the classes of the time that a request took, in seconds.
 pub(crate) const TIME_CLASSES_S: [f64; 10] =
     [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 1.0, 5.0];
 
-/// Counts up from 0 at the start.
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
     /// Answers by status class: 1xx to 5xx.
@@ -22,9 +22,7 @@ pub(crate) struct Counters {
     pub(crate) frames_stored: AtomicU64,
     /// Frames that were there already.
     pub(crate) frames_again: AtomicU64,
-    /// Connections open now.
     pub(crate) connections_open: AtomicU64,
-    /// Connections taken.
     pub(crate) connections: AtomicU64,
     /// Connections closed to make room for a newer one.
     pub(crate) displaced: AtomicU64,
@@ -47,12 +45,12 @@ impl Counters {
 
     /// The codes are those of this program, so there are few.
     pub(crate) fn refused(&self, code: &'static str) {
-        let mut refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut refused = lock(&self.refused);
         *refused.entry(code).or_default() += 1;
     }
 
     pub(crate) fn refusals(&self) -> BTreeMap<&'static str, u64> {
-        let refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        let refused = lock(&self.refused);
         refused.clone()
     }
 

@@ -31,6 +31,7 @@ mod counters;
 mod http;
 mod limits;
 mod live;
+mod lock;
 mod log;
 mod openapi;
 mod page;

@@ -10,8 +10,7 @@ pub struct Limits {
     /// oldest that has not sent a complete header, or else the oldest that has not shown a good token (where none is required:
     /// has had no request answered without an error). If there is none, it is answered 503 and closed.
     pub connections_max: usize,
-    /// Connections open at once from one address (IPv6: one /64) that is not a trusted proxy. One more displaces one from the
-    /// same address, or is answered 503 and closed.
+    /// The same from one address (IPv6: one /64) that is no trusted proxy. One more displaces one of its own, or gets 503.
     pub connections_per_peer_max: usize,
     /// From the first byte awaited to the end of the request's headers. Then the connection is closed.
     pub header_time_max: Duration,
@@ -25,8 +24,7 @@ pub struct Limits {
     pub small_body_bytes_max: usize,
     /// Bytes of all bodies of frames that have arrived and are not on disk yet. A request that finds no room is answered 503.
     pub bodies_bytes_max: usize,
-    /// The same for one token, or where none is required for one address (IPv6: one /64). A request that finds no room is
-    /// answered 429. Bodies of up to 4 KiB do not count.
+    /// The same for one token, or without tokens for one address. More is answered 429. Bodies of up to 4 KiB do not count.
     pub bodies_bytes_per_sender_max: usize,
     /// How much one body of frames may hold.
     pub batch: grideye_recording::wire::Limits,
@@ -36,8 +34,7 @@ pub struct Limits {
     pub write_stall_max: Duration,
     /// After the shutdown was asked for: open requests may finish for so long, then they are cut off.
     pub shutdown_time_max: Duration,
-    /// Requests to the store's writer that may wait. One more is answered 503. By default one of each connection: a disk
-    /// that stands still for a second refuses nobody.
+    /// Requests to the store's writer that may wait, by default one of each connection. One more is answered 503.
     pub writer_queue_max: usize,
     /// Requests to the store's writer that share one commit.
     pub commit_group_max: usize,
@@ -63,8 +60,7 @@ pub struct Limits {
     pub label_name_chars_max: usize,
     /// Ranges of frames in one label.
     pub label_spans_max: usize,
-    /// Rows of a recording that the page can play: it holds all of them, 168 bytes each. Of one more the page is told to
-    /// take the file instead.
+    /// Rows of a recording, 168 bytes each, that the page can play. Of one more it is told to take the file instead.
     pub playback_rows_max: u64,
     /// Rows that a download takes from the store at once.
     pub page_rows: usize,
@@ -95,8 +91,7 @@ pub struct Limits {
     /// Frames in a file that were stored longer ago, and belong to no recording, are deleted: at most a tenth of the store
     /// in a fortieth of this time. Time without a collector does not count. `None`: never.
     pub keep_for: Option<Duration>,
-    /// When a file holds more bytes, the oldest frames that belong to no recording are deleted: in an hour at most a tenth of
-    /// the store, and twice what came. `None`: never.
+    /// When a file holds more, the oldest unrecorded frames are deleted: in an hour at most a tenth, and twice what came. `None`: never.
     pub keep_bytes: Option<u64>,
     /// Clients that follow the live page's events. One more is answered 503.
     pub live_clients_max: usize,

@@ -1,9 +1,10 @@
 //! What the collector has to say while it runs: events with fields, handed to whoever started it.
 
+use crate::lock::lock;
 use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// How much an event matters.
@@ -151,7 +152,7 @@ impl Seldom {
 
     /// Says the event unless one of its kind was said a short while ago.
     pub(crate) fn say(&self, kind: &'static str, now: Duration, mut event: LogEvent) {
-        let mut kinds = self.kinds.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kinds = lock(&self.kinds);
         let said = kinds.entry((event.event, kind)).or_default();
         if said
             .at
@@ -184,10 +185,8 @@ mod tests {
         assert_eq!(json.lines().count(), 1);
         let read: Value = serde_json::from_str(&json).unwrap();
         assert_eq!(read["path"], "/x\n\u{1b}[2J \"y\"=z");
-        assert_eq!(
-            (&read["event"], &read["level"]),
-            (&"refused".into(), &"warning".into())
-        );
+        assert_eq!(read["event"], "refused");
+        assert_eq!(read["level"], "warning");
         assert!(read.get("unsaid").is_none());
     }
 

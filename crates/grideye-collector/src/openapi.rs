@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 pub(crate) fn openapi(annexes: &[Annex]) -> Bytes {
     let mut document: Value = part_of_openapi(include_str!("../openapi.json"));
     for annex in annexes {
-        let paths: Map<String, Value> = part_of_openapi(annex.described());
+        let paths: Map<String, Value> = part_of_openapi(annex.described);
         for (path, methods) in paths {
             document["paths"][path] = methods;
         }

@@ -4,12 +4,10 @@ use axum::http::HeaderMap;
 use std::fmt;
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
 
-/// The other end of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Peer {
     /// Behind a trusted proxy, the address that it forwards for.
     pub(crate) address: IpAddr,
-    /// Whether the request came by TLS.
     pub(crate) is_encrypted: bool,
 }
 
@@ -42,7 +40,6 @@ impl fmt::Display for AddressGroup {
 /// The header in which a proxy names the address that it forwards for.
 const FORWARDED_FOR: &str = "x-forwarded-for";
 
-/// Proxies whose [`FORWARDED_FOR`] header is used.
 #[derive(Debug, Default)]
 pub(crate) struct TrustedProxies(Vec<IpAddr>);
 
@@ -55,8 +52,7 @@ impl TrustedProxies {
         self.0.contains(&address.to_canonical())
     }
 
-    /// The sender behind a proxy: the rightmost hop that is not a trusted proxy. Hops to the left of it are ignored, because the
-    /// sender itself may have written them.
+    /// The rightmost hop that is no trusted proxy: the sender itself may have written those to the left of it.
     pub(crate) fn client(&self, proxy: IpAddr, headers: &HeaderMap) -> IpAddr {
         let values = headers.get_all(FORWARDED_FOR).iter().rev();
         let hops = values.flat_map(|value| value.to_str().unwrap_or_default().rsplit(','));

@@ -1,8 +1,9 @@
 //! How many requests a caller may make: a bucket each that fills with time.
 
+use crate::lock::lock;
 use std::collections::HashMap;
 use std::hash::Hash;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use std::time::Duration;
 
 /// A bucket for each of a bounded number of callers.
@@ -45,7 +46,7 @@ impl<K: Eq + Hash> Rates<K> {
 
     /// Takes one request from the caller's bucket; if it is empty, answers how long until it is not.
     pub(crate) fn take(&self, caller: K, now: Duration) -> Result<(), Duration> {
-        let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut buckets = lock(&self.buckets);
         if !buckets.of.contains_key(&caller) && buckets.of.len() >= self.callers_max {
             // Who has a full bucket again is as good as new.
             buckets
@@ -102,11 +103,8 @@ mod tests {
         assert_eq!(rates.take("a", at(0)), Err(Duration::from_millis(100)));
         assert_eq!(rates.take("a", at(60)), Err(Duration::from_millis(40)));
         assert_eq!(taken(&rates, "a", at(300)), 3);
-        assert_eq!(
-            taken(&rates, "a", at(100_000)),
-            5,
-            "never more than a burst"
-        );
+        // Never more than a burst.
+        assert_eq!(taken(&rates, "a", at(100_000)), 5);
         // Over ten seconds: the burst and 10 a second.
         let rates = Rates::new(10, 5, 100);
         let all: usize = (0..=1000)

@@ -5,8 +5,7 @@ use crate::record::{COUNT_MAX, check_name};
 use crate::text::quoted;
 use amg8833::word::{self, OutOfRange};
 use core::fmt;
-use grideye_frame::NAME_RULE;
-use grideye_frame::{Celsius, PixelWord, ThermistorWord};
+use grideye_frame::{Celsius, NAME_RULE, PixelWord, ThermistorWord};
 
 /// The longest temperature in characters: few enough that double precision tells any two of that length apart.
 const DEGREE_CHARS_MAX: usize = 16;
@@ -18,7 +17,6 @@ pub(crate) struct Cell<'c> {
     pub(crate) text: &'c str,
 }
 
-/// The column that a cell stands in.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Column {
     Named(&'static str),
@@ -36,7 +34,6 @@ impl fmt::Display for Column {
 }
 
 impl Cell<'_> {
-    /// The error that something else was expected.
     pub(crate) fn refused(&self, expected: impl Into<String>) -> RecordingError {
         RecordingError::Cell {
             line: self.line,
@@ -181,11 +178,8 @@ mod tests {
             ("-0", 0x800),
         ];
         for (text, word) in rows {
-            assert_eq!(
-                cell(text).thermistor().unwrap(),
-                ThermistorWord(word),
-                "{text}"
-            );
+            let found = cell(text).thermistor().unwrap();
+            assert_eq!(found, ThermistorWord(word), "{text}");
         }
     }
 
@@ -199,23 +193,9 @@ mod tests {
     fn what_is_no_temperature_of_the_sensor_is_refused_with_the_place() {
         let plain =
             "line 7, column pixel3: expected degrees Celsius as a plain decimal number, found";
-        for text in [
-            "NaN",
-            "nan",
-            "inf",
-            "-inf",
-            "1e1",
-            "+1",
-            "1.",
-            ".5",
-            "-",
-            "--1",
-            "0x10",
-            " 1",
-            "1 ",
-            "1,5",
-            "23.2500000000000000001",
-        ] {
+        for text in
+            "NaN|nan|inf|-inf|1e1|+1|1.|.5|-|--1|0x10| 1|1 |1,5|23.2500000000000000001".split('|')
+        {
             assert_eq!(fault(text), format!("{plain} {}", quoted(text)));
         }
         assert_eq!(fault(""), format!("{plain} an empty cell"));
@@ -238,19 +218,9 @@ mod tests {
     #[test]
     fn integers_are_digits_within_64_bits_with_sign() {
         assert_eq!(cell("9223372036854775807").count().unwrap(), COUNT_MAX);
-        assert_eq!(
-            cell("-9223372036854775808").nanoseconds().unwrap(),
-            i64::MIN
-        );
-        for text in [
-            "",
-            "+1",
-            "-1",
-            "1.0",
-            "9223372036854775808",
-            "99999999999999999999",
-            "١",
-        ] {
+        let least = cell("-9223372036854775808").nanoseconds();
+        assert_eq!(least.unwrap(), i64::MIN);
+        for text in "|+1|-1|1.0|9223372036854775808|99999999999999999999|١".split('|') {
             assert!(cell(text).count().is_err(), "{text}");
         }
         for text in ["", "+1", "1.0", "9223372036854775808", "-", "--1"] {

@@ -11,11 +11,9 @@
 
 mod columns;
 mod reader;
-mod sequences;
 mod writer;
 
-pub use columns::{COLUMNS, header};
+pub use columns::{COLUMNS, STREAMS_MAX, header};
 pub use reader::Reader;
 pub(crate) use reader::check_header;
-pub use sequences::STREAMS_MAX;
 pub use writer::Writer;

@@ -13,12 +13,9 @@ pub enum RecordingError {
     },
     /// Not even a header.
     #[error(
-        "line 1: expected a header that begins with {expected}, found nothing\nhint: the file is empty; its writer was stopped before it began"
+        "line 1: expected a header that begins with {0}, found nothing\nhint: the file is empty; its writer was stopped before it began"
     )]
-    Empty {
-        /// The first columns of the layout.
-        expected: &'static str,
-    },
+    Empty(&'static str),
     /// The first line is another layout's, or no header.
     #[error(
         "line 1, field {field}: expected the column name {expected}, found {found}\nhint: recordings/README.md states the columns of each layout"
@@ -107,12 +104,9 @@ pub enum RecordingError {
     },
     /// A file name without the date that the LINAIGE layout leaves out of its rows.
     #[error(
-        "file name {found}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout tell the time of day only; the date is taken from the name"
+        "file name {0}: expected a date as in Session2_2021-07-01_RoomB_v2.csv, found none\nhint: rows of this layout tell the time of day only; the date is taken from the name"
     )]
-    FileNameWithoutDate {
-        /// The name.
-        found: String,
-    },
+    FileNameWithoutDate(String),
     /// An array that holds no frames of this sensor, or is cut.
     #[error(
         "expected {expected}, found {found}\nhint: numpy.save(file, frames.astype(numpy.float32)) writes what is read here: (N, 8, 8), in °C"
@@ -134,11 +128,8 @@ pub enum RecordingError {
         found: String,
     },
     /// Something failed while an earlier row was written; what is in the file ends there.
-    #[error("line {line}: expected a sound file to write to, found one whose last row failed")]
-    WriterBroken {
-        /// The line that failed.
-        line: u64,
-    },
+    #[error("line {0}: expected a sound file to write to, found one whose last row failed")]
+    WriterBroken(u64),
 }
 
 fn field_count_hint(expected: usize, found: usize) -> String {

@@ -13,7 +13,7 @@
 //! | [`linaige`] (read only) | frames with labels | as above | [`RecordingError`] |
 //! | [`bare`] (read only) | frames and no more: rows of 64 numbers, `.npy` | as above | [`RecordingError`] |
 //!
-//! Everything works on the readers, writers and bytes that it is handed: no files, sockets or clocks. Recordings of any
+//! Everything works on the readers, writers and bytes that it is handed: no sockets or clocks, and files in [`whole`] alone. Recordings of any
 //! length are read and written in the same memory. What a word means in degrees is said by `amg8833::word` alone.
 //!
 //! ```
@@ -41,23 +41,23 @@
 
 mod cell;
 mod error;
-mod layout;
 mod lines;
 mod rows;
+mod sniff;
 mod text;
 
 pub mod bare;
 pub mod csv;
 pub mod labels;
 pub mod linaige;
-pub mod packed;
 pub mod prometheus;
 pub mod record;
+pub mod whole;
 pub mod wire;
 
 pub use error::RecordingError;
 pub use grideye_frame::NAME_CHARS_MAX;
-pub use layout::{Layout, sniff};
 pub use record::{
     COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };
+pub use sniff::{Layout, sniff};

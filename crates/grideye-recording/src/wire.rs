@@ -25,15 +25,14 @@ mod values;
 
 pub use error::WireError;
 pub use types::{
-    Account, Acknowledgement, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, FRAME_BYTES_MAX, FRAMES_MAX,
-    GAPS_MAX, Gap, JSON_TYPE, LOST_IN_MEMORY, Limits, REASONS_MAX, SENSORS_MAX, SensorBatch,
+    Account, Acknowledgement, BINARY_TYPE, Batch, FRAME_BYTES_MAX, FRAMES_MAX, GAPS_MAX, Gap,
+    JSON_TYPE, LOST_IN_MEMORY, Limits, REASONS_MAX, SENSORS_MAX, SensorBatch,
 };
 
 impl Batch {
     /// Reads the body of a post.
     ///
     /// # Errors
-    ///
     /// [`WireError`] for the first fault, with the path of the field, what was expected there and what was found.
     pub fn from_json(json: &[u8], limits: &Limits) -> Result<Self, WireError> {
         let batch = decode::batch(json, limits)?;
@@ -44,18 +43,15 @@ impl Batch {
     /// Writes the body of a post, without white space.
     ///
     /// # Errors
-    ///
-    /// [`WireError`] for what [`Batch::from_json`] would refuse whatever its limits: names, order, repeated sensors, and
-    /// counts beyond [`COUNT_MAX`](crate::COUNT_MAX).
+    /// [`WireError`] for what [`Batch::from_json`] would refuse whatever its limits.
     pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
         check::batch(self)?;
-        encode::batch(self)
+        encode::json(self)
     }
 
     /// Reads the body of a post in its compact form ([`BINARY_TYPE`]), with the same checks and limits as JSON.
     ///
     /// # Errors
-    ///
     /// [`WireError`] for the first fault, with the path of the field, what was expected there and what was found.
     pub fn from_binary(body: &[u8], limits: &Limits) -> Result<Self, WireError> {
         let batch = binary::decode(body, limits)?;
@@ -63,11 +59,9 @@ impl Batch {
         Ok(batch)
     }
 
-    /// Writes the body of a post in its compact form: 62 to 78 bytes for a frame of a room, 158 at most, beside what names
-    /// them.
+    /// Writes the body of a post in its compact form: 62 to 78 bytes for a frame of a room, 158 at most.
     ///
     /// # Errors
-    ///
     /// [`WireError`] for what [`Batch::from_binary`] would refuse whatever its limits.
     pub fn to_binary(&self) -> Result<Vec<u8>, WireError> {
         let mut body = Vec::new();
@@ -78,7 +72,6 @@ impl Batch {
     /// Writes the same behind what is in `body` already.
     ///
     /// # Errors
-    ///
     /// As [`Batch::to_binary`]; then nothing is written.
     pub fn append_binary(&self, body: &mut Vec<u8>) -> Result<(), WireError> {
         check::batch(self)?;
@@ -91,7 +84,6 @@ impl Acknowledgement {
     /// Reads the answer to a post.
     ///
     /// # Errors
-    ///
     /// [`WireError`] for the first fault, with the path of the field, what was expected there and what was found.
     pub fn from_json(json: &[u8], limits: &Limits) -> Result<Self, WireError> {
         let acknowledgement = decode::acknowledgement(json, limits)?;
@@ -102,7 +94,6 @@ impl Acknowledgement {
     /// Writes the answer to a post, without white space.
     ///
     /// # Errors
-    ///
     /// [`WireError`] for what [`Acknowledgement::from_json`] would refuse whatever its limits.
     pub fn to_json(&self) -> Result<Vec<u8>, WireError> {
         check::acknowledgement(self)?;
@@ -111,11 +102,9 @@ impl Acknowledgement {
         encode::acknowledgement(durable_through, self.gaps.iter())
     }
 
-    /// Writes the same from where it stands, of sensors and numbers that a body was read with: each sensor once, and the
-    /// highest number below which all is on disk, but for the gaps.
+    /// The same from where it stands: each sensor once, and the highest number below which all but the gaps is on disk.
     ///
     /// # Errors
-    ///
     /// [`WireError`] if it cannot be written as JSON.
     pub fn write_json<'a>(
         durable_through: impl Iterator<Item = (&'a str, u64)> + Clone,

@@ -7,10 +7,9 @@ use anyhow::Context as _;
 use grideye_agent::cli::{JOINED_FILE, JoinArgs};
 use grideye_agent::join::{ClientCertificate, Credentials, JoinLine, Joined, Secret, authority_of};
 use grideye_agent::limits::JOINED_BYTES_MAX;
+use grideye_recording::whole::replace_private;
 use service::{FirstFrame, Found, Service};
-use std::fs::OpenOptions;
 use std::io::{BufRead as _, IsTerminal as _, Read as _, Write as _};
-use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -181,25 +180,11 @@ fn client(args: &JoinArgs) -> anyhow::Result<Option<ClientCertificate>> {
 /// For its owner alone; whole or not at all.
 fn write(path: &Path, joined: &Joined) -> anyhow::Result<()> {
     let text = joined.to_toml()?;
-    let beside = path.with_extension("new");
     let write = || -> io::Result<()> {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
         }
-        // A file that was left over may be readable for others.
-        match fs::remove_file(&beside) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
-        let mut options = OpenOptions::new();
-        let mut file = options
-            .write(true)
-            .create_new(true)
-            .mode(0o600)
-            .open(&beside)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        fs::rename(&beside, path)
+        replace_private(path, text.as_bytes())
     };
     write().map_err(|error| {
         let path = path.display();

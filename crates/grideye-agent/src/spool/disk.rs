@@ -105,12 +105,9 @@ pub enum OpenError {
 pub enum FolderError {
     /// Another agent uses it.
     #[error(
-        "{}: another agent uses this spool\nhint: one agent reads all sensors of a device; stop the other (systemctl stop grideye-agent), or give this one a folder and a `device` of its own", .folder.display()
+        "{}: another agent uses this spool\nhint: one agent reads all sensors of a device; stop the other (systemctl stop grideye-agent), or give this one a folder and a `device` of its own", .0.display()
     )]
-    Locked {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Locked(PathBuf),
     /// A later version of this program wrote in it.
     #[error("{}/{error}", .folder.display())]
     Newer {
@@ -163,9 +160,7 @@ impl Folder {
                 open: None,
                 _lock: lock,
             }),
-            Err(rustix::io::Errno::WOULDBLOCK) => Err(FolderError::Locked {
-                folder: path.to_owned(),
-            }),
+            Err(rustix::io::Errno::WOULDBLOCK) => Err(FolderError::Locked(path.to_owned())),
             Err(error) => Err(unusable(error.into())),
         }
     }

@@ -5,10 +5,10 @@ use crate::auth::error::AccessError;
 use crate::auth::folder::{AccessFolder, FileState};
 use crate::auth::session::Sessions;
 use crate::auth::token::Token;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use crate::lock::lock;
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Who asks.
 #[derive(Debug, Clone)]
 pub(crate) enum Caller {
     /// Anyone: no token was ever made here.
@@ -20,7 +20,6 @@ pub(crate) enum Caller {
     },
 }
 
-/// What a request shows of itself.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Presented<'a> {
     Nothing,
@@ -28,7 +27,6 @@ pub(crate) enum Presented<'a> {
     Cookie(&'a str),
 }
 
-/// Why nobody is let in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unknown {
     /// Nothing was shown, and tokens are required.
@@ -39,7 +37,6 @@ pub(crate) enum Unknown {
     BadCookie,
 }
 
-/// Knows the tokens.
 pub(crate) struct Authenticator {
     folder: Option<AccessFolder>,
     reread_every: Duration,
@@ -61,7 +58,6 @@ struct Looked {
 }
 
 impl Authenticator {
-    /// Lets anyone in.
     pub(crate) fn open() -> Self {
         Self {
             folder: None,
@@ -77,9 +73,6 @@ impl Authenticator {
     }
 
     /// Lets those in that the folder names, and anyone while it names nobody.
-    ///
-    /// # Errors
-    /// [`AccessError`] if the folder cannot be read.
     pub(crate) fn of(folder: AccessFolder, reread_every: Duration) -> Result<Self, AccessError> {
         let authenticator = Self {
             folder: Some(folder),
@@ -90,18 +83,15 @@ impl Authenticator {
         Ok(authenticator)
     }
 
-    /// Whether tokens are asked for.
     pub(crate) fn asks_for_tokens(&self, now: Duration) -> bool {
         !self.look(now).is_open
     }
 
-    /// Why the list of tokens could not be read last time.
     pub(crate) fn fault(&self) -> Option<String> {
         self.known().fault.clone()
     }
 
-    /// Who shows this. `now` is on the monotonic clock; `t_now_s`, in seconds since 1970-01-01 UTC, is asked for a cookie
-    /// alone.
+    /// Who shows this. `now` is on the monotonic clock; `t_now_s`, since 1970-01-01 UTC, is asked for a cookie alone.
     pub(crate) fn authenticate(
         &self,
         presented: Presented<'_>,
@@ -123,7 +113,6 @@ impl Authenticator {
         }
     }
 
-    /// Whether somebody who was let in would still be.
     pub(crate) fn still_knows(&self, caller: &Caller, now: Duration) -> bool {
         let Looked { book, is_open } = self.look(now);
         match caller {
@@ -207,7 +196,7 @@ impl Authenticator {
     }
 
     fn known(&self) -> MutexGuard<'_, Known> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.known)
     }
 }
 
@@ -231,87 +220,73 @@ mod tests {
         Duration::from_secs(seconds)
     }
 
-    fn held(folder: &AccessFolder) -> Authenticator {
-        Authenticator::of(folder.clone(), EVERY).unwrap()
+    /// A folder with tokens of these names, an authenticator of it, and what each token reveals.
+    fn site(names: &[&str]) -> (tempfile::TempDir, AccessFolder, Authenticator, Vec<String>) {
+        let around = tempfile::tempdir().unwrap();
+        let folder = AccessFolder::new(around.path());
+        let tokens = names.iter().map(|name| make(&folder, name)).collect();
+        let authenticator = Authenticator::of(folder.clone(), EVERY).unwrap();
+        (around, folder, authenticator, tokens)
+    }
+
+    fn make(folder: &AccessFolder, name: &str) -> String {
+        let made = folder.change(|book| book.add(name, Scope::Read, 1));
+        made.unwrap().reveal()
+    }
+
+    fn revoke(folder: &AccessFolder) {
+        folder.change(|book| book.revoke("page", 2)).unwrap();
+    }
+
+    fn shown(authenticator: &Authenticator, token: &str, seconds: u64) -> Result<Caller, Unknown> {
+        authenticator.authenticate(Presented::Token(token), at(seconds), || 0)
+    }
+
+    fn nothing(authenticator: &Authenticator, seconds: u64) -> Result<Caller, Unknown> {
+        authenticator.authenticate(Presented::Nothing, at(seconds), || 0)
+    }
+
+    fn is_holder(found: &Result<Caller, Unknown>, with_cookie: bool) -> bool {
+        matches!(found, Ok(Caller::Holder { by_cookie, .. }) if by_cookie == with_cookie)
     }
 
     #[test]
     fn without_tokens_anyone_is_let_in_and_the_first_token_ends_that() {
-        let around = tempfile::tempdir().unwrap();
-        let folder = AccessFolder::new(around.path().join("access"));
-        let authenticator = held(&folder);
-        let nothing = |seconds| authenticator.authenticate(Presented::Nothing, at(seconds), || 0);
-        assert!(matches!(nothing(0), Ok(Caller::Anyone)));
-        let token = folder
-            .change(|book| book.add("page", Scope::Read, 1))
-            .unwrap();
-        assert!(
-            matches!(nothing(0), Ok(Caller::Anyone)),
-            "not looked at yet"
-        );
-        assert_eq!(nothing(1).unwrap_err(), Unknown::NoToken);
-        let text = token.reveal();
-        let shown =
-            |seconds| authenticator.authenticate(Presented::Token(&text), at(seconds), || 0);
-        assert!(matches!(
-            shown(1),
-            Ok(Caller::Holder {
-                by_cookie: false,
-                ..
-            })
-        ));
-        folder.change(|book| book.revoke("page", 2)).unwrap();
-        assert_eq!(shown(2).unwrap_err(), Unknown::BadToken);
-        assert_eq!(nothing(3).unwrap_err(), Unknown::NoToken, "still closed");
+        let (_around, folder, authenticator, _) = site(&[]);
+        assert!(matches!(nothing(&authenticator, 0), Ok(Caller::Anyone)));
+        let token = make(&folder, "page");
+        let not_looked_at_yet = nothing(&authenticator, 0);
+        assert!(matches!(not_looked_at_yet, Ok(Caller::Anyone)));
+        assert_eq!(nothing(&authenticator, 1).unwrap_err(), Unknown::NoToken);
+        assert!(is_holder(&shown(&authenticator, &token, 1), false));
+        revoke(&folder);
+        let found = shown(&authenticator, &token, 2);
+        assert_eq!(found.unwrap_err(), Unknown::BadToken);
+        let still_closed = nothing(&authenticator, 3);
+        assert_eq!(still_closed.unwrap_err(), Unknown::NoToken);
     }
 
     #[test]
     fn a_token_that_was_made_just_now_is_known_at_once() {
-        let around = tempfile::tempdir().unwrap();
-        let folder = AccessFolder::new(around.path());
-        let make = |name: &str| {
-            folder
-                .change(|book| book.add(name, Scope::Read, 1))
-                .unwrap()
-                .reveal()
-        };
-        make("first");
-        let authenticator = held(&folder);
+        let (_around, folder, authenticator, _) = site(&["first"]);
         // Both within the second in which the list is not looked at by itself.
-        for (name, now) in [("second", 10), ("third", 10)] {
-            let text = make(name);
-            let found = authenticator.authenticate(Presented::Token(&text), at(now), || 0);
-            assert!(found.is_ok(), "{name}");
+        for name in ["second", "third"] {
+            let token = make(&folder, name);
+            assert!(shown(&authenticator, &token, 10).is_ok(), "{name}");
         }
     }
 
     #[test]
     fn a_list_that_is_gone_or_broken_stays_in_force_and_is_said() {
-        let around = tempfile::tempdir().unwrap();
-        let folder = AccessFolder::new(around.path());
-        let token = folder
-            .change(|book| book.add("page", Scope::Read, 1))
-            .unwrap();
-        let text = token.reveal();
-        let authenticator = held(&folder);
+        let (around, _folder, authenticator, tokens) = site(&["page"]);
         let file = around.path().join("tokens.json");
         let whole = std::fs::read(&file).unwrap();
         let still = |seconds, said: &str| {
-            assert!(
-                authenticator
-                    .authenticate(Presented::Token(&text), at(seconds), || 0)
-                    .is_ok()
-            );
-            assert!(
-                authenticator
-                    .authenticate(Presented::Nothing, at(seconds), || 0)
-                    .is_err()
-            );
+            assert!(shown(&authenticator, &tokens[0], seconds).is_ok());
+            assert!(nothing(&authenticator, seconds).is_err());
             let fault = authenticator.fault().unwrap_or_default();
-            assert!(
-                fault.contains(said) && fault.is_empty() == said.is_empty(),
-                "{fault}"
-            );
+            let is_said = fault.contains(said) && fault.is_empty() == said.is_empty();
+            assert!(is_said, "{fault}");
         };
         std::fs::remove_file(&file).unwrap();
         still(1, "gone");
@@ -323,54 +298,31 @@ mod tests {
 
     #[test]
     fn the_number_alone_or_the_secret_of_another_is_not_enough() {
-        let around = tempfile::tempdir().unwrap();
-        let folder = AccessFolder::new(around.path());
-        let add = |name: &str| {
-            folder
-                .change(|book| book.add(name, Scope::Read, 1))
-                .unwrap()
-        };
-        let (one, two) = (add("one").reveal(), add("two").reveal());
-        let authenticator = held(&folder);
+        let (_around, _folder, authenticator, tokens) = site(&["one", "two"]);
+        let (one, two) = (&tokens[0], &tokens[1]);
         let (head, secret) = (&one[..one.len() - 64], &two[two.len() - 64..]);
-        let mixed = format!("{head}{secret}");
-        for bad in [head, &mixed, ""] {
-            let found = authenticator.authenticate(Presented::Token(bad), at(0), || 0);
-            assert_eq!(found.unwrap_err(), Unknown::BadToken);
+        for bad in [head, &format!("{head}{secret}"), ""] {
+            let found = shown(&authenticator, bad, 0);
+            assert_eq!(found.unwrap_err(), Unknown::BadToken, "{bad}");
         }
     }
 
     #[test]
     fn a_cookie_is_taken_by_every_collector_of_the_folder_and_ends_with_its_token() {
-        let around = tempfile::tempdir().unwrap();
-        let folder = AccessFolder::new(around.path());
-        folder
-            .change(|book| book.add("page", Scope::Read, 1))
-            .unwrap();
-        let (authenticator, other) = (held(&folder), held(&folder));
+        let (_around, folder, authenticator, _) = site(&["page"]);
+        let other = Authenticator::of(folder.clone(), EVERY).unwrap();
         let record = Arc::clone(&folder.book().unwrap().records()[0]);
         let cookie = authenticator.cookie(&record, 1000).unwrap();
-        let shown = |authenticator: &Authenticator, seconds, t_now_s| {
+        let by_cookie = |authenticator: &Authenticator, seconds, t_now_s| {
             authenticator.authenticate(Presented::Cookie(&cookie), at(seconds), || t_now_s)
         };
-        assert!(matches!(
-            shown(&other, 0, 999),
-            Ok(Caller::Holder {
-                by_cookie: true,
-                ..
-            })
-        ));
-        assert_eq!(
-            shown(&authenticator, 0, 1000).unwrap_err(),
-            Unknown::BadCookie
-        );
+        assert!(is_holder(&by_cookie(&other, 0, 999), true));
+        let late = by_cookie(&authenticator, 0, 1000);
+        assert_eq!(late.unwrap_err(), Unknown::BadCookie);
         // A cookie is no token, and the other way round.
-        assert!(
-            authenticator
-                .authenticate(Presented::Token(&cookie), at(0), || 0)
-                .is_err()
-        );
-        folder.change(|book| book.revoke("page", 2)).unwrap();
-        assert_eq!(shown(&authenticator, 1, 0).unwrap_err(), Unknown::BadCookie);
+        assert!(shown(&authenticator, &cookie, 0).is_err());
+        revoke(&folder);
+        let revoked = by_cookie(&authenticator, 1, 0);
+        assert_eq!(revoked.unwrap_err(), Unknown::BadCookie);
     }
 }

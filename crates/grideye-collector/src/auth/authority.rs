@@ -17,7 +17,6 @@ pub struct Authority {
     key: KeyPair,
 }
 
-/// A certificate of the collector with its chain, and its key.
 pub(crate) struct Signed {
     pub(crate) chain: Vec<CertificateDer<'static>>,
     pub(crate) key: PrivateKeyDer<'static>,
@@ -65,7 +64,6 @@ impl Authority {
         self.key.serialize_pem()
     }
 
-    /// A new certificate for these names and addresses.
     pub(crate) fn sign(&self, names: &[String]) -> Result<Signed, AccessError> {
         let key = KeyPair::generate().map_err(no_key)?;
         let issuer = Issuer::new(params(&[]).map_err(no_key)?, &self.key);
@@ -84,15 +82,11 @@ impl Authority {
     }
 }
 
-/// The pin of a certificate.
 pub(crate) fn pin(certificate: &CertificateDer<'_>) -> String {
     format!("sha256-{}", hex(&sha256(certificate)))
 }
 
-/// Those of the authority, and what a certificate that it signs has in common with it.
-///
-/// They hold from 1970 on and do not run out: a Raspberry Pi has no battery clock and may believe that it is 1970. What
-/// ends their use is a new authority, which is a new pin.
+/// What certificates have in common. They hold from 1970 on and do not run out: a Raspberry Pi has no battery clock.
 fn params(names: &[String]) -> Result<CertificateParams, rcgen::Error> {
     let mut params = CertificateParams::new(names.to_vec())?;
     params.not_before = date_time_ymd(1970, 1, 1);
@@ -118,9 +112,7 @@ fn der(certificate: &Certificate) -> CertificateDer<'static> {
     reason = "it stands where map_err wants a function of the error"
 )]
 fn no_key(error: rcgen::Error) -> AccessError {
-    AccessError::NoKey {
-        what: error.to_string(),
-    }
+    AccessError::NoKey(error.to_string())
 }
 
 #[cfg(test)]

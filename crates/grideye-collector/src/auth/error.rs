@@ -28,11 +28,8 @@ pub enum AccessError {
         what: String,
     },
     /// The system gave no random numbers, or the key could not be made.
-    #[error("no key can be made: {what}\nhint: does the system have a source of random numbers?")]
-    NoKey {
-        /// What failed.
-        what: String,
-    },
+    #[error("no key can be made: {0}\nhint: does the system have a source of random numbers?")]
+    NoKey(String),
     /// One token more than the folder takes.
     #[error(
         "the folder holds {TOKENS_MAX} tokens and takes no more\nhint: `grideye token list` shows them; start a folder of its own for another site"
@@ -40,12 +37,9 @@ pub enum AccessError {
     TooManyTokens,
     /// One device more than a token takes.
     #[error(
-        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {found}\nhint: enrol the others with a token of their own"
+        "a token speaks for 1 to {DEVICES_PER_TOKEN_MAX} devices, found {0}\nhint: enrol the others with a token of their own"
     )]
-    DevicesPerToken {
-        /// Devices asked for.
-        found: usize,
-    },
+    DevicesPerToken(usize),
     /// A name that cannot be a device or a token.
     #[error(
         "{name:?} cannot be the name of a {of}: expected 1 to {TOKEN_NAME_CHARS_MAX} letters, digits, and - _ . :, not beginning with - or .\nhint: for example pi-1"
@@ -57,11 +51,8 @@ pub enum AccessError {
         name: String,
     },
     /// Nothing has that number or name.
-    #[error("no token {named:?} is in use\nhint: `grideye token list` shows them")]
-    NoSuchToken {
-        /// What was asked for.
-        named: String,
-    },
+    #[error("no token {0:?} is in use\nhint: `grideye token list` shows them")]
+    NoSuchToken(String),
 }
 
 impl AccessError {

@@ -5,9 +5,10 @@ use crate::auth::book::TokenBook;
 use crate::auth::error::AccessError;
 use crate::auth::limits::FILE_BYTES_MAX;
 use crate::auth::token::{hex, random_bytes, unhex};
+use grideye_recording::whole::replace_private;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, DirBuilder, File, OpenOptions};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Read as _};
 use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
@@ -165,7 +166,6 @@ impl AccessFolder {
         Ok(key)
     }
 
-    /// The state of the list of tokens; `None` where there is none.
     pub(super) fn tokens_state(&self) -> Result<Option<FileState>, AccessError> {
         let path = self.file(TOKENS);
         match fs::metadata(&path) {
@@ -208,23 +208,10 @@ impl AccessFolder {
         }
     }
 
-    /// Written beside its place, synced, and then moved there.
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), AccessError> {
         self.make()?;
-        let (path, beside) = (self.file(name), self.file(&format!("{name}.new")));
-        let written = || -> io::Result<()> {
-            let mut file = OpenOptions::new()
-                .write(true)
-                .create(true)
-                .truncate(true)
-                .mode(0o600)
-                .open(&beside)?;
-            file.write_all(bytes)?;
-            file.sync_all()?;
-            fs::rename(&beside, &path)?;
-            File::open(&self.path)?.sync_all()
-        };
-        written().map_err(AccessError::file(&path))
+        let path = self.file(name);
+        replace_private(&path, bytes).map_err(AccessError::file(&path))
     }
 }
 
@@ -258,6 +245,11 @@ mod tests {
         (around, folder)
     }
 
+    fn add_page(folder: &AccessFolder) {
+        let added = folder.change(|book| book.add("page", Scope::Read, 1));
+        added.unwrap();
+    }
+
     #[test]
     fn looking_makes_nothing_and_what_is_made_is_for_its_owner_alone() {
         let (_around, folder) = folder();
@@ -265,9 +257,7 @@ mod tests {
         assert_eq!(folder.address().unwrap(), None);
         assert_eq!(folder.tokens_state().unwrap(), None);
         assert!(!folder.path().exists());
-        folder
-            .change(|book| book.add("page", Scope::Read, 1))
-            .unwrap();
+        add_page(&folder);
         folder.authority().unwrap();
         folder.session_key().unwrap();
         let address = Address {
@@ -281,13 +271,11 @@ mod tests {
         for entry in fs::read_dir(folder.path()).unwrap() {
             let path = entry.unwrap().path();
             assert_eq!(mode(&path), 0o600, "{}", path.display());
-            assert!(!path.display().to_string().ends_with(".new"));
+            assert!(!path.display().to_string().ends_with(".partial"));
             files += 1;
         }
-        assert_eq!(
-            files, 6,
-            "tokens, two of the authority, session key, address, lock"
-        );
+        // Tokens, two of the authority, session key, address, lock.
+        assert_eq!(files, 6);
         assert_eq!(folder.book().unwrap().records()[0].name, "page");
         assert_eq!(folder.address().unwrap(), Some(address));
     }
@@ -300,10 +288,8 @@ mod tests {
         assert_eq!(folder.authority().unwrap().pin(), first.pin());
         fs::remove_file(folder.file(AUTHORITY_KEY)).unwrap();
         let error = folder.authority().err().unwrap().to_string();
-        assert!(
-            error.contains("authority.key: the authority's key is gone"),
-            "{error}"
-        );
+        let said = "authority.key: the authority's key is gone";
+        assert!(error.contains(said), "{error}");
     }
 
     #[test]
@@ -323,9 +309,8 @@ mod tests {
                 scope.spawn(move || {
                     for number in 0..8 {
                         let name = format!("t{thread}-{number}");
-                        folder
-                            .change(|book| book.add(&name, Scope::Read, 1))
-                            .unwrap();
+                        let added = folder.change(|book| book.add(&name, Scope::Read, 1));
+                        added.unwrap();
                     }
                 });
             }
@@ -336,9 +321,7 @@ mod tests {
     #[test]
     fn a_change_that_is_refused_leaves_the_list_as_it_was() {
         let (_around, folder) = folder();
-        folder
-            .change(|book| book.add("page", Scope::Read, 1))
-            .unwrap();
+        add_page(&folder);
         let before = folder.tokens_state().unwrap();
         let refused = folder.change(|book| {
             book.revoke("page", 2)?;

@@ -6,7 +6,6 @@ use crate::auth::folder::SESSION_KEY_BYTES;
 use crate::auth::token::{TokenId, hex, unhex};
 use ring::hmac;
 
-/// Signs and reads cookies.
 pub(crate) struct Sessions {
     key: hmac::Key,
 }
@@ -24,7 +23,6 @@ impl Sessions {
         format!("{}.{t_end_s}.{}", record.id, hex(signature.as_ref()))
     }
 
-    /// Whose cookie this claims to be.
     pub(super) fn claimed(cookie: &str) -> Option<TokenId> {
         cookie.split('.').next()?.parse().ok()
     }

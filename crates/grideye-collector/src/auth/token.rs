@@ -124,7 +124,6 @@ impl Scope {
     }
 }
 
-/// SHA-256 of a secret.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SecretHash([u8; SECRET_BYTES]);
 
@@ -161,13 +160,10 @@ pub(crate) fn random_bytes<const N: usize>() -> Result<[u8; N], AccessError> {
     let mut bytes = [0; N];
     SystemRandom::new()
         .fill(&mut bytes)
-        .map_err(|error| AccessError::NoKey {
-            what: error.to_string(),
-        })?;
+        .map_err(|error| AccessError::NoKey(error.to_string()))?;
     Ok(bytes)
 }
 
-/// Lower-case hexadecimal digits.
 pub(crate) fn hex(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
     let digit = |nibble: u8| char::from(DIGITS[usize::from(nibble)]);

@@ -1,12 +1,13 @@
 //! What the agents say of themselves with their posts: which program, and how it is set up.
 
+use crate::lock::lock;
 use axum::http::{HeaderMap, header};
 use grideye_recording::check_name;
 use hashbrown::HashMap;
 use hashbrown::hash_map::EntryRef;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// The header in which an agent says how it is set up: one JSON object, now and then.
 pub(crate) const CONFIGURATION_HEADER: &str = "grideye-configuration";
@@ -14,10 +15,8 @@ pub(crate) const CONFIGURATION_HEADER: &str = "grideye-configuration";
 /// Bytes of that header at most; a longer one is not looked at.
 pub(crate) const CONFIGURATION_BYTES_MAX: usize = 4096;
 
-/// Characters of a program's name and version at most.
 const PROGRAM_CHARS_MAX: usize = 64;
 
-/// Sensors of one configuration at most.
 const SENSORS_MAX: usize = 64;
 
 /// What the agents have said of themselves since this collector started.
@@ -58,8 +57,7 @@ impl Agents {
         }
     }
 
-    /// What came with frames of this device that were taken. It is for show: what is not understood is not kept, and
-    /// costs no frame.
+    /// Notes what came with frames that were taken. It is for show: what is not understood costs no frame.
     pub(crate) fn heard(&self, device: &str, headers: &HeaderMap) {
         let program = headers
             .get(header::USER_AGENT)
@@ -68,10 +66,7 @@ impl Agents {
         let configuration = headers
             .get(CONFIGURATION_HEADER)
             .and_then(|text| understood(text.as_bytes()));
-        let mut by_device = self
-            .by_device
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut by_device = lock(&self.by_device);
         let is_full = by_device.len() >= self.devices_max;
         let said = match by_device.entry_ref(device) {
             EntryRef::Occupied(known) => known.into_mut(),
@@ -88,10 +83,7 @@ impl Agents {
     }
 
     pub(crate) fn of(&self, device: &str) -> Said {
-        let by_device = self
-            .by_device
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let by_device = lock(&self.by_device);
         by_device.get(device).cloned().unwrap_or_default()
     }
 }
@@ -121,10 +113,8 @@ mod tests {
     fn headers(program: &'static str, configuration: &str) -> HeaderMap {
         let mut headers = HeaderMap::new();
         headers.insert(header::USER_AGENT, HeaderValue::from_static(program));
-        headers.insert(
-            CONFIGURATION_HEADER,
-            HeaderValue::from_str(configuration).unwrap(),
-        );
+        let configuration = HeaderValue::from_str(configuration).unwrap();
+        headers.insert(CONFIGURATION_HEADER, configuration);
         headers
     }
 
@@ -134,10 +124,8 @@ mod tests {
         agents.heard("a", &headers("grideye-agent/1.2.3", CONFIGURATION));
         let said = agents.of("a");
         assert_eq!(said.program.as_deref(), Some("grideye-agent/1.2.3"));
-        assert_eq!(
-            said.configuration.as_ref().unwrap().sensors["i2c-1:0x69"].rate_hz,
-            10
-        );
+        let set_up = said.configuration.as_ref().unwrap();
+        assert_eq!(set_up.sensors["i2c-1:0x69"].rate_hz, 10);
         let longer = CONFIGURATION.replace("AMG8833", &"x".repeat(CONFIGURATION_BYTES_MAX));
         for bad in [
             "",
@@ -152,20 +140,13 @@ mod tests {
             assert_eq!(agents.of("a").configuration, said.configuration, "{bad}");
         }
         assert_eq!(agents.of("a").program, said.program);
-        agents.heard(
-            "a",
-            &headers(
-                "grideye-agent/2",
-                &CONFIGURATION.replace("outage", "always"),
-            ),
-        );
+        let always = CONFIGURATION.replace("outage", "always");
+        agents.heard("a", &headers("grideye-agent/2", &always));
         assert_eq!(agents.of("a").configuration.unwrap().spool, "always");
         agents.heard("b", &headers("grideye-agent/3", CONFIGURATION));
         agents.heard("c", &headers("grideye-agent/4", CONFIGURATION));
         assert!(agents.of("b").program.is_some());
-        assert!(
-            agents.of("c").program.is_none(),
-            "one more than there is room for"
-        );
+        // One more than there is room for.
+        assert!(agents.of("c").program.is_none());
     }
 }

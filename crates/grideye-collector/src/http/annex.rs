@@ -39,9 +39,9 @@ pub struct Asset {
 #[derive(Clone)]
 pub struct Annex {
     name: &'static str,
-    described: &'static str,
-    assets: &'static [Asset],
-    head: &'static str,
+    pub(crate) described: &'static str,
+    pub(crate) assets: &'static [Asset],
+    pub(crate) head: &'static str,
     routes: Arc<dyn Fn(&Inside) -> Router + Send + Sync>,
 }
 
@@ -60,8 +60,7 @@ impl Annex {
         }
     }
 
-    /// With a description of its routes: the object `paths` of an OpenAPI 3.1 document, which joins that of
-    /// `GET /v1/openapi.json`. It may refer to that document's components.
+    /// With the object `paths` of an OpenAPI 3.1 document, which joins that of `GET /v1/openapi.json` and may refer to its components.
     #[must_use]
     pub fn described_by(self, paths: &'static str) -> Self {
         Self {
@@ -76,8 +75,7 @@ impl Annex {
         Self { assets, ..self }
     }
 
-    /// With HTML for the head of the live page: style sheets, templates, and scripts, which run before the page's own and
-    /// hand it what they bring (`assets/brought.js`).
+    /// With HTML for the head of the live page; its scripts run before the page's own and hand it what they bring (`assets/brought.js`).
     #[must_use]
     pub fn on_the_page(self, head: &'static str) -> Self {
         Self { head, ..self }
@@ -87,18 +85,6 @@ impl Annex {
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
-    }
-
-    pub(crate) fn described(&self) -> &'static str {
-        self.described
-    }
-
-    pub(crate) fn assets(&self) -> &'static [Asset] {
-        self.assets
-    }
-
-    pub(crate) fn head(&self) -> &'static str {
-        self.head
     }
 
     pub(crate) fn routes(&self, inside: &Inside) -> Router {

@@ -7,7 +7,6 @@ use axum::extract::State;
 use axum::response::Json;
 use serde_json::{Value, json};
 
-/// Every sensor's present state.
 pub(crate) async fn sensors(State(state): State<AppState>) -> Json<Value> {
     Json(state.0.live.sensors_json())
 }

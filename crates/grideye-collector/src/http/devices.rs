@@ -12,7 +12,6 @@ use axum::{Extension, Json};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// `GET /v1/devices`.
 pub(crate) async fn devices(State(state): State<AppState>) -> Json<Value> {
     let devices: Vec<Value> = by_device(&state)
         .into_iter()
@@ -140,7 +139,6 @@ fn recent_faults(sensors: &[Value]) -> BTreeSet<&str> {
     of_each.flatten().filter_map(Value::as_str).collect()
 }
 
-/// By reason, over all sensors.
 fn counts(sensors: &[Value], key: &str) -> BTreeMap<String, u64> {
     let mut sums = BTreeMap::new();
     for (reason, count) in sensors
@@ -178,33 +176,24 @@ mod tests {
             .unwrap(),
         };
         let json = device_json("d", &[older, sensor("x", 0.5, "synced", 1)], &said);
-        assert_eq!(json["agent_version"], "1.2.3");
-        assert_eq!(
-            (&json["age_s"], &json["clock"], &json["rate_hz"]),
-            (&json!(0.5), &json!("synced"), &json!(19.0))
-        );
-        assert_eq!(
-            (
-                &json["backlog"],
-                &json["read"],
-                &json["stored"],
-                &json["missing"]
-            ),
-            (&json!(6), &json!(20), &json!(12), &json!(4))
-        );
-        assert_eq!(
-            (&json["dropped"], &json["errors"]),
-            (&json!({"ring-full": 2}), &json!({"nack": 3}))
-        );
-        assert_eq!(json["recent_faults"], json!(["nack", "x", "y"]));
-        let [y, x] = [&json["sensors"][0], &json["sensors"][1]];
-        assert_eq!(
-            (&y["clock"], &y["missing_now"], &y["part"]),
-            (&json!("stepped"), &json!("nack"), &Value::Null)
-        );
-        assert_eq!(
-            (&x["clock"], &x["missing_now"], &x["part"]),
-            (&json!("synced"), &Value::Null, &json!("AMG8833"))
-        );
+        for (key, expected) in [
+            ("agent_version", json!("1.2.3")),
+            ("age_s", json!(0.5)),
+            ("clock", json!("synced")),
+            ("rate_hz", json!(19.0)),
+            ("backlog", json!(6)),
+            ("read", json!(20)),
+            ("stored", json!(12)),
+            ("missing", json!(4)),
+            ("dropped", json!({"ring-full": 2})),
+            ("errors", json!({"nack": 3})),
+            ("recent_faults", json!(["nack", "x", "y"])),
+        ] {
+            assert_eq!(json[key], expected, "{key}");
+        }
+        let of =
+            |place: usize| ["clock", "missing_now", "part"].map(|key| &json["sensors"][place][key]);
+        assert_eq!(of(0), [&json!("stepped"), &json!("nack"), &Value::Null]);
+        assert_eq!(of(1), [&json!("synced"), &Value::Null, &json!("AMG8833")]);
     }
 }

@@ -23,8 +23,7 @@ const IN_FLIGHT_MAX: usize = 4;
 
 type Feed = mpsc::Sender<Result<SseEvent, Infallible>>;
 
-/// First `snapshot`, then `frames` for each batch, `recordings` when their list changes, `alive` when nothing else is
-/// said, `lagged` and a new `snapshot` when the client was too slow.
+/// `snapshot`, `frames` for each batch, `recordings`, `alive` in silence; `lagged` and a new `snapshot` for who was too slow.
 pub(crate) async fn live(
     State(state): State<AppState>,
     Extension(caller): Extension<Caller>,

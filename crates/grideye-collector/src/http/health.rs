@@ -9,61 +9,18 @@ use axum::response::{IntoResponse, Json, Response};
 use grideye_recording::prometheus::{CONTENT_TYPE, Text};
 use serde_json::{Value, json};
 
-/// Of each sensor: its key in `GET /v1/sensors`, the family, and what it says.
-type Families<const N: usize> = [(&'static str, &'static str, &'static str); N];
-
-const NUMBERS: Families<5> = [
-    (
-        "age_s",
-        "grideye_sensor_age_seconds",
-        "Age of the newest row.",
-    ),
-    ("rate_hz", "grideye_sensor_rate_hertz", "Frames a second."),
-    (
-        "spooled",
-        "grideye_sensor_spooled_frames",
-        "Frames that the agent holds.",
-    ),
-    (
-        "unaccounted",
-        "grideye_sensor_unaccounted_frames",
-        "Frames that are nowhere.",
-    ),
-    (
-        "never_came",
-        "grideye_sensor_never_came_frames",
-        "Numbers that never came, in this boot.",
-    ),
-];
-const COUNTS: Families<3> = [
-    (
-        "read",
-        "grideye_sensor_read_total",
-        "Frames that the agent read, in this boot.",
-    ),
-    (
-        "stored",
-        "grideye_sensor_stored_total",
-        "Frames kept, in this boot.",
-    ),
-    (
-        "missing",
-        "grideye_sensor_missing_total",
-        "Rows without a frame, in this boot.",
-    ),
-];
-const BY_REASON: Families<2> = [
-    (
-        "dropped",
-        "grideye_sensor_dropped_total",
-        "Frames that the agent gave up.",
-    ),
-    (
-        "errors",
-        "grideye_sensor_errors_total",
-        "Errors of the bus and the sensor.",
-    ),
-];
+/// Of each sensor: its key in `GET /v1/sensors`, then kind, name and help of the family.
+const OF_SENSORS: &str = "\
+age_s gauge grideye_sensor_age_seconds Age of the newest row.
+rate_hz gauge grideye_sensor_rate_hertz Frames a second.
+spooled gauge grideye_sensor_spooled_frames Frames that the agent holds.
+unaccounted gauge grideye_sensor_unaccounted_frames Frames that are nowhere.
+never_came gauge grideye_sensor_never_came_frames Numbers that never came, in this boot.
+read counter grideye_sensor_read_total Frames that the agent read, in this boot.
+stored counter grideye_sensor_stored_total Frames kept, in this boot.
+missing counter grideye_sensor_missing_total Rows without a frame, in this boot.
+dropped counter grideye_sensor_dropped_total Frames that the agent gave up.
+errors counter grideye_sensor_errors_total Errors of the bus and the sensor.";
 
 /// `GET /healthz`: whether the store can be read and its last write went well. Needs no token and tells nothing else.
 pub(crate) async fn alive(State(state): State<AppState>) -> Response {
@@ -149,15 +106,24 @@ fn live_clients(state: &AppState) -> usize {
 fn of_the_program(text: &mut Text, state: &AppState) {
     let (shared, counters) = (&state.0, &state.0.counters);
     let now = shared.clock.monotonic();
-    text.gauge("grideye_build_info", "The program's version.");
+    let one = |text: &mut Text, family, value: u64| {
+        begin(text, family);
+        text.sample(&[], value);
+    };
+    begin(text, "gauge grideye_build_info The program's version.");
     text.sample(&[("version", env!("CARGO_PKG_VERSION"))], 1);
-    text.gauge("grideye_uptime_seconds", "Seconds since the start.");
-    text.sample(&[], now.saturating_sub(shared.started_at).as_secs());
-    text.counter("grideye_http_requests_total", "Answers by class of status.");
-    for (class, count) in ["1xx", "2xx", "3xx", "4xx", "5xx"]
-        .iter()
-        .zip(counters.by_class())
-    {
+    let uptime_s = now.saturating_sub(shared.started_at).as_secs();
+    one(
+        text,
+        "gauge grideye_uptime_seconds Seconds since the start.",
+        uptime_s,
+    );
+    begin(
+        text,
+        "counter grideye_http_requests_total Answers by class of status.",
+    );
+    let classes = ["1xx", "2xx", "3xx", "4xx", "5xx"];
+    for (class, count) in classes.iter().zip(counters.by_class()) {
         text.sample(&[("class", class)], count);
     }
     text.histogram(
@@ -167,62 +133,76 @@ fn of_the_program(text: &mut Text, state: &AppState) {
         &counters.by_time(),
         counters.time_s(),
     );
-    text.counter(
-        "grideye_refused_total",
-        "Requests that were refused, by reason.",
+    begin(
+        text,
+        "counter grideye_refused_total Requests that were refused, by reason.",
     );
     for (code, count) in counters.refusals() {
         text.sample(&[("code", code)], count);
     }
-    text.counter("grideye_frames_stored_total", "Frames that were new.");
-    text.sample(&[], load(&counters.frames_stored));
-    text.counter(
-        "grideye_frames_again_total",
-        "Frames that were there already.",
-    );
-    text.sample(&[], load(&counters.frames_again));
-    text.gauge("grideye_connections_open", "Connections open now.");
-    text.sample(&[], load(&counters.connections_open));
-    text.counter("grideye_connections_total", "Connections that were taken.");
-    text.sample(&[], load(&counters.connections));
-    text.counter(
-        "grideye_connections_displaced_total",
-        "Connections that were closed to make room for a newer one.",
-    );
-    text.sample(&[], load(&counters.displaced));
-    text.counter(
-        "grideye_connections_turned_away_total",
-        "Connections above a limit.",
-    );
-    text.sample(&[], load(&counters.turned_away));
-    text.counter(
-        "grideye_tls_failed_total",
-        "Connections that did not agree on TLS.",
-    );
-    text.sample(&[], load(&counters.tls_failed));
-    text.gauge("grideye_live_clients", "Pages that follow.");
+    const OF_COUNTERS: &str = "\
+counter grideye_frames_stored_total Frames that were new.
+counter grideye_frames_again_total Frames that were there already.
+gauge grideye_connections_open Connections open now.
+counter grideye_connections_total Connections that were taken.
+counter grideye_connections_displaced_total Connections that were closed to make room for a newer one.
+counter grideye_connections_turned_away_total Connections above a limit.
+counter grideye_tls_failed_total Connections that did not agree on TLS.";
+    let of_counters = [
+        &counters.frames_stored,
+        &counters.frames_again,
+        &counters.connections_open,
+        &counters.connections,
+        &counters.displaced,
+        &counters.turned_away,
+        &counters.tls_failed,
+    ];
+    for (family, counter) in OF_COUNTERS.lines().zip(of_counters) {
+        one(text, family, load(counter));
+    }
+    begin(text, "gauge grideye_live_clients Pages that follow.");
     text.sample(&[], live_clients(state));
-    text.gauge("grideye_asks_for_tokens", "1 where a token is asked for.");
-    text.sample(&[], u8::from(shared.authenticator.asks_for_tokens(now)));
+    let asks = shared.authenticator.asks_for_tokens(now).into();
+    one(
+        text,
+        "gauge grideye_asks_for_tokens 1 where a token is asked for.",
+        asks,
+    );
+}
+
+/// Begins the family of this kind, name and help.
+fn begin(text: &mut Text, family: &'static str) {
+    let (kind, family) = family.split_once(' ').unwrap_or_default();
+    let (name, help) = family.split_once(' ').unwrap_or_default();
+    match kind {
+        "counter" => text.counter(name, help),
+        _ => text.gauge(name, help),
+    }
 }
 
 fn of_the_store(text: &mut Text, is_failing: bool, usage: Option<StoreUsage>) {
-    text.gauge(
-        "grideye_store_up",
-        "1 while the store can be read and its last write went well.",
+    begin(
+        text,
+        "gauge grideye_store_up 1 while the store can be read and its last write went well.",
     );
     text.sample(&[], u8::from(!is_failing));
     let Some(usage) = usage else { return };
-    text.gauge("grideye_store_bytes", "Bytes that the store takes.");
+    begin(
+        text,
+        "gauge grideye_store_bytes Bytes that the store takes.",
+    );
     text.sample(&[], usage.bytes);
-    text.counter(
-        "grideye_frames_deleted_total",
-        "Frames that were deleted because they were too old, or the store was too large.",
+    begin(
+        text,
+        "counter grideye_frames_deleted_total Frames that were deleted because they were too old, or the store was too large.",
     );
     text.sample(&[("reason", "age")], usage.deleted_by_age);
     text.sample(&[("reason", "size")], usage.deleted_by_size);
     if let Some(bytes_max) = usage.bytes_max {
-        text.gauge("grideye_store_bytes_max", "Bytes that the store may take.");
+        begin(
+            text,
+            "gauge grideye_store_bytes_max Bytes that the store may take.",
+        );
         text.sample(&[], bytes_max);
     }
 }
@@ -230,33 +210,20 @@ fn of_the_store(text: &mut Text, is_failing: bool, usage: Option<StoreUsage>) {
 /// From what `GET /v1/sensors` answers, so that the two cannot differ.
 fn of_the_sensors(text: &mut Text, sensors: &Value) {
     let sensors = sensors["sensors"].as_array().map_or(&[][..], Vec::as_slice);
-    for (key, name, help) in NUMBERS {
-        text.gauge(name, help);
-        numbers(text, sensors, key);
-    }
-    for (key, name, help) in COUNTS {
-        text.counter(name, help);
-        numbers(text, sensors, key);
-    }
-    for (key, name, help) in BY_REASON {
-        text.counter(name, help);
+    for (key, family) in OF_SENSORS.lines().filter_map(|line| line.split_once(' ')) {
+        begin(text, family);
         for sensor in sensors {
             let [device, name] = names(sensor);
-            let reasons = sensor[key].as_object().into_iter().flatten();
-            for (reason, count) in reasons {
-                let labels = [("device", device), ("sensor", name), ("reason", reason)];
-                text.sample(&labels, count);
+            let labels = [("device", device), ("sensor", name)];
+            match &sensor[key] {
+                Value::Number(value) => text.sample(&labels, value),
+                Value::Object(by_reason) => {
+                    for (reason, count) in by_reason {
+                        text.sample(&[labels[0], labels[1], ("reason", reason)], count);
+                    }
+                }
+                _ => {}
             }
-        }
-    }
-}
-
-/// One sample for each sensor that has this number.
-fn numbers(text: &mut Text, sensors: &[Value], key: &str) {
-    for sensor in sensors {
-        let [device, name] = names(sensor);
-        if let Some(value) = sensor[key].as_number() {
-            text.sample(&[("device", device), ("sensor", name)], value);
         }
     }
 }

@@ -15,7 +15,7 @@ use axum::body::{Body, Bytes};
 use axum::extract::Request;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
-use grideye_recording::wire::{self, BINARY_TYPE, BINARY_TYPE_PLAIN, Batch, WireError};
+use grideye_recording::wire::{self, BINARY_TYPE, Batch, WireError};
 use std::sync::Arc;
 
 /// `POST /v1/frames`.
@@ -101,10 +101,7 @@ enum Form {
 
 impl Form {
     fn of(headers: &HeaderMap) -> Result<Self, Refusal> {
-        let is_binary = |essence: &str| {
-            let types = [BINARY_TYPE, BINARY_TYPE_PLAIN];
-            types.iter().any(|kind| essence.eq_ignore_ascii_case(kind))
-        };
+        let is_binary = |essence: &str| essence.eq_ignore_ascii_case(BINARY_TYPE);
         if essence(headers).is_some_and(is_binary) {
             return Ok(Self::Binary);
         }

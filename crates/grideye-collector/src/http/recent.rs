@@ -12,7 +12,6 @@ use grideye_recording::Record;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// Which sensor.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Asked {
@@ -20,8 +19,7 @@ pub(crate) struct Asked {
     sensor: String,
 }
 
-/// Oldest first: when each frame was measured on its device's boot clock, and its least, mean and greatest temperature in
-/// °C, `null` for one that is missing. `boot` is `null` where nothing was kept.
+/// Oldest first: boot time, least, mean and greatest temperature in °C of each frame, `null` for a missing one.
 pub(crate) async fn recent(
     State(state): State<AppState>,
     asked: Result<Query<Asked>, QueryRejection>,

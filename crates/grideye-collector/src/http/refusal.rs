@@ -87,7 +87,6 @@ impl IntoResponse for Refusal {
     }
 }
 
-/// Bytes of a text in which a framework refuses.
 const PLAIN_BYTES_MAX: usize = 4096;
 
 /// A refusal in the form of all others, where a framework wrote one as plain text.
@@ -105,74 +104,58 @@ pub(crate) async fn in_own_form(response: Response) -> Response {
 
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
-        let (status, code, field) = match &error {
-            StoreError::Conflict { .. } => (StatusCode::CONFLICT, "conflict", Some("seq")),
-            StoreError::NumberTooLarge { field, .. } => (
-                StatusCode::UNPROCESSABLE_ENTITY,
-                "number_too_large",
-                Some(*field),
-            ),
-            StoreError::NameTaken { .. } => (StatusCode::CONFLICT, "name_taken", Some("name")),
-            StoreError::NoSuchRecording { .. } => {
-                (StatusCode::NOT_FOUND, "no_such_recording", None)
+        const CONFLICT: StatusCode = StatusCode::CONFLICT;
+        const ABSENT: StatusCode = StatusCode::NOT_FOUND;
+        const FULL: StatusCode = StatusCode::INSUFFICIENT_STORAGE;
+        const LATER: StatusCode = StatusCode::SERVICE_UNAVAILABLE;
+        let (status, code) = match &error {
+            StoreError::Conflict { .. } => (CONFLICT, "conflict"),
+            StoreError::NameTaken { .. } => (CONFLICT, "name_taken"),
+            StoreError::NotRunning { .. } => (CONFLICT, "not_running"),
+            StoreError::NumberTooLarge { .. } => {
+                (StatusCode::UNPROCESSABLE_ENTITY, "number_too_large")
             }
-            StoreError::NoSuchLabel { .. } => (StatusCode::NOT_FOUND, "no_such_label", None),
-            StoreError::TooManyLabels { .. } => {
-                (StatusCode::INSUFFICIENT_STORAGE, "too_many_labels", None)
-            }
-            StoreError::NotRunning { .. } => (StatusCode::CONFLICT, "not_running", None),
-            StoreError::TooManyStreams { .. } => {
-                (StatusCode::INSUFFICIENT_STORAGE, "too_many_streams", None)
-            }
-            StoreError::TooManyRecordings { .. } => (
-                StatusCode::INSUFFICIENT_STORAGE,
-                "too_many_recordings",
-                None,
-            ),
-            StoreError::Full => (StatusCode::INSUFFICIENT_STORAGE, "disk_full", None),
-            StoreError::QuotaReached { .. } => {
-                (StatusCode::INSUFFICIENT_STORAGE, "quota_reached", None)
-            }
-            StoreError::Locked => (StatusCode::SERVICE_UNAVAILABLE, "store_locked", None),
-            StoreError::Gone { .. } => (StatusCode::SERVICE_UNAVAILABLE, "store_gone", None),
-            StoreError::Unreachable { .. } => {
-                (StatusCode::SERVICE_UNAVAILABLE, "store_unreachable", None)
-            }
-            StoreError::Contended { .. } => (StatusCode::SERVICE_UNAVAILABLE, "contended", None),
-            StoreError::Busy { .. } => (StatusCode::SERVICE_UNAVAILABLE, "busy", None),
-            StoreError::Closed => (StatusCode::SERVICE_UNAVAILABLE, "stopping", None),
-            StoreError::NotADatabase
-            | StoreError::Foreign
-            | StoreError::Unfinished
-            | StoreError::NotEmpty
-            | StoreError::Newer { .. }
-            | StoreError::Older { .. }
-            | StoreError::NoRoomForBackup { .. }
-            | StoreError::BackupInTheWay { .. }
-            | StoreError::Unusable { .. }
-            | StoreError::Failed(_) => (StatusCode::INTERNAL_SERVER_ERROR, "store_failed", None),
+            StoreError::NoSuchRecording { .. } => (ABSENT, "no_such_recording"),
+            StoreError::NoSuchLabel { .. } => (ABSENT, "no_such_label"),
+            StoreError::TooManyLabels { .. } => (FULL, "too_many_labels"),
+            StoreError::TooManyStreams { .. } => (FULL, "too_many_streams"),
+            StoreError::TooManyRecordings { .. } => (FULL, "too_many_recordings"),
+            StoreError::Full => (FULL, "disk_full"),
+            StoreError::QuotaReached { .. } => (FULL, "quota_reached"),
+            StoreError::Locked => (LATER, "store_locked"),
+            StoreError::Gone { .. } => (LATER, "store_gone"),
+            StoreError::Unreachable { .. } => (LATER, "store_unreachable"),
+            StoreError::Contended { .. } => (LATER, "contended"),
+            StoreError::Busy { .. } => (LATER, "busy"),
+            StoreError::Closed => (LATER, "stopping"),
+            _ => (StatusCode::INTERNAL_SERVER_ERROR, "store_failed"),
+        };
+        let field = match &error {
+            StoreError::Conflict { .. } => Some("seq"),
+            StoreError::NumberTooLarge { field, .. } => Some(*field),
+            StoreError::NameTaken { .. } => Some("name"),
+            _ => None,
         };
         let mut refusal = Self::new(status, code, error.to_string());
         if matches!(error, StoreError::Full | StoreError::QuotaReached { .. }) {
             refusal = refusal.retry_after(FULL_RETRY);
         }
-        match field {
-            Some(field) => refusal.field(field),
-            None => refusal,
-        }
+        refusal.field = field.map(str::to_owned);
+        refusal
     }
 }
 
 impl From<WireError> for Refusal {
     fn from(error: WireError) -> Self {
+        const UNUSABLE: StatusCode = StatusCode::UNPROCESSABLE_ENTITY;
         let (status, code) = match &error {
             WireError::NotJson { .. } => (StatusCode::BAD_REQUEST, "not_json"),
             WireError::Malformed { .. } => (StatusCode::BAD_REQUEST, "malformed"),
             WireError::TooMany { .. } => (StatusCode::PAYLOAD_TOO_LARGE, "too_many"),
-            WireError::UnknownField { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "unknown_field"),
-            WireError::MissingField { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "missing_field"),
-            WireError::Repeated { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "repeated"),
-            WireError::WrongValue { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "wrong_value"),
+            WireError::UnknownField { .. } => (UNUSABLE, "unknown_field"),
+            WireError::MissingField { .. } => (UNUSABLE, "missing_field"),
+            WireError::Repeated { .. } => (UNUSABLE, "repeated"),
+            WireError::WrongValue { .. } => (UNUSABLE, "wrong_value"),
         };
         let refusal = Self::new(status, code, error.to_string()).field(error.path());
         if refusal.hint.is_some() {
@@ -184,10 +167,7 @@ impl From<WireError> for Refusal {
 
 impl From<AccessError> for Refusal {
     fn from(error: AccessError) -> Self {
-        Self::new(
-            StatusCode::INTERNAL_SERVER_ERROR,
-            "access_failed",
-            error.to_string(),
-        )
+        let status = StatusCode::INTERNAL_SERVER_ERROR;
+        Self::new(status, "access_failed", error.to_string())
     }
 }

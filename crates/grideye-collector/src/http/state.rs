@@ -38,7 +38,6 @@ pub(crate) struct Shared {
     pub(crate) unknown_rates: Rates<AddressGroup>,
     pub(crate) counters: Arc<Counters>,
     pub(crate) seldom: Seldom,
-    /// On the monotonic clock.
     pub(crate) started_at: Duration,
     pub(crate) bodies: Bodies,
     pub(crate) live_clients: Arc<Semaphore>,

@@ -2,7 +2,6 @@
 
 use hashbrown::{Equivalent, HashMap};
 
-/// A sensor of a device.
 #[derive(Debug, PartialEq, Eq, Hash)]
 struct Place {
     device: String,

@@ -8,7 +8,6 @@ use std::time::Duration;
 /// How long after its count grew a fault is one of now.
 pub(crate) const RECENT_WITHIN: Duration = Duration::from_secs(300);
 
-/// The faults of one run of one sensor.
 #[derive(Debug, Default)]
 pub(super) struct Faults(BTreeMap<String, Fault>);
 
@@ -27,7 +26,6 @@ impl Faults {
         faults
     }
 
-    /// Notes what has grown by `now`.
     pub(super) fn count(&mut self, account: Option<&Account>, now: Duration) {
         self.take(account, Some(now));
     }

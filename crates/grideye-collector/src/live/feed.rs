@@ -3,21 +3,20 @@
 use crate::clock::Clock;
 use crate::limits::Limits;
 use crate::live::by_sensor::BySensor;
-use crate::live::event::Event;
 use crate::live::faults::Faults;
 use crate::live::recent::RecentFrames;
 use crate::live::senders::Senders;
 use crate::live::sensor::{Measured, Sensor, nanoseconds};
+use crate::lock::lock;
 use crate::store::{Appended, Elsewhere, StoredRecord, StreamSummary};
-use grideye_recording::Record;
 use grideye_recording::wire::{Batch, SensorBatch};
+use grideye_recording::{Record, StreamId};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 use tokio::sync::broadcast;
 
-/// What is known of the sensors now, and who wants to hear of it.
 pub(crate) struct Live {
     sensors: Mutex<BySensor<Sensor>>,
     senders: Mutex<Senders>,
@@ -89,26 +88,12 @@ impl Live {
         let mut changed = Vec::new();
         let mut sensors = self.sensors();
         for (part, kept) in batch.sensors.iter().zip(appended.sensors) {
-            let stream = kept.stream;
-            let (device, name, most) = (&batch.device, &part.sensor, self.limits.sensors_max);
-            let new = || Sensor::new(stream.clone());
-            let Some(sensor) = sensors.get_or_make(device, name, most, new) else {
-                continue;
-            };
             // The clock of a run that has ended need not be the sender's, so its frames could pass as new.
             let is_backlog = part.account.as_ref().is_some_and(|account| account.ended);
             let arrived = fresh_records(part, &kept.fresh)
                 .filter(|_| !is_backlog)
                 .map(|record| Measured::new(record, batch.t_sent_boot_ns, now_ns, t_arrival_ns));
-            let id = Arc::clone(&stream.id);
-            let shown = sensor.take(stream, arrived, &self.limits);
-            sensor.faults.count(sensor.stream.account.as_ref(), now);
-            self.recent.take(&id, records_of(&shown));
-            if self.events.receiver_count() > 0 {
-                let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
-                let event = sensor.event(&shown[skipped..], now_ns, self.limits.rate_window);
-                changed.push(with_rivals(event, &rivals));
-            }
+            changed.extend(self.show(&mut sensors, kept.stream, arrived, now, &rivals));
         }
         drop(sensors);
         if !changed.is_empty() {
@@ -124,27 +109,38 @@ impl Live {
         let account = news.stream.account.as_ref();
         let is_going_on = account.is_some_and(|account| !account.ended);
         let rivals = self.hear(&id.device, &id.boot, is_going_on, now);
-        let mut sensors = self.sensors();
-        let new = || Sensor::new(news.stream.clone());
-        let most = self.limits.sensors_max;
-        let Some(sensor) = sensors.get_or_make(&id.device, &id.sensor, most, new) else {
-            return;
-        };
         let sent = news.t_sent_boot_ns;
         let arrived = news
             .records
             .iter()
             .map(|stored| Measured::new(&stored.record, sent, now_ns, stored.t_arrival_ns));
-        let shown = sensor.take(news.stream, arrived, &self.limits);
+        let event = self.show(&mut self.sensors(), news.stream, arrived, now, &rivals);
+        if let Some(event) = event {
+            self.tell(Event::new("frames", &json!({ "sensors": [event] })));
+        }
+    }
+
+    /// Shows records of a stream; what the page is told of them, if anybody listens.
+    fn show<'r>(
+        &self,
+        sensors: &mut BySensor<Sensor>,
+        stream: StreamSummary,
+        arrived: impl Iterator<Item = Measured<&'r Record>>,
+        now: Duration,
+        rivals: &[String],
+    ) -> Option<Value> {
+        let (id, most) = (Arc::clone(&stream.id), self.limits.sensors_max);
+        let new = || Sensor::new(stream.clone());
+        let sensor = sensors.get_or_make(&id.device, &id.sensor, most, new)?;
+        let shown = sensor.take(stream, arrived, &self.limits);
         sensor.faults.count(sensor.stream.account.as_ref(), now);
         self.recent.take(&sensor.stream.id, records_of(&shown));
         if self.events.receiver_count() == 0 {
-            return;
+            return None;
         }
-        let event = sensor.event(&shown, now_ns, self.limits.rate_window);
-        drop(sensors);
-        let event = with_rivals(event, &rivals);
-        self.tell(Event::new("frames", &json!({ "sensors": [event] })));
+        let skipped = shown.len().saturating_sub(self.limits.live_frames_max);
+        let event = sensor.event(&shown[skipped..], nanoseconds(now), self.limits.rate_window);
+        Some(with_rivals(event, rivals))
     }
 
     /// Notes that a run has sent, if it is one that goes on. The runs that take turns as this device.
@@ -166,12 +162,10 @@ impl Live {
             .collect()
     }
 
-    /// The newest frames of the sensors that are asked for.
     pub(crate) fn recent(&self) -> &RecentFrames {
         &self.recent
     }
 
-    /// Sends an event to all who listen.
     pub(crate) fn tell(&self, event: Event) {
         // No listener is no fault.
         let _ = self.events.send(event);
@@ -208,7 +202,6 @@ impl Live {
         json!({ "sensors": states })
     }
 
-    /// Sensors of which the present state is held.
     pub(crate) fn sensors_count(&self) -> usize {
         self.sensors().len()
     }
@@ -220,14 +213,14 @@ impl Live {
     }
 
     fn senders(&self) -> MutexGuard<'_, Senders> {
-        self.senders.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.senders)
     }
 
-    pub(super) fn sensors(&self) -> MutexGuard<'_, BySensor<Sensor>> {
-        self.sensors.lock().unwrap_or_else(PoisonError::into_inner)
+    fn sensors(&self) -> MutexGuard<'_, BySensor<Sensor>> {
+        lock(&self.sensors)
     }
 
-    pub(super) fn now_ns(&self) -> i128 {
+    fn now_ns(&self) -> i128 {
         nanoseconds(self.clock.monotonic())
     }
 }
@@ -256,4 +249,57 @@ fn fresh_records<'a>(
 ) -> impl Iterator<Item = &'a Record> + 'a {
     let frames = part.frames.iter();
     frames.filter(|record| fresh.binary_search(&record.seq).is_ok())
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Event {
+    pub(crate) name: &'static str,
+    pub(crate) data: Arc<str>,
+}
+
+impl Event {
+    pub(crate) fn new(name: &'static str, data: &Value) -> Self {
+        Self {
+            name,
+            data: data.to_string().into(),
+        }
+    }
+}
+
+/// The newest frame of every sensor, and how old it is; after a restart, those that the store holds.
+#[derive(Clone)]
+pub struct NewestFrames(Arc<Live>);
+
+/// A sensor's newest frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewestFrame {
+    /// Whose it is.
+    pub stream: StreamId,
+    /// The record, which has pixels.
+    pub record: Record,
+    /// Since it was measured, by clocks that do not jump; at least so long where only its arrival is known.
+    pub age: Duration,
+}
+
+impl NewestFrames {
+    pub(crate) fn new(live: Arc<Live>) -> Self {
+        Self(live)
+    }
+
+    /// One of each sensor that ever sent a frame, in the order of device and sensor.
+    #[must_use]
+    pub fn look(&self) -> Vec<NewestFrame> {
+        let now_ns = self.0.now_ns();
+        let sensors = self.0.sensors();
+        let newest = sensors.values().filter_map(|sensor| {
+            let measured = sensor.newest_frame?;
+            let age_ns = (now_ns - measured.measured_ns).max(0);
+            Some(NewestFrame {
+                stream: StreamId::clone(&sensor.stream.id),
+                record: measured.record,
+                age: Duration::from_nanos(u64::try_from(age_ns).unwrap_or(u64::MAX)),
+            })
+        });
+        newest.collect()
+    }
 }

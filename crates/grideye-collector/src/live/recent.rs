@@ -2,15 +2,13 @@
 
 use crate::limits::Limits;
 use crate::live::by_sensor::BySensor;
+use crate::lock::lock;
 use grideye_recording::{Record, StreamId};
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
-/// The newest frames of some sensors, without a look into the store.
-///
-/// They are kept of the first [`Limits::recent_sensors_max`](crate::Limits::recent_sensors_max) sensors that send; of
-/// another one from the first question on, for which that makes room that was asked for the longest ago, or never.
-/// Frames that come late, from an agent's spool, are not among them.
+/// The newest frames of some sensors: of the first that send, and of another one from the first question on, for which the
+/// one makes room that was asked for the longest ago. Frames from an agent's spool are not among them.
 #[derive(Clone)]
 pub struct RecentFrames(Arc<Shared>);
 
@@ -20,7 +18,6 @@ struct Shared {
     frames_max: usize,
 }
 
-/// One sensor.
 #[derive(Default)]
 struct Kept {
     run: Option<Run>,
@@ -42,8 +39,7 @@ impl RecentFrames {
         }))
     }
 
-    /// Whose frames these are and the frames, oldest first, missing ones included; `None` where none were kept. From the
-    /// question on they are, until enough other sensors were asked for.
+    /// Whose frames these are, and the frames, oldest first, missing ones included; `None` where none were kept.
     #[must_use]
     pub fn of(&self, device: &str, sensor: &str) -> Option<(StreamId, Vec<Record>)> {
         let mut sensors = self.sensors();
@@ -89,10 +85,7 @@ impl RecentFrames {
     }
 
     fn sensors(&self) -> MutexGuard<'_, BySensor<Kept>> {
-        self.0
-            .sensors
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0.sensors)
     }
 }
 
@@ -150,10 +143,11 @@ mod tests {
     #[test]
     fn another_sensor_is_kept_from_the_first_question_on() {
         let recent = recent(1, 8);
+        let late = |from: u64| recent.take(&stream("late", "b1"), &records(from..from + 2));
         recent.take(&stream("a", "b1"), &records(0..2));
-        recent.take(&stream("late", "b1"), &records(0..2));
+        late(0);
         assert_eq!(seqs(&recent, "late"), None);
-        recent.take(&stream("late", "b1"), &records(2..4));
+        late(2);
         assert_eq!(seqs(&recent, "late"), Some(vec![2, 3]));
     }
 
@@ -175,8 +169,7 @@ mod tests {
         for sensor in ["a", "b", "c"] {
             recent.take(&stream(sensor, "b1"), &records(0..1));
         }
-        assert_eq!(seqs(&recent, "a"), Some(vec![0]));
-        assert_eq!(seqs(&recent, "c"), Some(vec![0]));
-        assert_eq!(seqs(&recent, "b"), None);
+        let kept = ["a", "c", "b"].map(|sensor| seqs(&recent, sensor));
+        assert_eq!(kept, [Some(vec![0]), Some(vec![0]), None]);
     }
 }

@@ -4,19 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 
-/// Runs of a device that are remembered.
 pub(crate) const BOOTS_MAX: usize = 8;
-/// Returns to a run that was left, within [`RETURNS_WITHIN`], from which on there are two agents: one post that was late
-/// on its way makes two.
+/// Returns to a run that was left, within [`RETURNS_WITHIN`], that mean two agents: a late post makes two returns.
 pub(crate) const RETURNS_MIN: usize = 4;
-/// How long a return counts.
 pub(crate) const RETURNS_WITHIN: Duration = Duration::from_secs(60);
 
-/// Which runs send, by device.
 #[derive(Debug, Default)]
 pub(super) struct Senders(BTreeMap<String, Sender>);
 
-/// The runs of one device.
 #[derive(Debug, Default)]
 struct Sender {
     /// Those that have sent, the last one last.
@@ -62,7 +57,6 @@ impl Senders {
         boots.into_iter().collect()
     }
 
-    /// The devices that several agents send as, and the runs of these.
     pub(super) fn all_rivals(&self, now: Duration) -> BTreeMap<&str, Vec<&str>> {
         let devices = self
             .0

@@ -10,7 +10,6 @@ use std::sync::Arc;
 const HTML: &str = "text/html; charset=utf-8";
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 
-/// A file of `assets/` with its type.
 macro_rules! file {
     ($name:literal, $kind:expr) => {
         Asset {
@@ -21,7 +20,6 @@ macro_rules! file {
     };
 }
 
-/// The files of the collector's own pages.
 const ASSETS: [Asset; 34] = [
     file!("style.css", "text/css; charset=utf-8"),
     file!("favicon.svg", "image/svg+xml"),
@@ -64,7 +62,7 @@ const ANNEXES: &str = "  <!-- annexes -->\n";
 
 /// The live page, with what the annexes bring to it.
 pub(crate) fn page(annexes: &[Annex]) -> impl IntoResponse + Clone + use<> {
-    let heads: String = annexes.iter().map(Annex::head).collect();
+    let heads: String = annexes.iter().map(|annex| annex.head).collect();
     let page = include_str!("../../assets/index.html").replace(ANNEXES, &heads);
     file(HTML, Bytes::from(page))
 }
@@ -74,7 +72,7 @@ pub(crate) fn page(annexes: &[Annex]) -> impl IntoResponse + Clone + use<> {
 /// # Panics
 /// When two of them have one name.
 pub(crate) fn parts(annexes: &[Annex]) -> Arc<[Asset]> {
-    let brought = annexes.iter().flat_map(Annex::assets);
+    let brought = annexes.iter().flat_map(|annex| annex.assets);
     let parts: Arc<[Asset]> = ASSETS.iter().chain(brought).copied().collect();
     let names: BTreeSet<&str> = parts.iter().map(|part| part.name).collect();
     assert_eq!(
@@ -85,12 +83,10 @@ pub(crate) fn parts(annexes: &[Annex]) -> Arc<[Asset]> {
     parts
 }
 
-/// The page for signing in.
 pub(crate) fn login() -> Response {
     file(HTML, include_str!("../../assets/login.html")).into_response()
 }
 
-/// The file of that name.
 pub(crate) fn asset(parts: &[Asset], name: &str) -> Result<impl IntoResponse + use<>, Refusal> {
     let found = parts.iter().find(|asset| asset.name == name);
     let Asset { kind, text, .. } = found.ok_or_else(|| {

@@ -15,7 +15,6 @@ use serde_json::{Value, json};
 const HINT: &str =
     r#"send {"token": "grideye-…"}; `grideye token make NAME --scope read` makes one"#;
 
-/// `GET /login`: the page for signing in.
 pub(crate) async fn page() -> Response {
     assets::login()
 }

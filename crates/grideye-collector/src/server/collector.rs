@@ -10,12 +10,12 @@ use crate::log::{Level, Log, LogEvent, Seldom};
 use crate::peer::TrustedProxies;
 use crate::router::{Routes, app_with};
 use crate::server::config::Config;
-use crate::server::descriptors;
 use crate::server::error::CollectorError;
 use crate::server::serving::Serving;
 use crate::server::stall::StallLimit;
 use crate::server::tls::Acceptors;
 use crate::store;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::future::Future;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -62,13 +62,11 @@ impl Collector {
         let listener =
             listen(address, config.limits.connections_max).map_err(|reason| {
                 match reason.kind() {
-                    io::ErrorKind::AddrInUse => CollectorError::AddressInUse { address },
+                    io::ErrorKind::AddrInUse => CollectorError::AddressInUse(address),
                     _ => CollectorError::Listen { address, reason },
                 }
             })?;
-        let local_addr = listener
-            .local_addr()
-            .map_err(|reason| CollectorError::Socket { reason })?;
+        let local_addr = listener.local_addr().map_err(CollectorError::Socket)?;
         let counters = Arc::<Counters>::default();
         let options = Options {
             hosts: HostNames::new(local_addr.ip(), &config.host_names),
@@ -136,7 +134,7 @@ impl Collector {
             limits,
         };
         // A displaced connection keeps its descriptor until its task has ended: so many may be late, then no more are accepted.
-        let tasks_max = server.limits.connections_max + descriptors::LEAVING_MAX;
+        let tasks_max = server.limits.connections_max + LEAVING_MAX;
         let mut connections = JoinSet::new();
         let mut shutdown = pin!(shutdown);
         loop {
@@ -157,12 +155,11 @@ impl Collector {
         connections.shutdown().await;
         let closed = self.state.store().close().await;
         self.log.say(&LogEvent::new(Level::Info, "stopped"));
-        closed.map_err(|reason| CollectorError::Close { reason })
+        closed.map_err(CollectorError::Close)
     }
 }
 
-/// With a queue as long as the limit of connections, as far as the system allows. The default of 128 overflows: then some
-/// clients retry after a second, and others believe that they are connected and are not.
+/// With a queue as long as the limit of connections: where the default of 128 overflows, clients believe they are connected.
 fn listen(address: SocketAddr, queue: usize) -> io::Result<TcpListener> {
     let socket = match address {
         SocketAddr::V4(_) => TcpSocket::new_v4()?,
@@ -175,10 +172,10 @@ fn listen(address: SocketAddr, queue: usize) -> io::Result<TcpListener> {
 
 /// Raises the number of files that this process may open. If that is too few, it takes fewer connections and logs it.
 fn fit_to_descriptors(config: &mut Config) {
-    let Some(descriptors) = descriptors::raise(&config.limits) else {
+    let Some(descriptors) = raise(&config.limits) else {
         return;
     };
-    let Some(fitted) = descriptors::fit(&config.limits, descriptors) else {
+    let Some(fitted) = fit(&config.limits, descriptors) else {
         return;
     };
     config.log.say(
@@ -197,11 +194,11 @@ fn check_exposure(config: &Config, asks_for_tokens: bool) -> Result<(), Collecto
         return Ok(());
     }
     if !asks_for_tokens {
-        return Err(CollectorError::NoTokens { address });
+        return Err(CollectorError::NoTokens(address));
     }
     match config.tls {
         Some(_) => Ok(()),
-        None => Err(CollectorError::NoTls { address }),
+        None => Err(CollectorError::NoTls(address)),
     }
 }
 
@@ -276,7 +273,6 @@ impl Server {
         self.open.serve_by(number, task);
     }
 
-    /// Logs what happened to a connection, and from where it came.
     fn log(&self, event: &'static str, peer: impl fmt::Display) {
         let event = LogEvent::new(Level::Warning, event).with("peer", peer);
         self.seldom.say("", self.clock.monotonic(), event);
@@ -292,4 +288,60 @@ fn turn_away(stream: &TcpStream) {
     );
     // A new socket has room for this; if not, the closed connection says enough.
     let _ = stream.try_write(answer.as_bytes());
+}
+
+/// Kept free for everything else: the store and its readers, files of the program's own routes, the runtime.
+const OTHERS_MAX: usize = 128;
+/// Displaced connections that are not closed yet.
+const LEAVING_MAX: usize = 128;
+
+/// Raises the soft limit to what the connections need, if the hard limit allows; the limit afterwards, `None` without one.
+fn raise(limits: &Limits) -> Option<usize> {
+    let needed = u64::try_from(limits.connections_max + LEAVING_MAX + OTHERS_MAX).ok()?;
+    let limit = getrlimit(Resource::Nofile);
+    let current = limit.current?;
+    let wanted = limit.maximum.map_or(needed, |most| most.min(needed));
+    let raised = Rlimit {
+        current: Some(wanted),
+        maximum: limit.maximum,
+    };
+    let is_raised = wanted > current && setrlimit(Resource::Nofile, raised).is_ok();
+    let now = if is_raised { wanted } else { current };
+    usize::try_from(now).ok()
+}
+
+/// Limits with fewer connections, where there are not enough descriptors; the limit for one address shrinks in proportion.
+fn fit(limits: &Limits, descriptors: usize) -> Option<Limits> {
+    let available = descriptors.saturating_sub(LEAVING_MAX + OTHERS_MAX).max(1);
+    if available >= limits.connections_max {
+        return None;
+    }
+    let per_peer = limits.connections_per_peer_max.min(limits.connections_max);
+    Some(Limits {
+        connections_max: available,
+        connections_per_peer_max: (per_peer * available / limits.connections_max).max(1),
+        ..limits.clone()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn connections_are_as_many_as_there_are_descriptors_for_and_one_address_has_its_part_of_them() {
+        let limits = Limits {
+            connections_max: 4096,
+            connections_per_peer_max: 2560,
+            ..Limits::default()
+        };
+        assert_eq!(fit(&limits, 4096 + 256), None);
+        let fitted = |descriptors| {
+            let fitted = fit(&limits, descriptors).unwrap();
+            (fitted.connections_max, fitted.connections_per_peer_max)
+        };
+        assert_eq!(fitted(4096 + 255), (4095, 2559));
+        assert_eq!(fitted(1024), (768, 480));
+        assert_eq!(fitted(100), (1, 1));
+    }
 }

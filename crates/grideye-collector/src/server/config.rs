@@ -43,11 +43,9 @@ pub struct Config {
     pub access: Option<AccessFolder>,
     /// How connections are encrypted. `None`: not at all.
     pub tls: Option<Tls>,
-    /// Whether an address may be listened on that other machines reach though there is no token, or no TLS. Tokens are
-    /// asked for all the same where there are any.
+    /// Whether to listen where other machines reach without a token or TLS. Tokens that exist are asked for all the same.
     pub network_trusted: bool,
-    /// Proxies in front of the collector. The address that they name in `x-forwarded-for` counts as the sender's; from anyone
-    /// else that header is ignored.
+    /// Proxies whose `x-forwarded-for` counts as the sender's address; from anyone else that header is ignored.
     pub trusted_proxies: Vec<IpAddr>,
     /// Who hears what happens.
     pub log: Log,

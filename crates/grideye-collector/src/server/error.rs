@@ -13,11 +13,8 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum CollectorError {
     /// Another program listens there.
-    #[error("cannot listen on {address}: the port is in use\nhint: stop the other program (`ss -ltnp 'sport = :{port}'` names it), or choose another port; port 0 takes a free one", port = .address.port())]
-    AddressInUse {
-        /// The address asked for.
-        address: SocketAddr,
-    },
+    #[error("cannot listen on {0}: the port is in use\nhint: stop the other program (`ss -ltnp 'sport = :{port}'` names it), or choose another port; port 0 takes a free one", port = .0.port())]
+    AddressInUse(SocketAddr),
     /// The address cannot be listened on for another reason.
     #[error(
         "cannot listen on {address}: {reason}\nhint: the address must be one of this machine's own, and a port below 1024 needs root"
@@ -30,20 +27,14 @@ pub enum CollectorError {
     },
     /// The address can be reached from other machines, and there is no token.
     #[error(
-        "refusing to listen on {address}: every machine that reaches it could read frames and post some\nhint: make a token for each device (`grideye enroll DEVICE`) and start again: tokens are then asked for and TLS is on; or say that everybody on this network may do everything (`--trust-network`)"
+        "refusing to listen on {0}: every machine that reaches it could read frames and post some\nhint: make a token for each device (`grideye enroll DEVICE`) and start again: tokens are then asked for and TLS is on; or say that everybody on this network may do everything (`--trust-network`)"
     )]
-    NoTokens {
-        /// The address asked for.
-        address: SocketAddr,
-    },
+    NoTokens(SocketAddr),
     /// The address can be reached from other machines, and nothing would be encrypted.
     #[error(
-        "refusing to listen on {address} without TLS: tokens would travel in the clear\nhint: leave `--plain-http` out, or say that nobody listens on this network (`--trust-network`)"
+        "refusing to listen on {0} without TLS: tokens would travel in the clear\nhint: leave `--plain-http` out, or say that nobody listens on this network (`--trust-network`)"
     )]
-    NoTls {
-        /// The address asked for.
-        address: SocketAddr,
-    },
+    NoTls(SocketAddr),
     /// TLS with an authority of our own needs a folder to keep it in.
     #[error(
         "TLS needs a folder for the authority's key\nhint: name one with `--access`, or bring certificates (`--tls-cert`, `--tls-key`)"
@@ -58,11 +49,8 @@ pub enum CollectorError {
         what: String,
     },
     /// TLS cannot be set up.
-    #[error("TLS cannot be set up: {what}")]
-    Tls {
-        /// What is wrong.
-        what: String,
-    },
+    #[error("TLS cannot be set up: {0}")]
+    Tls(String),
     /// The folder of tokens cannot be used.
     #[error("{0}")]
     Access(AccessError),
@@ -75,17 +63,11 @@ pub enum CollectorError {
         reason: StoreError,
     },
     /// The store failed while it was being closed.
-    #[error("the store did not close well: {reason}")]
-    Close {
-        /// What went wrong.
-        reason: StoreError,
-    },
+    #[error("the store did not close well: {0}")]
+    Close(StoreError),
     /// The listening socket failed.
-    #[error("the listening socket failed: {reason}")]
-    Socket {
-        /// What the system said.
-        reason: io::Error,
-    },
+    #[error("the listening socket failed: {0}")]
+    Socket(io::Error),
 }
 
 impl From<AccessError> for CollectorError {

@@ -2,7 +2,6 @@
 
 mod collector;
 mod config;
-mod descriptors;
 mod error;
 mod serving;
 mod stall;

@@ -12,7 +12,6 @@ use tokio::time::Sleep;
 pub(super) struct StallLimit<S> {
     stream: S,
     stall_max: Duration,
-    /// Runs while a write waits.
     waiting: Option<Pin<Box<Sleep>>>,
 }
 

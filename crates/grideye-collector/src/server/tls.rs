@@ -1,21 +1,22 @@
 //! TLS 1.3 for the socket: certificates of our own authority for each address that is called, or those of the site.
 
 use crate::auth::{AccessFolder, Authority, pin};
+use crate::lock::lock;
 use crate::server::error::CollectorError;
 use rustls::crypto::ring::default_provider;
 use rustls::pki_types::pem::PemObject as _;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
-use rustls::server::{VerifierBuilderError, WebPkiClientVerifier};
+use rustls::server::WebPkiClientVerifier;
 use rustls::{RootCertStore, ServerConfig};
 use std::collections::HashMap;
+use std::error::Error;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use tokio_rustls::TlsAcceptor;
 
-/// Length of a file of certificates or keys at most, in bytes.
 const PEM_BYTES_MAX: u64 = 1024 * 1024;
 /// Addresses of this machine for which certificates are kept. Beyond, they are made again.
 const ADDRESSES_MAX: usize = 64;
@@ -114,19 +115,15 @@ impl Acceptors {
             } => (authority, names, made),
         };
         let address = address.to_canonical();
-        let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut made = lock(made);
         if let Some(acceptor) = made.get(&address) {
             return Ok(acceptor.clone());
         }
         let mut all = vec![address.to_string(), "localhost".to_owned()];
         all.extend(names.iter().cloned());
         let signed = authority.sign(&all)?;
-        let config =
-            config(signed.chain, signed.key, self.client_roots.as_ref()).map_err(|error| {
-                CollectorError::Tls {
-                    what: error.to_string(),
-                }
-            })?;
+        let config = config(signed.chain, signed.key, self.client_roots.as_ref())
+            .map_err(|error| CollectorError::Tls(error.to_string()))?;
         if made.len() >= ADDRESSES_MAX {
             made.clear();
         }
@@ -150,7 +147,7 @@ fn config(
     chain: Vec<CertificateDer<'static>>,
     key: PrivateKeyDer<'static>,
     client_roots: Option<&Arc<RootCertStore>>,
-) -> Result<Arc<ServerConfig>, TlsProblem> {
+) -> Result<Arc<ServerConfig>, Box<dyn Error>> {
     let provider = Arc::new(default_provider());
     let builder = ServerConfig::builder_with_provider(Arc::clone(&provider))
         .with_protocol_versions(&[&rustls::version::TLS13])?;
@@ -163,14 +160,6 @@ fn config(
     let mut config = builder.with_single_cert(chain, key)?;
     config.alpn_protocols = vec![b"http/1.1".to_vec()];
     Ok(Arc::new(config))
-}
-
-#[derive(Debug, thiserror::Error)]
-enum TlsProblem {
-    #[error("{0}")]
-    Rustls(#[from] rustls::Error),
-    #[error("{0}")]
-    Clients(#[from] VerifierBuilderError),
 }
 
 fn client_roots(path: &Path) -> Result<Arc<RootCertStore>, CollectorError> {

@@ -1,7 +1,8 @@
-//! Why a store did not do what it was asked.
+//! Why a store did not do what it was asked; and [`RecordingId`], by which errors name a recording.
 
-use crate::store::recording_id::RecordingId;
+use std::fmt;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Why a store did not do what it was asked.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -34,18 +35,12 @@ pub enum StoreError {
     },
     /// One stream more than the store takes.
     #[error(
-        "the store holds {limit} streams (device, sensor, boot) and takes no more\nhint: remove old recordings' devices, or raise `streams_max`"
+        "the store holds {0} streams (device, sensor, boot) and takes no more\nhint: remove old recordings' devices, or raise `streams_max`"
     )]
-    TooManyStreams {
-        /// The limit.
-        limit: usize,
-    },
+    TooManyStreams(usize),
     /// One recording more than the store takes.
-    #[error("the store holds {limit} recordings and takes no more\nhint: raise `recordings_max`")]
-    TooManyRecordings {
-        /// The limit.
-        limit: usize,
-    },
+    #[error("the store holds {0} recordings and takes no more\nhint: raise `recordings_max`")]
+    TooManyRecordings(usize),
     /// A recording has that name.
     #[error("a recording named {name:?} {}\nhint: choose another name{}", if *.running { "is running" } else { "exists already" }, if *.running { ", or stop that one first" } else { "" })]
     NameTaken {
@@ -55,19 +50,13 @@ pub enum StoreError {
         running: bool,
     },
     /// No recording has that number.
-    #[error("there is no recording {id}\nhint: GET /v1/recordings lists them")]
-    NoSuchRecording {
-        /// The number asked for.
-        id: RecordingId,
-    },
+    #[error("there is no recording {0}\nhint: GET /v1/recordings lists them")]
+    NoSuchRecording(RecordingId),
     /// One label more than a recording takes.
     #[error(
-        "the recording has {limit} labels and takes no more\nhint: take some away, or make one of those that say the same"
+        "the recording has {0} labels and takes no more\nhint: take some away, or make one of those that say the same"
     )]
-    TooManyLabels {
-        /// The limit.
-        limit: usize,
-    },
+    TooManyLabels(usize),
     /// The recording has no label of that number.
     #[error(
         "recording {id} has no label {number}\nhint: GET /v1/recordings/{id}/labels lists them"
@@ -90,12 +79,9 @@ pub enum StoreError {
     },
     /// More is waiting to be written than the queue takes.
     #[error(
-        "the store is behind: {waiting} requests wait to be written\nhint: send again in a second; nothing of this request was stored"
+        "the store is behind: {0} requests wait to be written\nhint: send again in a second; nothing of this request was stored"
     )]
-    Busy {
-        /// How many wait.
-        waiting: usize,
-    },
+    Busy(usize),
     /// The disk, or the quota on it, is full.
     #[error(
         "the disk that holds the store is full\nhint: make room; agents keep their frames until then and send them again"
@@ -103,12 +89,9 @@ pub enum StoreError {
     Full,
     /// The store takes as much room as it may.
     #[error(
-        "the store takes the {bytes_max} bytes that it may take\nhint: raise the quota (`--store-quota`) or move old frames away; agents keep theirs until then and send them again"
+        "the store takes the {0} bytes that it may take\nhint: raise the quota (`--store-quota`) or move old frames away; agents keep theirs until then and send them again"
     )]
-    QuotaReached {
-        /// The limit.
-        bytes_max: u64,
-    },
+    QuotaReached(u64),
     /// Another program holds the file, and did not let go of it in time.
     #[error(
         "the store's file is locked by another program\nhint: close what holds it, for example a database browser with changes that are not written; nothing of this request was stored"
@@ -126,20 +109,14 @@ pub enum StoreError {
     },
     /// The database cannot be reached, or does not let this program in.
     #[error(
-        "the database cannot be reached: {message}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames until then and send them again"
+        "the database cannot be reached: {0}\nhint: is it running, does it exist, and are user and password right? Agents keep their frames until then and send them again"
     )]
-    Unreachable {
-        /// What the system or the database said.
-        message: String,
-    },
+    Unreachable(String),
     /// The database broke the request off for the sake of others.
     #[error(
-        "the database broke off what it was asked for: {message}\nhint: send again in a second; nothing of this request was stored"
+        "the database broke off what it was asked for: {0}\nhint: send again in a second; nothing of this request was stored"
     )]
-    Contended {
-        /// What the database said.
-        message: String,
-    },
+    Contended(String),
     /// A migration into the database was interrupted.
     #[error(
         "a migration into this database is not finished\nhint: run the same `grideye migrate` again; it goes on where it was"
@@ -205,17 +182,30 @@ pub enum StoreError {
         backup: PathBuf,
     },
     /// The file cannot be made or opened.
-    #[error(
-        "{message}\nhint: the folder must exist and be writable for this user, and the file too"
-    )]
-    Unusable {
-        /// What the system said.
-        message: String,
-    },
+    #[error("{0}\nhint: the folder must exist and be writable for this user, and the file too")]
+    Unusable(String),
     /// The store has been closed.
     #[error("the store is closed")]
     Closed,
     /// The database failed in another way.
     #[error("the store failed: {0}")]
     Failed(String),
+}
+
+/// The number of a recording, from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RecordingId(pub i64);
+
+impl fmt::Display for RecordingId {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(formatter)
+    }
+}
+
+impl FromStr for RecordingId {
+    type Err = std::num::ParseIntError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        text.parse().map(Self)
+    }
 }

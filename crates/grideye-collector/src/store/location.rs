@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use tokio_postgres::config::{Config, Host, SslMode};
 
-/// Which store.
-///
-/// From text: `postgres://…` or `postgresql://…` is a database, anything else a file.
+/// Which store. From text: `postgres://…` or `postgresql://…` is a database, anything else a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StoreLocation {
     /// An SQLite file, made when it does not exist. Its folder must exist.
@@ -39,17 +37,13 @@ impl FromStr for StoreLocation {
             return text.parse().map(Self::Postgres);
         }
         if let Some((scheme, _)) = text.split_once("://") {
-            return Err(UrlError::Scheme {
-                scheme: scheme.to_owned(),
-            });
+            return Err(UrlError::Scheme(scheme.to_owned()));
         }
         Ok(Self::File(text.into()))
     }
 }
 
-/// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`; a folder with a socket instead of HOST has its `/` as `%2F`.
-///
-/// Neither `Display` nor `Debug` shows the password.
+/// `postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE`, for a socket with `%2F` in HOST. It never shows the password.
 #[derive(Clone, PartialEq, Eq)]
 pub struct PostgresUrl {
     pub(super) config: Box<Config>,
@@ -60,28 +54,19 @@ pub struct PostgresUrl {
 pub enum UrlError {
     /// Another kind of database.
     #[error(
-        "a store cannot be at {scheme}://\nhint: name a file, or postgres://USER@HOST:PORT/DATABASE"
+        "a store cannot be at {0}://\nhint: name a file, or postgres://USER@HOST:PORT/DATABASE"
     )]
-    Scheme {
-        /// What stands before `://`.
-        scheme: String,
-    },
+    Scheme(String),
     /// Not a URL of the form above.
     #[error(
-        "the URL of the store is not understood: {reason}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE; a folder with a socket as HOST has its / written as %2F"
+        "the URL of the store is not understood: {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE; a folder with a socket as HOST has its / written as %2F"
     )]
-    NotUnderstood {
-        /// What the parser said.
-        reason: String,
-    },
+    NotUnderstood(String),
     /// A part that must be there is not.
     #[error(
-        "the URL of the store names no {part}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE"
+        "the URL of the store names no {0}\nhint: expected postgres://USER[:PASSWORD]@HOST[:PORT]/DATABASE"
     )]
-    Lacks {
-        /// The part.
-        part: &'static str,
-    },
+    Lacks(&'static str),
     /// TLS was asked for.
     #[error(
         "the URL of the store asks for TLS (sslmode=require), which this program does not speak to a database\nhint: reach the database on this machine, in a private network, or through a tunnel such as `ssh -L 5432:localhost:5432 HOST`"
@@ -89,25 +74,22 @@ pub enum UrlError {
     Tls,
     /// A line of the password file is no such line.
     #[error(
-        "line {line} of the password file has no 5 fields\nhint: expected HOST:PORT:DATABASE:USER:PASSWORD, `*` for any"
+        "line {0} of the password file has no 5 fields\nhint: expected HOST:PORT:DATABASE:USER:PASSWORD, `*` for any"
     )]
-    PasswordFile {
-        /// The line, from 1.
-        line: usize,
-    },
+    PasswordFile(usize),
 }
 
 impl FromStr for PostgresUrl {
     type Err = UrlError;
 
     fn from_str(url: &str) -> Result<Self, Self::Err> {
-        let config: Config =
-            url.parse()
-                .map_err(|error: tokio_postgres::Error| UrlError::NotUnderstood {
-                    reason: std::error::Error::source(&error)
-                        .map_or_else(|| error.to_string(), ToString::to_string),
-                })?;
-        let lacks = |part| Err(UrlError::Lacks { part });
+        let config: Config = url.parse().map_err(|error: tokio_postgres::Error| {
+            UrlError::NotUnderstood(
+                std::error::Error::source(&error)
+                    .map_or_else(|| error.to_string(), ToString::to_string),
+            )
+        })?;
+        let lacks = |part| Err(UrlError::Lacks(part));
         if config.get_hosts().is_empty() {
             return lacks("host");
         }
@@ -143,7 +125,7 @@ impl PostgresUrl {
             }
             let fields = fields(line);
             let [host, port, database, user, password] = fields.as_slice() else {
-                return Err(UrlError::PasswordFile { line: index + 1 });
+                return Err(UrlError::PasswordFile(index + 1));
             };
             if self.fits(host, port, database, user) {
                 self.config.password(password);
@@ -224,17 +206,13 @@ mod tests {
     fn a_password_is_never_shown() {
         let secret = url("postgres://grideye:pa%24s@db.local:5433/frames");
         assert_eq!(password(&secret), Some(&b"pa$s"[..]));
-        assert_eq!(
-            secret.to_string(),
-            "postgres://grideye@db.local:5433/frames"
-        );
+        let shown = "postgres://grideye@db.local:5433/frames";
+        assert_eq!(secret.to_string(), shown);
         let location = StoreLocation::Postgres(secret);
         assert!(!format!("{location:?} {location}").contains("pa"));
         let socket = url("postgres://grideye@%2Frun%2Fpostgresql/frames");
-        assert_eq!(
-            socket.to_string(),
-            "postgres://grideye@/run/postgresql:5432/frames"
-        );
+        let shown = "postgres://grideye@/run/postgresql:5432/frames";
+        assert_eq!(socket.to_string(), shown);
     }
 
     #[test]
@@ -264,24 +242,18 @@ mod tests {
             let found = url(address).with_password_file(text).unwrap();
             password(&found).map(|found| String::from_utf8_lossy(found).into_owned())
         };
-        let any = Some("any".to_owned());
-        assert_eq!(
-            asked(text, "postgres://me@db/frames"),
-            Some("y:e\\s".to_owned())
-        );
-        assert_eq!(asked(text, "postgres://me@db:1/frames"), any);
-        assert_eq!(asked(text, "postgres://you@db/frames"), any);
-        assert_eq!(
-            asked(text, "postgres://me:own@db/frames"),
-            Some("own".to_owned())
-        );
         let local = "localhost:*:*:*:by-socket";
-        assert_eq!(
-            asked(local, "postgres://me@%2Ftmp/frames"),
-            Some("by-socket".to_owned())
-        );
-        assert_eq!(asked(local, "postgres://me@db/frames"), None);
+        for (text, address, expected) in [
+            (text, "postgres://me@db/frames", Some("y:e\\s")),
+            (text, "postgres://me@db:1/frames", Some("any")),
+            (text, "postgres://you@db/frames", Some("any")),
+            (text, "postgres://me:own@db/frames", Some("own")),
+            (local, "postgres://me@%2Ftmp/frames", Some("by-socket")),
+            (local, "postgres://me@db/frames", None),
+        ] {
+            assert_eq!(asked(text, address).as_deref(), expected, "{address}");
+        }
         let wrong = url("postgres://me@db/frames").with_password_file("a:b:c");
-        assert_eq!(wrong, Err(UrlError::PasswordFile { line: 1 }));
+        assert_eq!(wrong, Err(UrlError::PasswordFile(1)));
     }
 }

@@ -1,37 +1,32 @@
 //! Where frames are kept: one trait, so that a site that outgrows one machine can put another engine behind it.
 //!
 //! From the bottom: `error`, `types` and `location`; `row`, `segment` and `chunk`, how frames lie in columns and blobs;
-//! `plan`, what a batch changes, which every engine asks; `queue`, the way to a writer; then the engines, and `migrate`
+//! `plan`, what a batch changes, which every engine asks; `queue`, the way to a writer; `frame_store`, the trait; then the engines, and `migrate`
 //! from one to the other.
 
 pub(crate) mod account;
 mod chunk;
 mod error;
-mod fresh;
-mod label;
+mod frame_store;
 mod location;
 pub mod migrate;
 mod plan;
 mod postgres;
 mod queue;
-mod recording_id;
 mod row;
 mod runs;
 pub mod segment;
 mod sqlite;
-mod stage;
 mod types;
 
-pub use error::StoreError;
-pub use label::{KeptLabel, Label, LabelSpan};
+pub use error::{RecordingId, StoreError};
+pub use frame_store::FrameStore;
 pub use location::{PostgresUrl, StoreLocation, UrlError};
 pub use postgres::PostgresStore;
-pub use recording_id::RecordingId;
 pub use sqlite::{BackedUp, BackupError, SqliteStore, backup};
-pub use stage::Stage;
 pub use types::{
-    Answer, Appended, Elsewhere, FrameStore, Members, News, Recording, SensorAppended, Span,
-    StoreUsage, StoredRecord, StreamSummary,
+    Answer, Appended, Elsewhere, KeptLabel, Label, LabelSpan, Members, News, Recording,
+    SensorAppended, Span, Stage, StoreUsage, StoredRecord, StreamSummary,
 };
 
 use crate::clock::Clock;

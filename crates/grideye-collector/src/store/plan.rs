@@ -3,8 +3,8 @@
 use crate::limits::Limits;
 use crate::store::account;
 use crate::store::error::StoreError;
-use crate::store::fresh::Fresh;
 use crate::store::row::{count, fitting, unsigned};
+use crate::store::runs::Fresh;
 use crate::store::runs::Runs;
 use crate::store::types::{Appended, SensorAppended, StreamSummary};
 use axum::body::Bytes;
@@ -14,7 +14,6 @@ use hashbrown::{Equivalent, HashMap};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// A batch that waits to be kept.
 #[derive(Debug, Clone)]
 pub(super) struct Taken {
     pub(super) batch: Arc<Batch>,
@@ -24,21 +23,19 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    /// Each sensor's part, with its stream.
     pub(super) fn parts(&self) -> impl Iterator<Item = (StreamName<'_>, &SensorBatch)> {
-        let batch = &*self.batch;
-        let name = |sensor| StreamName {
-            device: &batch.device,
-            sensor,
-            boot: &batch.boot,
-        };
-        batch
-            .sensors
-            .iter()
-            .map(move |part| (name(&part.sensor), part))
+        let parts = self.batch.sensors.iter();
+        parts.map(|part| (self.name_of(part), part))
     }
 
-    /// The streams of the batch, in the order of its sensors.
+    pub(super) fn name_of<'n>(&'n self, part: &'n SensorBatch) -> StreamName<'n> {
+        StreamName {
+            device: &self.batch.device,
+            sensor: &part.sensor,
+            boot: &self.batch.boot,
+        }
+    }
+
     pub(super) fn streams(&self) -> impl Iterator<Item = StreamName<'_>> {
         self.parts().map(|(name, _)| name)
     }
@@ -85,10 +82,8 @@ pub(super) struct StreamState {
     pub(super) runs: Runs,
     /// The frames that are new, with their time of arrival.
     pub(super) fresh: Fresh,
-    /// Whether anything changed.
     pub(super) is_touched: bool,
-    /// For an engine that settles later: the last group that the tables have; whether the stream waits to be settled;
-    /// how many of the fresh frames it took note of; the last group that brought any.
+    /// For an engine that settles later: the last group in the tables, whether the stream waits, fresh frames noted, the last group.
     pub(super) kept_group: i64,
     pub(super) is_unsettled: bool,
     pub(super) rows_noted: usize,
@@ -114,13 +109,11 @@ impl StreamState {
         }
     }
 
-    /// How many runs are held in memory.
     pub(super) fn runs_len(&self) -> usize {
         self.runs.len()
     }
 
-    /// Whether all of these come behind every number that ever came, as they do where nothing is late and nothing comes
-    /// twice.
+    /// Whether all of these come behind every number that ever came.
     pub(super) fn is_behind(&self, frames: &[Record]) -> bool {
         let last = self.runs.last();
         let is_behind = |first: &Record| last.is_none_or(|last| last < first.seq);
@@ -174,7 +167,6 @@ impl StreamState {
     }
 }
 
-/// Whether each number is larger than the one before.
 fn ascend(frames: &[Record]) -> bool {
     frames.is_sorted_by(|one, next| one.seq < next.seq)
 }
@@ -186,7 +178,6 @@ fn has_pixels(record: &Record) -> bool {
 /// What the store holds under numbers that came before, to be held against what comes again.
 pub(super) type Contents = HashMap<Arc<StreamId>, BTreeMap<u64, Record>>;
 
-/// What is known of streams.
 pub(super) type Streams = HashMap<Arc<StreamId>, StreamState>;
 
 /// The streams of a group, and what its batches have changed so far.
@@ -211,9 +202,10 @@ impl Plan<'_> {
     }
 
     fn check(&self, name: StreamName<'_>, part: &SensorBatch) -> Result<(), StoreError> {
-        let state = self.streams.get(&name).ok_or(StoreError::TooManyStreams {
-            limit: self.limits.streams_max,
-        })?;
+        let state = self
+            .streams
+            .get(&name)
+            .ok_or(StoreError::TooManyStreams(self.limits.streams_max))?;
         if let Some(account) = &part.account {
             fitting("account.read", account.read)?;
         }
@@ -301,8 +293,7 @@ impl Plan<'_> {
     }
 }
 
-/// Batches can overtake each other: the count with the most frames read is the latest. Of a run that has ended, what is
-/// lost is worked out from all that is known.
+/// Batches can overtake each other: the count with the most frames read is the latest.
 fn take_account(state: &mut StreamState, part: &SensorBatch) -> Result<(), StoreError> {
     let came = frames_in(part);
     let has_ended = [state.account.as_ref(), part.account.as_ref()]

@@ -1,58 +1,64 @@
 //! What a store's writer is asked for, and how the asking waits.
 
-use crate::store::error::StoreError;
-use crate::store::label::{KeptLabel, Label};
+use crate::lock::lock;
+use crate::store::error::{RecordingId, StoreError};
 use crate::store::plan::Taken;
-use crate::store::recording_id::RecordingId;
-use crate::store::types::{Answer, Appended, Recording};
-use std::sync::{Arc, Mutex, PoisonError};
+use crate::store::types::{Answer, Appended, KeptLabel, Label, Recording};
+use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot};
 
-/// Where an answer goes.
-pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
+type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
 
-/// What the writer is asked for.
+/// What becomes of each batch of a group, or why nothing does.
+pub(super) type Outcome = Result<Vec<Result<Appended, StoreError>>, StoreError>;
+
 #[derive(Debug)]
 pub(super) enum Command {
-    Append {
-        taken: Taken,
-        reply: Reply<Appended>,
-    },
+    Append(Taken, Reply<Appended>),
+    Change(Change, Reply<Changed>),
+}
+
+/// A change that no batch brings.
+#[derive(Debug)]
+pub(super) enum Change {
     Start {
         name: String,
         t_start_ns: i64,
-        reply: Reply<Recording>,
     },
     Stop {
         id: RecordingId,
         t_stop_ns: i64,
-        reply: Reply<Recording>,
     },
     Note {
         id: RecordingId,
         note: String,
-        reply: Reply<Recording>,
     },
     AddLabel {
         id: RecordingId,
         label: Label,
-        reply: Reply<KeptLabel>,
     },
     RemoveLabel {
         id: RecordingId,
         number: i64,
-        reply: Reply<()>,
     },
-    /// Asks for an end that all who read keep to; the number of what came before it.
-    EndEpoch { reply: Reply<i64> },
-    /// Asks that whoever reads finds all that was acknowledged.
-    Settle { reply: Reply<()> },
+    /// An end that all who read keep to; answered with the number of what came before it.
+    EndEpoch,
+    /// Whoever reads from now on finds all that was acknowledged.
+    Settle,
+}
+
+#[derive(Debug)]
+pub(super) enum Changed {
+    Recording(Recording),
+    Label(KeptLabel),
+    Epoch(i64),
+    Nothing,
 }
 
 /// The way to the writer: so many wait, and one more is refused.
 #[derive(Debug)]
-pub(super) struct Queue(Mutex<Option<mpsc::Sender<Command>>>);
+pub struct Queue(Mutex<Option<mpsc::Sender<Command>>>);
 
 impl Queue {
     pub(super) fn new(waiting_max: usize) -> (Self, mpsc::Receiver<Command>) {
@@ -60,8 +66,33 @@ impl Queue {
         (Self(Mutex::new(Some(commands))), queue)
     }
 
-    /// Hands a command to the writer at once, and waits until it is committed.
-    pub(super) fn ask<T: Send + 'static>(
+    /// Hands a batch to the writer at once, and waits until it is committed.
+    pub(super) fn append(&self, taken: Taken) -> Answer<'static, Appended> {
+        self.ask(|reply| Command::Append(taken, reply))
+    }
+
+    /// The same with a change; `pick` takes its own kind of answer.
+    pub(super) fn change<T: 'static>(
+        &self,
+        change: Change,
+        pick: fn(Changed) -> Option<T>,
+    ) -> Answer<'static, T> {
+        let changed = self.ask(|reply| Command::Change(change, reply));
+        Box::pin(async move {
+            let other = || StoreError::Failed("the writer did something else".to_owned());
+            pick(changed.await?).ok_or_else(other)
+        })
+    }
+
+    /// Ends the epoch; its number.
+    pub(super) fn end_epoch(&self) -> Answer<'static, i64> {
+        self.change(Change::EndEpoch, |changed| match changed {
+            Changed::Epoch(epoch) => Some(epoch),
+            _ => None,
+        })
+    }
+
+    fn ask<T: Send + 'static>(
         &self,
         command: impl FnOnce(Reply<T>) -> Command,
     ) -> Answer<'static, T> {
@@ -69,9 +100,7 @@ impl Queue {
         let sent = match self.lock().as_ref() {
             None => Err(StoreError::Closed),
             Some(queue) => queue.try_send(command(reply)).map_err(|error| match error {
-                TrySendError::Full(_) => StoreError::Busy {
-                    waiting: queue.max_capacity(),
-                },
+                TrySendError::Full(_) => StoreError::Busy(queue.max_capacity()),
                 TrySendError::Closed(_) => StoreError::Closed,
             }),
         };
@@ -81,13 +110,63 @@ impl Queue {
         })
     }
 
-    /// Takes no more. The writer ends when it has done what it was asked.
     pub(super) fn close(&self) {
         self.lock().take();
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<mpsc::Sender<Command>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Option<mpsc::Sender<Command>>> {
+        lock(&self.0)
+    }
+}
+
+/// Batches that share a commit, and the change that came behind them.
+#[derive(Default)]
+pub(super) struct Group {
+    pub(super) taken: Vec<Taken>,
+    replies: Vec<Reply<Appended>>,
+    pub(super) change: Option<(Change, Reply<Changed>)>,
+}
+
+impl Group {
+    /// `first`, and what waits behind it: at most so many batches, up to the first change.
+    pub(super) fn gather(
+        first: Command,
+        queue: &mut mpsc::Receiver<Command>,
+        batches_max: usize,
+    ) -> Self {
+        let mut group = Self::default();
+        let mut next = Some(first);
+        while let Some(command) = next {
+            match command {
+                Command::Append(taken, reply) => {
+                    group.taken.push(taken);
+                    group.replies.push(reply);
+                }
+                Command::Change(change, reply) => group.change = Some((change, reply)),
+            }
+            let has_room = group.change.is_none() && group.taken.len() < batches_max;
+            next = has_room.then(|| queue.try_recv().ok()).flatten();
+        }
+        group
+    }
+
+    /// Answers those who wait for a batch. Who asked may have gone; the work stays done.
+    pub(super) fn answer(&mut self, outcome: Outcome) {
+        // Let go of first, so that who waits finds the post its own again.
+        self.taken.clear();
+        let replies = std::mem::take(&mut self.replies);
+        match outcome {
+            Ok(appended) => {
+                for (reply, appended) in replies.into_iter().zip(appended) {
+                    let _ = reply.send(appended);
+                }
+            }
+            Err(error) => {
+                for reply in replies {
+                    let _ = reply.send(Err(error.clone()));
+                }
+            }
+        }
     }
 }
 
@@ -97,13 +176,14 @@ pub(super) struct WriteFault(Arc<Mutex<Option<StoreError>>>);
 
 impl WriteFault {
     pub(super) fn get(&self) -> Option<StoreError> {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+        self.lock().clone()
     }
 
     pub(super) fn set(&self, fault: Option<StoreError>) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = fault;
+        *self.lock() = fault;
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<StoreError>> {
+        lock(&self.0)
     }
 }

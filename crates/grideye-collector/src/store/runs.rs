@@ -1,5 +1,6 @@
-//! The numbers that came of one stream, as runs without a gap.
+//! The numbers that came of one stream, as runs without a gap; and the frames that came since the store was last told.
 
+use grideye_recording::Record;
 use grideye_recording::wire::Gap;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -83,25 +84,20 @@ impl Runs {
         self.changed.insert(first);
     }
 
-    /// First to last of each run, in ascending order.
     #[cfg(test)]
     pub(super) fn iter(&self) -> impl Iterator<Item = (u64, u64)> + '_ {
         self.runs.iter().map(|(first, last)| (*first, *last))
     }
 
-    /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.runs.len()
     }
 
-    /// The highest number that came.
     pub(super) fn last(&self) -> Option<u64> {
         self.runs.last_key_value().map(|(_, last)| *last)
     }
 
-    /// The newest gaps below the highest number, at most `listed_max`, in ascending order.
-    ///
-    /// Of a stream with more than `listed_max` runs, the newest `listed_max + 1` must be here.
+    /// The newest gaps below the highest number, at most `listed_max`, ascending; needs the newest `listed_max + 1` runs.
     pub(super) fn gaps(&self, sensor: &str, listed_max: usize) -> Vec<Gap> {
         let mut gaps = Vec::new();
         let mut newest = self.runs.iter().rev().take(listed_max.saturating_add(1));
@@ -125,10 +121,83 @@ impl Runs {
     }
 }
 
+pub(super) type Arrived = (Record, i64);
+
+/// Rows that are kept room for when all are let go: some more than ten seconds bring.
+const ROOM_KEPT: usize = 128;
+
+/// Each number once. They come in order as a rule; what comes late lies apart, so that no order is slow.
+#[derive(Debug, Default)]
+pub(super) struct Fresh {
+    in_order: Vec<Arrived>,
+    late: BTreeMap<u64, Arrived>,
+}
+
+impl Fresh {
+    /// Takes a frame whose number is not here.
+    pub(super) fn add(&mut self, record: Record, t_arrival_ns: i64) {
+        let last = self.in_order.last().map(|(last, _)| last.seq);
+        if last.is_none_or(|last| last < record.seq) {
+            self.in_order.push((record, t_arrival_ns));
+        } else {
+            self.late.insert(record.seq, (record, t_arrival_ns));
+        }
+    }
+
+    pub(super) fn get(&self, seq: u64) -> Option<&Record> {
+        let place = self
+            .in_order
+            .binary_search_by_key(&seq, |(record, _)| record.seq);
+        let found = place.ok().and_then(|place| self.in_order.get(place));
+        found
+            .or_else(|| self.late.get(&seq))
+            .map(|(record, _)| record)
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.in_order.len() + self.late.len()
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.in_order.is_empty()
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Arrived> {
+        let mut in_order = self.in_order.iter().peekable();
+        let mut late = self.late.values().peekable();
+        std::iter::from_fn(move || {
+            let is_late = match (in_order.peek(), late.peek()) {
+                (Some((first, _)), Some((late, _))) => late.seq < first.seq,
+                (None, Some(_)) => true,
+                (_, None) => false,
+            };
+            if is_late {
+                late.next()
+            } else {
+                in_order.next()
+            }
+        })
+    }
+
+    pub(super) fn ends(&self) -> Option<(u64, u64)> {
+        let first = self.iter().next()?;
+        // What came late lies below the last that came in order.
+        let last = self.in_order.last()?;
+        Some((first.0.seq, last.0.seq))
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.in_order.clear();
+        self.in_order.shrink_to(ROOM_KEPT);
+        self.late.clear();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
+    use grideye_frame::{NoData, Reading};
+    use grideye_recording::{ClockState, Stamp};
 
     /// Every order of a few numbers, against a plain set.
     #[test]
@@ -167,19 +236,13 @@ mod tests {
             for asked in 0..9 {
                 assert_eq!(runs.contains(asked), set.contains(&asked), "{order:?}");
             }
-            let firsts: Vec<u64> = set
-                .iter()
-                .copied()
-                .filter(|seq| *seq == 0 || !set.contains(&(seq - 1)))
-                .collect();
+            let is_first = |seq: &u64| *seq == 0 || !set.contains(&(seq - 1));
+            let firsts: Vec<u64> = set.iter().copied().filter(is_first).collect();
             let kept: Vec<u64> = runs.iter().map(|(first, _)| first).collect();
             assert_eq!(kept, firsts, "{order:?}");
             assert_eq!(runs.last(), set.last().copied());
-            let never_came: u64 = runs
-                .gaps("s", 9)
-                .iter()
-                .map(|gap| gap.to - gap.from + 1)
-                .sum();
+            let gaps = runs.gaps("s", 9);
+            let never_came: u64 = gaps.iter().map(|gap| gap.to - gap.from + 1).sum();
             let expected = set.last().unwrap() + 1 - u64::try_from(set.len()).unwrap();
             assert_eq!(never_came, expected, "{order:?}");
             // What changed, applied to what a store holds, is what is held here.
@@ -190,11 +253,7 @@ mod tests {
             stored.extend(changed);
             runs.settle();
             appended.settle();
-            assert_eq!(
-                Vec::from_iter(runs.iter()),
-                Vec::from_iter(stored.clone()),
-                "{order:?}"
-            );
+            assert!(runs.iter().eq(stored.clone()), "{order:?}");
         }
     }
 
@@ -204,5 +263,41 @@ mod tests {
         runs.add(u64::MAX);
         runs.add(u64::MAX - 1);
         assert_eq!(Vec::from_iter(runs.iter()), [(u64::MAX - 1, u64::MAX)]);
+    }
+
+    fn record(seq: u64) -> Record {
+        let stamp = Stamp {
+            t_boot_ns: seq,
+            t_utc_ns: 0,
+            clock: ClockState::Synced,
+        };
+        Record {
+            seq,
+            stamp,
+            reading: Reading::NoData(NoData::Nack),
+        }
+    }
+
+    /// Every order in which six frames with five numbers may come, held against a plain set.
+    #[test]
+    fn it_holds_what_came_in_the_order_of_the_numbers() {
+        for code in 0..5_u64.pow(6) {
+            let came = (0..6).map(|place| code / 5_u64.pow(place) % 5);
+            let (mut fresh, mut set) = (Fresh::default(), BTreeSet::new());
+            for seq in came {
+                assert_eq!(fresh.get(seq).is_some(), set.contains(&seq));
+                if set.insert(seq) {
+                    fresh.add(record(seq), 7);
+                }
+            }
+            let held: Vec<u64> = fresh.iter().map(|(record, _)| record.seq).collect();
+            assert_eq!(held, set.iter().copied().collect::<Vec<_>>());
+            let is_there = |seq: &u64| fresh.get(*seq) == Some(&record(*seq));
+            assert!(held.iter().all(is_there));
+            assert_eq!((fresh.len(), fresh.is_empty()), (set.len(), false));
+            assert_eq!(fresh.ends(), set.first().copied().zip(set.last().copied()));
+            fresh.clear();
+            assert!(fresh.is_empty() && fresh.ends().is_none() && fresh.get(0).is_none());
+        }
     }
 }

@@ -12,6 +12,7 @@
 use crate::store::error::StoreError;
 use crate::store::row::{damaged, unsigned};
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::record::layout::{ByteReader, Fault, put_name};
 use grideye_recording::{ClockState, Record, Stamp};
 
 /// Rows in a segment at most: an hour of a sensor at 10 Hz.
@@ -45,10 +46,8 @@ pub struct SealedRow {
 /// [`StoreError::Failed`] for no rows or too many, and when memory is short.
 pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
     if rows.is_empty() || rows.len() > ROWS_MAX {
-        return Err(StoreError::Failed(format!(
-            "a segment of {} rows",
-            rows.len()
-        )));
+        let what = format!("a segment of {} rows", rows.len());
+        return Err(StoreError::Failed(what));
     }
     let columns = columns_of(rows)?;
     let length = |length: usize| u32::try_from(length).map_err(|error| failed(&error));
@@ -60,11 +59,8 @@ pub fn seal(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
     compressor
         .include_checksum(true)
         .map_err(|error| failed(&error))?;
-    segment.extend(
-        compressor
-            .compress(&columns)
-            .map_err(|error| failed(&error))?,
-    );
+    let compressed = compressor.compress(&columns);
+    segment.extend(compressed.map_err(|error| failed(&error))?);
     Ok(segment)
 }
 
@@ -110,24 +106,20 @@ fn names_bytes_max() -> usize {
 fn columns_of(rows: &[SealedRow]) -> Result<Vec<u8>, StoreError> {
     let mut columns = Vec::with_capacity(names_bytes_max() + rows.len() * ROW_BYTES);
     let reasons = reasons_of(rows);
-    let short = |length: usize| u8::try_from(length).map_err(|error| failed(&error));
-    columns.push(short(reasons.len())?);
+    columns.push(u8::try_from(reasons.len()).map_err(|error| failed(&error))?);
     for reason in &reasons {
-        columns.push(short(reason.name().len())?);
-        columns.extend(reason.name().bytes());
+        put_name(&mut columns, reason.name());
     }
-    let signed = |value: u64| i64::from_le_bytes(value.to_le_bytes());
-    put_i64(&mut columns, rows.iter().map(|row| signed(row.record.seq)));
-    put_i64(
-        &mut columns,
-        rows.iter().map(|row| signed(row.record.stamp.t_boot_ns)),
-    );
-    put_i64(
-        &mut columns,
-        rows.iter().map(|row| row.record.stamp.t_utc_ns),
-    );
-    put_i64(&mut columns, rows.iter().map(|row| row.t_arrival_ns));
-    put_i64(&mut columns, rows.iter().map(|row| row.arrival));
+    let of_each: [fn(&SealedRow) -> i64; 5] = [
+        |row| i64::from_le_bytes(row.record.seq.to_le_bytes()),
+        |row| i64::from_le_bytes(row.record.stamp.t_boot_ns.to_le_bytes()),
+        |row| row.record.stamp.t_utc_ns,
+        |row| row.t_arrival_ns,
+        |row| row.arrival,
+    ];
+    for value in of_each {
+        put_i64(&mut columns, rows.iter().map(value));
+    }
     for row in rows {
         columns.push(kind_of(&row.record, &reasons));
     }
@@ -238,63 +230,55 @@ fn put_u16(columns: &mut Vec<u8>, folded: &[u16]) {
     }
 }
 
-/// What is left of the columns to be read.
-struct Columns<'c>(&'c [u8]);
+fn i64s(columns: &mut ByteReader<'_>, rows: usize) -> Result<Vec<i64>, StoreError> {
+    let planes = columns.take(8 * rows).map_err(cut)?;
+    let (mut before, mut change_before) = (0_u64, 0_u64);
+    let values = (0..rows).map(|row| {
+        let bytes = std::array::from_fn(|plane| planes[plane * rows + row]);
+        let change = unfold_u64(u64::from_le_bytes(bytes)).wrapping_add(change_before);
+        let value = before.wrapping_add(change);
+        (before, change_before) = (value, change);
+        i64::from_le_bytes(value.to_le_bytes())
+    });
+    Ok(values.collect())
+}
 
-impl<'c> Columns<'c> {
-    fn take(&mut self, length: usize) -> Result<&'c [u8], StoreError> {
-        let (taken, rest) = self
-            .0
-            .split_at_checked(length)
-            .ok_or_else(|| damaged("a segment with too few bytes"))?;
-        self.0 = rest;
-        Ok(taken)
-    }
+fn u16s(columns: &mut ByteReader<'_>, count: usize) -> Result<Vec<u16>, StoreError> {
+    let planes = columns.take(2 * count).map_err(cut)?;
+    let words = (0..count).map(|at| u16::from_le_bytes([planes[at], planes[count + at]]));
+    Ok(words.map(unfold_u16).collect())
+}
 
-    fn byte(&mut self) -> Result<usize, StoreError> {
-        Ok(self.take(1)?[0].into())
-    }
-
-    fn i64s(&mut self, rows: usize) -> Result<Vec<i64>, StoreError> {
-        let planes = self.take(8 * rows)?;
-        let (mut before, mut change_before) = (0_u64, 0_u64);
-        let values = (0..rows).map(|row| {
-            let bytes = std::array::from_fn(|plane| planes[plane * rows + row]);
-            let change = unfold_u64(u64::from_le_bytes(bytes)).wrapping_add(change_before);
-            let value = before.wrapping_add(change);
-            (before, change_before) = (value, change);
-            i64::from_le_bytes(value.to_le_bytes())
-        });
-        Ok(values.collect())
-    }
-
-    fn u16s(&mut self, count: usize) -> Result<Vec<u16>, StoreError> {
-        let planes = self.take(2 * count)?;
-        let words = (0..count).map(|at| u16::from_le_bytes([planes[at], planes[count + at]]));
-        Ok(words.map(unfold_u16).collect())
-    }
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "it stands where map_err wants a function of the error"
+)]
+fn cut(fault: Fault) -> StoreError {
+    damaged(&format!("a segment with other columns: {fault}"))
 }
 
 fn rows_of(columns: &[u8], rows: usize) -> Result<Vec<SealedRow>, StoreError> {
-    let mut columns = Columns(columns);
-    let mut reasons = Vec::new();
-    for _ in 0..columns.byte()? {
-        let length = columns.byte()?;
-        let name = String::from_utf8_lossy(columns.take(length)?);
-        let reason = name.parse::<NoData>();
+    let mut columns = ByteReader::new(columns);
+    let [reasons_count] = columns.array().map_err(cut)?;
+    let mut reasons: Vec<NoData> = Vec::new();
+    for _ in 0..reasons_count {
+        let name = columns.name().map_err(cut)?;
+        let reason = name.parse();
         reasons.push(reason.map_err(|unknown| damaged(&format!("{name:?}: {unknown}")))?);
     }
-    let (seqs, t_boots) = (columns.i64s(rows)?, columns.i64s(rows)?);
-    let (t_utcs, t_arrivals) = (columns.i64s(rows)?, columns.i64s(rows)?);
-    let arrivals = columns.i64s(rows)?;
-    let kinds = columns.take(rows)?;
+    let seqs = i64s(&mut columns, rows)?;
+    let t_boots = i64s(&mut columns, rows)?;
+    let t_utcs = i64s(&mut columns, rows)?;
+    let t_arrivals = i64s(&mut columns, rows)?;
+    let arrivals = i64s(&mut columns, rows)?;
+    let kinds = columns.take(rows).map_err(cut)?;
     let count = kinds
         .iter()
         .filter(|kind| *kind & 0x3F == KIND_FRAME)
         .count();
-    let thermistors = columns.u16s(count)?;
-    let residuals = columns.u16s(count * PIXELS)?;
-    if !columns.0.is_empty() {
+    let thermistors = u16s(&mut columns, count)?;
+    let residuals = u16s(&mut columns, count * PIXELS)?;
+    if columns.left() > 0 {
         return Err(damaged("a segment with too many bytes"));
     }
     let mut frames = frames_of(&thermistors, &residuals).into_iter();
@@ -357,11 +341,8 @@ mod tests {
             env!("CARGO_MANIFEST_DIR")
         );
         let text = std::fs::read(path).unwrap();
-        let rows = linaige::Reader::new(
-            text.as_slice(),
-            Date::from_file_name(name).unwrap(),
-            stream_from_file_name(name),
-        );
+        let date = Date::from_file_name(name).unwrap();
+        let rows = linaige::Reader::new(text.as_slice(), date, stream_from_file_name(name));
         let rows = rows.unwrap().map(|row| row.unwrap().row.record);
         rows.enumerate()
             .map(|(index, record)| SealedRow {
@@ -438,11 +419,8 @@ mod tests {
             assert!(open(&seal(&rows).unwrap()).unwrap() == rows);
         }
         let missing: Vec<SealedRow> = wild(51).into_iter().step_by(5).collect();
-        assert!(
-            missing
-                .iter()
-                .all(|row| row.record.reading.frame().is_none())
-        );
+        let is_missing = |row: &SealedRow| row.record.reading.frame().is_none();
+        assert!(missing.iter().all(is_missing));
         assert_eq!(open(&seal(&missing).unwrap()).unwrap(), missing);
     }
 
@@ -450,10 +428,8 @@ mod tests {
     fn a_segment_has_at_least_one_row_and_at_most_the_limit() {
         seal(&[]).unwrap_err();
         let one = wild(1)[0];
-        assert_eq!(
-            open(&seal(&vec![one; ROWS_MAX]).unwrap()).unwrap().len(),
-            ROWS_MAX
-        );
+        let longest = seal(&vec![one; ROWS_MAX]).unwrap();
+        assert_eq!(open(&longest).unwrap().len(), ROWS_MAX);
         seal(&vec![one; ROWS_MAX + 1]).unwrap_err();
     }
 

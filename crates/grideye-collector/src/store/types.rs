@@ -1,91 +1,16 @@
-//! What a store keeps and answers, and [`FrameStore`], the one trait of every engine.
+//! What a store keeps and answers.
 
-use crate::store::error::StoreError;
-use crate::store::label::{KeptLabel, Label};
-use crate::store::recording_id::RecordingId;
-use axum::body::Bytes;
-use grideye_recording::wire::{Account, Acknowledgement, Batch, Gap, WireError};
+use crate::store::error::{RecordingId, StoreError};
+use crate::store::row::damaged;
+use grideye_recording::wire::{Account, Acknowledgement, Gap, WireError};
 use grideye_recording::{Record, StreamId};
+use serde::{Deserialize, Serialize};
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
-use tokio::sync::mpsc;
 
 /// The answer of a store, when it comes.
 pub type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, StoreError>> + Send + 'a>>;
-
-/// A store of frames and recordings.
-///
-/// Every method that changes something answers only after the change is on disk and synced. Frames are known by
-/// (device, sensor, boot, seq) permanently: the same frame again changes nothing.
-pub trait FrameStore: Send + Sync + 'static {
-    /// Keeps a batch: all of it, or on an error nothing.
-    fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended>;
-
-    /// The same, of a batch that was read from `compact` ([`Batch::from_binary`]): a store that keeps batches in this form
-    /// first need not write it again.
-    fn append_compact(
-        &self,
-        batch: Arc<Batch>,
-        compact: Bytes,
-        t_arrival_ns: i64,
-    ) -> Answer<'_, Appended> {
-        drop(compact);
-        self.append(batch, t_arrival_ns)
-    }
-
-    /// What is kept of every stream, ordered by device, sensor, boot.
-    fn streams(&self) -> Answer<'_, Vec<StreamSummary>>;
-
-    /// For each (device, sensor), the newest record of the stream that was added to last.
-    fn newest(&self) -> Answer<'_, Vec<StoredRecord>>;
-
-    /// Starts a recording. Frames that arrive from now on belong to it.
-    fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording>;
-
-    /// Ends a recording. Frames that arrive from now on do not belong to it.
-    fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording>;
-
-    /// Sets a recording's note; an empty one is none.
-    fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording>;
-
-    /// The labels of a recording, in the order in which they were added.
-    fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>>;
-
-    /// Adds a label to a recording. Whether its frames are there is the caller's to know.
-    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel>;
-
-    /// Takes a label away.
-    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()>;
-
-    /// Every recording, newest first.
-    fn recordings(&self) -> Answer<'_, Vec<Recording>>;
-
-    /// Which frames belong to a recording: the one place that says so.
-    fn members(&self, id: RecordingId) -> Answer<'_, Members>;
-
-    /// The next records of one span of a recording, in ascending seq: those after `after_seq`, at most `rows`.
-    fn page(
-        &self,
-        span: Span,
-        after_seq: Option<u64>,
-        rows: usize,
-    ) -> Answer<'_, Vec<StoredRecord>>;
-
-    /// What others keep in the same store from now on, for the live page; once, and only where there may be others.
-    fn news(&self) -> Option<mpsc::Receiver<News>> {
-        None
-    }
-
-    /// How much room the frames take, and how much they may take.
-    fn usage(&self) -> Answer<'_, StoreUsage>;
-
-    /// Fails when the store cannot be read, or when the last write failed.
-    fn ping(&self) -> Answer<'_, ()>;
-
-    /// Commits what was asked for and lets go of the files. Later calls answer [`StoreError::Closed`].
-    fn close(&self) -> Answer<'_, ()>;
-}
 
 /// The room that a store takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,10 +83,8 @@ pub struct StreamSummary {
 }
 
 impl StreamSummary {
-    /// Frames that the agent holds now, by its own count less what has come since; `None` without a count.
-    ///
-    /// The agent counts a batch as spooled while it sends it, and learns of its arrival only from the answer. So
-    /// what came with the count, or after it, is no longer in the spool.
+    /// Frames that the agent holds now: its own count less what came with it and since, of which it learns from the answer
+    /// alone; `None` without a count.
     #[must_use]
     pub fn spooled(&self) -> Option<u64> {
         let account = self.account.as_ref()?;
@@ -180,10 +103,8 @@ impl StreamSummary {
         )
     }
 
-    /// read - stored - dropped - spooled: 0 when the books balance; `None` without a count.
-    ///
-    /// Above 0: so many frames were read and are nowhere. Below 0: so many frames are here that the agent counts
-    /// as spooled or dropped, because the answer that told of their arrival was lost; its next count mends that.
+    /// read - stored - dropped - spooled: 0 when the books balance, `None` without a count. Above 0, frames are nowhere; below 0,
+    /// the answer that told of their arrival was lost, and the next count mends that.
     #[must_use]
     pub fn unaccounted(&self) -> Option<i128> {
         let account = self.account.as_ref()?;
@@ -273,5 +194,82 @@ impl Span {
     pub fn seqs(&self) -> (u64, u64) {
         let number = |seq: i64| u64::try_from(seq).unwrap_or(0);
         (number(self.seq.0), number(self.seq.1))
+    }
+
+    /// The first number behind `after`, or of all; `None` where there can be none.
+    pub(crate) fn first_after(&self, after: Option<u64>) -> Option<i64> {
+        match after {
+            None => Some(self.seq.0),
+            Some(seq) => i64::try_from(seq).ok()?.checked_add(1),
+        }
+    }
+}
+
+/// How far a copy of a store is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Frames are copied.
+    Copying,
+    /// The copy is compared with the original.
+    Comparing,
+}
+
+impl Stage {
+    /// For the progress bar.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Copying => "copying",
+            Self::Comparing => "comparing",
+        }
+    }
+}
+
+/// What is to be seen in some of a recording's frames.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Label {
+    /// In a word or a few, for example `two people`. Several labels may say the same.
+    pub name: String,
+    /// In which frames, at least one range.
+    pub spans: Vec<LabelSpan>,
+}
+
+/// Frames of one stream, by their numbers: so that a label belongs to the same frames whatever becomes of clocks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LabelSpan {
+    /// The agent's name.
+    pub device: String,
+    /// The sensor.
+    pub sensor: String,
+    /// The run.
+    pub boot: String,
+    /// The first frame.
+    pub first_seq: u64,
+    /// The last frame, not before the first.
+    pub last_seq: u64,
+}
+
+/// A label as the store has it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct KeptLabel {
+    /// Its number among those of the recording, from 1, in the order in which they were added.
+    pub number: i64,
+    /// What it says.
+    #[serde(flatten)]
+    pub label: Label,
+}
+
+impl Label {
+    pub(super) fn to_text(&self) -> Result<String, StoreError> {
+        serde_json::to_string(self).map_err(|error| StoreError::Failed(error.to_string()))
+    }
+}
+
+impl KeptLabel {
+    pub(super) fn from_text(number: i64, text: &str) -> Result<Self, StoreError> {
+        let label = serde_json::from_str(text);
+        let label = label.map_err(|error| damaged(&format!("label {number}: {error}")))?;
+        Ok(Self { number, label })
     }
 }

@@ -18,7 +18,6 @@ pub struct Assumed {
 }
 
 impl Assumed {
-    /// A frame of that number, and when it was read.
     pub(super) fn row(&self, seq: u64, stamp: Stamp, pixels: [PixelWord; PIXELS]) -> Row {
         let frame = RawFrame {
             thermistor: self.thermistor,
@@ -35,7 +34,6 @@ impl Assumed {
         }
     }
 
-    /// The time of a frame by its number alone.
     pub(super) fn stamp(&self, seq: u64) -> Stamp {
         let period_ns = u64::try_from(self.period.as_nanos()).unwrap_or(u64::MAX);
         Stamp {
@@ -61,7 +59,6 @@ pub(super) fn word_of(celsius: f64) -> Option<PixelWord> {
     ((meant - celsius).abs() <= ROUNDED_CELSIUS).then_some(word)
 }
 
-/// The error for a temperature that the sensor cannot say.
 pub(super) fn no_word(place: String, found: &str) -> RecordingError {
     RecordingError::BareValue {
         place,

@@ -7,13 +7,12 @@ use crate::rows::rows_until_error;
 use grideye_frame::{PIXELS, PixelWord};
 use std::io::{BufReader, Read};
 
-/// What every `.npy` file begins with.
 pub(crate) const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// The longest heading that is read; numpy's own are 118 bytes.
 const HEADING_BYTES_MAX: usize = 4096;
 
-/// Reads an array of shape (N, 8, 8) or (N, 64), float32 or float64, in °C, as an iterator of rows. The first error is
-/// the last item. A frame of nothing but NaN is one that is missing: its number is left out.
+/// Reads an array (N, 8, 8) or (N, 64) of float32 or float64 in °C, as an iterator of rows, up to the first error. The number
+/// of a frame of nothing but NaN is left out.
 #[derive(Debug)]
 pub struct NpyReader<R> {
     input: BufReader<R>,
@@ -28,7 +27,6 @@ impl<R: Read> NpyReader<R> {
     /// Reads the heading at once.
     ///
     /// # Errors
-    ///
     /// [`RecordingError::Array`] if it is not such an array, or is cut.
     pub fn new(input: R, assumed: Assumed) -> Result<Self, RecordingError> {
         let mut input = BufReader::new(input);
@@ -97,7 +95,6 @@ impl<R: Read> NpyReader<R> {
 
 rows_until_error!(NpyReader, Row);
 
-/// The dictionary at the beginning.
 fn heading(input: &mut impl Read) -> Result<String, RecordingError> {
     let cut = |error: std::io::Error| wrong("a whole heading", Some(&error.to_string()));
     let mut start = [0; 8];

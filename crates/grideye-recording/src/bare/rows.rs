@@ -14,11 +14,10 @@ const UNIX_S: f64 = 1e9;
 const UNIX_MS: f64 = 1e12;
 const NS_PER_S: f64 = 1e9;
 
-/// Reads lines of 64 temperatures in °C, as an iterator of rows. The first error is the last item.
+/// Reads lines of 64 temperatures in °C, as an iterator of rows, up to the first error.
 ///
-/// Numbers stand between commas, semicolons, blanks or tabulators, with or without brackets around them; lines that are
-/// empty or begin with `#` say nothing, and so does a first line without a number. A line of 65 begins with a time: in
-/// seconds from any beginning, or since 1970 in seconds or milliseconds.
+/// Commas, semicolons, blanks, tabulators and brackets separate. Empty lines, those with `#`, and a first one without a
+/// number say nothing. A line of 65 begins with a time: in seconds, or since 1970 in seconds or milliseconds.
 #[derive(Debug)]
 pub struct RowReader<R> {
     lines: Lines<R>,
@@ -29,7 +28,6 @@ pub struct RowReader<R> {
     ended: bool,
 }
 
-/// What one line holds.
 enum Content {
     Nothing,
     Frame {

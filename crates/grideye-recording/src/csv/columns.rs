@@ -1,8 +1,12 @@
+//! The columns, and which row may follow which.
+
 use crate::cell::Column;
+use crate::error::RecordingError;
+use crate::record::{Row, StreamId};
 use core::fmt::Write as _;
 use grideye_frame::PIXELS;
+use std::collections::BTreeMap;
 
-/// The columns before the pixels.
 pub(super) const LEADING: [&str; 10] = [
     "device",
     "sensor",
@@ -39,4 +43,41 @@ pub fn header() -> String {
         let _ = write!(header, ",{}", pixel_column(index));
     }
     header
+}
+
+/// The most streams (device, sensor and boot) that one recording may hold.
+pub const STREAMS_MAX: usize = 4096;
+
+#[derive(Debug, Default)]
+pub(super) struct Sequences(BTreeMap<StreamId, u64>);
+
+impl Sequences {
+    pub(super) fn admit(&mut self, line: u64, row: &Row) -> Result<(), RecordingError> {
+        let found = row.record.seq;
+        if let Some(last) = self.0.get_mut(&row.stream) {
+            if found <= *last {
+                let StreamId {
+                    device,
+                    sensor,
+                    boot,
+                } = &row.stream;
+                return Err(RecordingError::NotAscending {
+                    line,
+                    stream: format!("{device} {sensor} {boot}"),
+                    previous: *last,
+                    found,
+                });
+            }
+            *last = found;
+            return Ok(());
+        }
+        if self.0.len() == STREAMS_MAX {
+            return Err(RecordingError::TooManyStreams {
+                line,
+                limit: STREAMS_MAX,
+            });
+        }
+        self.0.insert(row.stream.clone(), found);
+        Ok(())
+    }
 }

@@ -1,19 +1,15 @@
-use super::columns::{LEADING, pixel_column};
 use crate::cell::{Cell, Column};
-use crate::csv::columns::{COLUMNS, header};
-use crate::csv::sequences::Sequences;
+use crate::csv::columns::{COLUMNS, LEADING, Sequences, header, pixel_column};
 use crate::error::RecordingError;
 use crate::lines::{Line, Lines};
-use crate::record::Row;
-use crate::record::{CLOCK_STATES, Record, Stamp, StreamId};
+use crate::record::{CLOCK_STATES, Record, Row, Stamp, StreamId};
 use crate::rows::rows_until_error;
 use crate::text::quoted;
 use grideye_frame::{NoData, PIXELS, PixelWord, RawFrame, Reading};
 use std::io::Read;
 
-/// Reads a recording row by row, as an iterator.
-///
-/// The first error is the last item: what follows a damaged row is not to be relied on.
+/// Reads a recording row by row, as an iterator. The first error is the last item.
+#[derive(Debug)]
 pub struct Reader<R> {
     lines: Lines<R>,
     sequences: Sequences,
@@ -21,11 +17,9 @@ pub struct Reader<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads the header at once, so that a file of another kind is refused before anything is done with it. Reads in
-    /// blocks: a `BufReader` around the input is not needed.
+    /// Reads the header at once. Reads in blocks: a `BufReader` around the input is not needed.
     ///
     /// # Errors
-    ///
     /// [`RecordingError`] if the first line is not the header of this format.
     pub fn new(input: R) -> Result<Self, RecordingError> {
         let mut lines = Lines::new(input);
@@ -52,26 +46,13 @@ impl<R: Read> Reader<R> {
 
 rows_until_error!(Reader, Row);
 
-impl<R> core::fmt::Debug for Reader<R> {
-    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        formatter
-            .debug_struct("Reader")
-            .field("sequences", &self.sequences)
-            .field("ended", &self.ended)
-            .finish_non_exhaustive()
-    }
-}
-
-/// Reads the first line and holds it against a layout's.
 pub(crate) fn check_header<R: Read>(
     lines: &mut Lines<R>,
     header: &str,
     beginning: &'static str,
 ) -> Result<(), RecordingError> {
     let Some(line) = lines.next()? else {
-        return Err(RecordingError::Empty {
-            expected: beginning,
-        });
+        return Err(RecordingError::Empty(beginning));
     };
     if line.text == header {
         return if line.ended { Ok(()) } else { Err(line.cut()) };
@@ -159,53 +140,33 @@ fn reading(
     thermistor: &str,
     pixels: &[&str],
 ) -> Result<Reading<RawFrame>, RecordingError> {
-    if !missing.is_empty() {
-        return no_data(line, missing, thermistor, pixels).map(Reading::NoData);
-    }
-    let mut frame = RawFrame {
-        thermistor: Cell {
-            line,
-            column: Column::Named("thermistor"),
-            text: thermistor,
+    let cell = |column, text| Cell { line, column, text };
+    let thermistor = cell(Column::Named("thermistor"), thermistor);
+    let pixels = pixels.iter().enumerate();
+    let pixels = pixels.map(|(index, text)| cell(pixel_column(index), *text));
+    if missing.is_empty() {
+        let mut frame = RawFrame {
+            thermistor: thermistor.thermistor()?,
+            pixels: [PixelWord(0); PIXELS],
+        };
+        for (word, cell) in frame.pixels.iter_mut().zip(pixels) {
+            *word = cell.pixel()?;
         }
-        .thermistor()?,
-        pixels: [PixelWord(0); PIXELS],
-    };
-    for (index, (word, text)) in frame.pixels.iter_mut().zip(pixels).enumerate() {
-        *word = Cell {
-            line,
-            column: pixel_column(index),
-            text,
-        }
-        .pixel()?;
+        return Ok(Reading::Frame(frame));
     }
-    Ok(Reading::Frame(frame))
-}
-
-fn no_data(
-    line: u64,
-    missing: &str,
-    thermistor: &str,
-    pixels: &[&str],
-) -> Result<NoData, RecordingError> {
-    let cell = Cell {
-        line,
-        column: Column::Named("missing"),
-        text: missing,
-    };
-    let reason = missing.parse().ok().ok_or_else(|| {
+    let reason: NoData = missing.parse().ok().ok_or_else(|| {
         let names: Vec<_> = NoData::ALL.iter().map(|reason| reason.name()).collect();
-        cell.refused(format!("nothing, or one of {}", names.join(" ")))
+        let expected = format!("nothing, or one of {}", names.join(" "));
+        cell(Column::Named("missing"), missing).refused(expected)
     })?;
-    let empty = |column, text: &str| match text {
-        "" => Ok(()),
-        _ => Err(Cell { line, column, text }.refused(format!(
+    match [thermistor]
+        .into_iter()
+        .chain(pixels)
+        .find(|cell| !cell.text.is_empty())
+    {
+        None => Ok(Reading::NoData(reason)),
+        Some(full) => Err(full.refused(format!(
             "an empty cell, since the frame is missing ({reason})"
         ))),
-    };
-    empty(Column::Named("thermistor"), thermistor)?;
-    for (index, text) in pixels.iter().enumerate() {
-        empty(pixel_column(index), text)?;
     }
-    Ok(reason)
 }

@@ -1,28 +1,21 @@
-use crate::csv::columns::header;
-use crate::csv::sequences::Sequences;
+use crate::cell::{Cell, Column};
+use crate::csv::columns::{Sequences, header};
 use crate::error::RecordingError;
-use crate::record::Row;
-use crate::record::{COUNT_MAX, check_name};
-use crate::record::{Record, StreamId};
+use crate::record::{COUNT_MAX, Record, Row, StreamId};
 use amg8833::word;
 use core::fmt::Write as _;
-use grideye_frame::NAME_RULE;
 use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
 use std::io::Write;
 
-/// Writes a recording row by row.
-///
-/// Each row goes out in one call of `write_all`, whole with its newline, so that a program that is killed leaves at most
-/// one cut row behind. Hand over a `BufWriter` where speed counts more, and call [`Writer::finish`].
+/// Writes a recording row by row, each in one call of `write_all`: a program that is killed leaves at most one cut row.
+/// Hand over a `BufWriter` where speed counts more, and call [`Writer::finish`].
 #[derive(Debug)]
 pub struct Writer<W> {
     output: W,
     /// The row in the making; kept for its memory.
     buffer: String,
     sequences: Sequences,
-    /// Lines written, the header included.
     lines: u64,
-    /// The line that could not be written.
     broken_at: Option<u64>,
 }
 
@@ -30,7 +23,6 @@ impl<W: Write> Writer<W> {
     /// Writes the header at once, so that a recording without a frame is a recording too.
     ///
     /// # Errors
-    ///
     /// [`RecordingError::Io`] if the header cannot be written.
     pub fn new(output: W) -> Result<Self, RecordingError> {
         let mut writer = Self {
@@ -46,17 +38,14 @@ impl<W: Write> Writer<W> {
 
     /// Writes one row.
     ///
-    /// Degrees are the driver's decoding of the words. The upper four bits of a word, which the datasheet leaves
-    /// unspecified, have no place in degrees: they are 0 when the row is read again. The store keeps them.
+    /// The upper four bits of a word, which the datasheet leaves unspecified, have no place in degrees and are lost here.
     ///
     /// # Errors
-    ///
-    /// [`RecordingError`] for whatever a [`Reader`](super::Reader) would refuse: names, order, integers beyond 63 bits, too
-    /// many streams; nothing is written then, and the next row may be. [`RecordingError::Io`] if the row cannot be written;
-    /// from then on every call fails with [`RecordingError::WriterBroken`].
+    /// [`RecordingError`] for whatever a [`Reader`](super::Reader) would refuse: nothing is written then. After
+    /// [`RecordingError::Io`] every call fails with [`RecordingError::WriterBroken`].
     pub fn write(&mut self, row: &Row) -> Result<(), RecordingError> {
         if let Some(line) = self.broken_at {
-            return Err(RecordingError::WriterBroken { line });
+            return Err(RecordingError::WriterBroken(line));
         }
         let line = self.lines + 1;
         check_stream(line, &row.stream)?;
@@ -71,11 +60,10 @@ impl<W: Write> Writer<W> {
     /// Flushes, and gives back what was handed to [`Writer::new`].
     ///
     /// # Errors
-    ///
     /// [`RecordingError::Io`] if flushing fails, [`RecordingError::WriterBroken`] if an earlier row could not be written.
     pub fn finish(mut self) -> Result<W, RecordingError> {
         if let Some(line) = self.broken_at {
-            return Err(RecordingError::WriterBroken { line });
+            return Err(RecordingError::WriterBroken(line));
         }
         let line = self.lines;
         self.output
@@ -112,13 +100,9 @@ fn check_stream(line: u64, stream: &StreamId) -> Result<(), RecordingError> {
         ("sensor", &stream.sensor),
         ("boot", &stream.boot),
     ];
-    for (column, name) in named {
-        check_name(name).map_err(|error| RecordingError::Cell {
-            line,
-            column: column.to_owned(),
-            expected: NAME_RULE.to_owned(),
-            found: error.found,
-        })?;
+    for (column, text) in named {
+        let column = Column::Named(column);
+        Cell { line, column, text }.name()?;
     }
     Ok(())
 }

@@ -1,7 +1,6 @@
 //! What must hold between the fields of a body, whichever way it goes.
 
-use crate::record::Record;
-use crate::record::{COUNT_MAX, check_name};
+use crate::record::{COUNT_MAX, Record, check_name};
 use crate::wire::error::WireError;
 use crate::wire::types::{Account, Acknowledgement, Batch, SensorBatch};
 use grideye_frame::NAME_RULE;

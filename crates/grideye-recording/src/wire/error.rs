@@ -105,15 +105,12 @@ impl WireError {
     }
 }
 
-/// What stands before the limit in a message of [`too_many`].
 const TOO_MANY: &str = "too many, expected at most ";
 
-/// The parser's error for an array or a map beyond its limit.
 pub(super) fn too_many<E: serde::de::Error>(limit: usize, of: &str) -> E {
     E::custom(format_args!("{TOO_MANY}{limit} {of}"))
 }
 
-/// The parser's error for a key that a map holds twice.
 pub(super) fn repeated<E: serde::de::Error>(key: &str) -> E {
     E::custom(format_args!("duplicate field `{key}`"))
 }

@@ -1,43 +1,46 @@
 //! What goes over the wire, and how much of it one body may hold.
 
 use crate::record::Record;
+use crate::wire::encode;
+
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The content type of a body in JSON.
 pub const JSON_TYPE: &str = "application/json";
 
-/// The content type of a body in bytes, of the version that this crate writes.
+/// The content type of a body in bytes.
 pub const BINARY_TYPE: &str = "application/vnd.grideye.frames.v2";
 
-/// The content type of the layout before, which is still read.
-pub const BINARY_TYPE_PLAIN: &str = "application/vnd.grideye.frames.v1";
-
 /// What an agent posts: the records of all its sensors since the last post.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Batch {
     /// The agent's name.
     pub device: String,
     /// The run of the agent.
     pub boot: String,
     /// The agent's `CLOCK_BOOTTIME` when it sent this, in nanoseconds; tells the age of each frame without wall clocks.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub t_sent_boot_ns: Option<u64>,
     /// The records, by sensor.
     pub sensors: Vec<SensorBatch>,
 }
 
 /// The records of one sensor within a batch.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SensorBatch {
     /// The sensor's place on the device.
     pub sensor: String,
     /// The agent's own count, so that read = stored + dropped + spooled can be audited at any moment.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub account: Option<Account>,
     /// Records in ascending `seq`.
+    #[serde(serialize_with = "encode::frames")]
     pub frames: Vec<Record>,
 }
 
 /// An agent's count of one stream, from its start.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Account {
     /// Sensor frames read from the bus.
     pub read: u64,
@@ -49,8 +52,8 @@ pub struct Account {
     pub spooled: u64,
     /// Faults seen on the bus, by kind (the names of `NoData`, and others that cost no frame).
     pub errors: BTreeMap<String, u64>,
-    /// The run is over, and a later run of the agent speaks for it: what is neither in `spooled` nor in the store by now
-    /// is lost, and the collector counts it as [`LOST_IN_MEMORY`]. Left out on the wire unless true.
+    /// The run is over: what is neither in `spooled` nor stored by now is lost ([`LOST_IN_MEMORY`]). Left out unless true.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ended: bool,
 }
 
@@ -67,7 +70,7 @@ pub struct Acknowledgement {
 }
 
 /// A run of sequence numbers that the collector does not have.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Gap {
     /// The sensor.
     pub sensor: String,
@@ -77,9 +80,7 @@ pub struct Gap {
     pub to: u64,
 }
 
-/// How much one body may hold. What is beyond is refused while it is read, before it is kept.
-///
-/// The size of the body itself is for whoever receives it to limit: a frame takes at most [`FRAME_BYTES_MAX`] of it.
+/// How much one body may hold; more is refused while it is read. Its bytes are the receiver's to limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Sensors in a batch, or in `durable_through` of an answer.

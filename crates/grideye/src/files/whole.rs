@@ -1,8 +1,9 @@
 //! Files that appear whole under their name, or not at all.
 
 use anyhow::{Context as _, Result};
+pub(crate) use grideye_recording::whole::{Pending, rename};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Writes a file that the user named: a link stays one, and a device or a pipe takes it as it comes.
@@ -44,53 +45,6 @@ pub(crate) fn replace(
     put().with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// A file under way, beside the place it is for. It is removed again unless it is put there.
-pub(crate) struct Pending {
-    file: File,
-    partial: PathBuf,
-    path: PathBuf,
-}
-
-impl Pending {
-    /// A file for `path`, empty.
-    pub(crate) fn of(path: &Path) -> io::Result<Self> {
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".{}.partial", std::process::id()));
-        let partial = path.with_file_name(name);
-        // A program with this number may have been killed; what it left is followed nowhere.
-        match fs::remove_file(&partial) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
-        let created = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&partial);
-        Ok(Self {
-            file: created?,
-            partial,
-            path: path.to_owned(),
-        })
-    }
-
-    pub(crate) fn file(&self) -> &File {
-        &self.file
-    }
-
-    /// Syncs it and gives it its name.
-    pub(crate) fn put(&self) -> io::Result<()> {
-        self.file.sync_all()?;
-        rename(&self.partial, &self.path)
-    }
-}
-
-impl Drop for Pending {
-    fn drop(&mut self) {
-        // The first error is the one to report; a leftover that cannot be removed keeps its partial name.
-        drop(fs::remove_file(&self.partial));
-    }
-}
-
 /// Writes through a buffer. What is left in it after an error is not written on the way out.
 pub(crate) fn fill(
     file: &File,
@@ -100,20 +54,6 @@ pub(crate) fn fill(
     let written = write(&mut out).and_then(|()| Ok(out.flush()?));
     drop(out.into_parts());
     written
-}
-
-/// Gives a synced file its name, which outlasts a power cut.
-pub(crate) fn rename(partial: &Path, path: &Path) -> io::Result<()> {
-    fs::rename(partial, path)?;
-    let folder = path
-        .parent()
-        .filter(|parent| !parent.as_os_str().is_empty());
-    match File::open(folder.unwrap_or(Path::new("."))) {
-        Ok(folder) => folder.sync_all(),
-        // A folder may be for writing alone.
-        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Ok(()),
-        Err(error) => Err(error),
-    }
 }
 
 #[cfg(test)]

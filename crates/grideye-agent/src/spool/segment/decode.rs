@@ -4,9 +4,9 @@ use super::layout::{
     ACCOUNT, Entry, FRAME, Fault, HEADER_BYTES, MAGIC, PAYLOAD_BYTES_MAX, PREFIX_BYTES, STREAM,
     VERSION, crc32c,
 };
-use grideye_frame::{PIXELS, PixelWord, RawFrame, Reading, ThermistorWord};
+use grideye_recording::record::layout::{ByteReader, Form};
 use grideye_recording::wire::Account;
-use grideye_recording::{ClockState, Record, Stamp, StreamId, check_name};
+use grideye_recording::{StreamId, check_name};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -15,13 +15,14 @@ use std::sync::Arc;
 /// # Errors
 /// [`Fault`] if it is no segment, one of another format, or another segment.
 pub fn check_header(number: u64, bytes: &[u8]) -> Result<(), Fault> {
-    let mut reader = Reader(bytes);
-    if reader.take::<8>() != Some(MAGIC) {
+    let mut reader = ByteReader::new(bytes);
+    let no_header = |_cut| Fault::NoHeader;
+    if reader.array::<8>().map_err(no_header)? != MAGIC {
         return Err(Fault::NoHeader);
     }
-    let version = reader.u32().ok_or(Fault::NoHeader)?;
-    let found = reader.u64().ok_or(Fault::NoHeader)?;
-    let crc = reader.u32().ok_or(Fault::NoHeader)?;
+    let version = u32::from_le_bytes(reader.array().map_err(no_header)?);
+    let found = u64::from_le_bytes(reader.array().map_err(no_header)?);
+    let crc = u32::from_le_bytes(reader.array().map_err(no_header)?);
     // The header keeps its form and its checksum in every version: so a later version is told from a damaged one.
     if crc32c(&[&bytes[..HEADER_BYTES - 4]]) != crc {
         return Err(Fault::NoHeader);
@@ -71,14 +72,14 @@ impl<'b> Entries<'b> {
         let offset = self.at;
         let cut = Fault::Cut { offset };
         let damaged = Fault::Damaged { offset };
-        let mut reader = Reader(self.bytes.get(offset..).unwrap_or_default());
-        let length_bytes = reader.take::<4>().ok_or(cut.clone())?;
-        let crc = reader.u32().ok_or(cut.clone())?;
+        let mut reader = ByteReader::new(self.bytes.get(offset..).unwrap_or_default());
+        let length_bytes = reader.array().map_err(|_cut| cut.clone())?;
+        let crc = u32::from_le_bytes(reader.array().map_err(|_cut| cut.clone())?);
         let length = usize::try_from(u32::from_le_bytes(length_bytes)).unwrap_or(usize::MAX);
         if length > PAYLOAD_BYTES_MAX {
             return Err(damaged);
         }
-        let payload = reader.slice(length).ok_or(cut)?;
+        let payload = reader.take(length).map_err(|_cut| cut)?;
         if crc32c(&[&self.number.to_le_bytes(), &length_bytes, payload]) != crc {
             return Err(damaged);
         }
@@ -107,14 +108,15 @@ impl Iterator for Entries<'_> {
 
 /// What a payload says; `None` if it is none of ours, though its checksum is right.
 fn decode(payload: &[u8], streams_declared: u16) -> Option<Entry> {
-    let mut reader = Reader(payload);
-    let [kind] = reader.take()?;
-    let stream = reader.u16()?;
+    let mut reader = ByteReader::new(payload);
+    let [kind] = reader.array().ok()?;
+    let stream = u16::from_le_bytes(reader.array().ok()?);
     let is_declared = stream < streams_declared;
     let entry = match kind {
         // Read from the middle, a segment may declare what its reader knows already.
         STREAM if stream <= streams_declared => {
-            let (device, boot, sensor) = (reader.name()?, reader.name()?, reader.name()?);
+            let (device, boot) = (name(&mut reader)?, name(&mut reader)?);
+            let sensor = name(&mut reader)?;
             let id = StreamId {
                 device,
                 sensor,
@@ -127,98 +129,41 @@ fn decode(payload: &[u8], streams_declared: u16) -> Option<Entry> {
         }
         FRAME if is_declared => Entry::Record {
             stream,
-            record: reader.record()?,
+            record: reader.record(Form::Spool).ok()?,
         },
         ACCOUNT if is_declared => Entry::Account {
             stream,
-            account: reader.account()?,
+            account: account(&mut reader)?,
         },
         _ => return None,
     };
-    reader.0.is_empty().then_some(entry)
+    (reader.left() == 0).then_some(entry)
 }
 
-struct Reader<'b>(&'b [u8]);
+fn name(reader: &mut ByteReader<'_>) -> Option<String> {
+    let name = reader.name().ok()?;
+    check_name(name).ok()?;
+    Some(name.to_owned())
+}
 
-impl<'b> Reader<'b> {
-    fn slice(&mut self, length: usize) -> Option<&'b [u8]> {
-        let (taken, rest) = self.0.split_at_checked(length)?;
-        self.0 = rest;
-        Some(taken)
-    }
+fn number(reader: &mut ByteReader<'_>) -> Option<u64> {
+    reader.array().ok().map(u64::from_le_bytes)
+}
 
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.slice(N)?.try_into().ok()
-    }
+fn account(reader: &mut ByteReader<'_>) -> Option<Account> {
+    Some(Account {
+        read: number(reader)?,
+        missing: number(reader)?,
+        spooled: number(reader)?,
+        dropped: counts(reader)?,
+        errors: counts(reader)?,
+        ended: false,
+    })
+}
 
-    fn u16(&mut self) -> Option<u16> {
-        self.take().map(u16::from_le_bytes)
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.take().map(u32::from_le_bytes)
-    }
-
-    fn u64(&mut self) -> Option<u64> {
-        self.take().map(u64::from_le_bytes)
-    }
-
-    fn text(&mut self) -> Option<&'b str> {
-        let [length] = self.take()?;
-        std::str::from_utf8(self.slice(length.into())?).ok()
-    }
-
-    fn name(&mut self) -> Option<String> {
-        let name = self.text()?;
-        check_name(name).ok()?;
-        Some(name.to_owned())
-    }
-
-    fn record(&mut self) -> Option<Record> {
-        let seq = self.u64()?;
-        let stamp = Stamp {
-            t_boot_ns: self.u64()?,
-            t_utc_ns: self.take().map(i64::from_le_bytes)?,
-            clock: self.take().and_then(|[code]| ClockState::from_code(code))?,
-        };
-        let reading = match self.take()? {
-            [0] => Reading::Frame(self.frame()?),
-            [1] => Reading::NoData(self.text()?.parse().ok()?),
-            _ => return None,
-        };
-        Some(Record {
-            seq,
-            stamp,
-            reading,
-        })
-    }
-
-    fn frame(&mut self) -> Option<RawFrame> {
-        let thermistor = ThermistorWord(self.u16()?);
-        let mut pixels = [PixelWord(0); PIXELS];
-        for pixel in &mut pixels {
-            *pixel = PixelWord(self.u16()?);
-        }
-        Some(RawFrame { thermistor, pixels })
-    }
-
-    fn account(&mut self) -> Option<Account> {
-        let (read, missing, spooled) = (self.u64()?, self.u64()?, self.u64()?);
-        let (dropped, errors) = (self.counts()?, self.counts()?);
-        Some(Account {
-            read,
-            missing,
-            dropped,
-            spooled,
-            errors,
-            ended: false,
-        })
-    }
-
-    fn counts(&mut self) -> Option<BTreeMap<String, u64>> {
-        let [kinds] = self.take()?;
-        (0..kinds)
-            .map(|_| Some((self.name()?, self.u64()?)))
-            .collect()
-    }
+fn counts(reader: &mut ByteReader<'_>) -> Option<BTreeMap<String, u64>> {
+    let [kinds] = reader.array().ok()?;
+    (0..kinds)
+        .map(|_| Some((name(reader)?, number(reader)?)))
+        .collect()
 }

@@ -3,7 +3,7 @@
 use super::layout::{
     ACCOUNT, COUNTS_MAX, FRAME, FRAME_BYTES, HEADER_BYTES, MAGIC, STREAM, VERSION, crc32c,
 };
-use grideye_frame::Reading;
+use grideye_recording::record::layout::{Form, put, put_name};
 use grideye_recording::wire::Account;
 use grideye_recording::{Record, StreamId};
 use std::sync::Arc;
@@ -71,7 +71,7 @@ impl Encoder {
             let mut payload = vec![STREAM];
             payload.extend(short.to_le_bytes());
             for name in [&id.device, &id.boot, &id.sensor] {
-                push_name(&mut payload, name);
+                put_name(&mut payload, name);
             }
             self.push(bytes, &payload);
         }
@@ -93,21 +93,7 @@ fn record_payload(stream: u16, record: &Record) -> Vec<u8> {
     let mut payload = Vec::with_capacity(FRAME_BYTES);
     payload.push(FRAME);
     payload.extend(stream.to_le_bytes());
-    payload.extend(record.seq.to_le_bytes());
-    payload.extend(record.stamp.t_boot_ns.to_le_bytes());
-    payload.extend(record.stamp.t_utc_ns.to_le_bytes());
-    payload.push(record.stamp.clock.code());
-    match &record.reading {
-        Reading::Frame(raw) => {
-            payload.push(0);
-            payload.extend(raw.thermistor.0.to_le_bytes());
-            payload.extend(raw.pixels.iter().flat_map(|pixel| pixel.0.to_le_bytes()));
-        }
-        Reading::NoData(reason) => {
-            payload.push(1);
-            push_name(&mut payload, reason.name());
-        }
-    }
+    put(&mut payload, record, Form::Spool);
     payload
 }
 
@@ -121,19 +107,9 @@ fn account_payload(stream: u16, account: &Account) -> Vec<u8> {
         let kept = counts.len().min(COUNTS_MAX);
         payload.push(u8::try_from(kept).unwrap_or(u8::MAX));
         for (name, count) in counts.iter().take(kept) {
-            push_name(&mut payload, name);
+            put_name(&mut payload, name);
             payload.extend(count.to_le_bytes());
         }
     }
     payload
-}
-
-/// Names have at most 64 characters of ASCII.
-fn push_name(payload: &mut Vec<u8>, name: &str) {
-    let kept = name
-        .as_bytes()
-        .get(..usize::from(u8::MAX))
-        .unwrap_or(name.as_bytes());
-    payload.push(u8::try_from(kept.len()).unwrap_or(u8::MAX));
-    payload.extend(kept);
 }

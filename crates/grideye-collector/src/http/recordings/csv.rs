@@ -1,39 +1,32 @@
 //! A recording as a CSV file.
 
-use crate::http::recordings::attachment::attachment;
 use crate::http::recordings::download::{self, Form};
+use crate::http::recordings::fields::attachment;
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
+use crate::lock::lock;
 use crate::store::{Members, StoredRecord};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use grideye_recording::Row;
 use grideye_recording::csv::{STREAMS_MAX, Writer};
 use std::io;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
-/// The recording as a file to keep.
 pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refusal> {
     if members.spans.len() > STREAMS_MAX {
         let what = format!(
             "recording {} holds more than {STREAMS_MAX} streams, too many for one file",
             members.recording.id
         );
-        return Err(Refusal::new(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "too_many_streams",
-            what,
-        ));
+        let status = StatusCode::UNPROCESSABLE_ENTITY;
+        return Err(Refusal::new(status, "too_many_streams", what));
     }
+    let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");
+    let name = attachment(&members.recording.name, "csv");
     let headers = [
-        (
-            header::CONTENT_TYPE,
-            HeaderValue::from_static("text/csv; charset=utf-8; header=present"),
-        ),
-        (
-            header::CONTENT_DISPOSITION,
-            attachment(&members.recording.name, "csv"),
-        ),
+        (header::CONTENT_TYPE, kind),
+        (header::CONTENT_DISPOSITION, name),
     ];
     let text = PageBuffer::default();
     let writer = Writer::new(text.clone()).map_err(|error| {
@@ -49,7 +42,6 @@ pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refu
 
 struct CsvFile {
     text: PageBuffer,
-    /// Until it has finished.
     writer: Option<Writer<PageBuffer>>,
 }
 
@@ -78,19 +70,18 @@ impl Form for CsvFile {
     }
 }
 
-/// What the writer writes into, and the download takes from.
 #[derive(Debug, Clone, Default)]
 struct PageBuffer(Arc<Mutex<Vec<u8>>>);
 
 impl PageBuffer {
     fn take(&self) -> Vec<u8> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut lock(&self.0))
     }
 }
 
 impl io::Write for PageBuffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut page = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut page = lock(&self.0);
         page.extend_from_slice(bytes);
         Ok(bytes.len())
     }

@@ -12,7 +12,6 @@ const PAGES_READY_MAX: usize = 2;
 
 /// A form in which rows are written.
 pub(super) trait Form: Send + 'static {
-    /// Writes the next row, of the recording's stream of that number.
     fn write(&mut self, stream: usize, row: StoredRecord) -> io::Result<()>;
 
     /// What is to be sent before the first row was asked for, and after each page.

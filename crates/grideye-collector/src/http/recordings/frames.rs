@@ -35,6 +35,7 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use grideye_frame::{NoData, PIXELS, RawFrame, Reading};
 use grideye_recording::ClockState;
+use grideye_recording::record::layout::put_number_and_times;
 use serde_json::{Value, json};
 use std::io;
 
@@ -65,15 +66,11 @@ pub(super) fn answer(state: AppState, members: Members) -> Result<Response, Refu
     Ok((kind, download::body(state, members, frames)).into_response())
 }
 
-/// Everything before the first row.
 fn head(members: &Members, rows: u64) -> Result<Vec<u8>, Refusal> {
     if u16::try_from(members.spans.len()).is_err() {
         let what = format!("recording {} holds too many streams", members.recording.id);
-        return Err(Refusal::new(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "too_many_streams",
-            what,
-        ));
+        let status = StatusCode::UNPROCESSABLE_ENTITY;
+        return Err(Refusal::new(status, "too_many_streams", what));
     }
     let streams: Vec<Value> = members
         .spans
@@ -111,7 +108,6 @@ struct Rows {
 
 impl Form for Rows {
     fn write(&mut self, stream: usize, row: StoredRecord) -> io::Result<()> {
-        let stamp = &row.record.stamp;
         let (kind, frame) = match &row.record.reading {
             Reading::Frame(raw) => (0, Some(raw)),
             Reading::NoData(reason) => (
@@ -119,11 +115,10 @@ impl Form for Rows {
                 None,
             ),
         };
-        let clock = index_in(&ClockState::ALL, &stamp.clock).map_err(io::Error::other)?;
+        let clock =
+            index_in(&ClockState::ALL, &row.record.stamp.clock).map_err(io::Error::other)?;
         let stream = u16::try_from(stream).map_err(io::Error::other)?;
-        self.bytes.extend(row.record.seq.to_le_bytes());
-        self.bytes.extend(stamp.t_boot_ns.to_le_bytes());
-        self.bytes.extend(stamp.t_utc_ns.to_le_bytes());
+        put_number_and_times(&mut self.bytes, &row.record);
         self.bytes.extend(row.t_arrival_ns.to_le_bytes());
         self.bytes.extend(stream.to_le_bytes());
         self.bytes.extend([kind, clock]);

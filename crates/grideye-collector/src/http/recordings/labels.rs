@@ -1,8 +1,7 @@
 //! Labels on a recording: what was to be seen in which of its frames.
 
 use crate::http::body::{object, read_json_body};
-use crate::http::recordings::attachment::attachment;
-use crate::http::recordings::fields::{parse_id, text_of, wrong_value};
+use crate::http::recordings::fields::{attachment, parse_id, text_of, wrong_value};
 use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::limits::Limits;
@@ -17,7 +16,6 @@ use serde_json::{Map, Value, json};
 
 const HINT: &str = r#"send {"name": "two people", "spans": [{"device": "pi-1", "sensor": "i2c-1:0x69", "boot": "b1", "first_seq": 10, "last_seq": 25}]}"#;
 
-/// `GET /v1/recordings/{id}/labels`.
 pub(crate) async fn list(
     State(state): State<AppState>,
     Path(id): Path<String>,
@@ -26,7 +24,6 @@ pub(crate) async fn list(
     Ok(Json(json!({ "labels": labels })))
 }
 
-/// `POST /v1/recordings/{id}/labels`.
 pub(crate) async fn add(
     State(state): State<AppState>,
     Path(id): Path<String>,
@@ -48,7 +45,6 @@ pub(crate) async fn add(
     Ok((StatusCode::CREATED, place, Json(json!(label))).into_response())
 }
 
-/// `DELETE /v1/recordings/{id}/labels/{number}`.
 pub(crate) async fn remove(
     State(state): State<AppState>,
     Path((id, number)): Path<(String, String)>,
@@ -64,7 +60,6 @@ pub(crate) async fn remove(
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// `GET /v1/recordings/{id}/labels.csv`.
 pub(crate) async fn csv(
     State(state): State<AppState>,
     Path(id): Path<String>,
@@ -76,13 +71,11 @@ pub(crate) async fn csv(
         let what = error.to_string();
         Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, "not_written", what)
     })?;
-    let kind = "text/csv; charset=utf-8; header=present";
+    let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");
+    let name = attachment(&recording.name, "labels.csv");
     let headers = [
-        (header::CONTENT_TYPE, HeaderValue::from_static(kind)),
-        (
-            header::CONTENT_DISPOSITION,
-            attachment(&recording.name, "labels.csv"),
-        ),
+        (header::CONTENT_TYPE, kind),
+        (header::CONTENT_DISPOSITION, name),
     ];
     Ok((headers, text).into_response())
 }

@@ -7,7 +7,6 @@ use crate::http::refusal::Refusal;
 use crate::http::state::AppState;
 use crate::live::Event;
 use crate::store::Recording;
-use axum::body::Bytes;
 use axum::extract::{Path, Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
@@ -16,70 +15,53 @@ use serde_json::{Value, json};
 const HINT: &str = r#"send {"name": "kitchen, evening"}"#;
 const NOTE_HINT: &str = r#"send {"note": "two people, window open"}, or {"note": ""} for none"#;
 
-/// `POST /v1/recordings`.
 pub(crate) async fn start(
     State(state): State<AppState>,
     request: Request,
 ) -> Result<Response, Refusal> {
-    let limits = state.limits();
-    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
-    let name = name_in(
-        &body,
-        limits.recording_name_chars_max,
-        limits.json_depth_max,
-    )?;
-    let recording = state
-        .store()
-        .start_recording(name, state.0.clock.utc_ns())
-        .await?;
-    state.0.live.tell(Event::new("recordings", &json!({})));
-    let place = format!("/v1/recordings/{}", recording.id);
-    Ok((
-        StatusCode::CREATED,
-        [(header::LOCATION, place)],
-        Json(recording_json(&recording)),
-    )
-        .into_response())
+    let name = text_in(&state, request, "name", HINT).await?;
+    check_name(&name, state.limits().recording_name_chars_max)
+        .map_err(|what| wrong_value("name", what, HINT))?;
+    let now_ns = state.0.clock.utc_ns();
+    let recording = state.store().start_recording(name, now_ns).await?;
+    let place = [(header::LOCATION, format!("/v1/recordings/{}", recording.id))];
+    let told = tell(&state, &recording);
+    Ok((StatusCode::CREATED, place, told).into_response())
 }
 
-/// `POST /v1/recordings/{id}/stop`.
 pub(crate) async fn stop(
     State(state): State<AppState>,
     Path(id): Path<String>,
 ) -> Result<Json<Value>, Refusal> {
     let id = parse_id(&id)?;
-    let recording = state
-        .store()
-        .stop_recording(id, state.0.clock.utc_ns())
-        .await?;
-    state.0.live.tell(Event::new("recordings", &json!({})));
-    Ok(Json(recording_json(&recording)))
+    let now_ns = state.0.clock.utc_ns();
+    let recording = state.store().stop_recording(id, now_ns).await?;
+    Ok(tell(&state, &recording))
 }
 
-/// `GET /v1/recordings`.
 pub(crate) async fn list(State(state): State<AppState>) -> Result<Json<Value>, Refusal> {
     let recordings = state.store().recordings().await?;
     let recordings: Vec<Value> = recordings.iter().map(recording_json).collect();
     Ok(Json(json!({ "recordings": recordings })))
 }
 
-/// `POST /v1/recordings/{id}/note`.
 pub(crate) async fn note(
     State(state): State<AppState>,
     Path(id): Path<String>,
     request: Request,
 ) -> Result<Json<Value>, Refusal> {
     let id = parse_id(&id)?;
-    let limits = state.limits();
-    let body = read_json_body(&state, request, limits.small_body_bytes_max).await?;
-    let note = note_in(
-        &body,
-        limits.recording_note_chars_max,
-        limits.json_depth_max,
-    )?;
+    let note = text_in(&state, request, "note", NOTE_HINT).await?;
+    check_note(&note, state.limits().recording_note_chars_max)
+        .map_err(|what| wrong_value("note", what, NOTE_HINT))?;
     let recording = state.store().note_recording(id, note).await?;
+    Ok(tell(&state, &recording))
+}
+
+/// The recording for who changed it; all pages are told that one changed.
+fn tell(state: &AppState, recording: &Recording) -> Json<Value> {
     state.0.live.tell(Event::new("recordings", &json!({})));
-    Ok(Json(recording_json(&recording)))
+    Json(recording_json(recording))
 }
 
 /// `GET /v1/recordings/{id}`, `/v1/recordings/{id}.csv` and `/v1/recordings/{id}.frames`.
@@ -88,22 +70,15 @@ pub(crate) async fn one(
     Path(file): Path<String>,
 ) -> Result<Response, Refusal> {
     let (id, form) = match file.rsplit_once('.') {
-        Some((id, "csv")) => (id, Some(Wanted::Csv)),
-        Some((id, "frames")) => (id, Some(Wanted::Frames)),
-        _ => (file.as_str(), None),
+        Some((id, form @ ("csv" | "frames"))) => (id, form),
+        _ => (file.as_str(), ""),
     };
     let members = state.store().members(parse_id(id)?).await?;
     match form {
-        None => Ok(Json(recording_json(&members.recording)).into_response()),
-        Some(Wanted::Csv) => csv::answer(state, members),
-        Some(Wanted::Frames) => frames::answer(state, members),
+        "csv" => csv::answer(state, members),
+        "frames" => frames::answer(state, members),
+        _ => Ok(Json(recording_json(&members.recording)).into_response()),
     }
-}
-
-/// A form of a recording with its frames.
-enum Wanted {
-    Csv,
-    Frames,
 }
 
 fn recording_json(recording: &Recording) -> Value {
@@ -121,28 +96,16 @@ fn recording_json(recording: &Recording) -> Value {
     })
 }
 
-/// The name in `{"name": "..."}`, and nothing beside it.
-fn name_in(body: &Bytes, chars_max: usize, depth_max: usize) -> Result<String, Refusal> {
-    let name = text_in(body, "name", depth_max, HINT)?;
-    check_name(&name, chars_max).map_err(|what| wrong_value("name", what, HINT))?;
-    Ok(name)
-}
-
-/// The note in `{"note": "..."}`, and nothing beside it.
-fn note_in(body: &Bytes, chars_max: usize, depth_max: usize) -> Result<String, Refusal> {
-    let note = text_in(body, "note", depth_max, NOTE_HINT)?;
-    check_note(&note, chars_max).map_err(|what| wrong_value("note", what, NOTE_HINT))?;
-    Ok(note)
-}
-
 /// The text of the one field that the body may have, without white space around it.
-fn text_in(
-    body: &Bytes,
+async fn text_in(
+    state: &AppState,
+    request: Request,
     field: &'static str,
-    depth_max: usize,
     hint: &str,
 ) -> Result<String, Refusal> {
-    let fields = object(body, depth_max, &[field], hint)?;
+    let limits = state.limits();
+    let body = read_json_body(state, request, limits.small_body_bytes_max).await?;
+    let fields = object(&body, limits.json_depth_max, &[field], hint)?;
     text_of(&fields, field, hint)
 }
 

@@ -1,6 +1,5 @@
 //! Recordings: start, stop, note, list, their frames, and labels on them.
 
-mod attachment;
 mod csv;
 mod download;
 mod fields;
@@ -8,4 +7,4 @@ mod frames;
 pub(crate) mod labels;
 pub(crate) mod manage;
 
-pub use attachment::attachment;
+pub use fields::attachment;

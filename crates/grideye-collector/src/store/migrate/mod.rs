@@ -5,18 +5,17 @@
 //! transaction. Until that is committed the database's layout is `UNFINISHED`, which no collector opens. The file is
 //! locked against writers while it is copied.
 
-mod source;
-mod target;
+mod ends;
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;
+use crate::store::frame_store::FrameStore;
 use crate::store::location::{PostgresUrl, StoreLocation};
-use crate::store::migrate::source::Source;
-use crate::store::migrate::target::Target;
+use crate::store::migrate::ends::{Source, Target};
 use crate::store::postgres::PostgresStore;
+use crate::store::row::count;
 use crate::store::sqlite::SqliteStore;
-use crate::store::stage::Stage;
-use crate::store::types::FrameStore;
+use crate::store::types::Stage;
 use std::path::Path;
 
 /// Frames in one transaction of the copy, and in one comparison.
@@ -83,8 +82,7 @@ pub async fn migrate(
     })
 }
 
-/// The first difference between the two, seen through the interface that a collector uses: the books, the recordings,
-/// every frame.
+/// The first difference between the two, through the interface that a collector uses: books, recordings, frames.
 async fn compare(
     file: &Path,
     url: &PostgresUrl,
@@ -161,7 +159,7 @@ async fn compare_frames(
             }
             let Some(last) = kept.last() else { break };
             after = Some(last.record.seq);
-            compared += crate::store::row::count(kept.len()).unsigned_abs();
+            compared += count(kept.len()).unsigned_abs();
             progress(Stage::Comparing, compared, source.rows);
         }
     }

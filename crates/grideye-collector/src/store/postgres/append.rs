@@ -5,25 +5,19 @@ use crate::limits::Limits;
 use crate::store::account;
 use crate::store::error::StoreError;
 use crate::store::plan::{Contents, Plan, StreamName, StreamState, Streams, Taken};
-use crate::store::postgres::read::record_of;
-use crate::store::postgres::save::{self, number};
-use crate::store::postgres::session::Session;
-use crate::store::row::count;
+use crate::store::postgres::read::{record_of, state_of, stream_id};
+use crate::store::postgres::session::{Parameters, Session};
+use crate::store::row::{Columns, count};
 use crate::store::types::Appended;
-use grideye_recording::StreamId;
+use grideye_recording::{Record, StreamId};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
-use tokio_postgres::Row;
 
-/// A group that is committed.
 pub(super) struct Done {
-    /// The lane's count.
     pub(super) n: i64,
-    /// What became of each batch.
     pub(super) appended: Vec<Result<Appended, StoreError>>,
 }
 
-/// A group of which nothing was kept.
 pub(super) enum Undone {
     /// Somebody removed the lane: it has to be made again.
     NoLane,
@@ -95,11 +89,11 @@ async fn transact(
         limits,
     };
     let appended = taken.iter().map(|taken| plan.take(taken)).collect();
-    save::all(session, &states, (lane, n), epoch).await?;
+    save_all(session, &states, (lane, n), epoch).await?;
     // Those that were made for batches which were then refused.
     let is_empty = |id: &&StreamId| states.get(*id).is_none_or(|state| !state.is_touched);
     let empty: BTreeSet<&StreamId> = made.iter().filter(is_empty).collect();
-    save::without_empty(session, &empty).await?;
+    without_empty(session, &empty).await?;
     let found = keys
         .into_iter()
         .filter(|(id, _)| !empty.contains(id))
@@ -155,12 +149,11 @@ async fn keys(
     if there < wanted.len() && streams < count(limits.streams_max) {
         // The number was taken by another stream of the device: from the beginning.
         let message = "a stream was made at the same moment by another collector".to_owned();
-        return Err(StoreError::Contended { message });
+        return Err(StoreError::Contended(message));
     }
     Ok((keys, made))
 }
 
-/// Adds the keys of those streams that have none yet and that the database has.
 async fn look_up(
     session: &Session,
     wanted: &BTreeSet<StreamId>,
@@ -179,12 +172,8 @@ async fn look_up(
                FROM unnest($1::TEXT[], $2::TEXT[], $3::TEXT[]) AS w (device, sensor, boot)
                JOIN grideye.streams s ON s.device = w.device AND s.sensor = w.sensor AND s.boot = w.boot";
     for row in session.query(sql, &[&devices, &sensors, &boots]).await? {
-        let id = StreamId {
-            device: row.try_get(0)?,
-            sensor: row.try_get(1)?,
-            boot: row.try_get(2)?,
-        };
-        let key = (id.device.clone(), row.try_get(3)?);
+        let id = stream_id(&row)?;
+        let key = (id.device.clone(), row.try_get("stream")?);
         keys.insert(id, key);
     }
     Ok(())
@@ -200,15 +189,11 @@ async fn states(
     let ids: HashMap<&Key, &StreamId> = keys.iter().map(|(id, key)| (key, id)).collect();
     let devices: Vec<&str> = keys.values().map(|key| key.0.as_str()).collect();
     let streams: Vec<i32> = keys.values().map(|key| key.1).collect();
-    let sql = "SELECT device, stream, stored, missing, account, account_read, came_since_account, t_last_arrival_ns,
-                      expired FROM grideye.streams
-               WHERE (device, stream) IN (SELECT * FROM unnest($1::TEXT[], $2::INT[]))
+    let sql = "SELECT * FROM grideye.streams WHERE (device, stream) IN (SELECT * FROM unnest($1::TEXT[], $2::INT[]))
                ORDER BY device, stream FOR UPDATE";
     let mut states = Streams::new();
     for row in session.query(sql, &[&devices, &streams]).await? {
-        let key: Key = (row.try_get(0)?, row.try_get(1)?);
-        let Some(id) = ids.get(&key) else { continue };
-        states.insert(Arc::new(StreamId::clone(id)), state_of(&row)?);
+        states.insert(Arc::new(stream_id(&row)?), state_of(&row)?);
     }
     let reach = reach(taken);
     let span = |id| reach.get(id).copied().unwrap_or((0, 0));
@@ -225,8 +210,7 @@ async fn states(
                    (SELECT first_seq, last_seq FROM grideye.runs
                     WHERE device = k.device AND stream = k.stream AND first_seq <= k.high AND last_seq >= k.low)
                ) r";
-    let parameters: crate::store::postgres::session::Parameters<'_> =
-        &[&devices, &streams, &lows, &highs, &newest];
+    let parameters: Parameters<'_> = &[&devices, &streams, &lows, &highs, &newest];
     for row in session.query(sql, parameters).await? {
         let key: Key = (row.try_get(0)?, row.try_get(1)?);
         if let Some(state) = ids.get(&key).and_then(|id| states.get_mut(*id)) {
@@ -296,18 +280,245 @@ async fn contents(
     Ok(contents)
 }
 
-/// From device, stream, stored, missing, account, account_read, came_since_account, t_last_arrival_ns.
-fn state_of(row: &Row) -> Result<StreamState, StoreError> {
-    let account: Option<&str> = row.try_get(4)?;
-    Ok(StreamState {
-        key: row.try_get::<_, i32>(1)?.into(),
-        stored: row.try_get(2)?,
-        missing: row.try_get(3)?,
-        account: account.map(account::from_json).transpose()?,
-        account_read: row.try_get(5)?,
-        came_since_account: row.try_get(6)?,
-        expired: row.try_get(8)?,
-        t_last_arrival_ns: row.try_get(7)?,
-        ..StreamState::default()
-    })
+/// What changed, ordered by key.
+type Touched<'s> = BTreeMap<&'s StreamId, &'s StreamState>;
+
+async fn save_all(
+    session: &Session,
+    states: &Streams,
+    lane: (i64, i64),
+    epoch: i64,
+) -> Result<(), StoreError> {
+    let touched: Touched<'_> = states
+        .iter()
+        .filter(|(_, state)| state.is_touched)
+        .map(|(id, state)| (&**id, state))
+        .collect();
+    save_frames(session, &touched, epoch).await?;
+    save_runs(session, &touched).await?;
+    save_shares(session, &touched, epoch).await?;
+    save_streams(session, &touched, lane).await
+}
+
+/// Takes streams away that were made for batches which were then refused.
+async fn without_empty(session: &Session, empty: &BTreeSet<&StreamId>) -> Result<(), StoreError> {
+    for id in empty {
+        let sql = "DELETE FROM grideye.streams WHERE device = $1 AND sensor = $2 AND boot = $3";
+        session
+            .execute(sql, &[&id.device, &id.sensor, &id.boot])
+            .await?;
+    }
+    Ok(())
+}
+
+async fn save_frames(
+    session: &Session,
+    touched: &Touched<'_>,
+    epoch: i64,
+) -> Result<(), StoreError> {
+    let mut frames = FrameColumns::default();
+    for (id, state) in touched {
+        for (record, t_arrival_ns) in state.fresh.iter() {
+            let key = (id.device.as_str(), number(state));
+            frames.push(key, record, *t_arrival_ns, epoch)?;
+        }
+    }
+    frames.insert(session).await
+}
+
+/// Rows of `frames`, column by column, for one statement.
+#[derive(Default)]
+pub(crate) struct FrameColumns<'d> {
+    devices: Vec<&'d str>,
+    streams: Vec<i32>,
+    seqs: Vec<i64>,
+    t_boots: Vec<i64>,
+    t_utcs: Vec<i64>,
+    clocks: Vec<i16>,
+    t_arrivals: Vec<i64>,
+    epochs: Vec<i64>,
+    missings: Vec<Option<&'static str>>,
+    thermistors: Vec<Option<i32>>,
+    pixels: Vec<Option<Vec<u8>>>,
+}
+
+impl<'d> FrameColumns<'d> {
+    pub(crate) fn push(
+        &mut self,
+        (device, stream): (&'d str, i32),
+        record: &Record,
+        t_arrival_ns: i64,
+        epoch: i64,
+    ) -> Result<(), StoreError> {
+        let columns = Columns::of(record)?;
+        self.devices.push(device);
+        self.streams.push(stream);
+        self.seqs.push(columns.seq);
+        self.t_boots.push(columns.t_boot_ns);
+        self.t_utcs.push(columns.t_utc_ns);
+        self.clocks.push(columns.clock);
+        self.t_arrivals.push(t_arrival_ns);
+        self.epochs.push(epoch);
+        self.missings.push(columns.missing);
+        self.thermistors.push(columns.thermistor.map(i32::from));
+        self.pixels.push(columns.pixels.map(Vec::from));
+        Ok(())
+    }
+
+    pub(crate) async fn insert(&self, session: &Session) -> Result<(), StoreError> {
+        if self.seqs.is_empty() {
+            return Ok(());
+        }
+        let sql = "INSERT INTO grideye.frames (device, stream, seq, t_boot_ns, t_utc_ns, clock, t_arrival_ns, epoch, missing, thermistor, pixels)
+                   SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::SMALLINT[],
+                                        $7::BIGINT[], $8::BIGINT[], $9::TEXT[], $10::INT[], $11::BYTEA[])";
+        let parameters: Parameters<'_> = &[
+            &self.devices,
+            &self.streams,
+            &self.seqs,
+            &self.t_boots,
+            &self.t_utcs,
+            &self.clocks,
+            &self.t_arrivals,
+            &self.epochs,
+            &self.missings,
+            &self.thermistors,
+            &self.pixels,
+        ];
+        session.execute(sql, parameters).await?;
+        Ok(())
+    }
+}
+
+async fn save_runs(session: &Session, touched: &Touched<'_>) -> Result<(), StoreError> {
+    let (mut gone, mut changed) = (RunColumns::default(), RunColumns::default());
+    for (id, state) in touched {
+        let (gone_runs, changed_runs) = state.changed_runs();
+        for first in gone_runs {
+            gone.push(id, state, (first, first));
+        }
+        for (first, last) in changed_runs {
+            changed.push(id, state, (first, last));
+        }
+    }
+    if !gone.streams.is_empty() {
+        let sql = "DELETE FROM grideye.runs
+                   WHERE (device, stream, first_seq) IN (SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[]))";
+        session
+            .execute(sql, &[&gone.devices, &gone.streams, &gone.firsts])
+            .await?;
+    }
+    if !changed.streams.is_empty() {
+        let sql = "INSERT INTO grideye.runs (device, stream, first_seq, last_seq)
+                   SELECT * FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[])
+                   ON CONFLICT (device, stream, first_seq) DO UPDATE SET last_seq = excluded.last_seq";
+        let parameters: Parameters<'_> = &[
+            &changed.devices,
+            &changed.streams,
+            &changed.firsts,
+            &changed.lasts,
+        ];
+        session.execute(sql, parameters).await?;
+    }
+    Ok(())
+}
+
+#[derive(Default)]
+struct RunColumns<'s> {
+    devices: Vec<&'s str>,
+    streams: Vec<i32>,
+    firsts: Vec<i64>,
+    lasts: Vec<i64>,
+}
+
+impl<'s> RunColumns<'s> {
+    fn push(&mut self, id: &'s StreamId, state: &StreamState, (first, last): (u64, u64)) {
+        // Numbers were checked to fit before they came into a run.
+        let fitting = |seq| i64::try_from(seq).unwrap_or(i64::MAX);
+        self.devices.push(&id.device);
+        self.streams.push(number(state));
+        self.firsts.push(fitting(first));
+        self.lasts.push(fitting(last));
+    }
+}
+
+/// What this epoch brought to each stream: one row for as long as the epoch lasts.
+async fn save_shares(
+    session: &Session,
+    touched: &Touched<'_>,
+    epoch: i64,
+) -> Result<(), StoreError> {
+    let (mut devices, mut streams) = (Vec::new(), Vec::new());
+    let (mut firsts, mut lasts) = (Vec::new(), Vec::new());
+    let (mut stored, mut missing) = (Vec::new(), Vec::new());
+    for (id, state) in touched {
+        if let Some(share) = state.share() {
+            devices.push(id.device.as_str());
+            streams.push(number(state));
+            firsts.push(share.0);
+            lasts.push(share.1);
+            stored.push(share.2);
+            missing.push(share.3);
+        }
+    }
+    if streams.is_empty() {
+        return Ok(());
+    }
+    let sql = "INSERT INTO grideye.shares AS s (device, stream, epoch, first_seq, last_seq, stored, missing)
+               SELECT device, stream, $7, first_seq, last_seq, stored, missing
+               FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::BIGINT[])
+               AS a (device, stream, first_seq, last_seq, stored, missing)
+               ON CONFLICT (device, stream, epoch) DO UPDATE SET
+                   first_seq = least(s.first_seq, excluded.first_seq), last_seq = greatest(s.last_seq, excluded.last_seq),
+                   stored = s.stored + excluded.stored, missing = s.missing + excluded.missing";
+    let parameters: Parameters<'_> = &[
+        &devices, &streams, &firsts, &lasts, &stored, &missing, &epoch,
+    ];
+    session.execute(sql, parameters).await?;
+    Ok(())
+}
+
+/// `added` orders the streams of one sensor by when they were added to, without a counter that all devices share.
+async fn save_streams(
+    session: &Session,
+    touched: &Touched<'_>,
+    (lane, n): (i64, i64),
+) -> Result<(), StoreError> {
+    if touched.is_empty() {
+        return Ok(());
+    }
+    let devices: Vec<&str> = touched.keys().map(|id| id.device.as_str()).collect();
+    let streams: Vec<i32> = touched.values().map(|state| number(state)).collect();
+    let stored: Vec<i64> = touched.values().map(|state| state.stored).collect();
+    let missing: Vec<i64> = touched.values().map(|state| state.missing).collect();
+    let arrivals: Vec<i64> = touched.values().map(|s| s.t_last_arrival_ns).collect();
+    let accounts: Vec<Option<String>> = touched
+        .values()
+        .map(|state| state.account.as_ref())
+        .map(|account| account.map(account::to_text))
+        .collect();
+    let reads: Vec<Option<i64>> = touched.values().map(|state| state.account_read).collect();
+    let came: Vec<i64> = touched.values().map(|s| s.came_since_account).collect();
+    let sent: Vec<Option<i64>> = touched.values().map(|state| state.t_sent_boot_ns).collect();
+    let added: Vec<bool> = touched.values().map(|s| !s.fresh.is_empty()).collect();
+    let sql = "UPDATE grideye.streams s SET
+                   stored = u.stored, missing = u.missing, t_last_arrival_ns = u.t_last_arrival_ns, account = u.account,
+                   account_read = u.account_read, came_since_account = u.came, t_sent_boot_ns = u.sent, lane = $11, n = $12,
+                   added = CASE WHEN u.is_added THEN
+                       (SELECT max(o.added) + 1 FROM grideye.streams o WHERE o.device = s.device AND o.sensor = s.sensor)
+                       ELSE s.added END
+               FROM unnest($1::TEXT[], $2::INT[], $3::BIGINT[], $4::BIGINT[], $5::BIGINT[], $6::TEXT[], $7::BIGINT[],
+                           $8::BIGINT[], $9::BIGINT[], $10::BOOLEAN[])
+               AS u (device, stream, stored, missing, t_last_arrival_ns, account, account_read, came, sent, is_added)
+               WHERE s.device = u.device AND s.stream = u.stream";
+    let parameters: Parameters<'_> = &[
+        &devices, &streams, &stored, &missing, &arrivals, &accounts, &reads, &came, &sent, &added,
+        &lane, &n,
+    ];
+    session.execute(sql, parameters).await?;
+    Ok(())
+}
+
+fn number(state: &StreamState) -> i32 {
+    i32::try_from(state.key).unwrap_or(i32::MAX)
 }

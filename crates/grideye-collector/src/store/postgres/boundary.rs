@@ -1,12 +1,11 @@
 //! The ends of epochs: what starts and stops recordings; and what is written about one.
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
+use crate::store::error::{RecordingId, StoreError};
 use crate::store::postgres::read;
 use crate::store::postgres::session::Session;
-use crate::store::recording_id::RecordingId;
 use crate::store::row::count;
-use crate::store::types::Recording;
+use crate::store::types::{KeptLabel, Label, Recording};
 
 /// Adds a lane in the present epoch, under a number that no other has.
 pub(super) async fn new_lane(session: &Session) -> Result<i64, StoreError> {
@@ -30,7 +29,6 @@ pub(super) async fn end_epoch(session: &Session) -> Result<i64, StoreError> {
     session.end(ended).await
 }
 
-/// Starts a recording with the next epoch.
 pub(super) async fn start(
     session: &Session,
     name: &str,
@@ -56,9 +54,7 @@ pub(super) async fn start(
         let rows = session.query(sql, &[]).await?;
         let (recordings, id): (i64, i64) = (rows[0].try_get(0)?, rows[0].try_get(1)?);
         if recordings >= count(limits.recordings_max) {
-            return Err(StoreError::TooManyRecordings {
-                limit: limits.recordings_max,
-            });
+            return Err(StoreError::TooManyRecordings(limits.recordings_max));
         }
         session
             .execute(
@@ -72,7 +68,6 @@ pub(super) async fn start(
     session.end(started).await
 }
 
-/// Stops a recording with the present epoch.
 pub(super) async fn stop(
     session: &Session,
     id: RecordingId,
@@ -142,4 +137,64 @@ async fn lock_epoch(session: &Session) -> Result<i64, StoreError> {
         .await?;
     let row = rows.first().ok_or(StoreError::Foreign)?;
     Ok(row.try_get(0)?)
+}
+
+/// In the order in which they were added.
+pub(super) async fn labels(
+    session: &Session,
+    id: RecordingId,
+) -> Result<Vec<KeptLabel>, StoreError> {
+    read::recording(session, id).await?;
+    let sql = "SELECT number, label FROM grideye.labels WHERE recording = $1 ORDER BY number";
+    let rows = session.query(sql, &[&id.0]).await?;
+    rows.iter()
+        .map(|row| KeptLabel::from_text(row.try_get(0)?, row.try_get(1)?))
+        .collect()
+}
+
+pub(super) async fn add_label(
+    session: &Session,
+    id: RecordingId,
+    label: Label,
+    limits: &Limits,
+) -> Result<KeptLabel, StoreError> {
+    session.batch("BEGIN").await?;
+    let added = async {
+        lock(session, id).await?;
+        let sql = "SELECT count(*), coalesce(max(number), 0) + 1 FROM grideye.labels WHERE recording = $1";
+        let rows = session.query(sql, &[&id.0]).await?;
+        let (labels, number): (i64, i64) = (rows[0].try_get(0)?, rows[0].try_get(1)?);
+        if labels >= count(limits.labels_max) {
+            return Err(StoreError::TooManyLabels(limits.labels_max));
+        }
+        let sql = "INSERT INTO grideye.labels (recording, number, label) VALUES ($1, $2, $3)";
+        session
+            .execute(sql, &[&id.0, &number, &label.to_text()?])
+            .await?;
+        Ok(KeptLabel { number, label })
+    }
+    .await;
+    session.end(added).await
+}
+
+pub(super) async fn remove_label(
+    session: &Session,
+    id: RecordingId,
+    number: i64,
+) -> Result<(), StoreError> {
+    read::recording(session, id).await?;
+    let sql = "DELETE FROM grideye.labels WHERE recording = $1 AND number = $2";
+    match session.execute(sql, &[&id.0, &number]).await? {
+        0 => Err(StoreError::NoSuchLabel { id, number }),
+        _ => Ok(()),
+    }
+}
+
+/// Two collectors that add to one recording do so one after the other: each number is given once.
+async fn lock(session: &Session, id: RecordingId) -> Result<(), StoreError> {
+    let sql = "SELECT id FROM grideye.recordings WHERE id = $1 FOR UPDATE";
+    let rows = session.query(sql, &[&id.0]).await?;
+    rows.first()
+        .map(|_row| ())
+        .ok_or(StoreError::NoSuchRecording(id))
 }

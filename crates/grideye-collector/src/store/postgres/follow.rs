@@ -4,7 +4,7 @@ use crate::limits::Limits;
 use crate::store::error::StoreError;
 use crate::store::location::PostgresUrl;
 use crate::store::postgres::read::{self, record_of};
-use crate::store::postgres::session::Session;
+use crate::store::postgres::session::{Parameters, Session};
 use crate::store::postgres::writer::Writer;
 use crate::store::row::{count, unsigned};
 use crate::store::types::{Elsewhere, News, StoredRecord};
@@ -104,7 +104,6 @@ impl Follower {
         Ok(seen)
     }
 
-    /// Passes on what other lanes brought since the last look.
     async fn pass_on(&mut self) -> Result<(), StoreError> {
         let now = self.look().await?;
         let own = self.committed.borrow().0;
@@ -118,9 +117,7 @@ impl Follower {
         }
         if !lanes.is_empty() {
             let newest = count(self.limits.gaps_listed_max.saturating_add(1));
-            let sql = "SELECT s.device, s.sensor, s.boot, s.stored, s.missing, s.account, s.came_since_account,
-                              s.t_last_arrival_ns, r.firsts, r.lasts, s.stream, s.t_sent_boot_ns,
-                              s.expired
+            let sql = "SELECT s.*, r.firsts, r.lasts
                        FROM unnest($1::BIGINT[], $2::BIGINT[]) AS k (lane, n)
                        JOIN grideye.streams s ON s.lane = k.lane AND s.n > k.n, LATERAL (
                            SELECT array_agg(first_seq) AS firsts, array_agg(last_seq) AS lasts FROM (
@@ -145,8 +142,8 @@ impl Follower {
         let (mut streams, mut afters) = (Vec::new(), Vec::new());
         for row in rows {
             let stream = read::summary(row, &self.limits)?;
-            let key = (stream.id.device.clone(), row.try_get::<_, i32>(10)?);
-            let sent: Option<i64> = row.try_get(11)?;
+            let key = (stream.id.device.clone(), row.try_get::<_, i32>("stream")?);
+            let sent: Option<i64> = row.try_get("t_sent_boot_ns")?;
             devices.push(key.0.clone());
             streams.push(key.1);
             afters.push(self.shown.get(&key).copied().unwrap_or(-1));
@@ -162,8 +159,7 @@ impl Follower {
                        SELECT * FROM grideye.frames WHERE device = k.device AND stream = k.stream AND seq > k.after_seq
                        ORDER BY seq DESC LIMIT $4
                    ) f ORDER BY f.seq";
-        let parameters: crate::store::postgres::session::Parameters<'_> =
-            &[&devices, &streams, &afters, &most];
+        let parameters: Parameters<'_> = &[&devices, &streams, &afters, &most];
         let mut records: HashMap<(String, i32), Vec<tokio_postgres::Row>> = HashMap::new();
         for row in self.session.query(sql, parameters).await? {
             let key = (row.try_get(0)?, row.try_get(1)?);

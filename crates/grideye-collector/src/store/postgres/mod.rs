@@ -47,14 +47,11 @@
 mod append;
 mod boundary;
 mod follow;
-mod labels;
 mod read;
-mod save;
-mod schema;
 mod session;
 mod store;
 mod writer;
 
-pub(super) use schema::{Days, UNFINISHED, prepare as prepare_tables};
-pub(super) use session::Session;
+pub(super) use append::FrameColumns;
+pub(super) use session::{Days, Parameters, Session, UNFINISHED, prepare as prepare_tables};
 pub use store::PostgresStore;

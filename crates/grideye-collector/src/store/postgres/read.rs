@@ -2,17 +2,15 @@
 
 use crate::limits::Limits;
 use crate::store::account;
-use crate::store::error::StoreError;
+use crate::store::error::{RecordingId, StoreError};
+use crate::store::plan::StreamState;
 use crate::store::postgres::session::Session;
-use crate::store::recording_id::RecordingId;
-use crate::store::row::{Stored, count, unsigned};
-use crate::store::runs::Runs;
+use crate::store::row::{Stored, count, damaged, unsigned};
 use crate::store::types::{Members, Recording, Span, StoredRecord, StreamSummary};
 use grideye_recording::{Record, StreamId};
 use std::sync::Arc;
 use tokio_postgres::Row;
 
-/// Bytes of the database, indexes included.
 pub(super) async fn bytes(session: &Session) -> Result<u64, StoreError> {
     let sql = "SELECT pg_database_size(current_database())";
     let rows = session.query(sql, &[]).await?;
@@ -30,8 +28,7 @@ pub(super) async fn streams(
     session: &Session,
     limits: &Limits,
 ) -> Result<Vec<StreamSummary>, StoreError> {
-    let sql = "SELECT s.device, s.sensor, s.boot, s.stored, s.missing, s.account, s.came_since_account,
-                      s.t_last_arrival_ns, r.firsts, r.lasts, s.expired
+    let sql = "SELECT s.*, r.firsts, r.lasts
                FROM grideye.streams s, LATERAL (
                    SELECT array_agg(first_seq) AS firsts, array_agg(last_seq) AS lasts FROM (
                        SELECT first_seq, last_seq FROM grideye.runs
@@ -45,36 +42,32 @@ pub(super) async fn streams(
     Ok(summaries)
 }
 
-/// From device, sensor, boot, stored, missing, account, came_since_account, t_last_arrival_ns, and the newest runs.
-pub(super) fn summary(row: &Row, limits: &Limits) -> Result<StreamSummary, StoreError> {
-    let id = stream_id(row)?;
-    let stored = unsigned("stored", row.try_get(3)?)?;
-    let missing = unsigned("missing", row.try_get(4)?)?;
-    let account: Option<&str> = row.try_get(5)?;
-    let firsts: Option<Vec<i64>> = row.try_get(8)?;
-    let lasts: Option<Vec<i64>> = row.try_get(9)?;
-    let mut runs = Runs::default();
-    for (first, last) in firsts
-        .unwrap_or_default()
-        .into_iter()
-        .zip(lasts.unwrap_or_default())
-    {
-        runs.restore(unsigned("first_seq", first)?, unsigned("last_seq", last)?);
-    }
-    let durable_through = runs.last();
-    let expected = durable_through.map_or(0, |last| last + 1);
-    Ok(StreamSummary {
-        gaps: runs.gaps(&id.sensor, limits.gaps_listed_max),
-        id: Arc::new(id),
-        stored,
-        expired: unsigned("expired", row.try_get("expired")?)?,
-        missing,
-        durable_through,
-        never_came: expected.saturating_sub(stored + missing),
+/// From the columns of `streams`, by their names.
+pub(super) fn state_of(row: &Row) -> Result<StreamState, StoreError> {
+    let account: Option<&str> = row.try_get("account")?;
+    Ok(StreamState {
+        key: row.try_get::<_, i32>("stream")?.into(),
+        stored: row.try_get("stored")?,
+        missing: row.try_get("missing")?,
         account: account.map(account::from_json).transpose()?,
-        came_since_account: unsigned("came_since_account", row.try_get(6)?)?,
-        t_last_arrival_ns: row.try_get(7)?,
+        account_read: row.try_get("account_read")?,
+        came_since_account: row.try_get("came_since_account")?,
+        expired: row.try_get("expired")?,
+        t_last_arrival_ns: row.try_get("t_last_arrival_ns")?,
+        ..StreamState::default()
     })
+}
+
+/// From the columns of `streams`, and the newest runs as `firsts` and `lasts`.
+pub(super) fn summary(row: &Row, limits: &Limits) -> Result<StreamSummary, StoreError> {
+    let mut state = state_of(row)?;
+    let firsts: Option<Vec<i64>> = row.try_get("firsts")?;
+    let lasts: Option<Vec<i64>> = row.try_get("lasts")?;
+    let runs = firsts.unwrap_or_default().into_iter();
+    for (first, last) in runs.zip(lasts.unwrap_or_default()) {
+        state.restore_run(first, last)?;
+    }
+    state.summary(&Arc::new(stream_id(row)?), limits)
 }
 
 pub(super) async fn newest(session: &Session) -> Result<Vec<StoredRecord>, StoreError> {
@@ -120,13 +113,12 @@ pub(super) async fn recordings(session: &Session) -> Result<Vec<Recording>, Stor
     rows.iter().map(|row| Ok(recording_of(row)?.0)).collect()
 }
 
-/// A recording, and the range of its epochs: after the first, and not after the second.
 pub(super) async fn recording(
     session: &Session,
     id: RecordingId,
 ) -> Result<(Recording, (i64, i64)), StoreError> {
     let rows = session.query(RECORDING, &[&Some(id.0)]).await?;
-    let row = rows.first().ok_or(StoreError::NoSuchRecording { id })?;
+    let row = rows.first().ok_or(StoreError::NoSuchRecording(id))?;
     recording_of(row)
 }
 
@@ -181,12 +173,8 @@ pub(super) async fn page(
     after_seq: Option<u64>,
     rows_max: usize,
 ) -> Result<Vec<StoredRecord>, StoreError> {
-    let first = match after_seq {
-        None => span.seq.0,
-        Some(seq) => match i64::try_from(seq).ok().and_then(|seq| seq.checked_add(1)) {
-            Some(next) => next,
-            None => return Ok(Vec::new()),
-        },
+    let Some(first) = span.first_after(after_seq) else {
+        return Ok(Vec::new());
     };
     let stream = i32::try_from(span.stream_key).map_err(|error| {
         StoreError::Failed(format!(
@@ -222,12 +210,11 @@ pub(super) async fn page(
         .collect()
 }
 
-/// From device, sensor, boot.
-fn stream_id(row: &Row) -> Result<StreamId, StoreError> {
+pub(super) fn stream_id(row: &Row) -> Result<StreamId, StoreError> {
     Ok(StreamId {
-        device: row.try_get(0)?,
-        sensor: row.try_get(1)?,
-        boot: row.try_get(2)?,
+        device: row.try_get("device")?,
+        sensor: row.try_get("sensor")?,
+        boot: row.try_get("boot")?,
     })
 }
 
@@ -238,7 +225,7 @@ pub(super) fn record_of(row: &Row, first: usize) -> Result<Record, StoreError> {
     let thermistor = thermistor
         .map(u16::try_from)
         .transpose()
-        .map_err(|error| crate::store::row::damaged(&error.to_string()))?;
+        .map_err(|error| damaged(&error.to_string()))?;
     Stored {
         seq: row.try_get(first)?,
         t_boot_ns: row.try_get(first + 1)?,

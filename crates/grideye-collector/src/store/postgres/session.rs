@@ -1,10 +1,12 @@
-//! A connection with its prepared statements, and what the database's errors mean here.
+//! A connection with its prepared statements, what the database's errors mean here, and the tables that it finds or makes.
 
 use crate::limits::Limits;
+use crate::lock::lock;
 use crate::store::error::StoreError;
 use crate::store::location::PostgresUrl;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 use tokio_postgres::error::SqlState;
 use tokio_postgres::types::ToSql;
 use tokio_postgres::{Client, NoTls, Row, Statement};
@@ -27,12 +29,9 @@ impl Session {
             .tcp_user_timeout(limits.store_lock_time_max)
             .application_name("grideye");
         let connected = tokio::time::timeout(limits.store_lock_time_max, config.connect(NoTls));
-        let (client, connection) =
-            connected
-                .await
-                .map_err(|_elapsed| StoreError::Unreachable {
-                    message: format!("no answer within {:?}", limits.store_lock_time_max),
-                })??;
+        let (client, connection) = connected.await.map_err(|_elapsed| {
+            StoreError::Unreachable(format!("no answer within {:?}", limits.store_lock_time_max))
+        })??;
         // Ends when the client is dropped or the database is gone; every later request then says so.
         tokio::spawn(connection);
         let session = Self {
@@ -73,7 +72,6 @@ impl Session {
         Ok(self.client.execute(&statement, parameters).await?)
     }
 
-    /// Statements without parameters, several at once.
     pub(crate) async fn batch(&self, sql: &str) -> Result<(), StoreError> {
         Ok(self.client.batch_execute(sql).await?)
     }
@@ -104,7 +102,7 @@ impl Session {
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<&'static str, Statement>> {
-        self.prepared.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.prepared)
     }
 }
 
@@ -152,7 +150,7 @@ impl From<tokio_postgres::Error> for StoreError {
         let Some(refused) = error.as_db_error() else {
             let message = std::error::Error::source(&error)
                 .map_or_else(|| error.to_string(), |source| format!("{error}: {source}"));
-            return Self::Unreachable { message };
+            return Self::Unreachable(message);
         };
         let message = refused.message().to_owned();
         let code = refused.code();
@@ -160,11 +158,225 @@ impl From<tokio_postgres::Error> for StoreError {
         match code.code().get(..2) {
             _ if *code == SqlState::DISK_FULL => Self::Full,
             // Serialization failure, deadlock, lock not available, statement cancelled.
-            Some("40" | "55") => Self::Contended { message },
-            _ if *code == SqlState::QUERY_CANCELED => Self::Contended { message },
+            Some("40" | "55") => Self::Contended(message),
+            _ if *code == SqlState::QUERY_CANCELED => Self::Contended(message),
             // Connection, authorization, unknown database, insufficient resources, operator intervention.
-            Some("08" | "28" | "3D" | "53" | "57") => Self::Unreachable { message },
+            Some("08" | "28" | "3D" | "53" | "57") => Self::Unreachable(message),
             _ => Self::Failed(format!("{message} (SQLSTATE {})", code.code())),
         }
     }
+}
+
+/// The layout of a database that a migration has not finished.
+pub(crate) const UNFINISHED: i32 = 0;
+
+const LAYOUT: i32 = 1;
+/// Collectors that start at the same moment all try to make the tables; one wins, the others look again.
+const ATTEMPTS_MAX: u32 = 20;
+const PAUSE: Duration = Duration::from_millis(100);
+/// Frames that arrive on one day by the collector's clock share a partition.
+const DAY_NS: i64 = 86_400_000_000_000;
+
+/// All in a schema of their own. Text is compared byte by byte, as Rust does.
+const TABLES: &str = "
+CREATE TABLE grideye.layout (
+    only_row INT NOT NULL PRIMARY KEY CHECK (only_row = 1),
+    layout INT NOT NULL,
+    epoch BIGINT NOT NULL
+);
+INSERT INTO grideye.layout VALUES (1, 1, 1);
+CREATE TABLE grideye.lanes (
+    lane BIGINT NOT NULL PRIMARY KEY,
+    epoch BIGINT NOT NULL,
+    n BIGINT NOT NULL
+);
+CREATE TABLE grideye.streams (
+    device TEXT NOT NULL,
+    stream INT NOT NULL,
+    sensor TEXT NOT NULL,
+    boot TEXT NOT NULL,
+    stored BIGINT NOT NULL,
+    missing BIGINT NOT NULL,
+    added BIGINT NOT NULL,
+    t_last_arrival_ns BIGINT NOT NULL,
+    account TEXT,
+    account_read BIGINT,
+    came_since_account BIGINT NOT NULL,
+    expired BIGINT NOT NULL DEFAULT 0,
+    lane BIGINT NOT NULL,
+    n BIGINT NOT NULL,
+    t_sent_boot_ns BIGINT,
+    PRIMARY KEY (device, stream),
+    UNIQUE (device, sensor, boot)
+);
+CREATE TABLE grideye.runs (
+    device TEXT NOT NULL,
+    stream INT NOT NULL,
+    first_seq BIGINT NOT NULL,
+    last_seq BIGINT NOT NULL,
+    PRIMARY KEY (device, stream, first_seq)
+);
+CREATE TABLE grideye.shares (
+    device TEXT NOT NULL,
+    stream INT NOT NULL,
+    epoch BIGINT NOT NULL,
+    first_seq BIGINT NOT NULL,
+    last_seq BIGINT NOT NULL,
+    stored BIGINT NOT NULL,
+    missing BIGINT NOT NULL,
+    PRIMARY KEY (device, stream, epoch)
+);
+CREATE INDEX shares_of_epoch ON grideye.shares (epoch);
+CREATE TABLE grideye.recordings (
+    id BIGINT NOT NULL PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE,
+    t_start_ns BIGINT NOT NULL,
+    t_stop_ns BIGINT,
+    after_epoch BIGINT NOT NULL,
+    through_epoch BIGINT
+);
+CREATE TABLE grideye.frames (
+    device TEXT NOT NULL,
+    stream INT NOT NULL,
+    seq BIGINT NOT NULL,
+    t_boot_ns BIGINT NOT NULL,
+    t_utc_ns BIGINT NOT NULL,
+    clock SMALLINT NOT NULL CHECK (clock BETWEEN 0 AND 2),
+    t_arrival_ns BIGINT NOT NULL,
+    epoch BIGINT NOT NULL,
+    missing TEXT,
+    thermistor INT,
+    pixels BYTEA CHECK (pixels IS NULL OR length(pixels) = 128),
+    PRIMARY KEY (device, stream, seq, t_arrival_ns),
+    CHECK ((missing IS NULL) = (pixels IS NOT NULL)),
+    CHECK ((missing IS NULL) = (thermistor IS NOT NULL))
+)";
+
+/// Beside the layout: what an older version of this program neither needs nor touches.
+const NOTES: &str = "CREATE TABLE IF NOT EXISTS grideye.notes (
+    recording BIGINT NOT NULL PRIMARY KEY,
+    note TEXT NOT NULL
+)";
+
+/// A label is a document: its name and the frames that it is of, as JSON.
+const LABELS: &str = "CREATE TABLE IF NOT EXISTS grideye.labels (
+    recording BIGINT NOT NULL,
+    number BIGINT NOT NULL,
+    label TEXT NOT NULL,
+    PRIMARY KEY (recording, number)
+)";
+
+/// Makes the tables in a database without them, or makes sure that they are these.
+pub(crate) async fn prepare(session: &Session) -> Result<(), StoreError> {
+    let mut last = None;
+    for _ in 0..ATTEMPTS_MAX {
+        let made = match recognise(session).await? {
+            true => Ok(()),
+            false => make(session).await,
+        };
+        let made = match made {
+            Ok(()) => add_what_is_written(session).await,
+            failed => failed,
+        };
+        match made {
+            Ok(()) => return Ok(()),
+            Err(error) => last = Some(error),
+        }
+        tokio::time::sleep(PAUSE).await;
+    }
+    Err(last.unwrap_or(StoreError::Foreign))
+}
+
+/// Looks without changing anything: whether the tables are there. Refuses what a later version made.
+async fn recognise(session: &Session) -> Result<bool, StoreError> {
+    let sql = "SELECT count(*) FROM information_schema.tables
+               WHERE table_schema = 'grideye' AND table_name = 'layout'";
+    let tables: i64 = session.query(sql, &[]).await?[0].try_get(0)?;
+    if tables == 0 {
+        return Ok(false);
+    }
+    let rows = session
+        .query("SELECT layout FROM grideye.layout", &[])
+        .await?;
+    match rows
+        .first()
+        .map(|row| row.try_get::<_, i32>(0))
+        .transpose()?
+    {
+        Some(LAYOUT) => Ok(true),
+        Some(UNFINISHED) => Err(StoreError::Unfinished),
+        Some(found) if found > LAYOUT => Err(StoreError::Newer {
+            found: found.into(),
+            known: LAYOUT.into(),
+        }),
+        _ => Err(StoreError::Foreign),
+    }
+}
+
+/// Makes the tables of notes and labels in a store of a version that had none.
+async fn add_what_is_written(session: &Session) -> Result<(), StoreError> {
+    let sql = "SELECT count(*) FROM information_schema.tables
+               WHERE table_schema = 'grideye' AND table_name = $1";
+    for (name, table) in [("notes", NOTES), ("labels", LABELS)] {
+        // Asked first, because who may only read and write the tables may not make one.
+        let tables: i64 = session.query(sql, &[&name]).await?[0].try_get(0)?;
+        if tables == 0 {
+            session.batch(table).await?;
+        }
+    }
+    Ok(())
+}
+
+async fn make(session: &Session) -> Result<(), StoreError> {
+    let version: String = session.query("SELECT version()", &[]).await?[0].try_get(0)?;
+    let made = if version.contains("CockroachDB") {
+        format!("BEGIN; CREATE SCHEMA IF NOT EXISTS grideye;{TABLES}; COMMIT")
+    } else {
+        // What fits no day's partition goes into the default one: no frame is refused for want of a partition.
+        format!(
+            "BEGIN; CREATE SCHEMA IF NOT EXISTS grideye;{TABLES} PARTITION BY RANGE (t_arrival_ns);
+             CREATE TABLE grideye.frames_other PARTITION OF grideye.frames DEFAULT; COMMIT"
+        )
+    };
+    let done = session.batch(&made).await;
+    if done.is_err() {
+        // The transaction is over either way.
+        let _ = session.batch("ROLLBACK").await;
+    }
+    done
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Days(Option<(i64, i64)>);
+
+impl Days {
+    /// Makes the partitions of a day and of the next one. Frames that came before theirs stay in the default one.
+    pub(crate) async fn prepare(&mut self, session: &Session, t_arrival_ns: i64) {
+        let day = t_arrival_ns.div_euclid(DAY_NS);
+        if self
+            .0
+            .is_some_and(|(first, last)| (first..last).contains(&day))
+        {
+            return;
+        }
+        for day in [day, day + 1] {
+            let (Some(from), Some(to)) = (day.checked_mul(DAY_NS), (day + 1).checked_mul(DAY_NS))
+            else {
+                continue;
+            };
+            let sql = format!(
+                "CREATE TABLE IF NOT EXISTS grideye.{} PARTITION OF grideye.frames FOR VALUES FROM ({from}) TO ({to})",
+                name_of(day)
+            );
+            // Where it cannot be made, the default partition or the whole table takes the day.
+            let _ = session.batch(&sql).await;
+        }
+        self.0 = Some((day, day + 1));
+    }
+}
+
+/// `frames_18952`: days since 1970-01-01; `frames_m1` is the day before.
+fn name_of(day: i64) -> String {
+    let sign = if day < 0 { "m" } else { "" };
+    format!("frames_{sign}{}", day.unsigned_abs())
 }

@@ -1,21 +1,18 @@
 //! [`PostgresStore`]: a task that writes, one that follows the other collectors, and a connection that reads.
 
 use crate::limits::Limits;
-use crate::store::error::StoreError;
-use crate::store::label::{KeptLabel, Label};
+use crate::lock::lock;
+use crate::store::error::{RecordingId, StoreError};
+use crate::store::frame_store::FrameStore;
 use crate::store::location::PostgresUrl;
-use crate::store::plan::Taken;
 use crate::store::postgres::session::{Session, Shared};
 use crate::store::postgres::writer::Writer;
-use crate::store::postgres::{follow, labels, read, schema};
-use crate::store::queue::{Command, Queue, WriteFault};
-use crate::store::recording_id::RecordingId;
+use crate::store::postgres::{boundary, follow, read, session};
+use crate::store::queue::{Queue, WriteFault};
 use crate::store::types::{
-    Answer, Appended, FrameStore, Members, News, Recording, Span, StoreUsage, StoredRecord,
-    StreamSummary,
+    Answer, KeptLabel, Members, News, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
 };
-use grideye_recording::wire::Batch;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Mutex;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 
@@ -37,7 +34,7 @@ impl PostgresStore {
     /// [`StoreError::Unreachable`], [`StoreError::Newer`], and what the database refuses.
     pub async fn open(url: &PostgresUrl, limits: &Limits) -> Result<Self, StoreError> {
         let session = Session::open(url, limits).await?;
-        schema::prepare(&session).await?;
+        session::prepare(&session).await?;
         let fault = WriteFault::default();
         let writer = Writer::new(url, limits, session, fault.clone()).await?;
         let reader = Shared::new(url, limits);
@@ -57,13 +54,8 @@ impl PostgresStore {
 }
 
 impl FrameStore for PostgresStore {
-    fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
-        let taken = Taken {
-            batch,
-            compact: None,
-            t_arrival_ns,
-        };
-        self.queue.ask(|reply| Command::Append { taken, reply })
+    fn queue(&self) -> &Queue {
+        &self.queue
     }
 
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>> {
@@ -74,38 +66,8 @@ impl FrameStore for PostgresStore {
         Box::pin(async { read::newest(&*self.reader.session().await?).await })
     }
 
-    fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Start {
-            name,
-            t_start_ns,
-            reply,
-        })
-    }
-
-    fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Stop {
-            id,
-            t_stop_ns,
-            reply,
-        })
-    }
-
-    fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Note { id, note, reply })
-    }
-
     fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>> {
-        Box::pin(async move { labels::all(&*self.reader.session().await?, id).await })
-    }
-
-    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
-        self.queue
-            .ask(|reply| Command::AddLabel { id, label, reply })
-    }
-
-    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
-        self.queue
-            .ask(|reply| Command::RemoveLabel { id, number, reply })
+        Box::pin(async move { boundary::labels(&*self.reader.session().await?, id).await })
     }
 
     fn recordings(&self) -> Answer<'_, Vec<Recording>> {
@@ -119,7 +81,7 @@ impl FrameStore for PostgresStore {
             // A running recording is read up to an end that all collectors keep to.
             let through = match recording.t_stop_ns {
                 Some(_) => range.1,
-                None => self.queue.ask(|reply| Command::EndEpoch { reply }).await?,
+                None => self.queue.end_epoch().await?,
             };
             read::members(&session, id, through).await
         })
@@ -137,10 +99,7 @@ impl FrameStore for PostgresStore {
     }
 
     fn news(&self) -> Option<mpsc::Receiver<News>> {
-        self.news
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
+        lock(&self.news).take()
     }
 
     fn usage(&self) -> Answer<'_, StoreUsage> {
@@ -164,11 +123,7 @@ impl FrameStore for PostgresStore {
     fn close(&self) -> Answer<'_, ()> {
         self.queue.close();
         self.follower.abort();
-        let writer = self
-            .writer
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let writer = lock(&self.writer).take();
         Box::pin(async move {
             let Some(writer) = writer else { return Ok(()) };
             writer

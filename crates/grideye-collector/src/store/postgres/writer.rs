@@ -4,17 +4,15 @@ use crate::limits::Limits;
 use crate::store::error::StoreError;
 use crate::store::location::PostgresUrl;
 use crate::store::plan::Taken;
-use crate::store::postgres::schema::Days;
+use crate::store::postgres::session::Days;
 use crate::store::postgres::session::Session;
-use crate::store::postgres::{append, boundary, labels};
-use crate::store::queue::{Command, Reply, WriteFault};
-use crate::store::types::Appended;
+use crate::store::postgres::{append, boundary};
+use crate::store::queue::{Change, Changed, Command, Group, Outcome, WriteFault};
 use tokio::sync::{mpsc, watch};
 
 /// Transactions that the database broke off for the sake of another one are tried so often.
 const ATTEMPTS_MAX: u32 = 8;
 
-/// The task's own state.
 pub(super) struct Writer {
     url: PostgresUrl,
     limits: Limits,
@@ -47,66 +45,27 @@ impl Writer {
         })
     }
 
-    /// Lane and count of the last commit.
     pub(super) fn committed(&self) -> watch::Receiver<(i64, i64)> {
         self.committed.subscribe()
     }
 
-    /// Serves until every sender is gone and the queue is empty.
     pub(super) async fn run(mut self, mut queue: mpsc::Receiver<Command>) {
-        let mut left_over = None;
-        loop {
-            let first = match left_over.take() {
-                Some(command) => command,
-                None => match queue.recv().await {
-                    Some(command) => command,
-                    None => break,
-                },
-            };
-            let mut group = Vec::new();
-            let mut next = Some(first);
-            while let Some(command) = next.take() {
-                match command {
-                    Command::Append { taken, reply } => group.push((taken, reply)),
-                    other => left_over = Some(other),
-                }
-                if left_over.is_none() && group.len() < self.limits.commit_group_max {
-                    next = queue.try_recv().ok();
-                }
+        while let Some(first) = queue.recv().await {
+            let mut group = Group::gather(first, &mut queue, self.limits.commit_group_max);
+            if !group.taken.is_empty() {
+                let outcome = self.commit(&group.taken).await;
+                self.fault.set(outcome.as_ref().err().cloned());
+                group.answer(outcome);
             }
-            if !group.is_empty() {
-                self.append(group).await;
-            }
-            if let Some(command) = left_over.take() {
-                self.set_boundary(command).await;
+            if let Some((change, reply)) = group.change {
+                let _ = reply.send(self.change(change).await);
+                let committed = *self.committed.borrow();
+                self.committed.send_replace(committed);
             }
         }
     }
 
-    /// One transaction and one sync for the whole group; answers only after it.
-    async fn append(&mut self, group: Vec<(Taken, Reply<Appended>)>) {
-        let (taken, replies): (Vec<Taken>, Vec<_>) = group.into_iter().unzip();
-        let outcome = self.commit(&taken).await;
-        self.fault.set(outcome.as_ref().err().cloned());
-        match outcome {
-            Ok(appended) => {
-                for (reply, appended) in replies.into_iter().zip(appended) {
-                    // The one who asked may have gone; the work stays done.
-                    let _ = reply.send(appended);
-                }
-            }
-            Err(error) => {
-                for reply in replies {
-                    let _ = reply.send(Err(error.clone()));
-                }
-            }
-        }
-    }
-
-    async fn commit(
-        &mut self,
-        taken: &[Taken],
-    ) -> Result<Vec<Result<Appended, StoreError>>, StoreError> {
+    async fn commit(&mut self, taken: &[Taken]) -> Outcome {
         let newest_ns = taken.iter().map(|taken| taken.t_arrival_ns).max();
         let mut attempt = 1;
         loop {
@@ -141,70 +100,33 @@ impl Writer {
         }
     }
 
-    async fn set_boundary(&mut self, command: Command) {
-        let ready = self.connect().await;
-        let (session, limits) = (&self.session, &self.limits);
-        match (command, ready) {
-            (
-                Command::Start {
-                    name,
-                    t_start_ns,
-                    reply,
-                },
-                Ok(()),
-            ) => {
-                let _ = reply.send(boundary::start(session, &name, t_start_ns, limits).await);
-            }
-            (
-                Command::Stop {
-                    id,
-                    t_stop_ns,
-                    reply,
-                },
-                Ok(()),
-            ) => {
-                let _ = reply.send(boundary::stop(session, id, t_stop_ns).await);
-            }
-            (Command::Note { id, note, reply }, Ok(())) => {
-                let _ = reply.send(boundary::note(session, id, &note).await);
-            }
-            (Command::AddLabel { id, label, reply }, Ok(())) => {
-                let _ = reply.send(labels::add(session, id, label, limits).await);
-            }
-            (Command::RemoveLabel { id, number, reply }, Ok(())) => {
-                let _ = reply.send(labels::remove(session, id, number).await);
-            }
-            (Command::EndEpoch { reply }, Ok(())) => {
-                let _ = reply.send(boundary::end_epoch(session).await);
-            }
-            (
-                Command::Start { reply, .. }
-                | Command::Stop { reply, .. }
-                | Command::Note { reply, .. },
-                Err(error),
-            ) => {
-                let _ = reply.send(Err(error));
-            }
-            (Command::AddLabel { reply, .. }, Err(error)) => {
-                let _ = reply.send(Err(error));
-            }
-            (Command::RemoveLabel { reply, .. }, Err(error)) => {
-                let _ = reply.send(Err(error));
-            }
-            (Command::EndEpoch { reply }, Err(error)) => {
-                let _ = reply.send(Err(error));
-            }
-            // Every commit is settled here.
-            (Command::Settle { reply }, _) => {
-                let _ = reply.send(Ok(()));
-            }
-            // Appends are taken in groups, and never come here.
-            (Command::Append { reply, .. }, _) => {
-                let _ = reply.send(Err(StoreError::Closed));
-            }
+    async fn change(&mut self, change: Change) -> Result<Changed, StoreError> {
+        // Every commit is settled here, whether the database is there or not.
+        if matches!(change, Change::Settle) {
+            return Ok(Changed::Nothing);
         }
-        let (lane, n) = *self.committed.borrow();
-        self.committed.send_replace((lane, n));
+        self.connect().await?;
+        let (session, limits) = (&self.session, &self.limits);
+        Ok(match change {
+            Change::Start { name, t_start_ns } => {
+                Changed::Recording(boundary::start(session, &name, t_start_ns, limits).await?)
+            }
+            Change::Stop { id, t_stop_ns } => {
+                Changed::Recording(boundary::stop(session, id, t_stop_ns).await?)
+            }
+            Change::Note { id, note } => {
+                Changed::Recording(boundary::note(session, id, &note).await?)
+            }
+            Change::AddLabel { id, label } => {
+                Changed::Label(boundary::add_label(session, id, label, limits).await?)
+            }
+            Change::RemoveLabel { id, number } => {
+                boundary::remove_label(session, id, number).await?;
+                Changed::Nothing
+            }
+            Change::EndEpoch => Changed::Epoch(boundary::end_epoch(session).await?),
+            Change::Settle => Changed::Nothing,
+        })
     }
 
     /// Makes the connection again if it is gone, for example after a restart of the database.

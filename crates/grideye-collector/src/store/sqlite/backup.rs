@@ -4,16 +4,22 @@
 //! `OUT.partial`, which the next one overwrites. The snapshot is held by a read transaction: without it the copy would
 //! begin again whenever the collector commits. Meanwhile the log of the store (`-wal`) is not folded in, and grows by what
 //! is committed.
+//!
+//! A file of an older layout is copied so as it is, then upgraded in one transaction: killed or failing at any moment, it stays
+//! as it was, and the next program that opens it begins again.
 
 use crate::limits::Limits;
 use crate::store::error::StoreError;
 use crate::store::row::count;
 use crate::store::sqlite::known::Known;
+use crate::store::sqlite::schema::{
+    APPLICATION_ID, Found, LAYOUT, STEPS, TABLES, add_what_is_written, recognise,
+};
 use crate::store::sqlite::{read, schema};
-use crate::store::stage::Stage;
-use crate::store::types::StreamSummary;
+use crate::store::types::{Stage, StreamSummary};
+use grideye_recording::whole::sync_folder_of;
 use rusqlite::backup::{Backup, StepResult};
-use rusqlite::{Connection, ErrorCode, OpenFlags, params};
+use rusqlite::{Connection, ErrorCode, OpenFlags, TransactionBehavior, params};
 use rustix::fs::{CWD, FlockOperation, RenameFlags, flock, renameat_with};
 use rustix::io::Errno;
 use std::fs::{File, OpenOptions, Permissions};
@@ -40,11 +46,8 @@ pub struct BackedUp {
 #[derive(Debug, thiserror::Error)]
 pub enum BackupError {
     /// No such file.
-    #[error("there is no store {}\nhint: name the file that `grideye collect --store` names", .file.display())]
-    Missing {
-        /// The file asked for.
-        file: PathBuf,
-    },
+    #[error("there is no store {}\nhint: name the file that `grideye collect --store` names", .0.display())]
+    Missing(PathBuf),
     /// The store cannot be read.
     #[error("cannot back up {}: {reason}", .file.display())]
     Source {
@@ -54,23 +57,14 @@ pub enum BackupError {
         reason: StoreError,
     },
     /// The store itself was named as its backup.
-    #[error("{} is the store itself\nhint: name another file for the backup", .out.display())]
-    Itself {
-        /// The file asked for.
-        out: PathBuf,
-    },
+    #[error("{} is the store itself\nhint: name another file for the backup", .0.display())]
+    Itself(PathBuf),
     /// There is a file of that name.
-    #[error("{} exists already, and a backup replaces no file\nhint: name another file, or move this one away", .out.display())]
-    Exists {
-        /// The file asked for.
-        out: PathBuf,
-    },
+    #[error("{} exists already, and a backup replaces no file\nhint: name another file, or move this one away", .0.display())]
+    Exists(PathBuf),
     /// Another run writes the same backup.
-    #[error("another backup is being written to {}\nhint: wait for it, or name another file", .out.display())]
-    Taken {
-        /// The file asked for.
-        out: PathBuf,
-    },
+    #[error("another backup is being written to {}\nhint: wait for it, or name another file", .0.display())]
+    Taken(PathBuf),
     /// The disk is full.
     #[error("no room for {}: the store takes {bytes} bytes\nhint: make room, or name a file on another disk; what was written was deleted", .out.display())]
     NoRoom {
@@ -89,12 +83,9 @@ pub enum BackupError {
     },
     /// The copy is not what the store is.
     #[error(
-        "the copy of the store is not whole: {what}\nhint: it was deleted; if a second run fails as well, the store or a disk is damaged (`sqlite3 STORE 'PRAGMA integrity_check'`)"
+        "the copy of the store is not whole: {0}\nhint: it was deleted; if a second run fails as well, the store or a disk is damaged (`sqlite3 STORE 'PRAGMA integrity_check'`)"
     )]
-    Differs {
-        /// The first difference.
-        what: String,
-    },
+    Differs(String),
 }
 
 /// Copies the store in `file` to a new file `out`, and compares the two. `progress` hears the stage, what is done, and all.
@@ -107,21 +98,15 @@ pub fn backup(
     mut progress: impl FnMut(Stage, u64, u64),
 ) -> Result<BackedUp, BackupError> {
     let found = std::fs::metadata(file).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => BackupError::Missing {
-            file: file.to_owned(),
-        },
+        io::ErrorKind::NotFound => BackupError::Missing(file.to_owned()),
         _ => BackupError::Source {
             file: file.to_owned(),
-            reason: StoreError::Unusable {
-                message: error.to_string(),
-            },
+            reason: StoreError::Unusable(error.to_string()),
         },
     })?;
     if std::fs::metadata(out).is_ok_and(|out| (out.dev(), out.ino()) == (found.dev(), found.ino()))
     {
-        return Err(BackupError::Itself {
-            out: out.to_owned(),
-        });
+        return Err(BackupError::Itself(out.to_owned()));
     }
     let unreadable = |reason| BackupError::Source {
         file: file.to_owned(),
@@ -152,10 +137,8 @@ pub fn backup(
     })
 }
 
-/// Copies all that `source` reads to a new file at `out`, which appears whole or not at all: its integrity is checked, and
-/// `check` hears it read-only before it is named.
-///
-/// `source` must be in a read transaction where another connection writes, and in no write transaction.
+/// Copies all that `source` reads to a new file at `out`, which appears whole or not at all; `check` hears it read-only
+/// before. `source` is in a read transaction where another connection writes, and in no write transaction.
 pub(crate) fn copy<P: FnMut(Stage, u64, u64)>(
     source: &Connection,
     out: &Path,
@@ -244,7 +227,6 @@ fn check_integrity(copy: &Connection) -> Result<(), BackupError> {
     }
 }
 
-/// What a store says that it holds.
 struct Books {
     /// Each stream, and how many of its frames wait to be settled.
     streams: Vec<(StreamSummary, u64)>,
@@ -332,16 +314,13 @@ fn count_frames(
 }
 
 fn differs(what: &impl ToString) -> BackupError {
-    BackupError::Differs {
-        what: what.to_string(),
-    }
+    BackupError::Differs(what.to_string())
 }
 
 /// The copy while it is written: `OUT.partial`, which nobody else can read and which is deleted unless it is named.
 struct Partial {
     path: PathBuf,
     out: PathBuf,
-    /// Locked against another run.
     file: File,
 }
 
@@ -350,7 +329,7 @@ impl Partial {
         let (out, mut path) = (out.to_owned(), out.as_os_str().to_owned());
         path.push(".partial");
         if out.symlink_metadata().is_ok() {
-            return Err(BackupError::Exists { out });
+            return Err(BackupError::Exists(out));
         }
         let opened = OpenOptions::new()
             .read(true)
@@ -366,7 +345,7 @@ impl Partial {
         };
         let file = opened.map_err(unwritable)?;
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-            Err(Errno::WOULDBLOCK) => return Err(BackupError::Taken { out }),
+            Err(Errno::WOULDBLOCK) => return Err(BackupError::Taken(out)),
             Err(error) => return Err(unwritable(error.into())),
             Ok(()) => {}
         }
@@ -376,7 +355,7 @@ impl Partial {
             Ok((there.dev(), there.ino()) == (held.dev(), held.ino()))
         });
         if !is_ours.unwrap_or(false) {
-            return Err(BackupError::Taken { out });
+            return Err(BackupError::Taken(out));
         }
         // Of one that was left, too.
         file.set_permissions(Permissions::from_mode(0o600))
@@ -408,9 +387,7 @@ impl Partial {
 
     /// Gives it its name, unless there is a file of that name, and syncs the folder.
     fn name_it(self) -> Result<(), BackupError> {
-        let exists = || BackupError::Exists {
-            out: self.out.clone(),
-        };
+        let exists = || BackupError::Exists(self.out.clone());
         match renameat_with(CWD, &self.path, CWD, &self.out, RenameFlags::NOREPLACE) {
             Ok(()) => {}
             Err(Errno::EXIST) => return Err(exists()),
@@ -423,13 +400,7 @@ impl Partial {
             }
             Err(error) => return Err(self.unwritable(&error)),
         }
-        let folder = match self.out.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        File::open(folder)
-            .and_then(|folder| folder.sync_all())
-            .map_err(|error| self.unwritable(&error))
+        sync_folder_of(&self.out).map_err(|error| self.unwritable(&error))
     }
 
     fn unwritable(&self, reason: &impl ToString) -> BackupError {
@@ -452,4 +423,81 @@ impl Drop for Partial {
         // Nothing is there once it was named.
         let _ = std::fs::remove_file(&self.path);
     }
+}
+
+/// What was done to a file of an older layout.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Upgraded {
+    pub(super) from: i64,
+    pub(super) backup: PathBuf,
+}
+
+/// Makes the tables in an empty file, upgrades those of an older layout, or makes sure that they are there.
+pub(crate) fn prepare(
+    connection: &mut Connection,
+    file: &Path,
+) -> Result<Option<Upgraded>, StoreError> {
+    let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+    let mut upgraded = None;
+    match recognise(&transaction)? {
+        Found::Nothing => {
+            transaction.execute_batch(TABLES)?;
+            transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
+            transaction.pragma_update(None, "user_version", LAYOUT)?;
+        }
+        Found::Older(from) => {
+            upgraded = Some(upgrade(&transaction, file, (from, LAYOUT))?);
+        }
+        Found::Store => {}
+    }
+    add_what_is_written(&transaction)?;
+    transaction.commit()?;
+    Ok(upgraded)
+}
+
+/// Upgrades the file between two layouts in the caller's transaction, which holds off all other writers, after a copy of it.
+fn upgrade(
+    transaction: &Connection,
+    file: &Path,
+    (from, to): (i64, i64),
+) -> Result<Upgraded, StoreError> {
+    let backup = back_up(transaction, file, from)?;
+    for (_, step) in STEPS.iter().filter(|(layout, _)| *layout >= from) {
+        transaction.execute_batch(step)?;
+    }
+    transaction.pragma_update(None, "user_version", to)?;
+    Ok(Upgraded { from, backup })
+}
+
+/// Copies the file whole and synced; a copy of the same state that an interrupted upgrade left is taken as it is.
+fn back_up(transaction: &Connection, file: &Path, from: i64) -> Result<PathBuf, StoreError> {
+    let mut name = file.as_os_str().to_owned();
+    name.push(format!(".layout-{from}.backup"));
+    let backup = PathBuf::from(name);
+    if backup.exists() {
+        let found = Connection::open_with_flags(&backup, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        return if state(&found).ok() == Some(state(transaction)?) {
+            Ok(backup)
+        } else {
+            Err(StoreError::BackupInTheWay { from, backup })
+        };
+    }
+    // On a connection of its own, because the other one is within its transaction.
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let source = Connection::open_with_flags(file, flags)?;
+    match copy(&source, &backup, &mut |_, _, _| (), |_, _| Ok(())) {
+        Ok(()) => Ok(backup),
+        Err(BackupError::NoRoom { bytes, .. }) => Err(StoreError::NoRoomForBackup {
+            from,
+            backup,
+            bytes,
+        }),
+        Err(error) => Err(StoreError::Unusable(error.to_string())),
+    }
+}
+
+/// Tells states of one store apart: the epoch, which grows with recordings, and the last group of posts.
+fn state(connection: &Connection) -> Result<(i64, i64), StoreError> {
+    let sql = "SELECT epoch, max(groups, (SELECT coalesce(max(id), 0) FROM pending)) FROM counters";
+    Ok(connection.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?)))?)
 }

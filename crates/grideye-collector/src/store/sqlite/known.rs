@@ -38,27 +38,23 @@ const SETTLED_MAX: usize = 64;
 /// Of the bytes of a group, so many may be needed to settle it before it is deleted.
 const ROOM_TO_SETTLE: u64 = 2;
 
-/// What the file is known to hold.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     streams: Streams,
     /// As SQLite counts the changes that others make; 0 while nothing is known.
     version: i64,
     epoch: i64,
-    /// The number of the last group.
     group: i64,
     /// Streams that the tables lag behind, longest first.
     unsettled: VecDeque<Unsettled>,
     /// Rows of all of them.
     rows: usize,
-    /// Groups in `pending`, and the bytes of each.
     pending: VecDeque<(i64, u64)>,
     pending_bytes: u64,
     /// The store time at which rows come into the tables.
     now_ns: i64,
 }
 
-/// A stream that the tables lag behind.
 #[derive(Debug)]
 struct Unsettled {
     id: Arc<StreamId>,
@@ -67,7 +63,6 @@ struct Unsettled {
 }
 
 impl Known {
-    /// The epoch that the file says now.
     pub(super) fn begin_epoch(&mut self, connection: &Connection) -> Result<(), StoreError> {
         let mut statement = connection.prepare_cached("SELECT epoch FROM counters")?;
         self.epoch = statement.query_row([], |row| row.get(0))?;
@@ -97,7 +92,6 @@ impl Known {
         streams.map(with_pending).collect()
     }
 
-    /// Takes note of frames that were deleted.
     pub(super) fn forget_deleted(&mut self, deleted: &[Deleted]) {
         if deleted.is_empty() {
             return;
@@ -159,14 +153,11 @@ impl Known {
             },
         )?;
         for taken in &mut group {
-            let lacks = |name| {
-                let state = self.streams.get(&name);
-                state.is_none_or(|state| state.kept_group < kept.group)
-            };
-            let lacking: Vec<bool> = taken.streams().map(lacks).collect();
             let mut batch = (*taken.batch).clone();
-            let mut lacking = lacking.into_iter();
-            batch.sensors.retain(|_| lacking.next() == Some(true));
+            batch.sensors.retain(|part| {
+                let state = self.streams.get(&taken.name_of(part));
+                state.is_none_or(|state| state.kept_group < kept.group)
+            });
             *taken = Taken {
                 batch: Arc::new(batch),
                 compact: None,
@@ -232,7 +223,6 @@ impl Known {
         Ok(())
     }
 
-    /// What the batches change, in memory.
     fn plan(
         &mut self,
         connection: &Connection,
@@ -331,7 +321,6 @@ impl Known {
         }
     }
 
-    /// Settles the streams whose turn it is.
     fn settle_old(&mut self, connection: &Connection, newest_ns: i64) -> Result<(), StoreError> {
         let mut settled = 0;
         while settled < SETTLED_MAX {
@@ -400,7 +389,6 @@ impl Known {
     }
 }
 
-/// Where rows stand that come into the tables now.
 #[derive(Debug, Clone, Copy)]
 struct Now {
     epoch: i64,
@@ -408,7 +396,6 @@ struct Now {
     t_store_ns: i64,
 }
 
-/// Writes what changed of a stream.
 fn save(connection: &Connection, state: &StreamState, now: Now) -> Result<(), StoreError> {
     let Now { epoch, group, .. } = now;
     save_frames(connection, state, now)?;

@@ -1,10 +1,9 @@
 //! Labels of recordings.
 
-use crate::store::error::StoreError;
-use crate::store::label::{KeptLabel, Label};
-use crate::store::recording_id::RecordingId;
+use crate::store::error::{RecordingId, StoreError};
 use crate::store::row::count;
 use crate::store::sqlite::read;
+use crate::store::types::{KeptLabel, Label};
 use rusqlite::{Connection, params};
 
 /// In the order in which they were added.
@@ -35,7 +34,7 @@ pub(super) fn add(
         )?
         .query_row([id.0], |row| Ok((row.get(0)?, row.get(1)?)))?;
     if labels >= count(labels_max) {
-        return Err(StoreError::TooManyLabels { limit: labels_max });
+        return Err(StoreError::TooManyLabels(labels_max));
     }
     connection
         .prepare_cached("INSERT INTO labels (recording_id, number, label) VALUES (?, ?, ?)")?

@@ -1,8 +1,6 @@
 //! The store in one SQLite file.
 
 mod backup;
-mod error;
-mod held;
 mod known;
 mod labels;
 mod pending;
@@ -13,12 +11,11 @@ mod schema;
 mod store;
 mod tend;
 mod time;
-mod upgrade;
 mod write;
 
+pub(super) use backup::prepare;
 pub use backup::{BackedUp, BackupError, backup};
 pub(super) use read::rows_of;
 pub(super) use schema::{Found, recognise};
 pub use store::SqliteStore;
-pub(super) use upgrade::prepare;
 pub(super) use write::settle;

@@ -22,7 +22,6 @@ const NO_LIMITS: wire::Limits = wire::Limits {
 /// Some more than a post takes as a rule: five frames and what names them.
 const ROOM_OF_A_POST: usize = 1024;
 
-/// A group that was kept before.
 pub(super) struct Group {
     pub(super) group: i64,
     pub(super) bytes: u64,
@@ -71,7 +70,6 @@ fn in_order(batch: &Batch) -> Cow<'_, Batch> {
     Cow::Owned(batch)
 }
 
-/// All groups, in their order.
 pub(super) fn all(connection: &Connection) -> Result<Vec<Group>, StoreError> {
     let mut statement = connection.prepare("SELECT id, batches FROM pending ORDER BY id")?;
     let mut rows = statement.query([])?;

@@ -3,19 +3,16 @@
 use crate::limits::Limits;
 use crate::store::account;
 use crate::store::chunk::Kept;
-use crate::store::error::StoreError;
+use crate::store::error::{RecordingId, StoreError};
 use crate::store::plan::StreamState;
-use crate::store::recording_id::RecordingId;
-use crate::store::row::damaged;
+use crate::store::row::{count, damaged, unsigned};
 use crate::store::segment::SealedRow;
 use crate::store::types::{Members, Recording, Span, StoredRecord, StreamSummary};
-use grideye_recording::wire::Gap;
 use grideye_recording::{Record, StreamId};
 use rusqlite::{Connection, Row, params};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Bytes of the file.
 pub(super) fn bytes(connection: &Connection) -> Result<u64, StoreError> {
     let number = |pragma| connection.pragma_query_value(None, pragma, |row| row.get::<_, i64>(0));
     let bytes = number("page_count")?.saturating_mul(number("page_size")?);
@@ -36,7 +33,9 @@ pub(super) fn ping(connection: &Connection) -> Result<(), StoreError> {
     Ok(())
 }
 
-const STREAM_COLUMNS: &str = "id, device, sensor, boot, stored, missing, account, came_since_account, t_last_arrival_ns, expired";
+const STREAM_COLUMNS: &str =
+    "id, device, sensor, boot, stored, missing, account, account_read, came_since_account,
+    t_last_arrival_ns, expired, kept_group";
 
 pub(super) fn streams(
     connection: &Connection,
@@ -58,7 +57,9 @@ pub(super) fn streams_within(
     let mut rows = statement.query([])?;
     let mut streams = Vec::new();
     while let Some(row) = rows.next()? {
-        streams.push(summary(connection, row, limits)?);
+        let newest = count(limits.gaps_listed_max.saturating_add(1));
+        let state = state_of(connection, row, newest)?;
+        streams.push(state.summary(&Arc::new(stream_id(row, 1)?), limits)?);
     }
     Ok(streams)
 }
@@ -68,93 +69,42 @@ pub(super) fn state(
     connection: &Connection,
     id: &StreamId,
 ) -> Result<Option<StreamState>, StoreError> {
-    let mut statement = connection.prepare_cached(
-        "SELECT id, stored, missing, account, account_read, came_since_account, t_last_arrival_ns, expired,
-                kept_group FROM streams
-         WHERE device = ? AND sensor = ? AND boot = ?",
-    )?;
+    let mut statement = connection.prepare_cached(&format!(
+        "SELECT {STREAM_COLUMNS} FROM streams WHERE device = ? AND sensor = ? AND boot = ?"
+    ))?;
     let mut rows = statement.query(params![id.device, id.sensor, id.boot])?;
-    let Some(row) = rows.next()? else {
-        return Ok(None);
-    };
-    let account: Option<String> = row.get(3)?;
-    let mut state = StreamState {
-        key: row.get(0)?,
-        stored: row.get(1)?,
-        missing: row.get(2)?,
-        account: account.as_deref().map(account::from_json).transpose()?,
-        account_read: row.get(4)?,
-        came_since_account: row.get(5)?,
-        t_last_arrival_ns: row.get(6)?,
-        expired: row.get(7)?,
-        kept_group: row.get(8)?,
-        ..StreamState::default()
-    };
-    let mut statement =
-        connection.prepare_cached("SELECT first, last FROM runs WHERE stream_id = ?")?;
-    let mut rows = statement.query([state.key])?;
-    while let Some(row) = rows.next()? {
-        state.restore_run(row.get(0)?, row.get(1)?)?;
-    }
-    Ok(Some(state))
+    let row = rows.next()?;
+    row.map(|row| state_of(connection, row, i64::MAX))
+        .transpose()
 }
 
-fn summary(
+/// From [`STREAM_COLUMNS`], with the newest runs of numbers that came.
+fn state_of(
     connection: &Connection,
     row: &Row<'_>,
-    limits: &Limits,
-) -> Result<StreamSummary, StoreError> {
-    let key: i64 = row.get(0)?;
-    let id = stream_id(row, 1)?;
-    let (stored, missing) = (unsigned(row, 4)?, unsigned(row, 5)?);
+    runs_max: i64,
+) -> Result<StreamState, StoreError> {
     let account: Option<String> = row.get(6)?;
-    let (durable_through, gaps) = gaps(connection, key, &id.sensor, limits.gaps_listed_max)?;
-    let expected = durable_through.map_or(0, |last| last + 1);
-    Ok(StreamSummary {
-        id: Arc::new(id),
-        stored,
-        expired: unsigned(row, 9)?,
-        missing,
-        durable_through,
-        gaps,
-        never_came: expected.saturating_sub(stored + missing),
+    let mut state = StreamState {
+        key: row.get(0)?,
+        stored: row.get(4)?,
+        missing: row.get(5)?,
         account: account.as_deref().map(account::from_json).transpose()?,
-        came_since_account: unsigned(row, 7)?,
-        t_last_arrival_ns: row.get(8)?,
-    })
-}
-
-/// The highest number received, and the newest runs of numbers below it that never came.
-fn gaps(
-    connection: &Connection,
-    key: i64,
-    sensor: &str,
-    listed_max: usize,
-) -> Result<(Option<u64>, Vec<Gap>), StoreError> {
+        account_read: row.get(7)?,
+        came_since_account: row.get(8)?,
+        t_last_arrival_ns: row.get(9)?,
+        expired: row.get(10)?,
+        kept_group: row.get(11)?,
+        ..StreamState::default()
+    };
     let mut statement = connection.prepare_cached(
         "SELECT first, last FROM runs WHERE stream_id = ? ORDER BY first DESC LIMIT ?",
     )?;
-    let runs_needed = i64::try_from(listed_max.saturating_add(1)).unwrap_or(i64::MAX);
-    let mut rows = statement.query(params![key, runs_needed])?;
-    let mut runs = Vec::new();
-    while let Some(row) = rows.next()? {
-        runs.push((unsigned(row, 0)?, unsigned(row, 1)?));
+    let mut runs = statement.query([state.key, runs_max])?;
+    while let Some(run) = runs.next()? {
+        state.restore_run(run.get(0)?, run.get(1)?)?;
     }
-    // Before the oldest run of all there is a gap as well, down to 0.
-    let before_each = runs.iter().skip(1).map(|(_, last)| last + 1);
-    let before_first = (runs.len() <= listed_max).then_some(0);
-    let mut gaps: Vec<Gap> = before_each
-        .chain(before_first)
-        .zip(&runs)
-        .filter(|(from, (first, _))| from < first)
-        .map(|(from, (first, _))| Gap {
-            sensor: sensor.to_owned(),
-            from,
-            to: first - 1,
-        })
-        .collect();
-    gaps.reverse();
-    Ok((runs.first().map(|(_, last)| *last), gaps))
+    Ok(state)
 }
 
 /// What [`rows_of`] reads.
@@ -301,7 +251,7 @@ fn recording_and_range(
     let mut rows = statement.query([id.0])?;
     match rows.next()? {
         Some(row) => recording_of(connection, row, through),
-        None => Err(StoreError::NoSuchRecording { id }),
+        None => Err(StoreError::NoSuchRecording(id)),
     }
 }
 
@@ -318,12 +268,8 @@ fn recording_of(
             "SELECT coalesce(sum(stored), 0), coalesce(sum(missing), 0), count(DISTINCT stream_id)
              FROM shares WHERE epoch > ? AND epoch <= ?",
         )?
-        .query_row(params![epochs.0, epochs.1], |counts| {
-            Ok((
-                unsigned(counts, 0)?,
-                unsigned(counts, 1)?,
-                unsigned(counts, 2)?,
-            ))
+        .query_row([epochs.0, epochs.1], |counts| {
+            Ok((counts.get(0)?, counts.get(1)?, counts.get(2)?))
         })?;
     let recording = Recording {
         id: RecordingId(row.get(0)?),
@@ -331,9 +277,9 @@ fn recording_of(
         note: row.get(6)?,
         t_start_ns: row.get(2)?,
         t_stop_ns: row.get(3)?,
-        frames,
-        missing,
-        sensors,
+        frames: unsigned("stored", frames)?,
+        missing: unsigned("missing", missing)?,
+        sensors: unsigned("sensors", sensors)?,
     };
     Ok((recording, epochs))
 }
@@ -344,12 +290,8 @@ pub(super) fn page(
     after_seq: Option<u64>,
     rows_max: usize,
 ) -> Result<Vec<StoredRecord>, StoreError> {
-    let first = match after_seq {
-        None => span.seq.0,
-        Some(seq) => match i64::try_from(seq).ok().and_then(|seq| seq.checked_add(1)) {
-            Some(next) => next,
-            None => return Ok(Vec::new()),
-        },
+    let Some(first) = span.first_after(after_seq) else {
+        return Ok(Vec::new());
     };
     // The chunk that the first number may lie within, and those behind it.
     let mut statement = connection.prepare_cached(&format!(
@@ -360,7 +302,7 @@ pub(super) fn page(
     ))?;
     let mut chunks = statement.query(params![span.stream_key, first, span.seq.1])?;
     let mut records = Vec::new();
-    let within = unsigned_seq(first)?..=unsigned_seq(span.seq.1)?;
+    let within = unsigned("seq", first)?..=unsigned("seq", span.seq.1)?;
     while let Some(chunk) = chunks.next()? {
         let epoch: i64 = chunk.get(2)?;
         if epoch <= span.epochs.0 || epoch > span.epochs.1 {
@@ -378,10 +320,6 @@ pub(super) fn page(
     Ok(records)
 }
 
-fn unsigned_seq(seq: i64) -> Result<u64, StoreError> {
-    crate::store::row::unsigned("seq", seq)
-}
-
 fn stored_record(stream: &Arc<StreamId>, row: &SealedRow) -> StoredRecord {
     StoredRecord {
         stream: Arc::clone(stream),
@@ -396,11 +334,4 @@ pub(super) fn stream_id(row: &Row<'_>, first: usize) -> rusqlite::Result<StreamI
         sensor: row.get(first + 1)?,
         boot: row.get(first + 2)?,
     })
-}
-
-/// A column that is never negative.
-fn unsigned(row: &Row<'_>, column: usize) -> rusqlite::Result<u64> {
-    let number: i64 = row.get(column)?;
-    u64::try_from(number)
-        .map_err(|_negative| rusqlite::Error::IntegralValueOutOfRange(column, number))
 }

@@ -15,8 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Of the frames in the store, one in so many is deleted at once at most, after a time in which nothing was deleted.
 const SHARE_AT_ONCE: i128 = 20;
-/// Frames are deleted at most so many times as fast as they grow old where they come evenly. With the share above: at most
-/// a tenth of the store in a fortieth of [`Limits::keep_for`].
+/// How much faster than it grows old a store may shrink: with the share above, a tenth in a fortieth of [`Limits::keep_for`].
 const TIMES_AS_FAST: i128 = 2;
 /// For want of room, a twentieth of the store is deleted in so long, and besides so many times what came.
 const SHARE_EVERY_NS: i128 = 3_600_000_000_000;
@@ -31,7 +30,6 @@ const VISITS_MAX: usize = 1024;
 const IS_RECORDED: &str = "EXISTS (
     SELECT * FROM recordings r WHERE c.epoch > r.after_epoch AND c.epoch <= coalesce(r.through_epoch, c.epoch))";
 
-/// Why frames were deleted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reason {
     /// They were older than [`Limits::keep_for`].
@@ -53,7 +51,6 @@ impl Reason {
 #[derive(Debug)]
 pub(super) struct Deleted {
     reason: Reason,
-    /// The number of the stream.
     pub(super) key: i64,
     id: StreamId,
     first_seq: i64,
@@ -99,8 +96,7 @@ impl DeletedCounts {
     }
 }
 
-/// How many frames may be deleted, in millionths: what is gained with time and spent on chunks. A chunk is deleted whole, so
-/// that it may be below 0 for a while.
+/// How many frames may be deleted, in millionths; below 0 after a chunk, which is deleted whole.
 #[derive(Debug, Default)]
 struct Allowance(i128);
 
@@ -120,7 +116,6 @@ impl Allowance {
 /// The place of a chunk in the order of age: store time, stream, first number.
 type Place = (i64, i64, i64);
 
-/// What is deleted, and how far that came.
 #[derive(Debug)]
 pub(super) struct Retention {
     /// All chunks up to here that are left belong to recordings, for good.
@@ -234,7 +229,6 @@ impl Retention {
     }
 }
 
-/// One step of deletion.
 struct Step<'c> {
     connection: &'c Connection,
     deleted: Vec<Deleted>,

@@ -5,7 +5,6 @@ use rusqlite::Connection;
 
 /// Marks the file as ours: "GEYE".
 pub(super) const APPLICATION_ID: i64 = 0x4745_5945;
-/// The layout below.
 pub(super) const LAYOUT: i64 = 3;
 
 /// `pending` holds groups of posts as they came, one row each, until the other tables have them (`sqlite/known.rs`);
@@ -89,12 +88,10 @@ INSERT INTO counters (epoch, groups) VALUES (1, 0);
 /// From each layout that is read to the next one. The first is the oldest that a released program wrote.
 pub(super) const STEPS: [(i64, &str); 1] = [(2, TO_3)];
 
-/// The oldest layout that is read.
 const OLDEST: i64 = STEPS[0].0;
 
-/// Layout 2 had the wall clock's time of arrival where layout 3 has store time, by which frames grow old. Those times are
-/// left, for the order of deletion; none of them is an age: all that is there counts as stored now, because a clock that
-/// had jumped would make it old.
+/// Layout 2 had arrival by the wall clock where layout 3 has store time. The old times are left for the order of deletion;
+/// as ages they do not count, because a clock that had jumped would make frames old.
 const TO_3: &str = "
 ALTER TABLE chunks RENAME COLUMN t_arrival_ns TO t_store_ns;
 CREATE INDEX chunks_by_age ON chunks (t_store_ns, stream_id, first_seq);

@@ -2,27 +2,24 @@
 
 use crate::clock::Clock;
 use crate::limits::Limits;
+use crate::lock::lock;
 use crate::log::{Level, Log, LogEvent};
-use crate::store::error::StoreError;
-use crate::store::label::{KeptLabel, Label};
+use crate::store::error::{RecordingId, StoreError};
+use crate::store::frame_store::FrameStore;
 use crate::store::location::StoreLocation;
-use crate::store::plan::Taken;
-use crate::store::queue::{Command, Queue, WriteFault};
-use crate::store::recording_id::RecordingId;
-use crate::store::sqlite::held::{Held, Presence};
+use crate::store::queue::{Change, Queue, WriteFault};
 use crate::store::sqlite::place::Place;
+use crate::store::sqlite::place::{Held, Presence};
 use crate::store::sqlite::retain::{DeletedCounts, Reason};
 use crate::store::sqlite::time::StoreTime;
 use crate::store::sqlite::write::Writer;
-use crate::store::sqlite::{labels, read, schema, upgrade};
+use crate::store::sqlite::{backup, labels, read, schema};
 use crate::store::types::{
-    Answer, Appended, FrameStore, Members, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
+    Answer, KeptLabel, Members, Recording, Span, StoreUsage, StoredRecord, StreamSummary,
 };
-use axum::body::Bytes;
-use grideye_recording::wire::Batch;
 use rusqlite::Connection;
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use tokio::sync::Semaphore;
 
@@ -78,7 +75,7 @@ impl SqliteStore {
     ) -> Result<Self, StoreError> {
         let mut place = Place::of(location)?;
         let mut connection = place.connect(limits)?;
-        if let Some(upgraded) = upgrade::prepare(&mut connection, Path::new(&place.name))? {
+        if let Some(upgraded) = backup::prepare(&mut connection, Path::new(&place.name))? {
             log.say(
                 &LogEvent::new(Level::Info, "store_upgraded")
                     .with("from", upgraded.from)
@@ -130,10 +127,9 @@ impl SqliteStore {
         query: impl FnOnce(&Connection, &Limits) -> Result<T, StoreError> + Send + 'static,
     ) -> Answer<'_, T> {
         Box::pin(async move {
-            match self.queue.ask(|reply| Command::Settle { reply }).await {
-                Err(error @ (StoreError::Busy { .. } | StoreError::Closed)) => return Err(error),
-                Err(_unwritable) => {}
-                Ok(()) => {}
+            let settled = self.queue.change(Change::Settle, |_done| Some(()));
+            if let Err(error @ (StoreError::Busy { .. } | StoreError::Closed)) = settled.await {
+                return Err(error);
             }
             self.query(query).await
         })
@@ -153,13 +149,11 @@ impl SqliteStore {
                 .map_err(|_closed| StoreError::Closed)?;
             let run = move || {
                 let _turn = turn;
-                let taken = readers.lock().unwrap_or_else(PoisonError::into_inner).pop();
+                let readers = || lock(&readers);
+                let taken = readers().pop();
                 let connection = taken.ok_or(StoreError::Closed)?;
                 let outcome = query(&connection, &limits);
-                readers
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .push(connection);
+                readers().push(connection);
                 outcome
             };
             tokio::task::spawn_blocking(run)
@@ -170,27 +164,8 @@ impl SqliteStore {
 }
 
 impl FrameStore for SqliteStore {
-    fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
-        let taken = Taken {
-            batch,
-            compact: None,
-            t_arrival_ns,
-        };
-        self.queue.ask(|reply| Command::Append { taken, reply })
-    }
-
-    fn append_compact(
-        &self,
-        batch: Arc<Batch>,
-        compact: Bytes,
-        t_arrival_ns: i64,
-    ) -> Answer<'_, Appended> {
-        let taken = Taken {
-            batch,
-            compact: Some(compact),
-            t_arrival_ns,
-        };
-        self.queue.ask(|reply| Command::Append { taken, reply })
+    fn queue(&self) -> &Queue {
+        &self.queue
     }
 
     fn streams(&self) -> Answer<'_, Vec<StreamSummary>> {
@@ -201,38 +176,8 @@ impl FrameStore for SqliteStore {
         self.query_settled(|connection, _| read::newest(connection))
     }
 
-    fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Start {
-            name,
-            t_start_ns,
-            reply,
-        })
-    }
-
-    fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Stop {
-            id,
-            t_stop_ns,
-            reply,
-        })
-    }
-
-    fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
-        self.queue.ask(|reply| Command::Note { id, note, reply })
-    }
-
     fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>> {
         self.query(move |connection, _| labels::all(connection, id))
-    }
-
-    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
-        self.queue
-            .ask(|reply| Command::AddLabel { id, label, reply })
-    }
-
-    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
-        self.queue
-            .ask(|reply| Command::RemoveLabel { id, number, reply })
     }
 
     fn recordings(&self) -> Answer<'_, Vec<Recording>> {
@@ -245,7 +190,7 @@ impl FrameStore for SqliteStore {
             // A running recording is read up to an end that what comes meanwhile lies behind.
             let through = match stopped.await?.t_stop_ns {
                 Some(_) => i64::MAX,
-                None => self.queue.ask(|reply| Command::EndEpoch { reply }).await?,
+                None => self.queue.end_epoch().await?,
             };
             self.query(move |connection, _| read::members(connection, id, through))
                 .await
@@ -289,11 +234,7 @@ impl FrameStore for SqliteStore {
 
     fn close(&self) -> Answer<'_, ()> {
         self.queue.close();
-        let writer = self
-            .writer
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let writer = lock(&self.writer).take();
         Box::pin(async move {
             let Some(writer) = writer else { return Ok(()) };
             let ended = tokio::task::spawn_blocking(move || writer.join())
@@ -301,10 +242,7 @@ impl FrameStore for SqliteStore {
                 .map_err(|error| StoreError::Failed(error.to_string()))?
                 .map_err(|_panic| StoreError::Failed("the writer's thread panicked".to_owned()))?;
             self.readers_free.close();
-            self.readers
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .clear();
+            lock(&self.readers).clear();
             ended
         })
     }

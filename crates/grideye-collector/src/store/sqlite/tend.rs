@@ -26,24 +26,20 @@ const VISITS_MAX: i64 = 64;
 /// Segments that are sealed in a step at most, because posts wait meanwhile.
 const SEALED_MAX: usize = 2;
 
-/// How far the round over all streams came.
 #[derive(Debug, Default)]
 pub(super) struct Tender {
     /// Between the first step of a round and the last.
     is_in_round: bool,
-    /// The last stream that was looked at.
     at: i64,
     next_step_ns: i64,
     retention: Retention,
 }
 
 impl Tender {
-    /// Whether a step is due.
     pub(super) fn is_due(&self, now_ns: i64) -> bool {
         now_ns >= self.next_step_ns
     }
 
-    /// One step, in a transaction of its own.
     pub(super) fn step(
         &mut self,
         connection: &Connection,
@@ -115,7 +111,6 @@ impl Old {
     }
 }
 
-/// Rows that become one segment.
 #[derive(Debug, Default)]
 struct Gathered {
     rows: Vec<SealedRow>,

@@ -9,7 +9,6 @@ use rusqlite::Connection;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The store time of one writer.
 pub(super) struct StoreTime {
     /// Without one, the time stands still: nothing grows old.
     clock: Option<Arc<dyn Clock>>,
@@ -18,7 +17,6 @@ pub(super) struct StoreTime {
 }
 
 impl StoreTime {
-    /// Goes on from what the file has.
     pub(super) fn open(
         connection: &Connection,
         clock: Option<Arc<dyn Clock>>,
@@ -44,14 +42,12 @@ pub(super) fn nanoseconds(time: Duration) -> i64 {
     i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// The store time that the file has.
 pub(super) fn kept(connection: &Connection) -> Result<i64, StoreError> {
     let mut statement = connection.prepare_cached("SELECT t_store_ns FROM counters")?;
     Ok(statement.query_row([], |row| row.get(0))?)
 }
 
-/// Keeps the time in the file. It always grows, because SQLite writes nothing where nothing changes, and this is also how a
-/// writer finds out whether it can write.
+/// Keeps the time in the file. It always grows: so a writer finds out whether it can write.
 pub(super) fn keep(connection: &Connection, now_ns: i64) -> Result<(), StoreError> {
     connection
         .prepare_cached("UPDATE counters SET t_store_ns = max(t_store_ns + (t_store_ns < 9223372036854775807), ?)")?

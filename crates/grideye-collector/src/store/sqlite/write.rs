@@ -6,18 +6,17 @@
 
 use crate::limits::Limits;
 use crate::log::Log;
-use crate::store::error::StoreError;
+use crate::store::error::{RecordingId, StoreError};
 use crate::store::plan::Taken;
-use crate::store::queue::{Command, Reply, WriteFault};
-use crate::store::recording_id::RecordingId;
+use crate::store::queue::{Change, Changed, Command, Group, Outcome, WriteFault};
 use crate::store::row::count;
-use crate::store::sqlite::held::Presence;
 use crate::store::sqlite::known::Known;
+use crate::store::sqlite::place::Presence;
 use crate::store::sqlite::retain::DeletedCounts;
 use crate::store::sqlite::tend::Tender;
 use crate::store::sqlite::time::{self, StoreTime};
 use crate::store::sqlite::{labels, read};
-use crate::store::types::{Appended, Recording};
+use crate::store::types::Recording;
 use rusqlite::{Connection, OptionalExtension as _, params};
 use std::sync::Arc;
 use std::time::Duration;
@@ -26,9 +25,7 @@ use tokio::sync::mpsc;
 /// About what a large group of batches adds to the file: with less than this left, it is the quota that is reached.
 const GROUP_ROOM: u64 = 8 * 1024 * 1024;
 
-/// How long more posts are waited for before a group is committed, and from how many posts of the group before: where many
-/// come at once, each costs a tenth less, because more of them share a sync. Where few come, the
-/// first after many alone waits.
+/// How long more posts are waited for before a commit, and from how many in the group before: more of them share a sync.
 const GATHER: Duration = Duration::from_micros(150);
 const GATHER_FROM: usize = 4;
 
@@ -37,7 +34,6 @@ const TAKE_ROOM: &str =
     "SAVEPOINT room; INSERT INTO pending (id, batches) VALUES (-1, zeroblob(65536));
                          ROLLBACK TO room; RELEASE room";
 
-/// The thread's own state.
 pub(super) struct Writer {
     connection: Connection,
     presence: Presence,
@@ -71,13 +67,11 @@ impl Writer {
         }
     }
 
-    /// What it deleted, in numbers.
     pub(super) fn deleted(&self) -> Arc<DeletedCounts> {
         Arc::clone(&self.deleted)
     }
 
-    /// Tries whether a post would find room below the quota, and whether the disk takes a write: a store that cannot be
-    /// written is ill before the first post is refused.
+    /// Whether a post would find room below the quota and on the disk: a store that takes none is ill before the first post.
     pub(super) fn try_to_write(&self) {
         let now_ns = self.time.now_ns();
         let tried = transact(&self.connection, |transaction| {
@@ -89,39 +83,22 @@ impl Writer {
     }
 
     /// Serves until every sender is gone and the queue is empty, then folds the log into the file.
-    ///
-    /// # Errors
-    /// [`StoreError::Gone`] if what was acknowledged will not be found at the store's path.
     pub(super) fn run(mut self, mut queue: mpsc::Receiver<Command>) -> Result<(), StoreError> {
-        let mut next = queue.blocking_recv();
         let mut len_before = 0;
-        while let Some(first) = next.take() {
+        while let Some(first) = queue.blocking_recv() {
             if len_before >= GATHER_FROM {
                 std::thread::sleep(GATHER);
             }
-            let mut group = Vec::new();
-            let mut boundary = None;
-            let mut came = Some(first);
-            while let Some(command) = came.take() {
-                match command {
-                    Command::Append { taken, reply } => {
-                        group.push((taken, reply));
-                        if group.len() < self.limits.commit_group_max {
-                            came = queue.try_recv().ok();
-                        }
-                    }
-                    other => boundary = Some(other),
-                }
-            }
-            len_before = group.len();
-            if !group.is_empty() {
-                self.append(group);
+            let mut group = Group::gather(first, &mut queue, self.limits.commit_group_max);
+            len_before = group.taken.len();
+            if len_before > 0 {
+                let outcome = self.append(&group.taken);
+                group.answer(outcome);
                 self.tend();
             }
-            if let Some(command) = boundary {
-                self.set_boundary(command);
+            if let Some((change, reply)) = group.change {
+                let _ = reply.send(self.change(change));
             }
-            next = queue.blocking_recv();
         }
         // Only tidies: what was acknowledged is in the file or its log already.
         let now_ns = self.time.now_ns();
@@ -129,33 +106,18 @@ impl Writer {
         self.presence.check_at_end(&self.connection)
     }
 
-    /// One transaction and one sync for the whole group; answers only after it.
-    fn append(&mut self, group: Vec<(Taken, Reply<Appended>)>) {
-        let (taken, replies): (Vec<Taken>, Vec<_>) = group.into_iter().unzip();
+    /// One transaction and one sync for the whole group, which is answered after it.
+    fn append(&mut self, taken: &[Taken]) -> Outcome {
         let outcome = self
-            .keeping_known(|transaction, known, limits| known.append(transaction, &taken, limits));
-        // Let go of first, so that who waits finds the post its own again.
-        drop(taken);
-        let outcome = outcome.map_err(|error| self.told_from_a_full_disk(error));
+            .keeping_known(|transaction, known, limits| known.append(transaction, taken, limits))
+            .map_err(|error| self.told_from_a_full_disk(error));
         match &outcome {
             Err(error) => self.fault.set(Some(error.clone())),
             // Where every batch was refused for what it says, nothing was written.
             Ok(appended) if appended.iter().any(Result::is_ok) => self.fault.set(None),
             Ok(_) => {}
         }
-        match outcome {
-            Ok(appended) => {
-                for (reply, appended) in replies.into_iter().zip(appended) {
-                    // The one who asked may have gone; the work stays done.
-                    let _ = reply.send(appended);
-                }
-            }
-            Err(error) => {
-                for reply in replies {
-                    let _ = reply.send(Err(error.clone()));
-                }
-            }
-        }
+        outcome
     }
 
     /// Does the work in a transaction. What is known is forgotten if it fails, since the file was set back.
@@ -186,7 +148,6 @@ impl Writer {
         })
     }
 
-    /// Seals and deletes a little of what is old.
     fn tend(&mut self) {
         let now_ns = self.time.now_ns();
         if !self.tender.is_due(now_ns) {
@@ -212,71 +173,46 @@ impl Writer {
         }
     }
 
-    fn set_boundary(&mut self, command: Command) {
-        match command {
-            Command::Start {
-                name,
-                t_start_ns,
-                reply,
-            } => {
-                let recordings_max = self.limits.recordings_max;
-                let started = self
-                    .settled(|transaction| start(transaction, &name, t_start_ns, recordings_max));
-                self.note(started.as_ref().err());
-                let _ = reply.send(started);
+    fn change(&mut self, change: Change) -> Result<Changed, StoreError> {
+        // Where there is nothing to settle, nothing is written: that the store can write is not shown.
+        let shows_a_write = !matches!(change, Change::EndEpoch | Change::Settle);
+        let (recordings_max, labels_max) = (self.limits.recordings_max, self.limits.labels_max);
+        let done = match change {
+            Change::Start { name, t_start_ns } => self
+                .settled(|file| start(file, &name, t_start_ns, recordings_max))
+                .map(Changed::Recording),
+            Change::Stop { id, t_stop_ns } => self
+                .settled(|file| stop(file, id, t_stop_ns))
+                .map(Changed::Recording),
+            Change::Note { id, note } => self
+                .settled(|file| write_note(file, id, &note))
+                .map(Changed::Recording),
+            Change::AddLabel { id, label } => {
+                commit(&self.connection, &mut self.presence, |file| {
+                    labels::add(file, id, label, labels_max)
+                })
+                .map(Changed::Label)
             }
-            Command::Stop {
-                id,
-                t_stop_ns,
-                reply,
-            } => {
-                let stopped = self.settled(|transaction| stop(transaction, id, t_stop_ns));
-                self.note(stopped.as_ref().err());
-                let _ = reply.send(stopped);
+            Change::RemoveLabel { id, number } => {
+                commit(&self.connection, &mut self.presence, |file| {
+                    labels::remove(file, id, number)
+                })
+                .map(|()| Changed::Nothing)
             }
-            Command::Note { id, note, reply } => {
-                let noted = self.settled(|transaction| write_note(transaction, id, &note));
-                self.note(noted.as_ref().err());
-                let _ = reply.send(noted);
-            }
-            Command::AddLabel { id, label, reply } => {
-                let labels_max = self.limits.labels_max;
-                let added = commit(&self.connection, &mut self.presence, |transaction| {
-                    labels::add(transaction, id, label, labels_max)
-                });
-                self.note(added.as_ref().err());
-                let _ = reply.send(added);
-            }
-            Command::RemoveLabel { id, number, reply } => {
-                let removed = commit(&self.connection, &mut self.presence, |transaction| {
-                    labels::remove(transaction, id, number)
-                });
-                self.note(removed.as_ref().err());
-                let _ = reply.send(removed);
-            }
-            Command::EndEpoch { reply } => {
-                let _ = reply.send(self.settled(end_epoch));
-            }
-            Command::Settle { reply } => {
-                let settled = self.settled(|_| Ok(()));
-                if settled.is_err() {
-                    // Where there was nothing to settle, nothing was written: that the store can write is not shown.
-                    self.note(settled.as_ref().err());
-                }
-                let _ = reply.send(settled);
-            }
-            // Appends are taken in groups, and never come here.
-            Command::Append { reply, .. } => {
-                let _ = reply.send(Err(StoreError::Closed));
-            }
+            Change::EndEpoch => self.settled(end_epoch).map(Changed::Epoch),
+            Change::Settle => self.settled(|_| Ok(Changed::Nothing)),
+        };
+        if shows_a_write || done.is_err() {
+            self.note(done.as_ref().err());
         }
+        done
     }
 
     /// SQLite says "full" of the disk and of the quota alike.
     fn told_from_a_full_disk(&self, error: StoreError) -> StoreError {
         match (error, self.limits.store_bytes_max) {
             (StoreError::Full, Some(bytes_max)) if self.is_at(bytes_max) => {
-                StoreError::QuotaReached { bytes_max }
+                StoreError::QuotaReached(bytes_max)
             }
             (error, _) => error,
         }
@@ -335,7 +271,6 @@ fn transact<T>(
     done
 }
 
-/// Whether the database itself failed.
 fn is_of_the_database(error: &StoreError) -> bool {
     matches!(
         error,
@@ -376,9 +311,7 @@ fn start(
     let recordings: i64 =
         connection.query_row("SELECT count(*) FROM recordings", [], |row| row.get(0))?;
     if recordings >= count(recordings_max) {
-        return Err(StoreError::TooManyRecordings {
-            limit: recordings_max,
-        });
+        return Err(StoreError::TooManyRecordings(recordings_max));
     }
     connection
         .prepare_cached("INSERT INTO recordings (name, t_start_ns, after_epoch) VALUES (?, ?, ?)")?

@@ -149,7 +149,7 @@ async fn a_full_queue_refuses_and_loses_nothing_that_it_took() {
     for post in posts {
         match post.await {
             Ok(_) => kept += 1,
-            Err(error) => assert!(matches!(error, StoreError::Busy { waiting: 4 }), "{error}"),
+            Err(error) => assert!(matches!(error, StoreError::Busy(4)), "{error}"),
         }
     }
     assert!((4..=6).contains(&kept), "{kept} were taken");

@@ -244,10 +244,7 @@ pub(super) async fn streams_are_limited(store: &dyn FrameStore) {
     }
     let seventh = batch("pi-1", "b6", vec![part("s1", vec![frame(0)])]);
     let error = store.append(Arc::new(seventh), 1).await.unwrap_err();
-    assert!(
-        matches!(error, StoreError::TooManyStreams { limit: 6 }),
-        "{error}"
-    );
+    assert!(matches!(error, StoreError::TooManyStreams(6)), "{error}");
     append(store, batch("pi-1", "b0", vec![part("s1", vec![frame(1)])])).await;
     assert_eq!(store.streams().await.unwrap().len(), 6);
 }

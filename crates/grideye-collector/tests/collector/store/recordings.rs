@@ -228,7 +228,7 @@ pub(super) async fn labels_are_kept_in_their_order_until_they_are_taken_away(
         assert_eq!((kept.number, &kept.label), (number, label));
     }
     let more = store.add_label(first.id, labels[0].clone()).await;
-    assert!(matches!(more, Err(StoreError::TooManyLabels { limit: 3 })));
+    assert!(matches!(more, Err(StoreError::TooManyLabels(3))));
     store.add_label(second.id, labels[1].clone()).await.unwrap();
     store.remove_label(first.id, 2).await.unwrap();
     let kept = store.labels(first.id).await.unwrap();
@@ -258,8 +258,5 @@ pub(super) async fn recordings_are_limited(store: &dyn FrameStore) {
             .unwrap();
     }
     let error = store.start_recording("r4".to_owned(), 1).await.unwrap_err();
-    assert!(
-        matches!(error, StoreError::TooManyRecordings { limit: 4 }),
-        "{error}"
-    );
+    assert!(matches!(error, StoreError::TooManyRecordings(4)), "{error}");
 }

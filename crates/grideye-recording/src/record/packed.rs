@@ -44,7 +44,7 @@ macro_rules! made_for_width {
 }
 
 /// Writes the words behind what is in `bytes` already.
-pub fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
+pub(super) fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
     let words = pixels.map(|word| word.0);
     let (lowest, highest) = ends(&words);
     let width = width_of(highest - lowest);
@@ -54,12 +54,8 @@ pub fn put(bytes: &mut Vec<u8>, pixels: &[PixelWord; PIXELS]) {
     made_for_width!(width, put_above(bytes, &above));
 }
 
-/// Reads the words that `bytes` begin with; how many bytes they take.
-///
-/// `None` where the bytes end before, and for what [`put`] does not write: a width that is too
-/// large or larger than needed, a word above 65535.
-#[must_use]
-pub fn take(bytes: &[u8]) -> Option<([PixelWord; PIXELS], usize)> {
+/// Reads the words that `bytes` begin with, and how many bytes they take; `None` for what [`put`] does not write.
+pub(super) fn take(bytes: &[u8]) -> Option<([PixelWord; PIXELS], usize)> {
     let (head, rest) = bytes.split_first_chunk::<3>()?;
     let lowest = u16::from_le_bytes([head[0], head[1]]);
     let width = usize::from(head[2]);
@@ -85,7 +81,6 @@ fn ends(words: &[u16; PIXELS]) -> (u16, u16) {
     (lowest, highest)
 }
 
-/// In how many bits a word lies.
 fn width_of(word: u16) -> usize {
     WIDTH_MAX - usize::try_from(word.leading_zeros()).unwrap_or(0)
 }

@@ -1,0 +1,120 @@
+//! [`FrameStore`], the one trait of every engine.
+
+use crate::store::error::RecordingId;
+use crate::store::plan::Taken;
+use crate::store::queue::{Change, Changed, Queue};
+use crate::store::types::{
+    Answer, Appended, KeptLabel, Label, Members, News, Recording, Span, StoreUsage, StoredRecord,
+    StreamSummary,
+};
+use axum::body::Bytes;
+use grideye_recording::wire::Batch;
+use std::sync::Arc;
+use tokio::sync::mpsc;
+
+/// A store of frames and recordings. A change is answered when it is on disk and synced. Frames are known by
+/// (device, sensor, boot, seq) permanently: the same frame again changes nothing.
+pub trait FrameStore: Send + Sync + 'static {
+    /// The way to the engine's one writer.
+    #[doc(hidden)]
+    fn queue(&self) -> &Queue;
+
+    /// Keeps a batch: all of it, or on an error nothing.
+    fn append(&self, batch: Arc<Batch>, t_arrival_ns: i64) -> Answer<'_, Appended> {
+        self.queue().append(Taken {
+            batch,
+            compact: None,
+            t_arrival_ns,
+        })
+    }
+
+    /// The same, of a batch that was read from `compact` ([`Batch::from_binary`]), which a store may keep as it is.
+    fn append_compact(
+        &self,
+        batch: Arc<Batch>,
+        compact: Bytes,
+        t_arrival_ns: i64,
+    ) -> Answer<'_, Appended> {
+        self.queue().append(Taken {
+            batch,
+            compact: Some(compact),
+            t_arrival_ns,
+        })
+    }
+
+    /// What is kept of every stream, ordered by device, sensor, boot.
+    fn streams(&self) -> Answer<'_, Vec<StreamSummary>>;
+
+    /// For each (device, sensor), the newest record of the stream that was added to last.
+    fn newest(&self) -> Answer<'_, Vec<StoredRecord>>;
+
+    /// Starts a recording. Frames that arrive from now on belong to it.
+    fn start_recording(&self, name: String, t_start_ns: i64) -> Answer<'_, Recording> {
+        let start = Change::Start { name, t_start_ns };
+        self.queue().change(start, recording)
+    }
+
+    /// Ends a recording. Frames that arrive from now on do not belong to it.
+    fn stop_recording(&self, id: RecordingId, t_stop_ns: i64) -> Answer<'_, Recording> {
+        let stop = Change::Stop { id, t_stop_ns };
+        self.queue().change(stop, recording)
+    }
+
+    /// Sets a recording's note; an empty one is none.
+    fn note_recording(&self, id: RecordingId, note: String) -> Answer<'_, Recording> {
+        self.queue().change(Change::Note { id, note }, recording)
+    }
+
+    /// The labels of a recording, in the order in which they were added.
+    fn labels(&self, id: RecordingId) -> Answer<'_, Vec<KeptLabel>>;
+
+    /// Adds a label to a recording. Whether its frames are there is the caller's to know.
+    fn add_label(&self, id: RecordingId, label: Label) -> Answer<'_, KeptLabel> {
+        let add = Change::AddLabel { id, label };
+        self.queue().change(add, |changed| match changed {
+            Changed::Label(label) => Some(label),
+            _ => None,
+        })
+    }
+
+    /// Takes a label away.
+    fn remove_label(&self, id: RecordingId, number: i64) -> Answer<'_, ()> {
+        let remove = Change::RemoveLabel { id, number };
+        self.queue().change(remove, |_done| Some(()))
+    }
+
+    /// Every recording, newest first.
+    fn recordings(&self) -> Answer<'_, Vec<Recording>>;
+
+    /// Which frames belong to a recording: the one place that says so.
+    fn members(&self, id: RecordingId) -> Answer<'_, Members>;
+
+    /// The next records of one span of a recording, in ascending seq: those after `after_seq`, at most `rows`.
+    fn page(
+        &self,
+        span: Span,
+        after_seq: Option<u64>,
+        rows: usize,
+    ) -> Answer<'_, Vec<StoredRecord>>;
+
+    /// What others keep in the same store from now on, for the live page; once, and only where there may be others.
+    fn news(&self) -> Option<mpsc::Receiver<News>> {
+        None
+    }
+
+    /// How much room the frames take, and how much they may take.
+    fn usage(&self) -> Answer<'_, StoreUsage>;
+
+    /// Fails when the store cannot be read, or when the last write failed.
+    fn ping(&self) -> Answer<'_, ()>;
+
+    /// Commits what was asked for and lets go of the files. Later calls answer [`Closed`](crate::StoreError::Closed).
+    fn close(&self) -> Answer<'_, ()>;
+}
+
+fn recording(changed: Changed) -> Option<Recording> {
+    match changed {
+        Changed::Recording(recording) => Some(recording),
+        _ => None,
+    }
+}

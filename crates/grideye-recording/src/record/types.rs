@@ -1,0 +1,186 @@
+//! One sensor frame as it is kept: who measured it, which one it is, when, and what the bus said.
+
+use crate::text::quoted;
+use core::fmt;
+use core::str::FromStr;
+use grideye_frame::{NAME_CHARS_MAX, NAME_RULE, RawFrame, Reading, is_name};
+
+/// Whose frames: with [`Record::seq`] it names one sensor frame permanently.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StreamId {
+    /// The agent's name, for example `pi-1`.
+    pub device: String,
+    /// The sensor's place on the device, for example `i2c-1:0x69`.
+    pub sensor: String,
+    /// One run of the agent since the device started: sequence numbers begin again with each.
+    pub boot: String,
+}
+
+/// What the agent knew of its wall clock when it stamped a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ClockState {
+    /// Never set since the device started: a Raspberry Pi has no battery clock.
+    Unsynced,
+    /// Set, by NTP or its like.
+    Synced,
+    /// Set, and moved by a jump since the frame before.
+    Stepped,
+}
+
+impl ClockState {
+    /// Every state.
+    pub const ALL: [Self; 3] = [Self::Unsynced, Self::Synced, Self::Stepped];
+
+    /// The state's name on the wire and in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Unsynced => "unsynced",
+            Self::Synced => "synced",
+            Self::Stepped => "stepped",
+        }
+    }
+
+    /// The state's number in every binary form: on the wire, in the agent's spool, in the collector's store.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            Self::Unsynced => 0,
+            Self::Synced => 1,
+            Self::Stepped => 2,
+        }
+    }
+
+    /// The state of a number from [`ClockState::code`].
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.code() == code)
+    }
+}
+
+impl fmt::Display for ClockState {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}
+
+impl FromStr for ClockState {
+    type Err = UnknownClockState;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL
+            .into_iter()
+            .find(|state| state.name() == name)
+            .ok_or(UnknownClockState)
+    }
+}
+
+/// A name that is no [`ClockState`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("no such clock state; expected {CLOCK_STATES}")]
+pub struct UnknownClockState;
+
+/// What an error message expects in a clock's place.
+pub(crate) const CLOCK_STATES: &str = "one of unsynced synced stepped";
+
+/// When a frame was read. Wall time is never a key and never an order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Stamp {
+    /// `CLOCK_BOOTTIME` of the device, in nanoseconds; at most [`COUNT_MAX`] on the wire and in files.
+    pub t_boot_ns: u64,
+    /// Wall clock of the device, in nanoseconds since 1970-01-01 UTC.
+    pub t_utc_ns: i64,
+    /// How far the wall clock is to be believed.
+    pub clock: ClockState,
+}
+
+/// One sensor frame, read or missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Record {
+    /// Counts sensor frames from 0 within a stream; a jump is a gap. At most [`COUNT_MAX`] on the wire and in files.
+    pub seq: u64,
+    /// When it was read, or found to be missing.
+    pub stamp: Stamp,
+    /// What the bus said, or why it said nothing.
+    pub reading: Reading<RawFrame>,
+}
+
+/// The largest sequence number, boot time or count on the wire and in files: that of SQLite, PostgreSQL and pandas.
+pub const COUNT_MAX: u64 = i64::MAX.unsigned_abs();
+
+/// Whether a name of a device, a sensor or a boot can go onto the wire and into files.
+///
+/// The rule is [`is_name`]: 1 to [`NAME_CHARS_MAX`] characters out of `A-Z a-z 0-9 . _ : -`, the first a letter or a digit.
+///
+/// ```
+/// assert!(grideye_recording::check_name("i2c-1:0x69").is_ok());
+/// assert!(grideye_recording::check_name("=cmd()").is_err());
+/// assert!(grideye_recording::check_name("..").is_err());
+/// ```
+///
+/// # Errors
+/// [`NameError`] with the name, cut when long.
+pub fn check_name(name: &str) -> Result<(), NameError> {
+    if is_name(name) {
+        return Ok(());
+    }
+    Err(NameError {
+        found: match name.chars().count() {
+            chars if chars > NAME_CHARS_MAX => format!("{chars} characters: {}", quoted(name)),
+            _ => quoted(name),
+        },
+    })
+}
+
+/// A name that [`check_name`] refuses.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected {NAME_RULE}, found {found}")]
+pub struct NameError {
+    /// The name between quotation marks, cut when long.
+    pub found: String,
+}
+
+/// One row of a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// Whose frame.
+    pub stream: StreamId,
+    /// The frame, or the reason why there is none. In CSV only twelve bits of each word survive.
+    pub record: Record,
+    /// The collector's wall clock when the frame arrived, in nanoseconds since 1970-01-01 UTC, where it is known.
+    pub t_arrival_ns: Option<i64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_clock_state_is_found_again_by_its_name_and_named_to_those_who_miss() {
+        for state in ClockState::ALL {
+            assert_eq!(state.name().parse(), Ok(state));
+            assert!(CLOCK_STATES.contains(state.name()));
+        }
+        assert_eq!("Synced".parse::<ClockState>(), Err(UnknownClockState));
+    }
+
+    #[test]
+    fn names_are_bounded_and_of_one_alphabet() {
+        let longest = "x".repeat(NAME_CHARS_MAX);
+        for good in ["p", "9", "pi-1", "i2c-1:0x69", "A.b_c:d-e", &longest] {
+            assert_eq!(check_name(good), Ok(()), "{good}");
+        }
+        let bad = "=1|+1|-1|@a|.|..|_a|:a|a b|a,b|a\"b|a/b|a\nb|a\0|é|aé||";
+        let too_long = "x".repeat(NAME_CHARS_MAX + 1);
+        for bad in bad.split('|').chain([too_long.as_str()]) {
+            assert!(check_name(bad).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn the_rule_in_the_message_states_the_limit() {
+        assert!(NAME_RULE.contains(&format!("1 to {NAME_CHARS_MAX} characters")));
+        let found = check_name(&"x".repeat(70)).unwrap_err().found;
+        assert!(found.starts_with("70 characters: \"xxx"), "{found}");
+    }
+}
