@@ -43,6 +43,7 @@ mod cell;
 mod error;
 mod layout;
 mod lines;
+mod resolution;
 mod rows;
 mod text;
 
@@ -61,3 +62,4 @@ pub use layout::{Layout, sniff};
 pub use record::{
     COUNT_MAX, ClockState, NameError, Record, Row, Stamp, StreamId, UnknownClockState, check_name,
 };
+pub use resolution::{other_resolution, sensor_of};

@@ -6,12 +6,12 @@ mod coverage;
 mod dataset;
 mod emulate;
 mod mqtt;
-mod orient;
 mod shared;
 
 use clap::builder::TypedValueParser as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use grideye_agent::cli::on_a_screen;
+use grideye_scene::Model;
 use grideye_validator::background::Empty;
 use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
@@ -19,16 +19,15 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 pub(crate) use access::{
-    Collect, CollectorAddress, Enroll, LogFormat, PageScope, Scenes, TokenCommand, TokenList,
-    TokenMake, TokenRevoke, TokenWhat,
+    Collect, CollectorAddress, Enroll, LogFormat, Scenes, TokenCommand, TokenList, TokenMake,
+    TokenRevoke, TokenWhat,
 };
 pub(crate) use align::Align;
-pub(crate) use coverage::{Coverage, Posture, Where};
+pub(crate) use coverage::Coverage;
 pub(crate) use dataset::Dataset;
 pub(crate) use emulate::Emulate;
 pub(crate) use mqtt::{BridgeOptions, BrokerOptions, Forget, MqttCommand, MqttWhat};
-pub(crate) use orient::Orient;
-use shared::positive;
+use shared::{Choices, one_of, positive};
 pub(crate) use shared::{Method, SEED};
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
@@ -143,7 +142,7 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     /// The model of the frames [default: the scene's own].
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = one_of(MODELS))]
     pub(crate) model: Option<Model>,
     /// The paper's grid of points, or exact areas.
     ///
@@ -161,14 +160,11 @@ pub(crate) struct Simulate {
     pub(crate) view: Option<PathBuf>,
 }
 
-/// What a frame is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Model {
-    /// The paper's perceived temperature, resampled.
-    Paper,
-    /// Radiance, averaged over each pixel's response.
-    Physical,
-}
+const MODELS: Choices<Model> = (
+    &[Model::Paper, Model::Physical],
+    "paper The paper's perceived temperature, resampled
+physical Radiance, averaged over each pixel's response",
+);
 
 /// Make one frame of more pixels from the sensors of a scene.
 ///
@@ -228,6 +224,35 @@ pub(crate) struct Record {
     /// Also write the recording to this file.
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) collector: CollectorAddress,
+}
+
+/// Find out how a sensor is mounted, by a hand at the left and one at the top.
+///
+/// Left and top are those of somebody behind the sensor who looks where it looks; below a ceiling they are those of a map
+/// of the room. In a recording the first to be seen after an empty view is the hand at the left, the second the one at the
+/// top. A person does as well as a hand.
+///
+/// Exit code 3: it cannot tell.
+///
+/// Example: grideye orient --sensor pi-1/i2c-1:0x69
+#[derive(Debug, Args)]
+pub(crate) struct Orient {
+    /// The sensor, where there are several.
+    ///
+    /// As the page names it, with its device and a slash before it where two devices have a sensor of that name.
+    #[arg(long, value_name = "SENSOR")]
+    pub(crate) sensor: Option<String>,
+    /// Look at a recording, not at live frames.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["url", "token_file", "authority", "seconds"])]
+    pub(crate) recording: Option<PathBuf>,
+    /// Longest wait for each hand, in seconds.
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=3600))]
+    pub(crate) seconds: u64,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) collector: CollectorAddress,
 }
@@ -428,10 +453,8 @@ impl std::str::FromStr for Nobody {
                 .parse()
                 .map(|stretch| Self::In(Empty::Named(stretch)))
                 .map_err(|expected: String| {
-                    format!(
-                        "expected yes, no or auto, or {}",
-                        expected.trim_start_matches("expected ")
-                    )
+                    let expected = expected.trim_start_matches("expected ");
+                    format!("expected yes, no or auto, or {expected}")
                 }),
         }
     }
@@ -505,18 +528,15 @@ pub(crate) struct Completions {
     #[arg(value_enum)]
     pub(crate) shell: clap_complete::Shell,
     /// The program that is completed.
-    #[arg(long, value_enum, default_value_t = Program::Grideye)]
-    pub(crate) program: Program,
+    #[arg(long, value_parser = one_of(PROGRAMS), default_value = "grideye")]
+    pub(crate) program: fn() -> clap::Command,
 }
 
-/// A program of this project.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Program {
-    /// The command line on the PC.
-    Grideye,
-    /// The program on the Raspberry Pi.
-    GrideyeAgent,
-}
+const PROGRAMS: Choices<fn() -> clap::Command> = (
+    &[command, grideye_agent::cli::command],
+    "grideye The command line on the PC
+grideye-agent The program on the Raspberry Pi",
+);
 
 /// Write the man pages of both programs into a folder.
 ///
@@ -530,9 +550,7 @@ pub(crate) struct Man {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().map(Duration::try_from_secs_f64);
-    match seconds {
-        Some(Ok(time)) => Ok(time),
-        _ => Err("expected seconds, 0 or more".to_owned()),
-    }
+    let seconds = text.parse().ok();
+    let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    time.ok_or_else(|| "expected seconds, 0 or more".to_owned())
 }

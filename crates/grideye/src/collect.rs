@@ -3,11 +3,8 @@
 use crate::access::{outward_address, url_of};
 use crate::cli::{Collect, LogFormat};
 use crate::exit::{Outcome, bad_input};
-use crate::mqtt;
 use crate::output::outln;
-use crate::progress;
-use crate::scenes;
-use crate::store;
+use crate::{mqtt, progress, scenes, store};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::auth::{AccessFolder, Address};
 use grideye_collector::{
@@ -20,7 +17,6 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 
-/// Serves until Ctrl-C or SIGTERM.
 pub(crate) fn run(options: &Collect) -> Result<Outcome> {
     let runtime = grideye_collector::runtime().context("cannot start the collector's threads")?;
     runtime.block_on(async {
@@ -36,9 +32,6 @@ pub(crate) fn run(options: &Collect) -> Result<Outcome> {
 }
 
 /// Ready on Ctrl-C, and on the SIGTERM that systemd sends. Both are caught from this call on, not only once awaited.
-///
-/// # Errors
-/// When the system lets no handler in. Must be called within a tokio runtime.
 pub(crate) fn stop_signal() -> io::Result<impl Future<Output = ()> + Send + 'static> {
     let mut interrupted = signal(SignalKind::interrupt())?;
     let mut terminated = signal(SignalKind::terminate())?;
@@ -52,13 +45,13 @@ pub(crate) fn stop_signal() -> io::Result<impl Future<Output = ()> + Send + 'sta
 
 fn config(options: &Collect) -> Result<Config> {
     let store = store::location(&options.store)?;
-    if options.store_quota.is_some() && !matches!(store, StoreLocation::File(_)) {
+    let is_file = matches!(store, StoreLocation::File(_));
+    if options.store_quota.is_some() && !is_file {
         return Err(bad_input(anyhow!(
             "--store-quota is for a store in a file\nhint: give the database a tablespace of its own on a disk of that size"
         )));
     }
-    let is_retention_asked = options.keep_days.is_some() || options.keep_bytes.is_some();
-    if is_retention_asked && !matches!(store, StoreLocation::File(_)) {
+    if (options.keep_days.is_some() || options.keep_bytes.is_some()) && !is_file {
         return Err(bad_input(anyhow!(
             "--keep-days and --keep-bytes are for a store in a file\nhint: a database deletes by SQL: see \"Old frames\" in crates/grideye-collector/README.md"
         )));
@@ -71,16 +64,12 @@ fn config(options: &Collect) -> Result<Config> {
     config.tls = tls(options);
     config.log = log(options.log);
     config.annexes = scenes::annexes(&options.scenes)?;
-    config
-        .annexes
-        .push(grideye_export::annex::annex(tempfile::tempfile));
     let bridge = mqtt::annex(&options.mqtt, config.log.clone())?;
     config.annexes.extend(bridge);
     let limits = &mut config.limits;
     limits.store_bytes_max = options.store_quota;
-    limits.keep_for = options
-        .keep_days
-        .map(|days| Duration::from_secs(86_400 * days));
+    let days = options.keep_days;
+    limits.keep_for = days.map(|days| Duration::from_secs(86_400 * days));
     limits.keep_bytes = options.keep_bytes;
     limits.requests_per_second_max = options.requests_per_second;
     limits.requests_burst_max = options.requests_per_second.saturating_mul(2);
@@ -118,12 +107,8 @@ fn told(error: CollectorError) -> anyhow::Error {
 
 fn log(format: LogFormat) -> Log {
     Log::new(move |event| {
-        let line = match format {
-            LogFormat::Text => event.to_string(),
-            LogFormat::Json => event.to_json(),
-        };
         // A closed standard error is no reason to stop.
-        let _ = writeln!(io::stderr().lock(), "{line}");
+        let _ = writeln!(io::stderr().lock(), "{}", format(event));
     })
 }
 
@@ -138,11 +123,8 @@ fn remember(options: &Collect, collector: &Collector) -> Result<()> {
         (Some(chain), _) => Some(pin_of_file(chain)?),
         (None, _) => Some(folder.authority()?.pin()),
     };
-    let url = url(
-        collector.scheme(),
-        collector.local_addr(),
-        &options.host_names,
-    );
+    let (scheme, listen) = (collector.scheme(), collector.local_addr());
+    let url = url(scheme, listen, &options.host_names);
     folder.set_address(&Address { url, pin })?;
     Ok(())
 }

@@ -11,15 +11,14 @@ use crate::exit::Outcome;
 use crate::output::outln;
 use crate::{compare, files, progress, recordings};
 use anyhow::Result;
-use grideye_frame::RawFrame;
 use grideye_recording::{Record, Row};
+use grideye_rig::Replayed;
 use grideye_validator::report::{self, Context};
 use grideye_validator::thresholds::ThresholdSet;
 use show::Show;
 use stage::{Delivered, STORE, Stage};
 use std::path::Path;
 
-/// Runs the loop once; then serves the page until Ctrl-C, unless `--once` asked for the exit code.
 pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     files::writable_folder(&options.out)?;
     let show = Show::prepare(options)?;
@@ -48,26 +47,30 @@ const JSON: &str = "report.json";
 /// What is shown may lie in the folder, but not under a name that is written there.
 fn keep_apart(options: &Demo, show: &Show) -> Result<()> {
     let written = [RECORDING, PAGE, JSON, STORE].map(|name| options.out.join(name));
-    let shown = options.scene.iter().chain(&options.replay);
-    files::keep_apart(shown.chain(show.files()), &written)
+    files::keep_apart(show.files().iter().chain(&options.replay), &written)
 }
 
 /// Fetches the recording, judges it, and prints the three lines.
 fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -> Result<Outcome> {
     let path = options.out.join(RECORDING);
     files::write_whole(&path, |out| {
-        stage
-            .client()
-            .download_csv(delivered.recording, out)
-            .map(drop)
+        stage.client.download_csv(delivered.recording, out)
     })?;
     let rows = recordings::load(&path)?;
     let (line, outcome, result) = match show {
         Show::Scene(scene) => judge_scene(options, scene, &path, &rows)?,
-        Show::Replay(replay) => judge_replay(&replay.frames, &rows, &path),
+        Show::Replay(frames) => {
+            let replayed = Replayed::new(frames, &rows);
+            let outcome = match replayed.is_equal() {
+                true => Outcome::Done,
+                false => Outcome::Disagrees,
+            };
+            let result = format!("recording {}", path.display());
+            (format!("replay    {replayed}"), outcome, result)
+        }
     };
     let audit = stage.audit(delivered)?;
-    let is_whole = audit.balanced == Some(true) && audit.missing == 0 && audit.dropped_total() == 0;
+    let is_whole = audit.balanced == Some(true) && crate::audit::is_whole(&audit);
     outln!("delivery  {}", crate::audit::equation(&audit))?;
     outln!("{line}")?;
     let closed = if options.once { " (closed now)" } else { "" };
@@ -94,9 +97,6 @@ fn judge_scene(
         scene: shown.name.clone(),
         recording: recording.display().to_string(),
         sensor: shown.sensor.clone(),
-        command: compare::command_line(),
-        program: compare::program(),
-        created: String::new(),
         seeds: vec![("emulated sensor".to_owned(), options.seed), ("simulation".to_owned(), seed)],
         inputs: [shown.inputs.clone(), vec![compare::hashed(recording)?]].concat(),
         assumptions: [shown.warnings.clone(), vec![
@@ -104,124 +104,20 @@ fn judge_scene(
         ]].concat(),
         experiment: shown.experiment,
         thresholds: ThresholdSet::shipped().lines,
+        ..compare::context()
     };
     let page = options.out.join(PAGE);
+    files::write_text(&page, &report::html(&comparison, &context))?;
     let json = options.out.join(JSON);
-    for (path, text) in [
-        (&page, report::html(&comparison, &context)),
-        (&json, report::json(&comparison, &context)),
-    ] {
-        files::write_text(path, &text)?;
-    }
+    files::write_text(&json, &report::json(&comparison, &context))?;
     let line = format!(
         "scores    {}: {}",
         comparison.judgement.verdict.name(),
-        compare::scores_line(&comparison, shown.experiment)
+        report::scores_line(&comparison, shown.experiment)
     );
     Ok((
         line,
         compare::outcome(comparison.judgement.verdict),
         format!("report {}", page.display()),
     ))
-}
-
-/// Counts what came out against what went in: every word of every frame.
-fn judge_replay(source: &[RawFrame], rows: &[Row], recording: &Path) -> Judged {
-    let read: Vec<&RawFrame> = rows
-        .iter()
-        .filter_map(|row| row.record.reading.frame())
-        .collect();
-    let missing = rows.len() - read.len();
-    let (pixels, thermistors) =
-        source
-            .iter()
-            .zip(&read)
-            .fold((0, 0), |(pixels, thermistors), (sent, got)| {
-                let differing = sent
-                    .pixels
-                    .iter()
-                    .zip(got.pixels)
-                    .filter(|(sent, got)| **sent != *got)
-                    .count();
-                (
-                    pixels + differing,
-                    thermistors + usize::from(sent.thermistor != got.thermistor),
-                )
-            });
-    let is_equal = read.len() == source.len() && missing == 0 && pixels == 0 && thermistors == 0;
-    let line = format!(
-        "replay    {} frames in, {} out, {missing} missing; compared one by one in order: {pixels} of {} pixels and {thermistors} of {} thermistor values differ",
-        source.len(),
-        read.len(),
-        source.len() * grideye_frame::PIXELS,
-        source.len(),
-    );
-    let outcome = if is_equal {
-        Outcome::Done
-    } else {
-        Outcome::Disagrees
-    };
-    (line, outcome, format!("recording {}", recording.display()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use grideye_frame::{NoData, PIXELS, PixelWord, Reading, ThermistorWord};
-    use grideye_recording::{ClockState, Stamp, StreamId};
-
-    fn frame(first: u16) -> RawFrame {
-        let mut pixels = [PixelWord(80); PIXELS];
-        pixels[0] = PixelWord(first);
-        RawFrame {
-            thermistor: ThermistorWord(400),
-            pixels,
-        }
-    }
-
-    fn rows(readings: impl IntoIterator<Item = Reading<RawFrame>>) -> Vec<Row> {
-        let stream = StreamId {
-            device: "demo".into(),
-            sensor: "s".into(),
-            boot: "b".into(),
-        };
-        let stamp = Stamp {
-            t_boot_ns: 0,
-            t_utc_ns: 0,
-            clock: ClockState::Synced,
-        };
-        (0..)
-            .zip(readings)
-            .map(|(seq, reading)| Row {
-                stream: stream.clone(),
-                record: Record {
-                    seq,
-                    stamp,
-                    reading,
-                },
-                t_arrival_ns: None,
-            })
-            .collect()
-    }
-
-    #[test]
-    fn a_replay_is_equal_only_if_every_word_of_every_frame_is() {
-        let source = [frame(1), frame(2), frame(3)];
-        let judge = |readings: &[Reading<RawFrame>]| {
-            judge_replay(&source, &rows(readings.iter().copied()), Path::new("r.csv"))
-        };
-        let whole: Vec<_> = source.iter().copied().map(Reading::Frame).collect();
-        assert_eq!(judge(&whole).1, Outcome::Done);
-
-        assert_eq!(judge(&whole[..2]).1, Outcome::Disagrees, "one frame short");
-        let swapped = [whole[1], whole[0], whole[2]];
-        assert!(
-            judge(&swapped).0.contains("2 of 192 pixels"),
-            "out of order"
-        );
-        let twice = [whole[0], whole[1], whole[1], whole[2]];
-        assert_eq!(judge(&twice).1, Outcome::Disagrees, "one twice");
-        let gap = [whole[0], Reading::NoData(NoData::Nack), whole[1], whole[2]];
-        assert_eq!(judge(&gap).1, Outcome::Disagrees, "a missing row");
-    }
 }

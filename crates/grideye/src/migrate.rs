@@ -9,7 +9,6 @@ use grideye_collector::StoreLocation;
 use grideye_collector::store::migrate::{Migrated, migrate};
 use serde_json::json;
 
-/// Copies, then holds the copy against the file.
 pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
     let StoreLocation::Postgres(url) = store::location(&options.url)? else {
         return Err(bad_input(anyhow!(
@@ -23,10 +22,7 @@ pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
             options.file.display()
         )));
     }
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("cannot start")?;
+    let runtime = progress::runtime().context("cannot start")?;
     let mut bars = progress::Bars::default();
     let migrated = runtime.block_on(migrate(&options.file, &url, |stage, done, total| {
         bars.show(stage.name(), done, total);
@@ -34,12 +30,15 @@ pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
     if options.json {
         outln!("{}", serde_json::to_string_pretty(&counts(&migrated))?)?;
     } else {
+        let Migrated {
+            frames,
+            missing,
+            streams,
+            recordings,
+            ..
+        } = &migrated;
         outln!(
-            "{} frames and {} missing ones of {} streams, {} recordings: copied and held against {}",
-            migrated.frames,
-            migrated.missing,
-            migrated.streams,
-            migrated.recordings,
+            "{frames} frames and {missing} missing ones of {streams} streams, {recordings} recordings: copied and held against {}",
             options.file.display()
         )?;
     }

@@ -1,8 +1,11 @@
 //! Progress on a terminal; nothing where no person is looking.
 
 use indicatif::{ProgressBar, ProgressBarIter, ProgressFinish, ProgressStyle};
-use std::io::Read;
+use std::io::{self, Read};
+use std::num::NonZeroUsize;
+use std::thread;
 use std::time::Duration;
+use tokio::runtime::{Builder, Runtime};
 
 /// A bar on standard error that counts to `total`; invisible unless standard error is a terminal.
 pub(crate) fn bar(total: u64, what: &'static str) -> ProgressBar {
@@ -20,7 +23,6 @@ pub(crate) fn bar(total: u64, what: &'static str) -> ProgressBar {
 pub(crate) struct Bars(Option<(&'static str, ProgressBar)>);
 
 impl Bars {
-    /// Shows how far this stage is.
     pub(crate) fn show(&mut self, stage: &'static str, done: u64, total: u64) {
         if self.0.as_ref().is_none_or(|(shown, _)| *shown != stage) {
             self.0 = Some((stage, bar(total, stage)));
@@ -54,7 +56,16 @@ pub(crate) async fn wait(seconds: u64, what: &'static str) {
     bar.finish_and_clear();
 }
 
-/// One line of what happens, on standard error.
+/// What runs futures on this thread.
+pub(crate) fn runtime() -> io::Result<Runtime> {
+    Builder::new_current_thread().enable_all().build()
+}
+
+/// How many threads work at a time, where nobody says.
+pub(crate) fn cores() -> usize {
+    thread::available_parallelism().map_or(1, NonZeroUsize::get)
+}
+
 pub(crate) fn say(line: &str) {
     eprintln!("{line}");
 }

@@ -1,4 +1,4 @@
-//! `--scenes`: the folder of scenes that the live page has.
+//! What the collector's page has besides its own: exports, and a folder of scenes (`--scenes`).
 
 use crate::cli::Scenes;
 use crate::exit::bad_input;
@@ -12,15 +12,13 @@ use std::path::Path;
 /// Where scenes are looked for unless a folder is named.
 const FOLDER: &str = "scenes";
 
-/// What the page has of the folder that was named, or of `scenes` if there is one; nothing where there is neither.
-///
-/// # Errors
-/// When a folder was named that cannot be read.
+/// Exports, and the scenes of the folder that was named, or of `scenes` if there is one.
 pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
+    let export = grideye_export::annex::annex(tempfile::tempfile);
     let folder = match &options.folder {
         Some(folder) => folder.as_path(),
         None if Path::new(FOLDER).is_dir() => Path::new(FOLDER),
-        None => return Ok(Vec::new()),
+        None => return Ok(vec![export]),
     };
     let disk = Disk {
         read: |file| files::read_text(file),
@@ -30,5 +28,5 @@ pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
         },
     };
     let annexes = grideye_studio::annexes(folder, disk).map_err(bad_input)?;
-    Ok(annexes.into())
+    Ok(annexes.into_iter().chain([export]).collect())
 }

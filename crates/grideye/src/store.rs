@@ -21,18 +21,13 @@ pub(crate) fn location(text: &str) -> Result<StoreLocation> {
     Ok(StoreLocation::Postgres(url))
 }
 
-/// The text of a password file that nobody else can read.
 fn password_file(path: &Path) -> Result<String> {
-    let named = || format!("cannot read the password file {}", path.display());
-    let mode = std::fs::metadata(path)
-        .with_context(named)?
-        .permissions()
-        .mode();
-    if mode & 0o077 != 0 {
+    let shown = path.display();
+    let about = std::fs::metadata(path);
+    let about = about.with_context(|| format!("cannot read the password file {shown}"))?;
+    if about.permissions().mode() & 0o077 != 0 {
         return Err(anyhow!(
-            "others can read the password file {}\nhint: chmod 600 {}",
-            path.display(),
-            path.display()
+            "others can read the password file {shown}\nhint: chmod 600 {shown}"
         ));
     }
     files::text(

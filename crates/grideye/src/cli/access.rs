@@ -1,7 +1,10 @@
 //! Options of the collector, and of the commands that say who may do what there.
 
 use super::mqtt::BridgeOptions;
+use super::shared::{Choices, one_of};
 use clap::{Args, Subcommand};
+use grideye_collector::LogEvent;
+use grideye_collector::auth::Scope;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
@@ -84,7 +87,7 @@ pub(crate) struct Collect {
     #[arg(long, value_name = "N", hide_short_help = true, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) requests_per_second: u32,
     /// How standard error is written.
-    #[arg(long, value_enum, default_value_t = LogFormat::Text)]
+    #[arg(long, value_parser = one_of(LOG_FORMATS), default_value = "text")]
     pub(crate) log: LogFormat,
     #[command(flatten)]
     pub(crate) scenes: Scenes,
@@ -102,14 +105,14 @@ pub(crate) struct Scenes {
     pub(crate) folder: Option<PathBuf>,
 }
 
-/// The form of log lines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum LogFormat {
-    /// `warning: refused code=bad_token peer=192.168.1.7`
-    Text,
-    /// One JSON object a line.
-    Json,
-}
+/// How an event of the log is written.
+pub(crate) type LogFormat = fn(&LogEvent) -> String;
+
+const LOG_FORMATS: Choices<LogFormat> = (
+    &[LogEvent::to_string, LogEvent::to_json],
+    "text `warning: refused code=bad_token peer=192.168.1.7`
+json One JSON object a line",
+);
 
 /// Where tokens and keys are kept.
 #[derive(Debug, Args)]
@@ -177,8 +180,8 @@ pub(crate) struct TokenMake {
     /// Whose it is.
     pub(crate) name: String,
     /// What it allows.
-    #[arg(long, value_enum)]
-    pub(crate) scope: PageScope,
+    #[arg(long, value_parser = one_of(SCOPES))]
+    pub(crate) scope: Scope,
     /// Write it to this file instead of printing it.
     ///
     /// For its owner alone.
@@ -189,13 +192,11 @@ pub(crate) struct TokenMake {
 }
 
 /// What a token that is not a device's allows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum PageScope {
-    /// To look: page, recordings, audit, metrics.
-    Read,
-    /// To look, and to start and stop recordings.
-    Admin,
-}
+const SCOPES: Choices<Scope> = (
+    &[Scope::Read, Scope::Admin],
+    "read To look: page, recordings, audit, metrics
+admin To look, and to start and stop recordings",
+);
 
 /// List the tokens, but never the tokens themselves.
 ///
@@ -248,13 +249,9 @@ pub(crate) struct CollectorAddress {
 /// A number with k, M, G or T behind it, in powers of 1024; at least a MiB.
 fn bytes(text: &str) -> Result<u64, String> {
     const LEAST: u64 = 1 << 20;
-    let (digits, shift) = match text.char_indices().last() {
-        Some((at, 'k')) => (&text[..at], 10),
-        Some((at, 'M')) => (&text[..at], 20),
-        Some((at, 'G')) => (&text[..at], 30),
-        Some((at, 'T')) => (&text[..at], 40),
-        _ => (text, 0),
-    };
+    let suffix = text.chars().last().and_then(|last| "kMGT".find(last));
+    let digits = suffix.map_or(text, |_| &text[..text.len() - 1]);
+    let shift = suffix.map_or(0, |place| 10 * (place + 1));
     let number: Option<u64> = digits.parse().ok();
     number
         .and_then(|number| number.checked_mul(1 << shift))
@@ -273,17 +270,10 @@ mod tests {
         assert_eq!(bytes("2048k"), Ok(2 << 20));
         assert_eq!(bytes("1048576"), Ok(1 << 20));
         assert_eq!(bytes("3T"), Ok(3 << 40));
-        for bad in [
-            "",
-            "M",
-            "1",
-            "1023k",
-            "-1G",
-            "1.5G",
-            "1m",
-            "99999999999T",
-            "1é",
-        ] {
+        for bad in "M 1 1023k -1G 1.5G 1m 99999999999T 1é"
+            .split(' ')
+            .chain([""])
+        {
             assert!(bytes(bad).is_err(), "{bad}");
         }
     }

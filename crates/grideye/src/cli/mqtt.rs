@@ -1,5 +1,6 @@
 //! Options of the bridge to an MQTT broker, for Home Assistant.
 
+use super::shared::within;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -13,22 +14,11 @@ pub(crate) struct BrokerOptions {
     #[arg(long = "mqtt", id = "mqtt", value_name = "URL")]
     pub(crate) url: Option<String>,
     /// File with the user's password [default: the environment variable GRIDEYE_MQTT_PASSWORD, if it is set].
-    #[arg(
-        long = "mqtt-password-file",
-        hide_short_help = true,
-        value_name = "FILE",
-        requires = "mqtt"
-    )]
-    pub(crate) password_file: Option<PathBuf>,
+    #[arg(long, hide_short_help = true, value_name = "FILE", requires = "mqtt")]
+    pub(crate) mqtt_password_file: Option<PathBuf>,
     /// Authorities of the broker's certificate, in PEM, for mqtts; /etc/ssl/certs/ca-certificates.crt has the public ones.
-    #[arg(
-        long = "mqtt-authority",
-        hide_short_help = true,
-        id = "mqtt_authority",
-        value_name = "FILE",
-        requires = "mqtt"
-    )]
-    pub(crate) authority: Option<PathBuf>,
+    #[arg(long, hide_short_help = true, value_name = "FILE", requires = "mqtt")]
+    pub(crate) mqtt_authority: Option<PathBuf>,
     /// Home Assistant's discovery prefix.
     #[arg(long = "mqtt-prefix", hide_short_help = true, value_name = "TOPIC", default_value = "homeassistant", value_parser = topic)]
     pub(crate) prefix: String,
@@ -103,33 +93,25 @@ const DAYS_MAX: f64 = 36_500.0;
 /// Characters of a topic that an option takes.
 const TOPIC_CHARS_MAX: usize = 100;
 
-fn within(text: &str, range: std::ops::RangeInclusive<f64>) -> Result<f64, String> {
-    let number: Option<f64> = text.parse().ok();
-    number
-        .filter(|number| range.contains(number))
-        .ok_or_else(|| {
-            format!(
-                "expected a number from {} to {}",
-                range.start(),
-                range.end()
-            )
-        })
+fn bounded(text: &str, least: f64, most: f64) -> Result<f64, String> {
+    let expected = format!("expected a number from {least} to {most}");
+    within(text, &(least..=most), expected)
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    within(text, 0.5..=SECONDS_MAX)
+    bounded(text, 0.5, SECONDS_MAX)
 }
 
 fn seconds_or_none(text: &str) -> Result<f64, String> {
-    within(text, 0.0..=SECONDS_MAX)
+    bounded(text, 0.0, SECONDS_MAX)
 }
 
 fn days(text: &str) -> Result<f64, String> {
-    within(text, 1e-5..=DAYS_MAX)
+    bounded(text, 1e-5, DAYS_MAX)
 }
 
 fn degrees(text: &str) -> Result<f64, String> {
-    within(text, 0.25..=100.0)
+    bounded(text, 0.25, 100.0)
 }
 
 /// A topic to publish below: without wildcards, and not one of the broker's own.

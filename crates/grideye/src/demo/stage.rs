@@ -7,7 +7,7 @@ use crate::{collect, progress, scenes};
 use amg8833_emulator::Address;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
-use grideye_agent::config::{BusConfig, Config as AgentConfig};
+use grideye_agent::config::Config as AgentConfig;
 use grideye_agent::log::{Level, Log};
 use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
 use grideye_rig::{AgentClock, PacedClock, SCL_HZ, SharedBus};
@@ -19,24 +19,20 @@ use tokio::runtime::Runtime;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
-/// The device's name in the store.
 const DEVICE: &str = "demo";
 /// The bus that the emulated sensor pretends to be on.
 const BUS: &str = "/dev/i2c-1";
-/// The store's file in the folder.
 pub(super) const STORE: &str = "store.sqlite";
-/// How often the progress is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Longest time without a new frame before the demonstration gives up.
 const STALL_MAX: Duration = Duration::from_secs(30);
 /// Longest wait for the last frames to be acknowledged.
 const FLUSH_MAX: Duration = Duration::from_secs(20);
 
-/// The collector, running.
 pub(super) struct Stage {
     runtime: Option<Runtime>,
     address: SocketAddr,
-    client: Client,
+    pub(super) client: Client,
     interrupted: watch::Receiver<bool>,
     shut_down: watch::Sender<bool>,
     serving: Option<JoinHandle<Result<(), grideye_collector::CollectorError>>>,
@@ -56,9 +52,6 @@ impl Stage {
         let store = StoreLocation::File(options.out.join(STORE));
         let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
         config.annexes = scenes::annexes(&options.scenes)?;
-        config
-            .annexes
-            .push(grideye_export::annex::annex(tempfile::tempfile));
         let collector = runtime.block_on(Collector::bind(config))?;
         let address = collector.local_addr();
         let (shut_down, mut is_shut_down) = watch::channel(false);
@@ -86,14 +79,8 @@ impl Stage {
         })
     }
 
-    /// Address of the live page.
     pub(super) fn page(&self) -> String {
         format!("http://{}/", self.address)
-    }
-
-    /// The collector's interface.
-    pub(super) fn client(&self) -> &Client {
-        &self.client
     }
 
     /// Records the show. `None` if Ctrl-C came first. The agent goes on running unless it has nothing more to read.
@@ -133,14 +120,12 @@ impl Stage {
         Ok((is_complete.then_some(Delivered { recording, boot }), agent))
     }
 
-    /// The books of the show's stream.
     pub(super) fn audit(&self, delivered: &Delivered) -> Result<AuditRow> {
         let rows = self.client.audit()?.streams;
         let row = rows.into_iter().find(|row| row.boot == delivered.boot);
         row.ok_or_else(|| anyhow!("the collector knows nothing of this run"))
     }
 
-    /// Returns on Ctrl-C or SIGTERM.
     pub(super) fn wait_for_interrupt(&self) {
         let mut interrupted = self.interrupted.clone();
         if let Some(runtime) = &self.runtime {
@@ -162,17 +147,12 @@ impl Stage {
     fn watch(&self, agent: &AgentHandle, frames: u64, bar: &ProgressBar) -> Result<bool> {
         let (mut seen, mut since) = (0, Instant::now());
         loop {
-            let (read, delivered) =
-                agent
-                    .accounts()
-                    .values()
-                    .fold((0, 0), |(read, delivered), account| {
-                        let waiting = account.spooled + account.dropped.values().sum::<u64>();
-                        (
-                            read + account.read,
-                            delivered + account.read.saturating_sub(waiting),
-                        )
-                    });
+            let (mut read, mut delivered) = (0, 0);
+            for account in agent.accounts().values() {
+                let waiting = account.spooled + account.dropped.values().sum::<u64>();
+                read += account.read;
+                delivered += account.read.saturating_sub(waiting);
+            }
             bar.set_position(read.min(frames));
             if agent.is_finished() || delivered >= frames {
                 return Ok(true);
@@ -183,9 +163,9 @@ impl Stage {
             if read > seen {
                 (seen, since) = (read, Instant::now());
             } else if since.elapsed() > STALL_MAX {
+                let seconds = STALL_MAX.as_secs();
                 return Err(anyhow!(
-                    "no new frame for {} s; {read} of {frames} were read",
-                    STALL_MAX.as_secs()
+                    "no new frame for {seconds} s; {read} of {frames} were read"
                 ));
             }
             std::thread::sleep(LOOK_EVERY);
@@ -207,24 +187,16 @@ impl Drop for Stage {
 }
 
 fn start_agent(start: Start, bus: &SharedBus, clock: Arc<PacedClock>) -> Result<AgentHandle> {
-    let bus_config: BusConfig = start
-        .config
-        .buses
-        .first()
-        .cloned()
-        .context("the demonstration has one bus")?;
+    let bus_config = start.config.buses.first().cloned();
+    let bus_config = bus_config.context("the demonstration has one bus")?;
     let log = Log::new(|level, line| {
         if level > Level::Info {
             progress::say(&format!("agent: {}: {line}", level.name()));
         }
     });
     let clock = Arc::new(AgentClock::new(clock));
-    Ok(Agent::start(
-        start,
-        vec![(bus_config, AnyBus::new(bus.clone()))],
-        clock,
-        log,
-    )?)
+    let buses = vec![(bus_config, AnyBus::new(bus.clone()))];
+    Ok(Agent::start(start, buses, clock, log)?)
 }
 
 fn say_traffic(bus: &SharedBus, frames: u64) {

@@ -23,7 +23,6 @@ use trace::TraceFile;
 /// The program meets a sensor that has been on for two frames: one that was switched on this instant reads zero.
 const ON_BEFORE: Duration = Duration::from_millis(250);
 
-/// Builds the machine, opens the ways to it, and serves until the program, the time or the user ends it.
 pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     if options.program.is_empty() && options.socket.is_none() && options.usbip.is_none() {
         return Err(bad_input(anyhow!(
@@ -37,10 +36,9 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     )?;
     let world = World::new();
     let prepared = parts::prepare(options, &world)?;
-    let ahead = if options.power_on {
-        Duration::ZERO
-    } else {
-        ON_BEFORE
+    let ahead = match options.power_on {
+        true => Duration::ZERO,
+        false => ON_BEFORE,
     };
     let script = parts::faults(options)?;
     let trace = options.trace.as_deref();

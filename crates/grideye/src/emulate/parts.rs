@@ -1,13 +1,12 @@
 //! From the command line to the sensors: reads the scene, the recording, the profile and the script of faults.
 
-use super::plan::{self, Wish};
-use crate::cli::{Emulate, Method};
+use super::plan;
+use crate::cli::Emulate;
 use crate::exit::bad_input;
 use crate::{files, recordings};
 use amg8833_emulator::script::Script;
 use anyhow::{Result, anyhow};
-use grideye_rig::{AtEnd, Build, Part, Shown, World, recorded};
-use grideye_scene::Simulator;
+use grideye_rig::{AtEnd, Build, Part, Replay, Shown, World, recorded};
 use grideye_scene::profile::Profile;
 use std::path::Path;
 use std::sync::Arc;
@@ -34,7 +33,6 @@ pub(super) struct Prepared {
     pub(super) shown: String,
 }
 
-/// The script of faults, if one is named.
 pub(super) fn faults(options: &Emulate) -> Result<Option<Script>> {
     let Some(path) = &options.faults else {
         return Ok(None);
@@ -53,17 +51,12 @@ pub(super) fn prepare(options: &Emulate, world: &Arc<World>) -> Result<Prepared>
     let shown = shown(options)?;
     let profile = options.profile.as_deref().map(profile).transpose()?;
     check(options, &shown, profile.is_some())?;
-    let wish = Wish {
-        sensors: &options.sensors,
-        address: options.address,
-        bus: options.device,
-    };
-    let planned = plan::sensors(&wish, shown.names().as_deref())?;
+    let planned = plan::sensors(options, shown.names().as_deref())?;
     let build = Build {
         seed: options.seed,
         profile,
         clock_error_ppm: options.clock_error,
-        at_end: options.at_end.into(),
+        at_end: options.at_end,
     };
     Ok(Prepared {
         parts: grideye_rig::parts(&shown, world, planned, &build).map_err(bad_input)?,
@@ -71,16 +64,13 @@ pub(super) fn prepare(options: &Emulate, world: &Arc<World>) -> Result<Prepared>
     })
 }
 
-/// What all sensors are shown.
 fn shown(options: &Emulate) -> Result<Shown> {
     if let Some(path) = &options.recording {
         let streams = recordings::load_streams(path)?;
         let sensors =
             recorded(streams).map_err(|error| bad_input(anyhow!("{} {error}", path.display())))?;
         return Ok(Shown::Recording {
-            replay: options
-                .replay
-                .map_or(grideye_rig::Replay::Times, Into::into),
+            replay: options.replay.unwrap_or(Replay::Times),
             sensors,
         });
     }
@@ -90,23 +80,16 @@ fn shown(options: &Emulate) -> Result<Shown> {
     let path = options.scene.clone().unwrap_or_default();
     Ok(Shown::Scene {
         scene: Box::new(files::load_scene(Some(&path))?.scene),
-        simulate: match options.method {
-            Method::Grid => Simulator::new,
-            Method::Area => Simulator::without_grid,
-        },
+        simulate: options.method.simulate(),
     })
 }
 
 /// The same for people.
 fn named(options: &Emulate) -> String {
-    match (
-        options.recording.as_ref().or(options.scene.as_ref()),
-        options.constant,
-    ) {
+    let path = options.recording.as_ref().or(options.scene.as_ref());
+    match (path, options.constant) {
         (None, Some(celsius)) => format!("{celsius} °C"),
-        (path, _) => path
-            .map(|path| path.display().to_string())
-            .unwrap_or_default(),
+        (path, _) => path.map_or_else(String::new, |path| path.display().to_string()),
     }
 }
 
@@ -121,12 +104,10 @@ fn check(options: &Emulate, shown: &Shown, has_profile: bool) -> Result<()> {
         Shown::Recording { .. } if has_profile => Err(bad_input(anyhow!(
             "a recording has the noise of the sensor that recorded it, and --profile would add another's\nhint: leave out --profile; --clock-error sets the sensor's clock"
         ))),
-        Shown::Scene { scene, .. }
-            if scene.is_static() && AtEnd::from(options.at_end) != AtEnd::Hold =>
-        {
+        Shown::Scene { scene, .. } if scene.is_static() && options.at_end != AtEnd::Hold => {
+            let named = named(options);
             Err(bad_input(anyhow!(
-                "nothing moves in {}, so it has no end\nhint: leave out --at-end",
-                named(options)
+                "nothing moves in {named}, so it has no end\nhint: leave out --at-end"
             )))
         }
         _ => Ok(()),
@@ -140,8 +121,7 @@ fn profile(named: &Path) -> Result<Profile> {
     }
     let names = PROFILES.map(|(name, _)| name).join(", ");
     let hint = format!("name a file, or one of the built-in profiles: {names}");
-    let text = files::text(named, "the profile", &hint)?;
-    Profile::parse(&text, &named.display().to_string()).map_err(bad_input)
+    files::load_profile(named, &hint)
 }
 
 #[cfg(test)]

@@ -6,61 +6,56 @@ use crate::exit::Outcome;
 use crate::output::outln;
 use crate::progress;
 use anyhow::Result;
-use grideye_rig::{Counts, Part};
-use serde::Serialize;
+use grideye_rig::{Counts, Planned};
+use serde_json::{Value, json};
 
-/// Says things as the options want it.
 pub(super) struct Voice {
     json: bool,
     quiet: bool,
     /// Standard output is the program's, if there is one.
     has_program: bool,
     shown: String,
-    sensors: Vec<Sensor>,
+    /// The sensors, for programs and for people.
+    sensors: Vec<Value>,
+    places: String,
 }
 
-/// A sensor in the ready line.
-#[derive(Debug, Clone, Serialize)]
-struct Sensor {
-    name: String,
-    bus: u32,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    multiplexer: Option<u8>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    channel: Option<u8>,
-    address: u8,
-    #[serde(skip)]
-    place: String,
-}
-
-/// How the sensors are reached.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Default)]
 pub(super) struct Reached {
     /// fuse, preload, socket, usbip or usbip-tcp.
     pub(super) ways: Vec<&'static str>,
     /// Device files, the socket's path, or the address.
     pub(super) at: Vec<String>,
     /// The same for people.
-    #[serde(skip)]
     pub(super) text: Vec<String>,
 }
 
+impl Reached {
+    /// One more way, if it has one place.
+    pub(super) fn add(&mut self, way: &'static str, at: impl ToString, text: String) {
+        self.ways.push(way);
+        self.at.push(at.to_string());
+        self.text.push(text);
+    }
+}
+
 impl Voice {
-    /// A voice for this run.
     pub(super) fn new(options: &Emulate, prepared: &Prepared) -> Self {
+        let planned = || prepared.parts.iter().map(|part| &part.planned);
+        let places = planned().map(|Planned { name, place }| format!("{name} at {place}"));
         Self {
             json: options.json,
             quiet: options.quiet,
             has_program: !options.program.is_empty(),
             shown: prepared.shown.clone(),
-            sensors: prepared.parts.iter().map(sensor).collect(),
+            sensors: planned().map(sensor).collect(),
+            places: places.collect::<Vec<_>>().join(", "),
         }
     }
 
-    /// Everything can be reached from here on.
     pub(super) fn ready(&self, reached: &Reached) -> Result<()> {
         if self.json {
-            return self.print_json(&serde_json::json!({
+            return self.print_json(&json!({
                 "event": "ready",
                 "ways": reached.ways,
                 "at": reached.at,
@@ -69,16 +64,10 @@ impl Voice {
             }));
         }
         if !self.quiet {
-            let sensors: Vec<String> = self
-                .sensors
-                .iter()
-                .map(|sensor| format!("{} at {}", sensor.name, sensor.place))
-                .collect();
+            let reached = reached.text.join(" and ");
             progress::say(&format!(
-                "{}: {}, showing {}",
-                reached.text.join(" and "),
-                sensors.join(", "),
-                self.shown
+                "{reached}: {}, showing {}",
+                self.places, self.shown
             ));
         }
         if !self.has_program {
@@ -89,21 +78,19 @@ impl Voice {
         Ok(())
     }
 
-    /// Something that deserves a look.
     pub(super) fn note(&self, text: &str) {
         if !self.quiet && !self.json {
             progress::say(text);
         }
     }
 
-    /// Everything is over.
     pub(super) fn end(&self, counts: &Counts, outcome: Outcome) -> Result<()> {
         if self.json {
             let code = match outcome {
                 Outcome::Passed(code) => Some(code),
                 _ => None,
             };
-            return self.print_json(&serde_json::json!({
+            return self.print_json(&json!({
                 "event": "end",
                 "counts": counts,
                 "program_exit_code": code,
@@ -113,7 +100,7 @@ impl Voice {
         Ok(())
     }
 
-    fn print_json(&self, value: &serde_json::Value) -> Result<()> {
+    fn print_json(&self, value: &Value) -> Result<()> {
         if self.has_program {
             progress::say(&value.to_string());
         } else {
@@ -123,14 +110,12 @@ impl Voice {
     }
 }
 
-fn sensor(part: &Part) -> Sensor {
-    let place = part.planned.place;
-    Sensor {
-        name: part.planned.name.clone(),
-        bus: place.bus,
-        multiplexer: place.branch.map(|branch| branch.mux),
-        channel: place.branch.map(|branch| branch.channel),
-        address: place.address.bits(),
-        place: place.to_string(),
+fn sensor(planned: &Planned) -> Value {
+    let Planned { name, place } = planned;
+    let mut sensor = json!({ "name": name, "bus": place.bus, "address": place.address.bits() });
+    if let Some(branch) = place.branch {
+        sensor["multiplexer"] = branch.mux.into();
+        sensor["channel"] = branch.channel.into();
     }
+    sensor
 }

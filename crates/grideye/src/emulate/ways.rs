@@ -3,12 +3,14 @@
 use super::say::{Reached, Voice};
 use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
+use crate::progress;
 use anyhow::{Context as _, Result, anyhow};
 use grideye_rig::Machine;
 use i2c_emulation::program::{self, RunError};
 use i2c_emulation::{fuse, socket, usbip};
 use rustix::process::{Pid, Signal, getpgrp, kill_process};
 use rustix::termios::tcgetpgrp;
+use std::net::SocketAddr;
 use std::path::Path;
 use std::process::{Command, ExitStatus};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -27,15 +29,13 @@ pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Resu
     // From here on a signal no longer ends this process on the spot, so that nothing is left behind.
     let stop = Stop::catch()?;
     let mut reached = Reached::default();
-    let socket = options
-        .socket
-        .as_deref()
-        .map(|path| SocketWay::open(path, options, machine, &mut reached))
-        .transpose()?;
+    let socket = options.socket.as_deref();
+    let socket = socket.map(|path| SocketWay::open(path, options, machine, &mut reached));
+    let socket = socket.transpose()?;
     let usb = options
         .usbip
-        .map(|address| UsbWay::open(address, machine, &mut reached))
-        .transpose()?;
+        .map(|address| UsbWay::open(address, machine, &mut reached));
+    let usb = usb.transpose()?;
     let outcome = match (options.program.split_first(), &usb) {
         (Some(_), None) => match stop.pending() {
             Some(signal) => ended_by(signal),
@@ -86,8 +86,8 @@ fn run_program(
         program::Way::Fuse => "fuse",
         program::Way::Preload => "preload",
     });
-    let devices: Vec<String> = rack
-        .iter()
+    let buses = rack.iter();
+    let devices: Vec<String> = buses
         .map(|(number, _)| format!("/dev/i2c-{number}"))
         .collect();
     reached.at.extend(devices.iter().cloned());
@@ -112,10 +112,8 @@ fn refused(error: RunError) -> anyhow::Error {
 /// A program's exit code; a signal is 128 and its number, as a shell has it.
 fn passed_on(status: ExitStatus) -> u8 {
     use std::os::unix::process::ExitStatusExt as _;
-    let code = status
-        .code()
-        .or_else(|| status.signal().map(|signal| 128 + signal));
-    code.and_then(|code| u8::try_from(code).ok()).unwrap_or(1)
+    let code = status.code().or_else(|| Some(128 + status.signal()?));
+    code.and_then(|code| code.try_into().ok()).unwrap_or(1)
 }
 
 /// As a shell has it for a program that a signal ended.
@@ -142,14 +140,11 @@ impl SocketWay {
         };
         let server = socket::Server::bind(path, machine.rack(), how).map_err(bad_input)?;
         let stop = server.stop_handle();
-        reached.ways.push("socket");
-        reached.at.push(path.display().to_string());
-        reached.text.push(format!("socket {}", path.display()));
+        let shown = path.display();
+        reached.add("socket", &shown, format!("socket {shown}"));
         let thread = std::thread::spawn(move || server.serve());
-        Ok(Self {
-            stop,
-            thread: Some(thread),
-        })
+        let thread = Some(thread);
+        Ok(Self { stop, thread })
     }
 }
 
@@ -170,39 +165,30 @@ enum UsbWay {
 }
 
 impl UsbWay {
-    fn open(
-        address: Option<std::net::SocketAddr>,
-        machine: &Machine,
-        reached: &mut Reached,
-    ) -> Result<Self> {
+    fn open(address: Option<SocketAddr>, machine: &Machine, reached: &mut Reached) -> Result<Self> {
         let rack = machine.rack();
         let Some(address) = address else {
             // The kernel asks the adapter while it is being attached; the sensors themselves wait for the first transfer.
             let attached = usbip::attach(&rack, &usbip::Options::default()).map_err(bad_input)?;
             reached.ways.push("usbip");
             for bus in attached.buses() {
-                let device = bus.device.display().to_string();
+                let (device, bus) = (bus.device.display(), bus.bus);
+                reached.at.push(device.to_string());
                 reached
                     .text
-                    .push(format!("{device} of this kernel is bus {}", bus.bus));
-                reached.at.push(device);
+                    .push(format!("{device} of this kernel is bus {bus}"));
             }
             return Ok(Self::Attached(attached));
         };
         let server = usbip::Server::bind(address, &rack).map_err(bad_input)?;
-        reached.ways.push("usbip-tcp");
-        reached.at.push(server.address().to_string());
-        let ids: Vec<String> = server
-            .bus_ids()
-            .map(|(_, id)| {
-                format!(
-                    "usbip --tcp-port {} attach -r {} -b {id}",
-                    server.address().port(),
-                    server.address().ip()
-                )
-            })
-            .collect();
-        reached.text.push(ids.join(" && "));
+        let (at, port, host) = (
+            server.address(),
+            server.address().port(),
+            server.address().ip(),
+        );
+        let attach = |id| format!("usbip --tcp-port {port} attach -r {host} -b {id}");
+        let lines: Vec<String> = server.bus_ids().map(|(_, id)| attach(id)).collect();
+        reached.add("usbip-tcp", at, lines.join(" && "));
         Ok(Self::Offered(server))
     }
 
@@ -216,24 +202,19 @@ impl UsbWay {
 
     fn close(self) -> Result<()> {
         match self {
-            Self::Attached(attached) => Ok(attached.stop()?),
-            Self::Offered(server) => {
-                server.stop();
-                Ok(())
-            }
+            Self::Attached(attached) => attached.stop()?,
+            Self::Offered(server) => server.stop(),
         }
+        Ok(())
     }
 }
 
-/// Ctrl-C and SIGTERM, caught.
 struct Stop(Receiver<Signal>);
 
 impl Stop {
     fn catch() -> Result<Self> {
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .context("cannot start the thread that waits for Ctrl-C")?;
+        let runtime = progress::runtime();
+        let runtime = runtime.context("cannot start the thread that waits for Ctrl-C")?;
         let (mut interrupted, mut terminated) = {
             let _within = runtime.enter();
             let caught = |kind| signal(kind).context("cannot catch Ctrl-C");
@@ -260,7 +241,6 @@ impl Stop {
         Ok(Self(told))
     }
 
-    /// A signal that has come already.
     fn pending(&self) -> Option<Signal> {
         self.0.try_recv().ok()
     }
@@ -290,10 +270,8 @@ impl Stop {
             ))
         })?;
         loop {
-            if let Some(status) = child
-                .try_wait()
-                .with_context(|| format!("cannot wait for {name}"))?
-            {
+            let ended = child.try_wait();
+            if let Some(status) = ended.with_context(|| format!("cannot wait for {name}"))? {
                 return Ok(Outcome::Passed(passed_on(status)));
             }
             let Ok(signal) = self.0.recv_timeout(LOOK_EVERY) else {

@@ -3,7 +3,6 @@
 use crate::exit::bad_input;
 use anyhow::{Result, anyhow};
 use grideye_scene::limits::TEXT_BYTES_MAX;
-use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -11,26 +10,14 @@ use std::path::Path;
 const MIB: usize = 1 << 20;
 
 /// The place of the first byte that is no text, both from 1.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("line {line}, column {column}: the byte {byte:#04x} is not UTF-8")]
 struct NotUtf8 {
     line: usize,
     column: usize,
     byte: u8,
 }
 
-impl fmt::Display for NotUtf8 {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { line, column, byte } = self;
-        write!(
-            formatter,
-            "line {line}, column {column}: the byte {byte:#04x} is not UTF-8"
-        )
-    }
-}
-
-impl std::error::Error for NotUtf8 {}
-
-/// A text of at most [`TEXT_BYTES_MAX`].
 pub(crate) fn read_text(input: impl Read) -> io::Result<String> {
     let mut bytes = Vec::new();
     let limit = u64::try_from(TEXT_BYTES_MAX).unwrap_or(u64::MAX);
@@ -57,21 +44,15 @@ pub(crate) fn read_text(input: impl Read) -> io::Result<String> {
 
 /// The text of a file that the user named; `what` it is, and the hint, are for the error.
 pub(crate) fn text(path: &Path, what: &str, hint: &str) -> Result<String> {
-    let read = File::open(path).and_then(read_text);
-    read.map_err(|error| unread(path, &error, what, hint))
-}
-
-/// The error of a text that the user named.
-fn unread(path: &Path, error: &io::Error, what: &str, hint: &str) -> anyhow::Error {
     let shown = path.display();
-    let place = error
-        .get_ref()
-        .and_then(|error| error.downcast_ref::<NotUtf8>());
-    bad_input(match place {
-        Some(NotUtf8 { line, column, byte }) => anyhow!(
-            "{shown}:{line}:{column}: the byte {byte:#04x} is not UTF-8\nhint: save {what} as UTF-8"
-        ),
-        None => anyhow!("cannot read {what} {shown}: {error}\nhint: {hint}"),
+    File::open(path).and_then(read_text).map_err(|error| {
+        let place = error.get_ref().and_then(|error| error.downcast_ref());
+        bad_input(match place {
+            Some(NotUtf8 { line, column, byte }) => anyhow!(
+                "{shown}:{line}:{column}: the byte {byte:#04x} is not UTF-8\nhint: save {what} as UTF-8"
+            ),
+            None => anyhow!("cannot read {what} {shown}: {error}\nhint: {hint}"),
+        })
     })
 }
 
@@ -85,11 +66,5 @@ mod tests {
         assert_eq!(read_text(longest.as_slice()).unwrap().len(), TEXT_BYTES_MAX);
         let error = read_text(io::repeat(0)).unwrap_err().to_string();
         assert_eq!(error, "it has more than 16 MiB");
-    }
-
-    #[test]
-    fn the_first_byte_that_is_no_text_has_a_place() {
-        let error = read_text(&b"a\n\xc3\xa9\xc3"[..]).unwrap_err().to_string();
-        assert_eq!(error, "line 2, column 2: the byte 0xc3 is not UTF-8");
     }
 }

@@ -26,7 +26,6 @@ pub(crate) fn target(path: &Path) -> PathBuf {
     }
 }
 
-/// [`write_whole`] of a text.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
     write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))
 }
@@ -105,10 +104,7 @@ pub(crate) fn fill(
 /// Gives a synced file its name, which outlasts a power cut.
 pub(crate) fn rename(partial: &Path, path: &Path) -> io::Result<()> {
     fs::rename(partial, path)?;
-    let folder = path
-        .parent()
-        .filter(|parent| !parent.as_os_str().is_empty());
-    match File::open(folder.unwrap_or(Path::new("."))) {
+    match File::open(folder_of(path)) {
         Ok(folder) => folder.sync_all(),
         // A folder may be for writing alone.
         Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Ok(()),
@@ -116,39 +112,16 @@ pub(crate) fn rename(partial: &Path, path: &Path) -> io::Result<()> {
     }
 }
 
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use anyhow::anyhow;
-
-    #[test]
-    fn a_failed_write_leaves_the_old_file_and_no_leftover() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("recording.csv");
-        let fail = || {
-            write_whole(&path, |out| {
-                out.write_all(b"half a row")?;
-                Err(anyhow!("the source broke off"))
-            })
-        };
-        let error = fail().unwrap_err();
-        assert!(format!("{error:#}").contains("the source broke off"));
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-        fs::write(&path, b"old").unwrap();
-        fail().unwrap_err();
-        assert_eq!(fs::read(&path).unwrap(), b"old");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn a_whole_write_replaces_what_was_there() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("recording.csv");
-        fs::write(&path, b"old").unwrap();
-        write_text(&path, "new").unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"new");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    }
 
     #[test]
     fn a_link_stays_one_unless_it_is_replaced_and_a_device_stays_a_device() {
