@@ -16,7 +16,6 @@ use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The port of `grideye collect` unless it is told another.
 const PORT: u16 = 8833;
 
 /// Prints the line by which an agent joins: a command to paste, or its parts as JSON.

@@ -25,7 +25,6 @@ pub(crate) fn run(options: &Audit) -> Result<Outcome> {
     Ok(Outcome::told(rows.iter().all(is_whole)))
 }
 
-/// Whether no frame was lost or is unaccounted for.
 pub(crate) fn is_whole(row: &AuditRow) -> bool {
     row.balanced != Some(false) && row.dropped_total() == 0 && row.missing == 0
 }

@@ -3,7 +3,7 @@
 use crate::cli::Backup;
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
-use crate::{progress, store};
+use crate::{collect, progress};
 use anyhow::{Result, anyhow};
 use grideye_collector::StoreLocation;
 use grideye_collector::store::{BackedUp, BackupError, StreamSummary, backup};
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 pub(crate) fn run(options: &Backup) -> Result<Outcome> {
     let out = options.out.display();
-    let file: PathBuf = match store::location(&options.store)? {
+    let file: PathBuf = match collect::location(&options.store)? {
         StoreLocation::Postgres(url) => {
             return Err(bad_input(anyhow!(
                 "{url} is a database, which PostgreSQL's own program backs up\nhint: pg_dump --format=custom --schema=grideye --file={out} {url}\n      pg_restore --no-owner --dbname=postgres://USER@HOST/NEW {out}"
@@ -65,7 +65,6 @@ fn is_unbalanced(stream: &StreamSummary) -> bool {
     stream.unaccounted().is_some_and(|frames| frames != 0)
 }
 
-/// What all streams come to, and each of them.
 fn counts(backed_up: &BackedUp) -> Value {
     let sum = |count: fn(&StreamSummary) -> u64| backed_up.streams.iter().map(count).sum::<u64>();
     let stream = |stream: &StreamSummary| {

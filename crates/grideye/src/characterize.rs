@@ -51,7 +51,6 @@ enum Room {
     Open(String),
 }
 
-/// What was asked for, or else what the recording itself shows.
 fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
     let shown = options.recording.display();
     let whole = || {
@@ -87,7 +86,6 @@ fn room(options: &Characterize, found: &Characterization) -> Result<Room> {
     })
 }
 
-/// Writes the profile, or asks for what it depends on.
 fn write_profile(
     path: &Path,
     found: &Characterization,

@@ -5,7 +5,6 @@ mod align;
 mod coverage;
 mod dataset;
 mod emulate;
-mod mqtt;
 mod shared;
 
 use clap::builder::TypedValueParser as _;
@@ -19,14 +18,13 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 pub(crate) use access::{
-    Collect, CollectorAddress, Enroll, LogFormat, Scenes, TokenCommand, TokenList, TokenMake,
-    TokenRevoke, TokenWhat,
+    BridgeOptions, BrokerOptions, Collect, CollectorAddress, Enroll, Forget, LogFormat,
+    MqttCommand, MqttWhat, Scenes, TokenCommand, TokenList, TokenMake, TokenRevoke, TokenWhat,
 };
 pub(crate) use align::Align;
 pub(crate) use coverage::Coverage;
 pub(crate) use dataset::Dataset;
 pub(crate) use emulate::Emulate;
-pub(crate) use mqtt::{BridgeOptions, BrokerOptions, Forget, MqttCommand, MqttWhat};
 use shared::{Choices, one_of, positive};
 pub(crate) use shared::{Method, SEED};
 
@@ -49,7 +47,6 @@ impl Cli {
     }
 }
 
-/// The whole command line as it is parsed and documented.
 pub(crate) fn command() -> clap::Command {
     on_a_screen(Cli::command())
 }
@@ -410,7 +407,7 @@ pub(crate) struct Characterize {
     /// The profile's pattern is then the whole background of the empty room. `no`: nowhere; the pattern is only what is not
     /// smooth in the background, which holds in another room too. Without the option it is `yes` where nothing moves and
     /// nothing warm stands, `no` where something moves; where neither is sure, no profile is written.
-    #[arg(long, value_name = "WHERE")]
+    #[arg(long, value_name = "WHERE", value_parser = nobody)]
     pub(crate) empty: Option<Nobody>,
     /// Scene whose empty room is taken off.
     ///
@@ -430,7 +427,6 @@ pub(crate) struct Characterize {
     pub(crate) json: Option<PathBuf>,
 }
 
-/// Where nobody is in a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Nobody {
     /// In all of it.
@@ -441,23 +437,16 @@ pub(crate) enum Nobody {
     In(Empty),
 }
 
-impl std::str::FromStr for Nobody {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "yes" => Ok(Self::Throughout),
-            "no" => Ok(Self::Nowhere),
-            "auto" => Ok(Self::In(Empty::Find)),
-            _ => text
-                .parse()
-                .map(|stretch| Self::In(Empty::Named(stretch)))
-                .map_err(|expected: String| {
-                    let expected = expected.trim_start_matches("expected ");
-                    format!("expected yes, no or auto, or {expected}")
-                }),
-        }
-    }
+fn nobody(text: &str) -> Result<Nobody, String> {
+    Ok(match text {
+        "yes" => Nobody::Throughout,
+        "no" => Nobody::Nowhere,
+        "auto" => Nobody::In(Empty::Find),
+        _ => Nobody::In(Empty::Named(text.parse().map_err(|expected: String| {
+            let expected = expected.trim_start_matches("expected ");
+            format!("expected yes, no or auto, or {expected}")
+        })?)),
+    })
 }
 
 /// Count every frame: read = stored + dropped + spooled.

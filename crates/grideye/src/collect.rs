@@ -1,18 +1,21 @@
 //! `grideye collect`: the collector as a program.
 
 use crate::access::{outward_address, url_of};
-use crate::cli::{Collect, LogFormat};
+use crate::cli::{Collect, LogFormat, Scenes};
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
-use crate::{mqtt, progress, scenes, store};
+use crate::{files, mqtt, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::auth::{AccessFolder, Address};
 use grideye_collector::{
-    Certificates, Collector, CollectorError, Config, Log, StoreLocation, SystemClock, Tls,
+    Annex, Certificates, Collector, CollectorError, Config, Log, StoreLocation, SystemClock, Tls,
     pin_of_file,
 };
+use grideye_studio::Disk;
 use std::io::{self, Write as _};
 use std::net::SocketAddr;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
@@ -44,7 +47,7 @@ pub(crate) fn stop_signal() -> io::Result<impl Future<Output = ()> + Send + 'sta
 }
 
 fn config(options: &Collect) -> Result<Config> {
-    let store = store::location(&options.store)?;
+    let store = location(&options.store)?;
     let is_file = matches!(store, StoreLocation::File(_));
     if options.store_quota.is_some() && !is_file {
         return Err(bad_input(anyhow!(
@@ -63,7 +66,7 @@ fn config(options: &Collect) -> Result<Config> {
     config.access = Some(AccessFolder::new(&options.folder.path));
     config.tls = tls(options);
     config.log = log(options.log);
-    config.annexes = scenes::annexes(&options.scenes)?;
+    config.annexes = annexes(&options.scenes)?;
     let bridge = mqtt::annex(&options.mqtt, config.log.clone())?;
     config.annexes.extend(bridge);
     let limits = &mut config.limits;
@@ -140,6 +143,56 @@ fn url(scheme: &str, listen: SocketAddr, names: &[String]) -> String {
         one => one,
     };
     url_of(scheme, address, port)
+}
+
+pub(crate) fn location(text: &str) -> Result<StoreLocation> {
+    let location = text.parse::<StoreLocation>().map_err(bad_input)?;
+    let StoreLocation::Postgres(url) = location else {
+        return Ok(location);
+    };
+    let Some(path) = std::env::var_os("PGPASSFILE") else {
+        return Ok(StoreLocation::Postgres(url));
+    };
+    let text = password_file(Path::new(&path)).map_err(bad_input)?;
+    let url = url.with_password_file(&text).map_err(bad_input)?;
+    Ok(StoreLocation::Postgres(url))
+}
+
+fn password_file(path: &Path) -> Result<String> {
+    let shown = path.display();
+    let about = std::fs::metadata(path);
+    let about = about.with_context(|| format!("cannot read the password file {shown}"))?;
+    if about.permissions().mode() & 0o077 != 0 {
+        return Err(anyhow!(
+            "others can read the password file {shown}\nhint: chmod 600 {shown}"
+        ));
+    }
+    files::text(
+        path,
+        "the password file",
+        "PGPASSFILE names a file of lines HOST:PORT:DATABASE:USER:PASSWORD",
+    )
+}
+
+const FOLDER: &str = "scenes";
+
+/// Exports, and the scenes of the folder that was named, or of `scenes` if there is one.
+pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
+    let export = grideye_export::annex::annex(tempfile::tempfile);
+    let folder = match &options.folder {
+        Some(folder) => folder.as_path(),
+        None if Path::new(FOLDER).is_dir() => Path::new(FOLDER),
+        None => return Ok(vec![export]),
+    };
+    let disk = Disk {
+        read: |file| files::read_text(file),
+        replace: |path, content| {
+            let put = files::replace(path, |out| Ok(io::copy(content, out).map(drop)?));
+            put.map_err(io::Error::other)
+        },
+    };
+    let annexes = grideye_studio::annexes(folder, disk).map_err(bad_input)?;
+    Ok(annexes.into_iter().chain([export]).collect())
 }
 
 #[cfg(test)]

@@ -5,14 +5,12 @@ use crate::exit::{Outcome, bad_input};
 use crate::output::answer;
 use crate::{files, progress, recordings};
 use anyhow::{Context as _, Result, anyhow};
-use grideye_recording::Record;
-use grideye_scene::Scene;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::thresholds::ThresholdSet;
 use grideye_validator::{Comparison, KnownUnit, Options, THREADS_MAX, Verdict, compare_scene};
 use sha2::{Digest as _, Sha256};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     check_is_page(options.report.as_deref())?;
@@ -52,7 +50,7 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
         recording: sides.recording.display().to_string(),
         sensor,
         seeds: vec![("simulation".to_owned(), options.seed)],
-        inputs: hashed_all(inputs())?,
+        inputs: inputs().map(|path| hashed(path)).collect::<Result<_>>()?,
         assumptions: loaded.warnings,
         experiment: scene.paper_experiment(),
         thresholds: thresholds.lines,
@@ -64,7 +62,6 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
 
 const TOML_HINT: &str = "name a TOML file";
 
-/// Every file that was asked for, then the verdict; where JSON goes to standard output, nothing else does.
 fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Result<()> {
     if let Some(path) = &options.report {
         write_text(path, &report::html(comparison, context))?;
@@ -95,17 +92,8 @@ pub(crate) fn check_is_page(report: Option<&Path>) -> Result<()> {
     }
 }
 
-/// Compares one stream with what the scene's sensor would see.
-pub(crate) fn compare(
-    records: &[Record],
-    scene: &Scene,
-    sensor: &str,
-    seed: u64,
-) -> Result<Comparison> {
-    compare_scene(records, scene, sensor, &how(seed)).map_err(bad_input)
-}
-
-fn how(seed: u64) -> Options {
+/// All processors, and that seed.
+pub(crate) fn how(seed: u64) -> Options {
     Options {
         seed,
         threads: progress::cores().min(THREADS_MAX),
@@ -139,7 +127,6 @@ pub(crate) fn command_line() -> String {
         .join(" ")
 }
 
-/// As a shell takes it.
 fn quoted(argument: &str) -> String {
     let is_plain =
         |character: char| character.is_ascii_alphanumeric() || "-_./:=,+%@".contains(character);
@@ -147,10 +134,6 @@ fn quoted(argument: &str) -> String {
         return argument.to_owned();
     }
     format!("'{}'", argument.replace('\'', r"'\''"))
-}
-
-pub(crate) fn hashed_all<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<Vec<Input>> {
-    paths.into_iter().map(|path| hashed(path)).collect()
 }
 
 pub(crate) fn hashed(path: &Path) -> Result<Input> {
@@ -161,7 +144,6 @@ pub(crate) fn hashed(path: &Path) -> Result<Input> {
     Ok(input(name, hasher))
 }
 
-/// A text that came with the program, with its SHA-256.
 pub(crate) fn hashed_text(name: &str, text: &str) -> Input {
     input(name.to_owned(), Sha256::new_with_prefix(text))
 }
@@ -183,7 +165,6 @@ fn told(path: &Path) {
     progress::say(&format!("wrote {}", path.display()));
 }
 
-/// Verdict, reasons and the scores with what they are worth.
 fn words(comparison: &Comparison, experiment: Option<u8>) -> String {
     let judgement = &comparison.judgement;
     let warnings = comparison

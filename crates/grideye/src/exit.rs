@@ -2,7 +2,6 @@
 
 use std::process::ExitCode;
 
-/// What a command that ran to its end has to say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// Done, or real and simulated agree: 0.
@@ -41,7 +40,6 @@ pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> anyhow::Error {
     anyhow::Error::new(BadInput(error.into()))
 }
 
-/// Prints the error for a person and gives its exit code: 2 for bad input, 1 for a failure.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     eprintln!("error: {}", told(error));
     let is_bad_input = error.chain().any(<dyn std::error::Error>::is::<BadInput>);

@@ -43,7 +43,6 @@ pub(crate) fn write_recording(rows: Rows<'_>, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes images of one size side by side, on one scale of colors (.png).
 pub(crate) fn write_tiles(images: &[&Image], out: &Path) -> Result<()> {
     if files::end(out) != Some("png") {
         return Err(files::unknown_end(out, ".png"));

@@ -1,25 +1,13 @@
 //! Reading what the user named, and writing results so that no half-written file ever carries its final name.
-//!
-//! | room | holds |
-//! |---|---|
-//! | `text` | texts, bounded and in UTF-8 |
-//! | `whole` | write, sync and rename, for every file that a command writes |
-
-mod text;
-mod whole;
-
-pub(crate) use text::{read_text, text};
-pub(crate) use whole::{
-    Pending, fill, folder_of, rename, replace, target, write_text, write_whole,
-};
 
 use crate::exit::bad_input;
-use anyhow::{Result, anyhow};
+use anyhow::{Context as _, Result, anyhow};
+use grideye_scene::limits::TEXT_BYTES_MAX;
 use grideye_scene::profile::Profile;
 use grideye_scene::{Files, Model, Scene, Sensor, Simulator};
 use std::cell::RefCell;
-use std::fs::{self, File};
-use std::io::{self, BufReader, Read as _};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
@@ -42,7 +30,6 @@ impl Files for Beside {
     }
 }
 
-/// A scene, and what a report has to say of where it came from.
 pub(crate) struct LoadedScene {
     pub(crate) scene: Scene,
     /// What was done to it while it was read: an object outside its room, for example.
@@ -51,7 +38,6 @@ pub(crate) struct LoadedScene {
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// A scene file as it is written, its name for messages, and where it finds what it names.
 pub(crate) struct SceneText {
     pub(crate) text: String,
     pub(crate) origin: String,
@@ -94,7 +80,6 @@ pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result
     })
 }
 
-/// Prints warnings to standard error, and returns them as text.
 pub(crate) fn warned(warnings: &[impl ToString]) -> Vec<String> {
     let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     for warning in &warnings {
@@ -172,7 +157,6 @@ pub(crate) fn end(path: &Path) -> Option<&str> {
     path.extension().and_then(|end| end.to_str())
 }
 
-/// That the end of a file's name is none of those that say what to write.
 pub(crate) fn unknown_end(path: &Path, ends: &str) -> anyhow::Error {
     bad_input(anyhow!(
         "cannot tell what to write from the name {}\nhint: end it with {ends}",
@@ -237,5 +221,198 @@ fn identity(path: &Path) -> Option<Identity> {
             let folder = fs::canonicalize(folder_of(path)).ok()?;
             Some(Identity::New(folder.join(name)))
         }
+    }
+}
+
+const MIB: usize = 1 << 20;
+
+/// The place of the first byte that is no text, both from 1.
+#[derive(Debug, thiserror::Error)]
+#[error("line {line}, column {column}: the byte {byte:#04x} is not UTF-8")]
+struct NotUtf8 {
+    line: usize,
+    column: usize,
+    byte: u8,
+}
+
+pub(crate) fn read_text(input: impl Read) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    let limit = u64::try_from(TEXT_BYTES_MAX).unwrap_or(u64::MAX);
+    input
+        .take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)?;
+    if bytes.len() > TEXT_BYTES_MAX {
+        let told = format!("it has more than {} MiB", TEXT_BYTES_MAX / MIB);
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let (before, after) = error.as_bytes().split_at(at);
+        let before = String::from_utf8_lossy(before);
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        let place = NotUtf8 {
+            line: before.matches('\n').count() + 1,
+            column: line.chars().count() + 1,
+            byte: after.first().copied().unwrap_or_default(),
+        };
+        io::Error::new(io::ErrorKind::InvalidData, place)
+    })
+}
+
+pub(crate) fn text(path: &Path, what: &str, hint: &str) -> Result<String> {
+    let shown = path.display();
+    File::open(path).and_then(read_text).map_err(|error| {
+        let place = error.get_ref().and_then(|error| error.downcast_ref());
+        bad_input(match place {
+            Some(NotUtf8 { line, column, byte }) => anyhow!(
+                "{shown}:{line}:{column}: the byte {byte:#04x} is not UTF-8\nhint: save {what} as UTF-8"
+            ),
+            None => anyhow!("cannot read {what} {shown}: {error}\nhint: {hint}"),
+        })
+    })
+}
+
+/// Writes a file that the user named: a link stays one, and a device or a pipe takes it as it comes.
+pub(crate) fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+) -> Result<()> {
+    let there = fs::metadata(path);
+    if there.is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+        let stream = || fill(&OpenOptions::new().write(true).open(path)?, write);
+        return stream().with_context(|| format!("cannot write {}", path.display()));
+    }
+    replace(&target(path), write)
+}
+
+/// What a link leads to, and any other path itself.
+pub(crate) fn target(path: &Path) -> PathBuf {
+    match fs::canonicalize(path) {
+        Ok(target) if path.is_symlink() => target,
+        _ => path.to_owned(),
+    }
+}
+
+pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
+    write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))
+}
+
+/// Puts a file into the place of whatever has that name, be it a link.
+pub(crate) fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+) -> Result<()> {
+    let put = || -> Result<()> {
+        let pending = Pending::of(path)?;
+        fill(pending.file(), write)?;
+        Ok(pending.put()?)
+    };
+    put().with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// A file under way, beside the place it is for. It is removed again unless it is put there.
+pub(crate) struct Pending {
+    file: File,
+    partial: PathBuf,
+    path: PathBuf,
+}
+
+impl Pending {
+    /// A file for `path`, empty.
+    pub(crate) fn of(path: &Path) -> io::Result<Self> {
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(format!(".{}.partial", std::process::id()));
+        let partial = path.with_file_name(name);
+        // A program with this number may have been killed; what it left is followed nowhere.
+        match fs::remove_file(&partial) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let created = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(&partial);
+        Ok(Self {
+            file: created?,
+            partial,
+            path: path.to_owned(),
+        })
+    }
+
+    pub(crate) fn file(&self) -> &File {
+        &self.file
+    }
+
+    /// Syncs it and gives it its name.
+    pub(crate) fn put(&self) -> io::Result<()> {
+        self.file.sync_all()?;
+        rename(&self.partial, &self.path)
+    }
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        // The first error is the one to report; a leftover that cannot be removed keeps its partial name.
+        drop(fs::remove_file(&self.partial));
+    }
+}
+
+/// Writes through a buffer. What is left in it after an error is not written on the way out.
+pub(crate) fn fill(
+    file: &File,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+) -> Result<()> {
+    let mut out = BufWriter::new(file);
+    let written = write(&mut out).and_then(|()| Ok(out.flush()?));
+    drop(out.into_parts());
+    written
+}
+
+/// Gives a synced file its name, which outlasts a power cut.
+pub(crate) fn rename(partial: &Path, path: &Path) -> io::Result<()> {
+    fs::rename(partial, path)?;
+    match File::open(folder_of(path)) {
+        Ok(folder) => folder.sync_all(),
+        // A folder may be for writing alone.
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_is_read_to_its_limit_and_no_further() {
+        let longest = vec![b'a'; TEXT_BYTES_MAX];
+        assert_eq!(read_text(longest.as_slice()).unwrap().len(), TEXT_BYTES_MAX);
+        let error = read_text(io::repeat(0)).unwrap_err().to_string();
+        assert_eq!(error, "it has more than 16 MiB");
+    }
+
+    #[test]
+    fn a_link_stays_one_unless_it_is_replaced_and_a_device_stays_a_device() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, link) = (folder.path().join("a.csv"), folder.path().join("b.csv"));
+        fs::write(&path, b"old").unwrap();
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        write_text(&link, "new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert!(link.is_symlink());
+        replace(&link, |out| Ok(out.write_all(b"other")?)).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert!(!link.is_symlink());
+        let null = folder.path().join("null");
+        std::os::unix::fs::symlink("/dev/null", &null).unwrap();
+        write_text(&null, "nothing").unwrap();
+        assert!(null.is_symlink() && !null.is_file());
     }
 }

@@ -26,7 +26,6 @@ pub(crate) fn run(options: &Man) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The page of a command and those of its commands; how many they are.
 fn write_pages(command: &Command, folder: &Path) -> Result<usize> {
     let name = command.get_display_name();
     let name = name.unwrap_or_else(|| command.get_name()).to_owned();

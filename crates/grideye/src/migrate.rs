@@ -3,14 +3,14 @@
 use crate::cli::Migrate;
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
-use crate::{progress, store};
+use crate::{collect, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::StoreLocation;
 use grideye_collector::store::migrate::{Migrated, migrate};
 use serde_json::json;
 
 pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
-    let StoreLocation::Postgres(url) = store::location(&options.url)? else {
+    let StoreLocation::Postgres(url) = collect::location(&options.url)? else {
         return Err(bad_input(anyhow!(
             "{} is no database\nhint: grideye migrate FILE postgres://USER@HOST/DATABASE",
             options.url
@@ -28,7 +28,15 @@ pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
         bars.show(stage.name(), done, total);
     }))?;
     if options.json {
-        outln!("{}", serde_json::to_string_pretty(&counts(&migrated))?)?;
+        let counts = json!({
+            "frames": migrated.frames,
+            "missing": migrated.missing,
+            "streams": migrated.streams,
+            "recordings": migrated.recordings,
+            "resumed_after": migrated.resumed_after,
+            "difference": migrated.difference,
+        });
+        outln!("{}", serde_json::to_string_pretty(&counts)?)?;
     } else {
         let Migrated {
             frames,
@@ -47,15 +55,4 @@ pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
     };
     progress::say(&format!("the database differs from the file: {difference}"));
     Ok(Outcome::Disagrees)
-}
-
-fn counts(migrated: &Migrated) -> serde_json::Value {
-    json!({
-        "frames": migrated.frames,
-        "missing": migrated.missing,
-        "streams": migrated.streams,
-        "recordings": migrated.recordings,
-        "resumed_after": migrated.resumed_after,
-        "difference": migrated.difference,
-    })
 }

@@ -13,7 +13,6 @@ use std::os::unix::ffi::OsStringExt as _;
 use std::path::Path;
 use std::time::Duration;
 
-/// Where the password is when no file has it.
 const PASSWORD_VARIABLE: &str = "GRIDEYE_MQTT_PASSWORD";
 /// Longest file of a password or of authorities: Debian's file of all public ones has 220 kB.
 const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;

@@ -31,7 +31,6 @@ pub(crate) fn run(options: &Orient) -> Result<Outcome> {
     Ok(Outcome::told(found.is_ok()))
 }
 
-/// Asks for the hands, one after the other.
 fn live(options: &Orient) -> Result<(String, Watch)> {
     let mut frames = Live {
         lines: Box::new(Client::of(&options.collector)?.live()?),
@@ -74,7 +73,6 @@ const fn ask(step: Step) -> &'static str {
     }
 }
 
-/// Looks at a recording of the same.
 fn recorded(path: &Path, wanted: Option<&str>) -> Result<(String, Watch)> {
     let mut watch = Watch::default();
     let mut followed: Option<String> = None;
@@ -103,7 +101,6 @@ fn recorded(path: &Path, wanted: Option<&str>) -> Result<(String, Watch)> {
     Ok((sensor, watch))
 }
 
-/// The live frames of one sensor of a running collector.
 struct Live<'a> {
     lines: Box<dyn BufRead>,
     wanted: Option<&'a str>,

@@ -10,15 +10,19 @@ use tokio::runtime::{Builder, Runtime};
 /// A bar on standard error that counts to `total`; invisible unless standard error is a terminal.
 pub(crate) fn bar(total: u64, what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(total).with_message(what);
-    if let Ok(style) =
-        ProgressStyle::with_template("  {msg:<12} {bar:32} {pos}/{len}  {per_sec}, {eta} left")
-    {
-        bar.set_style(style);
-    }
-    bar
+    styled(
+        bar,
+        "  {msg:<12} {bar:32} {pos}/{len}  {per_sec}, {eta} left",
+    )
 }
 
-/// The bars of what is done in stages, one after the other.
+fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style),
+        Err(_no_template) => bar,
+    }
+}
+
 #[derive(Default)]
 pub(crate) struct Bars(Option<(&'static str, ProgressBar)>);
 
@@ -36,15 +40,10 @@ impl Bars {
 /// What is read, with a bar over its bytes until it is dropped; invisible unless standard error is a terminal.
 pub(crate) fn reading<R: Read>(input: R, bytes: u64) -> ProgressBarIter<R> {
     let bar = ProgressBar::new(bytes).with_finish(ProgressFinish::AndClear);
-    if let Ok(style) = ProgressStyle::with_template(
-        "  reading      {bar:32} {bytes}/{total_bytes}  {bytes_per_sec}, {eta} left",
-    ) {
-        bar.set_style(style);
-    }
-    bar.wrap_read(input)
+    let template = "  reading      {bar:32} {bytes}/{total_bytes}  {bytes_per_sec}, {eta} left";
+    styled(bar, template).wrap_read(input)
 }
 
-/// Waits with a bar over the seconds.
 pub(crate) async fn wait(seconds: u64, what: &'static str) {
     let bar = bar(seconds, what);
     let mut each = tokio::time::interval(Duration::from_secs(1));
@@ -56,7 +55,6 @@ pub(crate) async fn wait(seconds: u64, what: &'static str) {
     bar.finish_and_clear();
 }
 
-/// What runs futures on this thread.
 pub(crate) fn runtime() -> io::Result<Runtime> {
     Builder::new_current_thread().enable_all().build()
 }

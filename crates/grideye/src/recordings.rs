@@ -3,7 +3,6 @@
 use crate::exit::bad_input;
 use crate::{files, progress};
 use anyhow::{Result, anyhow};
-use grideye_frame::RawFrame;
 use grideye_recording::bare::{Assumed, NpyReader, RowReader};
 use grideye_recording::{
     Layout, Record, RecordingError, Row, StreamId, csv, linaige, other_resolution, sensor_of, sniff,
@@ -31,11 +30,6 @@ pub(crate) fn open_assuming(
     Ok(rows.map(move |row| row.map_err(|error| bad_input(anyhow!("{shown}: {error}")))))
 }
 
-pub(crate) fn load(path: &Path) -> Result<Vec<Row>> {
-    open(path)?.collect()
-}
-
-/// The records of every stream of a recording, in order.
 pub(crate) fn load_streams(path: &Path) -> Result<BTreeMap<StreamId, Vec<Record>>> {
     let mut streams: BTreeMap<StreamId, Vec<Record>> = BTreeMap::new();
     for row in open(path)? {
@@ -84,15 +78,6 @@ fn one_stream(path: &Path, mut take: impl FnMut(Record)) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-/// The frames of a recording that holds one stream, in order; those that are missing are left out.
-pub(crate) fn load_frames(path: &Path) -> Result<Vec<RawFrame>> {
-    let records = load_stream(path)?;
-    Ok(records
-        .iter()
-        .filter_map(|record| record.reading.frame().copied())
-        .collect())
 }
 
 fn rows(path: &Path, assumed: Option<&Assumed>) -> Result<Rows> {

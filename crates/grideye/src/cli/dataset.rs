@@ -41,7 +41,7 @@ pub(crate) struct Dataset {
     #[arg(long, value_enum, default_value_t = Method::Grid)]
     pub(crate) method: Method,
     /// Kinds of files, with commas between them.
-    #[arg(long = "format", value_parser = one_of(TABLES), value_delimiter = ',', value_name = "KINDS", default_value = "parquet,npz")]
+    #[arg(long = "format", value_parser = one_of(TABLES), value_delimiter = ',', value_name = "KINDS", default_values = ["parquet", "npz"])]
     pub(crate) formats: Vec<Table>,
     /// Frames of a file [default: 1000].
     ///

@@ -25,7 +25,6 @@ where
     })
 }
 
-/// How a simulated frame is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Method {
     /// Rays through a grid of points, resampled to the sensor's pixels.
@@ -56,7 +55,6 @@ pub(super) fn within<T: FromStr + PartialOrd>(
         .ok_or_else(|| expected.into())
 }
 
-/// A number above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     within(
         text,

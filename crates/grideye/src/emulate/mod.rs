@@ -2,12 +2,10 @@
 //!
 //! ```text
 //!  parts: scene, recording, profile ─▶ grideye-rig: the machine ─▶ ways: fuse, preload, socket, usbip
-//!  plan: which sensor where ─────────┘   trace
+//!  and which sensor where ───────────┘   trace
 //! ```
 
 mod parts;
-mod plan;
-mod say;
 mod trace;
 mod ways;
 
@@ -16,9 +14,9 @@ use crate::exit::{Outcome, bad_input};
 use crate::files;
 use anyhow::{Result, anyhow};
 use grideye_rig::{Machine, Timebase, Wiring, World, buses};
-use say::Voice;
 use std::time::Duration;
 use trace::TraceFile;
+use ways::Voice;
 
 /// The program meets a sensor that has been on for two frames: one that was switched on this instant reads zero.
 const ON_BEFORE: Duration = Duration::from_millis(250);

@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 
 /// How traces begin, as a table and as a value change dump.
 const FRONTS: [&[u8]; 2] = [b"time_s,b", b"$comment"];
-/// The length of each.
 const FRONT_BYTES: u64 = 8;
 
 pub(super) struct TraceFile {
@@ -26,7 +25,6 @@ enum Format {
 }
 
 impl TraceFile {
-    /// Makes the file; its name says which format.
     pub(super) fn create(path: &Path, buses: usize) -> Result<Self> {
         let (ending, shown) = (files::end(path).unwrap_or_default(), path.display());
         if ending != "csv" && ending != "vcd" {
@@ -67,7 +65,6 @@ impl TraceFile {
         }
     }
 
-    /// Completes the file, and says what is in it.
     pub(super) fn finish(&self) -> Result<String> {
         let path = self.path.display();
         let summary = self

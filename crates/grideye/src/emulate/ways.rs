@@ -1,15 +1,20 @@
-//! The ways to the emulated buses: opened before anybody is told of them, closed before the program ends.
+//! The ways to the emulated buses: opened before anybody is told of them, closed before the program ends; and what is
+//! said of them: one line when they can be used, one of what went over the buses.
 
-use super::say::{Reached, Voice};
+use super::parts::Prepared;
 use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
+use crate::output::outln;
 use crate::progress;
 use anyhow::{Context as _, Result, anyhow};
-use grideye_rig::Machine;
+use grideye_rig::{Counts, Machine, Planned};
+use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::program::{self, RunError};
+use i2c_emulation::rack::Rack;
 use i2c_emulation::{fuse, socket, usbip};
 use rustix::process::{Pid, Signal, getpgrp, kill_process};
 use rustix::termios::tcgetpgrp;
+use serde_json::{Value, json};
 use std::net::SocketAddr;
 use std::path::Path;
 use std::process::{Command, ExitStatus};
@@ -18,7 +23,6 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::signal::unix::{SignalKind, signal};
 
-/// How often a server looks whether the show has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
 /// Where the Python client looks for the socket, when it is not told.
@@ -30,7 +34,8 @@ pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Resu
     let stop = Stop::catch()?;
     let mut reached = Reached::default();
     let socket = options.socket.as_deref();
-    let socket = socket.map(|path| SocketWay::open(path, options, machine, &mut reached));
+    let socket =
+        socket.map(|path| SocketWay::open(path, options.adapter, machine.rack(), &mut reached));
     let socket = socket.transpose()?;
     let usb = options
         .usbip
@@ -60,7 +65,6 @@ pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Resu
     Ok(outcome)
 }
 
-/// Runs the program to its end, and passes its exit code on.
 fn run_program(
     options: &Emulate,
     machine: &Machine,
@@ -116,29 +120,22 @@ fn passed_on(status: ExitStatus) -> u8 {
     code.and_then(|code| code.try_into().ok()).unwrap_or(1)
 }
 
-/// As a shell has it for a program that a signal ended.
 fn ended_by(signal: Signal) -> Outcome {
     Outcome::Passed(u8::try_from(128 + signal.as_raw()).unwrap_or(1))
 }
 
-/// A Unix socket that is served by a thread, until this is dropped.
 struct SocketWay {
     stop: socket::StopHandle,
     thread: Option<JoinHandle<()>>,
 }
 
 impl SocketWay {
-    fn open(
-        path: &Path,
-        options: &Emulate,
-        machine: &Machine,
-        reached: &mut Reached,
-    ) -> Result<Self> {
+    fn open(path: &Path, mode: AdapterMode, rack: Rack, reached: &mut Reached) -> Result<Self> {
         let how = socket::Options {
-            mode: options.adapter,
+            mode,
             ..socket::Options::default()
         };
-        let server = socket::Server::bind(path, machine.rack(), how).map_err(bad_input)?;
+        let server = socket::Server::bind(path, rack, how).map_err(bad_input)?;
         let stop = server.stop_handle();
         let shown = path.display();
         reached.add("socket", &shown, format!("socket {shown}"));
@@ -181,11 +178,8 @@ impl UsbWay {
             return Ok(Self::Attached(attached));
         };
         let server = usbip::Server::bind(address, &rack).map_err(bad_input)?;
-        let (at, port, host) = (
-            server.address(),
-            server.address().port(),
-            server.address().ip(),
-        );
+        let at = server.address();
+        let (port, host) = (at.port(), at.ip());
         let attach = |id| format!("usbip --tcp-port {port} attach -r {host} -b {id}");
         let lines: Vec<String> = server.bus_ids().map(|(_, id)| attach(id)).collect();
         reached.add("usbip-tcp", at, lines.join(" && "));
@@ -245,7 +239,6 @@ impl Stop {
         self.0.try_recv().ok()
     }
 
-    /// Returns on a signal, after so many seconds, or when it is over.
     fn wait(&self, seconds: Option<f64>, is_over: impl Fn() -> bool) -> Outcome {
         let started = Instant::now();
         let limit =
@@ -292,4 +285,112 @@ impl Stop {
 /// Whether a Ctrl-C at the terminal reaches this process, and with it its children.
 fn is_at_the_terminal() -> bool {
     tcgetpgrp(std::io::stdin()).is_ok_and(|foreground| foreground == getpgrp())
+}
+
+pub(super) struct Voice {
+    json: bool,
+    quiet: bool,
+    /// Standard output is the program's, if there is one.
+    has_program: bool,
+    shown: String,
+    /// The sensors, for programs and for people.
+    sensors: Vec<Value>,
+    places: String,
+}
+
+#[derive(Default)]
+pub(super) struct Reached {
+    /// fuse, preload, socket, usbip or usbip-tcp.
+    pub(super) ways: Vec<&'static str>,
+    pub(super) at: Vec<String>,
+    pub(super) text: Vec<String>,
+}
+
+impl Reached {
+    pub(super) fn add(&mut self, way: &'static str, at: impl ToString, text: String) {
+        self.ways.push(way);
+        self.at.push(at.to_string());
+        self.text.push(text);
+    }
+}
+
+impl Voice {
+    pub(super) fn new(options: &Emulate, prepared: &Prepared) -> Self {
+        let planned = || prepared.parts.iter().map(|part| &part.planned);
+        let places = planned().map(|Planned { name, place }| format!("{name} at {place}"));
+        Self {
+            json: options.json,
+            quiet: options.quiet,
+            has_program: !options.program.is_empty(),
+            shown: prepared.shown.clone(),
+            sensors: planned().map(sensor).collect(),
+            places: places.collect::<Vec<_>>().join(", "),
+        }
+    }
+
+    pub(super) fn ready(&self, reached: &Reached) -> Result<()> {
+        if self.json {
+            return self.print_json(&json!({
+                "event": "ready",
+                "ways": reached.ways,
+                "at": reached.at,
+                "shows": self.shown,
+                "sensors": self.sensors,
+            }));
+        }
+        if !self.quiet {
+            let reached = reached.text.join(" and ");
+            progress::say(&format!(
+                "{reached}: {}, showing {}",
+                self.places, self.shown
+            ));
+        }
+        if !self.has_program {
+            for place in &reached.at {
+                outln!("{place}")?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn note(&self, text: &str) {
+        if !self.quiet && !self.json {
+            progress::say(text);
+        }
+    }
+
+    pub(super) fn end(&self, counts: &Counts, outcome: Outcome) -> Result<()> {
+        if self.json {
+            let code = match outcome {
+                Outcome::Passed(code) => Some(code),
+                _ => None,
+            };
+            return self.print_json(&json!({
+                "event": "end",
+                "counts": counts,
+                "program_exit_code": code,
+            }));
+        }
+        self.note(&counts.to_string());
+        Ok(())
+    }
+
+    fn print_json(&self, value: &Value) -> Result<()> {
+        if self.has_program {
+            progress::say(&value.to_string());
+        } else {
+            outln!("{value}")?;
+        }
+        Ok(())
+    }
+}
+
+fn sensor(planned: &Planned) -> Value {
+    let Planned { name, place } = planned;
+    let mut sensor = json!({ "name": name, "bus": place.bus, "address": place.address.bits() });
+    if let Some(branch) = place.branch {
+        sensor["multiplexer"] = branch.mux.into();
+        sensor["channel"] = branch.channel.into();
+    }
+    sensor
 }
