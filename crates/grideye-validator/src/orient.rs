@@ -448,7 +448,7 @@ mod tests {
         for (left, top) in (0..4).flat_map(|left| (0..4).map(move |top| (left, top))) {
             let mounting = Mounting::from_seen(Side(left), Side(top));
             assert_eq!(mounting.is_none(), (left + top) % 2 == 0, "{left} {top}");
-            for Mounting { quarters, mirrored } in mounting {
+            if let Some(Mounting { quarters, mirrored }) = mounting {
                 let shown = |side: usize| if mirrored { (6 - side) % 4 } else { side } + quarters;
                 assert_eq!((shown(left) % 4, shown(top) % 4), (0, 1), "{left} {top}");
             }

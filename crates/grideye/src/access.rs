@@ -18,7 +18,6 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 const PORT: u16 = 8833;
 
-/// Prints the line by which an agent joins: a command to paste, or its parts as JSON.
 pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
     let folder = AccessFolder::new(&options.folder.path);
     let devices: BTreeSet<String> = options.devices.iter().cloned().collect();

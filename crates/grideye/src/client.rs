@@ -23,7 +23,6 @@ const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
 /// Longest error answer, token or authority that is read.
 const BYTES_MAX: u64 = 64 * 1024;
 
-/// A collector at a base address such as `http://127.0.0.1:8833`.
 #[derive(Debug, Clone)]
 pub(crate) struct Client {
     base: String,
@@ -31,7 +30,6 @@ pub(crate) struct Client {
     token: Option<Secret>,
 }
 
-/// A recording as the collector lists it.
 #[derive(Debug, Clone, Deserialize)]
 pub(crate) struct Recording {
     pub(crate) id: i64,
@@ -40,7 +38,6 @@ pub(crate) struct Recording {
     pub(crate) frames: u64,
 }
 
-/// The count of one stream, agent's and collector's together.
 #[derive(Debug, Clone, Deserialize, serde::Serialize)]
 pub(crate) struct AuditRow {
     pub(crate) device: String,
@@ -58,7 +55,6 @@ pub(crate) struct AuditRow {
     pub(crate) balanced: Option<bool>,
 }
 
-/// The books as the collector has them.
 #[derive(Debug, Clone, Deserialize)]
 pub(crate) struct AuditAnswer {
     pub(crate) streams: Vec<AuditRow>,
@@ -66,7 +62,6 @@ pub(crate) struct AuditAnswer {
     pub(crate) rivals: Vec<Rivals>,
 }
 
-/// Several agents that send as one device.
 #[derive(Debug, Clone, Deserialize)]
 pub(crate) struct Rivals {
     pub(crate) device: String,
@@ -74,7 +69,6 @@ pub(crate) struct Rivals {
 }
 
 impl AuditRow {
-    /// Frames dropped for any reason.
     pub(crate) fn dropped_total(&self) -> u64 {
         self.dropped.iter().flat_map(BTreeMap::values).sum()
     }
@@ -88,7 +82,6 @@ impl Client {
         Self::with(base, None, TlsConfig::default())
     }
 
-    /// A client of the collector that the options name, with the token and the authority that they name.
     pub(crate) fn of(options: &CollectorAddress) -> Result<Self> {
         let named = |path: &Path, error: &dyn Display, hint: &str| {
             bad_input(anyhow!("{}: {error}\nhint: {hint}", path.display()))
@@ -137,23 +130,19 @@ impl Client {
         }
     }
 
-    /// Starts a recording of everything that arrives.
     pub(crate) fn start_recording(&self, name: &str) -> Result<Recording> {
         self.post("/v1/recordings", &json!({ "name": name }))
     }
 
-    /// Ends a recording.
     pub(crate) fn stop_recording(&self, id: i64) -> Result<Recording> {
         self.post(&format!("/v1/recordings/{id}/stop"), &json!({}))
     }
 
-    /// The count of every stream that the collector knows.
     pub(crate) fn audit(&self) -> Result<AuditAnswer> {
         let path = "/v1/audit";
         self.decoded(path, self.get(path)?)
     }
 
-    /// Writes a recording as CSV.
     pub(crate) fn download_csv(&self, id: i64, out: &mut impl Write) -> Result<()> {
         let path = format!("/v1/recordings/{id}.csv");
         let body = self.get(&path)?.into_body().into_with_config();

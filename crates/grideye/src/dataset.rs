@@ -76,7 +76,6 @@ fn frames(options: &Dataset) -> Result<Frames> {
     Frames::new(subject, &loaded.scene).map_err(told)
 }
 
-/// Files that appear whole under their names.
 struct Disk;
 
 impl Output for Disk {

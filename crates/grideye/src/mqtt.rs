@@ -23,7 +23,6 @@ pub(crate) fn annex(options: &BridgeOptions, log: Log) -> Result<Option<Annex>> 
     Ok(broker.map(|broker| grideye_homeassistant::annex(broker, telling(options), log)))
 }
 
-/// Removes a sensor from Home Assistant, if the broker keeps anything of it.
 pub(crate) fn forget(options: &Forget) -> Result<Outcome> {
     let broker = broker(&options.broker)?.context("--mqtt is missing")?;
     let topics = topics(&options.broker);

@@ -103,7 +103,6 @@ fn rows(path: &Path, assumed: Option<&Assumed>) -> Result<Rows> {
     }
 }
 
-/// What was stated for a file that says nothing but temperatures.
 fn stated(path: &Path, assumed: Option<&Assumed>) -> Result<Assumed> {
     assumed.cloned().ok_or_else(|| {
         bad_input(anyhow!(

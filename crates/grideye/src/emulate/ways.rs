@@ -28,7 +28,6 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Where the Python client looks for the socket, when it is not told.
 const SOCKET_VARIABLE: &str = "GRIDEYE_I2C_SOCKET";
 
-/// Opens every way that the options name, lets time run, and waits for the end.
 pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Result<Outcome> {
     // From here on a signal no longer ends this process on the spot, so that nothing is left behind.
     let stop = Stop::catch()?;
