@@ -179,7 +179,8 @@ impl Values {
     fn put(&self, column: &mut SerializedColumnWriter<'_>) -> Result<(), ExportError> {
         match self {
             Self::Unsigned(values) => {
-                let bits: Vec<i64> = values.iter().map(|value| value.cast_signed()).collect();
+                let bits = |value: &u64| i64::from_ne_bytes(value.to_ne_bytes());
+                let bits: Vec<i64> = values.iter().map(bits).collect();
                 batch::<Int64Type>(column, &bits, None, None)
             }
             Self::Flag(values) => batch::<BoolType>(column, values, None, None),

@@ -168,7 +168,7 @@ impl Watch {
 
     /// Whether somebody is seen, but at no side.
     #[must_use]
-    pub const fn is_unclear(&self) -> bool {
+    pub fn is_unclear(&self) -> bool {
         self.seen >= 2 * STEADY_FRAMES && self.steady.is_empty()
     }
 
