@@ -118,15 +118,11 @@ async fn export(
 }
 
 fn unknown_format(extension: &str) -> Refusal {
-    let names: Vec<String> = OFFERED
-        .iter()
-        .map(|(known, _)| format!(".{known}"))
-        .collect();
+    let names = OFFERED.map(|(known, _)| format!(".{known}")).join(" or ");
     let shown: String = extension.chars().take(16).collect();
     let what = format!("there is no export as {shown:?}");
     Refusal::new(StatusCode::NOT_FOUND, "unknown_format", what).hint(format!(
-        "end it with {}; GET /v1/recordings/1.csv is recording 1 as CSV",
-        names.join(" or ")
+        "end it with {names}; GET /v1/recordings/1.csv is recording 1 as CSV"
     ))
 }
 
@@ -152,16 +148,13 @@ fn choose(spans: Vec<Span>, asked: &Asked) -> Result<Vec<Span>, Refusal> {
     let chosen: Vec<Span> = spans.into_iter().filter(is_asked).collect();
     if chosen.is_empty() {
         let what = "this recording has no frame of that sensor and run";
-        return Err(
-            Refusal::new(StatusCode::NOT_FOUND, "no_such_sensor", what).hint(format!(
-                "it has {}",
-                if names.is_empty() {
-                    "none at all"
-                } else {
-                    &names
-                }
-            )),
-        );
+        let has = if names.is_empty() {
+            "none at all"
+        } else {
+            &names
+        };
+        let refusal = Refusal::new(StatusCode::NOT_FOUND, "no_such_sensor", what);
+        return Err(refusal.hint(format!("it has {has}")));
     }
     Ok(chosen)
 }
@@ -171,30 +164,22 @@ fn check_one(spans: &[Span]) -> Result<(), Refusal> {
         return Ok(());
     }
     let what = "a picture shows one run of one sensor, and here are several";
-    Err(
-        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "several_streams", what)
-            .hint(format!("add one of {}", names(spans))),
-    )
+    let refusal = Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "several_streams", what);
+    Err(refusal.hint(format!("add one of {}", names(spans))))
 }
 
 /// How each of the first of these is asked for.
 fn names(spans: &[Span]) -> String {
-    let named: Vec<String> = spans
-        .iter()
-        .take(NAMED_MAX)
-        .map(|Span { stream, .. }| {
-            format!(
-                "?sensor={}/{}&boot={}",
-                stream.device, stream.sensor, stream.boot
-            )
-        })
-        .collect();
+    let named = spans.iter().take(NAMED_MAX).map(|Span { stream, .. }| {
+        let (device, sensor, boot) = (&stream.device, &stream.sensor, &stream.boot);
+        format!("?sensor={device}/{sensor}&boot={boot}")
+    });
     let more = if spans.len() > NAMED_MAX {
         " and more"
     } else {
         ""
     };
-    format!("{}{more}", named.join(", "))
+    format!("{}{more}", named.collect::<Vec<_>>().join(", "))
 }
 
 fn check_length(recording: &Recording) -> Result<(), Refusal> {
@@ -204,11 +189,10 @@ fn check_length(recording: &Recording) -> Result<(), Refusal> {
     }
     let id = recording.id;
     let what = format!("recording {id} has {rows} rows, and {ROWS_MAX} are written here at most");
-    Err(
-        Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long", what).hint(format!(
-            "take /v1/recordings/{id}.csv, and `grideye convert` writes the others from it"
-        )),
-    )
+    let refusal = Refusal::new(StatusCode::UNPROCESSABLE_ENTITY, "too_long", what);
+    Err(refusal.hint(format!(
+        "take /v1/recordings/{id}.csv, and `grideye convert` writes the others from it"
+    )))
 }
 
 /// Writes the rows into a file without a name, away from the threads that serve requests.
@@ -237,11 +221,10 @@ async fn write(
         work.await.map_err(|error| failed(error.to_string()))?;
     written.map_err(|error| match error.is_of_the_frames() {
         // In the words of `grideye convert`.
-        true => Refusal::new(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "cannot_be_written",
-            error.to_string(),
-        ),
+        true => {
+            let (status, what) = (StatusCode::UNPROCESSABLE_ENTITY, error.to_string());
+            Refusal::new(status, "cannot_be_written", what)
+        }
         false => failed(format!("the file cannot be written: {error}")),
     })
 }

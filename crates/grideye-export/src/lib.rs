@@ -2,10 +2,12 @@
 
 #[cfg(feature = "annex")]
 pub mod annex;
+#[cfg(feature = "dataset")]
+pub mod dataset;
 mod error;
 pub mod film;
-pub mod npz;
-pub mod parquet;
+mod npz;
+mod parquet;
 pub mod recording;
 pub mod tiles;
 

@@ -8,16 +8,14 @@ use std::io::Write;
 pub(crate) const ARCHIVE_BYTES_MAX: u64 = 0xffff_0000;
 
 /// Magic, version 1.0, and a dictionary that is padded so that the numbers begin at a multiple of 64.
-#[must_use]
-pub fn header(dtype: &str, shape: &str) -> Vec<u8> {
-    let mut dictionary =
-        format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}");
-    let prefix = 10;
-    let whole = (prefix + dictionary.len() + 1).next_multiple_of(64);
-    while prefix + dictionary.len() + 1 < whole {
-        dictionary.push(' ');
-    }
-    dictionary.push('\n');
+fn header(dtype: &str, axes: &[usize]) -> Vec<u8> {
+    // A tuple as Python writes it.
+    let shape: Vec<String> = axes.iter().map(ToString::to_string).collect();
+    let comma = if axes.len() == 1 { "," } else { "" };
+    let shape = format!("({}{comma})", shape.join(", "));
+    let dictionary = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}");
+    let width = (10 + dictionary.len() + 1).next_multiple_of(64) - 11;
+    let dictionary = format!("{dictionary:width$}\n");
     let length = u16::try_from(dictionary.len()).unwrap_or(u16::MAX);
     [
         b"\x93NUMPY\x01\x00".as_slice(),
@@ -28,25 +26,22 @@ pub fn header(dtype: &str, shape: &str) -> Vec<u8> {
 }
 
 /// As single precision.
-#[must_use]
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,
     reason = "single precision is what the format has, 2 µK at 20 °C"
 )]
-pub const fn single(celsius: f64) -> f32 {
+pub(crate) const fn single(celsius: f64) -> f32 {
     celsius as f32
 }
 
 /// A zip archive of stored files whose length is known only at their end.
-#[derive(Debug)]
-pub struct Archive<W> {
+pub(crate) struct Archive<W> {
     out: W,
     written: u64,
     entries: Vec<Entry>,
 }
 
-#[derive(Debug)]
 struct Entry {
     name: &'static str,
     offset: u64,
@@ -63,8 +58,7 @@ impl Entry {
 
 impl<W: Write> Archive<W> {
     /// An archive without files.
-    #[must_use]
-    pub const fn new(out: W) -> Self {
+    pub(crate) const fn new(out: W) -> Self {
         Self {
             out,
             written: 0,
@@ -72,11 +66,40 @@ impl<W: Write> Archive<W> {
         }
     }
 
+    /// A whole array of that type and shape.
+    pub(crate) fn array<const N: usize>(
+        &mut self,
+        name: &'static str,
+        dtype: &str,
+        axes: &[usize],
+        values: impl IntoIterator<Item = [u8; N]>,
+    ) -> Result<(), ExportError> {
+        self.begin(name, &header(dtype, axes))?;
+        for value in values {
+            self.add(&value)?;
+        }
+        self.end()
+    }
+
+    /// Texts of one length, in code points, with zeros behind shorter ones.
+    pub(crate) fn texts(
+        &mut self,
+        name: &'static str,
+        axes: &[usize],
+        texts: &[impl AsRef<str>],
+    ) -> Result<(), ExportError> {
+        let lengths = texts.iter().map(|text| text.as_ref().chars().count());
+        let longest = lengths.max().unwrap_or(0).max(1);
+        let characters = texts.iter().flat_map(|text| {
+            let characters = text.as_ref().chars().map(u32::from);
+            characters.chain(std::iter::repeat(0)).take(longest)
+        });
+        let values = characters.map(u32::to_le_bytes);
+        self.array(name, &format!("<U{longest}"), axes, values)
+    }
+
     /// Begins a file of that name with these bytes.
-    ///
-    /// # Errors
-    /// If the output takes nothing, or the archive has no room for so many bytes.
-    pub fn begin(&mut self, name: &'static str, head: &[u8]) -> Result<(), ExportError> {
+    fn begin(&mut self, name: &'static str, head: &[u8]) -> Result<(), ExportError> {
         let offset = self.written;
         let local = [
             b"PK\x03\x04".as_slice(),
@@ -97,10 +120,7 @@ impl<W: Write> Archive<W> {
     }
 
     /// More of the file that was begun last.
-    ///
-    /// # Errors
-    /// If the output takes nothing, or the archive has no room for so many bytes.
-    pub fn add(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
+    fn add(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
         if let Some(entry) = self.entries.last_mut() {
             entry.crc.update(bytes);
             entry.length += u64::try_from(bytes.len())?;
@@ -109,10 +129,7 @@ impl<W: Write> Archive<W> {
     }
 
     /// Ends the file that was begun last.
-    ///
-    /// # Errors
-    /// If the output takes nothing, or the archive has no room for so many bytes.
-    pub fn end(&mut self) -> Result<(), ExportError> {
+    fn end(&mut self) -> Result<(), ExportError> {
         let Some(entry) = self.entries.last_mut() else {
             return Ok(());
         };
@@ -127,10 +144,7 @@ impl<W: Write> Archive<W> {
     }
 
     /// Ends the archive.
-    ///
-    /// # Errors
-    /// If the output takes nothing, or the archive has no room for so many bytes.
-    pub fn finish(mut self) -> Result<(), ExportError> {
+    pub(crate) fn finish(mut self) -> Result<(), ExportError> {
         let directory = self.written;
         let mut records = Vec::new();
         for entry in &self.entries {
@@ -203,11 +217,15 @@ mod tests {
     #[test]
     fn a_header_is_the_one_that_numpy_writes() {
         // numpy.save of numpy.zeros((3, 8, 8), numpy.float32): 128 bytes before the numbers.
-        let head = header("<f4", "(3, 8, 8)");
+        let head = header("<f4", &[3, 8, 8]);
         assert_eq!(head.len(), 128);
         assert!(head.starts_with(
             b"\x93NUMPY\x01\x00v\x00{'descr': '<f4', 'fortran_order': False, 'shape': (3, 8, 8), }"
         ));
         assert!(head.ends_with(b" \n"));
+        for (axes, shape) in [(&[][..], "()"), (&[3], "(3,)"), (&[3, 0], "(3, 0)")] {
+            let head = String::from_utf8_lossy(&header("<f4", axes)).into_owned();
+            assert!(head.contains(&format!("'shape': {shape}, }}")), "{head}");
+        }
     }
 }

@@ -25,43 +25,28 @@ use std::io::Write;
 use std::sync::Arc;
 
 /// A column of a group of rows.
-#[derive(Debug)]
-pub struct Column {
-    /// Its name.
-    pub name: String,
-    /// Its values.
-    pub values: Values,
+pub(crate) struct Column {
+    name: String,
+    values: Values,
 }
 
 /// What a column holds: one for each row.
-#[derive(Debug)]
-pub enum Values {
-    /// Numbers without a sign.
+pub(crate) enum Values {
     Unsigned(Vec<u64>),
-    /// Numbers, or nothing.
     Signed(Vec<Option<i64>>),
-    /// Numbers in double precision, or nothing.
     Double(Vec<Option<f64>>),
-    /// Yes or no.
     Flag(Vec<bool>),
-    /// Texts.
     Text(Vec<String>),
-    /// Texts, or nothing.
     MaybeText(Vec<Option<String>>),
     /// So many for each row, row by row.
     Singles {
-        /// How many.
         per_row: usize,
-        /// All of them.
         values: Vec<f32>,
     },
 }
 
 /// Writes the columns as one group of rows, with these words about the file.
-///
-/// # Errors
-/// If the output takes nothing, or the columns are not those that the file began with.
-pub fn write(
+pub(crate) fn write(
     columns: &[Column],
     about: &[(&str, String)],
     out: impl Write + Send,
@@ -72,16 +57,17 @@ pub fn write(
 }
 
 /// A file to which groups of rows are added.
-pub struct Table<W: Write + Send> {
+pub(crate) struct Table<W: Write + Send> {
     writer: SerializedFileWriter<W>,
 }
 
 impl<W: Write + Send> Table<W> {
     /// A table with columns of these names and types, whatever they hold, and with these words about the file.
-    ///
-    /// # Errors
-    /// If the output takes nothing, or the columns are not those that the file began with.
-    pub fn new(columns: &[Column], about: &[(&str, String)], out: W) -> Result<Self, ExportError> {
+    pub(crate) fn new(
+        columns: &[Column],
+        about: &[(&str, String)],
+        out: W,
+    ) -> Result<Self, ExportError> {
         let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
         let schema = Type::group_type_builder("rows")
             .with_fields(fields)
@@ -102,10 +88,7 @@ impl<W: Write + Send> Table<W> {
     }
 
     /// Adds a group of rows.
-    ///
-    /// # Errors
-    /// If the output takes nothing, or the columns are not those that the file began with.
-    pub fn add(&mut self, columns: &[Column]) -> Result<(), ExportError> {
+    pub(crate) fn add(&mut self, columns: &[Column]) -> Result<(), ExportError> {
         let mut group = self.writer.next_row_group()?;
         for column in columns {
             let missing =
@@ -119,10 +102,7 @@ impl<W: Write + Send> Table<W> {
     }
 
     /// Ends the file.
-    ///
-    /// # Errors
-    /// If the output takes nothing, or the columns are not those that the file began with.
-    pub fn finish(self) -> Result<(), ExportError> {
+    pub(crate) fn finish(self) -> Result<(), ExportError> {
         self.writer.close()?;
         Ok(())
     }
@@ -130,8 +110,7 @@ impl<W: Write + Send> Table<W> {
 
 impl Column {
     /// A column of that name.
-    #[must_use]
-    pub fn new(name: impl Into<String>, values: Values) -> Self {
+    pub(crate) fn new(name: impl Into<String>, values: Values) -> Self {
         Self {
             name: name.into(),
             values,
@@ -151,11 +130,9 @@ impl Column {
 
     fn path(&self) -> ColumnPath {
         match &self.values {
-            Values::Singles { .. } => ColumnPath::new(
-                [self.name.as_str(), "list", "element"]
-                    .map(str::to_owned)
-                    .to_vec(),
-            ),
+            Values::Singles { .. } => {
+                ColumnPath::new(vec![self.name.clone(), "list".into(), "element".into()])
+            }
             _ => ColumnPath::new(vec![self.name.clone()]),
         }
     }
@@ -164,25 +141,20 @@ impl Column {
 /// The column's place in the schema.
 fn field(column: &Column) -> Result<Arc<Type>, ExportError> {
     let name = column.name.as_str();
-    let plain = |physical| Type::primitive_type_builder(name, physical);
-    let required = Repetition::REQUIRED;
-    let field = match &column.values {
-        Values::Unsigned(_) => plain(Physical::INT64)
-            .with_repetition(required)
-            .with_logical_type(Some(LogicalType::integer(64, false))),
-        Values::Signed(_) => plain(Physical::INT64)
-            .with_repetition(Repetition::OPTIONAL)
-            .with_logical_type(Some(LogicalType::integer(64, true))),
-        Values::Double(_) => plain(Physical::DOUBLE).with_repetition(Repetition::OPTIONAL),
-        Values::Flag(_) => plain(Physical::BOOLEAN).with_repetition(required),
-        Values::Text(_) => plain(Physical::BYTE_ARRAY)
-            .with_repetition(required)
-            .with_logical_type(Some(LogicalType::String)),
-        Values::MaybeText(_) => plain(Physical::BYTE_ARRAY)
-            .with_repetition(Repetition::OPTIONAL)
-            .with_logical_type(Some(LogicalType::String)),
+    let (required, optional) = (Repetition::REQUIRED, Repetition::OPTIONAL);
+    let integer = |is_signed| Some(LogicalType::integer(64, is_signed));
+    let (physical, repetition, logical) = match &column.values {
+        Values::Unsigned(_) => (Physical::INT64, required, integer(false)),
+        Values::Signed(_) => (Physical::INT64, optional, integer(true)),
+        Values::Double(_) => (Physical::DOUBLE, optional, None),
+        Values::Flag(_) => (Physical::BOOLEAN, required, None),
+        Values::Text(_) => (Physical::BYTE_ARRAY, required, Some(LogicalType::String)),
+        Values::MaybeText(_) => (Physical::BYTE_ARRAY, optional, Some(LogicalType::String)),
         Values::Singles { .. } => return list(name),
     };
+    let field = Type::primitive_type_builder(name, physical)
+        .with_repetition(repetition)
+        .with_logical_type(logical);
     Ok(Arc::new(field.build()?))
 }
 
@@ -207,10 +179,8 @@ impl Values {
     fn put(&self, column: &mut SerializedColumnWriter<'_>) -> Result<(), ExportError> {
         match self {
             Self::Unsigned(values) => {
-                let bits: Vec<i64> = values
-                    .iter()
-                    .map(|value| i64::from_ne_bytes(value.to_ne_bytes()))
-                    .collect();
+                let bits = |value: &u64| i64::from_ne_bytes(value.to_ne_bytes());
+                let bits: Vec<i64> = values.iter().map(bits).collect();
                 batch::<Int64Type>(column, &bits, None, None)
             }
             Self::Flag(values) => batch::<BoolType>(column, values, None, None),
@@ -234,9 +204,8 @@ impl Values {
             }
             Self::Singles { per_row, values } => {
                 let there = vec![1; values.len()];
-                let begins: Vec<i16> = (0..values.len())
-                    .map(|index| i16::from(index % per_row != 0))
-                    .collect();
+                let is_later = (0..values.len()).map(|index| index % per_row != 0);
+                let begins: Vec<i16> = is_later.map(i16::from).collect();
                 batch::<FloatType>(column, values, Some(&there), Some(&begins))
             }
         }
@@ -245,10 +214,8 @@ impl Values {
 
 /// 1 where there is a value, 0 where there is none.
 fn levels<T>(values: &[Option<T>]) -> Vec<i16> {
-    values
-        .iter()
-        .map(|value| i16::from(value.is_some()))
-        .collect()
+    let is_there = values.iter().map(Option::is_some);
+    is_there.map(i16::from).collect()
 }
 
 fn batch<T: DataType>(
@@ -257,8 +224,7 @@ fn batch<T: DataType>(
     definitions: Option<&[i16]>,
     repetitions: Option<&[i16]>,
 ) -> Result<(), ExportError> {
-    column
-        .typed::<T>()
-        .write_batch(values, definitions, repetitions)?;
+    let typed = column.typed::<T>();
+    typed.write_batch(values, definitions, repetitions)?;
     Ok(())
 }

@@ -137,11 +137,8 @@ impl Bridge {
             sensor.say_again();
         }
         let topics = &self.telling.topics;
-        let filters = [
-            topics.availability("+"),
-            topics.all_cameras(),
-            topics.birth(),
-        ];
+        let availability = topics.availability("+");
+        let filters = [availability, topics.all_cameras(), topics.birth()];
         link.connection.subscribe(&filters).await?;
         link.ping().await?;
         let online = Message::retained(topics.bridge(), ONLINE);
@@ -157,10 +154,8 @@ impl Bridge {
                 self.say_overflow();
                 continue;
             }
-            let sensor = self
-                .sensors
-                .entry(key)
-                .or_insert_with(|| Sensor::new(&newest.stream));
+            let sensor = self.sensors.entry(key);
+            let sensor = sensor.or_insert_with(|| Sensor::new(&newest.stream));
             let told = sensor.look(newest, &self.telling, now);
             if sensor.is_announced() {
                 self.left.remove(&sensor.named.id);
@@ -178,19 +173,13 @@ impl Bridge {
 
     /// Who was there under an earlier collector and has not been heard since is not available, or is removed in time.
     fn look_after_left(&mut self, newest: &[NewestFrame], now: Duration) -> Vec<Message> {
-        let Telling {
-            topics,
-            forget_after,
-            ..
-        } = &self.telling;
-        let ages: BTreeMap<&str, Duration> = newest
-            .iter()
-            .filter_map(|newest| {
-                let key = (newest.stream.device.clone(), newest.stream.sensor.clone());
-                let sensor = self.sensors.get(&key)?;
-                Some((sensor.named.id.as_str(), newest.age))
-            })
-            .collect();
+        let (topics, forget_after) = (&self.telling.topics, self.telling.forget_after);
+        let age = |newest: &NewestFrame| {
+            let key = (newest.stream.device.clone(), newest.stream.sensor.clone());
+            let sensor = self.sensors.get(&key)?;
+            Some((sensor.named.id.as_str(), newest.age))
+        };
+        let ages: BTreeMap<&str, Duration> = newest.iter().filter_map(age).collect();
         let mut told = Vec::new();
         self.left.retain(|id, left| {
             let age = ages.get(id.as_str()).copied();

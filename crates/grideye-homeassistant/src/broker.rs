@@ -57,10 +57,10 @@ pub(crate) struct Encryption {
 impl fmt::Display for Broker {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let scheme = self.encryption.as_ref().map_or("mqtt", |_| "mqtts");
-        if self.host.contains(':') {
-            write!(formatter, "{scheme}://[{}]:{}", self.host, self.port)
-        } else {
-            write!(formatter, "{scheme}://{}:{}", self.host, self.port)
+        let Self { host, port, .. } = self;
+        match host.contains(':') {
+            true => write!(formatter, "{scheme}://[{host}]:{port}"),
+            false => write!(formatter, "{scheme}://{host}:{port}"),
         }
     }
 }
@@ -102,10 +102,8 @@ impl Broker {
                 return Err(BrokerError("--mqtt: the broker is encrypted, and nobody says whose certificate to believe\nhint: --mqtt-authority FILE, the authority's certificate in PEM; /etc/ssl/certs/ca-certificates.crt has the public ones".to_owned()));
             }
             (false, Some(_)) => {
-                return Err(BrokerError(
-                    "--mqtt-authority is for a broker with TLS\nhint: --mqtt mqtts://HOST"
-                        .to_owned(),
-                ));
+                let what = "--mqtt-authority is for a broker with TLS\nhint: --mqtt mqtts://HOST";
+                return Err(BrokerError(what.to_owned()));
             }
         };
         Ok(Self {
@@ -146,14 +144,9 @@ fn parts(url: &str) -> Result<Parts, &'static str> {
         return Err("there is no host in it");
     }
     let usual = if is_encrypted { 8883 } else { 1883 };
-    let port = match port {
-        None => usual,
-        Some(port) => port
-            .parse()
-            .ok()
-            .filter(|port| *port > 0)
-            .ok_or("its port is not a number from 1 to 65535")?,
-    };
+    let port = port.map_or(Some(usual), |port| port.parse().ok());
+    let port = port.filter(|port| *port > 0);
+    let port = port.ok_or("its port is not a number from 1 to 65535")?;
     let user = user.filter(|user| !user.is_empty());
     Ok(Parts {
         is_encrypted,
@@ -187,9 +180,8 @@ fn encryption((file, pem): (&str, &[u8]), host: &str) -> Result<Encryption, Brok
     let mut roots = RootCertStore::empty();
     for certificate in CertificateDer::pem_slice_iter(pem) {
         let certificate = certificate.map_err(|error| refuse(error.to_string()))?;
-        roots
-            .add(certificate)
-            .map_err(|error| refuse(error.to_string()))?;
+        let added = roots.add(certificate);
+        added.map_err(|error| refuse(error.to_string()))?;
     }
     if roots.is_empty() {
         return Err(refuse("there is no certificate in it".to_owned()));
@@ -212,51 +204,30 @@ fn encryption((file, pem): (&str, &[u8]), host: &str) -> Result<Encryption, Brok
 mod tests {
     use super::*;
 
-    fn found(url: &str) -> (bool, Option<String>, String, u16) {
-        let parts = parts(url).unwrap();
-        (parts.is_encrypted, parts.user, parts.host, parts.port)
-    }
-
     #[test]
     fn a_broker_is_named_by_its_url() {
-        let none = None::<String>;
-        let host = |name: &str| name.to_owned();
-        for (url, expected) in [
-            (
-                "mqtt://pi.local",
-                (false, none.clone(), host("pi.local"), 1883),
-            ),
-            (
-                "mqtts://pi.local/",
-                (true, none.clone(), host("pi.local"), 8883),
-            ),
+        for (url, (is_encrypted, user, host, port)) in [
+            ("mqtt://pi.local", (false, None, "pi.local", 1883)),
+            ("mqtts://pi.local/", (true, None, "pi.local", 8883)),
             (
                 "mqtt://ana@10.0.0.7:1884",
-                (false, Some(host("ana")), host("10.0.0.7"), 1884),
+                (false, Some("ana"), "10.0.0.7", 1884),
             ),
-            (
-                "mqtt://[::1]:1884",
-                (false, none.clone(), host("::1"), 1884),
-            ),
-            (
-                "mqtt://@[fd00::1]",
-                (false, none.clone(), host("fd00::1"), 1883),
-            ),
-            ("mqtt://a@b@c", (false, Some(host("a@b")), host("c"), 1883)),
+            ("mqtt://[::1]:1884", (false, None, "::1", 1884)),
+            ("mqtt://@[fd00::1]", (false, None, "fd00::1", 1883)),
+            ("mqtt://a@b@c", (false, Some("a@b"), "c", 1883)),
         ] {
-            assert_eq!(found(url), expected, "{url}");
+            let (user, host) = (user.map(str::to_owned), host.to_owned());
+            let wanted = Parts {
+                is_encrypted,
+                user,
+                host,
+                port,
+            };
+            assert_eq!(parts(url), Ok(wanted), "{url}");
         }
-        for bad in [
-            "",
-            "pi.local",
-            "http://pi",
-            "mqtt://",
-            "mqtt://a:0",
-            "mqtt://a:65536",
-            "mqtt://a:x",
-            "mqtt://a/b",
-            "mqtt://a b",
-        ] {
+        let bad = "|pi.local|http://pi|mqtt://|mqtt://a:0|mqtt://a:65536|mqtt://a:x|mqtt://a/b|mqtt://a b";
+        for bad in bad.split('|') {
             assert!(parts(bad).is_err(), "{bad}");
         }
     }
@@ -275,10 +246,8 @@ mod tests {
         let password = Password::new(b"hunter2".to_vec());
         let broker = Broker::new("mqtt://ana@pi", Some(password), None).unwrap();
         let said = format!("{broker:?} {broker}");
-        assert!(
-            !said.contains("hunter2") && !said.contains("104, 117"),
-            "{said}"
-        );
+        let is_shown = said.contains("hunter2") || said.contains("104, 117");
+        assert!(!is_shown, "{said}");
     }
 
     #[test]
@@ -287,10 +256,8 @@ mod tests {
         assert_eq!(password, Some(Password(b"s3cret word".to_vec())));
         assert_eq!(Password::first_line_of(b"\n"), None);
         let longest = "x".repeat(CREDENTIAL_BYTES_MAX);
-        for (password, url) in [
-            ("x", "mqtt://pi"),
-            (&*format!("{longest}x"), "mqtt://ana@pi"),
-        ] {
+        let longer = format!("{longest}x");
+        for (password, url) in [("x", "mqtt://pi"), (&longer, "mqtt://ana@pi")] {
             let said = refused(url, Some(password), None);
             assert!(said.contains("hint: "), "{said}");
         }

@@ -41,12 +41,9 @@ pub(crate) fn configurations(topics: &Topics, named: &Named, expires: Duration) 
 
 /// What takes away all that the broker keeps of a sensor.
 pub(crate) fn removal(topics: &Topics, id: &str) -> Vec<Message> {
-    let mut removal: Vec<Message> = ENTITIES
-        .iter()
-        .map(|place| Message::cleared(topics.config(id, *place)))
-        .collect();
-    removal.push(Message::cleared(topics.availability(id)));
-    removal
+    let entities = ENTITIES.iter().map(|place| topics.config(id, *place));
+    let topics = entities.chain([topics.availability(id)]);
+    topics.map(Message::cleared).collect()
 }
 
 fn common(topics: &Topics, named: &Named, entity: &str) -> Value {

@@ -4,20 +4,15 @@ use std::fmt;
 use std::io;
 use std::time::Duration;
 
+const AGAIN: &str = "it is tried again; the broker's log may say why";
+
 /// What went wrong, and what to do about it. Holds no password.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{what}\nhint: {hint}")]
 pub struct Fault {
     pub(crate) what: String,
     pub(crate) hint: &'static str,
 }
-
-impl fmt::Display for Fault {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}\nhint: {}", self.what, self.hint)
-    }
-}
-
-impl std::error::Error for Fault {}
 
 impl Fault {
     fn new(what: impl Into<String>, hint: &'static str) -> Self {
@@ -52,7 +47,7 @@ impl Fault {
         }
         Self::new(
             format!("the connection to the broker broke: {reason}"),
-            "it is tried again; the broker's log may say why",
+            AGAIN,
         )
     }
 
@@ -72,31 +67,29 @@ impl Fault {
 
     /// A refusal by its code (mqtt-v3.1.1, table 3.1).
     pub(crate) fn refused(code: u8, has_password: bool) -> Self {
-        match (code, has_password) {
-            (4 | 5, true) => Self::new(
+        let (what, hint) = match (code, has_password) {
+            (4 | 5, true) => (
                 "the broker refuses the user or the password",
                 "the user stands in --mqtt as mqtt://USER@HOST, the password in --mqtt-password-file or GRIDEYE_MQTT_PASSWORD; mosquitto_passwd sets one, and Home Assistant's add-on takes those of its own users",
             ),
-            (4 | 5, false) => Self::new(
+            (4 | 5, false) => (
                 "the broker wants a user and a password",
                 "--mqtt mqtt://USER@HOST with --mqtt-password-file FILE, or the password in GRIDEYE_MQTT_PASSWORD",
             ),
-            (1, _) => Self::new(
+            (1, _) => (
                 "the broker does not speak MQTT 3.1.1",
                 "mosquitto 1.4 or later does",
             ),
-            (2, _) => Self::new(
+            (2, _) => (
                 "the broker refuses the name of this program",
                 "another --mqtt-topic gives it another name",
             ),
-            (3, _) => Self::new(
-                "the broker says that it cannot serve now",
-                "it is tried again; the broker's log may say why",
-            ),
-            _ => Self::new(
-                format!("the broker refuses the connection with code {code}"),
-                "the broker's log may say why",
-            ),
-        }
+            (3, _) => ("the broker says that it cannot serve now", AGAIN),
+            _ => {
+                let what = format!("the broker refuses the connection with code {code}");
+                return Self::new(what, "the broker's log may say why");
+            }
+        };
+        Self::new(what, hint)
     }
 }

@@ -3,8 +3,6 @@
 //! Everything is published at quality of service 0: on a connection that holds nothing is lost, and after one that broke
 //! all that is retained is published again, so that acknowledgements would add a window to keep and nothing else.
 
-use std::fmt;
-
 /// A text's or a password's longest, in bytes: its length is written in two (§1.5.3).
 pub(crate) const TEXT_BYTES_MAX: usize = 65_535;
 /// The longest packet that is read. What is subscribed to is a word or one sensor's configuration.
@@ -36,20 +34,19 @@ pub(crate) struct Message {
 
 impl Message {
     pub(crate) fn passing(topic: String, payload: impl Into<Vec<u8>>) -> Self {
-        let payload = payload.into();
+        let (payload, retain) = (payload.into(), false);
         Self {
             topic,
             payload,
-            retain: false,
+            retain,
         }
     }
 
     pub(crate) fn retained(topic: String, payload: impl Into<Vec<u8>>) -> Self {
-        let payload = payload.into();
+        let retain = true;
         Self {
-            topic,
-            payload,
-            retain: true,
+            retain,
+            ..Self::passing(topic, payload)
         }
     }
 
@@ -81,14 +78,9 @@ pub(crate) enum Heard {
 }
 
 /// What no broker sends to such a client.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
 pub(crate) struct Garbled(&'static str);
-
-impl fmt::Display for Garbled {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.0)
-    }
-}
 
 /// §3.1, with a clean session.
 pub(crate) fn connect(hello: &Hello<'_>) -> Vec<u8> {
@@ -152,10 +144,8 @@ pub(crate) fn take(inbox: &mut Vec<u8>) -> Result<Option<Heard>, Garbled> {
 /// Where a packet's body begins and how long it is (§2.2.3).
 fn extent(inbox: &[u8]) -> Result<Option<(usize, usize)>, Garbled> {
     // Another server's answer would be waited for as if it were a long packet.
-    if inbox
-        .first()
-        .is_some_and(|header| !HEARD.contains(&(header >> 4)))
-    {
+    let mut header = inbox.iter().take(1);
+    if header.any(|header| !HEARD.contains(&(header >> 4))) {
         return Err(Garbled("a packet that nothing asked for"));
     }
     let mut length = 0;
@@ -195,11 +185,11 @@ fn published(header: u8, body: &[u8]) -> Result<Heard, Garbled> {
     }
     let topic = String::from_utf8(topic.to_vec())
         .map_err(|_not_text| Garbled("a topic that is no text"))?;
-    let payload = payload.to_vec();
+    let (payload, retain) = (payload.to_vec(), header & RETAIN != 0);
     Ok(Heard::Published(Message {
         topic,
         payload,
-        retain: header & RETAIN != 0,
+        retain,
     }))
 }
 
@@ -275,12 +265,8 @@ mod tests {
         let mut sent = b"\x20\x02\x00\x05\x90\x04\x00\x01\x00\x80\xD0\x00".to_vec();
         let message = Message::retained("a/ü".to_owned(), vec![7; 300]);
         sent.extend(publish(&message));
-        let expected = [
-            Heard::Connected(5),
-            Heard::Subscribed(vec![0, 0x80]),
-            Heard::Pong,
-            Heard::Published(message),
-        ];
+        let (taken, subscribed) = (Heard::Connected(5), Heard::Subscribed(vec![0, 0x80]));
+        let expected = [taken, subscribed, Heard::Pong, Heard::Published(message)];
         for piece in 1..sent.len() {
             let mut inbox = Vec::new();
             let mut heard = Vec::new();

@@ -33,11 +33,8 @@ impl Presence {
 
     /// Looks at a frame; `now` never goes back.
     pub(crate) fn see(&mut self, frame: &Frame, rule: &Rule, now: Duration) -> bool {
-        let least_c = if self.is_there {
-            rule.above_c - f64::from(word::PIXEL_STEP.get())
-        } else {
-            rule.above_c
-        };
+        let step_c = f64::from(word::PIXEL_STEP.get());
+        let least_c = rule.above_c - if self.is_there { step_c } else { 0.0 };
         if warm_pixels(frame, least_c) >= rule.pixels {
             self.is_there = true;
             self.last_warm_at = now;
@@ -54,10 +51,10 @@ fn warm_pixels(frame: &Frame, above_c: f64) -> usize {
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;
     let median_c = (sorted[middle - 1] + sorted[middle]) / 2.0;
-    sorted
+    let warm = sorted
         .iter()
-        .filter(|celsius| **celsius - median_c >= above_c)
-        .count()
+        .filter(|celsius| *celsius - median_c >= above_c);
+    warm.count()
 }
 
 #[cfg(test)]

@@ -184,10 +184,8 @@ impl Sensor {
         {
             let topic = telling.topics.state(&self.named.id);
             told.push(Message::passing(topic, state(&frame, is_there, seq)));
-            self.state = Some(Told {
-                at: now,
-                frame: id.clone(),
-            });
+            let frame = id.clone();
+            self.state = Some(Told { at: now, frame });
         }
         let last = self.image.as_ref();
         let is_due = |images: &Images| is_new(last, &id) && is_time(last, images.every, now);
@@ -213,7 +211,7 @@ fn is_time(told: Option<&Told>, every: Duration, now: Duration) -> bool {
 /// The state's JSON. Steps of the sensor are written exactly, the mean to a hundredth.
 fn state(frame: &Frame, is_there: bool, seq: u64) -> String {
     let pixels = frame.pixels.map(|pixel| f64::from(pixel.get()));
-    let mean = pixels.iter().sum::<f64>() / PIXELS_COUNT;
+    let mean = pixels.iter().sum::<f64>() / 64.0;
     json!({
         "min": pixels.iter().copied().fold(f64::INFINITY, f64::min),
         "max": pixels.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -225,7 +223,6 @@ fn state(frame: &Frame, is_there: bool, seq: u64) -> String {
     .to_string()
 }
 
-const PIXELS_COUNT: f64 = 64.0;
 /// Half a look: one that comes a little early is not put off by a whole one.
 const LOOK_SLACK: Duration = Duration::from_millis(250);
 

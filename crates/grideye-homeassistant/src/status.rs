@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[derive(Debug, Clone)]
 pub(crate) struct Status(Arc<Mutex<Told>>);
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Told {
     broker: String,
     is_connected: bool,
@@ -20,14 +20,11 @@ struct Told {
 
 impl Status {
     pub(crate) fn new(broker: String) -> Self {
-        Self(Arc::new(Mutex::new(Told {
+        let told = Told {
             broker,
-            is_connected: false,
-            connections: 0,
-            fault: None,
-            sensors: 0,
-            published: 0,
-        })))
+            ..Told::default()
+        };
+        Self(Arc::new(Mutex::new(told)))
     }
 
     pub(crate) fn connected(&self) {

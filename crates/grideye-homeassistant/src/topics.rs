@@ -1,7 +1,6 @@
 //! Names of sensors and topics on the broker.
 
 use sha2::{Digest as _, Sha256};
-use std::fmt::Write as _;
 
 /// Characters of a device's or a sensor's own name in an identifier.
 const NAME_CHARS_MAX: usize = 24;
@@ -41,12 +40,8 @@ impl Topics {
     /// Whose camera's configuration this is.
     pub(crate) fn camera_of<'a>(&self, topic: &'a str) -> Option<&'a str> {
         let (platform, entity) = ENTITIES[0];
-        let rest = topic.strip_prefix(&self.discovery)?.strip_prefix('/')?;
-        let rest = rest.strip_prefix(platform)?.strip_prefix('/')?;
-        let id = rest
-            .strip_suffix("/config")?
-            .strip_suffix(entity)?
-            .strip_suffix('/')?;
+        let id = topic.strip_prefix(&format!("{}/{platform}/", self.discovery))?;
+        let id = id.strip_suffix(&format!("/{entity}/config"))?;
         (!id.contains('/')).then_some(id)
     }
 
@@ -67,8 +62,8 @@ impl Topics {
 
     /// Whose availability this is.
     pub(crate) fn available_of<'a>(&self, topic: &'a str) -> Option<&'a str> {
-        let rest = topic.strip_prefix(&self.base)?.strip_prefix('/')?;
-        let id = rest.strip_suffix("/availability")?;
+        let id = topic.strip_prefix(&format!("{}/", self.base))?;
+        let id = id.strip_suffix("/availability")?;
         (!id.contains('/')).then_some(id)
     }
 
@@ -95,11 +90,11 @@ pub(crate) const BRIDGE: &str = "bridge";
 
 /// A sensor's identifier: the same permanently, and another for each device and sensor.
 pub(crate) fn id(device: &str, sensor: &str) -> String {
+    let distinction = distinction(&[device, sensor], DISTINCTION_BYTES);
     format!(
-        "grideye_{}_{}_{}",
+        "grideye_{}_{}_{distinction}",
         letters(device),
-        letters(sensor),
-        distinction(&[device, sensor], DISTINCTION_BYTES)
+        letters(sensor)
     )
 }
 
@@ -118,24 +113,13 @@ fn distinction(texts: &[&str], bytes: usize) -> String {
         hash.update(text.as_bytes());
         hash.update([0]);
     }
-    let mut written = String::new();
-    for byte in &hash.finalize()[..bytes] {
-        // Writing to a text does not fail.
-        let _ = write!(written, "{byte:02x}");
-    }
-    written
+    let bytes = hash.finalize().into_iter().take(bytes);
+    bytes.map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn topics() -> Topics {
-        Topics {
-            discovery: "homeassistant".to_owned(),
-            base: "grideye".to_owned(),
-        }
-    }
 
     #[test]
     fn an_identifier_is_stable_and_of_one_sensor_alone() {
@@ -154,7 +138,8 @@ mod tests {
 
     #[test]
     fn topics_are_told_apart_again() {
-        let topics = topics();
+        let [discovery, base] = ["homeassistant", "grideye"].map(str::to_owned);
+        let topics = Topics { discovery, base };
         let config = topics.config("grideye_x", ENTITIES[0]);
         assert_eq!(config, "homeassistant/camera/grideye_x/image/config");
         assert_eq!(topics.camera_of(&config), Some("grideye_x"));

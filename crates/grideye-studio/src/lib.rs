@@ -30,6 +30,9 @@ mod desk;
 mod disk;
 mod editor;
 mod recently;
+mod rounding;
+#[cfg(test)]
+mod testing;
 
 pub use disk::Disk;
 
@@ -52,35 +55,24 @@ pub fn annexes(folder: &Path, disk: Disk) -> Result<[Annex; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use axum::body::{Body, to_bytes};
-    use axum::http::{Request, header};
-    use grideye_collector::Routes;
-    use grideye_collector::{AppState, Limits, SqliteStore, StoreLocation, SystemClock, app_with};
+    use axum::http::Method;
+    use grideye_collector::SystemClock;
     use std::sync::Arc;
-    use tower::ServiceExt as _;
-
-    async fn text_at(app: &Routes, path: &str) -> String {
-        let request = Request::get(path).header(header::HOST, "127.0.0.1:8080");
-        let request = request.body(Body::empty()).unwrap();
-        let response = app.clone().oneshot(request).await.unwrap();
-        assert_eq!(response.status(), 200, "{path}");
-        let bytes = to_bytes(response.into_body(), 1 << 20).await.unwrap();
-        String::from_utf8(bytes.to_vec()).unwrap()
-    }
 
     /// What the pages and their scripts name is served, and nothing is served that none of them names.
     #[tokio::test]
     async fn the_pages_are_made_of_files_that_are_there() {
         let folder = tempfile::tempdir().unwrap();
-        let limits = Limits::default();
-        let store = SqliteStore::open(&StoreLocation::Memory, &limits).unwrap();
-        let state = AppState::new(Arc::new(store), limits, Arc::new(SystemClock::new()))
-            .await
-            .unwrap();
-        let app = app_with(state, &annexes(folder.path(), disk::plain()).unwrap());
+        let annexes = annexes(folder.path(), disk::plain()).unwrap();
+        let app = testing::app(&annexes, Arc::new(SystemClock::new())).await;
+        let text_at = async |path: &str| {
+            let (status, text) = testing::ask(&app, Method::GET, path, None).await;
+            assert_eq!(status, 200, "{path}");
+            text.as_str().unwrap().to_owned()
+        };
         let mut named: Vec<String> = Vec::new();
         for page in ["/", "/editor"] {
-            let html = text_at(&app, page).await;
+            let html = text_at(page).await;
             let parts = html
                 .split('"')
                 .filter_map(|text| text.strip_prefix("/assets/"));
@@ -89,7 +81,7 @@ mod tests {
         let mut seen = 0;
         while let Some(name) = named.get(seen).cloned() {
             seen += 1;
-            let text = text_at(&app, &format!("/assets/{name}")).await;
+            let text = text_at(&format!("/assets/{name}")).await;
             let imports = text.split("from \"./").skip(1);
             for import in imports.filter_map(|rest| rest.split('"').next()) {
                 if !named.iter().any(|known| known == import) {
@@ -98,11 +90,8 @@ mod tests {
             }
         }
         for asset in assets::BESIDE.iter().chain(&assets::EDITOR) {
-            assert!(
-                named.iter().any(|name| name == asset.name),
-                "{}",
-                asset.name
-            );
+            let name = asset.name;
+            assert!(named.iter().any(|known| known == name), "{name}");
         }
     }
 }

@@ -53,6 +53,7 @@ mod expected;
 mod frames;
 pub mod metrics;
 mod numbers;
+pub mod orient;
 pub mod report;
 mod scene_comparison;
 pub mod thresholds;

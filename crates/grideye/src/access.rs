@@ -1,6 +1,6 @@
 //! `grideye enroll` and `grideye token`: who may do what at a collector. They change the folder, not the collector.
 
-use crate::cli::{Enroll, PageScope, TokenList, TokenMake, TokenRevoke, TokenWhat};
+use crate::cli::{Enroll, TokenList, TokenMake, TokenRevoke, TokenWhat};
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
 use crate::progress;
@@ -16,19 +16,17 @@ use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The port of `grideye collect` unless it is told another.
 const PORT: u16 = 8833;
 
-/// Prints the line by which an agent joins: a command to paste, or its parts as JSON.
 pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
     let folder = AccessFolder::new(&options.folder.path);
     let devices: BTreeSet<String> = options.devices.iter().cloned().collect();
-    let first = options.devices.first().map_or("", String::as_str);
+    let first = options.devices.first().cloned().unwrap_or_default();
     let address = address(options, &folder)?;
     // What the line is checked for is checked before a token is made.
     let mut line = JoinLine {
         collector: address.url,
-        device: (devices.len() == 1).then(|| first.to_owned()),
+        device: (devices.len() == 1).then(|| first.clone()),
         token: None,
         pin: address.pin.map(|pin| pin.parse::<Pin>()).transpose()?,
     };
@@ -38,7 +36,7 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
             line.collector
         ))
     })?;
-    let token = make(&folder, first, Scope::Ingest { devices })?;
+    let token = make(&folder, &first, Scope::Ingest { devices })?;
     line.token = Some(Secret::new(&token.reveal())?);
     if is_loopback(&line.collector) {
         progress::say(
@@ -46,28 +44,24 @@ pub(crate) fn enroll(options: &Enroll) -> Result<Outcome> {
         );
     }
     if options.json {
-        outln!("{}", enrolled_json(&line, &token, &options.devices))?;
+        let enrolled = json!({
+            "collector": line.collector,
+            "devices": options.devices,
+            "token_id": token.id().to_string(),
+            "code": line.reveal(),
+            "command": line.command(),
+        });
+        outln!("{enrolled}")?;
         return Ok(Outcome::Done);
     }
+    let id = token.id();
     progress::say(&format!(
-        "token {} made; paste this line on the Raspberry Pi:",
-        token.id()
+        "token {id} made; paste this line on the Raspberry Pi:"
     ));
     outln!("{}", line.command())?;
     Ok(Outcome::Done)
 }
 
-fn enrolled_json(line: &JoinLine, token: &Token, devices: &[String]) -> serde_json::Value {
-    json!({
-        "collector": line.collector,
-        "devices": devices,
-        "token_id": token.id().to_string(),
-        "code": line.reveal(),
-        "command": line.command(),
-    })
-}
-
-/// Makes, lists or revokes tokens.
 pub(crate) fn token(what: &TokenWhat) -> Result<Outcome> {
     match what {
         TokenWhat::Make(options) => make_token(options),
@@ -87,10 +81,7 @@ pub(crate) fn outward_address() -> Option<IpAddr> {
 
 fn make_token(options: &TokenMake) -> Result<Outcome> {
     let folder = AccessFolder::new(&options.folder.path);
-    let scope = match options.scope {
-        PageScope::Read => Scope::Read,
-        PageScope::Admin => Scope::Admin,
-    };
+    let scope = options.scope.clone();
     let Some(path) = &options.out else {
         let token = make(&folder, &options.name, scope)?;
         progress::say(&format!("token {} made; it is shown this once", token.id()));
@@ -115,11 +106,8 @@ fn make_token(options: &TokenMake) -> Result<Outcome> {
 fn list(options: &TokenList) -> Result<Outcome> {
     let book = AccessFolder::new(&options.folder.path).book()?;
     if options.json {
-        let tokens: Vec<_> = book
-            .records()
-            .iter()
-            .map(|record| as_json(record))
-            .collect();
+        let records = book.records().iter();
+        let tokens: Vec<_> = records.map(|record| as_json(record)).collect();
         outln!("{}", serde_json::to_string_pretty(&tokens)?)?;
         return Ok(Outcome::Done);
     }
@@ -127,37 +115,26 @@ fn list(options: &TokenList) -> Result<Outcome> {
         outln!("no token yet")?;
     }
     for record in book.records() {
-        let state = if record.t_revoked_s.is_some() {
-            "revoked"
-        } else {
-            "good"
-        };
+        let state = record.t_revoked_s.map_or("good", |_| "revoked");
+        let (id, name, scope) = (&record.id, &record.name, record.scope.name());
         let devices = devices(record).join(" ");
-        let scope = record.scope.name();
-        outln!(
-            "{}  {state:7}  {scope:6}  {}  {devices}",
-            record.id,
-            record.name
-        )?;
+        outln!("{id}  {state:7}  {scope:6}  {name}  {devices}")?;
     }
     Ok(Outcome::Done)
 }
 
 fn revoke(options: &TokenRevoke) -> Result<Outcome> {
     let folder = AccessFolder::new(&options.folder.path);
-    let revoked = folder
-        .change(|book| book.revoke(&options.named, now_s()))
-        .map_err(told)?;
-    for record in revoked {
+    let revoked = folder.change(|book| book.revoke(&options.named, now_s()));
+    for record in revoked.map_err(told)? {
         outln!("revoked {} ({})", record.id, record.name)?;
     }
     Ok(Outcome::Done)
 }
 
 fn make(folder: &AccessFolder, name: &str, scope: Scope) -> Result<Token> {
-    folder
-        .change(|book| book.add(name, scope, now_s()))
-        .map_err(told)
+    let made = folder.change(|book| book.add(name, scope, now_s()));
+    made.map_err(told)
 }
 
 /// A name that cannot be one is the caller's to mend; a folder that cannot be written is a failure.
@@ -172,29 +149,23 @@ fn told(error: AccessError) -> anyhow::Error {
 
 /// Where the agent finds the collector: as it was said, as the collector was last started, or as it would be.
 fn address(options: &Enroll, folder: &AccessFolder) -> Result<Address> {
-    let recorded = folder.address()?;
-    let recorded_pin = recorded.as_ref().and_then(|address| address.pin.clone());
-    let url = match (&options.url, recorded) {
-        (Some(url), _) => url.trim_end_matches('/').to_owned(),
-        (None, Some(recorded)) => recorded.url,
-        (None, None) => url_of(
-            "https",
-            outward_address().unwrap_or(IpAddr::from([127, 0, 0, 1])),
-            PORT,
-        ),
+    let recorded = folder.address()?.unwrap_or_else(|| {
+        let here = outward_address().unwrap_or(IpAddr::from([127, 0, 0, 1]));
+        let (url, pin) = (url_of("https", here, PORT), None);
+        Address { url, pin }
+    });
+    let named = options
+        .url
+        .as_deref()
+        .map(|url| url.trim_end_matches('/').to_owned());
+    let url = named.unwrap_or(recorded.url);
+    let pin = match (&options.authority, recorded.pin) {
+        _ if !url.starts_with("https://") => None,
+        (Some(path), _) => Some(grideye_collector::pin_of_file(path).map_err(bad_input)?),
+        (None, Some(pin)) => Some(pin),
+        (None, None) => Some(folder.authority()?.pin()),
     };
-    if !url.starts_with("https://") {
-        return Ok(Address { url, pin: None });
-    }
-    let pin = match (&options.authority, recorded_pin) {
-        (Some(path), _) => grideye_collector::pin_of_file(path).map_err(bad_input)?,
-        (None, Some(pin)) => pin,
-        (None, None) => folder.authority()?.pin(),
-    };
-    Ok(Address {
-        url,
-        pin: Some(pin),
-    })
+    Ok(Address { url, pin })
 }
 
 /// `https://HOST:PORT`, with brackets around an address of version 6.
@@ -204,9 +175,8 @@ pub(crate) fn url_of(scheme: &str, address: IpAddr, port: u16) -> String {
 
 fn is_loopback(url: &str) -> bool {
     let host = url.split("://").nth(1).unwrap_or_default();
-    ["127.", "localhost:", "[::1]:"]
-        .iter()
-        .any(|loopback| host.starts_with(loopback))
+    let mut loopback = ["127.", "localhost:", "[::1]:"].iter();
+    loopback.any(|loopback| host.starts_with(loopback))
 }
 
 fn devices(record: &TokenRecord) -> Vec<String> {
@@ -248,7 +218,5 @@ fn create(path: &Path) -> Result<std::fs::File> {
 
 fn now_s() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.map_or(0, |since| {
-        i64::try_from(since.as_secs()).unwrap_or(i64::MAX)
-    })
+    since.map_or(0, |since| since.as_secs().try_into().unwrap_or(i64::MAX))
 }

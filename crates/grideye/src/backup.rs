@@ -3,17 +3,16 @@
 use crate::cli::Backup;
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
-use crate::{progress, store};
+use crate::{collect, progress};
 use anyhow::{Result, anyhow};
 use grideye_collector::StoreLocation;
 use grideye_collector::store::{BackedUp, BackupError, StreamSummary, backup};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Copies, and checks the copy before it has its name.
 pub(crate) fn run(options: &Backup) -> Result<Outcome> {
     let out = options.out.display();
-    let file: PathBuf = match store::location(&options.store)? {
+    let file: PathBuf = match collect::location(&options.store)? {
         StoreLocation::Postgres(url) => {
             return Err(bad_input(anyhow!(
                 "{url} is a database, which PostgreSQL's own program backs up\nhint: pg_dump --format=custom --schema=grideye --file={out} {url}\n      pg_restore --no-owner --dbname=postgres://USER@HOST/NEW {out}"
@@ -26,22 +25,28 @@ pub(crate) fn run(options: &Backup) -> Result<Outcome> {
         bars.show(stage.name(), done, all);
     })
     .map_err(told)?;
-    let counts = Counts::of(&backed_up);
+    let counts = counts(&backed_up);
     if options.json {
-        outln!(
-            "{}",
-            serde_json::to_string_pretty(&counts.json(&backed_up))?
-        )?;
-    } else {
-        outln!(
-            "{} frames and {} missing ones of {} streams, {} recordings: copied to {out} and checked; {}",
-            counts.frames,
-            counts.missing,
-            backed_up.streams.len(),
-            backed_up.recordings,
-            counts.audit()
-        )?;
+        outln!("{}", serde_json::to_string_pretty(&counts)?)?;
+        return Ok(Outcome::Done);
     }
+    let balance = match backed_up
+        .streams
+        .iter()
+        .filter(|stream| is_unbalanced(stream))
+        .count()
+    {
+        0 => "the counts balance".to_owned(),
+        some => format!("the counts of {some} streams do not balance"),
+    };
+    outln!(
+        "{} frames and {} missing ones of {} streams, {} recordings: copied to {out} and checked; {balance}, agents dropped {}",
+        counts["frames"],
+        counts["missing"],
+        backed_up.streams.len(),
+        backed_up.recordings,
+        counts["dropped"]
+    )?;
     Ok(Outcome::Done)
 }
 
@@ -56,58 +61,31 @@ fn told(error: BackupError) -> anyhow::Error {
     }
 }
 
-/// What all streams come to.
-struct Counts {
-    frames: u64,
-    missing: u64,
-    dropped: u64,
-    unbalanced: usize,
+fn is_unbalanced(stream: &StreamSummary) -> bool {
+    stream.unaccounted().is_some_and(|frames| frames != 0)
 }
 
-impl Counts {
-    fn of(backed_up: &BackedUp) -> Self {
-        let sum = |count: fn(&StreamSummary) -> u64| backed_up.streams.iter().map(count).sum();
-        let unbalanced =
-            |stream: &&StreamSummary| stream.unaccounted().is_some_and(|frames| frames != 0);
-        Self {
-            frames: sum(|stream| stream.stored.saturating_sub(stream.expired)),
-            missing: sum(|stream| stream.missing),
-            dropped: sum(|stream| stream.dropped().unwrap_or(0)),
-            unbalanced: backed_up.streams.iter().filter(unbalanced).count(),
-        }
-    }
-
-    fn audit(&self) -> String {
-        match self.unbalanced {
-            0 => format!("the counts balance, agents dropped {}", self.dropped),
-            some => format!(
-                "the counts of {some} streams do not balance, agents dropped {}",
-                self.dropped
-            ),
-        }
-    }
-
-    fn json(&self, backed_up: &BackedUp) -> Value {
-        let stream = |stream: &StreamSummary| {
-            json!({
-                "device": stream.id.device,
-                "sensor": stream.id.sensor,
-                "boot": stream.id.boot,
-                "stored": stream.stored,
-                "expired": stream.expired,
-                "missing": stream.missing,
-                "dropped": stream.dropped(),
-                "unaccounted": stream.unaccounted().and_then(|frames| i64::try_from(frames).ok()),
-            })
-        };
+fn counts(backed_up: &BackedUp) -> Value {
+    let sum = |count: fn(&StreamSummary) -> u64| backed_up.streams.iter().map(count).sum::<u64>();
+    let stream = |stream: &StreamSummary| {
         json!({
-            "frames": self.frames,
-            "missing": self.missing,
-            "dropped": self.dropped,
-            "balanced": self.unbalanced == 0,
-            "recordings": backed_up.recordings,
-            "bytes": backed_up.bytes,
-            "streams": backed_up.streams.iter().map(stream).collect::<Vec<Value>>(),
+            "device": stream.id.device,
+            "sensor": stream.id.sensor,
+            "boot": stream.id.boot,
+            "stored": stream.stored,
+            "expired": stream.expired,
+            "missing": stream.missing,
+            "dropped": stream.dropped(),
+            "unaccounted": stream.unaccounted().and_then(|frames| i64::try_from(frames).ok()),
         })
-    }
+    };
+    json!({
+        "frames": sum(|stream| stream.stored.saturating_sub(stream.expired)),
+        "missing": sum(|stream| stream.missing),
+        "dropped": sum(|stream| stream.dropped().unwrap_or(0)),
+        "balanced": !backed_up.streams.iter().any(is_unbalanced),
+        "recordings": backed_up.recordings,
+        "bytes": backed_up.bytes,
+        "streams": backed_up.streams.iter().map(stream).collect::<Vec<Value>>(),
+    })
 }

@@ -3,7 +3,7 @@
 use crate::cli::Calibrate;
 use crate::compare::command_line;
 use crate::exit::{Outcome, bad_input};
-use crate::output::out;
+use crate::output::answer;
 use crate::{files, progress, recordings};
 use anyhow::Result;
 use grideye_recording::Record;
@@ -13,28 +13,30 @@ use grideye_validator::characterize::characterize;
 use std::fs;
 use std::path::Path;
 
-/// Finds, prints, and writes the new scene and the profile that were asked for.
 pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
-    let scene = files::read_scene(&options.sides.scene)?;
-    let loaded = files::load_scene(Some(&options.sides.scene))?;
+    let sides = &options.sides;
+    let scene = files::read_scene(&sides.scene)?;
+    let loaded = files::load_scene(Some(&sides.scene))?;
+    let outputs = options.out.iter().chain(&options.write_profile);
     files::keep_apart(
-        [&options.sides.scene, &options.sides.recording]
-            .into_iter()
-            .chain(&loaded.trajectories)
-            .chain(&options.profile),
-        options
-            .out
+        loaded
+            .files
             .iter()
-            .chain(&options.write_profile)
-            .chain(&options.sides.json),
+            .chain([&sides.recording])
+            .chain(&options.profile),
+        outputs.chain(&sides.json),
     )?;
-    let sensor = files::sensor_name(&loaded.scene, options.sides.sensor.as_deref())?;
-    let records = recordings::load_stream(&options.sides.recording)?;
+    let sensor = files::sensor_name(&loaded.scene, sides.sensor.as_deref())?;
+    let records = recordings::load_stream(&sides.recording)?;
+    let hint = "`grideye characterize` makes one; scenes/profiles/ holds some";
+    let profile = options.profile.as_deref();
     let settings = Options {
         seed: options.seed,
         starts: options.starts,
         frames: options.frames,
-        profile: options.profile.as_deref().map(load_profile).transpose()?,
+        profile: profile
+            .map(|path| files::load_profile(path, hint))
+            .transpose()?,
     };
     let bar = progress::bar(0, "calibrating");
     let found = calibrate_telling(
@@ -51,36 +53,20 @@ pub(crate) fn run(options: &Calibrate) -> Result<Outcome> {
     bar.finish_and_clear();
     let found = found.map_err(bad_input)?;
     if let Some(path) = &options.out {
-        check_folder(path, &options.sides.scene)?;
+        check_folder(path, &sides.scene);
         files::write_text(path, &found.scene)?;
     }
     if let Some(path) = &options.write_profile {
         write_profile(path, &found, &records, settings.profile.as_ref())?;
     }
-    match &options.sides.json {
-        Some(path) if path.as_os_str() == "-" => out!("{}", found.to_json())?,
-        Some(path) => {
-            files::write_text(path, &found.to_json())?;
-            out!("{}", found.text())?;
-        }
-        None => out!("{}", found.text())?,
-    }
+    answer(sides.json.as_ref(), || found.to_json(), || found.text())?;
     let is_told = found.found.iter().any(|found| found.uncertainty.is_some());
-    Ok(if is_told {
-        Outcome::Done
-    } else {
-        Outcome::NoAnswer
-    })
+    Ok(Outcome::told(is_told))
 }
 
 /// A scene names its trajectories from its own folder: in another, the new one would find other files or none.
-fn check_folder(out: &Path, scene: &Path) -> Result<()> {
-    let folder = |path: &Path| {
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
-        fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()
-    };
+fn check_folder(out: &Path, scene: &Path) {
+    let folder = |path: &Path| fs::canonicalize(files::folder_of(path)).ok();
     if folder(out) != folder(scene) {
         progress::say(&format!(
             "note: {} lies in another folder than {}; trajectories and OBJ files are looked for beside it",
@@ -88,13 +74,6 @@ fn check_folder(out: &Path, scene: &Path) -> Result<()> {
             scene.display()
         ));
     }
-    Ok(())
-}
-
-fn load_profile(path: &Path) -> Result<Profile> {
-    let hint = "`grideye characterize` makes one; scenes/profiles/ holds some";
-    let text = files::text(path, "the profile", hint)?;
-    Profile::parse(&text, &path.display().to_string()).map_err(bad_input)
 }
 
 /// The sensor's noise and common mode from the recording, and the pattern that the scene has left over.

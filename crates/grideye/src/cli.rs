@@ -5,13 +5,12 @@ mod align;
 mod coverage;
 mod dataset;
 mod emulate;
-mod mqtt;
-mod orient;
 mod shared;
 
 use clap::builder::TypedValueParser as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use grideye_agent::cli::on_a_screen;
+use grideye_scene::Model;
 use grideye_validator::background::Empty;
 use grideye_validator::metrics::Binning;
 use std::net::SocketAddr;
@@ -19,16 +18,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 pub(crate) use access::{
-    Collect, CollectorAddress, Enroll, LogFormat, PageScope, Scenes, TokenCommand, TokenList,
-    TokenMake, TokenRevoke, TokenWhat,
+    BridgeOptions, BrokerOptions, Collect, CollectorAddress, Enroll, Forget, LogFormat,
+    MqttCommand, MqttWhat, Scenes, TokenCommand, TokenList, TokenMake, TokenRevoke, TokenWhat,
 };
 pub(crate) use align::Align;
-pub(crate) use coverage::{Coverage, Posture, Where};
+pub(crate) use coverage::Coverage;
 pub(crate) use dataset::Dataset;
 pub(crate) use emulate::Emulate;
-pub(crate) use mqtt::{BridgeOptions, BrokerOptions, Forget, MqttCommand, MqttWhat};
-pub(crate) use orient::Orient;
-use shared::positive;
+use shared::{Choices, one_of, positive};
 pub(crate) use shared::{Method, SEED};
 
 /// Record and validate Panasonic Grid-EYE AMG8833 sensors, real and emulated.
@@ -50,7 +47,6 @@ impl Cli {
     }
 }
 
-/// The whole command line as it is parsed and documented.
 pub(crate) fn command() -> clap::Command {
     on_a_screen(Cli::command())
 }
@@ -143,7 +139,7 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     /// The model of the frames [default: the scene's own].
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = one_of(MODELS))]
     pub(crate) model: Option<Model>,
     /// The paper's grid of points, or exact areas.
     ///
@@ -161,14 +157,11 @@ pub(crate) struct Simulate {
     pub(crate) view: Option<PathBuf>,
 }
 
-/// What a frame is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Model {
-    /// The paper's perceived temperature, resampled.
-    Paper,
-    /// Radiance, averaged over each pixel's response.
-    Physical,
-}
+const MODELS: Choices<Model> = (
+    &[Model::Paper, Model::Physical],
+    "paper The paper's perceived temperature, resampled
+physical Radiance, averaged over each pixel's response",
+);
 
 /// Make one frame of more pixels from the sensors of a scene.
 ///
@@ -228,6 +221,35 @@ pub(crate) struct Record {
     /// Also write the recording to this file.
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) collector: CollectorAddress,
+}
+
+/// Find out how a sensor is mounted, by a hand at the left and one at the top.
+///
+/// Left and top are those of somebody behind the sensor who looks where it looks; below a ceiling they are those of a map
+/// of the room. In a recording the first to be seen after an empty view is the hand at the left, the second the one at the
+/// top. A person does as well as a hand.
+///
+/// Exit code 3: it cannot tell.
+///
+/// Example: grideye orient --sensor pi-1/i2c-1:0x69
+#[derive(Debug, Args)]
+pub(crate) struct Orient {
+    /// The sensor, where there are several.
+    ///
+    /// As the page names it, with its device and a slash before it where two devices have a sensor of that name.
+    #[arg(long, value_name = "SENSOR")]
+    pub(crate) sensor: Option<String>,
+    /// Look at a recording, not at live frames.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["url", "token_file", "authority", "seconds"])]
+    pub(crate) recording: Option<PathBuf>,
+    /// Longest wait for each hand, in seconds.
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=3600))]
+    pub(crate) seconds: u64,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) collector: CollectorAddress,
 }
@@ -385,7 +407,7 @@ pub(crate) struct Characterize {
     /// The profile's pattern is then the whole background of the empty room. `no`: nowhere; the pattern is only what is not
     /// smooth in the background, which holds in another room too. Without the option it is `yes` where nothing moves and
     /// nothing warm stands, `no` where something moves; where neither is sure, no profile is written.
-    #[arg(long, value_name = "WHERE")]
+    #[arg(long, value_name = "WHERE", value_parser = nobody)]
     pub(crate) empty: Option<Nobody>,
     /// Scene whose empty room is taken off.
     ///
@@ -405,7 +427,6 @@ pub(crate) struct Characterize {
     pub(crate) json: Option<PathBuf>,
 }
 
-/// Where nobody is in a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Nobody {
     /// In all of it.
@@ -416,25 +437,16 @@ pub(crate) enum Nobody {
     In(Empty),
 }
 
-impl std::str::FromStr for Nobody {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "yes" => Ok(Self::Throughout),
-            "no" => Ok(Self::Nowhere),
-            "auto" => Ok(Self::In(Empty::Find)),
-            _ => text
-                .parse()
-                .map(|stretch| Self::In(Empty::Named(stretch)))
-                .map_err(|expected: String| {
-                    format!(
-                        "expected yes, no or auto, or {}",
-                        expected.trim_start_matches("expected ")
-                    )
-                }),
-        }
-    }
+fn nobody(text: &str) -> Result<Nobody, String> {
+    Ok(match text {
+        "yes" => Nobody::Throughout,
+        "no" => Nobody::Nowhere,
+        "auto" => Nobody::In(Empty::Find),
+        _ => Nobody::In(Empty::Named(text.parse().map_err(|expected: String| {
+            let expected = expected.trim_start_matches("expected ");
+            format!("expected yes, no or auto, or {expected}")
+        })?)),
+    })
 }
 
 /// Count every frame: read = stored + dropped + spooled.
@@ -505,18 +517,15 @@ pub(crate) struct Completions {
     #[arg(value_enum)]
     pub(crate) shell: clap_complete::Shell,
     /// The program that is completed.
-    #[arg(long, value_enum, default_value_t = Program::Grideye)]
-    pub(crate) program: Program,
+    #[arg(long, value_parser = one_of(PROGRAMS), default_value = "grideye")]
+    pub(crate) program: fn() -> clap::Command,
 }
 
-/// A program of this project.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Program {
-    /// The command line on the PC.
-    Grideye,
-    /// The program on the Raspberry Pi.
-    GrideyeAgent,
-}
+const PROGRAMS: Choices<fn() -> clap::Command> = (
+    &[command, grideye_agent::cli::command],
+    "grideye The command line on the PC
+grideye-agent The program on the Raspberry Pi",
+);
 
 /// Write the man pages of both programs into a folder.
 ///
@@ -530,9 +539,7 @@ pub(crate) struct Man {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().map(Duration::try_from_secs_f64);
-    match seconds {
-        Some(Ok(time)) => Ok(time),
-        _ => Err("expected seconds, 0 or more".to_owned()),
-    }
+    let seconds = text.parse().ok();
+    let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    time.ok_or_else(|| "expected seconds, 0 or more".to_owned())
 }

@@ -7,19 +7,22 @@ use anyhow::{Context as _, Result, anyhow};
 use grideye_agent::join::Secret;
 use rustls::crypto::ring::default_provider;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::fmt::Display;
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use ureq::tls::{Certificate, RootCerts, TlsConfig, TlsProvider};
+use ureq::{Body, RequestBuilder, http};
 
 /// Longest wait for an answer that is not a download.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
-/// Longest error answer that is read.
-const ERROR_BYTES_MAX: u64 = 64 * 1024;
+/// Longest error answer, token or authority that is read.
+const BYTES_MAX: u64 = 64 * 1024;
 
-/// A collector at a base address such as `http://127.0.0.1:8833`.
 #[derive(Debug, Clone)]
 pub(crate) struct Client {
     base: String,
@@ -27,10 +30,6 @@ pub(crate) struct Client {
     token: Option<Secret>,
 }
 
-/// Longest file of a token or an authority, in bytes.
-const FILE_BYTES_MAX: u64 = 64 * 1024;
-
-/// A recording as the collector lists it.
 #[derive(Debug, Clone, Deserialize)]
 pub(crate) struct Recording {
     pub(crate) id: i64,
@@ -39,7 +38,6 @@ pub(crate) struct Recording {
     pub(crate) frames: u64,
 }
 
-/// The count of one stream, agent's and collector's together.
 #[derive(Debug, Clone, Deserialize, serde::Serialize)]
 pub(crate) struct AuditRow {
     pub(crate) device: String,
@@ -57,7 +55,6 @@ pub(crate) struct AuditRow {
     pub(crate) balanced: Option<bool>,
 }
 
-/// The books as the collector has them.
 #[derive(Debug, Clone, Deserialize)]
 pub(crate) struct AuditAnswer {
     pub(crate) streams: Vec<AuditRow>,
@@ -65,7 +62,6 @@ pub(crate) struct AuditAnswer {
     pub(crate) rivals: Vec<Rivals>,
 }
 
-/// Several agents that send as one device.
 #[derive(Debug, Clone, Deserialize)]
 pub(crate) struct Rivals {
     pub(crate) device: String,
@@ -73,23 +69,12 @@ pub(crate) struct Rivals {
 }
 
 impl AuditRow {
-    /// Frames dropped for any reason.
     pub(crate) fn dropped_total(&self) -> u64 {
         self.dropped.iter().flat_map(BTreeMap::values).sum()
     }
 }
 
-#[derive(Deserialize)]
-struct ErrorAnswer {
-    error: ErrorBody,
-}
-
-#[derive(Deserialize)]
-struct ErrorBody {
-    message: String,
-    #[serde(default)]
-    hint: Option<String>,
-}
+type Response = http::Response<Body>;
 
 impl Client {
     /// A client of the collector at `base` that asks for no token; nothing is sent yet.
@@ -97,21 +82,20 @@ impl Client {
         Self::with(base, None, TlsConfig::default())
     }
 
-    /// A client of the collector that the options name, with the token and the authority that they name.
     pub(crate) fn of(options: &CollectorAddress) -> Result<Self> {
-        let token = options.token_file.as_deref().map(|path| -> Result<Secret> {
-            let text = read(path)?;
-            Secret::new(text.trim())
-                .map_err(|error| bad_input(anyhow!("{}: {error}\nhint: `grideye token make NAME --scope read --out FILE` writes one", path.display())))
+        let named = |path: &Path, error: &dyn Display, hint: &str| {
+            bad_input(anyhow!("{}: {error}\nhint: {hint}", path.display()))
+        };
+        let token = options.token_file.as_deref().map(|path| {
+            let hint = "`grideye token make NAME --scope read --out FILE` writes one";
+            let text = files::short(path, BYTES_MAX)?;
+            let token = Secret::new(String::from_utf8_lossy(&text).trim());
+            token.map_err(|error| named(path, &error, hint))
         });
         let authority = options.authority.as_deref().map(|path| {
-            let pem = read(path)?;
-            Certificate::from_pem(pem.as_bytes()).map_err(|error| {
-                bad_input(anyhow!(
-                    "{}: {error}\nhint: name the collector's grideye-access/authority.pem",
-                    path.display()
-                ))
-            })
+            let hint = "name the collector's grideye-access/authority.pem";
+            let authority = Certificate::from_pem(&files::short(path, BYTES_MAX)?);
+            authority.map_err(|error| named(path, &error, hint))
         });
         let authority = authority.transpose()?;
         if authority.is_none() && options.url.starts_with("https://") {
@@ -146,56 +130,44 @@ impl Client {
         }
     }
 
-    /// Starts a recording of everything that arrives.
     pub(crate) fn start_recording(&self, name: &str) -> Result<Recording> {
-        self.post("/v1/recordings", &serde_json::json!({ "name": name }))
+        self.post("/v1/recordings", &json!({ "name": name }))
     }
 
-    /// Ends a recording.
     pub(crate) fn stop_recording(&self, id: i64) -> Result<Recording> {
-        self.post(&format!("/v1/recordings/{id}/stop"), &serde_json::json!({}))
+        self.post(&format!("/v1/recordings/{id}/stop"), &json!({}))
     }
 
-    /// The count of every stream that the collector knows.
     pub(crate) fn audit(&self) -> Result<AuditAnswer> {
-        self.get("/v1/audit")
+        let path = "/v1/audit";
+        self.decoded(path, self.get(path)?)
     }
 
-    /// Writes a recording as CSV; the number of bytes.
-    pub(crate) fn download_csv(&self, id: i64, out: &mut impl Write) -> Result<u64> {
+    pub(crate) fn download_csv(&self, id: i64, out: &mut impl Write) -> Result<()> {
         let path = format!("/v1/recordings/{id}.csv");
-        let mut response =
-            self.checked(&path, self.signed(self.agent.get(self.url(&path))).call())?;
-        let mut body = response.body_mut().with_config().limit(u64::MAX).reader();
-        std::io::copy(&mut body, out).with_context(|| format!("the download of {path} broke off"))
+        let body = self.get(&path)?.into_body().into_with_config();
+        std::io::copy(&mut body.limit(u64::MAX).reader(), out)
+            .with_context(|| format!("the download of {path} broke off"))?;
+        Ok(())
     }
 
     /// What the collector says as it happens, as server-sent events; it says something every few seconds.
     pub(crate) fn live(&self) -> Result<impl BufRead + 'static> {
-        let path = "/v1/live";
-        let response = self.checked(path, self.signed(self.agent.get(self.url(path))).call())?;
-        let body = response.into_body().into_with_config().limit(u64::MAX);
-        Ok(BufReader::new(body.reader()))
+        let body = self.get("/v1/live")?.into_body().into_with_config();
+        Ok(BufReader::new(body.limit(u64::MAX).reader()))
     }
 
-    fn get<T: serde::de::DeserializeOwned>(&self, path: &str) -> Result<T> {
-        let response = self.checked(path, self.signed(self.agent.get(self.url(path))).call())?;
-        self.decoded(path, response)
+    fn get(&self, path: &str) -> Result<Response> {
+        let request = self.signed(self.agent.get(self.url(path)));
+        self.checked(path, request.call())
     }
 
-    fn post<T: serde::de::DeserializeOwned>(
-        &self,
-        path: &str,
-        body: &serde_json::Value,
-    ) -> Result<T> {
-        let response = self.checked(
-            path,
-            self.signed(self.agent.post(self.url(path))).send_json(body),
-        )?;
-        self.decoded(path, response)
+    fn post<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<T> {
+        let request = self.signed(self.agent.post(self.url(path)));
+        self.decoded(path, self.checked(path, request.send_json(body))?)
     }
 
-    fn signed<B>(&self, request: ureq::RequestBuilder<B>) -> ureq::RequestBuilder<B> {
+    fn signed<B>(&self, request: RequestBuilder<B>) -> RequestBuilder<B> {
         match &self.token {
             Some(token) => request.header("authorization", format!("Bearer {}", token.reveal())),
             None => request,
@@ -206,64 +178,32 @@ impl Client {
         format!("{}{path}", self.base)
     }
 
-    fn decoded<T: serde::de::DeserializeOwned>(
-        &self,
-        path: &str,
-        mut response: ureq::http::Response<ureq::Body>,
-    ) -> Result<T> {
+    fn decoded<T: DeserializeOwned>(&self, path: &str, mut response: Response) -> Result<T> {
         response.body_mut().read_json().with_context(|| {
-            format!(
-                "{}{path} answered something else than a collector does",
-                self.base
-            )
+            let url = self.url(path);
+            format!("{url} answered something else than a collector does")
         })
     }
 
     /// The response, if it is a success; otherwise the collector's own words.
-    fn checked(
-        &self,
-        path: &str,
-        result: Result<ureq::http::Response<ureq::Body>, ureq::Error>,
-    ) -> Result<ureq::http::Response<ureq::Body>> {
+    fn checked(&self, path: &str, result: Result<Response, ureq::Error>) -> Result<Response> {
         let mut response = result.map_err(|error| {
             anyhow!(
                 "no answer from the collector at {}: {error}\nhint: start one with `grideye collect`, or name it with --collector",
                 self.base
             )
         })?;
-        if response.status().is_success() {
+        let status = response.status();
+        if status.is_success() {
             return Ok(response);
         }
-        let status = response.status();
-        let mut text = String::new();
-        response
-            .body_mut()
-            .as_reader()
-            .take(ERROR_BYTES_MAX)
-            .read_to_string(&mut text)?;
-        Err(match serde_json::from_str::<ErrorAnswer>(&text) {
-            Ok(ErrorAnswer { error }) => {
-                let hint = error
-                    .hint
-                    .map(|hint| format!("\nhint: {hint}"))
-                    .unwrap_or_default();
-                anyhow!("{}{hint}", error.message)
-            }
-            Err(_) => anyhow!("{}{path} answered {status}", self.base),
+        let body = response.body_mut().with_config().limit(BYTES_MAX);
+        let answer: Value = body.read_json().unwrap_or_default();
+        let error = &answer["error"];
+        let hint = error["hint"].as_str().map(|hint| format!("\nhint: {hint}"));
+        Err(match error["message"].as_str() {
+            Some(message) => anyhow!("{message}{}", hint.unwrap_or_default()),
+            None => anyhow!("{} answered {status}", self.url(path)),
         })
     }
-}
-
-fn read(path: &Path) -> Result<String> {
-    let mut text = String::new();
-    files::open(path)?
-        .take(FILE_BYTES_MAX)
-        .read_to_string(&mut text)
-        .map_err(|error| {
-            bad_input(anyhow!(
-                "{}: {error}\nhint: a short text file is wanted",
-                path.display()
-            ))
-        })?;
-    Ok(text)
 }

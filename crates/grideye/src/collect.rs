@@ -1,26 +1,25 @@
 //! `grideye collect`: the collector as a program.
 
 use crate::access::{outward_address, url_of};
-use crate::cli::{Collect, LogFormat};
+use crate::cli::{Collect, LogFormat, Scenes};
 use crate::exit::{Outcome, bad_input};
-use crate::mqtt;
 use crate::output::outln;
-use crate::progress;
-use crate::scenes;
-use crate::store;
+use crate::{files, mqtt, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::auth::{AccessFolder, Address};
 use grideye_collector::{
-    Certificates, Collector, CollectorError, Config, Log, StoreLocation, SystemClock, Tls,
+    Annex, Certificates, Collector, CollectorError, Config, Log, StoreLocation, SystemClock, Tls,
     pin_of_file,
 };
+use grideye_studio::Disk;
 use std::io::{self, Write as _};
 use std::net::SocketAddr;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 
-/// Serves until Ctrl-C or SIGTERM.
 pub(crate) fn run(options: &Collect) -> Result<Outcome> {
     let runtime = grideye_collector::runtime().context("cannot start the collector's threads")?;
     runtime.block_on(async {
@@ -36,9 +35,6 @@ pub(crate) fn run(options: &Collect) -> Result<Outcome> {
 }
 
 /// Ready on Ctrl-C, and on the SIGTERM that systemd sends. Both are caught from this call on, not only once awaited.
-///
-/// # Errors
-/// When the system lets no handler in. Must be called within a tokio runtime.
 pub(crate) fn stop_signal() -> io::Result<impl Future<Output = ()> + Send + 'static> {
     let mut interrupted = signal(SignalKind::interrupt())?;
     let mut terminated = signal(SignalKind::terminate())?;
@@ -51,14 +47,14 @@ pub(crate) fn stop_signal() -> io::Result<impl Future<Output = ()> + Send + 'sta
 }
 
 fn config(options: &Collect) -> Result<Config> {
-    let store = store::location(&options.store)?;
-    if options.store_quota.is_some() && !matches!(store, StoreLocation::File(_)) {
+    let store = location(&options.store)?;
+    let is_file = matches!(store, StoreLocation::File(_));
+    if options.store_quota.is_some() && !is_file {
         return Err(bad_input(anyhow!(
             "--store-quota is for a store in a file\nhint: give the database a tablespace of its own on a disk of that size"
         )));
     }
-    let is_retention_asked = options.keep_days.is_some() || options.keep_bytes.is_some();
-    if is_retention_asked && !matches!(store, StoreLocation::File(_)) {
+    if (options.keep_days.is_some() || options.keep_bytes.is_some()) && !is_file {
         return Err(bad_input(anyhow!(
             "--keep-days and --keep-bytes are for a store in a file\nhint: a database deletes by SQL: see \"Old frames\" in crates/grideye-collector/README.md"
         )));
@@ -70,17 +66,13 @@ fn config(options: &Collect) -> Result<Config> {
     config.access = Some(AccessFolder::new(&options.folder.path));
     config.tls = tls(options);
     config.log = log(options.log);
-    config.annexes = scenes::annexes(&options.scenes)?;
-    config
-        .annexes
-        .push(grideye_export::annex::annex(tempfile::tempfile));
+    config.annexes = annexes(&options.scenes)?;
     let bridge = mqtt::annex(&options.mqtt, config.log.clone())?;
     config.annexes.extend(bridge);
     let limits = &mut config.limits;
     limits.store_bytes_max = options.store_quota;
-    limits.keep_for = options
-        .keep_days
-        .map(|days| Duration::from_secs(86_400 * days));
+    let days = options.keep_days;
+    limits.keep_for = days.map(|days| Duration::from_secs(86_400 * days));
     limits.keep_bytes = options.keep_bytes;
     limits.requests_per_second_max = options.requests_per_second;
     limits.requests_burst_max = options.requests_per_second.saturating_mul(2);
@@ -118,12 +110,8 @@ fn told(error: CollectorError) -> anyhow::Error {
 
 fn log(format: LogFormat) -> Log {
     Log::new(move |event| {
-        let line = match format {
-            LogFormat::Text => event.to_string(),
-            LogFormat::Json => event.to_json(),
-        };
         // A closed standard error is no reason to stop.
-        let _ = writeln!(io::stderr().lock(), "{line}");
+        let _ = writeln!(io::stderr().lock(), "{}", format(event));
     })
 }
 
@@ -138,11 +126,8 @@ fn remember(options: &Collect, collector: &Collector) -> Result<()> {
         (Some(chain), _) => Some(pin_of_file(chain)?),
         (None, _) => Some(folder.authority()?.pin()),
     };
-    let url = url(
-        collector.scheme(),
-        collector.local_addr(),
-        &options.host_names,
-    );
+    let (scheme, listen) = (collector.scheme(), collector.local_addr());
+    let url = url(scheme, listen, &options.host_names);
     folder.set_address(&Address { url, pin })?;
     Ok(())
 }
@@ -158,6 +143,56 @@ fn url(scheme: &str, listen: SocketAddr, names: &[String]) -> String {
         one => one,
     };
     url_of(scheme, address, port)
+}
+
+pub(crate) fn location(text: &str) -> Result<StoreLocation> {
+    let location = text.parse::<StoreLocation>().map_err(bad_input)?;
+    let StoreLocation::Postgres(url) = location else {
+        return Ok(location);
+    };
+    let Some(path) = std::env::var_os("PGPASSFILE") else {
+        return Ok(StoreLocation::Postgres(url));
+    };
+    let text = password_file(Path::new(&path)).map_err(bad_input)?;
+    let url = url.with_password_file(&text).map_err(bad_input)?;
+    Ok(StoreLocation::Postgres(url))
+}
+
+fn password_file(path: &Path) -> Result<String> {
+    let shown = path.display();
+    let about = std::fs::metadata(path);
+    let about = about.with_context(|| format!("cannot read the password file {shown}"))?;
+    if about.permissions().mode() & 0o077 != 0 {
+        return Err(anyhow!(
+            "others can read the password file {shown}\nhint: chmod 600 {shown}"
+        ));
+    }
+    files::text(
+        path,
+        "the password file",
+        "PGPASSFILE names a file of lines HOST:PORT:DATABASE:USER:PASSWORD",
+    )
+}
+
+const FOLDER: &str = "scenes";
+
+/// Exports, and the scenes of the folder that was named, or of `scenes` if there is one.
+pub(crate) fn annexes(options: &Scenes) -> Result<Vec<Annex>> {
+    let export = grideye_export::annex::annex(tempfile::tempfile);
+    let folder = match &options.folder {
+        Some(folder) => folder.as_path(),
+        None if Path::new(FOLDER).is_dir() => Path::new(FOLDER),
+        None => return Ok(vec![export]),
+    };
+    let disk = Disk {
+        read: |file| files::read_text(file),
+        replace: |path, content| {
+            let put = files::replace(path, |out| Ok(io::copy(content, out).map(drop)?));
+            put.map_err(io::Error::other)
+        },
+    };
+    let annexes = grideye_studio::annexes(folder, disk).map_err(bad_input)?;
+    Ok(annexes.into_iter().chain([export]).collect())
 }
 
 #[cfg(test)]

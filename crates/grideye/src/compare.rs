@@ -2,73 +2,59 @@
 
 use crate::cli::Compare;
 use crate::exit::{Outcome, bad_input};
-use crate::output::{out, outln};
+use crate::output::answer;
 use crate::{files, progress, recordings};
 use anyhow::{Context as _, Result, anyhow};
-use grideye_recording::Record;
-use grideye_scene::Scene;
-use grideye_scene::profile::Profile;
 use grideye_validator::report::{self, Context, Input};
 use grideye_validator::thresholds::ThresholdSet;
-use grideye_validator::{
-    Comparison, KnownUnit, Measure, Options, THREADS_MAX, Verdict, compare_scene, paper,
-};
+use grideye_validator::{Comparison, KnownUnit, Options, THREADS_MAX, Verdict, compare_scene};
 use sha2::{Digest as _, Sha256};
-use std::fmt::Write as _;
-use std::io::Write as _;
-use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::Path;
 
-/// Compares, prints the verdict with its scores, and writes the reports that were asked for.
 pub(crate) fn run(options: &Compare) -> Result<Outcome> {
     check_is_page(options.report.as_deref())?;
-    let loaded = files::load_scene(Some(&options.sides.scene))?;
-    files::keep_apart(
-        [&options.sides.scene, &options.sides.recording]
-            .into_iter()
-            .chain(&loaded.trajectories)
-            .chain(&options.profile)
-            .chain(&options.thresholds),
-        options
-            .report
-            .iter()
-            .chain(&options.junit)
-            .chain(&options.sides.json),
-    )?;
+    let sides = &options.sides;
+    let loaded = files::load_scene(Some(&sides.scene))?;
+    let given = || options.profile.iter().chain(&options.thresholds);
+    let inputs = || loaded.files.iter().chain([&sides.recording]).chain(given());
+    let outputs = options.report.iter().chain(&options.junit);
+    files::keep_apart(inputs(), outputs.chain(&sides.json))?;
     let scene = &loaded.scene;
-    let sensor = files::sensor_name(scene, options.sides.sensor.as_deref())?;
-    let given = Given::read(options)?;
-    let recording = recordings::load_thinned(&options.sides.recording)?;
+    let sensor = files::sensor_name(scene, sides.sensor.as_deref())?;
+    let thresholds = match &options.thresholds {
+        None => ThresholdSet::shipped(),
+        Some(path) => {
+            let text = files::text(path, "the thresholds", TOML_HINT)?;
+            ThresholdSet::parse(&text, &path.display().to_string()).map_err(bad_input)?
+        }
+    };
+    let profile = options.profile.as_deref();
+    let profile = profile
+        .map(|path| files::load_profile(path, TOML_HINT))
+        .transpose()?;
+    let recording = recordings::load_thinned(&sides.recording)?;
     let how = Options {
         binning: options.binning,
         start: options.start,
         align: options.align.options().map_err(bad_input)?,
-        thresholds: given.thresholds.thresholds,
-        unit: given.unit,
+        thresholds: thresholds.thresholds,
+        unit: profile.as_ref().map(KnownUnit::of),
         ..how(options.seed)
     };
     let mut comparison =
         compare_scene(&recording.records, scene, &sensor, &how).map_err(bad_input)?;
     comparison.notes.extend(recording.note());
     let context = Context {
-        scene: options.sides.scene.display().to_string(),
-        recording: options.sides.recording.display().to_string(),
+        scene: sides.scene.display().to_string(),
+        recording: sides.recording.display().to_string(),
         sensor,
-        command: command_line(),
-        program: program(),
-        created: String::new(),
         seeds: vec![("simulation".to_owned(), options.seed)],
-        inputs: hashed_all(
-            [&options.sides.scene]
-                .into_iter()
-                .chain(&loaded.trajectories)
-                .chain([&options.sides.recording])
-                .chain(&options.profile)
-                .chain(&options.thresholds),
-        )?,
+        inputs: inputs().map(|path| hashed(path)).collect::<Result<_>>()?,
         assumptions: loaded.warnings,
         experiment: scene.paper_experiment(),
-        thresholds: given.thresholds.lines,
+        thresholds: thresholds.lines,
+        ..context()
     };
     write(options, &comparison, &context)?;
     Ok(outcome(comparison.judgement.verdict))
@@ -76,35 +62,6 @@ pub(crate) fn run(options: &Compare) -> Result<Outcome> {
 
 const TOML_HINT: &str = "name a TOML file";
 
-/// The files beside scene and recording.
-struct Given {
-    thresholds: ThresholdSet,
-    unit: Option<KnownUnit>,
-}
-
-impl Given {
-    fn read(options: &Compare) -> Result<Self> {
-        let thresholds = match &options.thresholds {
-            None => ThresholdSet::shipped(),
-            Some(path) => {
-                let text = files::text(path, "the thresholds", TOML_HINT)?;
-                ThresholdSet::parse(&text, &path.display().to_string()).map_err(bad_input)?
-            }
-        };
-        let unit = match &options.profile {
-            None => None,
-            Some(path) => {
-                let text = files::text(path, "the profile", TOML_HINT)?;
-                let profile =
-                    Profile::parse(&text, &path.display().to_string()).map_err(bad_input)?;
-                Some(KnownUnit::of(&profile))
-            }
-        };
-        Ok(Self { thresholds, unit })
-    }
-}
-
-/// Every file that was asked for, then the verdict; where JSON goes to standard output, nothing else does.
 fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Result<()> {
     if let Some(path) = &options.report {
         write_text(path, &report::html(comparison, context))?;
@@ -112,14 +69,15 @@ fn write(options: &Compare, comparison: &Comparison, context: &Context) -> Resul
     if let Some(path) = &options.junit {
         write_text(path, &report::junit(comparison, context))?;
     }
+    let json = || report::json(comparison, context);
+    answer(options.sides.json.as_ref(), json, || {
+        words(comparison, context.experiment)
+    })?;
     match &options.sides.json {
-        Some(path) if path.as_os_str() == "-" => out!("{}", report::json(comparison, context)),
-        Some(path) => {
-            write_text(path, &report::json(comparison, context))?;
-            print(comparison, context.experiment)
-        }
-        None => print(comparison, context.experiment),
+        Some(path) if path.as_os_str() != "-" => told(path),
+        _ => {}
     }
+    Ok(())
 }
 
 /// Refuses a page under the name of a PDF: a browser prints one from the page.
@@ -134,27 +92,15 @@ pub(crate) fn check_is_page(report: Option<&Path>) -> Result<()> {
     }
 }
 
-/// Compares one stream with what the scene's sensor would see.
-pub(crate) fn compare(
-    records: &[Record],
-    scene: &Scene,
-    sensor: &str,
-    seed: u64,
-) -> Result<Comparison> {
-    compare_scene(records, scene, sensor, &how(seed)).map_err(bad_input)
-}
-
-/// With that seed, on all processors.
-fn how(seed: u64) -> Options {
-    let processors = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+/// All processors, and that seed.
+pub(crate) fn how(seed: u64) -> Options {
     Options {
         seed,
-        threads: processors.min(THREADS_MAX),
+        threads: progress::cores().min(THREADS_MAX),
         ..Options::default()
     }
 }
 
-/// The exit code that a verdict deserves.
 pub(crate) fn outcome(verdict: Verdict) -> Outcome {
     match verdict {
         Verdict::Agrees => Outcome::Done,
@@ -163,9 +109,13 @@ pub(crate) fn outcome(verdict: Verdict) -> Outcome {
     }
 }
 
-/// Name and version of this program.
-pub(crate) fn program() -> String {
-    concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned()
+/// What a report says of this program.
+pub(crate) fn context() -> Context {
+    Context {
+        command: command_line(),
+        program: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
+        ..Context::default()
+    }
 }
 
 /// The command that was given, for the report; the program's own path is of no use to others.
@@ -177,7 +127,6 @@ pub(crate) fn command_line() -> String {
         .join(" ")
 }
 
-/// As a shell takes it.
 fn quoted(argument: &str) -> String {
     let is_plain =
         |character: char| character.is_ascii_alphanumeric() || "-_./:=,+%@".contains(character);
@@ -187,156 +136,52 @@ fn quoted(argument: &str) -> String {
     format!("'{}'", argument.replace('\'', r"'\''"))
 }
 
-/// Each file with its SHA-256.
-pub(crate) fn hashed_all<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<Vec<Input>> {
-    paths.into_iter().map(|path| hashed(path)).collect()
-}
-
-/// A file with its SHA-256.
 pub(crate) fn hashed(path: &Path) -> Result<Input> {
-    let mut file = files::open(path)?;
+    let name = path.display().to_string();
     let mut hasher = Sha256::new();
-    std::io::copy(&mut file, &mut hasher)
-        .with_context(|| format!("cannot read {}", path.display()))?;
-    Ok(Input {
-        name: path.display().to_string(),
-        hash: sha256_text(hasher),
-    })
+    io::copy(&mut files::open(path)?, &mut hasher)
+        .with_context(|| format!("cannot read {name}"))?;
+    Ok(input(name, hasher))
 }
 
-/// A text that came with the program, with its SHA-256.
 pub(crate) fn hashed_text(name: &str, text: &str) -> Input {
-    Input {
-        name: name.to_owned(),
-        hash: sha256_text(Sha256::new_with_prefix(text)),
-    }
+    input(name.to_owned(), Sha256::new_with_prefix(text))
 }
 
-fn sha256_text(hasher: Sha256) -> String {
-    let mut text = "sha256:".to_owned();
-    for byte in hasher.finalize() {
-        // Writing into a string does not fail.
-        let _ = write!(text, "{byte:02x}");
-    }
-    text
+fn input(name: String, hasher: Sha256) -> Input {
+    let bytes = hasher.finalize();
+    let digits: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    let hash = format!("sha256:{digits}");
+    Input { name, hash }
 }
 
 fn write_text(path: &Path, text: &str) -> Result<()> {
-    files::write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))?;
-    progress::say(&format!("wrote {}", path.display()));
+    files::write_text(path, text)?;
+    told(path);
     Ok(())
 }
 
-/// Verdict, reasons and the scores with what they are worth.
-pub(crate) fn print(comparison: &Comparison, experiment: Option<u8>) -> Result<()> {
-    outln!("{}", comparison.judgement.headline)?;
-    for warning in &comparison.warnings {
-        outln!("warning: {warning}")?;
-    }
-    for reason in &comparison.judgement.reasons {
-        outln!("  {reason}")?;
-    }
-    outln!(
-        "  What would change it: {}",
-        comparison.judgement.would_change
-    )?;
-    out!("{}", report::table(comparison, experiment))
+fn told(path: &Path) {
+    progress::say(&format!("wrote {}", path.display()));
 }
 
-/// The paper's three scores in one line, each with its blank frame, shuffled pixels and repeat, and the paper's own.
-pub(crate) fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> String {
-    let published = paper::EXPERIMENTS
+fn words(comparison: &Comparison, experiment: Option<u8>) -> String {
+    let judgement = &comparison.judgement;
+    let warnings = comparison
+        .warnings
         .iter()
-        .find(|published| Some(published.number) == experiment);
-    let scores = [
-        Shown {
-            title: "C",
-            measure: Measure::Correlation,
-            digits: 2,
-            scale: 1.0,
-            unit: "",
-        },
-        Shown {
-            title: "MI",
-            measure: Measure::MutualInformationGrey,
-            digits: 1,
-            scale: 1.0,
-            unit: " bit",
-        },
-        Shown {
-            title: "IS",
-            measure: Measure::ImageSimilarity,
-            digits: 0,
-            scale: 100.0,
-            unit: " %",
-        },
-    ];
-    let pieces: Vec<String> = scores
+        .map(|warning| format!("warning: {warning}\n"));
+    let reasons = judgement
+        .reasons
         .iter()
-        .map(|shown| {
-            shown.text(
-                comparison,
-                published.and_then(|published| paper_value(published, shown.measure)),
-            )
-        })
-        .collect();
-    pieces.join("; ")
-}
-
-fn paper_value(published: &paper::Experiment, measure: Measure) -> Option<f64> {
-    match measure {
-        Measure::Correlation => Some(published.correlation),
-        Measure::MutualInformationGrey => Some(published.mutual_information),
-        Measure::ImageSimilarity => Some(published.image_similarity),
-        _ => None,
-    }
-}
-
-/// How a score is printed.
-struct Shown {
-    title: &'static str,
-    measure: Measure,
-    digits: usize,
-    scale: f64,
-    unit: &'static str,
-}
-
-impl Shown {
-    /// `C 0.97 (shuffled 0.01, repeat 0.98; the paper's 0.79)`.
-    fn text(&self, comparison: &Comparison, published: Option<f64>) -> String {
-        let score = comparison.score(self.measure);
-        let value = score
-            .value
-            .map_or_else(|| "none".to_owned(), |value| self.number(value));
-        let beside: Vec<String> = [
-            ("blank frame", score.blank),
-            ("shuffled", score.shuffled.map(|shuffled| shuffled.mean)),
-            ("repeat", score.ceiling),
-            ("the paper's", published),
-        ]
-        .into_iter()
-        .filter_map(|(name, value)| Some(format!("{name} {}", self.number(value?))))
-        .collect();
-        format!("{} {value} ({})", self.title, beside.join(", "))
-    }
-
-    fn number(&self, value: f64) -> String {
-        // Without the zero, a shuffled mean of -0.001 would read "-0.00".
-        let rounded = format!("{:.*}", self.digits, value * self.scale);
-        let is_zero = rounded
-            .trim_start_matches('-')
-            .chars()
-            .all(|digit| digit == '0' || digit == '.');
-        format!(
-            "{}{}",
-            if is_zero {
-                rounded.trim_start_matches('-')
-            } else {
-                &rounded
-            },
-            self.unit
-        )
-    }
+        .map(|reason| format!("  {reason}\n"));
+    let lines: String = warnings.chain(reasons).collect();
+    format!(
+        "{}\n{lines}  What would change it: {}\n{}",
+        judgement.headline,
+        judgement.would_change,
+        report::table(comparison, experiment)
+    )
 }
 
 #[cfg(test)]

@@ -1,17 +1,13 @@
 //! `grideye completions`: what a shell needs to know to complete either program.
 
-use crate::cli::{self, Completions, Program};
+use crate::cli::Completions;
 use crate::exit::Outcome;
 use crate::output::out;
 use anyhow::{Context as _, Result};
 use clap_complete::generate;
 
-/// Prints them.
 pub(crate) fn run(options: &Completions) -> Result<Outcome> {
-    let mut command = match options.program {
-        Program::Grideye => cli::command(),
-        Program::GrideyeAgent => grideye_agent::cli::command(),
-    };
+    let mut command = (options.program)();
     let name = command.get_name().to_owned();
     let mut script = Vec::new();
     generate(options.shell, &mut command, name, &mut script);

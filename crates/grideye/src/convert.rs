@@ -9,10 +9,8 @@ use grideye_export::ExportError;
 use grideye_frame::Celsius;
 use grideye_recording::bare::Assumed;
 use grideye_recording::{Row, StreamId, linaige};
-use std::path::Path;
 use std::time::Duration;
 
-/// Reads any recording and writes what the output's name asks for.
 pub(crate) fn run(options: &Convert) -> Result<Outcome> {
     files::keep_apart([&options.input], [&options.output])?;
     let asked = |row: &Result<Row>| match (&options.sensor, row) {
@@ -29,7 +27,6 @@ pub(crate) fn run(options: &Convert) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// What is stated for a file that holds temperatures alone.
 fn assumed(options: &Convert) -> Result<Option<Assumed>> {
     let Some(celsius) = options.thermistor else {
         return Ok(None);
@@ -45,16 +42,11 @@ fn assumed(options: &Convert) -> Result<Option<Assumed>> {
         stream: StreamId {
             device: "imported".to_owned(),
             sensor: "grid-eye".to_owned(),
-            boot: boot_name(&options.input),
+            // As far as a name of a run may have its characters.
+            boot: linaige::stream_from_file_name(&files::stem(&options.input)).boot,
         },
         thermistor,
         period: Duration::try_from_secs_f64(1.0 / options.rate)
             .map_err(|error| bad_input(anyhow!("--rate {}: {error}", options.rate)))?,
     }))
-}
-
-/// The file's name, as far as a name of a run may have its characters.
-fn boot_name(input: &Path) -> String {
-    let stem = input.file_stem().unwrap_or_default().to_string_lossy();
-    linaige::stream_from_file_name(&stem).boot
 }

@@ -1,7 +1,5 @@
 //! `grideye dataset`: labelled frames of a scene that differs from frame to frame.
 
-mod write;
-
 use crate::cli::{Dataset, Method};
 use crate::exit::{Outcome, bad_input};
 use crate::files::SceneText;
@@ -11,24 +9,22 @@ use anyhow::Result;
 use grideye_dataset::{
     Cause, DatasetError, Folder, Frames, Manifest, Output, Part, Remembered, Subject, Table, make,
 };
+use grideye_export::dataset as export;
 use grideye_scene::Scene;
 use grideye_variation::{Recipe, VariationError};
 use std::fs::File;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::thread;
 
-/// Makes the parts of the shard that are not there yet.
 pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     let frames = frames(options)?;
-    let tables = options.formats.iter().map(|table| (*table).into());
     let manifest = Manifest::new(
         &frames,
         concat!("grideye ", env!("CARGO_PKG_VERSION")),
         options.frames,
         options.frames_per_part,
-        tables,
+        options.formats.iter().copied(),
     )
     .map_err(told)?;
     let folder = Folder::open(&options.out, &manifest, &Disk).map_err(told)?;
@@ -47,20 +43,15 @@ pub(crate) fn run(options: &Dataset) -> Result<Outcome> {
     bar.reset_eta();
     let made = u64::try_from(missing.len())?;
     let tick = || bar.inc(1);
-    make(
-        (&frames, &manifest),
-        &folder,
-        missing,
-        threads(options),
-        &tick,
-    )
-    .map_err(told)?;
+    let threads = options
+        .threads
+        .map_or_else(progress::cores, NonZeroUsize::get);
+    make((&frames, &manifest), &folder, missing, threads, &tick).map_err(told)?;
     bar.finish_and_clear();
     report(options, &manifest, [made, there, count])?;
     Ok(Outcome::Done)
 }
 
-/// Reads the scene, and tries every value that was asked for.
 fn frames(options: &Dataset) -> Result<Frames> {
     let SceneText {
         text,
@@ -69,14 +60,11 @@ fn frames(options: &Dataset) -> Result<Frames> {
     } = files::read_scene(&options.scene)?;
     let remembered = Remembered::new(&beside);
     let loaded = Scene::parse(&text, &origin, &remembered).map_err(bad_input)?;
-    for warning in loaded.warnings {
-        eprintln!("warning: {warning}");
-    }
+    files::warned(&loaded.warnings);
     let recipe = Recipe::new(&text, &origin, &options.varied).map_err(asked)?;
     recipe.check(&remembered).map_err(asked)?;
-    let title = options.scene.file_stem().unwrap_or_default();
     let subject = Subject {
-        title: title.to_string_lossy().into_owned(),
+        title: files::stem(&options.scene),
         sensor: files::sensor_name(&loaded.scene, options.sensor.as_deref())?,
         text,
         files: remembered.into_texts(),
@@ -88,13 +76,12 @@ fn frames(options: &Dataset) -> Result<Frames> {
     Frames::new(subject, &loaded.scene).map_err(told)
 }
 
-/// Files that appear whole under their names.
 struct Disk;
 
 impl Output for Disk {
     fn write(&self, part: &Part, table: Table, about: &str, file: &File) -> Result<(), Cause> {
         Ok(files::fill(file, |out| {
-            write::write(part, table, about, out)
+            Ok(export::write(part, table, about, out)?)
         })?)
     }
 
@@ -103,7 +90,6 @@ impl Output for Disk {
     }
 }
 
-/// What was wrong with `--vary`.
 fn asked(error: VariationError) -> anyhow::Error {
     bad_input(anyhow::Error::new(error).context("--vary"))
 }
@@ -113,13 +99,6 @@ fn told(error: DatasetError) -> anyhow::Error {
         true => bad_input(error),
         false => error.into(),
     }
-}
-
-fn threads(options: &Dataset) -> usize {
-    options
-        .threads
-        .or_else(|| thread::available_parallelism().ok())
-        .map_or(1, NonZeroUsize::get)
 }
 
 fn report(options: &Dataset, manifest: &Manifest, [made, there, frames]: [u64; 3]) -> Result<()> {

@@ -3,30 +3,42 @@
 //! Everything but the sensor and the bus is the real thing: the agent that runs on a Raspberry Pi, HTTP on a loopback
 //! address, the collector with its store and page, the comparison and its report.
 
-mod show;
-mod stage;
-
 use crate::cli::Demo;
-use crate::exit::Outcome;
+use crate::client::{AuditRow, Client};
+use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
-use crate::{compare, files, progress, recordings};
-use anyhow::Result;
-use grideye_frame::RawFrame;
+use crate::{collect, compare, files, progress, recordings};
+use amg8833_emulator::Address;
+use anyhow::{Context as _, Result, anyhow};
+use grideye_agent::agent::{Agent, AgentHandle, AnyBus, Start};
+use grideye_agent::config::Config as AgentConfig;
+use grideye_agent::log::{Level, Log};
+use grideye_collector::{Collector, Config, StoreLocation, SystemClock};
+use grideye_frame::{RawFrame, TICK};
 use grideye_recording::{Record, Row};
-use grideye_validator::report::{self, Context};
+use grideye_rig::{
+    AgentClock, PacedClock, Replayed, SCL_HZ, SharedBus, Source, replay_source, scene_source,
+};
+use grideye_scene::Scene;
+use grideye_validator::compare_scene;
+use grideye_validator::report::{self, Context, Input};
 use grideye_validator::thresholds::ThresholdSet;
-use show::Show;
-use stage::{Delivered, STORE, Stage};
-use std::path::Path;
+use indicatif::ProgressBar;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::runtime::Runtime;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
 
-/// Runs the loop once; then serves the page until Ctrl-C, unless `--once` asked for the exit code.
 pub(crate) fn run(options: &Demo) -> Result<Outcome> {
     files::writable_folder(&options.out)?;
     let show = Show::prepare(options)?;
     keep_apart(options, &show)?;
     let stage = Stage::open(options)?;
     progress::say(&format!("live page  {}", stage.page()));
-    let (delivered, agent) = stage.perform(options, &show)?;
+    let (delivered, agent) = stage.perform(options, show.frames(), show.source(options.seed)?)?;
     let Some(delivered) = delivered else {
         progress::say("interrupted before the recording was complete");
         return Ok(Outcome::NoAnswer);
@@ -48,26 +60,27 @@ const JSON: &str = "report.json";
 /// What is shown may lie in the folder, but not under a name that is written there.
 fn keep_apart(options: &Demo, show: &Show) -> Result<()> {
     let written = [RECORDING, PAGE, JSON, STORE].map(|name| options.out.join(name));
-    let shown = options.scene.iter().chain(&options.replay);
-    files::keep_apart(shown.chain(show.files()), &written)
+    files::keep_apart(show.files().iter().chain(&options.replay), &written)
 }
 
-/// Fetches the recording, judges it, and prints the three lines.
 fn conclude(options: &Demo, show: &Show, stage: &Stage, delivered: &Delivered) -> Result<Outcome> {
     let path = options.out.join(RECORDING);
-    files::write_whole(&path, |out| {
-        stage
-            .client()
-            .download_csv(delivered.recording, out)
-            .map(drop)
-    })?;
-    let rows = recordings::load(&path)?;
+    files::write_whole(&path, |out| stage.client.download_csv(delivered.0, out))?;
+    let rows: Vec<Row> = recordings::open(&path)?.collect::<Result<_>>()?;
     let (line, outcome, result) = match show {
         Show::Scene(scene) => judge_scene(options, scene, &path, &rows)?,
-        Show::Replay(replay) => judge_replay(&replay.frames, &rows, &path),
+        Show::Replay(frames) => {
+            let replayed = Replayed::new(frames, &rows);
+            let outcome = match replayed.is_equal() {
+                true => Outcome::Done,
+                false => Outcome::Disagrees,
+            };
+            let result = format!("recording {}", path.display());
+            (format!("replay    {replayed}"), outcome, result)
+        }
     };
     let audit = stage.audit(delivered)?;
-    let is_whole = audit.balanced == Some(true) && audit.missing == 0 && audit.dropped_total() == 0;
+    let is_whole = audit.balanced == Some(true) && crate::audit::is_whole(&audit);
     outln!("delivery  {}", crate::audit::equation(&audit))?;
     outln!("{line}")?;
     let closed = if options.once { " (closed now)" } else { "" };
@@ -83,20 +96,19 @@ type Judged = (String, Outcome, String);
 
 fn judge_scene(
     options: &Demo,
-    shown: &show::SceneShow,
+    shown: &SceneShow,
     recording: &Path,
     rows: &[Row],
 ) -> Result<Judged> {
     let records: Vec<Record> = rows.iter().map(|row| row.record).collect();
     let seed = options.seed.wrapping_add(1);
-    let comparison = compare::compare(&records, &shown.scene, &shown.sensor, seed)?;
+    let how = compare::how(seed);
+    let comparison =
+        compare_scene(&records, &shown.scene, &shown.sensor, &how).map_err(bad_input)?;
     let context = Context {
         scene: shown.name.clone(),
         recording: recording.display().to_string(),
         sensor: shown.sensor.clone(),
-        command: compare::command_line(),
-        program: compare::program(),
-        created: String::new(),
         seeds: vec![("emulated sensor".to_owned(), options.seed), ("simulation".to_owned(), seed)],
         inputs: [shown.inputs.clone(), vec![compare::hashed(recording)?]].concat(),
         assumptions: [shown.warnings.clone(), vec![
@@ -104,19 +116,16 @@ fn judge_scene(
         ]].concat(),
         experiment: shown.experiment,
         thresholds: ThresholdSet::shipped().lines,
+        ..compare::context()
     };
     let page = options.out.join(PAGE);
+    files::write_text(&page, &report::html(&comparison, &context))?;
     let json = options.out.join(JSON);
-    for (path, text) in [
-        (&page, report::html(&comparison, &context)),
-        (&json, report::json(&comparison, &context)),
-    ] {
-        files::write_text(path, &text)?;
-    }
+    files::write_text(&json, &report::json(&comparison, &context))?;
     let line = format!(
         "scores    {}: {}",
         comparison.judgement.verdict.name(),
-        compare::scores_line(&comparison, shown.experiment)
+        report::scores_line(&comparison, shown.experiment)
     );
     Ok((
         line,
@@ -125,103 +134,271 @@ fn judge_scene(
     ))
 }
 
-/// Counts what came out against what went in: every word of every frame.
-fn judge_replay(source: &[RawFrame], rows: &[Row], recording: &Path) -> Judged {
-    let read: Vec<&RawFrame> = rows
-        .iter()
-        .filter_map(|row| row.record.reading.frame())
-        .collect();
-    let missing = rows.len() - read.len();
-    let (pixels, thermistors) =
-        source
-            .iter()
-            .zip(&read)
-            .fold((0, 0), |(pixels, thermistors), (sent, got)| {
-                let differing = sent
-                    .pixels
-                    .iter()
-                    .zip(got.pixels)
-                    .filter(|(sent, got)| **sent != *got)
-                    .count();
-                (
-                    pixels + differing,
-                    thermistors + usize::from(sent.thermistor != got.thermistor),
-                )
-            });
-    let is_equal = read.len() == source.len() && missing == 0 && pixels == 0 && thermistors == 0;
-    let line = format!(
-        "replay    {} frames in, {} out, {missing} missing; compared one by one in order: {pixels} of {} pixels and {thermistors} of {} thermistor values differ",
-        source.len(),
-        read.len(),
-        source.len() * grideye_frame::PIXELS,
-        source.len(),
-    );
-    let outcome = if is_equal {
-        Outcome::Done
-    } else {
-        Outcome::Disagrees
-    };
-    (line, outcome, format!("recording {}", recording.display()))
+/// Frames recorded of a scene in which nothing moves: ten seconds.
+const STATIC_FRAMES: u64 = 100;
+const FRAMES_MAX: u64 = 6_000;
+
+enum Show {
+    Scene(Box<SceneShow>),
+    Replay(Vec<RawFrame>),
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use grideye_frame::{NoData, PIXELS, PixelWord, Reading, ThermistorWord};
-    use grideye_recording::{ClockState, Stamp, StreamId};
+struct SceneShow {
+    scene: Scene,
+    sensor: String,
+    name: String,
+    inputs: Vec<Input>,
+    files: Vec<PathBuf>,
+    warnings: Vec<String>,
+    experiment: Option<u8>,
+}
 
-    fn frame(first: u16) -> RawFrame {
-        let mut pixels = [PixelWord(80); PIXELS];
-        pixels[0] = PixelWord(first);
-        RawFrame {
-            thermistor: ThermistorWord(400),
-            pixels,
+impl Show {
+    fn prepare(options: &Demo) -> Result<Self> {
+        if let Some(path) = &options.replay {
+            let records = recordings::load_stream(path)?;
+            let frames = records
+                .iter()
+                .filter_map(|record| record.reading.frame().copied());
+            return Ok(Self::Replay(frames.collect()));
+        }
+        let loaded = files::load_scene(options.scene.as_deref())?;
+        let scene = loaded.scene;
+        let sensor = files::sensor_name(&scene, options.sensor.as_deref())?;
+        let files = loaded.files.iter();
+        let mut inputs = files
+            .map(|path| compare::hashed(path))
+            .collect::<Result<Vec<_>>>()?;
+        let name = match &options.scene {
+            Some(path) => path.display().to_string(),
+            None => "scenes/experiment-1.toml".to_owned(),
+        };
+        if options.scene.is_none() {
+            inputs.push(compare::hashed_text(&name, files::DEFAULT_SCENE));
+        }
+        let experiment = scene.paper_experiment();
+        Ok(Self::Scene(Box::new(SceneShow {
+            scene,
+            sensor,
+            name,
+            inputs,
+            files: loaded.files,
+            warnings: loaded.warnings,
+            experiment,
+        })))
+    }
+
+    fn files(&self) -> &[PathBuf] {
+        match self {
+            Self::Scene(shown) => &shown.files,
+            Self::Replay(_) => &[],
         }
     }
 
-    fn rows(readings: impl IntoIterator<Item = Reading<RawFrame>>) -> Vec<Row> {
-        let stream = StreamId {
-            device: "demo".into(),
-            sensor: "s".into(),
-            boot: "b".into(),
-        };
-        let stamp = Stamp {
-            t_boot_ns: 0,
-            t_utc_ns: 0,
-            clock: ClockState::Synced,
-        };
-        (0..)
-            .zip(readings)
-            .map(|(seq, reading)| Row {
-                stream: stream.clone(),
-                record: Record {
-                    seq,
-                    stamp,
-                    reading,
-                },
-                t_arrival_ns: None,
-            })
-            .collect()
+    fn frames(&self) -> u64 {
+        match self {
+            Self::Scene(shown) if shown.scene.is_static() => STATIC_FRAMES,
+            Self::Scene(shown) => {
+                let ticks = shown.scene.duration().as_nanos() / TICK.as_nanos();
+                u64::try_from(ticks + 1).map_or(FRAMES_MAX, |frames| frames.min(FRAMES_MAX))
+            }
+            Self::Replay(frames) => u64::try_from(frames.len()).unwrap_or(u64::MAX),
+        }
     }
 
-    #[test]
-    fn a_replay_is_equal_only_if_every_word_of_every_frame_is() {
-        let source = [frame(1), frame(2), frame(3)];
-        let judge = |readings: &[Reading<RawFrame>]| {
-            judge_replay(&source, &rows(readings.iter().copied()), Path::new("r.csv"))
-        };
-        let whole: Vec<_> = source.iter().copied().map(Reading::Frame).collect();
-        assert_eq!(judge(&whole).1, Outcome::Done);
+    fn source(&self, seed: u64) -> Result<Source> {
+        match self {
+            Self::Scene(shown) => {
+                let simulator = files::simulator(&shown.scene, Some(&shown.sensor))?;
+                scene_source(&shown.scene, simulator, seed).map_err(bad_input)
+            }
+            Self::Replay(frames) => Ok(replay_source(frames)),
+        }
+    }
+}
 
-        assert_eq!(judge(&whole[..2]).1, Outcome::Disagrees, "one frame short");
-        let swapped = [whole[1], whole[0], whole[2]];
-        assert!(
-            judge(&swapped).0.contains("2 of 192 pixels"),
-            "out of order"
+const DEVICE: &str = "demo";
+/// The bus that the emulated sensor pretends to be on.
+const BUS: &str = "/dev/i2c-1";
+const STORE: &str = "store.sqlite";
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// Longest time without a new frame before the demonstration gives up.
+const STALL_MAX: Duration = Duration::from_secs(30);
+/// Longest wait for the last frames to be acknowledged.
+const FLUSH_MAX: Duration = Duration::from_secs(20);
+
+struct Stage {
+    runtime: Option<Runtime>,
+    address: SocketAddr,
+    client: Client,
+    interrupted: watch::Receiver<bool>,
+    shut_down: watch::Sender<bool>,
+    serving: Option<JoinHandle<Result<(), grideye_collector::CollectorError>>>,
+}
+
+/// The number of a recording that is complete on the collector's disk, and the boot of its frames.
+type Delivered = (i64, String);
+
+impl Stage {
+    fn open(options: &Demo) -> Result<Self> {
+        let runtime =
+            grideye_collector::runtime().context("cannot start the collector's threads")?;
+        let store = StoreLocation::File(options.out.join(STORE));
+        let mut config = Config::new(options.listen, store, Arc::new(SystemClock::new()));
+        config.annexes = collect::annexes(&options.scenes)?;
+        let collector = runtime.block_on(Collector::bind(config))?;
+        let address = collector.local_addr();
+        let (shut_down, mut is_shut_down) = watch::channel(false);
+        let serving = runtime.spawn(collector.serve(async move {
+            // A dropped sender is a shut-down too.
+            let _asked_or_dropped = is_shut_down.wait_for(|asked| *asked).await;
+        }));
+        let (interrupt, interrupted) = watch::channel(false);
+        let stop = {
+            let _within = runtime.enter();
+            collect::stop_signal().context("cannot catch Ctrl-C")?
+        };
+        runtime.spawn(async move {
+            stop.await;
+            interrupt.send_replace(true);
+        });
+        let client = Client::new(&format!("http://{address}"));
+        Ok(Self {
+            runtime: Some(runtime),
+            address,
+            client,
+            interrupted,
+            shut_down,
+            serving: Some(serving),
+        })
+    }
+
+    fn page(&self) -> String {
+        format!("http://{}/", self.address)
+    }
+
+    /// Records the show. `None` if Ctrl-C came first. The agent goes on running unless it has nothing more to read.
+    fn perform(
+        &self,
+        options: &Demo,
+        frames: u64,
+        source: Source,
+    ) -> Result<(Option<Delivered>, Option<AgentHandle>)> {
+        // With an end in sight the agent stops by itself, so that the recording holds exactly the show.
+        let has_an_end = options.once || options.replay.is_some();
+        let start = Start {
+            frames_limit: has_an_end.then_some(frames),
+            ..Start::new(self.agent_config()?, DEVICE)
+        };
+        let boot = start.boot.clone();
+        let recording = self.client.start_recording(&format!("demo-{boot}"))?.id;
+        let clock = Arc::new(PacedClock::new(options.speed));
+        let bus = SharedBus::new(grideye_rig::bus(
+            Arc::clone(&clock),
+            Address::High,
+            source,
+            SCL_HZ,
+        ));
+        let agent = start_agent(start, &bus, clock)?;
+        let bar = progress::bar(frames, "recording");
+        let is_complete = self.watch(&agent, frames, &bar)?;
+        bar.finish_and_clear();
+        say_traffic(&bus, frames);
+        let agent = if has_an_end || !is_complete {
+            let _summary = agent.stop(FLUSH_MAX);
+            None
+        } else {
+            Some(agent)
+        };
+        self.client.stop_recording(recording)?;
+        Ok((is_complete.then_some((recording, boot)), agent))
+    }
+
+    fn audit(&self, delivered: &Delivered) -> Result<AuditRow> {
+        let rows = self.client.audit()?.streams;
+        let row = rows.into_iter().find(|row| row.boot == delivered.1);
+        row.ok_or_else(|| anyhow!("the collector knows nothing of this run"))
+    }
+
+    fn wait_for_interrupt(&self) {
+        let mut interrupted = self.interrupted.clone();
+        if let Some(runtime) = &self.runtime {
+            // A closed channel means that the signal can come no more; leaving is then all that is left.
+            let _ = runtime.block_on(interrupted.wait_for(|interrupted| *interrupted));
+        }
+    }
+
+    fn agent_config(&self) -> Result<AgentConfig> {
+        let text = format!(
+            "device = \"{DEVICE}\"\ncollector = \"http://{}\"\n[[bus]]\npath = \"{BUS}\"\n[[bus.sensor]]\naddress = 0x69\n",
+            self.address
         );
-        let twice = [whole[0], whole[1], whole[1], whole[2]];
-        assert_eq!(judge(&twice).1, Outcome::Disagrees, "one twice");
-        let gap = [whole[0], Reading::NoData(NoData::Nack), whole[1], whole[2]];
-        assert_eq!(judge(&gap).1, Outcome::Disagrees, "a missing row");
+        AgentConfig::parse(&text, "the demonstration's own configuration")
+            .context("cannot configure the agent")
+    }
+
+    /// Whether the show was delivered whole; not if Ctrl-C came first.
+    fn watch(&self, agent: &AgentHandle, frames: u64, bar: &ProgressBar) -> Result<bool> {
+        let (mut seen, mut since) = (0, Instant::now());
+        loop {
+            let (mut read, mut delivered) = (0, 0);
+            for account in agent.accounts().values() {
+                let waiting = account.spooled + account.dropped.values().sum::<u64>();
+                read += account.read;
+                delivered += account.read.saturating_sub(waiting);
+            }
+            bar.set_position(read.min(frames));
+            if agent.is_finished() || delivered >= frames {
+                return Ok(true);
+            }
+            if *self.interrupted.borrow() {
+                return Ok(false);
+            }
+            if read > seen {
+                (seen, since) = (read, Instant::now());
+            } else if since.elapsed() > STALL_MAX {
+                let seconds = STALL_MAX.as_secs();
+                return Err(anyhow!(
+                    "no new frame for {seconds} s; {read} of {frames} were read"
+                ));
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        self.shut_down.send_replace(true);
+        let (Some(runtime), Some(serving)) = (self.runtime.take(), self.serving.take()) else {
+            return;
+        };
+        if let Ok(Err(error)) = runtime.block_on(serving) {
+            progress::say(&format!("warning: {error}"));
+        }
+        runtime.shutdown_timeout(Duration::from_secs(1));
+    }
+}
+
+fn start_agent(start: Start, bus: &SharedBus, clock: Arc<PacedClock>) -> Result<AgentHandle> {
+    let bus_config = start.config.buses.first().cloned();
+    let bus_config = bus_config.context("the demonstration has one bus")?;
+    let log = Log::new(|level, line| {
+        if level > Level::Info {
+            progress::say(&format!("agent: {}: {line}", level.name()));
+        }
+    });
+    let clock = Arc::new(AgentClock::new(clock));
+    let buses = vec![(bus_config, AnyBus::new(bus.clone()))];
+    Ok(Agent::start(start, buses, clock, log)?)
+}
+
+fn say_traffic(bus: &SharedBus, frames: u64) {
+    let traffic = bus.with(|bus| bus.traffic());
+    if let Some(bytes) = traffic.bytes.checked_div(frames) {
+        progress::say(&format!(
+            "bus        {} transactions, {bytes} bytes for each frame recorded, looks for the moment of update included",
+            traffic.transactions
+        ));
     }
 }

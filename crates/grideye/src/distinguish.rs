@@ -8,7 +8,6 @@ use anyhow::Result;
 use grideye_plan::separation::separation;
 use grideye_scene::Scene;
 
-/// Compares the scenes two by two and prints the table. Exit code 1 if all sensors together do not tell them apart.
 pub(crate) fn run(options: &Distinguish) -> Result<Outcome> {
     let scenes = options
         .scenes
@@ -18,10 +17,7 @@ pub(crate) fn run(options: &Distinguish) -> Result<Outcome> {
     let names: Vec<String> = options
         .scenes
         .iter()
-        .map(|path| {
-            path.file_stem()
-                .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
-        })
+        .map(|path| files::stem(path))
         .collect();
     let situations: Vec<(&str, &Scene)> = names.iter().map(String::as_str).zip(&scenes).collect();
     let found = separation(&situations).map_err(bad_input)?;

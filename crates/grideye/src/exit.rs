@@ -1,9 +1,7 @@
 //! How a command ends: the exit codes of the whole program, and the errors that choose between them.
 
-use std::fmt;
 use std::process::ExitCode;
 
-/// What a command that ran to its end has to say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// Done, or real and simulated agree: 0.
@@ -14,6 +12,12 @@ pub(crate) enum Outcome {
     NoAnswer,
     /// Another program ran and ended with this code, which is passed on.
     Passed(u8),
+}
+
+impl Outcome {
+    pub(crate) const fn told(is_told: bool) -> Self {
+        if is_told { Self::Done } else { Self::NoAnswer }
+    }
 }
 
 impl From<Outcome> for ExitCode {
@@ -28,48 +32,29 @@ impl From<Outcome> for ExitCode {
 }
 
 /// Marks an error as the caller's to mend: a bad argument, scene, recording or configuration. Exit code 2.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{}", told(.0))]
 struct BadInput(anyhow::Error);
 
-impl fmt::Display for BadInput {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&told(&self.0))
-    }
-}
-
-impl std::error::Error for BadInput {}
-
-/// The same error, marked as bad input.
 pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> anyhow::Error {
     anyhow::Error::new(BadInput(error.into()))
 }
 
-/// What is said of an error that was marked as bad input; nothing of another one.
-pub(crate) fn blame(error: &anyhow::Error) -> Option<String> {
-    let is_bad_input = error.chain().any(<dyn std::error::Error>::is::<BadInput>);
-    is_bad_input.then(|| told(error))
-}
-
-/// Prints the error for a person and gives its exit code: 2 for bad input, 1 for a failure.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     eprintln!("error: {}", told(error));
-    ExitCode::from(if blame(error).is_some() { 2 } else { 1 })
+    let is_bad_input = error.chain().any(<dyn std::error::Error>::is::<BadInput>);
+    ExitCode::from(if is_bad_input { 2 } else { 1 })
 }
 
 /// The error and its causes. A message with a hint has its cause in front of the hint: it is not said once more behind.
 fn told(error: &anyhow::Error) -> String {
-    let mut told = String::new();
-    for cause in error.chain() {
-        let text = cause.to_string();
-        if told.contains(&text) {
-            continue;
+    error.chain().fold(String::new(), |told, cause| {
+        match (told.as_str(), cause.to_string()) {
+            ("", text) => text,
+            (_, text) if told.contains(&text) => told,
+            (_, text) => format!("{told}: {text}"),
         }
-        if !told.is_empty() {
-            told.push_str(": ");
-        }
-        told.push_str(&text);
-    }
-    told
+    })
 }
 
 #[cfg(test)]

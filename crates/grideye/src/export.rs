@@ -2,7 +2,7 @@
 
 use crate::exit::bad_input;
 use crate::{files, progress};
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use grideye_export::film::{self, Film};
 use grideye_export::recording::{self, Rows};
 use grideye_export::{ExportError, tiles};
@@ -11,9 +11,9 @@ use std::path::Path;
 
 /// Writes the film in the format that the name of the file asks for.
 pub(crate) fn write_film(film: &Film<'_>, out: &Path) -> Result<()> {
-    let format = extension(out).and_then(|extension| film::format(film, extension));
-    let format = format.ok_or_else(|| unknown(out, film::ENDS))?;
-    if extension(out) == Some("csv") && !film.is_recording() {
+    let format = files::end(out).and_then(|end| film::format(film, end));
+    let format = format.ok_or_else(|| files::unknown_end(out, film::ENDS))?;
+    if files::end(out) == Some("csv") && !film.is_recording() {
         progress::say(&format!(
             "a recording holds 8 x 8 pixels, and {} has {} x {}: writing a table of degrees instead",
             film.sensor, film.columns, film.rows
@@ -32,8 +32,8 @@ pub(crate) fn write_film(film: &Film<'_>, out: &Path) -> Result<()> {
 
 /// Writes the rows of a recording in the format that the name of the file asks for.
 pub(crate) fn write_recording(rows: Rows<'_>, out: &Path) -> Result<()> {
-    let format = extension(out).and_then(recording::format);
-    let format = format.ok_or_else(|| unknown(out, recording::ENDS))?;
+    let format = files::end(out).and_then(recording::format);
+    let format = format.ok_or_else(|| files::unknown_end(out, recording::ENDS))?;
     let mut written = String::new();
     files::write_whole(out, |file| {
         written = format(rows, file).map_err(blamed)?;
@@ -43,10 +43,9 @@ pub(crate) fn write_recording(rows: Rows<'_>, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes images of one size side by side, on one scale of colors (.png).
 pub(crate) fn write_tiles(images: &[&Image], out: &Path) -> Result<()> {
-    if extension(out) != Some("png") {
-        return Err(unknown(out, ".png"));
+    if files::end(out) != Some("png") {
+        return Err(files::unknown_end(out, ".png"));
     }
     let size = images
         .first()
@@ -57,18 +56,6 @@ pub(crate) fn write_tiles(images: &[&Image], out: &Path) -> Result<()> {
     })
 }
 
-fn extension(out: &Path) -> Option<&str> {
-    out.extension().and_then(|extension| extension.to_str())
-}
-
-fn unknown(out: &Path, ends: &str) -> anyhow::Error {
-    bad_input(anyhow!(
-        "cannot tell what to write from the name {}\nhint: end it with {ends}",
-        out.display()
-    ))
-}
-
-/// Marks what is the caller's to mend.
 fn blamed(error: ExportError) -> anyhow::Error {
     match error.is_of_the_frames() {
         true => bad_input(error),

@@ -1,25 +1,15 @@
 //! Reading what the user named, and writing results so that no half-written file ever carries its final name.
-//!
-//! | room | holds |
-//! |---|---|
-//! | `apart` | that no result comes to lie over what is read |
-//! | `text` | texts, bounded and in UTF-8 |
-//! | `whole` | write, sync and rename, for every file that a command writes |
-
-mod apart;
-mod text;
-mod whole;
-
-pub(crate) use apart::keep_apart;
-pub(crate) use text::{read_text, text};
-pub(crate) use whole::{Pending, fill, rename, replace, target, write_text, write_whole};
 
 use crate::exit::bad_input;
-use anyhow::{Result, anyhow};
-use grideye_scene::{Files, Model, Scene, Simulator};
+use anyhow::{Context as _, Result, anyhow};
+pub(crate) use grideye_recording::whole::{Pending, rename};
+use grideye_scene::limits::TEXT_BYTES_MAX;
+use grideye_scene::profile::Profile;
+use grideye_scene::{Files, Model, Scene, Sensor, Simulator};
 use std::cell::RefCell;
-use std::fs::{self, File};
-use std::io::{self, BufReader};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 /// The scene that the demonstration shows unless another is named: the paper's experiment 1.
@@ -41,33 +31,28 @@ impl Files for Beside {
     }
 }
 
-/// A scene, and what a report has to say of where it came from.
 pub(crate) struct LoadedScene {
-    /// The scene.
     pub(crate) scene: Scene,
     /// What was done to it while it was read: an object outside its room, for example.
     pub(crate) warnings: Vec<String>,
-    /// The other files that it is made of.
-    pub(crate) trajectories: Vec<PathBuf>,
+    /// The files that it was read from, its own first.
+    pub(crate) files: Vec<PathBuf>,
 }
 
-/// A scene file as it is written, and where it finds what it names.
 pub(crate) struct SceneText {
     pub(crate) text: String,
-    /// The file's name for messages.
     pub(crate) origin: String,
     pub(crate) files: Beside,
 }
 
-/// The text of a scene file, and its place.
 pub(crate) fn read_scene(path: &Path) -> Result<SceneText> {
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let hint = "scenes/ holds some, and scenes/README.md describes the format";
     Ok(SceneText {
-        text: scene_text(path)?,
+        text: text(path, "the scene", hint)?,
         origin: path.display().to_string(),
         files: Beside {
-            folder: folder.to_path_buf(),
-            read: RefCell::default(),
+            folder: path.parent().unwrap_or(Path::new("")).to_path_buf(),
+            read: RefCell::new(vec![path.to_path_buf()]),
         },
     })
 }
@@ -79,7 +64,7 @@ pub(crate) fn load_scene(path: Option<&Path>) -> Result<LoadedScene> {
 
 /// The same by the given model, whatever the file says.
 pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result<LoadedScene> {
-    let text = match path {
+    let file = match path {
         Some(path) => read_scene(path)?,
         None => SceneText {
             text: DEFAULT_SCENE.to_owned(),
@@ -87,40 +72,32 @@ pub(crate) fn load_scene_as(model: Option<Model>, path: Option<&Path>) -> Result
             files: Beside::default(),
         },
     };
-    let loaded = parse_scene(model, text)?;
-    for warning in &loaded.warnings {
-        eprintln!("warning: {warning}");
-    }
-    Ok(loaded)
-}
-
-/// The scene that a text stands for; nothing is said of its warnings.
-pub(crate) fn parse_scene(model: Option<Model>, text: SceneText) -> Result<LoadedScene> {
-    let SceneText {
-        text,
-        origin,
-        files: beside,
-    } = text;
-    let loaded = Scene::parse_as(model, &text, &origin, &beside).map_err(bad_input)?;
+    let loaded = Scene::parse_as(model, &file.text, &file.origin, &file.files);
+    let loaded = loaded.map_err(bad_input)?;
     Ok(LoadedScene {
-        warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
+        warnings: warned(&loaded.warnings),
         scene: loaded.scene,
-        trajectories: beside.read.into_inner(),
+        files: file.files.read.into_inner(),
     })
 }
 
-/// The text of a scene file.
-pub(crate) fn scene_text(path: &Path) -> Result<String> {
-    let hint = "scenes/ holds some, and scenes/README.md describes the format";
-    text(path, "the scene", hint)
+pub(crate) fn warned(warnings: &[impl ToString]) -> Vec<String> {
+    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    warnings
 }
 
-/// The simulator of one sensor of the scene: the named one, or the only one.
+pub(crate) fn load_profile(path: &Path, hint: &str) -> Result<Profile> {
+    let text = text(path, "the profile", hint)?;
+    Profile::parse(&text, &path.display().to_string()).map_err(bad_input)
+}
+
 pub(crate) fn simulator(scene: &Scene, sensor: Option<&str>) -> Result<Simulator> {
     Simulator::new(scene, &sensor_name(scene, sensor)?).map_err(bad_input)
 }
 
-/// The named sensor, or the scene's only one.
 pub(crate) fn sensor_name(scene: &Scene, sensor: Option<&str>) -> Result<String> {
     if let Some(name) = sensor {
         return Ok(name.to_owned());
@@ -129,16 +106,22 @@ pub(crate) fn sensor_name(scene: &Scene, sensor: Option<&str>) -> Result<String>
         [only] => Ok(only.name.clone()),
         sensors => {
             let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+            let (count, names) = (names.len(), names.join(", "));
             Err(bad_input(anyhow!(
-                "the scene has {} sensors\nhint: choose one with --sensor: {}",
-                sensors.len(),
-                names.join(", ")
+                "the scene has {count} sensors\nhint: choose one with --sensor: {names}"
             )))
         }
     }
 }
 
-/// Opens a file that the user named for reading.
+pub(crate) fn sensors<'a>(scene: &'a Scene, names: &[String]) -> Result<Vec<&'a Sensor>> {
+    if names.is_empty() {
+        return Ok(scene.sensors().iter().collect());
+    }
+    let named = names.iter().map(|name| scene.sensor(name));
+    named.collect::<Result<_, _>>().map_err(bad_input)
+}
+
 pub(crate) fn open(path: &Path) -> Result<BufReader<File>> {
     let opened = if path.is_dir() {
         Err(io::ErrorKind::IsADirectory.into())
@@ -153,6 +136,35 @@ pub(crate) fn open(path: &Path) -> Result<BufReader<File>> {
     })
 }
 
+/// The bytes of a file that is short, as of a password or of a certificate.
+pub(crate) fn short(path: &Path, bytes_max: u64) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let read = open(path)?.take(bytes_max).read_to_end(&mut bytes);
+    read.map_err(|error| {
+        let shown = path.display();
+        bad_input(anyhow!(
+            "{shown}: {error}\nhint: a short text file is wanted"
+        ))
+    })?;
+    Ok(bytes)
+}
+
+pub(crate) fn stem(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+pub(crate) fn end(path: &Path) -> Option<&str> {
+    path.extension().and_then(|end| end.to_str())
+}
+
+pub(crate) fn unknown_end(path: &Path, ends: &str) -> anyhow::Error {
+    bad_input(anyhow!(
+        "cannot tell what to write from the name {}\nhint: end it with {ends}",
+        path.display()
+    ))
+}
+
 /// Creates the folder with all its parents, and proves that files can be written into it.
 pub(crate) fn writable_folder(folder: &Path) -> Result<()> {
     let refuse = |error: io::Error| {
@@ -164,4 +176,186 @@ pub(crate) fn writable_folder(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).map_err(refuse)?;
     Pending::of(&folder.join(".grideye-write-test")).map_err(refuse)?;
     Ok(())
+}
+
+/// A file, by whatever name.
+#[derive(PartialEq, Eq)]
+enum Identity {
+    There { device: u64, inode: u64 },
+    New(PathBuf),
+}
+
+/// Refuses a result that would come to lie over one of the files that are read, and two results under one name. Devices,
+/// pipes, and `-` may be named as often as anybody likes.
+pub(crate) fn keep_apart<'a>(
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<()> {
+    let known = |path: &'a PathBuf| Some((identity(path)?, path.display()));
+    let inputs: Vec<_> = inputs.into_iter().filter_map(known).collect();
+    let mut others = Vec::new();
+    for (output, shown) in outputs.into_iter().filter_map(known) {
+        if let Some((_, input)) = inputs.iter().find(|(input, _)| *input == output) {
+            return Err(bad_input(anyhow!(
+                "the output {shown} is the input {input}, and would be written over it\nhint: name another output; nothing was changed"
+            )));
+        }
+        if let Some((_, other)) = others.iter().find(|(other, _)| *other == output) {
+            return Err(bad_input(anyhow!(
+                "the outputs {other} and {shown} are one file\nhint: give each a name of its own; nothing was changed"
+            )));
+        }
+        others.push((output, shown));
+    }
+    Ok(())
+}
+
+fn identity(path: &Path) -> Option<Identity> {
+    let name = path.file_name()?;
+    match fs::metadata(path) {
+        _ if path == Path::new("-") => None,
+        Ok(about) => about.is_file().then(|| Identity::There {
+            device: about.dev(),
+            inode: about.ino(),
+        }),
+        Err(_not_there) => {
+            let folder = fs::canonicalize(folder_of(path)).ok()?;
+            Some(Identity::New(folder.join(name)))
+        }
+    }
+}
+
+const MIB: usize = 1 << 20;
+
+/// The place of the first byte that is no text, both from 1.
+#[derive(Debug, thiserror::Error)]
+#[error("line {line}, column {column}: the byte {byte:#04x} is not UTF-8")]
+struct NotUtf8 {
+    line: usize,
+    column: usize,
+    byte: u8,
+}
+
+pub(crate) fn read_text(input: impl Read) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    let limit = u64::try_from(TEXT_BYTES_MAX).unwrap_or(u64::MAX);
+    input
+        .take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)?;
+    if bytes.len() > TEXT_BYTES_MAX {
+        let told = format!("it has more than {} MiB", TEXT_BYTES_MAX / MIB);
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let (before, after) = error.as_bytes().split_at(at);
+        let before = String::from_utf8_lossy(before);
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        let place = NotUtf8 {
+            line: before.matches('\n').count() + 1,
+            column: line.chars().count() + 1,
+            byte: after.first().copied().unwrap_or_default(),
+        };
+        io::Error::new(io::ErrorKind::InvalidData, place)
+    })
+}
+
+pub(crate) fn text(path: &Path, what: &str, hint: &str) -> Result<String> {
+    let shown = path.display();
+    File::open(path).and_then(read_text).map_err(|error| {
+        let place = error.get_ref().and_then(|error| error.downcast_ref());
+        bad_input(match place {
+            Some(NotUtf8 { line, column, byte }) => anyhow!(
+                "{shown}:{line}:{column}: the byte {byte:#04x} is not UTF-8\nhint: save {what} as UTF-8"
+            ),
+            None => anyhow!("cannot read {what} {shown}: {error}\nhint: {hint}"),
+        })
+    })
+}
+
+/// Writes a file that the user named: a link stays one, and a device or a pipe takes it as it comes.
+pub(crate) fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+) -> Result<()> {
+    let there = fs::metadata(path);
+    if there.is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+        let stream = || fill(&OpenOptions::new().write(true).open(path)?, write);
+        return stream().with_context(|| format!("cannot write {}", path.display()));
+    }
+    replace(&target(path), write)
+}
+
+/// What a link leads to, and any other path itself.
+pub(crate) fn target(path: &Path) -> PathBuf {
+    match fs::canonicalize(path) {
+        Ok(target) if path.is_symlink() => target,
+        _ => path.to_owned(),
+    }
+}
+
+pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
+    write_whole(path, |out| Ok(out.write_all(text.as_bytes())?))
+}
+
+/// Puts a file into the place of whatever has that name, be it a link.
+pub(crate) fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+) -> Result<()> {
+    let put = || -> Result<()> {
+        let pending = Pending::of(path)?;
+        fill(pending.file(), write)?;
+        Ok(pending.put()?)
+    };
+    put().with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Writes through a buffer. What is left in it after an error is not written on the way out.
+pub(crate) fn fill(
+    file: &File,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+) -> Result<()> {
+    let mut out = BufWriter::new(file);
+    let written = write(&mut out).and_then(|()| Ok(out.flush()?));
+    drop(out.into_parts());
+    written
+}
+
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_is_read_to_its_limit_and_no_further() {
+        let longest = vec![b'a'; TEXT_BYTES_MAX];
+        assert_eq!(read_text(longest.as_slice()).unwrap().len(), TEXT_BYTES_MAX);
+        let error = read_text(io::repeat(0)).unwrap_err().to_string();
+        assert_eq!(error, "it has more than 16 MiB");
+    }
+
+    #[test]
+    fn a_link_stays_one_unless_it_is_replaced_and_a_device_stays_a_device() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, link) = (folder.path().join("a.csv"), folder.path().join("b.csv"));
+        fs::write(&path, b"old").unwrap();
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        write_text(&link, "new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert!(link.is_symlink());
+        replace(&link, |out| Ok(out.write_all(b"other")?)).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert!(!link.is_symlink());
+        let null = folder.path().join("null");
+        std::os::unix::fs::symlink("/dev/null", &null).unwrap();
+        write_text(&null, "nothing").unwrap();
+        assert!(null.is_symlink() && !null.is_file());
+    }
 }

@@ -45,9 +45,7 @@ mod output;
 mod progress;
 mod record;
 mod recordings;
-mod scenes;
 mod simulate;
-mod store;
 
 use cli::{Cli, Command, MqttWhat};
 use std::process::ExitCode;

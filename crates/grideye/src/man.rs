@@ -10,14 +10,11 @@ use clap_mangen::Man as Page;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes the pages and says how many there are.
 pub(crate) fn run(options: &Man) -> Result<Outcome> {
     let folder = &options.folder;
+    let shown = folder.display();
     std::fs::create_dir_all(folder).with_context(|| {
-        format!(
-            "{} cannot be made\nhint: name a folder that you may write",
-            folder.display()
-        )
+        format!("{shown} cannot be made\nhint: name a folder that you may write")
     })?;
     let mut pages = 0;
     for program in [cli::command(), grideye_agent::cli::command()] {
@@ -25,21 +22,17 @@ pub(crate) fn run(options: &Man) -> Result<Outcome> {
         program.build();
         pages += write_pages(&program, folder)?;
     }
-    outln!("wrote {pages} man pages to {}", folder.display())?;
+    outln!("wrote {pages} man pages to {shown}")?;
     Ok(Outcome::Done)
 }
 
-/// The page of a command and those of its commands; how many they are.
 fn write_pages(command: &Command, folder: &Path) -> Result<usize> {
-    let name = command
-        .get_display_name()
-        .unwrap_or_else(|| command.get_name())
-        .to_owned();
+    let name = command.get_display_name();
+    let name = name.unwrap_or_else(|| command.get_name()).to_owned();
     let path = folder.join(format!("{name}.1"));
     files::write_whole(&path, |file| Ok(write_page(command, &name, file)?))?;
-    let below = command
-        .get_subcommands()
-        .map(|below| write_pages(below, folder));
+    let below = command.get_subcommands();
+    let below = below.map(|below| write_pages(below, folder));
     below.sum::<Result<usize>>().map(|pages| pages + 1)
 }
 

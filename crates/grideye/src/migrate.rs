@@ -3,15 +3,14 @@
 use crate::cli::Migrate;
 use crate::exit::{Outcome, bad_input};
 use crate::output::outln;
-use crate::{progress, store};
+use crate::{collect, progress};
 use anyhow::{Context as _, Result, anyhow};
 use grideye_collector::StoreLocation;
 use grideye_collector::store::migrate::{Migrated, migrate};
 use serde_json::json;
 
-/// Copies, then holds the copy against the file.
 pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
-    let StoreLocation::Postgres(url) = store::location(&options.url)? else {
+    let StoreLocation::Postgres(url) = collect::location(&options.url)? else {
         return Err(bad_input(anyhow!(
             "{} is no database\nhint: grideye migrate FILE postgres://USER@HOST/DATABASE",
             options.url
@@ -23,23 +22,31 @@ pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
             options.file.display()
         )));
     }
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("cannot start")?;
+    let runtime = progress::runtime().context("cannot start")?;
     let mut bars = progress::Bars::default();
     let migrated = runtime.block_on(migrate(&options.file, &url, |stage, done, total| {
         bars.show(stage.name(), done, total);
     }))?;
     if options.json {
-        outln!("{}", serde_json::to_string_pretty(&counts(&migrated))?)?;
+        let counts = json!({
+            "frames": migrated.frames,
+            "missing": migrated.missing,
+            "streams": migrated.streams,
+            "recordings": migrated.recordings,
+            "resumed_after": migrated.resumed_after,
+            "difference": migrated.difference,
+        });
+        outln!("{}", serde_json::to_string_pretty(&counts)?)?;
     } else {
+        let Migrated {
+            frames,
+            missing,
+            streams,
+            recordings,
+            ..
+        } = &migrated;
         outln!(
-            "{} frames and {} missing ones of {} streams, {} recordings: copied and held against {}",
-            migrated.frames,
-            migrated.missing,
-            migrated.streams,
-            migrated.recordings,
+            "{frames} frames and {missing} missing ones of {streams} streams, {recordings} recordings: copied and held against {}",
             options.file.display()
         )?;
     }
@@ -48,15 +55,4 @@ pub(crate) fn run(options: &Migrate) -> Result<Outcome> {
     };
     progress::say(&format!("the database differs from the file: {difference}"));
     Ok(Outcome::Disagrees)
-}
-
-fn counts(migrated: &Migrated) -> serde_json::Value {
-    json!({
-        "frames": migrated.frames,
-        "missing": migrated.missing,
-        "streams": migrated.streams,
-        "recordings": migrated.recordings,
-        "resumed_after": migrated.resumed_after,
-        "difference": migrated.difference,
-    })
 }

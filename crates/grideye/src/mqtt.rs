@@ -9,26 +9,20 @@ use grideye_collector::{Annex, Log};
 use grideye_draw::still;
 use grideye_homeassistant::{Broker, Images, Password, Rule, Telling, Topics};
 use std::ffi::OsString;
-use std::io::Read as _;
 use std::os::unix::ffi::OsStringExt as _;
 use std::path::Path;
 use std::time::Duration;
 
-/// Where the password is when no file has it.
 const PASSWORD_VARIABLE: &str = "GRIDEYE_MQTT_PASSWORD";
 /// Longest file of a password or of authorities: Debian's file of all public ones has 220 kB.
 const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;
 
 /// The bridge, for the collector; `None` where no broker is named.
-///
-/// # Errors
-/// Bad input when the broker's URL, the password or the authority is none.
 pub(crate) fn annex(options: &BridgeOptions, log: Log) -> Result<Option<Annex>> {
     let broker = broker(&options.broker)?;
     Ok(broker.map(|broker| grideye_homeassistant::annex(broker, telling(options), log)))
 }
 
-/// Removes a sensor from Home Assistant, if the broker keeps anything of it.
 pub(crate) fn forget(options: &Forget) -> Result<Outcome> {
     let broker = broker(&options.broker)?.context("--mqtt is missing")?;
     let topics = topics(&options.broker);
@@ -48,45 +42,33 @@ fn broker(options: &BrokerOptions) -> Result<Option<Broker>> {
     let Some(url) = &options.url else {
         return Ok(None);
     };
-    let password = match &options.password_file {
+    let password = match &options.mqtt_password_file {
         Some(path) => Some(password(path)?),
         None => std::env::var_os(PASSWORD_VARIABLE)
             .filter(|password| !password.is_empty())
             .map(OsString::into_vec)
             .map(Password::new),
     };
-    let authority = options.authority.as_deref();
-    let authority = authority
-        .map(|path| anyhow::Ok((path.display().to_string(), read(path)?)))
-        .transpose()?;
+    let authority = options.mqtt_authority.as_deref().map(|path| {
+        let pem = files::short(path, FILE_BYTES_MAX)?;
+        anyhow::Ok((path.display().to_string(), pem))
+    });
+    let authority = authority.transpose()?;
     let authority = authority
         .as_ref()
         .map(|(file, pem)| (file.as_str(), pem.as_slice()));
-    let broker = Broker::new(url, password, authority);
-    broker.map(Some).map_err(bad_input)
+    Broker::new(url, password, authority)
+        .map(Some)
+        .map_err(bad_input)
 }
 
 fn password(path: &Path) -> Result<Password> {
-    Password::first_line_of(&read(path)?).ok_or_else(|| {
+    Password::first_line_of(&files::short(path, FILE_BYTES_MAX)?).ok_or_else(|| {
         bad_input(anyhow!(
             "{}: there is no password in its first line\nhint: printf %s 'PASSWORD' > FILE; chmod 600 FILE",
             path.display()
         ))
     })
-}
-
-fn read(path: &Path) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    files::open(path)?
-        .take(FILE_BYTES_MAX)
-        .read_to_end(&mut bytes)
-        .map_err(|error| {
-            bad_input(anyhow!(
-                "{}: {error}\nhint: a short text file is wanted",
-                path.display()
-            ))
-        })?;
-    Ok(bytes)
 }
 
 fn telling(options: &BridgeOptions) -> Telling {

@@ -3,16 +3,17 @@
 //! Whoever reads them may stop early (`grideye … | head`). That is no error: files are still written, and the exit code
 //! is still the answer's.
 
+use crate::files;
 use anyhow::{Context as _, Result};
 use std::fmt;
 use std::io::{self, ErrorKind, Write as _};
+use std::path::PathBuf;
 
 /// [`print!`] that fails where results cannot be written, but not where nobody reads on.
 macro_rules! out {
     ($($argument:tt)*) => { $crate::output::write(format_args!($($argument)*)) };
 }
 
-/// [`out!`] and the end of the line.
 macro_rules! outln {
     ($($argument:tt)*) => { $crate::output::write(format_args!("{}\n", format_args!($($argument)*))) };
 }
@@ -20,9 +21,6 @@ macro_rules! outln {
 pub(crate) use {out, outln};
 
 /// Writes all at once: a program may be waiting for it.
-///
-/// # Errors
-/// If standard output takes nothing for any reason but that its reader is gone.
 pub(crate) fn write(text: fmt::Arguments<'_>) -> Result<()> {
     let mut stdout = io::stdout().lock();
     match stdout.write_fmt(text).and_then(|()| stdout.flush()) {
@@ -31,4 +29,18 @@ pub(crate) fn write(text: fmt::Arguments<'_>) -> Result<()> {
             "cannot write the result to standard output\nhint: is the disk that it goes to full?",
         ),
     }
+}
+
+/// Prints an answer; with a file, writes it there for programs as well. Only JSON is printed where that file is `-`.
+pub(crate) fn answer(
+    file: Option<&PathBuf>,
+    json: impl FnOnce() -> String,
+    text: impl FnOnce() -> String,
+) -> Result<()> {
+    match file {
+        Some(path) if path.as_os_str() == "-" => return out!("{}", json()),
+        Some(path) => files::write_text(path, &json())?,
+        None => {}
+    }
+    out!("{}", text())
 }

@@ -1,26 +1,32 @@
 //! Progress on a terminal; nothing where no person is looking.
 
 use indicatif::{ProgressBar, ProgressBarIter, ProgressFinish, ProgressStyle};
-use std::io::Read;
+use std::io::{self, Read};
+use std::num::NonZeroUsize;
+use std::thread;
 use std::time::Duration;
+use tokio::runtime::{Builder, Runtime};
 
 /// A bar on standard error that counts to `total`; invisible unless standard error is a terminal.
 pub(crate) fn bar(total: u64, what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(total).with_message(what);
-    if let Ok(style) =
-        ProgressStyle::with_template("  {msg:<12} {bar:32} {pos}/{len}  {per_sec}, {eta} left")
-    {
-        bar.set_style(style);
-    }
-    bar
+    styled(
+        bar,
+        "  {msg:<12} {bar:32} {pos}/{len}  {per_sec}, {eta} left",
+    )
 }
 
-/// The bars of what is done in stages, one after the other.
+fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style),
+        Err(_no_template) => bar,
+    }
+}
+
 #[derive(Default)]
 pub(crate) struct Bars(Option<(&'static str, ProgressBar)>);
 
 impl Bars {
-    /// Shows how far this stage is.
     pub(crate) fn show(&mut self, stage: &'static str, done: u64, total: u64) {
         if self.0.as_ref().is_none_or(|(shown, _)| *shown != stage) {
             self.0 = Some((stage, bar(total, stage)));
@@ -34,15 +40,10 @@ impl Bars {
 /// What is read, with a bar over its bytes until it is dropped; invisible unless standard error is a terminal.
 pub(crate) fn reading<R: Read>(input: R, bytes: u64) -> ProgressBarIter<R> {
     let bar = ProgressBar::new(bytes).with_finish(ProgressFinish::AndClear);
-    if let Ok(style) = ProgressStyle::with_template(
-        "  reading      {bar:32} {bytes}/{total_bytes}  {bytes_per_sec}, {eta} left",
-    ) {
-        bar.set_style(style);
-    }
-    bar.wrap_read(input)
+    let template = "  reading      {bar:32} {bytes}/{total_bytes}  {bytes_per_sec}, {eta} left";
+    styled(bar, template).wrap_read(input)
 }
 
-/// Waits with a bar over the seconds.
 pub(crate) async fn wait(seconds: u64, what: &'static str) {
     let bar = bar(seconds, what);
     let mut each = tokio::time::interval(Duration::from_secs(1));
@@ -54,7 +55,15 @@ pub(crate) async fn wait(seconds: u64, what: &'static str) {
     bar.finish_and_clear();
 }
 
-/// One line of what happens, on standard error.
+pub(crate) fn runtime() -> io::Result<Runtime> {
+    Builder::new_current_thread().enable_all().build()
+}
+
+/// How many threads work at a time, where nobody says.
+pub(crate) fn cores() -> usize {
+    thread::available_parallelism().map_or(1, NonZeroUsize::get)
+}
+
 pub(crate) fn say(line: &str) {
     eprintln!("{line}");
 }

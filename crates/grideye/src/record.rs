@@ -7,7 +7,6 @@ use crate::output::outln;
 use crate::{files, progress};
 use anyhow::{Context as _, Result};
 
-/// Records for the given time, or until Ctrl-C.
 pub(crate) fn run(options: &Record) -> Result<Outcome> {
     let (token, authority) = (&options.collector.token_file, &options.collector.authority);
     files::keep_apart(token.iter().chain(authority), &options.out)?;
@@ -17,28 +16,18 @@ pub(crate) fn run(options: &Record) -> Result<Outcome> {
     wait(options.seconds)?;
     let recording = client.stop_recording(recording.id)?;
     if let Some(out) = &options.out {
-        files::write_whole(out, |file| {
-            client.download_csv(recording.id, file).map(drop)
-        })?;
+        files::write_whole(out, |file| client.download_csv(recording.id, file))?;
     }
-    outln!(
-        "recorded {} frames as {:?}",
-        recording.frames,
-        recording.name
-    )?;
-    Ok(if recording.frames > 0 {
-        Outcome::Done
-    } else {
+    let (frames, name) = (recording.frames, &recording.name);
+    outln!("recorded {frames} frames as {name:?}")?;
+    if recording.frames == 0 {
         progress::say("no frame arrived\nhint: look at the collector's page; is an agent running?");
-        Outcome::NoAnswer
-    })
+    }
+    Ok(Outcome::told(recording.frames > 0))
 }
 
 fn wait(seconds: Option<u64>) -> Result<()> {
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("cannot start the timer")?;
+    let runtime = progress::runtime().context("cannot start the timer")?;
     runtime.block_on(async {
         let interrupted = tokio::signal::ctrl_c();
         match seconds {

@@ -9,7 +9,7 @@
 
 use super::source::Film;
 use crate::error::ExportError;
-use crate::npz::{ARCHIVE_BYTES_MAX, Archive, header, single};
+use crate::npz::{ARCHIVE_BYTES_MAX, Archive, single};
 use std::io::Write;
 
 /// Headers, names and metadata, generously.
@@ -21,45 +21,31 @@ pub(super) fn write(
     out: &mut dyn Write,
     tick: &dyn Fn(),
 ) -> Result<String, ExportError> {
-    let (columns, rows) = (size(film.columns)?, size(film.rows)?);
-    let count = u64::from(film.frames);
-    check_size(count, columns * rows)?;
+    let count = usize::try_from(film.frames)?;
+    check_size(film.frames.into(), u64::try_from(film.columns * film.rows)?)?;
     let mut archive = Archive::new(out);
-    let shape = format!("({count}, {rows}, {columns})");
-    archive.begin("frames.npy", &header("<f4", &shape))?;
     let mut times_s = Vec::new();
-    for index in 0..film.frames {
+    let celsius = (0..film.frames).flat_map(|index| {
         let (time, frame) = (film.frame)(index);
-        times_s.push(time.as_secs_f64());
-        for celsius in frame {
-            archive.add(&single(celsius).to_le_bytes())?;
-        }
+        times_s.push(time.as_secs_f64().to_le_bytes());
         tick();
-    }
-    archive.end()?;
-    archive.begin("time_s.npy", &header("<f8", &format!("({count},)")))?;
-    for time_s in times_s {
-        archive.add(&time_s.to_le_bytes())?;
-    }
-    archive.end()?;
-    archive.begin("thermistor_c.npy", &header("<f4", &format!("({count},)")))?;
-    for _ in 0..film.frames {
-        archive.add(&film.ambient.get().to_le_bytes())?;
-    }
-    archive.end()?;
-    let metadata = metadata(film);
-    let characters = metadata.chars().count();
-    archive.begin("metadata.npy", &header(&format!("<U{characters}"), "()"))?;
-    for character in metadata.chars() {
-        archive.add(&u32::from(character).to_le_bytes())?;
-    }
-    archive.end()?;
+        frame
+            .into_iter()
+            .map(|celsius| single(celsius).to_le_bytes())
+    });
+    archive.array(
+        "frames.npy",
+        "<f4",
+        &[count, film.rows, film.columns],
+        celsius,
+    )?;
+    archive.array("time_s.npy", "<f8", &[count], times_s)?;
+    let ambient = film.ambient.get().to_le_bytes();
+    let ambient = std::iter::repeat_n(ambient, count);
+    archive.array("thermistor_c.npy", "<f4", &[count], ambient)?;
+    archive.texts("metadata.npy", &[], &[metadata(film)])?;
     archive.finish()?;
     Ok(format!("{count} frames"))
-}
-
-fn size(pixels: usize) -> Result<u64, ExportError> {
-    Ok(u64::try_from(pixels)?)
 }
 
 fn check_size(frames: u64, pixels: u64) -> Result<(), ExportError> {
@@ -94,15 +80,8 @@ mod tests {
     fn more_than_an_archive_holds_is_refused_with_the_number_that_fits() {
         assert!(check_size(16_100_000, 64).is_err());
         let error = format!("{:#}", check_size(u64::from(u32::MAX), 64).unwrap_err());
-        let fits: u64 = error
-            .rsplit("at most ")
-            .next()
-            .unwrap()
-            .split(' ')
-            .next()
-            .unwrap()
-            .parse()
-            .unwrap();
+        let (_, fits) = error.rsplit_once("at most ").unwrap();
+        let fits: u64 = fits.split(' ').next().unwrap().parse().unwrap();
         check_size(fits, 64).unwrap();
         check_size(fits + 1, 64).unwrap_err();
         assert!(fits * (64 * 4 + 12) < 1 << 32);

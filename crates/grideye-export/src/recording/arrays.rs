@@ -14,11 +14,10 @@
 
 use super::rows::{Out, Rows};
 use crate::error::ExportError;
-use crate::npz::{Archive, header};
+use crate::npz::Archive;
 use amg8833::word;
 use grideye_frame::{PIXELS, Reading};
 use grideye_recording::{Record, StreamId};
-use std::io::Write;
 
 /// Rows whose arrays stay below the 4 GB of an archive without the 64-bit extension.
 const ROWS_MAX: usize = 8_000_000;
@@ -34,43 +33,28 @@ pub(super) fn write(rows: Rows<'_>, out: &mut dyn Out) -> Result<String, ExportE
     let held = Held::of(rows)?;
     let mut archive = Archive::new(out);
     let count = held.rows.len();
-    let each = format!("({count},)");
-    archive.begin("frames.npy", &header("<f4", &format!("({count}, 8, 8)")))?;
-    for (_, record) in &held.rows {
-        archive.add(&pixels(record))?;
-    }
-    archive.end()?;
-    held.array(
-        &mut archive,
-        "thermistor_c.npy",
-        "<f4",
-        &each,
-        |_, record| thermistor(record).to_le_bytes(),
-    )?;
-    held.array(&mut archive, "seq.npy", "<u8", &each, |_, record| {
-        record.seq.to_le_bytes()
-    })?;
-    held.array(&mut archive, "t_boot_ns.npy", "<u8", &each, |_, record| {
-        record.stamp.t_boot_ns.to_le_bytes()
-    })?;
-    held.array(&mut archive, "t_utc_ns.npy", "<i8", &each, |_, record| {
-        record.stamp.t_utc_ns.to_le_bytes()
-    })?;
-    held.array(&mut archive, "stream.npy", "<u4", &each, |stream, _| {
-        stream.to_le_bytes()
-    })?;
-    let clocks = held
-        .rows
-        .iter()
-        .map(|(_, record)| record.stamp.clock.name());
-    texts(&mut archive, "clock.npy", &clocks.collect::<Vec<_>>())?;
-    let reasons = held.rows.iter().map(|(_, record)| reason(record));
-    texts(&mut archive, "missing.npy", &reasons.collect::<Vec<_>>())?;
+    let records = || held.rows.iter().map(|(_, record)| record);
+    let each = [count];
+    archive.array("frames.npy", "<f4", &[count, 8, 8], records().map(pixels))?;
+    let thermistors = records().map(|record| thermistor(record).to_le_bytes());
+    archive.array("thermistor_c.npy", "<f4", &each, thermistors)?;
+    let seqs = records().map(|record| record.seq.to_le_bytes());
+    archive.array("seq.npy", "<u8", &each, seqs)?;
+    let boots_ns = records().map(|record| record.stamp.t_boot_ns.to_le_bytes());
+    archive.array("t_boot_ns.npy", "<u8", &each, boots_ns)?;
+    let walls_ns = records().map(|record| record.stamp.t_utc_ns.to_le_bytes());
+    archive.array("t_utc_ns.npy", "<i8", &each, walls_ns)?;
+    let streams = held.rows.iter().map(|(stream, _)| stream.to_le_bytes());
+    archive.array("stream.npy", "<u4", &each, streams)?;
+    let clocks: Vec<&str> = records().map(|record| record.stamp.clock.name()).collect();
+    archive.texts("clock.npy", &each, &clocks)?;
+    let reasons: Vec<&str> = records().map(reason).collect();
+    archive.texts("missing.npy", &each, &reasons)?;
     let streams = held.streams.iter();
     let names: Vec<String> = streams
         .map(|stream| format!("{}/{}/{}", stream.device, stream.sensor, stream.boot))
         .collect();
-    texts(&mut archive, "streams.npy", &names)?;
+    archive.texts("streams.npy", &[names.len()], &names)?;
     archive.finish()?;
     Ok(format!("{count} rows"))
 }
@@ -80,10 +64,8 @@ impl Held {
         let mut held = Self::default();
         for row in rows {
             let row = row?;
-            let known = held
-                .streams
-                .iter()
-                .rposition(|stream| *stream == row.stream);
+            let mut known = held.streams.iter();
+            let known = known.rposition(|stream| *stream == row.stream);
             let stream = known.unwrap_or_else(|| {
                 held.streams.push(row.stream);
                 held.streams.len() - 1
@@ -94,21 +76,6 @@ impl Held {
             held.rows.push((u32::try_from(stream)?, row.record));
         }
         Ok(held)
-    }
-
-    fn array<const N: usize>(
-        &self,
-        archive: &mut Archive<impl Write>,
-        name: &'static str,
-        kind: &str,
-        shape: &str,
-        bytes: impl Fn(u32, &Record) -> [u8; N],
-    ) -> Result<(), ExportError> {
-        archive.begin(name, &header(kind, shape))?;
-        for (stream, record) in &self.rows {
-            archive.add(&bytes(*stream, record))?;
-        }
-        archive.end()
     }
 }
 
@@ -135,23 +102,4 @@ fn reason(record: &Record) -> &'static str {
         Reading::Frame(_) => "",
         Reading::NoData(reason) => reason.name(),
     }
-}
-
-/// Texts of four bytes a character, as many as the longest has.
-fn texts<T: AsRef<str>>(
-    archive: &mut Archive<impl Write>,
-    name: &'static str,
-    texts: &[T],
-) -> Result<(), ExportError> {
-    let lengths = texts.iter().map(|text| text.as_ref().chars().count());
-    let longest = lengths.max().unwrap_or(0).max(1);
-    let shape = format!("({},)", texts.len());
-    archive.begin(name, &header(&format!("<U{longest}"), &shape))?;
-    for text in texts {
-        let characters = text.as_ref().chars().map(u32::from);
-        let padded = characters.chain(std::iter::repeat(0)).take(longest);
-        let bytes: Vec<u8> = padded.flat_map(u32::to_le_bytes).collect();
-        archive.add(&bytes)?;
-    }
-    archive.end()
 }

@@ -59,11 +59,10 @@ fn frame(boot: &str, seq: u64, warm: usize, age: Duration) -> NewestFrame {
 
 /// The last levels of the topics, in the order of what is said.
 fn said(messages: &[Message]) -> Vec<&str> {
-    let last = |message: &Message| -> usize { message.topic.rfind('/').map_or(0, |at| at + 1) };
-    messages
+    let levels = messages
         .iter()
-        .map(|message| &message.topic[last(message)..])
-        .collect()
+        .map(|message| message.topic.rsplit('/').next());
+    levels.map(Option::unwrap).collect()
 }
 
 fn sensor() -> Sensor {
@@ -153,10 +152,8 @@ fn silence_makes_it_unavailable_and_a_day_of_it_removes_it() {
     assert_eq!(sensor.look(&silent(17), &telling(), seconds(117)), []);
     let told = sensor.look(&silent(86_401), &telling(), seconds(86_501));
     assert_eq!(told.len(), 7);
-    assert!(
-        told.iter()
-            .all(|message| message.retain && message.payload.is_empty())
-    );
+    let is_cleared = |message: &Message| message.retain && message.payload.is_empty();
+    assert!(told.iter().all(is_cleared));
     assert_eq!(told[6].topic, topic);
     assert!(!sensor.is_announced());
     assert_eq!(

@@ -1,6 +1,7 @@
 //! What a sensor of a scene sees, in pieces of five seconds, with where the agents are meanwhile.
 
 use crate::catalogue::{Catalogue, LoadedScene, Shelved};
+use crate::rounding::{flat, hundredths};
 use anyhow::Result;
 use grideye_frame::TICK;
 use grideye_scene::Agent;
@@ -37,11 +38,9 @@ pub(super) fn piece(
         .filter_map(|index| TICK.checked_mul(u32::try_from(index).ok()?))
         .map(|time| time.min(duration))
         .collect();
-    let frames: Vec<Vec<f64>> = times
-        .iter()
-        .map(|time| simulator.image(*time).celsius)
-        .map(|celsius| celsius.into_iter().map(hundredths).collect())
-        .collect();
+    let frames = times.iter().map(|time| simulator.image(*time).celsius);
+    let rounded = |celsius: Vec<f64>| celsius.into_iter().map(hundredths).collect();
+    let frames: Vec<Vec<f64>> = frames.map(rounded).collect();
     let agents = loaded.scene.agents().iter();
     let agents: Vec<Value> = agents.map(|agent| places(agent, &times)).collect();
     Ok(json!({
@@ -57,24 +56,12 @@ pub(super) fn piece(
 }
 
 fn places(agent: &Agent, times: &[Duration]) -> Value {
-    let at_m: Vec<[f64; 2]> = times
-        .iter()
-        .map(|time| agent.position_m(*time))
-        .map(|at| [millimetres(at.x), millimetres(at.y)])
-        .collect();
+    let places = times.iter().map(|time| agent.position_m(*time));
+    let at_m = flat(places.map(|at| (at.x, at.y)));
     json!({ "name": agent.name, "at_m": at_m })
 }
 
 /// Whole steps in a time.
 fn steps(time: Duration) -> u64 {
     u64::try_from(time.as_nanos() / TICK.as_nanos()).unwrap_or(u64::MAX)
-}
-
-fn hundredths(celsius: f64) -> f64 {
-    (celsius * 100.0).round() / 100.0
-}
-
-/// Metres, to the millimetre.
-pub(super) fn millimetres(metres: f64) -> f64 {
-    (metres * 1000.0).round() / 1000.0
 }

@@ -1,6 +1,6 @@
 //! A scene from above, as outlines for the page to draw.
 
-use super::frames::millimetres;
+use crate::rounding::{flat, millimetres};
 use grideye_plan::ground;
 use grideye_scene::{Agent, Scene, Sensor};
 use serde_json::{Value, json};
@@ -10,12 +10,12 @@ use serde_json::{Value, json};
 pub(super) fn plan(scene: &Scene) -> Value {
     let objects = scene.objects().iter();
     let objects = objects.map(|object| {
-        json!({ "name": object.name, "outline_m": points(ground::outline_m(object).iter().map(|at| (at.x, at.y))) })
+        json!({ "name": object.name, "outline_m": flat(ground::outline_m(object).iter().map(|at| (at.x, at.y))) })
     });
     let sensors = scene.sensors().iter();
     let agents = scene.agents().iter();
     json!({
-        "room_m": points(scene.room().outline_m().iter().map(|at| (at.x, at.y))),
+        "room_m": flat(scene.room().outline_m().iter().map(|at| (at.x, at.y))),
         "ambient_c": scene.room().ambient_c,
         "objects": objects.collect::<Vec<Value>>(),
         "sensors": sensors.map(|sensor| seeing(scene, sensor)).collect::<Vec<Value>>(),
@@ -29,22 +29,16 @@ fn seeing(scene: &Scene, sensor: &Sensor) -> Value {
     json!({
         "name": sensor.name,
         "at_m": [millimetres(at.x), millimetres(at.y), millimetres(at.z)],
-        "in_view_m": points(in_view_m.iter().map(|at| (at.x, at.y))),
+        "in_view_m": flat(in_view_m.iter().map(|at| (at.x, at.y))),
     })
 }
 
 fn walking(agent: &Agent) -> Value {
     let way = agent.trajectory.as_ref();
-    let way_m = way.map(|way| points(way.waypoints_m().iter().map(|at| (at.x, at.y))));
+    let way_m = way.map(|way| flat(way.waypoints_m().iter().map(|at| (at.x, at.y))));
     json!({
         "name": agent.name,
         "starts_m": [millimetres(agent.start_m.x), millimetres(agent.start_m.y)],
         "way_m": way_m.unwrap_or_default(),
     })
-}
-
-fn points(points: impl Iterator<Item = (f64, f64)>) -> Vec<[f64; 2]> {
-    points
-        .map(|(x, y)| [millimetres(x), millimetres(y)])
-        .collect()
 }

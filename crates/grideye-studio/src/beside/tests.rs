@@ -1,17 +1,15 @@
 //! The routes through the collector's own router, without a socket.
 
 use super::annex;
-use axum::body::{Body, to_bytes};
-use axum::http::{Method, Request, header};
-use grideye_collector::Routes;
-use grideye_collector::{AppState, Clock, Limits, SqliteStore, StoreLocation, app_with};
+use crate::disk::plain;
+use crate::testing::{app, ask, says};
+use axum::http::Method;
+use grideye_collector::{Clock, Routes};
 use grideye_scene::{Scene, Simulator};
 use serde_json::{Value, json};
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-use tower::ServiceExt as _;
 
 const STILL: &str = "# A warm cube below the sensor.
 [room]
@@ -91,7 +89,7 @@ impl Page {
         let folder = tempfile::tempdir().unwrap();
         let clock = Arc::new(HandClock::default());
         let page = Self {
-            router: router(folder.path(), Arc::clone(&clock)).await,
+            router: app(&[annex(folder.path().to_owned(), plain())], clock.clone()).await,
             clock,
             folder,
         };
@@ -113,20 +111,11 @@ impl Page {
     }
 
     async fn get(&self, path: &str) -> (u16, Value) {
-        self.send(Method::GET, path, Body::empty()).await
+        ask(&self.router, Method::GET, path, None).await
     }
 
-    async fn send(&self, method: Method, path: &str, body: Body) -> (u16, Value) {
-        let request = Request::builder()
-            .method(method)
-            .uri(path)
-            .header(header::HOST, "127.0.0.1:8833")
-            .body(body)
-            .unwrap();
-        let response = self.router.clone().oneshot(request).await.unwrap();
-        let status = response.status().as_u16();
-        let body = to_bytes(response.into_body(), 1 << 20).await.unwrap();
-        (status, serde_json::from_slice(&body).unwrap_or_default())
+    async fn send(&self, path: &str, body: &Value) -> (u16, Value) {
+        ask(&self.router, Method::POST, path, Some(body)).await
     }
 
     /// What a sensor would send that sees the scene exactly as it is simulated, from a second of it on.
@@ -149,8 +138,7 @@ impl Page {
             "device": "pi-1", "boot": "b1",
             "sensors": [{ "sensor": "s1", "frames": frames }],
         });
-        let body = Body::from(batch.to_string());
-        let (status, answer) = self.send(Method::POST, "/v1/frames", body).await;
+        let (status, answer) = self.send("/v1/frames", &batch).await;
         assert_eq!(status, 200, "{answer}");
     }
 }
@@ -165,13 +153,6 @@ const ORIGIN_NS: u64 = 50_000_000_000;
 )]
 fn quarters(celsius: f64) -> i64 {
     (celsius * 4.0).round() as i64
-}
-
-async fn router(folder: &Path, clock: Arc<HandClock>) -> Routes {
-    let limits = Limits::default();
-    let store = Arc::new(SqliteStore::open(&StoreLocation::Memory, &limits).unwrap());
-    let state = AppState::new(store, limits, clock).await.unwrap();
-    app_with(state, &[annex(folder.to_owned(), crate::disk::plain())])
 }
 
 const COMPARISON: &str = "sensors/ceiling/comparison?device=pi-1&of=s1";
@@ -199,12 +180,9 @@ async fn scenes_are_listed_with_their_sensors_and_bad_ones_with_what_is_wrong() 
         .map(|scene| scene["name"].as_str().unwrap())
         .collect();
     assert_eq!(names, ["broken", "linked", "sly", "still", "walk"]);
-    let error = scenes[0]["error"].as_str().unwrap();
-    assert!(error.contains("broken.toml:2"), "{error}");
+    says(&scenes[0]["error"], "broken.toml:2");
     for linked in &scenes[1..3] {
-        let error = linked["error"].as_str().unwrap();
-        let told = "it is no file below the scenes' folder";
-        assert!(error.contains(told), "{error}");
+        says(&linked["error"], "it is no file below the scenes' folder");
     }
     let scenes = &scenes[2..];
     assert_eq!(scenes[1]["title"], "A warm cube below the sensor.");
@@ -263,41 +241,19 @@ async fn simulated_frames_come_in_pieces_up_to_the_end_with_the_place_of_who_wal
 #[tokio::test]
 async fn what_is_not_there_is_said_with_a_hint() {
     let page = Page::new(&[("still.toml", STILL), ("walk.toml", WALK)]).await;
-    for (path, status, code) in [
-        ("/v1/scenes/none/plan".to_owned(), 404, "no_such_scene"),
-        (
-            "/v1/scenes/..%2Fstill/plan".to_owned(),
-            404,
-            "no_such_scene",
-        ),
-        (
-            "/v1/scenes/still/sensors/wall/frames?at_s=0".to_owned(),
-            404,
-            "no_such_sensor",
-        ),
-        (
-            "/v1/scenes/still/sensors/fine/frames?at_s=0".to_owned(),
-            422,
-            "unusable_scene",
-        ),
-        (format!("/v1/scenes/walk/{COMPARISON}"), 422, "no_origin_ns"),
-        (
-            format!("/v1/scenes/still/{COMPARISON}&seconds=1e9"),
-            422,
-            "wrong_value",
-        ),
-        (
-            format!("/v1/scenes/still/{COMPARISON}&recording=7"),
-            404,
-            "no_such_recording",
-        ),
+    for (status, code, path) in [
+        (404, "no_such_scene", "none/plan"),
+        (404, "no_such_scene", "..%2Fstill/plan"),
+        (404, "no_such_sensor", "still/sensors/wall/frames?at_s=0"),
+        (422, "unusable_scene", "still/sensors/fine/frames?at_s=0"),
+        (422, "no_origin_ns", "walk/COMPARISON"),
+        (422, "wrong_value", "still/COMPARISON&seconds=1e9"),
+        (404, "no_such_recording", "still/COMPARISON&recording=7"),
     ] {
+        let path = format!("/v1/scenes/{}", path.replace("COMPARISON", COMPARISON));
         let (found, answer) = page.get(&path).await;
-        assert_eq!(
-            (found, &answer["error"]["code"]),
-            (status, &json!(code)),
-            "{path}: {answer}"
-        );
+        let told = (found, answer["error"]["code"].as_str());
+        assert_eq!(told, (status, Some(code)), "{path}: {answer}");
     }
 }
 
@@ -323,7 +279,7 @@ async fn frames_of_the_scene_itself_agree_and_the_floors_stand_beside() {
     let path = format!("/v1/scenes/walk/{COMPARISON}&origin_ns={ORIGIN_NS}&seconds=20");
     let (_, none) = page.get(&path).await;
     assert_eq!(none["comparison"], Value::Null);
-    assert!(none["why"].as_str().unwrap().contains("no frame"), "{none}");
+    says(&none["why"], "no frame");
     // The walk takes 6 s; what comes after its end is not compared.
     page.post("walk.toml", 0, 90).await;
     page.rest();
@@ -356,8 +312,9 @@ async fn another_scene_than_the_one_that_was_there_does_not_agree() {
 #[tokio::test]
 async fn frames_of_a_recording_are_compared_up_to_the_asked_one() {
     let page = Page::new(&[("walk.toml", WALK)]).await;
-    let name = Body::from(json!({ "name": "walk" }).to_string());
-    let (_, recording) = page.send(Method::POST, "/v1/recordings", name).await;
+    let (_, recording) = page
+        .send("/v1/recordings", &json!({ "name": "walk" }))
+        .await;
     page.post("walk.toml", 0, 90).await;
     let id = &recording["id"];
     let path = format!("/v1/scenes/walk/{COMPARISON}&origin_ns={ORIGIN_NS}&recording={id}&boot=b1");

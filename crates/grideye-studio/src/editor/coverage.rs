@@ -83,5 +83,5 @@ fn low_m(floor: &Floor) -> [f64; 2] {
 }
 
 fn fault(error: &CoverageError) -> Fault {
-    Fault::said(&error.to_string())
+    Fault::said(&error.to_string(), None)
 }

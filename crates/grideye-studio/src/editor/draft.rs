@@ -1,10 +1,11 @@
 //! A scene that is being edited: its text with some edits made, what is then where, and what every sensor would see.
 
 use super::edit::{self, EDITS_MAX, Edit};
-use super::fault::{Fault, ORIGIN, parts, place_json};
-use super::outline::{self, hundredths};
+use super::fault::{Fault, ORIGIN};
+use super::outline;
 use super::shelf::{Shelf, TEXT_BYTES_MAX, version_of};
 use super::way::{self, WayEdit};
+use crate::rounding::hundredths;
 use axum::http::StatusCode;
 use grideye_collector::Refusal;
 use grideye_scene::{Files, Loaded, Scene, Sensor, Simulator, Warning};
@@ -109,11 +110,8 @@ fn check(draft: &Draft) -> Result<(), Refusal> {
     ] {
         if found > most {
             let what = format!("{found} {what}, expected at most {most}");
-            return Err(Refusal::new(
-                StatusCode::UNPROCESSABLE_ENTITY,
-                "too_much",
-                what,
-            ));
+            let status = StatusCode::UNPROCESSABLE_ENTITY;
+            return Err(Refusal::new(status, "too_much", what));
         }
     }
     Ok(())
@@ -191,8 +189,7 @@ impl Sheet {
 }
 
 fn warning(warning: &Warning) -> Value {
-    let (message, hint) = parts(&warning.to_string(), Some(warning.place()));
-    json!({ "message": message, "hint": hint, "place": place_json(warning.place()) })
+    Fault::said(&warning.to_string(), Some(warning.place())).to_json()
 }
 
 /// What a sensor sees, without its noise; no pixels of one that has too many.

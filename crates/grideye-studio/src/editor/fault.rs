@@ -16,29 +16,25 @@ pub(super) struct Fault {
 }
 
 impl Fault {
+    fn new(message: &str, hint: &str, place: Option<Place>) -> Self {
+        let (message, hint) = (message.to_owned(), Some(hint.to_owned()));
+        Self {
+            message,
+            hint,
+            place,
+        }
+    }
+
     /// An edit that cannot be made; the text is as it was.
     pub(super) fn unfit(message: &str) -> Self {
-        Self {
-            message: message.to_owned(),
-            hint: Some("change it in the scene's text".to_owned()),
-            place: None,
-        }
+        Self::new(message, "change it in the scene's text", None)
     }
 
     /// A file that the scene names, or that an edit is for.
     pub(super) fn of_file(file: &str, line: usize, message: &str) -> Self {
-        let place = Place {
-            file: file.into(),
-            line,
-            column: 1,
-        };
-        Self {
-            message: message.to_owned(),
-            hint: Some(
-                "a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row".to_owned(),
-            ),
-            place: Some(place),
-        }
+        let (file, column) = (file.into(), 1);
+        let hint = "a trajectory has the columns x_mm,y_mm,z_mm and one way-point a row";
+        Self::new(message, hint, Some(Place { file, line, column }))
     }
 
     /// A text that is no TOML.
@@ -47,33 +43,28 @@ impl Fault {
         let before = text.get(..byte).unwrap_or(text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         let column = before.get(line_start..).unwrap_or_default().chars().count();
-        Self {
-            message: error.message().trim_end().replace('\n', ", "),
-            hint: Some("the text must be TOML before anything in it can be moved".to_owned()),
-            place: Some(Place {
-                file: ORIGIN.into(),
-                line: before.matches('\n').count() + 1,
-                column: column + 1,
-            }),
-        }
+        let place = Place {
+            file: ORIGIN.into(),
+            line: before.matches('\n').count() + 1,
+            column: column + 1,
+        };
+        let message = error.message().trim_end().replace('\n', ", ");
+        let hint = "the text must be TOML before anything in it can be moved";
+        Self::new(&message, hint, Some(place))
     }
 
     pub(super) fn of_scene(error: &SceneError) -> Self {
-        let (message, hint) = parts(&error.to_string(), error.place());
-        Self {
-            message,
-            hint,
-            place: error.place().cloned(),
-        }
+        Self::said(&error.to_string(), error.place())
     }
 
-    /// What has no place, with its hint on a line of its own.
-    pub(super) fn said(said: &str) -> Self {
-        let (message, hint) = parts(said, None);
+    /// What is said with its place before it, if it has one, and its hint on a line of its own.
+    pub(super) fn said(said: &str, place: Option<&Place>) -> Self {
+        let (message, hint) = parts(said, place);
+        let place = place.cloned();
         Self {
             message,
             hint,
-            place: None,
+            place,
         }
     }
 
@@ -97,12 +88,12 @@ impl fmt::Display for Fault {
 }
 
 /// Line and column of a place, and its file.
-pub(super) fn place_json(place: &Place) -> Value {
+fn place_json(place: &Place) -> Value {
     json!({ "file": place.file, "line": place.line, "column": place.column })
 }
 
 /// What is said, without the place that stands before it, and the hint behind it.
-pub(super) fn parts(said: &str, place: Option<&Place>) -> (String, Option<String>) {
+fn parts(said: &str, place: Option<&Place>) -> (String, Option<String>) {
     let placed = place.and_then(|place| said.strip_prefix(&format!("{place}: ")));
     let said = placed.unwrap_or(said);
     match said.split_once("\nhint: ") {

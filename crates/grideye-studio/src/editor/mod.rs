@@ -20,7 +20,7 @@ mod shelf;
 mod way;
 
 use crate::assets;
-use crate::catalogue::{Catalogue, Shelved};
+use crate::catalogue::{Catalogue, Shelved, unusable};
 use crate::desk::Desk;
 use crate::disk::Disk;
 use axum::Router;
@@ -169,11 +169,7 @@ impl Editor {
         };
         match draft::sheet(&self.shelf, draft)?.loaded {
             Ok(_) => Ok(()),
-            Err(fault) => Err(Refusal::new(
-                StatusCode::UNPROCESSABLE_ENTITY,
-                "unusable_scene",
-                fault.to_string(),
-            )),
+            Err(fault) => Err(unusable(&fault.to_string())),
         }
     }
 

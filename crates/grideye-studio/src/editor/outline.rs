@@ -1,5 +1,6 @@
 //! Where everything of a scene is at a moment, for the page to draw and to take hold of; metres.
 
+use crate::rounding::{flat, hundredths, millimetres};
 use grideye_plan::ground;
 use grideye_scene::{Agent, Body, Scene, Sensor};
 use serde_json::{Map, Value, json};
@@ -223,22 +224,6 @@ fn plain(table: &Value) -> Map<String, Value> {
     shown.collect()
 }
 
-fn flat(points: impl Iterator<Item = (f64, f64)>) -> Vec<[f64; 2]> {
-    points
-        .map(|(x, y)| [millimetres(x), millimetres(y)])
-        .collect()
-}
-
 fn point(metres: [f64; 3]) -> [f64; 3] {
     metres.map(millimetres)
-}
-
-/// Metres, to the millimetre.
-fn millimetres(metres: f64) -> f64 {
-    (metres * 1000.0).round() / 1000.0
-}
-
-/// Degrees, to the hundredth.
-pub(super) fn hundredths(celsius: f64) -> f64 {
-    (celsius * 100.0).round() / 100.0
 }

@@ -1,17 +1,15 @@
 //! The routes through the collector's own router, without a socket.
 
 use super::annex;
-use axum::body::{Body, to_bytes};
-use axum::http::{Method, Request, header};
-use grideye_collector::Routes;
-use grideye_collector::{AppState, Limits, SqliteStore, StoreLocation, SystemClock, app_with};
+use crate::testing::{app, ask, says};
+use axum::http::Method;
+use grideye_collector::{Routes, SystemClock};
 use grideye_scene::{Scene, Simulator};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use tower::ServiceExt as _;
 
 const ROOM: &str = "# A room, for trying.
 [room]
@@ -52,15 +50,8 @@ impl Page {
         fs::create_dir_all(folder.path().join("scenes/ways")).unwrap();
         fs::write(folder.path().join("scenes/room.toml"), ROOM).unwrap();
         fs::write(folder.path().join("scenes/ways/way.csv"), WAY).unwrap();
-        let limits = Limits::default();
-        let store = SqliteStore::open(&StoreLocation::Memory, &limits).unwrap();
-        let state = AppState::new(Arc::new(store), limits, Arc::new(SystemClock::new()))
-            .await
-            .unwrap();
-        let app = app_with(
-            state,
-            &[annex(folder.path().join("scenes"), crate::disk::plain())],
-        );
+        let annexes = [annex(folder.path().join("scenes"), crate::disk::plain())];
+        let app = app(&annexes, Arc::new(SystemClock::new())).await;
         Self { folder, app }
     }
 
@@ -68,28 +59,15 @@ impl Page {
         self.folder.path().join("scenes").join(file)
     }
 
-    async fn ask(&self, method: Method, path: &str, body: Option<&Value>) -> (u16, Value) {
-        let request = Request::builder()
-            .method(method)
-            .uri(path)
-            .header(header::HOST, "127.0.0.1")
-            .header(header::CONTENT_TYPE, "application/json")
-            .body(body.map_or(Body::empty(), |body| Body::from(body.to_string())))
-            .unwrap();
-        let response = self.app.clone().oneshot(request).await.unwrap();
-        let status = response.status().as_u16();
-        let bytes = to_bytes(response.into_body(), 16 << 20).await.unwrap();
-        let json = serde_json::from_slice(&bytes);
-        (
-            status,
-            json.unwrap_or_else(|_| json!(String::from_utf8_lossy(&bytes))),
-        )
+    /// What is answered to `draft` or `coverage`.
+    async fn post(&self, what: &str, body: Value) -> (u16, Value) {
+        let path = format!("/v1/editor/{what}");
+        ask(&self.app, Method::POST, &path, Some(&body)).await
     }
 
     async fn draft(&self, text: &str, edits: Value) -> Value {
-        let body = json!({ "text": text, "edits": edits });
         let (status, answer) = self
-            .ask(Method::POST, "/v1/editor/draft", Some(&body))
+            .post("draft", json!({ "text": text, "edits": edits }))
             .await;
         assert_eq!(status, 200, "{answer}");
         answer
@@ -97,13 +75,21 @@ impl Page {
 
     async fn open(&self, name: &str) -> (u16, Value) {
         let path = format!("/v1/editor/scenes/{name}");
-        self.ask(Method::GET, &path, None).await
+        ask(&self.app, Method::GET, &path, None).await
     }
 
     async fn save(&self, name: &str, body: Value) -> (u16, Value) {
         let path = format!("/v1/editor/scenes/{name}");
-        self.ask(Method::PUT, &path, Some(&body)).await
+        ask(&self.app, Method::PUT, &path, Some(&body)).await
     }
+}
+
+/// The status and the code of a refusal.
+fn code((status, answer): &(u16, Value)) -> (u16, &str) {
+    (
+        *status,
+        answer["error"]["code"].as_str().unwrap_or_default(),
+    )
 }
 
 /// What the simulator itself says of a text.
@@ -169,9 +155,7 @@ async fn another_second_has_people_elsewhere_and_one_beyond_the_end_is_the_last(
     let page = Page::new().await;
     for (at_s, second, x) in [(3.0, 3, 2.0), (1e9, 6, 3.5), (-1.0, 0, 0.5)] {
         let body = json!({ "text": ROOM, "at_s": at_s });
-        let (_, answer) = page
-            .ask(Method::POST, "/v1/editor/draft", Some(&body))
-            .await;
+        let (_, answer) = page.post("draft", body).await;
         assert_near(&celsius(&answer), &simulated(ROOM, WAY, second));
         assert_eq!(answer["scene"]["items"][1]["at_m"][0], x);
     }
@@ -184,32 +168,21 @@ async fn a_draft_that_is_no_scene_names_its_fault_and_the_place() {
         json!([{ "does": "set", "path": ["sensor", 0, "position_mm"], "to": [9000, 2000, 2700] }]);
     let answer = page.draft(ROOM, outside).await;
     let fault = &answer["fault"];
-    assert!(
-        fault["message"]
-            .as_str()
-            .unwrap()
-            .contains("sensor `ceiling`"),
-        "{fault}"
-    );
+    says(&fault["message"], "sensor `ceiling`");
     assert_eq!(
         fault["place"],
         json!({ "file": "scene", "line": 22, "column": 15 })
     );
-    assert!(fault["hint"].as_str().unwrap().contains("move the sensor"));
+    says(&fault["hint"], "move the sensor");
     let misspelt = ROOM.replace("azimuth_deg", "azimut_deg");
     let fault = &page.draft(&misspelt, json!([])).await["fault"];
-    assert!(
-        fault["message"].as_str().unwrap().contains("azimut_deg"),
-        "{fault}"
-    );
+    says(&fault["message"], "azimut_deg");
     assert_eq!(fault["place"]["line"], 24);
     let broken = format!("{ROOM}[[sensor");
     let fault = &page.draft(&broken, json!([])).await["fault"];
     assert_eq!(fault["place"]["line"], 25);
     let body = json!({ "text": ROOM, "files": { "ways/way.csv": "x_mm,y_mm,z_mm\n500,b,0\n" } });
-    let (_, answer) = page
-        .ask(Method::POST, "/v1/editor/draft", Some(&body))
-        .await;
+    let (_, answer) = page.post("draft", body).await;
     assert_eq!(
         answer["fault"]["place"],
         json!({ "file": "ways/way.csv", "line": 2, "column": 5 })
@@ -241,11 +214,8 @@ async fn a_scene_is_opened_changed_and_saved_with_the_old_one_kept() {
     assert_eq!([disk("room.toml~"), disk("ways/way.csv~")], [ROOM, WAY]);
     assert_eq!(page.open("room").await.1["version"], saved["version"]);
     // A second time with what was opened at first: somebody has saved meanwhile.
-    let (status, refused) = page.save("room", body).await;
-    assert_eq!(
-        (status, &refused["error"]["code"]),
-        (409, &json!("changed_meanwhile"))
-    );
+    let refused = page.save("room", body).await;
+    assert_eq!(code(&refused), (409, "changed_meanwhile"));
     assert_eq!(disk("room.toml"), text);
 }
 
@@ -297,11 +267,9 @@ async fn a_link_out_of_the_folder_is_followed_neither_to_read_nor_to_write() {
     let version = super::version_of("secret");
     let (status, said) = page.open("linked").await;
     assert_eq!(status, 422, "{said}");
+    let message = said["error"]["message"].as_str().unwrap();
     assert!(
-        said["error"]["message"]
-            .as_str()
-            .unwrap()
-            .ends_with("linked.toml: it is no file below the scenes' folder"),
+        message.ends_with("linked.toml: it is no file below the scenes' folder"),
         "{said}"
     );
     for version in [json!(null), json!(version)] {
@@ -317,13 +285,7 @@ async fn a_link_out_of_the_folder_is_followed_neither_to_read_nor_to_write() {
     }
     let sly = ROOM.replace("ways/way.csv", "ways/linked.csv");
     let fault = page.draft(&sly, json!([])).await["fault"].clone();
-    assert!(
-        fault["message"]
-            .as_str()
-            .unwrap()
-            .contains("it is no file below the scenes' folder"),
-        "{fault}"
-    );
+    says(&fault["message"], "it is no file below the scenes' folder");
     // A link to nothing is no way to make a file elsewhere, and one to another scene of the folder is fine.
     std::os::unix::fs::symlink(
         page.folder.path().join("made.toml"),
@@ -360,16 +322,8 @@ async fn names_that_lead_out_of_the_folder_are_refused() {
             .await;
         assert_eq!(status, 422, "{name}");
     }
-    for file in [
-        "../way.csv",
-        "/tmp/way.csv",
-        "out/way.csv",
-        "a/../../way.csv",
-        ".way.csv",
-        "way.toml",
-        "a\\b.csv",
-        "",
-    ] {
+    let files = "../way.csv /tmp/way.csv out/way.csv a/../../way.csv .way.csv way.toml a\\b.csv";
+    for file in files.split(' ').chain([""]) {
         let files = json!({ file: { "text": WAY, "version": null } });
         let (status, said) = page
             .save(
@@ -384,30 +338,21 @@ async fn names_that_lead_out_of_the_folder_are_refused() {
     // A scene that names such a file is told that it cannot be read, and not what it holds.
     let sly = ROOM.replace("ways/way.csv", "out/secret.csv");
     let fault = page.draft(&sly, json!([])).await["fault"].clone();
-    assert!(
-        fault["message"].as_str().unwrap().contains("cannot read"),
-        "{fault}"
-    );
+    says(&fault["message"], "cannot read");
 }
 
 #[tokio::test]
 async fn what_is_no_scene_or_too_long_is_not_saved() {
     let page = Page::new().await;
-    let (status, refused) = page
+    let refused = page
         .save("new", json!({ "text": "[room]\n", "version": null }))
         .await;
-    assert_eq!(
-        (status, &refused["error"]["code"]),
-        (422, &json!("unusable_scene"))
-    );
+    assert_eq!(code(&refused), (422, "unusable_scene"));
     let long = format!("{ROOM}#{}\n", " ".repeat(super::shelf::TEXT_BYTES_MAX));
-    let (status, refused) = page
+    let refused = page
         .save("new", json!({ "text": long, "version": null }))
         .await;
-    assert_eq!(
-        (status, &refused["error"]["code"]),
-        (422, &json!("too_much"))
-    );
+    assert_eq!(code(&refused), (422, "too_much"));
     fs::write(page.scene("long.toml"), &long).unwrap();
     assert_eq!(page.open("long").await.0, 422);
     fs::write(page.scene("bytes.toml"), [0xff, 0xfe]).unwrap();
@@ -417,19 +362,9 @@ async fn what_is_no_scene_or_too_long_is_not_saved() {
         .map(|_| json!({ "does": "unset", "path": ["a"] }))
         .collect();
     let body = json!({ "text": ROOM, "edits": edits });
-    assert_eq!(
-        page.ask(Method::POST, "/v1/editor/draft", Some(&body))
-            .await
-            .0,
-        422
-    );
+    assert_eq!(page.post("draft", body).await.0, 422);
     let huge = json!({ "text": " ".repeat(5 << 20) });
-    assert_eq!(
-        page.ask(Method::POST, "/v1/editor/draft", Some(&huge))
-            .await
-            .0,
-        413
-    );
+    assert_eq!(page.post("draft", huge).await.0, 413);
 }
 
 #[tokio::test]
@@ -438,9 +373,7 @@ async fn the_map_says_where_a_person_is_seen() {
     // A wall of a wardrobe between the sensor in one corner and the other half of the room.
     let text = "[room]\nsize_mm = [4000, 4000, 2500]\nambient_c = 20\n[[object]]\nname = \"wall\"\nposition_mm = [2000, 2000, 0]\nsize_mm = [200, 4000, 2500]\n[[sensor]]\nname = \"s\"\npreset = \"grid-eye\"\nposition_mm = [1000, 2000, 2500]\nelevation_deg = 90\nazimuth_deg = 0\n";
     let body = json!({ "text": text });
-    let (status, answer) = page
-        .ask(Method::POST, "/v1/editor/coverage", Some(&body))
-        .await;
+    let (status, answer) = page.post("coverage", body).await;
     assert_eq!(status, 200, "{answer}");
     let map = &answer["map"];
     let (columns, rows) = (
@@ -460,17 +393,9 @@ async fn the_map_says_where_a_person_is_seen() {
     let detected = cells.iter().filter(|cell| **cell == 'd').count();
     assert_eq!(map["detected"], detected);
     let none = json!({ "text": text.split("[[sensor]]").next() });
-    let (_, answer) = page
-        .ask(Method::POST, "/v1/editor/coverage", Some(&none))
-        .await;
+    let (_, answer) = page.post("coverage", none).await;
     assert_eq!(answer["map"]["detected"], 0, "{answer}");
-    let (_, answer) = page
-        .ask(
-            Method::POST,
-            "/v1/editor/coverage",
-            Some(&json!({ "text": "[room" })),
-        )
-        .await;
+    let (_, answer) = page.post("coverage", json!({ "text": "[room" })).await;
     assert_eq!(answer["fault"]["place"]["line"], 1);
 }
 

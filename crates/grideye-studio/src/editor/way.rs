@@ -13,47 +13,28 @@ const POINTS_MAX: usize = 100;
 pub(super) enum WayEdit {
     /// Puts a way-point somewhere else.
     MoveWayPoint {
-        /// The trajectory as the scene names it.
         file: String,
-        /// Which one.
         row: usize,
-        /// Where to.
         to_mm: [f64; 3],
     },
     /// Puts one more behind another.
     AddWayPoint {
-        /// The trajectory as the scene names it.
         file: String,
-        /// Behind which one.
         after: usize,
-        /// Where.
         at_mm: [f64; 3],
     },
     /// Takes one away; the last one stays.
-    RemoveWayPoint {
-        /// The trajectory as the scene names it.
-        file: String,
-        /// Which one.
-        row: usize,
-    },
+    RemoveWayPoint { file: String, row: usize },
     /// Puts the whole way somewhere else.
-    ShiftWay {
-        /// The trajectory as the scene names it.
-        file: String,
-        /// How far.
-        by_mm: [f64; 3],
-    },
+    ShiftWay { file: String, by_mm: [f64; 3] },
     /// Makes a trajectory that is not there yet.
     NewWay {
-        /// As the scene will name it.
         file: String,
-        /// Its way-points.
         points_mm: Vec<[f64; 3]>,
     },
 }
 
 impl WayEdit {
-    /// The trajectory that it is for.
     pub(super) fn file(&self) -> &str {
         match self {
             Self::MoveWayPoint { file, .. }
@@ -95,29 +76,25 @@ pub(super) fn edited(text: Option<&str>, edit: &WayEdit) -> Result<String, Fault
 
 fn new_way(file: &str, text: Option<&str>, points_mm: &[[f64; 3]]) -> Result<String, Fault> {
     if text.is_some() {
-        return Err(Fault::of_file(
-            file,
-            1,
-            "there is a trajectory of this name already",
-        ));
+        let what = "there is a trajectory of this name already";
+        return Err(Fault::of_file(file, 1, what));
     }
     if points_mm.is_empty() || points_mm.len() > POINTS_MAX {
         let what = format!("{} way-points, expected 1 to {POINTS_MAX}", points_mm.len());
         return Err(Fault::of_file(file, 1, &what));
     }
-    let rows = points_mm.iter().map(|point| point.map(length).join(","));
-    let rows: Vec<String> = ["x_mm,y_mm,z_mm".to_owned()]
-        .into_iter()
-        .chain(rows)
-        .collect();
-    Ok(rows.join("\n") + "\n")
+    let rows = points_mm
+        .iter()
+        .map(|point| point.map(length).join(",") + "\n");
+    Ok(format!("x_mm,y_mm,z_mm\n{}", rows.collect::<String>()))
 }
+
+const AXES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
 
 /// Where the header and the way-points of a trajectory stand in its text.
 struct Rows<'a> {
     file: &'a str,
     text: &'a str,
-    /// The columns' names.
     header: Vec<&'a str>,
     /// The bytes of each row, without its line's end.
     lines: Vec<Range<usize>>,
@@ -140,23 +117,17 @@ impl<'a> Rows<'a> {
             return Err(unusual());
         }
         let header = text.get(lines.remove(0)).unwrap_or_default();
-        let header = header
-            .trim_start_matches('\u{feff}')
-            .split(',')
-            .map(str::trim);
-        let rows = Self {
+        let header = header.trim_start_matches('\u{feff}').split(',');
+        let header: Vec<&str> = header.map(str::trim).collect();
+        if !AXES.iter().all(|name| header.contains(name)) {
+            return Err(unusual());
+        }
+        Ok(Self {
             file,
             text,
-            header: header.collect(),
+            header,
             lines,
-        };
-        match ["x_mm", "y_mm", "z_mm"]
-            .iter()
-            .all(|name| rows.column(name).is_some())
-        {
-            true => Ok(rows),
-            false => Err(unusual()),
-        }
+        })
     }
 
     fn column(&self, name: &str) -> Option<usize> {
@@ -168,11 +139,8 @@ impl<'a> Rows<'a> {
         let column = self.column(name)?;
         let line = self.lines.get(row)?.clone();
         let text = self.text.get(line.clone())?;
-        let before: usize = text
-            .split(',')
-            .take(column)
-            .map(|field| field.len() + 1)
-            .sum();
+        let before = text.split(',').take(column);
+        let before: usize = before.map(|field| field.len() + 1).sum();
         let field = text.split(',').nth(column)?;
         let start = line.start + before + (field.len() - field.trim_start().len());
         Some(start..start + field.trim().len())
@@ -183,7 +151,7 @@ impl<'a> Rows<'a> {
     }
 
     fn at_mm(&self, row: usize) -> Result<[f64; 3], Fault> {
-        let [x, y, z] = ["x_mm", "y_mm", "z_mm"].map(|name| self.number(row, name));
+        let [x, y, z] = AXES.map(|name| self.number(row, name));
         match (x, y, z) {
             (Some(x), Some(y), Some(z)) => Ok([x, y, z]),
             _ => Err(self.no_row(row)),
@@ -191,14 +159,11 @@ impl<'a> Rows<'a> {
     }
 
     fn no_row(&self, row: usize) -> Fault {
-        let line = self.lines.get(row).map_or(1, |line| {
-            1 + self
-                .text
-                .get(..line.start)
-                .unwrap_or_default()
-                .matches('\n')
-                .count()
-        });
+        let before = self
+            .lines
+            .get(row)
+            .and_then(|line| self.text.get(..line.start));
+        let line = 1 + before.unwrap_or_default().matches('\n').count();
         let what = format!("there is no way-point {} of three numbers", row + 1);
         Fault::of_file(self.file, line, &what)
     }
@@ -206,32 +171,25 @@ impl<'a> Rows<'a> {
     /// What is to be replaced so that a row is at another place.
     fn placed(&self, row: usize, to_mm: [f64; 3]) -> Result<Vec<(Range<usize>, String)>, Fault> {
         let at_mm = self.at_mm(row)?;
-        let axes = ["x_mm", "y_mm", "z_mm"]
-            .into_iter()
-            .zip(at_mm.into_iter().zip(to_mm));
+        let axes = AXES.into_iter().zip(at_mm.into_iter().zip(to_mm));
         let moved = axes.filter(|(_, (is, wanted))| length(*is) != length(*wanted));
-        let fields =
-            moved.map(|(name, (_, wanted))| Some((self.field(row, name)?, length(wanted))));
-        fields
-            .collect::<Option<_>>()
-            .ok_or_else(|| self.no_row(row))
+        let fields = moved.map(|(name, (_, to))| Some((self.field(row, name)?, length(to))));
+        let fields: Option<_> = fields.collect();
+        fields.ok_or_else(|| self.no_row(row))
     }
 
     /// The text with one more way-point. One with a time comes in the middle of those beside it, or a second after the
     /// last.
     fn with(&self, after: usize, at_mm: [f64; 3]) -> Result<String, Fault> {
         let line = self.lines.get(after).ok_or_else(|| self.no_row(after))?;
-        let fields: Vec<String> = self
-            .header
-            .iter()
-            .map(|name| match *name {
-                "x_mm" => length(at_mm[0]),
-                "y_mm" => length(at_mm[1]),
-                "z_mm" => length(at_mm[2]),
-                "t_s" => length(self.time_after(after)),
-                _ => "0".to_owned(),
-            })
-            .collect();
+        let field = |name: &&str| match *name {
+            "x_mm" => length(at_mm[0]),
+            "y_mm" => length(at_mm[1]),
+            "z_mm" => length(at_mm[2]),
+            "t_s" => length(self.time_after(after)),
+            _ => "0".to_owned(),
+        };
+        let fields: Vec<String> = self.header.iter().map(field).collect();
         let end = if self.text.contains("\r\n") {
             "\r\n"
         } else {
@@ -253,16 +211,12 @@ impl<'a> Rows<'a> {
     fn without(&self, row: usize) -> Result<String, Fault> {
         let line = self.lines.get(row).ok_or_else(|| self.no_row(row))?;
         if self.lines.len() == 1 {
-            return Err(Fault::of_file(
-                self.file,
-                1,
-                "a way has one way-point at least",
-            ));
+            let what = "a way has one way-point at least";
+            return Err(Fault::of_file(self.file, 1, what));
         }
         let rest = self.text.get(line.end..).unwrap_or_default();
-        let end = rest
-            .find('\n')
-            .map_or(self.text.len(), |end| line.end + end + 1);
+        let end = rest.find('\n');
+        let end = end.map_or(self.text.len(), |end| line.end + end + 1);
         Ok(spliced(self.text, vec![(line.start..end, String::new())]))
     }
 }
@@ -353,32 +307,14 @@ mod tests {
 
     #[test]
     fn rows_and_texts_that_are_none_are_refused() {
+        let shift = json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] });
+        let remove = |row: usize| json!({ "does": "remove-way-point", "file": "w", "row": row });
         for (text, edit, why) in [
-            (
-                WAY,
-                json!({ "does": "remove-way-point", "file": "w", "row": 2 }),
-                "no way-point 3",
-            ),
-            (
-                "x_mm,y_mm,z_mm\n1,2,3\n",
-                json!({ "does": "remove-way-point", "file": "w", "row": 0 }),
-                "one way-point",
-            ),
-            (
-                "x_mm,y_mm,z_mm\n1,b,3\n",
-                json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] }),
-                "three numbers",
-            ),
-            (
-                "a,b\n1,2\n",
-                json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] }),
-                "unusual",
-            ),
-            (
-                "",
-                json!({ "does": "shift-way", "file": "w", "by_mm": [1, 1, 1] }),
-                "unusual",
-            ),
+            (WAY, remove(2), "no way-point 3"),
+            ("x_mm,y_mm,z_mm\n1,2,3\n", remove(0), "one way-point"),
+            ("x_mm,y_mm,z_mm\n1,b,3\n", shift.clone(), "three numbers"),
+            ("a,b\n1,2\n", shift.clone(), "unusual"),
+            ("", shift, "unusual"),
         ] {
             let said = made(text, edit).unwrap_err().to_json().to_string();
             assert!(said.contains(why), "{said}");

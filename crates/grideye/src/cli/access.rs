@@ -1,7 +1,9 @@
-//! Options of the collector, and of the commands that say who may do what there.
+//! Options of the collector, of its bridge to an MQTT broker, and of the commands that say who may do what there.
 
-use super::mqtt::BridgeOptions;
+use super::shared::{Choices, one_of, within};
 use clap::{Args, Subcommand};
+use grideye_collector::LogEvent;
+use grideye_collector::auth::Scope;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
@@ -84,7 +86,7 @@ pub(crate) struct Collect {
     #[arg(long, value_name = "N", hide_short_help = true, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) requests_per_second: u32,
     /// How standard error is written.
-    #[arg(long, value_enum, default_value_t = LogFormat::Text)]
+    #[arg(long, value_parser = one_of(LOG_FORMATS), default_value = "text")]
     pub(crate) log: LogFormat,
     #[command(flatten)]
     pub(crate) scenes: Scenes,
@@ -102,14 +104,13 @@ pub(crate) struct Scenes {
     pub(crate) folder: Option<PathBuf>,
 }
 
-/// The form of log lines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum LogFormat {
-    /// `warning: refused code=bad_token peer=192.168.1.7`
-    Text,
-    /// One JSON object a line.
-    Json,
-}
+pub(crate) type LogFormat = fn(&LogEvent) -> String;
+
+const LOG_FORMATS: Choices<LogFormat> = (
+    &[LogEvent::to_string, LogEvent::to_json],
+    "text `warning: refused code=bad_token peer=192.168.1.7`
+json One JSON object a line",
+);
 
 /// Where tokens and keys are kept.
 #[derive(Debug, Args)]
@@ -177,8 +178,8 @@ pub(crate) struct TokenMake {
     /// Whose it is.
     pub(crate) name: String,
     /// What it allows.
-    #[arg(long, value_enum)]
-    pub(crate) scope: PageScope,
+    #[arg(long, value_parser = one_of(SCOPES))]
+    pub(crate) scope: Scope,
     /// Write it to this file instead of printing it.
     ///
     /// For its owner alone.
@@ -189,13 +190,11 @@ pub(crate) struct TokenMake {
 }
 
 /// What a token that is not a device's allows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum PageScope {
-    /// To look: page, recordings, audit, metrics.
-    Read,
-    /// To look, and to start and stop recordings.
-    Admin,
-}
+const SCOPES: Choices<Scope> = (
+    &[Scope::Read, Scope::Admin],
+    "read To look: page, recordings, audit, metrics
+admin To look, and to start and stop recordings",
+);
 
 /// List the tokens, but never the tokens themselves.
 ///
@@ -248,18 +247,135 @@ pub(crate) struct CollectorAddress {
 /// A number with k, M, G or T behind it, in powers of 1024; at least a MiB.
 fn bytes(text: &str) -> Result<u64, String> {
     const LEAST: u64 = 1 << 20;
-    let (digits, shift) = match text.char_indices().last() {
-        Some((at, 'k')) => (&text[..at], 10),
-        Some((at, 'M')) => (&text[..at], 20),
-        Some((at, 'G')) => (&text[..at], 30),
-        Some((at, 'T')) => (&text[..at], 40),
-        _ => (text, 0),
-    };
+    let suffix = text.chars().last().and_then(|last| "kMGT".find(last));
+    let digits = suffix.map_or(text, |_| &text[..text.len() - 1]);
+    let shift = suffix.map_or(0, |place| 10 * (place + 1));
     let number: Option<u64> = digits.parse().ok();
     number
         .and_then(|number| number.checked_mul(1 << shift))
         .filter(|bytes| *bytes >= LEAST)
         .ok_or_else(|| "expected a number of bytes, 1M or more, such as 500M or 20G".to_owned())
+}
+
+const HEADING: &str = "MQTT for Home Assistant";
+
+/// Which broker, and where on it.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = HEADING)]
+pub(crate) struct BrokerOptions {
+    /// Broker, as `mqtt://[USER@]HOST[:PORT]`; `mqtts://` encrypts.
+    #[arg(long = "mqtt", id = "mqtt", value_name = "URL")]
+    pub(crate) url: Option<String>,
+    /// File with the user's password [default: the environment variable GRIDEYE_MQTT_PASSWORD, if it is set].
+    #[arg(long, hide_short_help = true, value_name = "FILE", requires = "mqtt")]
+    pub(crate) mqtt_password_file: Option<PathBuf>,
+    /// Authorities of the broker's certificate, in PEM, for mqtts; /etc/ssl/certs/ca-certificates.crt has the public ones.
+    #[arg(long, hide_short_help = true, value_name = "FILE", requires = "mqtt")]
+    pub(crate) mqtt_authority: Option<PathBuf>,
+    /// Home Assistant's discovery prefix.
+    #[arg(long = "mqtt-prefix", hide_short_help = true, value_name = "TOPIC", default_value = "homeassistant", value_parser = topic)]
+    pub(crate) prefix: String,
+    /// What everything else is published below; another one for each collector on the same broker.
+    #[arg(long = "mqtt-topic", hide_short_help = true, value_name = "TOPIC", default_value = "grideye", value_parser = topic)]
+    pub(crate) base: String,
+}
+
+/// What is published of the sensors, and how often.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = HEADING)]
+pub(crate) struct BridgeOptions {
+    #[command(flatten)]
+    pub(crate) broker: BrokerOptions,
+    /// Temperatures of a sensor every so often; presence at once when it changes.
+    #[arg(long = "mqtt-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
+    pub(crate) state_every_s: f64,
+    /// Pictures of a sensor every so often; 0 for none.
+    #[arg(long = "mqtt-image-every", hide_short_help = true, value_name = "SECONDS", default_value_t = 1.0, value_parser = seconds_or_none)]
+    pub(crate) image_every_s: f64,
+    /// A sensor without a new frame for so long is unavailable.
+    #[arg(long = "mqtt-silent-after", hide_short_help = true, value_name = "SECONDS", default_value_t = 15.0, value_parser = seconds)]
+    pub(crate) silent_after_s: f64,
+    /// A sensor without a new frame for so long is removed from Home Assistant [default: never].
+    #[arg(long = "mqtt-forget-after", hide_short_help = true, value_name = "DAYS", value_parser = days)]
+    pub(crate) forget_after_days: Option<f64>,
+    /// Somebody is present when so many pixels are warm.
+    #[arg(long = "mqtt-presence-pixels", hide_short_help = true, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=32))]
+    pub(crate) presence_pixels: u8,
+    /// Warm is a pixel so many degrees above the median of its frame: a threshold, which a radiator passes too.
+    #[arg(long = "mqtt-presence-above", hide_short_help = true, value_name = "CELSIUS", default_value_t = 1.5, value_parser = degrees)]
+    pub(crate) presence_above_c: f64,
+    /// Nobody is present once too few were warm for so long.
+    #[arg(long = "mqtt-presence-hold", hide_short_help = true, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds_or_none)]
+    pub(crate) presence_hold_s: f64,
+}
+
+/// Remove from an MQTT broker what the bridge left there.
+///
+/// Example: grideye mqtt forget pi-1 i2c-1:0x69 --mqtt mqtt://homeassistant.local
+#[derive(Debug, Args)]
+pub(crate) struct MqttCommand {
+    #[command(subcommand)]
+    pub(crate) command: MqttWhat,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum MqttWhat {
+    Forget(Forget),
+}
+
+/// Remove a sensor from Home Assistant.
+///
+/// What the broker keeps of it is taken away. Its entities go, with or without a collector running. A sensor that still sends comes back when its agent or the
+/// collector is started again.
+///
+/// Example: grideye mqtt forget pi-1 i2c-1:0x69 --mqtt mqtt://homeassistant.local
+#[derive(Debug, Args)]
+#[command(mut_arg("mqtt", |argument| argument.required(true)))]
+pub(crate) struct Forget {
+    /// The device, as the live page names it.
+    pub(crate) device: String,
+    /// The device's sensor.
+    pub(crate) sensor: String,
+    #[command(flatten)]
+    pub(crate) broker: BrokerOptions,
+}
+
+const SECONDS_MAX: f64 = 86_400.0;
+const DAYS_MAX: f64 = 36_500.0;
+const TOPIC_CHARS_MAX: usize = 100;
+
+fn bounded(text: &str, least: f64, most: f64) -> Result<f64, String> {
+    let expected = format!("expected a number from {least} to {most}");
+    within(text, &(least..=most), expected)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    bounded(text, 0.5, SECONDS_MAX)
+}
+
+fn seconds_or_none(text: &str) -> Result<f64, String> {
+    bounded(text, 0.0, SECONDS_MAX)
+}
+
+fn days(text: &str) -> Result<f64, String> {
+    bounded(text, 1e-5, DAYS_MAX)
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    bounded(text, 0.25, 100.0)
+}
+
+/// A topic to publish below: without wildcards, and not one of the broker's own.
+fn topic(text: &str) -> Result<String, String> {
+    let is_plain = |c: char| !c.is_control() && !matches!(c, '+' | '#' | '$');
+    let is_topic = text.chars().all(is_plain)
+        && text.chars().count() <= TOPIC_CHARS_MAX
+        && text.split('/').all(|level| !level.is_empty());
+    if is_topic {
+        Ok(text.to_owned())
+    } else {
+        Err("expected a topic such as homeassistant or home/grideye".to_owned())
+    }
 }
 
 #[cfg(test)]
@@ -273,18 +389,29 @@ mod tests {
         assert_eq!(bytes("2048k"), Ok(2 << 20));
         assert_eq!(bytes("1048576"), Ok(1 << 20));
         assert_eq!(bytes("3T"), Ok(3 << 40));
-        for bad in [
-            "",
-            "M",
-            "1",
-            "1023k",
-            "-1G",
-            "1.5G",
-            "1m",
-            "99999999999T",
-            "1é",
-        ] {
+        for bad in "M 1 1023k -1G 1.5G 1m 99999999999T 1é"
+            .split(' ')
+            .chain([""])
+        {
             assert!(bytes(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn topics_have_levels_and_no_wildcards() {
+        assert_eq!(topic("home/grideye"), Ok("home/grideye".to_owned()));
+        for bad in ["", "/", "a/", "/a", "a//b", "a/+", "#", "$SYS", "a\n"] {
+            assert!(topic(bad).is_err(), "{bad:?}");
+        }
+        assert!(topic(&"x".repeat(TOPIC_CHARS_MAX)).is_ok());
+        assert!(topic(&"x".repeat(TOPIC_CHARS_MAX + 1)).is_err());
+    }
+
+    #[test]
+    fn times_and_degrees_have_bounds() {
+        assert!(seconds("0.4").is_err() && seconds("86401").is_err() && seconds("NaN").is_err());
+        assert_eq!(seconds_or_none("0"), Ok(0.0));
+        assert!(days("0").is_err() && days("36501").is_err());
+        assert!(degrees("0.2").is_err() && degrees("101").is_err());
     }
 }

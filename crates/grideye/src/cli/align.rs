@@ -1,5 +1,8 @@
+//! What `grideye compare` may align.
+
+use super::shared::{Choices, one_of, within};
 use anyhow::{Result, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use grideye_validator::{AlignOptions, TimeAlignment};
 use std::time::Duration;
 
@@ -10,14 +13,8 @@ pub(crate) struct Align {
     ///
     /// One of none, shift, rate, warp and law for time; orientation and pose for the image, which are only reported
     /// otherwise.
-    #[arg(
-        long = "align",
-        value_name = "WHAT",
-        value_enum,
-        value_delimiter = ',',
-        default_value = "rate",
-        hide_possible_values = true
-    )]
+    #[arg(long = "align", value_name = "WHAT", value_parser = one_of(WHAT), value_delimiter = ',',
+        default_value = "rate", hide_possible_values = true)]
     what: Vec<What>,
     /// Largest delay either way, up to 60.
     ///
@@ -29,41 +26,40 @@ pub(crate) struct Align {
     max_rate: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum What {
-    /// Time is left as it is.
-    None,
-    /// One delay.
-    Shift,
-    /// A delay and a clock that is fast or slow.
-    Rate,
-    /// These, and uneven walking by dynamic time warping in a band.
-    Warp,
-    /// When the walk begins and ends, and how speed is spread over it.
-    Law,
-    /// Turn an image that is mirrored, turned or transposed.
+    Time(TimeAlignment),
     Orientation,
-    /// Take out an offset of the image of up to half a pixel.
     Pose,
 }
 
-impl What {
-    const fn time(self) -> Option<TimeAlignment> {
-        match self {
-            Self::None => Some(TimeAlignment::None),
-            Self::Shift => Some(TimeAlignment::Shift),
-            Self::Rate => Some(TimeAlignment::Rate),
-            Self::Warp => Some(TimeAlignment::Warp),
-            Self::Law => Some(TimeAlignment::Law),
-            Self::Orientation | Self::Pose => None,
-        }
-    }
-}
+const WHAT: Choices<What> = (
+    &[
+        What::Time(TimeAlignment::None),
+        What::Time(TimeAlignment::Shift),
+        What::Time(TimeAlignment::Rate),
+        What::Time(TimeAlignment::Warp),
+        What::Time(TimeAlignment::Law),
+        What::Orientation,
+        What::Pose,
+    ],
+    "none Time is left as it is
+shift One delay
+rate A delay and a clock that is fast or slow
+warp These, and uneven walking by dynamic time warping in a band
+law When the walk begins and ends, and how speed is spread over it
+orientation Turn an image that is mirrored, turned or transposed
+pose Take out an offset of the image of up to half a pixel",
+);
 
 impl Align {
     /// The same for the validator; time is aligned by delay and rate if only the image is named.
     pub(crate) fn options(&self) -> Result<AlignOptions> {
-        let times: Vec<TimeAlignment> = self.what.iter().filter_map(|what| what.time()).collect();
+        let time = |what: &What| match what {
+            What::Time(time) => Some(*time),
+            What::Orientation | What::Pose => None,
+        };
+        let times: Vec<TimeAlignment> = self.what.iter().filter_map(time).collect();
         if times.len() > 1 {
             bail!(
                 "--align names {} ways to align time\nhint: name one of none, shift, rate, warp and law",
@@ -82,16 +78,9 @@ impl Align {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    within(text, 60.0, "expected 0 to 60 seconds")
+    within(text, &(0.0..=60.0), "expected 0 to 60 seconds")
 }
 
 fn percent(text: &str) -> Result<f64, String> {
-    within(text, 20.0, "expected 0 to 20 %")
-}
-
-fn within(text: &str, most: f64, expected: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=most).contains(&value) => Ok(value),
-        _ => Err(expected.to_owned()),
-    }
+    within(text, &(0.0..=20.0), "expected 0 to 20 %")
 }

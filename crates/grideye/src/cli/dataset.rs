@@ -1,8 +1,8 @@
 //! The options of `grideye dataset`.
 
-use super::shared::Method;
+use super::shared::{Choices, Method, one_of};
 use clap::Args;
-use grideye_dataset::Shard;
+use grideye_dataset::{Shard, Table};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -41,7 +41,7 @@ pub(crate) struct Dataset {
     #[arg(long, value_enum, default_value_t = Method::Grid)]
     pub(crate) method: Method,
     /// Kinds of files, with commas between them.
-    #[arg(long = "format", value_enum, value_delimiter = ',', value_name = "KINDS", default_values_t = [Table::Parquet, Table::Npz])]
+    #[arg(long = "format", value_parser = one_of(TABLES), value_delimiter = ',', value_name = "KINDS", default_values = ["parquet", "npz"])]
     pub(crate) formats: Vec<Table>,
     /// Frames of a file [default: 1000].
     ///
@@ -56,20 +56,9 @@ pub(crate) struct Dataset {
     pub(crate) json: bool,
 }
 
-/// A kind of file that holds a part of a dataset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Table {
-    /// Apache Parquet: a row for each frame.
-    Parquet,
-    /// Arrays for numpy.
-    Npz,
-}
-
-impl From<Table> for grideye_dataset::Table {
-    fn from(table: Table) -> Self {
-        match table {
-            Table::Parquet => Self::Parquet,
-            Table::Npz => Self::Npz,
-        }
-    }
-}
+/// The kinds of files that hold a part of a dataset.
+const TABLES: Choices<Table> = (
+    &[Table::Parquet, Table::Npz],
+    "parquet Apache Parquet: a row for each frame
+npz Arrays for numpy",
+);

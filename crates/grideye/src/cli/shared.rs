@@ -1,11 +1,30 @@
 //! What the options of several commands share.
 
-use grideye_scene::{Scene, SceneError, Simulator};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use grideye_rig::Simulate;
+use grideye_scene::Simulator;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
 
 /// The seed of a comparison's simulation, where nobody chose another.
 pub(crate) const SEED: u64 = 2;
 
-/// How a simulated frame is made.
+/// What an option takes: values, and for each a line of its word and its help.
+pub(super) type Choices<T> = (&'static [T], &'static str);
+
+/// Parses one of those words.
+pub(super) fn one_of<T>((values, lines): Choices<T>) -> impl TypedValueParser<Value = T>
+where
+    T: Clone + Send + Sync + 'static,
+{
+    let words = move || lines.lines().filter_map(|line| line.split_once(' '));
+    let named = words().map(|(word, help)| PossibleValue::new(word).help(help));
+    PossibleValuesParser::new(named).map(move |chosen| {
+        let place = words().position(|(word, _)| word == chosen);
+        values[place.unwrap_or_default()].clone()
+    })
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Method {
     /// Rays through a grid of points, resampled to the sensor's pixels.
@@ -15,19 +34,31 @@ pub(crate) enum Method {
 }
 
 impl Method {
-    /// A simulator for the sensor of that name that makes its frames so.
-    pub(crate) fn simulator(self, scene: &Scene, sensor: &str) -> Result<Simulator, SceneError> {
+    /// What makes a simulator of it.
+    pub(crate) fn simulate(self) -> Simulate {
         match self {
-            Self::Grid => Simulator::new(scene, sensor),
-            Self::Area => Simulator::without_grid(scene, sensor),
+            Self::Grid => Simulator::new,
+            Self::Area => Simulator::without_grid,
         }
     }
 }
 
-/// A number above 0.
+/// A number within bounds, or what was expected.
+pub(super) fn within<T: FromStr + PartialOrd>(
+    text: &str,
+    range: &RangeInclusive<T>,
+    expected: impl Into<String>,
+) -> Result<T, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number| range.contains(number))
+        .ok_or_else(|| expected.into())
+}
+
 pub(super) fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("expected a number above 0".to_owned()),
-    }
+    within(
+        text,
+        &(f64::from_bits(1)..=f64::MAX),
+        "expected a number above 0",
+    )
 }

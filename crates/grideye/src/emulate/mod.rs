@@ -2,12 +2,10 @@
 //!
 //! ```text
 //!  parts: scene, recording, profile ─▶ grideye-rig: the machine ─▶ ways: fuse, preload, socket, usbip
-//!  plan: which sensor where ─────────┘   trace
+//!  and which sensor where ───────────┘   trace
 //! ```
 
 mod parts;
-mod plan;
-mod say;
 mod trace;
 mod ways;
 
@@ -16,14 +14,13 @@ use crate::exit::{Outcome, bad_input};
 use crate::files;
 use anyhow::{Result, anyhow};
 use grideye_rig::{Machine, Timebase, Wiring, World, buses};
-use say::Voice;
 use std::time::Duration;
 use trace::TraceFile;
+use ways::Voice;
 
 /// The program meets a sensor that has been on for two frames: one that was switched on this instant reads zero.
 const ON_BEFORE: Duration = Duration::from_millis(250);
 
-/// Builds the machine, opens the ways to it, and serves until the program, the time or the user ends it.
 pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     if options.program.is_empty() && options.socket.is_none() && options.usbip.is_none() {
         return Err(bad_input(anyhow!(
@@ -37,10 +34,9 @@ pub(crate) fn run(options: &Emulate) -> Result<Outcome> {
     )?;
     let world = World::new();
     let prepared = parts::prepare(options, &world)?;
-    let ahead = if options.power_on {
-        Duration::ZERO
-    } else {
-        ON_BEFORE
+    let ahead = match options.power_on {
+        true => Duration::ZERO,
+        false => ON_BEFORE,
     };
     let script = parts::faults(options)?;
     let trace = options.trace.as_deref();

@@ -11,10 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// How traces begin, as a table and as a value change dump.
 const FRONTS: [&[u8]; 2] = [b"time_s,b", b"$comment"];
-/// The length of each.
 const FRONT_BYTES: u64 = 8;
 
-/// A log under way.
 pub(super) struct TraceFile {
     path: PathBuf,
     pending: Pending,
@@ -27,33 +25,26 @@ enum Format {
 }
 
 impl TraceFile {
-    /// Makes the file; its name says which format.
     pub(super) fn create(path: &Path, buses: usize) -> Result<Self> {
-        let ending = path.extension().unwrap_or_default();
+        let (ending, shown) = (files::end(path).unwrap_or_default(), path.display());
         if ending != "csv" && ending != "vcd" {
-            return Err(bad_input(anyhow!(
-                "cannot tell what to write from the name {}\nhint: end it with .csv or .vcd",
-                path.display()
-            )));
+            return Err(files::unknown_end(path, ".csv or .vcd"));
         }
         if ending == "vcd" && buses > 1 {
             return Err(bad_input(anyhow!(
-                "{} would draw one pair of lines, and there are {buses} buses\nhint: end the name with .csv, which has a column for the bus",
-                path.display()
+                "{shown} would draw one pair of lines, and there are {buses} buses\nhint: end the name with .csv, which has a column for the bus"
             )));
         }
         if holds_something_else(path) {
             return Err(bad_input(anyhow!(
-                "{} is there already and is no trace of a bus\nhint: choose another name; nothing was changed",
-                path.display()
+                "{shown} is there already and is no trace of a bus\nhint: choose another name; nothing was changed"
             )));
         }
         let pending = Pending::of(&files::target(path));
         let opened = pending.and_then(|pending| Ok((pending.file().try_clone()?, pending)));
         let (file, pending) = opened.map_err(|error| {
             bad_input(anyhow!(
-                "cannot write {}: {error}\nhint: name a file in a folder that you may write into",
-                path.display()
+                "cannot write {shown}: {error}\nhint: name a file in a folder that you may write into"
             ))
         })?;
         let format = match ending == "csv" {
@@ -67,7 +58,6 @@ impl TraceFile {
         })
     }
 
-    /// What the bus of this number tells its messages to.
     pub(super) fn observer(&self, bus: u32) -> Observer {
         match &self.format {
             Format::Csv(trace) => Box::new(trace.observer(&format!("i2c-{bus}"))),
@@ -75,16 +65,12 @@ impl TraceFile {
         }
     }
 
-    /// Completes the file, and says what is in it.
     pub(super) fn finish(&self) -> Result<String> {
-        let put = || {
-            let summary = self.summary()?;
-            self.pending.put()?;
-            Ok(summary)
-        };
         let path = self.path.display();
-        let summary =
-            put().map_err(|error: io::Error| anyhow!("cannot write the trace {path}: {error}"))?;
+        let summary = self
+            .summary()
+            .and_then(|summary| self.pending.put().map(|()| summary));
+        let summary = summary.map_err(|error| anyhow!("cannot write the trace {path}: {error}"))?;
         Ok(format!("trace {path}: {summary}"))
     }
 

@@ -1,14 +1,21 @@
-//! The ways to the emulated buses: opened before anybody is told of them, closed before the program ends.
+//! The ways to the emulated buses: opened before anybody is told of them, closed before the program ends; and what is
+//! said of them: one line when they can be used, one of what went over the buses.
 
-use super::say::{Reached, Voice};
+use super::parts::Prepared;
 use crate::cli::Emulate;
 use crate::exit::{Outcome, bad_input};
+use crate::output::outln;
+use crate::progress;
 use anyhow::{Context as _, Result, anyhow};
-use grideye_rig::Machine;
+use grideye_rig::{Counts, Machine, Planned};
+use i2c_emulation::ioctl::AdapterMode;
 use i2c_emulation::program::{self, RunError};
+use i2c_emulation::rack::Rack;
 use i2c_emulation::{socket, usbip};
 use rustix::process::{Pid, Signal, getpgrp, kill_process};
 use rustix::termios::tcgetpgrp;
+use serde_json::{Value, json};
+use std::net::SocketAddr;
 use std::path::Path;
 use std::process::{Command, ExitStatus};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -16,26 +23,23 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::signal::unix::{SignalKind, signal};
 
-/// How often a server looks whether the show has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
 /// Where the Python client looks for the socket, when it is not told.
 const SOCKET_VARIABLE: &str = "GRIDEYE_I2C_SOCKET";
 
-/// Opens every way that the options name, lets time run, and waits for the end.
 pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Result<Outcome> {
     // From here on a signal no longer ends this process on the spot, so that nothing is left behind.
     let stop = Stop::catch()?;
     let mut reached = Reached::default();
-    let socket = options
-        .socket
-        .as_deref()
-        .map(|path| SocketWay::open(path, options, machine, &mut reached))
-        .transpose()?;
+    let socket = options.socket.as_deref();
+    let socket =
+        socket.map(|path| SocketWay::open(path, options.adapter, machine.rack(), &mut reached));
+    let socket = socket.transpose()?;
     let usb = options
         .usbip
-        .map(|address| UsbWay::open(address, machine, &mut reached))
-        .transpose()?;
+        .map(|address| UsbWay::open(address, machine, &mut reached));
+    let usb = usb.transpose()?;
     let outcome = match (options.program.split_first(), &usb) {
         (Some(_), None) => match stop.pending() {
             Some(signal) => ended_by(signal),
@@ -60,7 +64,6 @@ pub(super) fn serve(options: &Emulate, machine: &Machine, voice: &Voice) -> Resu
     Ok(outcome)
 }
 
-/// Runs the program to its end, and passes its exit code on.
 fn run_program(
     options: &Emulate,
     machine: &Machine,
@@ -86,8 +89,8 @@ fn run_program(
         program::Way::Fuse => "fuse",
         program::Way::Preload => "preload",
     });
-    let devices: Vec<String> = rack
-        .iter()
+    let buses = rack.iter();
+    let devices: Vec<String> = buses
         .map(|(number, _)| format!("/dev/i2c-{number}"))
         .collect();
     reached.at.extend(devices.iter().cloned());
@@ -112,44 +115,32 @@ fn refused(error: RunError) -> anyhow::Error {
 /// A program's exit code; a signal is 128 and its number, as a shell has it.
 fn passed_on(status: ExitStatus) -> u8 {
     use std::os::unix::process::ExitStatusExt as _;
-    let code = status
-        .code()
-        .or_else(|| status.signal().map(|signal| 128 + signal));
-    code.and_then(|code| u8::try_from(code).ok()).unwrap_or(1)
+    let code = status.code().or_else(|| Some(128 + status.signal()?));
+    code.and_then(|code| code.try_into().ok()).unwrap_or(1)
 }
 
-/// As a shell has it for a program that a signal ended.
 fn ended_by(signal: Signal) -> Outcome {
     Outcome::Passed(u8::try_from(128 + signal.as_raw()).unwrap_or(1))
 }
 
-/// A Unix socket that is served by a thread, until this is dropped.
 struct SocketWay {
     stop: socket::StopHandle,
     thread: Option<JoinHandle<()>>,
 }
 
 impl SocketWay {
-    fn open(
-        path: &Path,
-        options: &Emulate,
-        machine: &Machine,
-        reached: &mut Reached,
-    ) -> Result<Self> {
+    fn open(path: &Path, mode: AdapterMode, rack: Rack, reached: &mut Reached) -> Result<Self> {
         let how = socket::Options {
-            mode: options.adapter,
+            mode,
             ..socket::Options::default()
         };
-        let server = socket::Server::bind(path, machine.rack(), how).map_err(bad_input)?;
+        let server = socket::Server::bind(path, rack, how).map_err(bad_input)?;
         let stop = server.stop_handle();
-        reached.ways.push("socket");
-        reached.at.push(path.display().to_string());
-        reached.text.push(format!("socket {}", path.display()));
+        let shown = path.display();
+        reached.add("socket", &shown, format!("socket {shown}"));
         let thread = std::thread::spawn(move || server.serve());
-        Ok(Self {
-            stop,
-            thread: Some(thread),
-        })
+        let thread = Some(thread);
+        Ok(Self { stop, thread })
     }
 }
 
@@ -170,39 +161,27 @@ enum UsbWay {
 }
 
 impl UsbWay {
-    fn open(
-        address: Option<std::net::SocketAddr>,
-        machine: &Machine,
-        reached: &mut Reached,
-    ) -> Result<Self> {
+    fn open(address: Option<SocketAddr>, machine: &Machine, reached: &mut Reached) -> Result<Self> {
         let rack = machine.rack();
         let Some(address) = address else {
             // The kernel asks the adapter while it is being attached; the sensors themselves wait for the first transfer.
             let attached = usbip::attach(&rack, &usbip::Options::default()).map_err(bad_input)?;
             reached.ways.push("usbip");
             for bus in attached.buses() {
-                let device = bus.device.display().to_string();
+                let (device, bus) = (bus.device.display(), bus.bus);
+                reached.at.push(device.to_string());
                 reached
                     .text
-                    .push(format!("{device} of this kernel is bus {}", bus.bus));
-                reached.at.push(device);
+                    .push(format!("{device} of this kernel is bus {bus}"));
             }
             return Ok(Self::Attached(attached));
         };
         let server = usbip::Server::bind(address, &rack).map_err(bad_input)?;
-        reached.ways.push("usbip-tcp");
-        reached.at.push(server.address().to_string());
-        let ids: Vec<String> = server
-            .bus_ids()
-            .map(|(_, id)| {
-                format!(
-                    "usbip --tcp-port {} attach -r {} -b {id}",
-                    server.address().port(),
-                    server.address().ip()
-                )
-            })
-            .collect();
-        reached.text.push(ids.join(" && "));
+        let at = server.address();
+        let (port, host) = (at.port(), at.ip());
+        let attach = |id| format!("usbip --tcp-port {port} attach -r {host} -b {id}");
+        let lines: Vec<String> = server.bus_ids().map(|(_, id)| attach(id)).collect();
+        reached.add("usbip-tcp", at, lines.join(" && "));
         Ok(Self::Offered(server))
     }
 
@@ -216,24 +195,19 @@ impl UsbWay {
 
     fn close(self) -> Result<()> {
         match self {
-            Self::Attached(attached) => Ok(attached.stop()?),
-            Self::Offered(server) => {
-                server.stop();
-                Ok(())
-            }
+            Self::Attached(attached) => attached.stop()?,
+            Self::Offered(server) => server.stop(),
         }
+        Ok(())
     }
 }
 
-/// Ctrl-C and SIGTERM, caught.
 struct Stop(Receiver<Signal>);
 
 impl Stop {
     fn catch() -> Result<Self> {
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .context("cannot start the thread that waits for Ctrl-C")?;
+        let runtime = progress::runtime();
+        let runtime = runtime.context("cannot start the thread that waits for Ctrl-C")?;
         let (mut interrupted, mut terminated) = {
             let _within = runtime.enter();
             let caught = |kind| signal(kind).context("cannot catch Ctrl-C");
@@ -260,12 +234,10 @@ impl Stop {
         Ok(Self(told))
     }
 
-    /// A signal that has come already.
     fn pending(&self) -> Option<Signal> {
         self.0.try_recv().ok()
     }
 
-    /// Returns on a signal, after so many seconds, or when it is over.
     fn wait(&self, seconds: Option<f64>, is_over: impl Fn() -> bool) -> Outcome {
         let started = Instant::now();
         let limit =
@@ -290,10 +262,8 @@ impl Stop {
             ))
         })?;
         loop {
-            if let Some(status) = child
-                .try_wait()
-                .with_context(|| format!("cannot wait for {name}"))?
-            {
+            let ended = child.try_wait();
+            if let Some(status) = ended.with_context(|| format!("cannot wait for {name}"))? {
                 return Ok(Outcome::Passed(passed_on(status)));
             }
             let Ok(signal) = self.0.recv_timeout(LOOK_EVERY) else {
@@ -314,4 +284,112 @@ impl Stop {
 /// Whether a Ctrl-C at the terminal reaches this process, and with it its children.
 fn is_at_the_terminal() -> bool {
     tcgetpgrp(std::io::stdin()).is_ok_and(|foreground| foreground == getpgrp())
+}
+
+pub(super) struct Voice {
+    json: bool,
+    quiet: bool,
+    /// Standard output is the program's, if there is one.
+    has_program: bool,
+    shown: String,
+    /// The sensors, for programs and for people.
+    sensors: Vec<Value>,
+    places: String,
+}
+
+#[derive(Default)]
+pub(super) struct Reached {
+    /// fuse, preload, socket, usbip or usbip-tcp.
+    pub(super) ways: Vec<&'static str>,
+    pub(super) at: Vec<String>,
+    pub(super) text: Vec<String>,
+}
+
+impl Reached {
+    pub(super) fn add(&mut self, way: &'static str, at: impl ToString, text: String) {
+        self.ways.push(way);
+        self.at.push(at.to_string());
+        self.text.push(text);
+    }
+}
+
+impl Voice {
+    pub(super) fn new(options: &Emulate, prepared: &Prepared) -> Self {
+        let planned = || prepared.parts.iter().map(|part| &part.planned);
+        let places = planned().map(|Planned { name, place }| format!("{name} at {place}"));
+        Self {
+            json: options.json,
+            quiet: options.quiet,
+            has_program: !options.program.is_empty(),
+            shown: prepared.shown.clone(),
+            sensors: planned().map(sensor).collect(),
+            places: places.collect::<Vec<_>>().join(", "),
+        }
+    }
+
+    pub(super) fn ready(&self, reached: &Reached) -> Result<()> {
+        if self.json {
+            return self.print_json(&json!({
+                "event": "ready",
+                "ways": reached.ways,
+                "at": reached.at,
+                "shows": self.shown,
+                "sensors": self.sensors,
+            }));
+        }
+        if !self.quiet {
+            let reached = reached.text.join(" and ");
+            progress::say(&format!(
+                "{reached}: {}, showing {}",
+                self.places, self.shown
+            ));
+        }
+        if !self.has_program {
+            for place in &reached.at {
+                outln!("{place}")?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn note(&self, text: &str) {
+        if !self.quiet && !self.json {
+            progress::say(text);
+        }
+    }
+
+    pub(super) fn end(&self, counts: &Counts, outcome: Outcome) -> Result<()> {
+        if self.json {
+            let code = match outcome {
+                Outcome::Passed(code) => Some(code),
+                _ => None,
+            };
+            return self.print_json(&json!({
+                "event": "end",
+                "counts": counts,
+                "program_exit_code": code,
+            }));
+        }
+        self.note(&counts.to_string());
+        Ok(())
+    }
+
+    fn print_json(&self, value: &Value) -> Result<()> {
+        if self.has_program {
+            progress::say(&value.to_string());
+        } else {
+            outln!("{value}")?;
+        }
+        Ok(())
+    }
+}
+
+fn sensor(planned: &Planned) -> Value {
+    let Planned { name, place } = planned;
+    let mut sensor = json!({ "name": name, "bus": place.bus, "address": place.address.bits() });
+    if let Some(branch) = place.branch {
+        sensor["multiplexer"] = branch.mux.bits().into();
+        sensor["channel"] = branch.channel.into();
+    }
+    sensor
 }

@@ -15,37 +15,26 @@ const STEPS_MAX: usize = 6;
 pub(crate) enum Edit {
     /// Gives a key a value, whether or not it has one.
     Set {
-        /// Where it is.
         path: Vec<Step>,
         /// A number, a text, a truth, or a list of these.
         to: Value,
     },
     /// Takes a key away, so that its default holds.
-    Unset {
-        /// Where it is.
-        path: Vec<Step>,
-    },
+    Unset { path: Vec<Step> },
     /// Writes a new table behind the others of its kind.
     Add {
-        /// What it is.
         kind: Kind,
-        /// Its name.
         name: String,
-        /// Where it is, millimetres.
         at_mm: [f64; 3],
     },
     /// Writes a table once more, under another name, behind the others of its kind.
     Copy {
         /// The table, as `object 2`.
         path: Vec<Step>,
-        /// The copy's name.
         name: String,
     },
     /// Takes a table away, with the remarks that are its own.
-    Remove {
-        /// The table.
-        path: Vec<Step>,
-    },
+    Remove { path: Vec<Step> },
 }
 
 /// A key, or a place in a list.
@@ -78,7 +67,6 @@ pub(super) fn check_path(path: &[Step]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The error of a path that leads nowhere.
 pub(super) fn nothing_at(path: &[Step]) -> Fault {
     Fault::unfit(&format!("the scene has no {}", said(path)))
 }

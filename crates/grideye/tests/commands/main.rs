@@ -1,8 +1,14 @@
-//! What every command does with the files that it reads and writes: nothing that is read is written over, nothing is written
-//! in part, and no text is read without end.
+//! What commands print, write and refuse, and what every command does with the files that it reads and writes: nothing that
+//! is read is written over, nothing is written in part, and no text is read without end.
 #![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 mod apart;
+mod calibrate;
+mod characterize;
+mod coverage;
+mod dataset;
+mod palettes;
+mod simulate;
 mod texts;
 mod whole;
 

@@ -1,5 +1,4 @@
 //! `grideye dataset`: the same bytes however the work is spread or interrupted, and nothing of others overwritten.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use std::collections::BTreeMap;
 use std::fs;

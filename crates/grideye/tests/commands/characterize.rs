@@ -1,5 +1,4 @@
 //! `grideye characterize`: the table, the files, and what it says of recordings that tell nothing.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

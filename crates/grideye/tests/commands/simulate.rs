@@ -1,5 +1,4 @@
 //! `grideye simulate`, `fuse` and `distinguish`: what they write, what they print, and what they refuse.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use std::fs;
 use std::os::fd::OwnedFd;

@@ -1,5 +1,4 @@
 //! `grideye calibrate`: from a scene with unknowns and a recording to a scene with their values.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

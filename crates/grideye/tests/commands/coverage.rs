@@ -1,5 +1,4 @@
 //! `grideye coverage`: what it prints and writes, and what it refuses.
-#![expect(clippy::unwrap_used, reason = "what fails in a helper fails the test")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

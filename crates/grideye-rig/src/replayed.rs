@@ -1,0 +1,129 @@
+//! What came out of a replay against what went in: every word of every frame.
+
+use grideye_frame::{PIXELS, RawFrame};
+use grideye_recording::Row;
+use std::fmt;
+
+/// The count of both sides, and of what differs.
+#[derive(Debug, Clone, Copy)]
+pub struct Replayed {
+    sent: usize,
+    read: usize,
+    missing: usize,
+    pixels: usize,
+    thermistors: usize,
+}
+
+impl Replayed {
+    /// Compares the frames one by one, in order.
+    #[must_use]
+    pub fn new(source: &[RawFrame], rows: &[Row]) -> Self {
+        let read: Vec<&RawFrame> = rows
+            .iter()
+            .filter_map(|row| row.record.reading.frame())
+            .collect();
+        let pairs = || source.iter().zip(&read);
+        let words = pairs().flat_map(|(sent, got)| sent.pixels.iter().zip(&got.pixels));
+        let thermistors = pairs().filter(|(sent, got)| sent.thermistor != got.thermistor);
+        Self {
+            sent: source.len(),
+            read: read.len(),
+            missing: rows.len() - read.len(),
+            pixels: words.filter(|(sent, got)| sent != got).count(),
+            thermistors: thermistors.count(),
+        }
+    }
+
+    /// Whether every word of every frame came out, and nothing else.
+    #[must_use]
+    pub const fn is_equal(&self) -> bool {
+        self.read == self.sent && self.missing + self.pixels + self.thermistors == 0
+    }
+}
+
+impl fmt::Display for Replayed {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            sent,
+            read,
+            missing,
+            pixels,
+            thermistors,
+        } = self;
+        let of = sent * PIXELS;
+        write!(
+            formatter,
+            "{sent} frames in, {read} out, {missing} missing; compared one by one in order: {pixels} of {of} pixels and {thermistors} of {sent} thermistor values differ"
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use grideye_frame::{NoData, PixelWord, Reading, ThermistorWord};
+    use grideye_recording::{ClockState, Record, Stamp, StreamId};
+
+    fn frame(first: u16) -> RawFrame {
+        let mut pixels = [PixelWord(80); PIXELS];
+        pixels[0] = PixelWord(first);
+        RawFrame {
+            thermistor: ThermistorWord(400),
+            pixels,
+        }
+    }
+
+    fn row((seq, reading): (u64, Reading<RawFrame>)) -> Row {
+        let [device, sensor, boot] = ["demo", "s", "b"].map(str::to_owned);
+        let (t_boot_ns, t_utc_ns, clock) = (0, 0, ClockState::Synced);
+        Row {
+            stream: StreamId {
+                device,
+                sensor,
+                boot,
+            },
+            record: Record {
+                seq,
+                stamp: Stamp {
+                    t_boot_ns,
+                    t_utc_ns,
+                    clock,
+                },
+                reading,
+            },
+            t_arrival_ns: None,
+        }
+    }
+
+    #[test]
+    fn a_replay_is_equal_only_if_every_word_of_every_frame_is() {
+        let source = [frame(1), frame(2), frame(3)];
+        let judge = |readings: &[Reading<RawFrame>]| {
+            let rows: Vec<Row> = (0..).zip(readings.iter().copied()).map(row).collect();
+            Replayed::new(&source, &rows)
+        };
+        let [first, second, third] = source.map(Reading::Frame);
+        assert!(judge(&[first, second, third]).is_equal());
+        let swapped = judge(&[second, first, third]).to_string();
+        assert!(
+            swapped.contains("2 of 192 pixels"),
+            "out of order: {swapped}"
+        );
+        let warmer = Reading::Frame(RawFrame {
+            thermistor: ThermistorWord(401),
+            ..frame(3)
+        });
+        for (readings, fault) in [
+            (&[first, second][..], "one frame short"),
+            (&[first, second, second, third], "one twice"),
+            (
+                &[first, Reading::NoData(NoData::Nack), second, third],
+                "a missing row",
+            ),
+            (&[second, first, third], "out of order"),
+            (&[first, second, warmer], "another thermistor"),
+        ] {
+            assert!(!judge(readings).is_equal(), "{fault}");
+        }
+    }
+}
