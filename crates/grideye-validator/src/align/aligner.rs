@@ -1,16 +1,13 @@
 //! The alignment itself: the best clock, orientation and offset, held against what chance reaches.
 
-use crate::align::bounds::{BEYOND, Bounds};
-use crate::align::clock::{Clock, Line, Warp};
-use crate::align::film::{Film, Fit, Sample};
-use crate::align::line_search::{best_line, rough_likeness, standard_errors};
-use crate::align::pace_search::best_law;
-use crate::align::space::{Orientation, Pairs};
+use crate::align::clock::{BEYOND, Bounds, Clock, Line, Warp};
+use crate::align::film::{self, Film, Fit, Sample};
+use crate::align::space::{self, Orientation, Pairs};
+use crate::align::time_search::{best_law, best_line, rough_likeness, standard_errors};
 use crate::align::types::{AlignOptions, OffsetFound, OrientationFound, TimeAlignment, TimeFound};
 use crate::align::warp_search::best_warp;
-use crate::align::{decoy, film, space};
 use crate::error::ValidatorError;
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::numbers::count;
 use std::time::Duration;
 
@@ -131,7 +128,7 @@ impl Aligner {
             }
             TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {}
         }
-        let chance = decoy::chance(sample, film, bounds, asked);
+        let chance = chance(sample, film, bounds, asked);
         let at_bound = match &clock {
             Clock::Law(law) => bounds.holds_back(law),
             Clock::Line(_) | Clock::Warp(..) => is_beyond,
@@ -228,7 +225,7 @@ impl Aligner {
 
     /// How the image lies, by what moves and, where that leaves a choice, by what stands still.
     pub(crate) fn orientation(&self) -> Option<OrientationFound> {
-        let sample = self.sample.thinned(decoy::FRAMES);
+        let sample = self.sample.thinned(DECOY_FRAMES);
         let still = self.still_claim(|time_s| time_s);
         let own = sample.of_scene(&self.film);
         let likeness = |orientation: Orientation| {
@@ -335,6 +332,61 @@ struct Best {
     /// Standard errors of shift and rate.
     errors: Option<(f64, f64)>,
     is_beyond: bool,
+}
+
+/// Frames that decoys are aligned on.
+pub(crate) const DECOY_FRAMES: usize = 64;
+/// From this likeness to the scene on a decoy is the scene.
+const KIN_MIN: f64 = 0.7;
+
+/// The best of the decoys.
+pub(crate) struct Chance {
+    /// Likeness of the best; `None` if there was no decoy.
+    pub(crate) best: Option<f64>,
+    pub(crate) decoys: usize,
+}
+
+/// Aligns the recording with films that are not the scene but move like it.
+pub(crate) fn chance(
+    sample: &Sample,
+    film: &Film,
+    bounds: &Bounds,
+    asked: TimeAlignment,
+) -> Chance {
+    let sample = sample.thinned(DECOY_FRAMES);
+    let own = sample.of_scene(film);
+    let mut found = Chance {
+        best: None,
+        decoys: 0,
+    };
+    for orientation in Orientation::ALL {
+        let turned = film.map(|frame| orientation.apply(frame));
+        for (film, is_backwards) in [(turned.reversed(), true), (turned, false)] {
+            let is_scene = orientation == Orientation::Upright && !is_backwards;
+            if is_scene || rough_likeness(&own, &film, bounds) > KIN_MIN {
+                continue;
+            }
+            found.decoys += 1;
+            let likeness = aligned(&sample, &film, bounds, asked);
+            found.best = Some(found.best.map_or(likeness, |best| best.max(likeness)));
+        }
+    }
+    found
+}
+
+fn aligned(sample: &Sample, film: &Film, bounds: &Bounds, asked: TimeAlignment) -> f64 {
+    match asked {
+        TimeAlignment::Law => best_law(sample, film, bounds).1.likeness,
+        TimeAlignment::Warp => {
+            let (line, fit) = best_line(sample, film, bounds);
+            let warp = best_warp(sample, film, line, &fit, bounds.shift_max_s);
+            let warped = sample.fit(film, |time_s| line.scene_s(time_s) + warp.by_s(time_s));
+            fit.likeness.max(warped.likeness)
+        }
+        TimeAlignment::None | TimeAlignment::Shift | TimeAlignment::Rate => {
+            rough_likeness(sample, film, bounds)
+        }
+    }
 }
 
 #[cfg(test)]

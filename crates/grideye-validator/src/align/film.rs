@@ -1,6 +1,6 @@
 //! What is aligned: the scene's frames at any time, and the recording's frames with their times.
 
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::numbers::{count, evenly};
 use grideye_frame::PIXELS;
 use grideye_scene::Simulator;

@@ -1,7 +1,7 @@
 //! How the image lies: its orientation, and its offset in parts of a pixel.
 
 use crate::align::film::{Film, FitSums, Sample, whole};
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::metrics::correlation;
 use crate::numbers::count;
 use grideye_frame::COLUMNS;

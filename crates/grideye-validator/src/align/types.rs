@@ -1,7 +1,6 @@
 //! What may be asked of the alignment, and what it finds.
 
-use crate::align::bounds::Bounds;
-use crate::align::clock::{Law, Warp};
+use crate::align::clock::{Bounds, Law, Warp};
 use crate::align::space::Orientation;
 use crate::error::ValidatorError;
 use crate::frames::LeftOutCount;

@@ -6,7 +6,7 @@
 
 use crate::align::clock::{Line, Warp};
 use crate::align::film::{Film, Fit, FitSums, Sample, whole};
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::numbers::count;
 use grideye_frame::PIXELS;
 

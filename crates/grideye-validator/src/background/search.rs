@@ -1,8 +1,8 @@
 //! The search for empty stretches, and the background that they show.
 
-use crate::background::stretch::{Empty, Stretch};
+use crate::background::fit::{Empty, Stretch};
 use crate::characterize::Characterization;
-use crate::frames::pixels::{Pixels, decoded, middle_mean, two_by_two};
+use crate::frames::types::{Pixels, decoded, middle_mean, two_by_two};
 use crate::numbers::{count, median, trimmed_mean};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;

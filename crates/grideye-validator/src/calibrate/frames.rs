@@ -1,9 +1,8 @@
 //! The frames that a calibration looks at.
 
-use crate::calibrate::error::CalibrateError;
-use crate::calibrate::types::{FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
+use crate::calibrate::types::{CalibrateError, FRAMES_DEFAULT, FRAMES_MAX, FRAMES_MIN, Options};
 use crate::frames::faults::{FaultFinder, Standing};
-use crate::frames::pixels::decoded;
+use crate::frames::types::decoded;
 use crate::numbers::{count, evenly};
 use grideye_frame::PIXELS;
 use grideye_recording::Record;

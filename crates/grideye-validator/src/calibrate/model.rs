@@ -1,11 +1,9 @@
 //! The simulator as a function of the unknowns.
 
-use crate::calibrate::error::CalibrateError;
 use crate::calibrate::frames::Frames;
 use crate::calibrate::noise::Noise;
-use crate::calibrate::progress::Pace;
-use crate::calibrate::solver;
-use crate::calibrate::solver::{Problem, Solution};
+use crate::calibrate::solver::{self, Problem, Solution};
+use crate::calibrate::types::{CalibrateError, Pace};
 use grideye_frame::PIXELS;
 use grideye_scene::fit::{self, Fit, RECORDING_START};
 use grideye_scene::{Files, Scene, Simulator};

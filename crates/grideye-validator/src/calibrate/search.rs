@@ -1,12 +1,10 @@
 //! The search: from several starts on few frames, then on all with weights from what is left over.
 
-use crate::calibrate::error::CalibrateError;
 use crate::calibrate::frames::Frames;
 use crate::calibrate::model::{Model, Weighted};
-use crate::calibrate::noise;
-use crate::calibrate::noise::{Freedom, Noise, Parts};
+use crate::calibrate::noise::{self, Freedom, Noise, Parts};
 use crate::calibrate::solver::Solution;
-use crate::calibrate::types::{Options, STARTS_MAX};
+use crate::calibrate::types::{CalibrateError, Options, STARTS_MAX};
 use crate::calibrate::uncertainty::Uncertainty;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};

@@ -1,7 +1,6 @@
 //! Levenberg and Marquardt's least squares between bounds (Marquardt 1963, SIAM J. Appl. Math. 11:431).
 
-use crate::calibrate::linear;
-use crate::calibrate::linear::{Matrix, dot, zeros};
+use crate::calibrate::linear::{self, Matrix, dot, zeros};
 
 /// What is to be made small: as many residuals for every point.
 pub(crate) trait Problem {

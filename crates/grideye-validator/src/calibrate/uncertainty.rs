@@ -1,7 +1,6 @@
 //! How well the unknowns are known.
 
-use crate::calibrate::linear;
-use crate::calibrate::linear::{Matrix, dot, eigen, inverse, product, zeros};
+use crate::calibrate::linear::{self, Matrix, dot, eigen, inverse, product, zeros};
 use crate::calibrate::noise::{Freedom, Noise, Parts};
 use crate::calibrate::solver::{Solution, normal_equations};
 use crate::numbers::count;

@@ -1,8 +1,7 @@
 //! Allan deviations of single pixels and of the common mode.
 
-use crate::characterize::histogram::Histogram;
-use crate::characterize::limits::DIFFERENCE_BIN_C;
-use crate::frames::pixels::Pixels;
+use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
+use crate::frames::types::Pixels;
 use crate::numbers::{RunningVariance, long_count};
 use grideye_frame::PIXELS;
 

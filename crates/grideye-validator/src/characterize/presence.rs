@@ -7,9 +7,8 @@
 //! Who keeps still cannot be told from a heater by anything in the frames. So what stays warm beyond the pattern that
 //! units have is neither taken for somebody nor for the room.
 
-use crate::characterize::histogram::Histogram;
-use crate::characterize::limits::DIFFERENCE_BIN_C;
-use crate::frames::pixels::{Pixels, middle_mean, two_by_two};
+use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
+use crate::frames::types::{Pixels, middle_mean, two_by_two};
 use crate::metrics::gain::WarmLimits;
 use crate::metrics::unclaimed::RoomDifference;
 use crate::numbers::count;

@@ -2,14 +2,13 @@
 
 use crate::compare::settings::Settings;
 use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
-use crate::metrics;
-use crate::metrics::centered::Centered;
 use crate::metrics::counting::{Binned, Counter, mutual_corrected, mutual_of};
+use crate::metrics::distance::Centered;
 use crate::metrics::gain::{GainSums, Prediction, WarmLimits, WarmRegion};
 use crate::metrics::pair::Graph;
 use crate::metrics::score::Measure;
-use crate::metrics::{Binning, Blob, structural_similarity};
-use crate::numbers::{common_offset, count, difference_sums, finite, mean_frame, median};
+use crate::metrics::{self, Binning, Blob, structural_similarity};
+use crate::numbers::{common_offset, count, difference_sums, evenly, finite, mean_frame, median};
 
 /// One frame with its bins, entropies and warm pixels worked out.
 #[derive(Clone)]
@@ -435,6 +434,23 @@ impl ComparedFrames {
 
 fn pick(values: &[f64], order: &[usize]) -> Vec<f64> {
     order.iter().map(|&index| values[index]).collect()
+}
+
+pub(crate) fn pairs(protocol: Protocol, real: usize, simulated: usize) -> Vec<(usize, usize)> {
+    match protocol {
+        Protocol::Static => (0..real)
+            .flat_map(|r| (0..simulated).map(move |s| (r, s)))
+            .collect(),
+        Protocol::Dynamic => (0..real.min(simulated)).map(|k| (k, k)).collect(),
+    }
+}
+
+/// Up to `number` of the pairs, evenly spread, first and last included.
+pub(crate) fn thinned(pairs: &[(usize, usize)], number: usize) -> Vec<(usize, usize)> {
+    evenly(pairs.len(), number)
+        .into_iter()
+        .map(|index| pairs[index])
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! Sums over pairs of frames, by one thread or several.
 
-use crate::compare::pairs::thinned;
-use crate::compare::prepared::{ComparedFrames, FrameSet, Means, Tally};
+use crate::compare::prepared::{ComparedFrames, FrameSet, Means, Tally, thinned};
 use crate::frames::RealFrame;
 use crate::metrics::gain::GainSums;
 use crate::metrics::pair::Graph;

@@ -1,7 +1,7 @@
 //! Frames that say nothing of their own moment, found and left out, each with the reason; and the slow common drift.
 
 use crate::frames::faults::{FaultFinder, Standing};
-use crate::frames::pixels::decoded;
+use crate::frames::types::decoded;
 use grideye_frame::{NoData, PIXELS};
 use grideye_recording::Record;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! The slow drift that all pixels share, from the pixels without a person.
 
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::numbers::{common_offset, count, evenly, interpolated, median};
 
 /// The drift is the mean over this long, seconds: shorter than minutes, which drift takes, and longer than a person

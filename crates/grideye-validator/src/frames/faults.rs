@@ -1,6 +1,6 @@
 //! Torn frames, duplicates and glitches, told by each frame beside the one before.
 
-use crate::frames::pixels::Pixels;
+use crate::frames::types::Pixels;
 use crate::numbers::{count, long_count, median};
 use grideye_frame::PIXELS;
 

@@ -367,9 +367,7 @@ fn low_byte(number: f64) -> u8 {
 /// The definitions, word by word: for frames of any size, and what the tables are tested against.
 mod naive {
     use crate::metrics::binning::Binning;
-    use crate::numbers::all_finite;
-    use crate::numbers::count;
-    use crate::numbers::extremes;
+    use crate::numbers::{all_finite, count, extremes};
 
     /// The bin of each pixel, numbered from 0 upwards without holes in order of temperature.
     pub(crate) fn bins(frame: &[f64], binning: Binning) -> Option<Vec<u32>> {

@@ -1,7 +1,6 @@
 //! Correlation, similarity, errors and contrast of two frames.
 
-use crate::metrics::centered::Centered;
-use crate::numbers::{comparable, count, differences, finite, sum_of};
+use crate::numbers::{comparable, count, differences, finite, is_constant, mean, sum_of};
 
 /// Accuracy that the datasheet states for the AMG8833, in degrees: an offset of plus or minus this much is within its
 /// specification (AMG88 spec, "temperature accuracy").
@@ -92,4 +91,63 @@ pub fn contrast_slope(real: &[f64], claim: &[f64]) -> Option<f64> {
 pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
     contrast_slope(&y, &x)
+}
+
+/// A frame less its own mean.
+#[derive(Debug, Clone)]
+pub(crate) struct Centered {
+    deviations: Vec<f64>,
+    squares: f64,
+}
+
+impl Centered {
+    pub(crate) fn new(frame: &[f64]) -> Self {
+        let mean = mean(frame).unwrap_or(0.0);
+        let deviations: Vec<f64> = frame.iter().map(|value| value - mean).collect();
+        // The mean of equal numbers need not be that number: what is left would be noise over noise.
+        let squares = if is_constant(frame) {
+            0.0
+        } else {
+            sum_of(&deviations, &deviations, |x, _| x * x)
+        };
+        Self {
+            deviations,
+            squares,
+        }
+    }
+
+    /// The same pixels in another order.
+    pub(crate) fn permuted(&self, order: &[usize]) -> Self {
+        Self {
+            deviations: order.iter().map(|&index| self.deviations[index]).collect(),
+            squares: self.squares,
+        }
+    }
+
+    pub(crate) fn correlation(&self, other: &Self) -> Option<f64> {
+        correlation_of(self.product(other), self.squares, other.squares)
+    }
+
+    pub(crate) fn slope_over(&self, claim: &Self) -> Option<f64> {
+        let slope = (claim.squares > 0.0).then(|| self.product(claim) / claim.squares)?;
+        finite(slope)
+    }
+
+    /// The slope where the other side, too, holds noise of `sigma_c` a pixel: its share of the squares is taken out. `None`
+    /// where noise is half of what there is, or more.
+    pub(crate) fn slope_over_noisy(&self, other: &Self, sigma_c: f64) -> Option<f64> {
+        let noise = count(self.deviations.len().saturating_sub(1)) * sigma_c * sigma_c;
+        (other.squares > 2.0 * noise).then(|| self.product(other) / (other.squares - noise))
+    }
+
+    fn product(&self, other: &Self) -> f64 {
+        sum_of(&self.deviations, &other.deviations, |x, y| x * y)
+    }
+}
+
+pub(crate) fn correlation_of(product: f64, squares: f64, other_squares: f64) -> Option<f64> {
+    if squares <= 0.0 || other_squares <= 0.0 {
+        return None;
+    }
+    finite((product / (squares.sqrt() * other_squares.sqrt())).clamp(-1.0, 1.0))
 }

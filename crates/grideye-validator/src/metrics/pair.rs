@@ -1,9 +1,8 @@
 //! The paper's measures of one pair of 8 x 8 frames, all at once and without allocating.
 
 use crate::metrics::binning::Binning;
-use crate::metrics::centered::correlation_of;
 use crate::metrics::counting::{PIXELS_FAST, PairCounter, Places, levels_of};
-use crate::metrics::distance::IS_THRESHOLD;
+use crate::metrics::distance::{IS_THRESHOLD, correlation_of};
 use crate::numbers::{LANES, all_finite, count, long_count, sum_of_lanes};
 use std::sync::LazyLock;
 

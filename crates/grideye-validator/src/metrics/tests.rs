@@ -1,7 +1,7 @@
 //! The metrics against reference vectors and frames counted by hand.
 
 use super::*;
-use crate::metrics::centered::Centered;
+use crate::metrics::distance::Centered;
 use crate::numbers::{count, difference_sums, extremes, sum_of};
 
 /// The two frames of the reference vectors: 8 x 8, B is A with an uneven error and one pixel 2.5 degrees off.

@@ -2,8 +2,7 @@
 
 use crate::align::{Alignment, OffsetFound, OrientationFound, TimeFound};
 use crate::compare::Comparison;
-use grideye_draw::text::escape;
-use grideye_draw::text::{fixed, signed};
+use grideye_draw::text::{escape, fixed, signed};
 use serde_json::{Value, json};
 
 /// What was found about time and place, and what of it was applied; nothing where nothing was looked for.

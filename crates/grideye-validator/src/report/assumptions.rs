@@ -5,9 +5,8 @@ use crate::expected::DRAWS;
 use crate::frames::Protocol;
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
-use crate::report::context::Context;
 use crate::report::paper;
-use crate::report::text::list;
+use crate::report::text::{Context, list};
 use grideye_draw::text::{fixed, signed};
 
 pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {

@@ -3,15 +3,11 @@
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Protocol;
 use crate::metrics::{IS_THRESHOLD, SENSOR_ACCURACY_C};
-use crate::report::context::Context;
-use crate::report::image::Shows;
-use crate::report::text::list;
-use crate::report::{
-    alignment, assumptions, criteria, graph, image, maps, paper, scores, timeline,
-};
+use crate::report::image::{self, Shows};
+use crate::report::text::{Context, list};
+use crate::report::{alignment, assumptions, criteria, paper, plots, scores};
 use crate::verdict::Verdict;
-use grideye_draw::text::escape;
-use grideye_draw::text::{fixed, seconds, signed};
+use grideye_draw::text::{escape, fixed, seconds, signed};
 
 /// The comparison as one HTML file: no script, no network, readable in grey and in print. The verdict comes first.
 #[must_use]
@@ -27,8 +23,8 @@ pub fn html(comparison: &Comparison, context: &Context) -> String {
         frames(comparison),
         scores::section(comparison, context),
         evaluation(comparison),
-        timeline::section(comparison),
-        maps::section(comparison),
+        plots::section(comparison),
+        image::maps_section(comparison),
         alignment::section(comparison),
         criteria::thresholds(context),
         assumptions::section(comparison, context),
@@ -201,7 +197,7 @@ fn evaluation(comparison: &Comparison) -> String {
          {IS_THRESHOLD:.2} °C: the paper takes the datasheet's accuracy of ±{SENSOR_ACCURACY_C:.1} °C as 3σ and reads at 2σ. That σ is not \
          the sensor's noise.</p>\n\
          <figure>{}</figure>\n",
-        graph::svg(&comparison.evaluation)
+        plots::evaluation_graph(&comparison.evaluation)
     )
 }
 

@@ -1,7 +1,7 @@
 //! The verdict as JUnit XML, which servers of continuous integration read.
 
 use crate::compare::Comparison;
-use crate::report::context::Context;
+use crate::report::text::Context;
 use crate::verdict::{Criterion, State, Verdict};
 use grideye_draw::text::escape;
 use std::fmt::Write;

@@ -11,8 +11,9 @@ use crate::metrics::foreground::RoomSource;
 use crate::metrics::gain::WarmLimits;
 use crate::metrics::unclaimed::RoomDifference;
 use crate::numbers::{count, evenly, mean_frame, median};
-use crate::scene_comparison::prior::{KnownPattern, LearnedRoom};
-use crate::scene_comparison::types::{AlignedFrames, Options, TimedFrame, pixels, seconds};
+use crate::scene_comparison::types::{
+    AlignedFrames, KnownPattern, LearnedRoom, Options, TimedFrame, pixels, seconds,
+};
 use grideye_frame::{COLUMNS, PIXELS};
 use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};

@@ -1,14 +1,11 @@
 //! What else a picture shows: warmth that is not claimed, how it lies, how warm it is all over.
 
 use crate::align::Orientation;
-use crate::expected::distribution::Scale;
-use crate::expected::units::Pick;
+use crate::expected::units::{Pick, Scale};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::unclaimed::WarmBlock;
 use crate::thresholds::{Thresholds, too_few};
-use crate::verdict::criterion::{Criterion, State};
-use crate::verdict::types::Evidence;
-use crate::verdict::weighed::{PROFILE, Weighed};
+use crate::verdict::types::{Criterion, Evidence, PROFILE, State, Weighed};
 use grideye_draw::text::fixed;
 
 /// Something warm where the scene has nothing warm.

@@ -1,14 +1,11 @@
 //! Scores held against what a right scene would reach, and what a room without its people, or without anything.
 
-use crate::expected::distribution::Scale;
-use crate::expected::units::Pick;
+use crate::expected::units::{Pick, Scale};
 use crate::expected::{DRAWS, ScoreDistribution};
 use crate::metrics::foreground::RoomSource;
 use crate::metrics::score::Measure;
 use crate::thresholds::Thresholds;
-use crate::verdict::criterion::{Asked, Criterion, State};
-use crate::verdict::types::Evidence;
-use crate::verdict::weighed::{PROFILE, Weighed};
+use crate::verdict::types::{Asked, Criterion, Evidence, PROFILE, State, Weighed};
 use grideye_draw::text::fixed;
 
 /// C and gain, with and without people.

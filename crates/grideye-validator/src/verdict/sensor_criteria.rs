@@ -4,10 +4,10 @@
 //! These faults cannot be seen by C or the gain: one stuck pixel of 64 changes C by a hundredth. Each check has a stated
 //! rate of false alarms, or is said not to have been made.
 
-use crate::frames::pixels::decoded;
+use crate::frames::types::decoded;
 use crate::numbers::{count, greatest_common_divisor, median, normal_tail};
 use crate::thresholds::Thresholds;
-use crate::verdict::criterion::{Criterion, State};
+use crate::verdict::types::{Criterion, State};
 use grideye_draw::text::fixed;
 use grideye_frame::{PIXELS, PixelWord, RawFrame};
 use grideye_recording::Record;
