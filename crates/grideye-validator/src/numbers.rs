@@ -20,7 +20,6 @@ pub(crate) const fn long_count(number: u64) -> f64 {
     number as f64
 }
 
-/// The arithmetic mean; `None` of nothing.
 pub(crate) fn mean(values: &[f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
@@ -70,8 +69,7 @@ pub(crate) fn percentile(sorted: &[f64], percent: usize) -> Option<f64> {
     sorted.get(rank).copied()
 }
 
-/// The mean without the `cut` smallest and the `cut` largest, the median if nothing would be left; 0 of nothing. The
-/// values are added in the order of their size, so that the sum is the same on every machine.
+/// The mean without the `cut` smallest and largest (else the median), added in order of size; 0 of nothing.
 pub(crate) fn trimmed_mean(values: &mut [f64], cut: usize) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let cut = cut.min(values.len().saturating_sub(1) / 2);
@@ -82,9 +80,7 @@ pub(crate) fn trimmed_mean(values: &mut [f64], cut: usize) -> f64 {
     middle.iter().sum::<f64>() / count(middle.len())
 }
 
-/// How much warmer one frame is than another all over: the mean of the middle half of the differences. A warm body in
-/// either image does not move it as long as it covers less than a quarter of the view, and unlike the median it is
-/// finer than the sensor's step.
+/// How much warmer one frame is all over: the mean of the middle half of the differences, which a body does not move.
 pub(crate) fn common_offset(frame: &[f64], reference: &[f64]) -> f64 {
     let mut differences: Vec<f64> = differences(reference, frame).collect();
     let quarter = differences.len() / 4;
@@ -172,8 +168,7 @@ pub(crate) fn normal_quantile(share: f64) -> f64 {
     f64::midpoint(low, high)
 }
 
-/// How likely a normal draw is to lie more than `z` standard deviations above its mean, `z` from 0: Abramowitz and
-/// Stegun, 26.2.17, to 7.5e-8.
+/// The share of normal draws above `z` deviations, `z` from 0 (Abramowitz and Stegun, 26.2.17, to 7.5e-8).
 pub(crate) fn normal_tail(z: f64) -> f64 {
     const B: [f64; 5] = [
         0.319_381_530,
@@ -187,7 +182,6 @@ pub(crate) fn normal_tail(z: f64) -> f64 {
     (-z * z / 2.0).exp() / (2.0 * std::f64::consts::PI).sqrt() * sum
 }
 
-/// Whether two frames can be compared at all.
 pub(crate) fn comparable(real: &[f64], simulated: &[f64]) -> Option<()> {
     let defined = !real.is_empty()
         && real.len() == simulated.len()
@@ -203,7 +197,6 @@ pub(crate) fn all_finite(frame: &[f64]) -> bool {
         .fold(true, |all, value| all & value.is_finite())
 }
 
-/// Lowest and highest value.
 pub(crate) fn extremes(frame: &[f64]) -> (f64, f64) {
     let (whole, rest) = frame.split_at(frame.len() - frame.len() % LANES);
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);

@@ -39,31 +39,20 @@ pub struct ThresholdLine {
 /// Why a file of thresholds was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum ThresholdError {
-    /// Not TOML, an unknown key, or a value of another type.
     #[error("{file}:{line}:{column}: {message}\nhint: {hint}")]
     Malformed {
-        /// The file, as the caller named it.
         file: String,
-        /// Counted from 1.
         line: usize,
-        /// Counted from 1, in characters.
         column: usize,
-        /// What is wrong, with the key.
         message: String,
-        /// What to do.
         hint: String,
     },
-    /// More text than such a file has.
     #[error(
         "{file}: {found} bytes of text, expected at most {TEXT_BYTES_MAX}\nhint: is it a file of thresholds at all?"
     )]
-    TooLong {
-        /// The file, as the caller named it.
-        file: String,
-        /// Bytes found.
-        found: usize,
-    },
+    TooLong { file: String, found: usize },
 }
 
 impl ThresholdSet {
@@ -82,11 +71,10 @@ impl ThresholdSet {
         }
     }
 
-    /// Reads a file; `origin` is its name as messages are to show it. What it leaves out is as shipped.
+    /// Reads a file; `origin` is its name in messages. What it leaves out is as shipped.
     ///
     /// # Errors
-    /// [`ThresholdError`] with file, line, column and key: text that is not TOML, unknown keys, numbers out of their
-    /// range (not-a-number among them), an empty source, more than [`TEXT_BYTES_MAX`].
+    /// [`ThresholdError`], with the place and the key.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ThresholdError> {
         if text.len() > TEXT_BYTES_MAX {
             return Err(ThresholdError::TooLong {
@@ -236,16 +224,11 @@ impl File<'_> {
     }
 }
 
-/// Whether so many frames are fewer than asked for.
 pub(crate) fn too_few(frames: usize, thresholds: &Thresholds) -> bool {
     count(frames) < thresholds.frames_min
 }
 
-/// What the verdict is measured against. Skills are shares of the way from what chance scores on the recording to what
-/// hardly any recording of a right scene falls below, so that the same thresholds serve a strong scene and a weak one.
-///
-/// The defaults are the numbers of `thresholds.toml`, which says of each where it comes from;
-/// [`ThresholdSet`] reads such files.
+/// What the verdict is measured against: the numbers of `thresholds.toml`. Skills are shares of the way from chance to right.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thresholds {
     /// Least skill in C, 0 to 1.

@@ -2,7 +2,6 @@
 
 use crate::numbers::{count, interpolated};
 
-/// The scene's time at each of the recording's.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Clock {
     Line(Line),
@@ -11,7 +10,6 @@ pub(crate) enum Clock {
 }
 
 impl Clock {
-    /// The recording's own.
     pub(crate) const fn own() -> Self {
         Self::Line(Line {
             shift_s: 0.0,
@@ -32,7 +30,6 @@ impl Clock {
 /// A line of time: scene = recording + shift + rate * (recording - origin), seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Line {
-    /// At the origin, which is the recording's first frame.
     pub(crate) shift_s: f64,
     pub(crate) rate: f64,
     pub(crate) origin_s: f64,
@@ -44,20 +41,17 @@ impl Line {
     }
 }
 
-/// A law of time with four parameters: `scene = first + length * g(u)`, u from 0 at the begin to 1 at the end, and
-/// `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 - u)`.
+/// A law of time: `scene = first + length * g(u)`, `g(u) = (1 - ease) u + ease (10 u^3 - 15 u^4 + 6 u^5) + lean u (1 - u)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Law {
     /// When the walk begins in the recording, seconds later than the scene has it.
     pub begins_late_s: f64,
     /// When it ends in the recording, seconds later than the scene has it.
     pub ends_late_s: f64,
-    /// -1 to 1: 1 sets off and stops as smoothly as minimum jerk where the scene has constant speed, -1 the other way
-    /// round.
+    /// -1 to 1: 1 sets off and stops as smoothly as minimum jerk where the scene has constant speed.
     pub ease: f64,
     /// -1 to 1: above 0, faster in the first half and slower in the second than the scene.
     pub lean: f64,
-    /// The scene's times of the two ends, seconds.
     pub(crate) scene_s: (f64, f64),
 }
 
@@ -121,7 +115,6 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Wide enough to see whether the best lies beyond.
     pub(crate) fn wider(&self) -> Self {
         Self {
             shift_max_s: BEYOND * self.shift_max_s,

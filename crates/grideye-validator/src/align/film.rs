@@ -20,18 +20,15 @@ pub(crate) struct Film {
     ends: Ends,
 }
 
-/// What a film shows before its begin and after its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
-    /// A scene's people wait where they set off, and stay where they arrive. A delay that brings frames of the recording
-    /// across the walk's end is then held to what they show; if it were not, it would pay to bring fewer of them there.
+    /// A scene's people wait where they set off and stay where they arrive, so that no delay gains by bringing frames beyond.
     Stand,
     /// Frames from elsewhere say nothing of other times.
     Nothing,
 }
 
-/// Frames of the recording at the times that the scene would have them without any alignment, each pixel less its
-/// mean over all of them.
+/// Frames of the recording at the scene's times without alignment, each pixel less its mean over all of them.
 #[derive(Debug, Clone)]
 pub(crate) struct Sample {
     pub(crate) times_s: Vec<f64>,
@@ -51,7 +48,6 @@ pub(crate) struct Fit {
 }
 
 impl Fit {
-    /// Nothing is explained.
     const fn nothing(energy: f64) -> Self {
         Self {
             likeness: 0.0,
@@ -111,7 +107,6 @@ impl Film {
         }
     }
 
-    /// The same with each frame passed through `change`.
     pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
         Self {
             frames: self.frames.iter().map(change).collect(),
@@ -119,7 +114,6 @@ impl Film {
         }
     }
 
-    /// The same film run backwards.
     pub(crate) fn reversed(&self) -> Self {
         Self {
             frames: self.frames.iter().rev().copied().collect(),
@@ -154,7 +148,6 @@ impl Film {
 }
 
 impl Sample {
-    /// Takes each pixel's mean out of the frames.
     pub(crate) fn new(times_s: Vec<f64>, mut frames: Vec<Pixels>) -> Self {
         let number = count(frames.len().max(1));
         let mut mean = [0.0; PIXELS];
@@ -196,7 +189,6 @@ impl Sample {
         Self::new(times_s, frames)
     }
 
-    /// Up to `number` frames of it, evenly chosen.
     pub(crate) fn thinned(&self, number: usize) -> Self {
         let chosen = evenly(self.frames.len(), number);
         Self::new(
@@ -205,7 +197,6 @@ impl Sample {
         )
     }
 
-    /// Every second frame, from the first or from the second on.
     pub(crate) fn halves(&self) -> [Self; 2] {
         [0, 1].map(|first| {
             Self::new(
@@ -231,10 +222,7 @@ impl Sample {
         }
     }
 
-    /// How well the scene's moving part explains this one if its time is `scene_s` of the recording's.
-    ///
-    /// Each pixel of the scene loses its mean over the frames that it is met in. Frames that are met where the film
-    /// claims nothing stay in the denominator: no law of time gains by leaving them out.
+    /// How well the scene's moving part explains this one; frames where the film claims nothing stay in the denominator.
     pub(crate) fn fit(&self, film: &Film, scene_s: impl Fn(f64) -> f64) -> Fit {
         let mut sums = FitSums::default();
         for (&time_s, real) in self.times_s.iter().zip(&self.frames) {
@@ -246,7 +234,6 @@ impl Sample {
     }
 }
 
-/// Sums over frames, pixel by pixel.
 pub(crate) struct FitSums {
     frames: usize,
     product: Pixels,
@@ -299,7 +286,6 @@ impl FitSums {
         }
     }
 
-    /// The scene's mean frame.
     pub(crate) fn mean_claim(&self) -> Pixels {
         self.claim.map(|sum| sum / count(self.frames.max(1)))
     }
@@ -320,7 +306,6 @@ pub(crate) fn whole(number: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// A spot of 2 degrees that goes down one pixel a second along the first column and back.
     fn spot(time_s: f64) -> Pixels {
         let row = 3.5 - 3.5 * (time_s * 0.3).cos();
         std::array::from_fn(|pixel| {

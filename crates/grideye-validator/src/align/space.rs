@@ -9,22 +9,15 @@ use std::fmt;
 
 /// How a recorded image lies against the scene's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the names say it")]
 pub enum Orientation {
-    /// As the scene has it.
     Upright,
-    /// Turned a quarter clockwise.
     QuarterClockwise,
-    /// Turned by half.
     Half,
-    /// Turned a quarter counter-clockwise.
     QuarterCounterclockwise,
-    /// Left and right swapped.
     MirroredLeftRight,
-    /// Top and bottom swapped.
     MirroredTopBottom,
-    /// Rows and columns swapped.
     Transposed,
-    /// Rows and columns swapped, about the other diagonal.
     TransposedOther,
 }
 
@@ -84,7 +77,6 @@ impl Orientation {
         std::array::from_fn(|index| upright[self.source(index)])
     }
 
-    /// Where in the upright image a pixel comes from.
     const fn source(self, index: usize) -> usize {
         let (row, column) = (index / COLUMNS, index % COLUMNS);
         let last = COLUMNS - 1;
@@ -136,11 +128,9 @@ pub(crate) fn moved(image: &Pixels, right_px: f64, down_px: f64) -> Pixels {
     })
 }
 
-/// Pairs of a recorded frame and what the scene claims, both at one time.
 pub(crate) struct Pairs(Vec<(Pixels, Pixels)>, f64);
 
 impl Pairs {
-    /// The moving parts of a walk and a scene under a law of time.
     pub(crate) fn moving(sample: &Sample, film: &Film, scene_s: impl Fn(f64) -> f64) -> Self {
         let pairs = sample
             .times_s
@@ -159,8 +149,7 @@ impl Pairs {
         sums.fit(self.1).likeness
     }
 
-    /// The offset of the recorded image against the scene's, pixels to the right and downwards, up to `most` each way,
-    /// and the likeness without and with it.
+    /// The offset of the recorded image, pixels right and down, up to `most` each way; the likeness without and with it.
     pub(crate) fn best_offset(&self, most: f64) -> ([f64; 2], [f64; 2]) {
         let without = self.likeness(0.0, 0.0);
         let (mut best, mut value, mut step) = ([0.0, 0.0], without, 0.5);

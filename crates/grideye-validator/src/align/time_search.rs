@@ -10,16 +10,13 @@ const SHIFT_STEP_S: f64 = 0.1;
 const RATE_STEP_S: f64 = 0.3;
 /// Frames that the grid is searched with, if it is small enough.
 const GRID_FRAMES: usize = 256;
-/// The fewest that it is searched with, however large it is.
 const GRID_FRAMES_MIN: usize = 48;
 /// From so many places of the grid on, fewer frames are taken.
 const GRID_PLACES: usize = 20_000;
-/// Best places of the grid that are followed downhill.
 const STARTS: usize = 5;
 /// The last step downhill, seconds.
 const SHIFT_LAST_S: f64 = 0.000_5;
 
-/// The best line within the bounds and what it explains.
 pub(crate) fn best_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (Line, Fit) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
@@ -38,7 +35,6 @@ pub(crate) fn rough_likeness(sample: &Sample, film: &Film, bounds: &Bounds) -> f
     rough_line(sample, film, bounds).0
 }
 
-/// The line of [`rough_likeness`], behind it.
 fn rough_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (f64, Line) {
     let grid = Grid::new(sample, bounds);
     let coarse = sample.thinned(grid.frames());
@@ -101,7 +97,6 @@ impl Grid {
         })
     }
 
-    /// The best places, the first one best.
     fn best(&self, sample: &Sample, film: &Film, number: usize) -> Vec<(f64, Line)> {
         let mut best: Vec<(f64, Line)> = Vec::with_capacity(number + 1);
         for line in self.lines() {
@@ -156,9 +151,7 @@ impl Grid {
     }
 }
 
-/// Standard errors of shift (at the origin) and rate, from how fast the scene changes in time and what was left
-/// unexplained. What is left is taken as independent between frames, which is nearly so for the sensor's noise and not
-/// for a scene that is wrong.
+/// Standard errors of shift (at the origin) and rate; what is left is taken as independent between frames.
 pub(crate) fn standard_errors(
     sample: &Sample,
     film: &Film,
@@ -238,7 +231,6 @@ pub(crate) fn best_law(sample: &Sample, film: &Film, bounds: &Bounds) -> (Law, F
     (best, sample.fit(film, |time_s| best.scene_s(time_s)))
 }
 
-/// Compass search over the four parameters.
 fn law_downhill(sample: &Sample, film: &Film, start: Law, bounds: &Bounds) -> (f64, Law) {
     let likeness = |law: &Law| sample.fit(film, |time_s| law.scene_s(time_s)).likeness;
     let (mut best, mut value, mut step) = (start, likeness(&start), 0.25);
@@ -320,8 +312,7 @@ mod tests {
         assert!((line.scene_s(30.0) - 30.4).abs() < 1e-12);
     }
 
-    /// By hand: half a second in steps of 0.1 s; 6 % of a minute is 3.6 s, in steps of 0.3 s. Of a grid of more than 20,000
-    /// places, as many fewer frames are taken as keep the work, down to 48.
+    /// By hand: 0.5 s in steps of 0.1 s; 6 % of a minute is 3.6 s, in steps of 0.3 s.
     #[test]
     fn the_grid_has_the_stated_places_and_frames() {
         let usual = grid(60.0, 0.5, 0.06);
@@ -350,8 +341,7 @@ mod tests {
         is_near(&still, &[(0.0, 0.0)]);
     }
 
-    /// A minute: to turn the line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift at the first frame by
-    /// 0.1 s the other way.
+    /// To turn a minute's line by 0.1 s at its ends, the rate changes by 0.1 in 30, and the shift by 0.1 s the other way.
     #[test]
     fn neighbours_are_shifted_or_turned_about_the_middle_within_the_bounds() {
         let grid = grid(60.0, 0.5, 0.06);
@@ -408,8 +398,7 @@ mod tests {
         )
     }
 
-    /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step, and the best places
-    /// of the grid are the two beside it.
+    /// Between two places of the grid: found to half a millisecond, roughly to a quarter of a step.
     #[test]
     fn a_delay_is_found_as_finely_as_is_stated() {
         let (sample, film) = filmed(0.137);
@@ -432,8 +421,7 @@ mod tests {
         }
     }
 
-    /// By hand: every pixel grows by 1 °C a second, twice as fast as fitted: 64 squares of 2 a frame, 0, 1 and 2 s after the
-    /// origin. With a variance of 1: sums 768, 768 and 1,280, determinant 393,216.
+    /// By hand: 64 squares of 2 a frame, 0, 1 and 2 s after the origin: sums 768, 768 and 1,280, determinant 393,216.
     #[test]
     fn standard_errors_are_those_of_a_line_through_three_frames() {
         let film = Film::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
@@ -492,8 +480,7 @@ mod tests {
         assert!(!law(1.0, 0.4).rises() && !law(0.0, 1.5).rises());
     }
 
-    /// A step of 0.25 is half a second of ends that may be 2 s late: at one end, at both, at both against each other; then
-    /// the shape.
+    /// A step of 0.25 is half a second of ends that may be 2 s late.
     #[test]
     fn neighbours_are_one_step_away_and_within_the_bounds() {
         let of = |law: Law, most_s: f64| -> Vec<[f64; 4]> {

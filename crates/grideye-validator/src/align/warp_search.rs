@@ -14,7 +14,6 @@ use grideye_frame::PIXELS;
 const FRAMES: usize = 600;
 /// Frames nearer to each other than this are thinned, seconds: pace needs some time to show.
 const FRAME_STEP_S: f64 = 0.1;
-/// Most places across the band.
 const LEVELS_MAX: usize = 161;
 /// The path departs from the line by at most this many seconds a second.
 const PACE_MAX: f64 = 0.5;
@@ -23,7 +22,6 @@ const WANDER_S: f64 = 0.3;
 /// The path is averaged over this, seconds.
 const SMOOTH_S: f64 = 0.6;
 
-/// The path of least cost about a line.
 pub(crate) fn best_warp(sample: &Sample, film: &Film, line: Line, fit: &Fit, band_s: f64) -> Warp {
     let number = whole((sample.span_s() / FRAME_STEP_S).ceil().max(2.0)).min(FRAMES);
     let sample = sample.thinned(number);
@@ -152,7 +150,6 @@ fn smoothed(knots: &[(f64, f64)]) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// Against every way through a small table.
     #[test]
     fn the_cheapest_path_is_that_of_brute_force() {
         let levels = [-0.1, -0.05, 0.0, 0.05, 0.1];

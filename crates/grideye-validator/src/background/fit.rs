@@ -7,21 +7,18 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// What is left of the recording's empty stretches when the room is explained, root of the mean square over the pixels,
-/// their common level taken out, °C.
+/// What is left of the empty stretches when the room is explained: RMS over the pixels, their common level taken out, °C.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BackgroundFit {
     /// Less the scene without its people, with the pattern of the profile.
     pub profile_c: f64,
-    /// The first half of the frames less the mean of the second, and the other way round: what anything learned from the
-    /// recording's own empty stretches leaves.
+    /// Each half of the frames less the mean of the other.
     pub own_c: f64,
     /// The stretches, in time since the recording's first frame.
     pub stretches: Vec<Stretch>,
 }
 
 impl BackgroundFit {
-    /// From what both halves of the empty stretches show, and what the profile expects there.
     pub(crate) fn new(
         [first, second]: [&[f64]; 2],
         expected: &[f64],
@@ -34,14 +31,12 @@ impl BackgroundFit {
         }
     }
 
-    /// Whether the profile leaves more than the recording's own stretches do, by more than rounding to the sensor's step
-    /// leaves in any frame.
+    /// Whether the profile leaves more than the recording's own stretches do, rounding to the sensor's step aside.
     #[must_use]
     pub fn is_worse(&self) -> bool {
         self.profile_c.powi(2) > self.own_c.powi(2) + sensor_step_c().powi(2) / 12.0
     }
 
-    /// What is wrong then, and what to do about it.
     pub(crate) fn warning(&self) -> Option<String> {
         let stretches: Vec<String> = self.stretches.iter().map(ToString::to_string).collect();
         self.is_worse().then(|| format!(
@@ -123,8 +118,7 @@ pub enum Empty {
 mod tests {
     use super::*;
 
-    /// By hand: one of eight pixels is 0.4 °C off the profile in both halves, and 0.2 °C off the other half in each. The
-    /// level of 3 °C between room and profile, and of 1 °C between the halves, is nobody's.
+    /// By hand: one of eight pixels is 0.4 °C off the profile, and 0.2 °C off the other half; levels count for nothing.
     #[test]
     fn what_is_left_is_the_root_of_the_mean_square() {
         let first = [20.4, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0];

@@ -353,14 +353,11 @@ impl Calibration {
     }
 }
 
-/// Finds the unknowns that a scene marks.
-///
-/// Time counts from the recording's first frame, which is second `recording.start_s` of the scene: 0 unless that is one
-/// of the unknowns. Frames after the end of the scene's ways are left out, and so are torn frames and duplicates.
+/// Finds the unknowns that a scene marks. Time counts from the recording's first frame, second `recording.start_s` of the
+/// scene; torn frames, duplicates and frames after the scene's end are left out.
 ///
 /// # Errors
-/// [`CalibrateError`]: a scene that is refused or marks nothing, bounds that the scene may not have, a sensor of
-/// another resolution, a clock that runs backwards, too few frames.
+/// [`CalibrateError`].
 pub fn calibrate(
     records: &[Record],
     (text, origin): (&str, &str),

@@ -8,7 +8,6 @@ use grideye_frame::PIXELS;
 use grideye_recording::Record;
 use std::time::Duration;
 
-/// Frames side by side, in the order of their times.
 #[derive(Debug)]
 pub(crate) struct Frames {
     /// Since the recording's first frame.
@@ -77,7 +76,6 @@ impl Frames {
         self.times.len()
     }
 
-    /// Every so manieth frame, at most so many.
     pub(crate) fn fewer(&self, most: usize) -> Self {
         let chosen = evenly(self.len(), most);
         let frame = |place: usize| &self.celsius[place * PIXELS..(place + 1) * PIXELS];
@@ -92,7 +90,6 @@ impl Frames {
         }
     }
 
-    /// The mean time between two frames, seconds.
     pub(crate) fn interval_s(&self) -> f64 {
         let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else {
             return 0.0;
@@ -109,7 +106,6 @@ struct Whole {
     first: Option<u64>,
     last: u64,
     frames: Vec<(Duration, [f64; PIXELS])>,
-    /// Torn ones and duplicates too.
     all: Vec<(Duration, [f64; PIXELS])>,
 }
 

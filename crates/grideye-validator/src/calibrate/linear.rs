@@ -1,6 +1,5 @@
 //! Small dense linear algebra: matrices as rows, all symmetric.
 
-/// A square matrix, row by row.
 pub(crate) type Matrix = Vec<Vec<f64>>;
 
 pub(crate) fn zeros(size: usize) -> Matrix {
@@ -55,7 +54,6 @@ pub(crate) fn solve(lower: &Matrix, values: &[f64]) -> Vec<f64> {
     x
 }
 
-/// The inverse; `None` if the matrix is not positive definite.
 pub(crate) fn inverse(matrix: &Matrix) -> Option<Matrix> {
     let lower = cholesky(matrix)?;
     let size = matrix.len();
@@ -145,7 +143,6 @@ pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// The second moment of some vectors: positive definite.
     fn matrix() -> Matrix {
         vec![
             vec![4.0, 1.0, -2.0],

@@ -9,13 +9,11 @@ use grideye_scene::fit::{self, Fit, RECORDING_START};
 use grideye_scene::{Files, Scene, Simulator};
 use std::time::Duration;
 
-/// A scene file with its unknowns.
 pub(crate) struct Model<'a> {
     text: String,
     origin: &'a str,
     files: &'a dyn Files,
     sensor: &'a str,
-    /// All unknowns of the text.
     fits: Vec<Fit>,
     /// The places of those that the pictures depend on.
     searched: Vec<usize>,
@@ -75,7 +73,6 @@ impl<'a> Model<'a> {
         values
     }
 
-    /// The scene at a point.
     pub(crate) fn scene(&self, point: &[f64]) -> Result<Scene, CalibrateError> {
         let text = fit::with_values(&self.text, &self.fits, &self.values(point));
         Ok(Scene::parse(&text, self.origin, self.files)?.scene)

@@ -11,7 +11,6 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 /// Frames that the search from several starts looks at.
 const COARSE_FRAMES: usize = 24;
-/// Steps of each search.
 const COARSE_STEPS: usize = 12;
 const FINE_STEPS: usize = 40;
 /// How often the noise is measured again on what the best fit leaves over.
@@ -67,12 +66,10 @@ pub(crate) fn from_several_starts(
     Ok((point, [starts, same]))
 }
 
-/// Uniform from 0 to 1.
 pub(crate) fn draw(generator: &mut ChaCha12Rng) -> f64 {
     f64::from(generator.next_u32()) / 4_294_967_296.0
 }
 
-/// The search on all frames, with weights from what it leaves over.
 pub(crate) struct FineSearch {
     pub(crate) solution: Solution,
     pub(crate) noise: Noise,

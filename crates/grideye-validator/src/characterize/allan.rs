@@ -4,6 +4,7 @@ use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
 use crate::frames::types::Pixels;
 use crate::numbers::{RunningVariance, long_count};
 use grideye_frame::PIXELS;
+use serde::Serialize;
 
 /// Averages of 1, 2, 4 and so on up to 512 frames.
 const OCTAVES: usize = 10;
@@ -11,13 +12,11 @@ const OCTAVES: usize = 10;
 const PAIRS_MIN: u64 = 8;
 
 /// How far averages over one stretch of time differ from those over the next.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AllanPoint {
     /// Length of the averages, seconds.
     pub tau_s: f64,
-    /// Allan deviation of a single pixel, °C, from the quartiles over all pixels and averages, as of a normal distribution:
-    /// white noise falls with the root of `tau_s`, drift rises. Who walks past widens it less than he would by any rule
-    /// that cuts off the tails, as he is in most averages of some length.
+    /// Allan deviation of a single pixel, °C, from the quartiles over all pixels and averages.
     pub pixel_c: f64,
     /// Allan deviation of the common mode, °C.
     pub common_c: f64,
@@ -77,7 +76,6 @@ impl Allan {
         }
     }
 
-    /// Differences of neighbouring averages of `2^octave` frames.
     #[cfg(test)]
     pub(crate) fn pairs(&self, octave: usize) -> u64 {
         self.0[octave].common.count()

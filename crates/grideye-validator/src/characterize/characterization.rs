@@ -56,8 +56,7 @@ pub struct Characterization {
 /// The noise of each pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseMap {
-    /// Standard deviation from frame to frame as read, °C: with the 0.072 °C of the sensor's rounding, without what all
-    /// pixels do together, and without what moves in the scene.
+    /// Standard deviation from frame to frame as read, °C, without the common mode and what moves.
     pub sigma_c: [f64; PIXELS],
 }
 
@@ -80,8 +79,7 @@ impl NoiseMap {
 }
 
 impl Characterization {
-    /// The frame rate by the sensor's own clock, frames a second, where it can be told: by its five-frame cycle; or else
-    /// as the rate of the recording, if that has each of the sensor's frames once (nothing torn, twice, or left out).
+    /// Frames a second by the sensor's own clock: by its five-frame cycle, or where each frame was read just once.
     #[must_use]
     pub fn sensor_hz(&self) -> Option<f64> {
         let cycle = self.common_mode.and_then(|common| common.cycle);
@@ -95,14 +93,10 @@ impl Characterization {
         (in_step && (rate_hz / NOMINAL_HZ - 1.0).abs() < 0.1).then_some(rate_hz)
     }
 
-    /// The sensor as a profile that simulator and emulator load.
+    /// The sensor as a profile that simulator and emulator load, with what is not smooth in the background as its pattern.
     ///
-    /// Its pattern is what is not smooth in the background, which holds in any room. `Background::put_into` puts the whole
-    /// background of an empty room in its place.
-    ///
-    /// The sensor's own rounding is taken out of the pixels' sigmas, since whoever uses the profile rounds again; not out
-    /// of the thermistor's, whose noise is smaller than its step, where rounding adds no such share. Numbers are
-    /// rounded to 0.0001 °C and 100 ppm. Warm-up cannot be told from a recording that does not say when power came on.
+    /// Rounding is taken out of the pixels' sigmas, not out of the thermistor's, whose noise is smaller than its step. Numbers
+    /// are rounded to 0.0001 °C and 100 ppm; warm-up is not known.
     #[must_use]
     pub fn profile(&self, name: &str) -> Profile {
         let common = self.common_mode.as_ref();
@@ -170,27 +164,16 @@ fn clock_error_ppm(sensor_hz: f64) -> i32 {
 /// Why a recording could not be characterised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what each is")]
 pub enum CharacterizeError {
-    /// Too few frames to say anything.
     #[error(
         "the recording has {found} frames, expected at least {needed}\nhint: five seconds tell little; record a minute or more of a room where little moves"
     )]
-    TooFewFrames {
-        /// Frames that were read; missing ones do not count.
-        found: u64,
-        /// The fewest, [`FRAMES_MIN`].
-        needed: u64,
-    },
-    /// Sequence numbers do not rise: records of several streams, or not in their order.
+    TooFewFrames { found: u64, needed: u64 },
     #[error(
         "sequence number {found} follows {previous}\nhint: hand in the records of one device, sensor and boot, in the recording's order"
     )]
-    NotAscending {
-        /// The sequence number before.
-        previous: u64,
-        /// The one that should be above it.
-        found: u64,
-    },
+    NotAscending { previous: u64, found: u64 },
 }
 
 /// Measures the sensor from the records of one stream, in their order.

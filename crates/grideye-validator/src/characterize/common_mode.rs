@@ -4,10 +4,11 @@ use crate::characterize::allan::AllanPoint;
 use crate::characterize::histogram::SEGMENT_FRAMES;
 use crate::numbers::{count, long_count, trimmed_mean};
 use grideye_scene::profile::OCTAVES_MAX;
+use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
 /// What all pixels do together.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CommonMode {
     /// Standard deviation of means over ten frames, °C: the slow part. What the room does is in it.
     pub sd_c: f64,
@@ -38,17 +39,15 @@ const IN_STEP: f64 = 0.02;
 const SENSOR_HZ: core::ops::RangeInclusive<f64> = 8.0..=12.0;
 
 /// A cold frame that comes again and again.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cycle {
-    /// Recorded frames from one to the next, duplicates not counted. Five frames of the sensor are more, or fewer, frames of a recording that was
-    /// made at another rate than the sensor's own.
+    /// Recorded frames from one to the next; five of the sensor's, if it was read at its own rate.
     pub frames: f64,
     /// By how much that one sensor frame is colder than the others, °C.
     pub depth_c: f64,
     /// How far the peak stands out of the spectrum of the common mode.
     pub contrast: f64,
-    /// The sensor's own frame rate, frames a second, if its cycle is five of its frames; `None` where that would be no
-    /// rate of a 10 Hz sensor.
+    /// The sensor's own frame rate, frames a second; `None` where that would be no rate of a 10 Hz sensor.
     pub sensor_hz: Option<f64>,
 }
 
@@ -70,7 +69,6 @@ impl Default for CycleFinder {
 }
 
 impl CycleFinder {
-    /// Takes the levels of one segment.
     pub(crate) fn push(&mut self, levels_c: &[f64]) {
         self.segments += 1;
         let mean = levels_c.iter().sum::<f64>() / count(levels_c.len());
@@ -116,8 +114,7 @@ impl CycleFinder {
         })
     }
 
-    /// A cold frame shows at the cycle's frequency and, as strongly, at twice that; drifts and people at low
-    /// frequencies weigh little once the series is differenced, which is what the sines do.
+    /// At the cycle's frequency and at twice that, differenced by the sines, so that drifts and people weigh little.
     fn strength(&self, number: usize) -> f64 {
         let differenced =
             |number: usize| self.power[number] * (2.0 * (PI * frequency(number)).sin()).powi(2);
@@ -191,13 +188,12 @@ const _: () = assert!(
 
 /// Averages over fewer frames still hold the five-frame cycle.
 const AVERAGED_FRAMES_MIN: f64 = 7.5;
-/// Points below which nothing is fitted: there are three unknowns.
 const POINTS_MIN: usize = 3;
 /// The slowest wander tried is so many times as long as the longest average.
 const LONGEST: f64 = 2.0;
 
 /// The wander of a sensor profile whose Allan deviations are nearest to those found.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Flicker {
     /// Its standard deviation, °C.
     pub sd_c: f64,
@@ -207,8 +203,7 @@ pub struct Flicker {
     pub octaves: u32,
 }
 
-/// Allan variance of one wander of variance 1 and correlation time 1 over 2^-5 to 2^6: the double integral of its
-/// autocorrelation, which follows from the blend of two independent draws that it is.
+/// Allan variance of a wander of variance 1 and correlation time 1 over 2^-5 to 2^6.
 const ALLAN_VARIANCE: [f64; 12] = [
     0.001_248_5,
     0.004_947_2,

@@ -6,8 +6,7 @@ use crate::numbers::long_count;
 const BINS_A_SIDE: usize = 512;
 /// Values beyond this many standard deviations are cut off: what is not noise is mostly there.
 const CUT_SIGMAS: f64 = 3.0;
-/// The variance of a normal distribution cut off at three standard deviations, against that of the whole:
-/// 1 - 2 · 3 φ(3) / (2 Φ(3) - 1).
+/// The variance of a normal distribution cut off at three standard deviations: 1 - 2 · 3 φ(3) / (2 Φ(3) - 1).
 const CUT_VARIANCE: f64 = 0.973_337;
 /// The distance of the quartiles of a normal distribution, in standard deviations.
 const QUARTILES_APART: f64 = 1.348_98;
@@ -23,7 +22,6 @@ pub(crate) struct Histogram {
 }
 
 impl Histogram {
-    /// With bins of that width.
     pub(crate) fn new(bin: f64) -> Self {
         Self {
             bin,
@@ -73,10 +71,7 @@ impl Histogram {
         None
     }
 
-    /// The standard deviation of the normal distribution that fits the middle of the values; `None` of fewer than 10.
-    ///
-    /// The values within three standard deviations of their mean, again and again, until that changes nothing; what
-    /// the cut takes from a normal distribution is given back.
+    /// The normal distribution's standard deviation that fits the values within three of it; `None` of fewer than 10.
     pub(crate) fn gaussian_sigma(&self) -> Option<f64> {
         if self.total < 10 {
             return None;
@@ -97,10 +92,7 @@ impl Histogram {
         Some(sigma)
     }
 
-    /// The standard deviation of the normal distribution with the same quartiles; `None` of fewer than 10 values.
-    ///
-    /// Values that come in steps, several bins apart, are spread over the room between them, so that quartiles do not
-    /// jump; the twelfth of the step's square that this adds is taken off, as Sheppard does.
+    /// The standard deviation of the normal distribution with the same quartiles, steps taken off (Sheppard); `None` of fewer than 10.
     pub(crate) fn quartile_sigma(&self) -> Option<f64> {
         if self.total < 10 {
             return None;
@@ -112,8 +104,7 @@ impl Histogram {
         Some((sigma * sigma - added).max(0.0).sqrt())
     }
 
-    /// A quantile where the values of each bin lie evenly between the middles to the neighbours that hold something; with
-    /// the width of that room.
+    /// A quantile where each bin's values lie evenly up to the middles to its neighbours; with the width of that room.
     fn spread_quantile(&self, share: f64) -> Option<(f64, f64)> {
         let wanted = share * long_count(self.total);
         let bins: Vec<(f64, f64)> = self.bins().collect();
@@ -150,7 +141,6 @@ impl Histogram {
         ((squares - sum * sum / count) / count).max(0.0)
     }
 
-    /// Counts and middles of the bins that hold something.
     fn bins(&self) -> impl Iterator<Item = (f64, f64)> {
         let zero = long_count(u64::try_from(BINS_A_SIDE).unwrap_or(0));
         (0_u32..)

@@ -15,8 +15,7 @@ use crate::numbers::count;
 use crate::thresholds::Thresholds;
 use grideye_frame::{COLUMNS, PIXELS, ROWS};
 
-/// Means below which nobody's absence is known, half a minute: in every half minute of both LINAIGE sessions in which
-/// somebody was counted, something moved by 0.65 °C or more; in ten seconds by as little as 0.2 °C.
+/// Means below which nobody's absence is known, half a minute (LINAIGE: somebody moves 0.65 °C or more in as long).
 const MEANS_MIN: usize = 30;
 /// So many standard deviations are no noise.
 const MOVED_SIGMAS: f64 = 6.0;
@@ -47,7 +46,6 @@ pub struct Spot {
     pub column: usize,
 }
 
-/// Takes means of ten frames.
 #[derive(Debug)]
 pub(crate) struct PresenceFinder {
     squares: Vec<Histogram>,
@@ -80,7 +78,6 @@ impl PresenceFinder {
         self.means += 1;
     }
 
-    /// The mean of each pixel, °C; `None` of nothing.
     pub(crate) fn mean_c(&self) -> Option<Pixels> {
         (self.means > 0).then(|| self.sums.map(|sum| sum / count(self.means)))
     }

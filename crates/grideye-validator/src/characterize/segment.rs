@@ -32,14 +32,12 @@ pub(crate) struct Segments {
     /// What each pixel had in the first segment: levels are told from there.
     reference: Option<Pixels>,
     cycle: CycleFinder,
-    /// Levels of the common mode.
     levels: RunningVariance,
     pattern: PatternFinder,
     presence: PresenceFinder,
     allan: Allan,
 }
 
-/// What came of all segments.
 pub(crate) struct FromSegments {
     pub(crate) common_mode: Option<CommonMode>,
     pub(crate) pattern: Option<Pattern>,
@@ -154,7 +152,6 @@ impl Default for PatternFinder {
 }
 
 impl PatternFinder {
-    /// Takes the levels of the pixels over one segment.
     pub(crate) fn push(&mut self, base: &Pixels) {
         let middle = median(base).unwrap_or_default();
         for (histogram, level) in self.0.iter_mut().zip(base) {
@@ -163,7 +160,6 @@ impl PatternFinder {
     }
 
     /// The middle of all segments, in which someone who sits in some of them does not show.
-    /// `mean_c` is the mean of each pixel.
     pub(crate) fn finish(self, mean_c: Pixels) -> Option<Pattern> {
         if self.0.first().is_none_or(|pixel| pixel.total() == 0) {
             return None;
@@ -185,8 +181,7 @@ impl PatternFinder {
 /// Functions of the surface that is taken for the scene's.
 const SURFACES: usize = 6;
 
-/// The smooth surface of second order nearest to the levels: 1, x, y, xy, and the squares of x and y. On a full grid
-/// these are orthogonal once the squares have lost their mean, so that each has its own share.
+/// The nearest surface of 1, x, y, xy, x² and y², which are orthogonal on a full grid once the squares lose their mean.
 fn smooth(levels: &Pixels) -> Pixels {
     let axis = |place: usize, of: usize| count(place) - (count(of) - 1.0) / 2.0;
     let at = |pixel: usize| (axis(pixel % COLUMNS, COLUMNS), axis(pixel / COLUMNS, ROWS));
@@ -222,8 +217,7 @@ fn smooth(levels: &Pixels) -> Pixels {
 mod tests {
     use super::*;
 
-    /// By hand: the first 100 frames and the 50 behind them are 149 differences, the 90 beyond the gap 89; of averages of
-    /// two there are 75 and 45.
+    /// By hand: 149 differences, and 89 beyond the gap; of averages of two, 74 and 44.
     #[test]
     fn frames_that_make_no_segment_count_for_the_allan_deviation() {
         let mut segments = Segments::default();

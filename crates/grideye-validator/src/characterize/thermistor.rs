@@ -4,9 +4,10 @@ use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
 use crate::numbers::{RunningVariance, greatest_common_divisor, long_count, median};
 use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP};
 use grideye_frame::Frame;
+use serde::Serialize;
 
 /// The chip's thermometer.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Thermistor {
     /// Its mean, °C.
     pub mean_c: f64,
@@ -25,7 +26,6 @@ const TREND_SPAN_MIN_S: f64 = 60.0;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
 const SECONDS_PER_HOUR: f64 = 3600.0;
 
-/// The thermistor against the scene and against time, without keeping either.
 #[derive(Debug)]
 pub(crate) struct ThermistorSums {
     celsius: RunningVariance,
@@ -177,8 +177,7 @@ mod tests {
         sums
     }
 
-    /// By hand: times 0, 20 and 60 s, 25, 26 and 27 °C. Products about the means add up to 60, squares of time to
-    /// 5,600 / 3.
+    /// By hand: products about the means add up to 60, squares of time to 5,600 / 3.
     #[test]
     fn means_offset_and_trend_are_those_of_least_squares() {
         let at_ns = [7, 27, 67].map(|at_s| at_s * SECOND_NS);
@@ -205,8 +204,7 @@ mod tests {
         assert_eq!(trend(60 * SECOND_NS - 1), None);
     }
 
-    /// Steps of an eighth of a degree up and down have that root of the mean square; the fit gives back what a cut at three
-    /// standard deviations takes from a normal distribution, and a difference has two values' noise.
+    /// Steps of an eighth of a degree, the fit's cut given back; a difference has two values' noise.
     #[test]
     fn noise_is_that_of_frames_that_follow_one_another() {
         let sigma = |follows: bool| {

@@ -59,19 +59,15 @@ pub struct Comparison {
     pub noise_sigma_c: Option<f64>,
     /// A pixel of one frame counts as warm from this far above the background, in degrees.
     pub warm_above_c: f64,
-    /// A pixel of the real side belongs to the pixels that the gain is taken over from this far above ambient, in
-    /// degrees; one of the claim from half of it. Under the static protocol the mean of the frames is asked.
+    /// From so far above ambient a real pixel counts for the gain, °C; one of the claim from half of it.
     pub union_above_c: f64,
-    /// How much warmer the recording is than the scene all over, in degrees: median over the pairs of the
-    /// mean of the middle half of the pixels' differences.
+    /// How much warmer the recording is than the scene all over, °C: median over the pairs.
     pub offset_c: f64,
     /// How far that offset wanders between the pairs, in degrees: largest less smallest.
     pub drift_c: f64,
-    /// Trend of that offset in degrees a minute: slope of the least-squares line over the times of the real frames;
-    /// `None` where all have one time.
+    /// Trend of that offset, °C a minute; `None` where all frames have one time.
     pub drift_c_per_min: Option<f64>,
-    /// What is left between each real frame and the noise-free claim beside it, in units of the sensor's noise, summed
-    /// over the real frames.
+    /// Real frames less their noise-free claims, in units of the sensor's noise.
     pub noise_fit: ChiSquared,
     /// Each real frame beside its simulated one, in order of time.
     pub timeline: Vec<FrameScores>,
@@ -109,8 +105,7 @@ impl Comparison {
     }
 }
 
-/// One real frame beside its simulated one: the one of equal time under the dynamic protocol, of equal number under the
-/// static one.
+/// One real frame and the simulated one of equal time (dynamic) or equal number (static).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameScores {
     /// Time of the real frame.
@@ -166,7 +161,6 @@ pub(crate) fn timeline(view: &ComparedFrames, real: &[RealFrame]) -> Vec<FrameSc
     real.iter().enumerate().filter_map(scores).collect()
 }
 
-/// Trend of the common offset.
 pub(crate) fn drift_c_per_min(timeline: &[FrameScores]) -> Option<f64> {
     let points: Vec<(f64, f64)> = timeline
         .iter()

@@ -54,8 +54,7 @@ const NOISE_SEED: u64 = 0x006E_6F69_7365;
 /// Of how many pairs of a round places and structure are looked at, which costs as much as all the rest.
 const SHUFFLED_PLACES_MAX: usize = 20;
 
-/// One order of the pixels serves all frames of a round, so that what varies between rounds is the place of the
-/// pixels and not the average over many places.
+/// One order of the pixels serves all frames of a round, so that only the place of the pixels varies between rounds.
 pub(crate) fn shuffled(
     view: &ComparedFrames,
     pairs: &[(usize, usize)],

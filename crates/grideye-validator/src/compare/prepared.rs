@@ -14,8 +14,7 @@ use crate::numbers::{common_offset, count, difference_sums, evenly, finite, mean
 #[derive(Clone)]
 pub(crate) struct Prepared {
     celsius: Vec<f64>,
-    /// What the union's warm pixels are read from: the noise-free claim of a simulated frame, the mean of the sequence
-    /// for a real one under the static protocol, else the frame itself.
+    /// What warm pixels are read from: the claim, the mean of the sequence (static), else the frame itself.
     steady: Vec<f64>,
     centered: Centered,
     steady_centered: Centered,
@@ -29,7 +28,6 @@ pub(crate) struct Prepared {
     truth: Option<Vec<bool>>,
 }
 
-/// How frames are made ready.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Preparation {
     pub(crate) shape: Shape,
@@ -40,8 +38,7 @@ pub(crate) struct Preparation {
 /// Frames that stand in one place of the pairs.
 pub(crate) struct FrameSet {
     pub(crate) frames: Vec<Prepared>,
-    /// For each frame the first one of the row of frames with the same claim, so that what depends on the claim alone
-    /// is worked out once: in a still scene all claims are one.
+    /// For each frame the first one of the row of frames with the same claim, which is worked out once.
     claims: Vec<usize>,
 }
 
@@ -64,7 +61,6 @@ pub(crate) struct Means {
     numbers: Vec<usize>,
 }
 
-/// Room to count in.
 pub(crate) struct Tally {
     counter: Counter,
     pub(crate) graph: Graph,
@@ -316,13 +312,11 @@ impl ComparedFrames {
         self.blank.celsius.len()
     }
 
-    /// From how far above ambient on a pixel of the real side belongs to the union.
     pub(crate) fn union_above_c(&self) -> f64 {
         self.warmth.real_above_c
     }
 
-    /// The measures that look at places and at the sensor's noise. The truth comes from the frame that stands beside the
-    /// real one, whatever is put into its place.
+    /// The measures of places and noise; the truth comes from the frame beside the real one, whatever is in its place.
     pub(crate) fn placed(
         &self,
         real: &Prepared,
@@ -415,7 +409,6 @@ impl ComparedFrames {
         common_offset(&self.real[real].celsius, &simulated.steady)
     }
 
-    /// The common offset of each pair, in the order of the pairs.
     pub(crate) fn offsets<'a>(
         &'a self,
         pairs: &'a [(usize, usize)],

@@ -37,7 +37,6 @@ pub fn compare(
     compare_with_prior(shape, real, simulated, settings, &Prior::default())
 }
 
-/// The same, with what is known beside the frames.
 pub(crate) fn compare_with_prior(
     shape: Shape,
     real: &[RealFrame],
@@ -84,7 +83,6 @@ pub(crate) fn compare_with_prior(
     Ok(counted.comparison(real, simulated, noise_sigma_c, (settings, prior)))
 }
 
-/// All that was counted.
 struct Counted {
     bootstrap: Bootstrap,
     nobody: Option<Nobody>,
@@ -162,8 +160,7 @@ impl Counted {
     }
 }
 
-/// The sensor's temporal noise: per pixel the root mean square of frame less repeat over the root of two, and of the
-/// pixels the median, which a person walking through a part of the view does not move.
+/// The sensor's temporal noise: of the pixels' RMS of frame less repeat over the root of two, the median.
 fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
     let repeats: Vec<(&[f64], &[f64])> = real
         .iter()
@@ -274,7 +271,6 @@ pub(crate) struct Bootstrap {
     pub(crate) claim: Claim,
     pub(crate) found: Statistics,
     pub(crate) expected: Expected,
-    /// When the frames were recorded that `found` speaks of.
     pub(crate) times: Vec<Duration>,
 }
 

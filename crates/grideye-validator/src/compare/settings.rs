@@ -12,8 +12,7 @@ pub const FRAMES_MAX: usize = 1_000;
 pub const SHUFFLES_MAX: usize = 10_000;
 /// Most pairs of frames that are scored again for each random order; more are thinned evenly.
 pub const SHUFFLED_PAIRS_MAX: usize = 100;
-/// Most pairs of frames of which places, overlaps and structure are looked at; more are thinned evenly. Only the static
-/// protocol has as many.
+/// Most pairs of frames of which places, overlaps and structure are looked at; more are thinned evenly.
 pub const PLACED_PAIRS_MAX: usize = 10_000;
 /// Images of the sensor's noise that make up that floor.
 pub const NOISE_IMAGES: usize = 20;
@@ -33,8 +32,7 @@ pub struct Settings {
     pub step_c: f64,
     /// The bins of the second set of entropies; the first has the paper's 256 grey levels always.
     pub binning: Binning,
-    /// Full angles of view across and down, in radians, above 0 and below a half turn: with them a centroid's error is
-    /// known in degrees.
+    /// Full angles of view across and down, radians, below a half turn: they give a centroid's error in degrees.
     pub field_of_view_rad: Option<[f64; 2]>,
     /// Noise of the sensor in degrees, used where the recording has no repeat to measure it with.
     pub noise_sigma_c: f64,
@@ -51,8 +49,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The defaults for a scene: 0.24 degrees of noise (the median of AMG88xx units at 10 Hz), repeat 3 frames later,
-    /// 200 random orders, bins of the sensor's step, one thread.
+    /// Defaults: 0.24 °C of noise (median of AMG88xx units at 10 Hz), repeat 3 frames later, 200 orders, one thread.
     #[must_use]
     pub fn new(protocol: Protocol, ambient_c: f64, step_c: f64) -> Self {
         Self {

@@ -6,25 +6,21 @@ use crate::metrics::gain::GainSums;
 use crate::metrics::pair::Graph;
 use crate::metrics::score::Measure;
 
-/// What was counted over pairs of frames.
 #[derive(Clone, Default)]
 pub(crate) struct Sums {
     means: Means,
     pub(crate) gain: GainSums,
     pub(crate) graph: Graph,
-    /// The common offset of each pair.
     pub(crate) offsets: Vec<f64>,
     pub(crate) pairs: usize,
 }
 
-/// The real sequence against itself some frames later.
 pub(crate) struct Repeat {
     means: Means,
     pub(crate) graph: Graph,
 }
 
-/// Pairs that are counted in one go. The sums of the goes are added in their order, whoever counted them, so that the
-/// result does not depend on the number of threads.
+/// Pairs counted in one go; goes are added in their order, so that the number of threads does not matter.
 const PAIRS_AT_ONCE: usize = 4_096;
 
 /// Every measure over pairs of real frames and those of `side`; places are looked at in up to `placed_max` of them.
@@ -86,7 +82,6 @@ impl Sums {
     }
 }
 
-/// What comes of each item, in their order, counted in so many threads.
 pub(crate) fn in_threads<T: Sync, R: Send>(
     items: &[T],
     threads: usize,
@@ -112,7 +107,6 @@ pub(crate) fn in_threads<T: Sync, R: Send>(
 }
 
 impl Repeat {
-    /// `None` when no frame has a repeat.
     pub(crate) fn new(
         view: &ComparedFrames,
         real: &[RealFrame],

@@ -15,7 +15,6 @@ pub(crate) struct Claim {
     people: Vec<Shown>,
     /// The scene without its people; empty if that is not known.
     nobody: Vec<Shown>,
-    /// Real frame and simulated frame.
     pairs: Vec<(usize, usize)>,
     warmth: WarmLimits,
     ambient_c: f64,
@@ -37,32 +36,26 @@ struct Shown {
 /// What the verdict is read from. `None` where a score is not defined.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Statistics {
-    /// C, mean over the pairs.
     pub(crate) correlation: Option<f64>,
-    /// Gain over the blank frame.
     pub(crate) gain: Option<f64>,
     /// C with the empty room taken from both sides.
     pub(crate) above_room: Option<f64>,
     /// Gain beyond that of the scene without its people.
     pub(crate) over_nobody: Option<f64>,
-    /// What is warm and not claimed.
     pub(crate) unclaimed: Unclaimed,
     /// By how much the recording is more like the claim than like the claim in each other orientation.
     pub(crate) upright: Vec<(Orientation, f64)>,
 }
 
-/// What there is to set against recordings.
 pub(crate) struct Sides<'a> {
     pub(crate) simulated: Vec<&'a SimulatedFrame>,
     /// The scene without its people for each simulated frame; empty if that is not known.
     pub(crate) nobody: Vec<&'a [f64]>,
-    /// Real frame and simulated frame.
     pub(crate) pairs: Vec<(usize, usize)>,
     pub(crate) warmth: WarmLimits,
     pub(crate) ambient_c: f64,
     /// Whether what is warm is to be seen in the mean of all frames.
     pub(crate) is_static: bool,
-    /// Pixels in a row.
     pub(crate) columns: usize,
     /// What of the simulated frames is the unit's pattern and not the scene, row by row; empty if nothing is.
     pub(crate) pattern: &'a [f64],
@@ -70,7 +63,6 @@ pub(crate) struct Sides<'a> {
     pub(crate) still_weight: f64,
 }
 
-/// What was recorded.
 #[derive(Clone, Copy)]
 pub(crate) struct Recorded<'a> {
     pub(crate) frames: &'a [Vec<f64>],
@@ -125,12 +117,10 @@ impl Claim {
         self.ambient_c
     }
 
-    /// The noise-free claim beside a real frame.
     pub(crate) fn claimed(&self, real: usize) -> &[f64] {
         beside(&self.people, real)
     }
 
-    /// The same without people.
     pub(crate) fn nobody(&self, real: usize) -> &[f64] {
         beside(&self.nobody, real)
     }
@@ -144,7 +134,6 @@ impl Claim {
         self.turns.as_ref().map_or(&[], Turns::alike)
     }
 
-    /// Everything.
     pub(crate) fn of_all(&self, recorded: Recorded<'_>) -> Statistics {
         let claims: Vec<&[f64]> = (0..recorded.frames.len())
             .map(|index| self.claimed(index))
@@ -158,7 +147,6 @@ impl Claim {
         }
     }
 
-    /// C and gain.
     pub(crate) fn of_image(&self, recorded: Recorded<'_>) -> Statistics {
         Statistics {
             correlation: self.correlation(recorded.frames),
@@ -167,7 +155,6 @@ impl Claim {
         }
     }
 
-    /// The gain, and what only people bring about.
     pub(crate) fn of_people(&self, recorded: Recorded<'_>) -> Statistics {
         let gain = self.gain(recorded.frames, &self.people);
         let without = self.gain(recorded.frames, &self.nobody);
@@ -223,7 +210,6 @@ impl Claim {
     }
 }
 
-/// Frames without a pattern.
 fn without(pattern: &[f64], frames: &[&[f64]]) -> Vec<Vec<f64>> {
     let taken = pattern.iter().copied().chain(std::iter::repeat(0.0));
     let without = |frame: &&[f64]| {
@@ -255,7 +241,6 @@ fn beside(shown: &[Shown], real: usize) -> &[f64] {
     frame.map_or(&[], |shown| shown.claim.as_slice())
 }
 
-/// A claim in all its orientations.
 pub(crate) struct Turns {
     claims: Vec<(Orientation, Split)>,
     squares: f64,
@@ -302,7 +287,6 @@ impl Turns {
         })
     }
 
-    /// Orientations that leave the claim much as it was.
     pub(crate) fn alike(&self) -> &[Orientation] {
         &self.alike
     }

@@ -10,23 +10,19 @@ use rand_distr::{Distribution, StandardNormal};
 /// Units that are drawn.
 pub const DRAWS: usize = 100;
 
-/// What is known of the unit that recorded, and of its recording.
 #[derive(Debug, Clone)]
 pub(crate) struct UnitSpecification {
     /// Noise of a pixel from frame to frame, its rounding included, °C.
     pub(crate) noise_c: f64,
     /// Standard deviation of what each pixel shows too much, as far as that is not known, row by row, °C.
     pub(crate) pattern_c: Vec<f64>,
-    /// The sensor's step, °C.
     pub(crate) step_c: f64,
-    /// Frames that it recorded.
     pub(crate) frames: usize,
     /// Frames of the empty room that its map was learned from, if it was.
     pub(crate) learned_from: Option<usize>,
     pub(crate) seed: u64,
 }
 
-/// The laws of what drawn units score.
 #[derive(Debug, Clone)]
 pub(crate) struct Expected {
     /// Where the claim is right.
@@ -37,11 +33,9 @@ pub(crate) struct Expected {
     blank: Vec<Statistics>,
 }
 
-/// One of the scores.
 pub(crate) type Pick = fn(&Statistics) -> Option<f64>;
 
 impl Expected {
-    /// Draws units and scores what they record.
     pub(crate) fn new(claim: &Claim, unit: &UnitSpecification) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(unit.seed ^ UNITS_SEED);
         let mut expected = Self {
@@ -77,17 +71,14 @@ impl Expected {
         expected
     }
 
-    /// A score where the claim is right.
     pub(crate) fn right(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
         ScoreDistribution::of(scale, self.right.iter().map(pick))
     }
 
-    /// A score where the scene's people are not there.
     pub(crate) fn nobody(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
         ScoreDistribution::of(scale, self.nobody.iter().map(pick))
     }
 
-    /// A score where nothing is there.
     pub(crate) fn blank(&self, scale: Scale, pick: Pick) -> Option<ScoreDistribution> {
         ScoreDistribution::of(scale, self.blank.iter().map(pick))
     }
@@ -103,7 +94,6 @@ impl Expected {
     }
 }
 
-/// One unit, and what it adds to each pixel of each frame before it rounds.
 struct Drawn {
     errors: Vec<Vec<f64>>,
     /// What it shows of the empty room.
@@ -149,7 +139,6 @@ impl UnitSpecification {
 }
 
 impl Drawn {
-    /// What this unit records of the frames of a scene.
     fn recorded(&self, step_c: f64, scene: &[&[f64]]) -> Vec<Vec<f64>> {
         let frame = |(frame, errors): (&&[f64], &Vec<f64>)| {
             let pixels = frame.iter().zip(errors);
@@ -188,7 +177,6 @@ pub struct ScoreDistribution {
 /// The scale on which a score is spread normally, near enough.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scale {
-    /// Its own.
     Plain,
     /// Correlations, up to 1: the inverse hyperbolic tangent (Fisher, 1921).
     Correlation,
@@ -282,8 +270,7 @@ mod tests {
         );
     }
 
-    /// By hand: atanh 0.5 and 0.8 are 0.5493 and 1.0986, their mean 0.8240 and their deviation 0.2747. Ratios of 0.5 and
-    /// 0.125 have logarithms of mean ln 0.25 and deviation ln 2.
+    /// By hand: atanh 0.5 and 0.8 have mean 0.8240 and deviation 0.2747; ratios 0.5 and 0.125 mean ln 0.25, deviation ln 2.
     #[test]
     fn what_cannot_pass_1_is_spread_on_a_scale_that_can() {
         let correlations = law(Scale::Correlation, &[0.5, 0.8]);

@@ -3,8 +3,7 @@
 use crate::frames::types::Pixels;
 use crate::numbers::{common_offset, count, evenly, interpolated, median};
 
-/// The drift is the mean over this long, seconds: shorter than minutes, which drift takes, and longer than a person
-/// stays in one place.
+/// The drift is the mean over this long, seconds: shorter than drift takes, longer than a person stays in one place.
 const WINDOW_S: f64 = 20.0;
 /// Frames that the resting level of each pixel is the median of.
 const LEVEL_FRAMES: usize = 256;
@@ -12,16 +11,11 @@ const LEVEL_FRAMES: usize = 256;
 /// How much warmer the whole image is than usual, over time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Drift {
-    /// Time and warmth above the middle one, in order of time.
     knots: Vec<(f64, f64)>,
 }
 
 impl Drift {
-    /// From frames of a recording, each with what the scene claims less what stands still in it, at ascending times in
-    /// seconds. A recording shorter than two windows has none.
-    ///
-    /// What is left of a pixel when claim and its own median are taken out is drift, noise, or somebody who is not
-    /// claimed; of the 64 the middle half is taken, so that a person on less than a quarter of the pixels is not met.
+    /// From frames less the scene's claim, at ascending times in seconds; shorter than two windows, there is none.
     pub(crate) fn new(times_s: &[f64], left: &[Pixels]) -> Self {
         let span_s = times_s.last().unwrap_or(&0.0) - times_s.first().unwrap_or(&0.0);
         if span_s < 2.0 * WINDOW_S {
@@ -56,7 +50,6 @@ impl Drift {
     }
 }
 
-/// The median of each pixel over some of the frames.
 fn level(frames: &[Pixels]) -> Pixels {
     let chosen = evenly(frames.len(), LEVEL_FRAMES);
     std::array::from_fn(|pixel| {

@@ -78,20 +78,17 @@ pub fn sensor_step_c() -> f64 {
     decoded(1) - decoded(0)
 }
 
-/// The pixels of a frame as it was read.
 pub(crate) fn decoded(raw: &RawFrame) -> Pixels {
     amg8833::word::frame(raw)
         .pixels
         .map(|pixel| f64::from(pixel.get()))
 }
 
-/// The mean of the middle three quarters of the pixels: a person, on a tenth of them, hardly moves it, and unlike the
-/// median it is not bound to the sensor's steps.
+/// The mean of the middle three quarters of the pixels, which a person hardly moves.
 pub(crate) fn middle_mean(pixels: &Pixels) -> f64 {
     trimmed_mean(&mut pixels.to_vec(), PIXELS / 8)
 }
 
-/// The mean of every two by two pixels.
 pub(crate) fn two_by_two(pixels: &Pixels) -> Vec<f64> {
     let corners =
         (0..ROWS - 1).flat_map(|row| (0..COLUMNS - 1).map(move |column| row * COLUMNS + column));

@@ -6,8 +6,7 @@ use std::str::FromStr;
 /// How temperatures are sorted into the bins that entropy counts. Written `grey256`, `step:WIDTH` and `levels:N`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Binning {
-    /// 256 grey levels over the frame's own range: `round(255 (T - min) / (max - min))`, what an 8-bit picture of the
-    /// frame holds. The paper does not name its binning; this one fits its published entropies.
+    /// 256 gray levels over the frame's own range, as an 8-bit picture has; fits the paper's published entropies.
     PaperGrey256,
     /// The nearest multiple of a width in degrees; the sensor's own step is the width that says most.
     Step {

@@ -7,7 +7,6 @@ use std::sync::LazyLock;
 /// The most pixels that are counted in tables: what an 8 x 8 sensor has.
 pub(crate) const PIXELS_FAST: usize = 64;
 
-/// One frame sorted into bins.
 #[derive(Debug, Clone)]
 pub(crate) struct Binned {
     bins: Bins,
@@ -27,12 +26,9 @@ enum Bins {
 /// A number for each pixel.
 pub(crate) type Places = [u8; PIXELS_FAST];
 
-/// What two binned frames hold together.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Joint {
-    /// Joint entropy in bits.
     pub(crate) entropy: f64,
-    /// Pairs of bins that occur.
     pub(crate) distinct: usize,
 }
 
@@ -143,7 +139,6 @@ impl PairCounter {
         }
     }
 
-    /// Entropies of both, and the joint entropy.
     pub(crate) fn entropies(&mut self, x: &Places, y: &Places) -> [f64; 3] {
         let cells: [u16; PIXELS_FAST] =
             std::array::from_fn(|pixel| u16::from(x[pixel]) << 8 | u16::from(y[pixel]));
@@ -168,7 +163,6 @@ impl PairCounter {
 }
 
 impl Binned {
-    /// Every pixel in the same bin.
     pub(crate) fn of_nothing(pixels: usize) -> Self {
         Self {
             bins: Bins::Many(vec![0; pixels]),
@@ -178,7 +172,6 @@ impl Binned {
         }
     }
 
-    /// Entropy in bits.
     pub(crate) const fn entropy(&self) -> f64 {
         self.entropy
     }
@@ -198,7 +191,6 @@ impl Binned {
         Self { bins, ..*self }
     }
 
-    /// The bin of each pixel.
     fn numbers(&self) -> Vec<u32> {
         match &self.bins {
             Bins::Few(places) => places[..self.pixels.min(PIXELS_FAST)]
@@ -215,9 +207,7 @@ pub(crate) fn mutual_of(real: &Binned, simulated: &Binned, joint: Joint) -> f64 
     (real.entropy + simulated.entropy - joint.entropy).max(0.0)
 }
 
-/// The same with the small-sample bias taken out as Miller (1955) and Madow do: each entropy is too low by about
-/// `(bins that occur - 1) / (2 N)` nats, so that the information is too high by the difference. Below zero where there is
-/// less than chance.
+/// Less the small-sample bias of Miller (1955) and Madow; below zero where there is less than chance.
 pub(crate) fn mutual_corrected(real: &Binned, simulated: &Binned, joint: Joint) -> f64 {
     let missing = |distinct: usize| count(distinct.saturating_sub(1));
     let nats = (missing(real.distinct) + missing(simulated.distinct) - missing(joint.distinct))
@@ -276,8 +266,7 @@ fn from_fixed_point(value: u64) -> f64 {
     value as f64 / FIXED_POINT
 }
 
-/// The level of each pixel, 0 to 255, of a finite frame with these extremes; `None` where there are more, or the width of a
-/// bin makes no sense.
+/// The level of each pixel, 0 to 255; `None` where there are more, or the width of a bin makes no sense.
 pub(crate) fn levels_of(
     frame: &[f64],
     extremes: (f64, f64),
@@ -348,8 +337,7 @@ fn steps(
 /// 2^52: adding it rounds to a whole number, half to even, and leaves that number in the lowest bits.
 const ROUNDING: f64 = 4_503_599_627_370_496.0;
 
-/// `round` of a number that is not negative and below 2^51, in instructions that every machine has for several numbers
-/// at once.
+/// `round` of 0 to 2^51, in instructions that every machine has for several numbers at once.
 fn half_up(value: f64) -> f64 {
     let even = (value + ROUNDING) - ROUNDING;
     if value - even == 0.5 {
@@ -386,14 +374,12 @@ mod naive {
         Some(numbered(&levels))
     }
 
-    /// Entropy in bits and the number of bins that occur.
     pub(crate) fn entropy(bins: &[u32]) -> (f64, usize) {
         let mut sorted = bins.to_vec();
         sorted.sort_unstable();
         of_sorted(&sorted)
     }
 
-    /// Joint entropy in bits and the number of pairs that occur.
     pub(crate) fn joint(real: &[u32], simulated: &[u32]) -> (f64, usize) {
         let pair = |(&x, &y): (&u32, &u32)| (u64::from(x) << 32) | u64::from(y);
         let mut pairs: Vec<u64> = real.iter().zip(simulated).map(pair).collect();
@@ -504,9 +490,7 @@ mod tests {
         assert_eq!(half_up(0.499_999_999_999_999_94), 0.0);
     }
 
-    /// By hand: x = 1 1 2 2, y = 1 1 1 2 in steps of 1. H(X) = 1, H(Y) = 0.811278, three pairs with 2, 1, 1: H = 1.5, so
-    /// I = 0.311278; the correction is (1 + 1 - 2) / 8 = 0. With y = 1 2 1 2 all four pairs occur: I = 0 and the
-    /// correction (1 + 1 - 3) / (8 ln 2) = -0.180337.
+    /// By hand: H(X) = 1, H(Y) = 0.811278, H(XY) = 1.5, correction 0; then I = 0, correction -1 / (8 ln 2).
     #[test]
     fn miller_and_madow_by_hand() {
         let mut counter = Counter::new();

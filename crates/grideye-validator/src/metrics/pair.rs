@@ -52,10 +52,7 @@ impl Scorer {
         }
     }
 
-    /// Scores one pair; `None` where a value is not finite, the frames spread over more than 256 bins, or the width of
-    /// the bins makes no sense. Equal to [`correlation`](super::distance::correlation), [`entropy`](super::information::entropy),
-    /// [`joint_entropy`](super::information::joint_entropy), [`mutual_information`](super::information::mutual_information),
-    /// [`image_similarity`](super::distance::image_similarity) and [`evaluation_graph`](super::distance::evaluation_graph) but for rounding.
+    /// Scores one pair as the functions of this module do; `None` for values not finite or more than 256 bins.
     pub fn score(
         &mut self,
         real: &[f64; PIXELS_FAST],
@@ -79,7 +76,6 @@ impl Scorer {
     }
 }
 
-/// A frame, and what one look at all of its pixels tells.
 struct Seen<'a> {
     frame: &'a [f64; PIXELS_FAST],
     coldest: f64,
@@ -176,11 +172,9 @@ pub(crate) struct Graph {
 /// One count for each threshold and for what is above all, and room for any seven bits: no place is beyond it.
 type Counts<T> = [T; 128];
 
-/// Pixels that follow on one another are often in the same place. Counted in several tables, they do not wait for each
-/// other.
+/// Neighboring pixels often share a place: counted in several tables, they do not wait for each other.
 const TABLES: usize = 4;
 
-/// The thresholds, and beyond the last one none.
 static THRESHOLDS_C: LazyLock<Counts<f64>> = LazyLock::new(|| {
     let mut thresholds = [f64::INFINITY; 128];
     thresholds[..THRESHOLDS].copy_from_slice(&thresholds_c());
@@ -231,8 +225,6 @@ impl Graph {
 }
 
 /// The graph of one pair alone, behind the number of its pixels that differ by less than [`IS_THRESHOLD`].
-///
-/// Counts of 64 pixels fit into bytes, and their shares need no division.
 fn graph_of_pair(
     real: &[f64; PIXELS_FAST],
     simulated: &[f64; PIXELS_FAST],
@@ -255,11 +247,7 @@ fn graph_of_pair(
     (similar, counts.map(|count| f64::from(count) / PIXELS))
 }
 
-/// For each of up to 64 pixels the first threshold above the difference, and how many differ by less than
-/// [`IS_THRESHOLD`].
-///
-/// Only the threshold that is nearest to a difference can lie on either side of it; those before are below it, those
-/// behind above.
+/// For each pixel the first threshold above the difference (the nearest or the next); how many are below [`IS_THRESHOLD`].
 fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places, usize) {
     let (mut differences, mut places) = ([0.0; PIXELS_FAST], [0; PIXELS_FAST]);
     let mut similar = 0_u64;
@@ -275,9 +263,7 @@ fn places(thresholds: &Counts<f64>, real: &[f64], simulated: &[f64]) -> (Places,
     (places, usize::try_from(similar).unwrap_or(PIXELS_FAST))
 }
 
-/// The number of the threshold that is nearest to a difference, one more than the last at most.
-///
-/// Adding 2^52 leaves the nearest whole number in the lowest bits.
+/// The number of the nearest threshold: adding 2^52 leaves the nearest whole number in the lowest bits.
 fn nearest(difference: f64) -> u8 {
     const BEYOND: f64 = 101.0;
     let twentieths = difference * PER_DEGREE;

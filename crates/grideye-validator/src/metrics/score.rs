@@ -61,9 +61,7 @@ macro_rules! measures {
 measures! {
     /// Pearson's correlation of the pixels (the paper's C). The verdict rests on it.
     Correlation = "correlation", "C, correlation", "", Higher;
-    /// Gain over the blank frame: 1 less the ratio of the RMSE of the simulation to the RMSE of the blank frame, both
-    /// over the pixels that are warm in either image, with the common offset of the pair taken out. The verdict
-    /// rests on it.
+    /// 1 less the ratio of the simulation's RMSE to the blank frame's, over pixels warm in either image, offset taken out.
     Gain = "gain", "Gain over the blank frame", "", Higher;
     /// The same with the offset left in.
     GainWithOffset = "gain_with_offset", "Gain, offset left in", "", Higher;
@@ -124,8 +122,7 @@ pub struct Shuffled {
     pub mean: f64,
     /// The value that 95 % of the orders do not beat.
     pub p95: f64,
-    /// Permutation p-value: the share of orders, the true one counted with them, that do at least as well as the true one
-    /// on the same pairs; `None` where neither more nor less is better. The true order alone makes it 1 / (orders + 1).
+    /// Permutation p-value: the share of orders, the true one among them, that do as well; `None` where none is better.
     pub p: Option<f64>,
 }
 
@@ -142,13 +139,11 @@ pub struct Score {
     pub shuffled: Option<Shuffled>,
     /// The floor: images of the sensor's noise about ambient temperature and nothing else.
     pub noise: Option<f64>,
-    /// The ceiling: the real sequence against itself some frames later, its noise counted once where that can be
-    /// done (C, gain, RMSE, MAE, foreground RMSE, contrast slope, chi squared, centroid error).
+    /// The ceiling: the real sequence against itself some frames later, its noise counted once where that can be done.
     pub ceiling: Option<f64>,
 }
 
 impl Score {
-    /// A score of nothing.
     pub(crate) const fn undefined(measure: Measure) -> Self {
         Self {
             measure,
@@ -183,8 +178,7 @@ impl Score {
         }
     }
 
-    /// Where the value stands between floor (0) and ceiling (1). `None` where the ceiling does not rise above chance:
-    /// such a measure cannot tell a right scene from a wrong one on this recording.
+    /// The place between floor (0) and ceiling (1); `None` where the ceiling does not rise above chance.
     #[must_use]
     pub fn skill(&self) -> Option<f64> {
         if self.headroom()? <= 0.0 {

@@ -5,7 +5,6 @@ use crate::compare::Comparison;
 use grideye_draw::text::{escape, fixed, signed};
 use serde_json::{Value, json};
 
-/// What was found about time and place, and what of it was applied; nothing where nothing was looked for.
 pub(crate) fn section(comparison: &Comparison) -> String {
     let Some(found) = &comparison.alignment else {
         return String::new();
@@ -145,7 +144,6 @@ fn time_rows(time: Option<&TimeFound>) -> Vec<(String, String)> {
     rows
 }
 
-/// What was aligned and left out, for programs; `null` if nothing was looked for.
 pub(crate) fn json(found: Option<&Alignment>) -> Value {
     found.map_or(Value::Null, |found| {
         let left_out: Vec<Value> = found

@@ -48,7 +48,6 @@ pub(crate) fn section(comparison: &Comparison, context: &Context) -> String {
     format!("<h2>What was assumed</h2>\n{}", list(sentences))
 }
 
-/// What is taken for what a right scene scores.
 fn units(comparison: &Comparison) -> String {
     let pattern = comparison.pattern_c;
     let known = match comparison.pattern_from {

@@ -11,9 +11,7 @@ use grideye_frame::{COLUMNS, PIXELS};
 const STYLE: &str = include_str!("characterization.css");
 
 impl Characterization {
-    /// The whole as one HTML page without scripts, fonts or pictures from elsewhere. Maps carry their numbers, curves are
-    /// told apart by their strokes: neither colour vision nor a screen is needed. `recording` names the recording,
-    /// `command` made the page; the same input gives the same bytes.
+    /// The whole as one self-contained HTML page, readable in gray and in print; the same input gives the same bytes.
     #[must_use]
     pub fn to_html(&self, recording: &str, command: &str) -> String {
         let (recording, command) = (escape(recording), escape(command));
@@ -30,7 +28,6 @@ impl Characterization {
         )
     }
 
-    /// The sensor in a sentence or two.
     fn lead(&self) -> String {
         let (least, most) = self.noise.range_c();
         let rate = self.sensor_hz().map_or_else(
@@ -177,7 +174,6 @@ fn curve(plot: &mut Plot<'_>, class: &str, (x, y): (&[f64], &[f64]), name: &str)
     plot.word("name", (end_x + 8.0, *end_y), name);
 }
 
-/// Eight by eight cells, each with its number.
 fn map(
     values: &[f64; PIXELS],
     title: &str,

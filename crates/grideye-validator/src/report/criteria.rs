@@ -8,7 +8,6 @@ use grideye_draw::plot::Axis;
 use grideye_draw::svg::Svg;
 use grideye_draw::text::{escape, fixed};
 
-/// Every part of the verdict with its state, in words and marks as well as in colour.
 pub(crate) fn section(comparison: &Comparison) -> String {
     let rows: String = comparison
         .judgement
@@ -67,13 +66,11 @@ const WIDTH: f64 = 440.0;
 const HEIGHT: f64 = 46.0;
 /// Room for half a number at either end.
 const EDGE: f64 = 26.0;
-/// The line that scores lie on.
 const MIDDLE: f64 = 15.0;
 /// Of the units, this share lies beyond either end of a bar.
 const BEYOND: f64 = 0.001;
 
-/// Told apart by form: a full bar is right scenes, a bar with a broken outline what has to be told from them, the
-/// upright stroke what is asked, the diamond what was found.
+/// Full bar: right scenes; broken outline: what they are told from; upright stroke: asked; diamond: found.
 pub(crate) fn ruler(asked: &Asked) -> String {
     let axis = axis(asked);
     let label = format!(
@@ -106,7 +103,6 @@ pub(crate) fn ruler(asked: &Asked) -> String {
     svg.finish()
 }
 
-/// From the least to the most that is to be shown.
 fn axis(asked: &Asked) -> Axis {
     let laws = [Some(asked.right), asked.without].into_iter().flatten();
     let ends = laws.flat_map(|law| [law.low(BEYOND), law.high(BEYOND)]);

@@ -19,14 +19,11 @@ pub(crate) struct Range {
     pub(crate) warmest_c: f64,
 }
 
-/// What a picture shows.
 #[derive(Clone, Copy)]
 pub(crate) enum Shows {
-    /// Temperatures, on the shared scale.
     Temperatures(Range),
     /// Simulated less real, on a scale from minus to plus this many degrees.
     Differences {
-        /// End of the scale in degrees.
         limit_c: f64,
     },
 }
@@ -72,7 +69,6 @@ pub(crate) fn difference_limit(comparison: &Comparison) -> f64 {
     ((largest * 2.0).ceil() / 2.0).max(0.5)
 }
 
-/// Simulated less real.
 pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {
     real.iter()
         .zip(simulated)
@@ -80,8 +76,7 @@ pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// A picture with, if `numbered`, the value in each cell. Differences of the image similarity's threshold or more
-/// are hatched.
+/// A picture with, if `numbered`, the value in each cell; differences beyond the similarity's threshold are hatched.
 pub(crate) fn svg(
     shape: Shape,
     values: &[f64],
@@ -161,7 +156,6 @@ impl Shows {
     }
 }
 
-/// Three slanting lines across a cell.
 fn hatch(x: usize, y: usize) -> String {
     let half = CELL / 2;
     format!(
@@ -196,7 +190,6 @@ pub(crate) fn key_frame(comparison: &Comparison) -> Option<&FilmFrame> {
         .max_by(|a, b| contrast(a).total_cmp(&contrast(b)))
 }
 
-/// Mean difference, its root mean square, and structural similarity, pixel by pixel.
 pub(crate) fn maps_section(comparison: &Comparison) -> String {
     let maps = &comparison.maps;
     if maps.bias_c.is_empty() {

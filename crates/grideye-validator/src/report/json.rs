@@ -10,8 +10,7 @@ use crate::thresholds::ThresholdLine;
 use crate::verdict::Criterion;
 use serde_json::{Map, Value, json};
 
-/// The comparison for programs: one JSON object with stable field names (`format` and `version` name them). Values
-/// that are not defined are `null`; shares run from 0 to 1, temperatures are in °C, times in seconds.
+/// One JSON object with stable field names; undefined values are `null`, shares 0 to 1, °C, seconds.
 #[must_use]
 pub fn json(comparison: &Comparison, context: &Context) -> String {
     let warm = &comparison.warm;
@@ -83,8 +82,7 @@ pub fn json(comparison: &Comparison, context: &Context) -> String {
     format!("{document:#}\n")
 }
 
-/// Of the same object what a page shows of a comparison that is made again and again: verdict, criteria and scores,
-/// with the notes of the comparison itself.
+/// Of the same object what a page of live comparisons shows, with the notes of the comparison itself.
 #[must_use]
 pub fn summary(comparison: &Comparison, context: &Context) -> Value {
     let judgement = &comparison.judgement;
@@ -136,12 +134,10 @@ fn background(fit: &BackgroundFit) -> Value {
     })
 }
 
-/// Of what drawn units score.
 fn law(law: &ScoreDistribution) -> Value {
     json!({ "mean": law.mean, "sd": law.sd })
 }
 
-/// Each with where it comes from.
 fn thresholds(context: &Context) -> Vec<Value> {
     let line = |line: &ThresholdLine| {
         json!({
@@ -193,7 +189,6 @@ fn unit(measure: Measure) -> &'static str {
     }
 }
 
-/// Frame by frame, a list for each figure.
 fn timeline(comparison: &Comparison) -> Value {
     let frames = &comparison.timeline;
     let of = |measure: &Measure| -> Option<(String, Value)> {

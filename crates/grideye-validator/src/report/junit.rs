@@ -6,9 +6,7 @@ use crate::verdict::{Criterion, State, Verdict};
 use grideye_draw::text::escape;
 use std::fmt::Write;
 
-/// One test case for each criterion and one for the verdict. What failed is a failure, what cannot be told an error,
-/// what was not asked is skipped, so that a server shows green for "agrees" alone. Servers read the layout of Ant's
-/// JUnit task (`testsuites`, `testsuite`, `testcase`); times are 0, as equal input is to give equal bytes.
+/// One test case a criterion and one for the verdict: failure, error (cannot tell) or skipped (not asked); times are 0.
 #[must_use]
 pub fn junit(comparison: &Comparison, context: &Context) -> String {
     let class = text(&format!("grideye.compare.{}", context.sensor));

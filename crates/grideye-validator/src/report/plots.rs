@@ -43,9 +43,11 @@ pub(crate) fn evaluation_graph(graph: &EvaluationGraph) -> String {
         .as_ref()
         .map(|repeat| ("repeat", "the sensor's own repeat (ceiling)", repeat));
     let x = ACROSS.1 - 270.0;
-    for (index, (class, label, shares)) in [pair, blank].into_iter().chain(repeat).enumerate() {
+    let curves: Vec<_> = [pair, blank].into_iter().chain(repeat).collect();
+    // What matters most is drawn last.
+    for (index, (class, label, shares)) in curves.into_iter().enumerate().rev() {
         let class = format!("curve {class}");
-        let points = graph.thresholds_c.iter().zip(shares);
+        let points = graph.thresholds_c.iter().zip(shares.iter());
         let shown = points.take_while(|(threshold_c, _)| **threshold_c <= largest_c);
         plot.curve(&class, shown.map(|(x, y)| (*x, Some(*y))));
         let y = DOWN.1 - 104.0 + 24.0 * count(index);
@@ -75,13 +77,11 @@ const TOP: f64 = 30.0;
 /// More points than this are drawn as a line alone.
 const DOTS_MAX: usize = 60;
 
-/// One measure over time, with its floor and its ceiling.
 struct Panel {
     title: &'static str,
     points: Vec<(f64, Option<f64>)>,
     /// Dashed: the blank frame, or what is allowed.
     floors: Vec<f64>,
-    /// Dotted.
     ceiling: Option<f64>,
     /// What the axis shows at least.
     holds: (f64, f64),

@@ -162,8 +162,7 @@ fn papers_digits(measure: Measure, figure: f64) -> String {
     }
 }
 
-/// Every score in a line with its floors, its ceiling, its skill and, marked as the paper's, the figure that the paper
-/// published for `experiment`. The bins that entropies were counted in stand below.
+/// Every score in a line with its floors, its ceiling, its skill and the paper's figure for `experiment`.
 #[must_use]
 pub fn table(comparison: &Comparison, experiment: Option<u8>) -> String {
     let experiment = experiment.and_then(paper::experiment);

@@ -11,7 +11,6 @@ pub(crate) fn list<'a>(sentences: impl Iterator<Item = &'a String>) -> String {
     format!("<ul>\n{items}</ul>\n")
 }
 
-/// What stands where a measure is not defined.
 pub(crate) const UNDEFINED: &str = "–";
 
 /// A value of a measure in the measure's unit, the unit left to the row's title except for shares.
@@ -44,8 +43,7 @@ pub struct Context {
     pub inputs: Vec<Input>,
     /// What was assumed, each a sentence; those of the comparison itself are added to them.
     pub assumptions: Vec<String>,
-    /// The paper's experiment that this is, 1 to 4: its figures are printed beside ours. Without it, the range of
-    /// all four is.
+    /// The paper's experiment that this is, 1 to 4; without it, the range of all four is printed.
     pub experiment: Option<u8>,
     /// Each threshold with where it comes from.
     pub thresholds: Vec<ThresholdLine>,

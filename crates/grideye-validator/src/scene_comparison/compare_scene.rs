@@ -24,16 +24,12 @@ use grideye_recording::Record;
 use grideye_scene::{Scene, Simulator};
 use std::time::Duration;
 
-/// Compares one stream of a recording with what a scene's sensor would see.
-///
-/// Time counts from the first frame that was read. Frames that say nothing of their own moment are left out, slow
-/// common drift is taken out, and time is aligned within the bounds of [`Options::align`] where something moves; how
-/// the image lies is reported, and changed only if asked for. [`Comparison::alignment`] holds what was found.
+/// Compares one stream of a recording with what a scene's sensor would see: cleaned, drift taken out, time aligned within
+/// [`Options::align`]; how the image lies is reported, and changed only if asked for.
 ///
 /// # Errors
-/// When the scene has no such sensor or the sensor has another resolution, the recording holds no frame, or (under
-/// the dynamic protocol) time runs backwards in it or it begins after the scene's end; when a bound of the alignment
-/// is out of its range; and as [`crate::compare()`] does.
+/// No such sensor, another resolution, no frame, time that runs back, no overlap, a bound out of its range; and as
+/// [`crate::compare()`].
 pub fn compare_scene(
     records: &[Record],
     scene: &Scene,
@@ -105,8 +101,7 @@ pub fn compare_scene(
     })
 }
 
-/// Keeps the noise of this simulation apart from that of a recording simulated with the same seed (the golden ratio
-/// in 64 bits, as in `SplitMix64`).
+/// Keeps this simulation's noise apart from that of a recording of the same seed (golden ratio, as in `SplitMix64`).
 const INDEPENDENCE: u64 = 0x9E37_79B9_7F4A_7C15;
 
 fn shape_of(simulator: &Simulator) -> Result<Shape, ValidatorError> {
@@ -179,7 +174,6 @@ fn aligned(
     Ok(aligned)
 }
 
-/// Aligns a recording of something that moves.
 fn moving(
     frames: Vec<TimedFrame>,
     simulator: &Simulator,
@@ -214,7 +208,6 @@ fn moving(
     }
 }
 
-/// Sees how the image of a standing scene lies.
 fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions) -> AlignedFrames {
     let (_, sample) = sample(&frames, Duration::MAX);
     let mean = pixels(&mean_frame(&sample));
@@ -232,7 +225,6 @@ fn still(frames: Vec<TimedFrame>, simulator: &Simulator, options: &AlignOptions)
     }
 }
 
-/// Times and pixels of the frames that alignment looks at.
 fn sample(frames: &[TimedFrame], span: Duration) -> (Vec<f64>, Vec<Pixels>) {
     let first = frames.first().map(|frame| frame.time).unwrap_or_default();
     let within = frames

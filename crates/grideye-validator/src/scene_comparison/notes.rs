@@ -6,7 +6,6 @@ use crate::align::{
 use crate::scene_comparison::types::Options;
 use grideye_draw::text::fixed;
 
-/// One sentence for each thing that was left out, taken out, aligned or found not to lie as the scene has it.
 pub(crate) fn alignment(found: &Alignment, rows: usize, options: &Options) -> Vec<String> {
     let mut notes: Vec<String> = found
         .left_out

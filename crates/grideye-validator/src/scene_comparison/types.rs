@@ -25,15 +25,13 @@ pub const LAG_FRAMES_MAX: usize = 600;
 /// How to compare a recording with a scene. Every default can be left as it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Seed of the simulated noise and of the shuffled pixels. Equal seeds give equal reports; a recording that was
-    /// itself simulated with this seed is met by other noise all the same.
+    /// Seed of the simulated noise and of the shuffled pixels; a recording simulated with it is met by other noise.
     pub seed: u64,
     /// Which frame meets which; by default static if nothing moves in the scene.
     pub protocol: Option<Protocol>,
     /// Frames a side, chosen evenly over the recording; by default [`STATIC_FRAMES`] or [`DYNAMIC_FRAMES`].
     pub frames: Option<usize>,
-    /// How many frames later a frame's repeat is, 1 to [`LAG_FRAMES_MAX`]; by default 3, and under the dynamic
-    /// protocol as many as come nearest to 0.1 s.
+    /// How many frames later a frame's repeat is, 1 to [`LAG_FRAMES_MAX`]; by default 3, or the nearest to 0.1 s (dynamic).
     pub lag_frames: Option<usize>,
     /// Time of the scene at the recording's first frame.
     pub start: Duration,
@@ -76,7 +74,6 @@ pub(crate) struct TimedFrame {
     pub(crate) celsius: Pixels,
 }
 
-/// Frames as they are compared, and what was done to them.
 pub(crate) struct AlignedFrames {
     pub(crate) frames: Vec<TimedFrame>,
     pub(crate) clock: Clock,
@@ -125,7 +122,6 @@ impl KnownUnit {
     }
 }
 
-/// The scene without its people.
 pub(crate) struct People {
     /// At the times of the simulated frames, without noise.
     pub(crate) nobody: Vec<Vec<f64>>,
@@ -134,7 +130,6 @@ pub(crate) struct People {
     pub(crate) are_shown: bool,
 }
 
-/// What the recording shows of the empty room.
 pub(crate) struct LearnedRoom {
     /// Mean over frames, row by row, °C.
     pub(crate) celsius: Vec<f64>,

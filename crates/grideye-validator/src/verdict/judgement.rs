@@ -4,10 +4,9 @@ use crate::metrics::score::Measure;
 use crate::thresholds::{Thresholds, too_few};
 use crate::verdict::image_criteria::{level, orientation, unclaimed};
 use crate::verdict::score_criteria::scores;
-use crate::verdict::types::{Criterion, Evidence, Judgement, State, Verdict, Weighed};
+use crate::verdict::types::{Evidence, Judgement, Question, State, Verdict, Weighed};
 use grideye_draw::text::{fixed, frames};
 
-/// Weighs the evidence.
 pub(crate) fn judge(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Judgement {
     let open = insufficiency(evidence, thresholds);
     let weighed = weighed(evidence, thresholds, open.as_ref());
@@ -136,53 +135,36 @@ fn weighed(
     all
 }
 
-/// Why the recording cannot tell.
-pub(crate) struct Insufficiency {
+struct Insufficiency {
     reason: String,
     remedy: &'static str,
 }
 
-pub(crate) fn sufficiency(evidence: &Evidence<'_>, open: Option<&Insufficiency>) -> Weighed {
-    let (state, sentence) = open.map_or_else(
-        || {
-            let text = format!(
-                "{} and {} warm pixels in each are enough to tell.",
-                frames(evidence.real_frames),
-                fixed(evidence.warm.real, 1)
-            );
-            (State::Met, text)
-        },
-        |open| (State::Open, open.reason.clone()),
-    );
-    Weighed {
-        criterion: Criterion {
-            name: "enough_to_tell",
-            title: "The recording holds enough to tell",
-            state,
-            sentence,
-            keys: &[
-                "frames_min",
-                "warm_pixels_min",
-                "warm_sigma",
-                "headroom_min",
-            ],
-            asked: None,
-        },
-        margin: None,
-        turn: open.map_or_else(String::new, |open| open.remedy.to_owned()),
+fn sufficiency(evidence: &Evidence<'_>, open: Option<&Insufficiency>) -> Weighed {
+    let asked = Question {
+        name: "enough_to_tell",
+        title: "The recording holds enough to tell",
+        keys: &[
+            "frames_min",
+            "warm_pixels_min",
+            "warm_sigma",
+            "headroom_min",
+        ],
+    };
+    if let Some(Insufficiency { reason, remedy }) = open {
+        return asked.weighed(State::Open, reason, *remedy);
     }
+    let (frames, warm) = (frames(evidence.real_frames), fixed(evidence.warm.real, 1));
+    let enough = format!("{frames} and {warm} warm pixels in each are enough to tell.");
+    asked.weighed(State::Met, enough, "")
 }
 
-pub(crate) fn insufficiency(
-    evidence: &Evidence<'_>,
-    thresholds: &Thresholds,
-) -> Option<Insufficiency> {
+fn insufficiency(evidence: &Evidence<'_>, thresholds: &Thresholds) -> Option<Insufficiency> {
     if too_few(evidence.real_frames, thresholds) {
+        let (found, least) = (frames(evidence.real_frames), thresholds.frames_min);
         return Some(Insufficiency {
             reason: format!(
-                "The recording holds {} to compare; at least {} are needed to know what the sensor's noise is worth.",
-                frames(evidence.real_frames),
-                thresholds.frames_min
+                "The recording holds {found} to compare; at least {least} are needed to know what the sensor's noise is worth."
             ),
             remedy: "a longer recording of the same scene",
         });

@@ -58,7 +58,6 @@ pub struct Judgement {
     pub criteria: Vec<Criterion>,
 }
 
-/// The numbers that the verdict rests on.
 pub(crate) struct Evidence<'a> {
     pub(crate) scores: &'a Scores,
     pub(crate) real_frames: usize,
@@ -70,7 +69,6 @@ pub(crate) struct Evidence<'a> {
     /// What the recording scores, and what recordings by drawn units score.
     pub(crate) found: &'a Statistics,
     pub(crate) expected: &'a Expected,
-    /// Orientations in which the scene looks much as it does upright.
     pub(crate) alike: &'a [Orientation],
     /// When the frames were recorded that `found` speaks of.
     pub(crate) times: &'a [Duration],
@@ -87,12 +85,10 @@ pub struct Nobody {
     pub has_people: bool,
 }
 
-/// What is known beside the frames.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Prior {
     /// The scene without its people at the times of the simulated frames, without noise.
     pub(crate) nobody: Vec<Vec<f64>>,
-    /// Whether the scene has people.
     pub(crate) has_people: bool,
     /// Whether they can be seen in any of the simulated frames.
     pub(crate) shows_people: bool,
@@ -104,11 +100,9 @@ pub(crate) struct Prior {
     pub(crate) pattern_c: Option<Vec<f64>>,
     /// How the image was found to lie, if it was turned back.
     pub(crate) turned_back: Option<Orientation>,
-    /// What the real side shows of the empty room, if that is known.
     pub(crate) room: EmptyRoom,
     /// The largest common offset of this unit, °C, if its profile is known.
     pub(crate) level_c: Option<f64>,
-    /// What was found about the sensor itself.
     pub(crate) sensor: Vec<Criterion>,
 }
 
@@ -119,8 +113,7 @@ pub struct WarmPixels {
     pub real: f64,
     /// In the noise-free simulated frames, above the median of their own pixels: what the scene claims.
     pub claimed: f64,
-    /// Of the pixels that the gain is taken over, the share that is warm on both sides, 0 to 1; `None` if there are
-    /// none. The gain asks less of the claim than of the real side, so that the right scene does not reach 1.
+    /// Of the pixels that the gain is taken over, the share that is warm on both sides, 0 to 1.
     pub overlap: Option<f64>,
 }
 
@@ -161,8 +154,7 @@ pub enum State {
     Met,
     /// It is not: the verdict is "disagrees".
     Failed,
-    /// The recording does not hold what an answer would need: the verdict is "cannot tell", unless something failed that
-    /// needs no more.
+    /// The recording cannot answer: "cannot tell", unless something failed that needs no more.
     Open,
     /// It was not asked, and the verdict does not rest on it.
     NotAsked,
@@ -181,7 +173,40 @@ impl State {
     }
 }
 
-/// A criterion, and what would turn it.
+/// What a criterion asks.
+#[derive(Clone, Copy)]
+pub(crate) struct Question {
+    pub(crate) name: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) keys: &'static [&'static str],
+}
+
+impl Question {
+    pub(crate) fn answered(&self, state: State, sentence: impl Into<String>) -> Criterion {
+        Criterion {
+            name: self.name,
+            title: self.title,
+            state,
+            sentence: sentence.into(),
+            keys: self.keys,
+            asked: None,
+        }
+    }
+
+    pub(crate) fn weighed(
+        &self,
+        state: State,
+        sentence: impl Into<String>,
+        turn: impl Into<String>,
+    ) -> Weighed {
+        Weighed {
+            criterion: self.answered(state, sentence),
+            margin: None,
+            turn: turn.into(),
+        }
+    }
+}
+
 pub(crate) struct Weighed {
     pub(crate) criterion: Criterion,
     /// How far a skill is above its threshold.
