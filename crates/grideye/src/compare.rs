@@ -276,20 +276,11 @@ pub(crate) fn scores_line(comparison: &Comparison, experiment: Option<u8>) -> St
         .map(|shown| {
             shown.text(
                 comparison,
-                published.and_then(|published| paper_value(published, shown.measure)),
+                published.and_then(|published| published.figure(shown.measure)),
             )
         })
         .collect();
     pieces.join("; ")
-}
-
-fn paper_value(published: &paper::Experiment, measure: Measure) -> Option<f64> {
-    match measure {
-        Measure::Correlation => Some(published.correlation),
-        Measure::MutualInformationGrey => Some(published.mutual_information),
-        Measure::ImageSimilarity => Some(published.image_similarity),
-        _ => None,
-    }
 }
 
 /// How a score is printed.

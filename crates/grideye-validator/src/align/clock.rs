@@ -11,11 +11,7 @@ pub(crate) enum Clock {
 
 impl Clock {
     pub(crate) const fn own() -> Self {
-        Self::Line(Line {
-            shift_s: 0.0,
-            rate: 0.0,
-            origin_s: 0.0,
-        })
+        Self::Line(Line::new(0.0, 0.0, 0.0))
     }
 
     pub(crate) fn scene_s(&self, time_s: f64) -> f64 {
@@ -36,6 +32,14 @@ pub(crate) struct Line {
 }
 
 impl Line {
+    pub(crate) const fn new(shift_s: f64, rate: f64, origin_s: f64) -> Self {
+        Self {
+            shift_s,
+            rate,
+            origin_s,
+        }
+    }
+
     pub(crate) fn scene_s(self, time_s: f64) -> f64 {
         time_s + self.shift_s + self.rate * (time_s - self.origin_s)
     }
@@ -157,11 +161,7 @@ mod tests {
         let wider = bounds.wider();
         assert_eq!((wider.origin_s, wider.shift_max_s), (3.0, 0.8));
         assert!((wider.rate_max - 0.16).abs() < 1e-12);
-        let line = |shift_s, rate| Line {
-            shift_s,
-            rate,
-            origin_s: 3.0,
-        };
+        let line = |shift_s, rate| Line::new(shift_s, rate, 3.0);
         assert_eq!(bounds.excess_s(&line(-0.75, 0.0)), 0.25);
         assert_eq!(bounds.excess_s(&line(0.25, 0.0)), -0.25);
         assert!((bounds.rate_excess(&line(0.0, -0.15)) - 0.05).abs() < 1e-12);

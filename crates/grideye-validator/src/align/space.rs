@@ -3,7 +3,7 @@
 use crate::align::film::{Film, FitSums, Sample, whole};
 use crate::frames::types::Pixels;
 use crate::metrics::correlation;
-use crate::numbers::count;
+use crate::numbers::{climb, count};
 use grideye_frame::COLUMNS;
 use std::fmt;
 
@@ -138,7 +138,7 @@ impl Pairs {
             .zip(&sample.frames)
             .filter_map(|(&time_s, real)| Some((*real, film.at(scene_s(time_s))?)))
             .collect();
-        Self(pairs, sample.energy())
+        Self(pairs, sample.energy)
     }
 
     fn likeness(&self, right_px: f64, down_px: f64) -> f64 {
@@ -152,24 +152,13 @@ impl Pairs {
     /// The offset of the recorded image, pixels right and down, up to `most` each way; the likeness without and with it.
     pub(crate) fn best_offset(&self, most: f64) -> ([f64; 2], [f64; 2]) {
         let without = self.likeness(0.0, 0.0);
-        let (mut best, mut value, mut step) = ([0.0, 0.0], without, 0.5);
-        while step > 0.005 {
-            let better = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]
-                .map(|[right, down]: [f64; 2]| {
-                    let place = [
-                        (best[0] + right * step).clamp(-most, most),
-                        (best[1] + down * step).clamp(-most, most),
-                    ];
-                    (self.likeness(place[0], place[1]), place)
-                })
-                .into_iter()
-                .max_by(|left, right| left.0.total_cmp(&right.0))
-                .filter(|(other, _)| *other > value);
-            match better {
-                Some((other, place)) => (value, best) = (other, place),
-                None => step /= 2.0,
-            }
-        }
+        let likeness = |place: &[f64; 2]| self.likeness(place[0], place[1]);
+        let neighbors = |best: &[f64; 2], step: f64| {
+            [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].map(|[right, down]: [f64; 2]| {
+                [best[0] + right * step, best[1] + down * step].map(|px| px.clamp(-most, most))
+            })
+        };
+        let (value, best) = climb([0.0, 0.0], (0.5, 0.005), likeness, neighbors);
         (best, [without, value])
     }
 }

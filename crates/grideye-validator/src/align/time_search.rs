@@ -2,7 +2,7 @@
 
 use crate::align::clock::{Bounds, Law, Line};
 use crate::align::film::{Film, Fit, Sample, whole};
-use crate::numbers::count;
+use crate::numbers::{climb, count};
 
 /// Shifts of the grid stand this far apart, seconds: a walker's picture of one moment still resembles that of the next.
 const SHIFT_STEP_S: f64 = 0.1;
@@ -76,11 +76,7 @@ impl Grid {
     }
 
     fn centre(&self) -> Line {
-        Line {
-            shift_s: 0.0,
-            rate: 0.0,
-            origin_s: self.origin_s,
-        }
+        Line::new(0.0, 0.0, self.origin_s)
     }
 
     fn lines(&self) -> impl Iterator<Item = Line> + '_ {
@@ -89,11 +85,8 @@ impl Grid {
             (0..=2 * steps).map(move |index| (count(index) - count(steps)) * step)
         };
         ends(self.rates, self.rate_max).flat_map(move |rate| {
-            ends(self.shifts, self.shift_max_s).map(move |shift_s| Line {
-                shift_s,
-                rate,
-                origin_s: self.origin_s,
-            })
+            ends(self.shifts, self.shift_max_s)
+                .map(move |shift_s| Line::new(shift_s, rate, self.origin_s))
         })
     }
 
@@ -110,23 +103,10 @@ impl Grid {
         best
     }
 
-    /// Compass search: the best of the neighbours, and half the step where none is better.
     fn downhill(&self, sample: &Sample, film: &Film, start: Line, last_s: f64) -> (f64, Line) {
-        let likeness = |line: Line| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
-        let (mut best, mut value) = (start, likeness(start));
-        let mut step_s = SHIFT_STEP_S;
-        while step_s >= last_s {
-            let better = self
-                .neighbours(best, step_s)
-                .map(|line| (likeness(line), line))
-                .max_by(|left, right| left.0.total_cmp(&right.0))
-                .filter(|(other, _)| *other > value);
-            match better {
-                Some((other, line)) => (value, best) = (other, line),
-                None => step_s /= 2.0,
-            }
-        }
-        (value, best)
+        let likeness = |line: &Line| sample.fit(film, |time_s| line.scene_s(time_s)).likeness;
+        let neighbors = |line: &Line, step_s| self.neighbours(*line, step_s);
+        climb(start, (SHIFT_STEP_S, last_s), likeness, neighbors)
     }
 
     /// Shifted as a whole, or turned about the recording's middle.
@@ -205,7 +185,7 @@ pub(crate) fn best_law(sample: &Sample, film: &Film, bounds: &Bounds) -> (Law, F
         ends_late_s: end,
         ease,
         lean,
-        scene_s: (film.first_s(), film.last_s()),
+        scene_s: (film.first_s, film.last_s()),
     };
     let coarse = sample.thinned(128);
     let likeness = |law: &Law| coarse.fit(film, |time_s| law.scene_s(time_s)).likeness;
@@ -233,19 +213,11 @@ pub(crate) fn best_law(sample: &Sample, film: &Film, bounds: &Bounds) -> (Law, F
 
 fn law_downhill(sample: &Sample, film: &Film, start: Law, bounds: &Bounds) -> (f64, Law) {
     let likeness = |law: &Law| sample.fit(film, |time_s| law.scene_s(time_s)).likeness;
-    let (mut best, mut value, mut step) = (start, likeness(&start), 0.25);
-    while step > 0.002 {
-        let better = law_neighbours(&best, step, bounds.shift_max_s)
-            .filter(Law::rises)
-            .map(|law| (likeness(&law), law))
-            .max_by(|left, right| left.0.total_cmp(&right.0))
-            .filter(|(other, _)| *other > value);
-        match better {
-            Some((other, law)) => (value, best) = (other, law),
-            None => step /= 2.0,
-        }
-    }
-    (value, best)
+    let neighbors = |law: &Law, step| -> Vec<Law> {
+        let all = law_neighbours(law, step, bounds.shift_max_s);
+        all.filter(Law::rises).collect()
+    };
+    climb(start, (0.25, 0.002), likeness, neighbors)
 }
 
 fn law_neighbours(law: &Law, step: f64, most_s: f64) -> impl Iterator<Item = Law> {
@@ -303,11 +275,7 @@ mod tests {
 
     #[test]
     fn a_line_is_shifted_and_turned_about_its_origin() {
-        let line = Line {
-            shift_s: 0.2,
-            rate: 0.01,
-            origin_s: 10.0,
-        };
+        let line = Line::new(0.2, 0.01, 10.0);
         assert!((line.scene_s(10.0) - 10.2).abs() < 1e-12);
         assert!((line.scene_s(30.0) - 30.4).abs() < 1e-12);
     }
@@ -346,11 +314,7 @@ mod tests {
     fn neighbours_are_shifted_or_turned_about_the_middle_within_the_bounds() {
         let grid = grid(60.0, 0.5, 0.06);
         let about = |shift_s, rate| -> Vec<(f64, f64)> {
-            let line = Line {
-                shift_s,
-                rate,
-                origin_s: 2.0,
-            };
+            let line = Line::new(shift_s, rate, 2.0);
             let neighbours = grid.neighbours(line, 0.1);
             neighbours
                 .inspect(|line| assert_eq!(line.origin_s, 2.0))
@@ -426,11 +390,7 @@ mod tests {
     fn standard_errors_are_those_of_a_line_through_three_frames() {
         let film = Film::of_frames(&[0.0, 10.0], &[[0.0; PIXELS], [10.0; PIXELS]]);
         let sample = Sample::new(vec![1.0, 2.0, 3.0], vec![[0.0; PIXELS]; 3]);
-        let line = Line {
-            shift_s: 0.0,
-            rate: 0.0,
-            origin_s: 1.0,
-        };
+        let line = Line::new(0.0, 0.0, 1.0);
         let fit = Fit {
             likeness: 0.0,
             amplitude: 2.0,

@@ -7,7 +7,7 @@
 use crate::align::clock::{Line, Warp};
 use crate::align::film::{Film, Fit, FitSums, Sample, whole};
 use crate::frames::types::Pixels;
-use crate::numbers::count;
+use crate::numbers::{count, windowed_mean};
 use grideye_frame::PIXELS;
 
 /// Frames that a path is sought through; of more, these are chosen evenly.
@@ -40,7 +40,7 @@ pub(crate) fn best_warp(sample: &Sample, film: &Film, line: Line, fit: &Fit, ban
         .map(|(&time_s, level)| (time_s, levels[level]))
         .collect();
     Warp {
-        knots: smoothed(&knots),
+        knots: windowed_mean(&knots, SMOOTH_S),
     }
 }
 
@@ -123,29 +123,6 @@ fn cheapest(costs: &[Vec<f64>], times_s: &[f64], levels: &[f64]) -> Vec<usize> {
     path
 }
 
-/// The mean of the departures within [`SMOOTH_S`] about each knot.
-fn smoothed(knots: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let (mut from, mut until) = (0, 0);
-    let mut sum = 0.0;
-    knots
-        .iter()
-        .map(|&(time_s, _)| {
-            while knots
-                .get(until)
-                .is_some_and(|knot| knot.0 <= time_s + SMOOTH_S / 2.0)
-            {
-                sum += knots[until].1;
-                until += 1;
-            }
-            while knots[from].0 < time_s - SMOOTH_S / 2.0 {
-                sum -= knots[from].1;
-                from += 1;
-            }
-            (time_s, sum / count(until - from))
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -208,7 +185,7 @@ mod tests {
     #[test]
     fn smoothing_is_the_mean_of_what_is_near() {
         let knots = (0..10_u32).map(|index| (f64::from(index) * 0.2, f64::from(index % 2)));
-        let smooth = smoothed(&knots.collect::<Vec<_>>());
+        let smooth = windowed_mean(&knots.collect::<Vec<_>>(), SMOOTH_S);
         // Three knots within 0.3 s either way inside, two at the ends.
         assert!((smooth[4].1 - 1.0 / 3.0 * 2.0).abs() < 1e-12, "{smooth:?}");
         assert!((smooth[0].1 - 0.5).abs() < 1e-12);
@@ -231,11 +208,7 @@ mod tests {
         (Film::of_frames(&times_s, &film), Sample::new(times_s, seen))
     }
 
-    const STRAIGHT: Line = Line {
-        shift_s: 0.0,
-        rate: 0.0,
-        origin_s: 0.0,
-    };
+    const STRAIGHT: Line = Line::new(0.0, 0.0, 0.0);
 
     /// What is recorded as the scene has it leaves nothing where it is not moved, whatever the mean of the scene.
     #[test]

@@ -78,7 +78,7 @@ impl Allan {
 
     #[cfg(test)]
     pub(crate) fn pairs(&self, octave: usize) -> u64 {
-        self.0[octave].common.count()
+        self.0[octave].common.count
     }
 
     pub(crate) fn finish(self, period_s: f64) -> Vec<AllanPoint> {
@@ -86,14 +86,14 @@ impl Allan {
         let mut frames = 1.0;
         let mut points = Vec::new();
         for octave in self.0 {
-            let pairs = octave.common.count();
+            let pairs = octave.common.count;
             if pairs < PAIRS_MIN {
                 break;
             }
             // About zero, not about the mean: an even drift is a deviation too.
             let common = octave.common;
             let square = common.variance() * long_count(pairs - 1) / long_count(pairs)
-                + common.mean() * common.mean();
+                + common.mean * common.mean;
             points.push(AllanPoint {
                 tau_s: frames * period_s,
                 pixel_c: octave.pixels.quartile_sigma().unwrap_or(0.0) / root_two,

@@ -72,23 +72,23 @@ impl ThermistorSums {
         let begin_ns = *self.begin_ns.get_or_insert(t_boot_ns);
         let t_s = long_count(t_boot_ns.saturating_sub(begin_ns)) / NANOSECONDS_PER_SECOND;
         self.span_s = self.span_s.max(t_s);
-        let off = celsius - self.celsius.mean();
+        let off = celsius - self.celsius.mean;
         self.time.push(t_s);
         self.celsius.push(celsius);
-        self.together += off * (t_s - self.time.mean());
+        self.together += off * (t_s - self.time.mean);
         self.scene.push(scene_c);
         self.above_scene.push(celsius - scene_c);
     }
 
     /// `jumps` of the clock leave it unknown how much time there was for a trend.
     pub(crate) fn finish(self, jumps: u64) -> Thermistor {
-        let squares = self.time.variance() * long_count(self.time.count().saturating_sub(1));
+        let squares = self.time.variance() * long_count(self.time.count.saturating_sub(1));
         let trend = (self.span_s >= TREND_SPAN_MIN_S && squares > 0.0 && jumps == 0)
             .then(|| self.together / squares * SECONDS_PER_HOUR);
         Thermistor {
-            mean_c: self.celsius.mean(),
-            scene_c: self.scene.mean(),
-            offset_c: self.above_scene.mean(),
+            mean_c: self.celsius.mean,
+            scene_c: self.scene.mean,
+            offset_c: self.above_scene.mean,
             sigma_c: self.differences.gaussian_sigma().unwrap_or(0.0) / 2.0_f64.sqrt(),
             drift_c_per_hour: trend,
         }

@@ -10,10 +10,11 @@ use crate::metrics::score::{Measure, Score, Scores};
 use crate::metrics::{self, ChiSquared, chi_squared, structure_map};
 use crate::numbers::mean_frame;
 use crate::verdict::{Judgement, Nobody, WarmPixels};
+use serde::Serialize;
 use std::time::Duration;
 
 /// Share of pixels below a threshold as a function of that threshold (the paper's evaluation graph), mean over pairs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EvaluationGraph {
     /// The thresholds in degrees.
     pub thresholds_c: Vec<f64>,
@@ -121,7 +122,7 @@ pub struct FrameScores {
 }
 
 /// Means over the frames of a timeline, row by row.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct PixelMaps {
     /// Mean of simulated less real, in degrees.
     pub bias_c: Vec<f64>,
@@ -149,7 +150,7 @@ pub(crate) fn timeline(view: &ComparedFrames, real: &[RealFrame]) -> Vec<FrameSc
         let mut values = tally.plain(now, beside).to_vec();
         values.extend(view.placed(now, beside, beside));
         let columns = view.preparation.shape.columns;
-        let sides = (now.celsius(), beside.celsius());
+        let sides = (&now.celsius, &beside.celsius);
         Some(FrameScores {
             time: frame.time,
             offset_c: view.offset(index, beside),
@@ -172,8 +173,8 @@ pub(crate) fn drift_c_per_min(timeline: &[FrameScores]) -> Option<f64> {
 /// Each real frame counts once, so that the frames are independent.
 pub(crate) fn noise_fit(view: &ComparedFrames) -> ChiSquared {
     let of = |(index, frame): (usize, &Prepared)| {
-        let claim = view.simulated.beside(index)?.steady();
-        chi_squared(frame.celsius(), claim, view.sigma_c)
+        let claim = view.simulated.beside(index)?;
+        chi_squared(&frame.celsius, &claim.steady, view.sigma_c)
     };
     let mut sum = ChiSquared::default();
     view.real

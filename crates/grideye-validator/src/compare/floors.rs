@@ -33,7 +33,7 @@ pub(crate) fn noise(view: &ComparedFrames, seed: u64) -> Sums {
     };
     let images = (0..NOISE_IMAGES).map(|_| {
         view.preparation
-            .simulated(&image(), view.blank.steady(), None)
+            .simulated(&image(), &view.blank.steady, None)
     });
     let side = FrameSet::new(images.collect());
     // Each image meets some frames, each frame some images.

@@ -13,9 +13,9 @@ use crate::numbers::{common_offset, count, difference_sums, evenly, finite, mean
 /// One frame with its bins, entropies and warm pixels worked out.
 #[derive(Clone)]
 pub(crate) struct Prepared {
-    celsius: Vec<f64>,
+    pub(crate) celsius: Vec<f64>,
     /// What warm pixels are read from: the claim, the mean of the sequence (static), else the frame itself.
-    steady: Vec<f64>,
+    pub(crate) steady: Vec<f64>,
     centered: Centered,
     steady_centered: Centered,
     grey: Binned,
@@ -126,16 +126,6 @@ impl Preparation {
     }
 }
 
-impl Prepared {
-    pub(crate) fn celsius(&self) -> &[f64] {
-        &self.celsius
-    }
-
-    pub(crate) fn steady(&self) -> &[f64] {
-        &self.steady
-    }
-}
-
 impl FrameSet {
     pub(crate) fn new(frames: Vec<Prepared>) -> Self {
         let mut claims: Vec<usize> = Vec::with_capacity(frames.len());
@@ -235,39 +225,32 @@ impl Tally {
         let pixels = count(x.len());
         let similar = self.graph.add(x, y);
         let [squares, absolute, plain] = difference_sums(x, y);
-        let grey = self.counter.joint(&real.grey, &simulated.grey);
-        let chosen = self.counter.joint(&real.chosen, &simulated.chosen);
+        let correlation = real.centered.correlation(&simulated.centered);
+        let mut bits = |real: &Binned, simulated: &Binned| {
+            let joint = self.counter.joint(real, simulated);
+            let mutual = mutual_of(real, simulated, joint);
+            let corrected = mutual_corrected(real, simulated, joint);
+            let own = [real.entropy, simulated.entropy, joint.entropy];
+            (own.map(Some), [mutual, corrected].map(Some))
+        };
+        let ([real_grey, simulated_grey, joint_grey], grey) = bits(&real.grey, &simulated.grey);
+        let ([real_own, simulated_own, joint_own], own) = bits(&real.chosen, &simulated.chosen);
         [
-            (
-                M::Correlation,
-                real.centered.correlation(&simulated.centered),
-            ),
+            (M::Correlation, correlation),
             (M::ImageSimilarity, finite(count(similar) / pixels)),
             (M::Rmse, finite(squares / pixels).map(f64::sqrt)),
             (M::Mae, finite(absolute / pixels)),
             (M::Bias, finite(plain / pixels)),
-            (M::EntropyRealGrey, Some(real.grey.entropy())),
-            (M::EntropySimulatedGrey, Some(simulated.grey.entropy())),
-            (M::JointEntropyGrey, Some(grey.entropy)),
-            (
-                M::MutualInformationGrey,
-                Some(mutual_of(&real.grey, &simulated.grey, grey)),
-            ),
-            (
-                M::MutualInformationGreyCorrected,
-                Some(mutual_corrected(&real.grey, &simulated.grey, grey)),
-            ),
-            (M::EntropyRealBinned, Some(real.chosen.entropy())),
-            (M::EntropySimulatedBinned, Some(simulated.chosen.entropy())),
-            (M::JointEntropyBinned, Some(chosen.entropy)),
-            (
-                M::MutualInformationBinned,
-                Some(mutual_of(&real.chosen, &simulated.chosen, chosen)),
-            ),
-            (
-                M::MutualInformationBinnedCorrected,
-                Some(mutual_corrected(&real.chosen, &simulated.chosen, chosen)),
-            ),
+            (M::EntropyRealGrey, real_grey),
+            (M::EntropySimulatedGrey, simulated_grey),
+            (M::JointEntropyGrey, joint_grey),
+            (M::MutualInformationGrey, grey[0]),
+            (M::MutualInformationGreyCorrected, grey[1]),
+            (M::EntropyRealBinned, real_own),
+            (M::EntropySimulatedBinned, simulated_own),
+            (M::JointEntropyBinned, joint_own),
+            (M::MutualInformationBinned, own[0]),
+            (M::MutualInformationBinnedCorrected, own[1]),
         ]
     }
 }
@@ -312,10 +295,6 @@ impl ComparedFrames {
         self.blank.celsius.len()
     }
 
-    pub(crate) fn union_above_c(&self) -> f64 {
-        self.warmth.real_above_c
-    }
-
     /// The measures of places and noise; the truth comes from the frame beside the real one, whatever is in its place.
     pub(crate) fn placed(
         &self,
@@ -330,34 +309,24 @@ impl ComparedFrames {
         let angle = |(real, put): (&Blob, &Blob)| {
             metrics::angle_between(real, put, shape, self.field_of_view_rad?)
         };
-        let truth = beside.truth.as_deref();
+        let covered = beside.truth.as_deref();
+        let covered = covered.and_then(|mask| metrics::foreground_rmse(x, y, mask));
+        let slope = real.centered.slope_over(&put.steady_centered);
+        let apart = blobs.map(|(real, put)| real.distance_pixels(put));
+        let overlap = metrics::overlap(&real.warm, &put.warm);
         let chi = metrics::chi_squared(x, &put.steady, self.sigma_c);
+        let structure = structural_similarity(x, y, columns, self.ambient_c);
         [
-            (
-                Measure::ForegroundRmse,
-                truth.and_then(|mask| metrics::foreground_rmse(x, y, mask)),
-            ),
-            (
-                Measure::ContrastSlope,
-                real.centered.slope_over(&put.steady_centered),
-            ),
-            (
-                Measure::CentroidErrorPixels,
-                blobs.map(|(real, put)| real.distance_pixels(put)),
-            ),
+            (Measure::ForegroundRmse, covered),
+            (Measure::ContrastSlope, slope),
+            (Measure::CentroidErrorPixels, apart),
             (Measure::CentroidErrorDegrees, blobs.and_then(angle)),
-            (
-                Measure::WarmOverlap,
-                metrics::overlap(&real.warm, &put.warm),
-            ),
+            (Measure::WarmOverlap, overlap),
             (
                 Measure::ChiSquaredPerDegree,
                 chi.and_then(|chi| chi.per_degree()),
             ),
-            (
-                Measure::StructuralSimilarity,
-                structural_similarity(x, y, columns, self.ambient_c),
-            ),
+            (Measure::StructuralSimilarity, structure),
         ]
     }
 
@@ -401,7 +370,7 @@ impl ComparedFrames {
             celsius: &later.celsius,
             offset_c: offset_c + common_offset(&later.celsius, &frame.celsius),
         };
-        let seen = (frame.celsius(), frame.steady());
+        let seen = (frame.celsius.as_slice(), frame.steady.as_slice());
         gain.add(seen, offset_c, &beside.steady, prediction, self.warmth);
     }
 

@@ -4,7 +4,7 @@ use crate::compare::comparison::{
     Comparison, EvaluationGraph, FilmFrame, FrameScores, drift_c_per_min, maps, noise_fit, timeline,
 };
 use crate::compare::floors::{blank, noise, shuffled};
-use crate::compare::prepared::{ComparedFrames, FrameSet, Preparation, Prepared, pairs, thinned};
+use crate::compare::prepared::{ComparedFrames, FrameSet, Preparation, pairs, thinned};
 use crate::compare::settings::{
     FILM_FRAMES_MAX, PLACED_PAIRS_MAX, Settings, check_frames, check_settings,
 };
@@ -139,7 +139,7 @@ impl Counted {
             pairs: self.found.pairs,
             noise_sigma_c,
             warm_above_c,
-            union_above_c: self.view.union_above_c(),
+            union_above_c: self.view.warmth.real_above_c,
             offset_c,
             drift_c: {
                 let (low, high) = extremes(&self.found.offsets);
@@ -179,8 +179,12 @@ fn noise_sigma(real: &[RealFrame]) -> Option<f64> {
 }
 
 fn warm_pixels(view: &ComparedFrames, gain: &GainSums) -> WarmPixels {
-    let frames = view.real.iter().map(Prepared::celsius);
-    let claims = view.simulated.frames.iter().map(Prepared::steady);
+    let frames = view.real.iter().map(|frame| frame.celsius.as_slice());
+    let claims = view
+        .simulated
+        .frames
+        .iter()
+        .map(|frame| frame.steady.as_slice());
     let above_c = view.preparation.warm_above_c;
     let (real, simulated) = (view.real.len(), view.simulated.frames.len());
     WarmPixels {

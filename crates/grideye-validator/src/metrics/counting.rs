@@ -12,7 +12,7 @@ pub(crate) struct Binned {
     bins: Bins,
     pixels: usize,
     distinct: usize,
-    entropy: f64,
+    pub(crate) entropy: f64,
 }
 
 /// The bin of each pixel, numbered from 0 without holes.
@@ -170,10 +170,6 @@ impl Binned {
             distinct: 1,
             entropy: 0.0,
         }
-    }
-
-    pub(crate) const fn entropy(&self) -> f64 {
-        self.entropy
     }
 
     /// The same pixels in another order.

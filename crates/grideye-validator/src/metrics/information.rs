@@ -7,7 +7,7 @@ use crate::numbers::{comparable, finite};
 /// Shannon's entropy of one frame in bits (PeerJ CS 11:e3124, Eq. 2).
 #[must_use]
 pub fn entropy(frame: &[f64], binning: Binning) -> Option<f64> {
-    Some(Counter::new().binned(frame, binning)?.entropy())
+    Some(Counter::new().binned(frame, binning)?.entropy)
 }
 
 /// Entropy of the pairs of pixels in bits (PeerJ CS 11:e3124, Eq. 3). Each frame is binned over its own range.

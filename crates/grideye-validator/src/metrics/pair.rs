@@ -3,7 +3,7 @@
 use crate::metrics::binning::Binning;
 use crate::metrics::counting::{PIXELS_FAST, PairCounter, Places, levels_of};
 use crate::metrics::distance::{IS_THRESHOLD, correlation_of};
-use crate::numbers::{LANES, all_finite, count, long_count, sum_of_lanes};
+use crate::numbers::{all_finite, count, extremes, long_count, sum_of, sums_of};
 use std::sync::LazyLock;
 
 /// Thresholds of the evaluation graph.
@@ -86,29 +86,13 @@ struct Seen<'a> {
 impl<'a> Seen<'a> {
     /// `None` where a value is not finite.
     fn of(frame: &'a [f64; PIXELS_FAST]) -> Option<Self> {
-        let (mut low, mut high, mut sums) = (
-            [f64::INFINITY; LANES],
-            [f64::NEG_INFINITY; LANES],
-            [0.0; LANES],
-        );
-        for chunk in frame.chunks_exact(LANES) {
-            for lane in 0..LANES {
-                let value = chunk[lane];
-                low[lane] = if value < low[lane] { value } else { low[lane] };
-                high[lane] = if value > high[lane] {
-                    value
-                } else {
-                    high[lane]
-                };
-                sums[lane] += value;
-            }
-        }
-        let sum = sum_of_lanes(sums);
+        let (coldest, warmest) = extremes(frame);
+        let sum = sum_of(frame, frame, |value, _| value);
         // A sum is finite where all values are; that of huge ones need not be.
         (sum.is_finite() || all_finite(frame)).then(|| Self {
             frame,
-            coldest: low.into_iter().fold(f64::INFINITY, f64::min),
-            warmest: high.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            coldest,
+            warmest,
             mean: sum / PIXELS,
         })
     }
@@ -129,21 +113,11 @@ impl<'a> Seen<'a> {
         if self.coldest == self.warmest || other.coldest == other.warmest {
             return None;
         }
-        let (mut product, mut squares, mut others) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let chunks = self.frame.chunks_exact(LANES);
-        for (x, y) in chunks.zip(other.frame.chunks_exact(LANES)) {
-            for lane in 0..LANES {
-                let (x, y) = (x[lane] - self.mean, y[lane] - other.mean);
-                product[lane] += x * y;
-                squares[lane] += x * x;
-                others[lane] += y * y;
-            }
-        }
-        correlation_of(
-            sum_of_lanes(product),
-            sum_of_lanes(squares),
-            sum_of_lanes(others),
-        )
+        let [product, squares, others] = sums_of(self.frame, other.frame, |x, y| {
+            let (x, y) = (x - self.mean, y - other.mean);
+            [x * y, x * x, y * y]
+        });
+        correlation_of(product, squares, others)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What is measured, and each score with its floors and its ceiling.
 
+use serde::Serialize;
 use std::fmt;
 
 /// Whether more or less of a measure means more alike.
@@ -116,7 +117,7 @@ impl fmt::Display for Measure {
 }
 
 /// What the measure says when the simulated pixels are put into a random order, over many orders.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Shuffled {
     /// The mean over the orders.
     pub mean: f64,

@@ -3,7 +3,7 @@
 use crate::compare::{Comparison, FilmFrame};
 use crate::frames::Shape;
 use crate::metrics::IS_THRESHOLD;
-use crate::numbers::count;
+use crate::numbers::{count, differences};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use grideye_draw::canvas::Canvas;
@@ -70,10 +70,7 @@ pub(crate) fn difference_limit(comparison: &Comparison) -> f64 {
 }
 
 pub(crate) fn difference(real: &[f64], simulated: &[f64]) -> Vec<f64> {
-    real.iter()
-        .zip(simulated)
-        .map(|(real, simulated)| simulated - real)
-        .collect()
+    differences(real, simulated).collect()
 }
 
 /// A picture with, if `numbered`, the value in each cell; differences beyond the similarity's threshold are hatched.
@@ -208,7 +205,12 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
         coldest_c: 0.0,
         warmest_c: to_half(largest(&maps.rmse_c)),
     });
-    let figure = |values: &[f64], shows, name: &str, caption: &str, scale: String| {
+    let figure = |values: &[f64], shows, name: &str, caption: &str, is_scaled: bool| {
+        let scale = if is_scaled {
+            scale(shows)
+        } else {
+            String::new()
+        };
         let svg = svg(comparison.shape, values, shows, true, name);
         format!("<figure>{svg}{scale}<figcaption><b>{name}</b> {caption}</figcaption></figure>\n")
     };
@@ -225,7 +227,7 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
                 shows,
                 "Structure",
                 "mean structural similarity of each pixel's neighbourhood, −1 (black) to 1 (light)",
-                String::new(),
+                false,
             )
         });
     format!(
@@ -236,14 +238,14 @@ pub(crate) fn maps_section(comparison: &Comparison) -> String {
             differences,
             "Mean difference",
             "simulated less real, °C",
-            scale(differences)
+            true
         ),
         figure(
             &maps.rmse_c,
             errors,
             "Error",
             "root mean square of the difference, °C",
-            scale(errors)
+            true
         ),
     )
 }

@@ -130,16 +130,10 @@ fn properties(comparison: &Comparison, context: &Context) -> String {
 
 /// Text that XML 1.0 takes: escaped, and what it has no character for replaced.
 fn text(text: &str) -> String {
-    let is_char = |character: char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{FFFD}' | '\u{10000}'..);
+    let is_char = |character: &char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{FFFD}' | '\u{10000}'..);
     let allowed: String = text
         .chars()
-        .map(|character| {
-            if is_char(character) {
-                character
-            } else {
-                '\u{FFFD}'
-            }
-        })
+        .map(|character| Some(character).filter(is_char).unwrap_or('\u{FFFD}'))
         .collect();
     escape(&allowed)
 }

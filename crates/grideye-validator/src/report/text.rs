@@ -3,6 +3,7 @@
 use crate::metrics::score::Measure;
 use crate::thresholds::ThresholdLine;
 use grideye_draw::text::{escape, fixed};
+use serde::Serialize;
 
 pub(crate) fn list<'a>(sentences: impl Iterator<Item = &'a String>) -> String {
     let items: String = sentences
@@ -50,12 +51,30 @@ pub struct Context {
 }
 
 /// A file that went into the comparison.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Input {
     /// The file's name.
     pub name: String,
     /// A hash of its bytes with the name of the hash in front, for example `sha256:…`.
     pub hash: String,
+}
+
+/// A table of names and what belongs to them.
+pub(crate) fn rows_table<N: AsRef<str>>(rows: impl IntoIterator<Item = (N, String)>) -> String {
+    let rows: String = rows
+        .into_iter()
+        .map(|(name, found)| {
+            let (name, found) = (escape(name.as_ref()), escape(&found));
+            format!("<tr><th scope=\"row\">{name}</th><td>{found}</td></tr>\n")
+        })
+        .collect();
+    format!("<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n")
+}
+
+/// A number, and its standard error if that is known.
+pub(crate) fn with_error(number: String, error: Option<f64>, decimals: usize) -> String {
+    let error = error.map(|error| format!(" ± {}", fixed(error, decimals)));
+    number + &error.unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use crate::expected::claim::Statistics;
 use crate::expected::units::Expected;
 use crate::metrics::foreground::{EmptyRoom, RoomSource};
 use crate::metrics::score::Scores;
+use serde::Serialize;
 use std::fmt;
 use std::time::Duration;
 
@@ -107,7 +108,7 @@ pub(crate) struct Prior {
 }
 
 /// Warm pixels a frame, on average: both counts by the same rule, so that they can be set side by side.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WarmPixels {
     /// In the real frames, above the median of their own pixels.
     pub real: f64,
