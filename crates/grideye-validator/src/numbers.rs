@@ -87,7 +87,6 @@ pub(crate) fn common_offset(frame: &[f64], reference: &[f64]) -> f64 {
     trimmed_mean(&mut differences, quarter)
 }
 
-/// Mean and variance of any number of values, one by one (Welford).
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct RunningVariance {
     pub(crate) count: u64,
@@ -251,7 +250,6 @@ pub(crate) fn extremes(frame: &[f64]) -> (f64, f64) {
     )
 }
 
-/// Sums that do not wait for one another.
 pub(crate) const LANES: usize = 8;
 
 /// Sums of functions of both values over all pixels, in an order that is the same on every machine.

@@ -106,7 +106,6 @@ struct Entry {
     source: Spanned<String>,
 }
 
-/// A key of the file, its range, and the field that it fills.
 struct Key {
     name: &'static str,
     range: (f64, f64),

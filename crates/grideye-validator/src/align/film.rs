@@ -36,7 +36,6 @@ pub(crate) struct Sample {
     pub(crate) energy: f64,
 }
 
-/// How the moving part of a recording follows that of the scene under one law of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fit {
     /// Correlation of the moving parts over all pixels and frames, -1 to 1.
@@ -157,7 +156,6 @@ impl Sample {
         }
     }
 
-    /// The same with each frame passed through `change`, which puts pixels elsewhere and leaves their values.
     pub(crate) fn map(&self, change: impl Fn(&Pixels) -> Pixels) -> Self {
         Self {
             times_s: self.times_s.clone(),

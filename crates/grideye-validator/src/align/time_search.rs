@@ -14,7 +14,6 @@ const GRID_FRAMES_MIN: usize = 48;
 /// From so many places of the grid on, fewer frames are taken.
 const GRID_PLACES: usize = 20_000;
 const STARTS: usize = 5;
-/// The last step downhill, seconds.
 const SHIFT_LAST_S: f64 = 0.000_5;
 
 pub(crate) fn best_line(sample: &Sample, film: &Film, bounds: &Bounds) -> (Line, Fit) {

@@ -48,7 +48,6 @@ impl BackgroundFit {
     }
 }
 
-/// Root of the mean square of what each image has beside the one expected.
 fn left_c(pairs: [(&[f64], &[f64]); 2]) -> f64 {
     let (mut squares, mut pixels) = (0.0, 0);
     for (image, expected) in pairs {

@@ -135,7 +135,6 @@ fn frames(records: &[Record]) -> Vec<(Duration, Pixels)> {
     records.iter().filter_map(frame).collect()
 }
 
-/// The mean of some frames in a row, above its middle pixel.
 struct Block {
     from: Duration,
     to: Duration,
@@ -196,7 +195,6 @@ fn found(blocks: &[Block]) -> Vec<Stretch> {
         .collect()
 }
 
-/// The means inside stretches without anybody, by their places.
 fn empty_blocks(blocks: &[Block], levels: &Pixels) -> Vec<usize> {
     let above: Vec<Pixels> = blocks
         .iter()

@@ -179,27 +179,24 @@ fn warnings(
     for (row, values) in correlation.iter().enumerate() {
         for (column, value) in values[..row].iter().enumerate() {
             if value.abs() > CORRELATION_TOLD {
+                let (one, other) = (&found[column].key, &found[row].key);
+                let value = fixed(*value, 3);
                 warnings.push(format!(
-                    "`{}` and `{}` can hardly be told apart (correlation {}): an error in one is hidden by the other\nhint: measure one of them, write it into the scene and remove its [[fit]]",
-                    found[column].key, found[row].key, fixed(*value, 3)
+                    "`{one}` and `{other}` can hardly be told apart (correlation {value}): an error in one is hidden by the other\nhint: measure one of them, write it into the scene and remove its [[fit]]"
                 ));
             }
         }
     }
     for found in found {
-        let width = found.bounds[1] - found.bounds[0];
+        let (key, value) = (&found.key, found.value);
+        let widest = UNIFORM_SD * (found.bounds[1] - found.bounds[0]);
         if found.at_bound {
             warnings.push(format!(
-                "`{}` lies at a bound, {}: it has no uncertainty, and those of the others hold only if the bound is right\nhint: widen the bounds if they allow it; else the scene lacks something",
-                found.key, found.value
+                "`{key}` lies at a bound, {value}: it has no uncertainty, and those of the others hold only if the bound is right\nhint: widen the bounds if they allow it; else the scene lacks something"
             ));
-        } else if found
-            .uncertainty
-            .is_some_and(|uncertainty| uncertainty > UNIFORM_SD * width)
-        {
+        } else if found.uncertainty.is_some_and(|own| own > widest) {
             warnings.push(format!(
-                "the recording says less of `{}` than its bounds do\nhint: leave it out, or record what shows it",
-                found.key
+                "the recording says less of `{key}` than its bounds do\nhint: leave it out, or record what shows it"
             ));
         }
     }
@@ -219,7 +216,6 @@ fn warnings(
     warnings
 }
 
-/// The file with the values in their places and a remark above each key.
 fn scene(text: &str, fits: &[Fit], found: &[Estimate]) -> String {
     let mut edits: Vec<(std::ops::Range<usize>, String)> = Vec::new();
     for (fit, found) in fits.iter().zip(found) {
@@ -279,30 +275,22 @@ impl Calibration {
     /// The unknowns as a table, what is left over, and the warnings.
     #[must_use]
     pub fn text(&self) -> String {
-        let width = self
-            .found
-            .iter()
-            .map(|found| found.key.chars().count())
-            .max()
-            .unwrap_or(0);
+        let keys = self.found.iter().map(|found| found.key.chars().count());
+        let width = keys.max().unwrap_or(0);
         let mut text = String::new();
         for found in &self.found {
-            text.push_str(&format!(
-                "{:<width$}  {}  from {}\n",
-                found.key,
-                found.told(),
-                found.start
-            ));
+            let (key, told, start) = (&found.key, found.told(), found.start);
+            text.push_str(&format!("{key:<width$}  {told}  from {start}\n"));
         }
+        let (frames, read, left_out) = (self.frames, self.frames_read, self.frames_left_out);
+        let [before, after] = self.rmse_c.map(|rmse_c| fixed(rmse_c, 3));
         text.push_str(&format!(
-            "\n{} of {} frames; {} left out as torn or repeated\nleft over: {} °C as the scene stood, {} with what was found\n",
-            self.frames, self.frames_read, self.frames_left_out, fixed(self.rmse_c[0], 3), fixed(self.rmse_c[1], 3)
+            "\n{frames} of {read} frames; {left_out} left out as torn or repeated\nleft over: {before} °C as the scene stood, {after} with what was found\n"
         ));
+        let parts = [self.noise_sigma_c, self.pattern_sd_c, self.common_sd_c];
+        let [noise, pattern, common] = parts.map(|part_c| fixed(part_c, 3));
         text.push_str(&format!(
-            "of that: noise {} °C a pixel, pattern {} °C from pixel to pixel, common mode {} °C\n",
-            fixed(self.noise_sigma_c, 3),
-            fixed(self.pattern_sd_c, 3),
-            fixed(self.common_sd_c, 3)
+            "of that: noise {noise} °C a pixel, pattern {pattern} °C from pixel to pixel, common mode {common} °C\n"
         ));
         text.push_str("not in the uncertainties: the accuracy of the whole sensor, typ. ±2.5 °C, and drift slower than the recording\n");
         for warning in &self.warnings {

@@ -98,7 +98,6 @@ impl Frames {
     }
 }
 
-/// Takes records one by one, and leaves torn frames and duplicates out.
 #[derive(Default)]
 struct Whole {
     finder: FaultFinder,

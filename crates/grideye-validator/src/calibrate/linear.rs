@@ -33,7 +33,6 @@ pub(crate) fn cholesky(matrix: &Matrix) -> Option<Matrix> {
     Some(lower)
 }
 
-/// Solves `lower · x = values` in place.
 pub(crate) fn forward(lower: &Matrix, values: &mut [f64]) {
     for row in 0..lower.len() {
         let product = dot(&lower[row][..row], &values[..row]);

@@ -17,7 +17,6 @@ use crate::numbers::count;
 use grideye_frame::PIXELS;
 use grideye_scene::profile::{CYCLE_TICKS, CommonMode};
 
-/// The variances, and the triangle that makes the common part white.
 #[derive(Debug, Clone)]
 pub(crate) struct Noise {
     frames: usize,
@@ -30,7 +29,6 @@ pub(crate) struct Noise {
     lower: Matrix,
 }
 
-/// How many numbers each part has that do not depend on others.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Freedom {
     pub(crate) pattern: f64,
@@ -130,7 +128,6 @@ impl Freedom {
     }
 }
 
-/// The three parts of numbers for each frame and pixel.
 #[derive(Debug, Clone)]
 pub(crate) struct Parts {
     pub(crate) pattern: Vec<f64>,

@@ -18,7 +18,6 @@ pub(crate) const ROUNDS: usize = 3;
 /// Starts whose cost is within this share of the best have found the same.
 const SAME_COST: f64 = 0.01;
 
-/// What all searches take if none ends early.
 pub(crate) fn steps_in_frames(frames: &Frames, options: &Options) -> usize {
     let few = frames.len().min(COARSE_FRAMES);
     starts(options) * COARSE_STEPS * few + (ROUNDS + 1) * FINE_STEPS * frames.len()

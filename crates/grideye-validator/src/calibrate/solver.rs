@@ -2,7 +2,6 @@
 
 use crate::calibrate::linear::{self, Matrix, dot, zeros};
 
-/// What is to be made small: as many residuals for every point.
 pub(crate) trait Problem {
     type Error;
 
@@ -29,7 +28,6 @@ const DAMPING_MAX: f64 = 1e10;
 const GAIN_MIN: f64 = 1e-9;
 const MOVE_MIN: f64 = 1e-7;
 
-/// Goes downhill from `start`, at most so many steps.
 pub(crate) fn solve<P: Problem>(
     problem: &mut P,
     start: &[f64],

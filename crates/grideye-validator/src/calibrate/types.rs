@@ -105,7 +105,6 @@ pub struct Progress {
 pub(crate) struct Pace<'a> {
     tell: &'a mut dyn FnMut(Progress),
     at: Progress,
-    /// Frames of a step of the search that runs, and where `done` is when it has ended.
     each: u64,
     ends: u64,
 }
@@ -121,7 +120,6 @@ impl<'a> Pace<'a> {
         }
     }
 
-    /// A search of at most so many steps begins, on so many frames.
     pub(crate) fn begin(&mut self, steps_max: usize, frames: usize) {
         self.each = long(frames);
         self.ends = self.at.done + long(steps_max) * self.each;

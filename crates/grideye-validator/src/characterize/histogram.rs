@@ -18,7 +18,13 @@ const FIT_STEPS_MAX: u32 = 50;
 pub(crate) struct Histogram {
     bin: f64,
     counts: Vec<u64>,
-    total: u64,
+    pub(crate) total: u64,
+}
+
+impl Default for Histogram {
+    fn default() -> Self {
+        Self::new(DIFFERENCE_BIN_C)
+    }
 }
 
 impl Histogram {
@@ -45,10 +51,6 @@ impl Histogram {
             *count += 1;
             self.total += 1;
         }
-    }
-
-    pub(crate) const fn total(&self) -> u64 {
-        self.total
     }
 
     /// The lowest and the highest bin that hold something.
@@ -238,7 +240,7 @@ mod tests {
         for value in [-1000.0, 0.0, 0.5, 1000.0] {
             histogram.push(value);
         }
-        assert_eq!(histogram.total(), 4);
+        assert_eq!(histogram.total, 4);
         assert_eq!(histogram.quantile(0.5), Some(0.25));
         assert_eq!(histogram.quantile(1.0), Some(256.25));
     }

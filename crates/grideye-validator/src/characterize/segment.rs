@@ -161,7 +161,7 @@ impl PatternFinder {
 
     /// The middle of all segments, in which someone who sits in some of them does not show.
     pub(crate) fn finish(self, mean_c: Pixels) -> Option<Pattern> {
-        if self.0.first().is_none_or(|pixel| pixel.total() == 0) {
+        if self.0.first().is_none_or(|pixel| pixel.total == 0) {
             return None;
         }
         let levels: Pixels =

@@ -1,6 +1,6 @@
 //! The chip's thermometer beside its pixels, and the steps in which temperatures come.
 
-use crate::characterize::histogram::{DIFFERENCE_BIN_C, Histogram};
+use crate::characterize::histogram::Histogram;
 use crate::numbers::{RunningVariance, greatest_common_divisor, long_count, median};
 use amg8833::word::{PIXEL_STEP, THERMISTOR_STEP};
 use grideye_frame::Frame;
@@ -26,7 +26,7 @@ const TREND_SPAN_MIN_S: f64 = 60.0;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
 const SECONDS_PER_HOUR: f64 = 3600.0;
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct ThermistorSums {
     celsius: RunningVariance,
     above_scene: RunningVariance,
@@ -38,22 +38,6 @@ pub(crate) struct ThermistorSums {
     time: RunningVariance,
     /// Sum of products of time and temperature about their running means.
     together: f64,
-}
-
-impl Default for ThermistorSums {
-    fn default() -> Self {
-        Self {
-            celsius: RunningVariance::default(),
-            above_scene: RunningVariance::default(),
-            scene: RunningVariance::default(),
-            differences: Histogram::new(DIFFERENCE_BIN_C),
-            last_c: 0.0,
-            begin_ns: None,
-            span_s: 0.0,
-            time: RunningVariance::default(),
-            together: 0.0,
-        }
-    }
 }
 
 impl ThermistorSums {

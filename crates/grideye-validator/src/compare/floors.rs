@@ -70,9 +70,9 @@ pub(crate) fn shuffled(
     let of = |&measure: &Measure| {
         let values: Vec<f64> = rounds
             .iter()
-            .filter_map(|round| round.get(measure))
+            .filter_map(|round| round.means.get(measure))
             .collect();
-        Some((measure, summary(measure, values, found.get(measure))?))
+        Some((measure, summary(measure, values, found.means.get(measure))?))
     };
     Measure::ALL.iter().filter_map(of).collect()
 }

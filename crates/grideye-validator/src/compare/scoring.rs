@@ -1,7 +1,7 @@
 //! Compares the frames of a recording with simulated ones.
 
 use crate::compare::comparison::{
-    Comparison, EvaluationGraph, FilmFrame, FrameScores, drift_c_per_min, maps, noise_fit, timeline,
+    Comparison, EvaluationGraph, FilmFrame, drift_c_per_min, maps, noise_fit, timeline,
 };
 use crate::compare::floors::{blank, noise, shuffled};
 use crate::compare::prepared::{ComparedFrames, FrameSet, Preparation, pairs, thinned};
@@ -14,7 +14,7 @@ use crate::expected::claim::{Claim, Recorded, Sides, Statistics};
 use crate::expected::units::{Expected, UnitSpecification};
 use crate::frames::{Protocol, RealFrame, Shape, SimulatedFrame};
 use crate::metrics;
-use crate::metrics::foreground::{ForegroundCorrelation, RoomSource, foreground_correlation};
+use crate::metrics::foreground::{RoomSource, foreground_correlation};
 use crate::metrics::gain::GainSums;
 use crate::metrics::score::{Measure, Score, Scores};
 use crate::numbers::{count, evenly, extremes, mean_square, median};
@@ -48,116 +48,71 @@ pub(crate) fn compare_with_prior(
     check_frames(shape, real, simulated, settings.protocol)?;
     let noise_sigma_c = noise_sigma(real);
     let sigma_c = noise_sigma_c.unwrap_or(settings.noise_sigma_c);
+    let warm_above_c = settings.warm_above(sigma_c);
     let preparation = Preparation {
         shape,
         binning: settings.binning,
-        warm_above_c: settings.warm_above(sigma_c),
+        warm_above_c,
     };
     let view = ComparedFrames::new(preparation, real, simulated, settings, sigma_c);
     let pairs = pairs(settings.protocol, real.len(), simulated.len());
     let repeat = Repeat::new(&view, real, noise_sigma_c);
-    let found = sums(
-        &view,
-        &pairs,
-        &view.simulated,
-        (PLACED_PAIRS_MAX, settings.threads),
-    );
+    let threads = settings.threads;
+    let found = sums(&view, &pairs, &view.simulated, (PLACED_PAIRS_MAX, threads));
     let blank = blank(&view, &pairs);
     let scores = scores(&view, &pairs, [&found, &blank], repeat.as_ref(), settings);
-    let foreground = prior
-        .has_people
-        .then(|| foreground_correlation(real, simulated, &prior.nobody, &prior.room));
+    let foreground = || foreground_correlation(real, simulated, &prior.nobody, &prior.room);
     let bootstrap = Bootstrap::new(&view, real, simulated, settings, prior);
-    let counted = Counted {
-        bootstrap,
-        nobody: nobody(&view, &pairs, simulated, prior),
-        foreground,
+    let (low_c, high_c) = extremes(&found.offsets);
+    let timeline = timeline(&view, real);
+    let evidence = Evidence {
+        scores: &scores,
+        real_frames: real.len(),
+        offset_c: median(&found.offsets).unwrap_or(0.0),
         warm: warm_pixels(&view, &found.gain),
-        timeline: timeline(&view, real),
-        scores,
-        found,
-        blank,
-        repeat,
-        view,
+        warm_above_c,
+        lag_frames: settings.lag_frames,
+        prior,
+        found: &bootstrap.found,
+        expected: &bootstrap.expected,
+        alike: bootstrap.claim.alike(),
+        times: &bootstrap.times,
     };
-    Ok(counted.comparison(real, simulated, noise_sigma_c, (settings, prior)))
-}
-
-struct Counted {
-    bootstrap: Bootstrap,
-    nobody: Option<Nobody>,
-    foreground: Option<ForegroundCorrelation>,
-    warm: WarmPixels,
-    timeline: Vec<FrameScores>,
-    scores: Scores,
-    found: Sums,
-    blank: Sums,
-    repeat: Option<Repeat>,
-    view: ComparedFrames,
-}
-
-impl Counted {
-    fn comparison(
-        self,
-        real: &[RealFrame],
-        simulated: &[SimulatedFrame],
-        noise_sigma_c: Option<f64>,
-        (settings, prior): (&Settings, &Prior),
-    ) -> Comparison {
-        let offset_c = median(&self.found.offsets).unwrap_or(0.0);
-        let warm_above_c = self.view.preparation.warm_above_c;
-        let evidence = Evidence {
-            scores: &self.scores,
-            real_frames: real.len(),
-            offset_c,
-            warm: self.warm,
-            warm_above_c,
-            lag_frames: settings.lag_frames,
-            prior,
-            found: &self.bootstrap.found,
-            expected: &self.bootstrap.expected,
-            alike: self.bootstrap.claim.alike(),
-            times: &self.bootstrap.times,
-        };
-        Comparison {
-            judgement: judge(&evidence, &settings.thresholds),
-            nobody: self.nobody,
-            above_room: self.foreground,
-            pattern_c: mean_square(&pattern_c(settings, prior, self.view.pixels())).sqrt(),
-            pattern_from: prior.pattern_from,
-            level_max_c: prior.level_c.unwrap_or(settings.thresholds.offset_max_c),
-            evaluation: EvaluationGraph {
-                thresholds_c: metrics::thresholds_c().to_vec(),
-                simulated: self.found.graph.shares().to_vec(),
-                blank: self.blank.graph.shares().to_vec(),
-                repeat: self.repeat.map(|repeat| repeat.graph.shares().to_vec()),
-            },
-            film: film(real, simulated),
-            shape: self.view.preparation.shape,
-            real_frames: real.len(),
-            simulated_frames: simulated.len(),
-            pairs: self.found.pairs,
-            noise_sigma_c,
-            warm_above_c,
-            union_above_c: self.view.warmth.real_above_c,
-            offset_c,
-            drift_c: {
-                let (low, high) = extremes(&self.found.offsets);
-                (high - low).max(0.0)
-            },
-            drift_c_per_min: drift_c_per_min(&self.timeline),
-            noise_fit: noise_fit(&self.view),
-            maps: maps(&self.timeline),
-            timeline: self.timeline,
-            warm: self.warm,
-            settings: *settings,
-            background: None,
-            warnings: Vec::new(),
-            notes: Vec::new(),
-            alignment: None,
-            scores: self.scores,
-        }
-    }
+    Ok(Comparison {
+        judgement: judge(&evidence, &settings.thresholds),
+        nobody: nobody(&view, &pairs, simulated, prior),
+        above_room: prior.has_people.then(foreground),
+        pattern_c: mean_square(&pattern_c(settings, prior, view.pixels())).sqrt(),
+        pattern_from: prior.pattern_from,
+        level_max_c: prior.level_c.unwrap_or(settings.thresholds.offset_max_c),
+        evaluation: EvaluationGraph {
+            thresholds_c: metrics::thresholds_c().to_vec(),
+            simulated: found.graph.shares().to_vec(),
+            blank: blank.graph.shares().to_vec(),
+            repeat: repeat.map(|repeat| repeat.graph.shares().to_vec()),
+        },
+        film: film(real, simulated),
+        shape,
+        real_frames: real.len(),
+        simulated_frames: simulated.len(),
+        pairs: found.pairs,
+        noise_sigma_c,
+        warm_above_c,
+        union_above_c: view.warmth.real_above_c,
+        offset_c: evidence.offset_c,
+        drift_c: (high_c - low_c).max(0.0),
+        drift_c_per_min: drift_c_per_min(&timeline),
+        noise_fit: noise_fit(&view),
+        maps: maps(&timeline),
+        timeline,
+        warm: evidence.warm,
+        settings: *settings,
+        background: None,
+        warnings: Vec::new(),
+        notes: Vec::new(),
+        alignment: None,
+        scores,
+    })
 }
 
 /// The sensor's temporal noise: of the pixels' RMS of frame less repeat over the root of two, the median.
@@ -229,8 +184,8 @@ fn nobody(
     let thinned = thinned(pairs, PLACED_PAIRS_MAX);
     let sums = sums(view, &thinned, &side, (1, 1));
     Some(Nobody {
-        correlation: sums.get(Measure::Correlation),
-        gain: sums.get(Measure::Gain),
+        correlation: sums.means.get(Measure::Correlation),
+        gain: sums.means.get(Measure::Gain),
         has_people: prior.has_people,
     })
 }
@@ -246,14 +201,14 @@ fn scores(
     let noise = noise(view, settings.seed);
     let score = |&measure: &Measure| Score {
         measure,
-        value: found.get(measure),
-        blank: blank.get(measure),
+        value: found.means.get(measure),
+        blank: blank.means.get(measure),
         shuffled: shuffled
             .iter()
             .find(|(of, _)| *of == measure)
             .map(|&(_, shuffled)| shuffled),
-        noise: noise.get(measure),
-        ceiling: repeat.and_then(|repeat| repeat.ceiling(measure)),
+        noise: noise.means.get(measure),
+        ceiling: repeat.and_then(|repeat| repeat.means.get(measure)),
     };
     Scores::new(Measure::ALL.iter().map(score).collect())
 }

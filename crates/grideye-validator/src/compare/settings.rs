@@ -81,53 +81,57 @@ const WARM_STEPS_MIN: f64 = 2.0;
 
 pub(crate) fn check_settings(settings: &Settings) -> Result<(), ValidatorError> {
     let above_zero = |value: f64| value.is_finite() && value > 0.0;
-    let refuse = |name, expected, found| {
-        Err(ValidatorError::Setting {
+    let is_angle = |angle: f64| angle > 0.0 && angle < std::f64::consts::PI;
+    let width_c = match settings.binning {
+        Binning::Step { width_c } => width_c,
+        _ => 1.0,
+    };
+    let [across, down] = settings.field_of_view_rad.unwrap_or([1.0; 2]);
+    let angle = if is_angle(across) { down } else { across };
+    let (threads, shuffles) = (settings.threads, settings.shuffles);
+    let (ambient_c, step_c) = (settings.ambient_c, settings.step_c);
+    let sigma_c = settings.noise_sigma_c;
+    let has_threads = (1..=THREADS_MAX).contains(&threads);
+    let has_shuffles = (1..=SHUFFLES_MAX).contains(&shuffles);
+    let (threads, shuffles) = (count(threads), count(shuffles));
+    let half_turn = "an angle above 0 and below a half turn";
+    let checks = [
+        (
+            ambient_c.is_finite(),
+            "ambient_c",
+            "a temperature in degrees",
+            ambient_c,
+        ),
+        (above_zero(step_c), "step_c", "a width above zero", step_c),
+        (
+            above_zero(sigma_c),
+            "noise_sigma_c",
+            "a deviation above zero",
+            sigma_c,
+        ),
+        (is_angle(angle), "field_of_view_rad", half_turn, angle),
+        (
+            above_zero(width_c),
+            "binning",
+            "a width above zero",
+            width_c,
+        ),
+        (has_threads, "threads", "a number from 1 to 64", threads),
+        (
+            has_shuffles,
+            "shuffles",
+            "a number from 1 to 10000",
+            shuffles,
+        ),
+    ];
+    match checks.into_iter().find(|(is_met, ..)| !is_met) {
+        None => Ok(()),
+        Some((_, name, expected, found)) => Err(ValidatorError::Setting {
             name,
             expected,
             found,
-        })
-    };
-    if !settings.ambient_c.is_finite() {
-        return refuse("ambient_c", "a temperature in degrees", settings.ambient_c);
+        }),
     }
-    if !above_zero(settings.step_c) {
-        return refuse("step_c", "a width above zero", settings.step_c);
-    }
-    if !above_zero(settings.noise_sigma_c) {
-        return refuse(
-            "noise_sigma_c",
-            "a deviation above zero",
-            settings.noise_sigma_c,
-        );
-    }
-    let angle = |&angle: &f64| angle > 0.0 && angle < std::f64::consts::PI;
-    if let Some(wrong) = settings
-        .field_of_view_rad
-        .and_then(|angles| angles.into_iter().find(|value| !angle(value)))
-    {
-        return refuse(
-            "field_of_view_rad",
-            "an angle above 0 and below a half turn",
-            wrong,
-        );
-    }
-    if let Binning::Step { width_c } = settings.binning {
-        if !above_zero(width_c) {
-            return refuse("binning", "a width above zero", width_c);
-        }
-    }
-    if settings.threads == 0 || settings.threads > THREADS_MAX {
-        return refuse("threads", "a number from 1 to 64", count(settings.threads));
-    }
-    if settings.shuffles == 0 || settings.shuffles > SHUFFLES_MAX {
-        return refuse(
-            "shuffles",
-            "a number from 1 to 10000",
-            count(settings.shuffles),
-        );
-    }
-    Ok(())
 }
 
 pub(crate) fn check_frames(

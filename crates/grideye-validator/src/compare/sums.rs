@@ -8,7 +8,7 @@ use crate::metrics::score::Measure;
 
 #[derive(Clone, Default)]
 pub(crate) struct Sums {
-    means: Means,
+    pub(crate) means: Means,
     pub(crate) gain: GainSums,
     pub(crate) graph: Graph,
     pub(crate) offsets: Vec<f64>,
@@ -16,7 +16,7 @@ pub(crate) struct Sums {
 }
 
 pub(crate) struct Repeat {
-    means: Means,
+    pub(crate) means: Means,
     pub(crate) graph: Graph,
 }
 
@@ -47,10 +47,6 @@ pub(crate) fn sums(
 }
 
 impl Sums {
-    pub(crate) fn get(&self, measure: Measure) -> Option<f64> {
-        self.means.get(measure)
-    }
-
     pub(crate) fn set_gains(&mut self, gain: Option<f64>) {
         for measure in [Measure::Gain, Measure::GainWithOffset] {
             self.means.set(measure, gain);
@@ -137,10 +133,6 @@ impl Repeat {
             means,
             graph: tally.graph,
         })
-    }
-
-    pub(crate) fn ceiling(&self, measure: Measure) -> Option<f64> {
-        self.means.get(measure)
     }
 }
 

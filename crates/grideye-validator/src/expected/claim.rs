@@ -17,7 +17,7 @@ pub(crate) struct Claim {
     nobody: Vec<Shown>,
     pairs: Vec<(usize, usize)>,
     warmth: WarmLimits,
-    ambient_c: f64,
+    pub(crate) ambient_c: f64,
     is_static: bool,
     turns: Option<Turns>,
     places: AllowedWarmth,
@@ -113,10 +113,6 @@ impl Claim {
         self.people.first().map_or(0, |shown| shown.claim.len())
     }
 
-    pub(crate) const fn ambient_c(&self) -> f64 {
-        self.ambient_c
-    }
-
     pub(crate) fn claimed(&self, real: usize) -> &[f64] {
         beside(&self.people, real)
     }
@@ -131,7 +127,7 @@ impl Claim {
 
     /// Orientations in which the claim looks much as it does upright.
     pub(crate) fn alike(&self) -> &[Orientation] {
-        self.turns.as_ref().map_or(&[], Turns::alike)
+        self.turns.as_ref().map_or(&[], |turns| &turns.alike)
     }
 
     pub(crate) fn of_all(&self, recorded: Recorded<'_>) -> Statistics {
@@ -287,10 +283,6 @@ impl Turns {
         })
     }
 
-    pub(crate) fn alike(&self) -> &[Orientation] {
-        &self.alike
-    }
-
     /// The upright likeness less that of each other orientation, -2 to 2.
     pub(crate) fn of(&self, real: &[Vec<f64>]) -> Vec<(Orientation, f64)> {
         let real = Split::new(real.iter().cloned());
@@ -362,7 +354,7 @@ mod tests {
     fn a_mirrored_recording_is_more_like_the_mirrored_claim() {
         let claim = blob(1);
         let turns = Turns::new(&[&claim, &claim], 1.0).unwrap();
-        assert!(turns.alike().is_empty());
+        assert!(turns.alike.is_empty());
         let found = turns.of(&[blob(6), blob(6)]);
         // Two frames of one pixel each, 64 of them: the likeness of different places is -1/63.
         let expected = -1.0 / 63.0 - 1.0;
@@ -388,7 +380,7 @@ mod tests {
             .collect();
         let claims: Vec<&[f64]> = walk.iter().map(Vec::as_slice).collect();
         let turns = Turns::new(&claims, 0.1).unwrap();
-        assert_eq!(turns.alike(), [Orientation::MirroredTopBottom]);
+        assert_eq!(turns.alike, [Orientation::MirroredTopBottom]);
         assert!(Turns::new(&[&[20.0; PIXELS]], 1.0).is_none());
         assert!(Turns::new(&[&[20.0, 21.0]], 1.0).is_none());
     }

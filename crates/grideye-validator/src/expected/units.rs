@@ -45,7 +45,7 @@ impl Expected {
         };
         let scene: Vec<&[f64]> = (0..unit.frames).map(|index| claim.claimed(index)).collect();
         let empty: Vec<&[f64]> = (0..unit.frames).map(|index| claim.nobody(index)).collect();
-        let ambient = vec![claim.ambient_c(); claim.pixels()];
+        let ambient = vec![claim.ambient_c; claim.pixels()];
         let nothing = vec![ambient.as_slice(); unit.frames];
         for _ in 0..DRAWS {
             let drawn = unit.draw(&mut random, claim);

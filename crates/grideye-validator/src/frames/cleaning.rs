@@ -9,18 +9,13 @@ use std::fmt;
 
 /// Why a row of the recording is not compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the words below say it")]
 pub enum LeftOut {
-    /// The frame was not read.
     Missing(NoData),
-    /// A part of it is the frame before: the sensor updated while it was read.
     Torn,
-    /// All 64 pixels are those of the frame before: it was read twice.
     Duplicate,
-    /// One of many duplicates in a row: the sensor, or its reading, stood still.
     Stalled,
-    /// It came right behind another one after a stall, so that its stamp is not its time.
     Burst,
-    /// The scene has ended, or not begun.
     OutsideScene,
 }
 

@@ -94,7 +94,7 @@ impl Counter {
     }
 
     /// `None` where the frame is too large, not finite, or spread over more than 256 levels.
-    fn numbered(&self, frame: &[f64], binning: Binning) -> Option<Binned> {
+    pub(crate) fn numbered(&self, frame: &[f64], binning: Binning) -> Option<Binned> {
         if frame.is_empty() || frame.len() > PIXELS_FAST || !all_finite(frame) {
             return None;
         }
@@ -121,44 +121,6 @@ impl Counter {
             distinct: usize::from(distinct),
             entropy: self.terms.entropy(sum, frame.len()),
         })
-    }
-}
-
-/// Entropies of pairs of frames of [`PIXELS_FAST`] pixels by their levels, without numbering these.
-pub(crate) struct PairCounter {
-    /// As many as two levels of a byte have pairs; all 0 between one pair of frames and the next.
-    pairs: Box<[u8; 1 << 16]>,
-    terms: &'static Terms,
-}
-
-impl PairCounter {
-    pub(crate) fn new() -> Self {
-        Self {
-            pairs: Box::new([0; 1 << 16]),
-            terms: &TERMS,
-        }
-    }
-
-    pub(crate) fn entropies(&mut self, x: &Places, y: &Places) -> [f64; 3] {
-        let cells: [u16; PIXELS_FAST] =
-            std::array::from_fn(|pixel| u16::from(x[pixel]) << 8 | u16::from(y[pixel]));
-        let (mut of_x, mut of_y) = ([0_u8; 256], [0_u8; 256]);
-        let mut sums = [0; 3];
-        for ((&x, &y), &cell) in x.iter().zip(y).zip(&cells) {
-            let counts = [
-                &mut of_x[usize::from(x)],
-                &mut of_y[usize::from(y)],
-                &mut self.pairs[usize::from(cell)],
-            ];
-            for (count, sum) in counts.into_iter().zip(&mut sums) {
-                *sum += self.terms.rises[usize::from(*count & 63)];
-                *count += 1;
-            }
-        }
-        for cell in cells {
-            self.pairs[usize::from(cell)] = 0;
-        }
-        sums.map(|sum| self.terms.entropy(sum, PIXELS_FAST))
     }
 }
 
@@ -263,7 +225,7 @@ fn from_fixed_point(value: u64) -> f64 {
 }
 
 /// The level of each pixel, 0 to 255; `None` where there are more, or the width of a bin makes no sense.
-pub(crate) fn levels_of(
+fn levels_of(
     frame: &[f64],
     extremes: (f64, f64),
     binning: Binning,

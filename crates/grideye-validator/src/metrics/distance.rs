@@ -133,7 +133,7 @@ impl Centered {
     }
 }
 
-pub(crate) fn correlation_of(product: f64, squares: f64, other_squares: f64) -> Option<f64> {
+fn correlation_of(product: f64, squares: f64, other_squares: f64) -> Option<f64> {
     if squares <= 0.0 || other_squares <= 0.0 {
         return None;
     }

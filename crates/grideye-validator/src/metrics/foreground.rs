@@ -16,13 +16,11 @@ pub struct ForegroundCorrelation {
 
 /// Where the map of the empty room comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[expect(missing_docs, reason = "the words below say it")]
 pub enum RoomSource {
-    /// The simulated scene without its people, on both sides.
     #[default]
     Scene,
-    /// That and what the profile says each pixel shows beside it.
     Profile,
-    /// Stretches of the recording in which neither the recording nor the scene shows anybody.
     Recording,
 }
 

@@ -1,9 +1,9 @@
-//! The paper's measures of one pair of 8 x 8 frames, all at once and without allocating.
+//! The paper's measures of one pair of 8 x 8 frames, all at once.
 
 use crate::metrics::binning::Binning;
-use crate::metrics::counting::{PIXELS_FAST, PairCounter, Places, levels_of};
-use crate::metrics::distance::{IS_THRESHOLD, correlation_of};
-use crate::numbers::{all_finite, count, extremes, long_count, sum_of, sums_of};
+use crate::metrics::counting::{Counter, PIXELS_FAST, Places, mutual_of};
+use crate::metrics::distance::{Centered, IS_THRESHOLD};
+use crate::numbers::{count, long_count};
 use std::sync::LazyLock;
 
 /// Thresholds of the evaluation graph.
@@ -40,7 +40,7 @@ pub struct PairScores {
 /// assert_eq!(scores.mutual_information, scores.entropy_real);
 /// ```
 pub struct Scorer {
-    counter: PairCounter,
+    counter: Counter,
 }
 
 impl Scorer {
@@ -48,7 +48,7 @@ impl Scorer {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            counter: PairCounter::new(),
+            counter: Counter::new(),
         }
     }
 
@@ -59,65 +59,20 @@ impl Scorer {
         simulated: &[f64; PIXELS_FAST],
         binning: Binning,
     ) -> Option<PairScores> {
-        let (x, y) = (Seen::of(real)?, Seen::of(simulated)?);
-        let levels = [x.levels(binning)?, y.levels(binning)?];
-        let [entropy_real, entropy_simulated, joint_entropy] =
-            self.counter.entropies(&levels[0], &levels[1]);
-        let (similar, evaluation_graph) = graph_of_pair(real, simulated);
+        let x = self.counter.numbered(real, binning)?;
+        let y = self.counter.numbered(simulated, binning)?;
+        let joint = self.counter.joint(&x, &y);
+        let mut graph = Graph::default();
+        let similar = graph.add(real, simulated);
         Some(PairScores {
-            correlation: x.correlation(&y),
-            entropy_real,
-            entropy_simulated,
-            joint_entropy,
-            mutual_information: (entropy_real + entropy_simulated - joint_entropy).max(0.0),
-            image_similarity: count(similar) / PIXELS,
-            evaluation_graph,
+            correlation: Centered::new(real).correlation(&Centered::new(simulated)),
+            entropy_real: x.entropy,
+            entropy_simulated: y.entropy,
+            joint_entropy: joint.entropy,
+            mutual_information: mutual_of(&x, &y, joint),
+            image_similarity: count(similar) / count(PIXELS_FAST),
+            evaluation_graph: graph.shares(),
         })
-    }
-}
-
-struct Seen<'a> {
-    frame: &'a [f64; PIXELS_FAST],
-    coldest: f64,
-    warmest: f64,
-    mean: f64,
-}
-
-impl<'a> Seen<'a> {
-    /// `None` where a value is not finite.
-    fn of(frame: &'a [f64; PIXELS_FAST]) -> Option<Self> {
-        let (coldest, warmest) = extremes(frame);
-        let sum = sum_of(frame, frame, |value, _| value);
-        // A sum is finite where all values are; that of huge ones need not be.
-        (sum.is_finite() || all_finite(frame)).then(|| Self {
-            frame,
-            coldest,
-            warmest,
-            mean: sum / PIXELS,
-        })
-    }
-
-    fn levels(&self, binning: Binning) -> Option<Places> {
-        let mut levels = [0; PIXELS_FAST];
-        levels_of(
-            self.frame,
-            (self.coldest, self.warmest),
-            binning,
-            &mut levels,
-        )?;
-        Some(levels)
-    }
-
-    /// The mean of equal numbers need not be that number: a frame of one value is asked for by its extremes.
-    fn correlation(&self, other: &Self) -> Option<f64> {
-        if self.coldest == self.warmest || other.coldest == other.warmest {
-            return None;
-        }
-        let [product, squares, others] = sums_of(self.frame, other.frame, |x, y| {
-            let (x, y) = (x - self.mean, y - other.mean);
-            [x * y, x * x, y * y]
-        });
-        correlation_of(product, squares, others)
     }
 }
 
@@ -134,8 +89,6 @@ pub fn thresholds_c() -> [f64; THRESHOLDS] {
 }
 
 const PER_DEGREE: f64 = 20.0;
-/// Of a frame; a power of two, of which the reciprocal is exact.
-const PIXELS: f64 = 64.0;
 
 /// Counts of differences between pixels, by the first threshold that lies above them.
 #[derive(Debug, Clone)]
@@ -196,29 +149,6 @@ impl Graph {
             long_count(below) / pixels
         })
     }
-}
-
-/// The graph of one pair alone, behind the number of its pixels that differ by less than [`IS_THRESHOLD`].
-fn graph_of_pair(
-    real: &[f64; PIXELS_FAST],
-    simulated: &[f64; PIXELS_FAST],
-) -> (usize, [f64; THRESHOLDS]) {
-    let (places, similar) = places(&THRESHOLDS_C, real, simulated);
-    let mut tables = [[0_u8; 128]; TABLES];
-    for four in places.chunks_exact(TABLES) {
-        for (table, place) in tables.iter_mut().zip(four) {
-            table[usize::from(place & 127)] += 1;
-        }
-    }
-    let [a, b, c, d] = tables;
-    let first_above: [u8; 128] =
-        std::array::from_fn(|place| a[place] + b[place] + c[place] + d[place]);
-    let mut below = 0;
-    let counts: [u8; THRESHOLDS] = std::array::from_fn(|index| {
-        below += first_above[index];
-        below
-    });
-    (similar, counts.map(|count| f64::from(count) / PIXELS))
 }
 
 /// For each pixel the first threshold above the difference (the nearest or the next); how many are below [`IS_THRESHOLD`].
@@ -307,7 +237,7 @@ mod tests {
         assert_eq!(place(5.02), THRESHOLDS);
         assert_eq!(place(5.03), THRESHOLDS);
         assert_eq!(place(f64::MAX), THRESHOLDS);
-        let similar = |difference| graph_of_pair(&[0.0; 64], &[difference; 64]).0;
+        let similar = |difference| Graph::default().add(&[0.0; 64], &[difference; 64]);
         assert_eq!(similar(IS_THRESHOLD), 0);
         assert_eq!(similar(IS_THRESHOLD.next_down()), 64);
     }

@@ -5,21 +5,19 @@ use std::fmt;
 
 /// Whether more or less of a measure means more alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
 pub enum Better {
-    /// The higher, the more alike.
     Higher,
-    /// The lower, the more alike.
     Lower,
-    /// The measure describes, it does not judge.
     Neither,
 }
 
 macro_rules! measures {
-    ($($(#[doc = $doc:literal])+ $variant:ident = $name:literal, $title:literal, $unit:literal, $better:ident;)+) => {
-        /// What is measured. The names are stable: files and programs may rely on them.
+    ($($variant:ident = $name:literal, $title:literal, $unit:literal, $better:ident;)+) => {
+        /// What is measured; the README has the glossary. The names are stable: files and programs may rely on them.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Measure {
-            $($(#[doc = $doc])+ $variant,)+
+            $(#[doc = $title] $variant,)+
         }
 
         impl Measure {
@@ -60,53 +58,29 @@ macro_rules! measures {
 }
 
 measures! {
-    /// Pearson's correlation of the pixels (the paper's C). The verdict rests on it.
     Correlation = "correlation", "C, correlation", "", Higher;
-    /// 1 less the ratio of the simulation's RMSE to the blank frame's, over pixels warm in either image, offset taken out.
     Gain = "gain", "Gain over the blank frame", "", Higher;
-    /// The same with the offset left in.
     GainWithOffset = "gain_with_offset", "Gain, offset left in", "", Higher;
-    /// Share of pixels that differ by less than two sensor sigma (the paper's IS).
     ImageSimilarity = "image_similarity", "IS, image similarity", "%", Higher;
-    /// Root mean squared difference.
     Rmse = "rmse", "RMSE", "°C", Lower;
-    /// Mean absolute difference.
     Mae = "mae", "MAE", "°C", Lower;
-    /// Mean of simulated less real.
     Bias = "bias", "Bias, simulated less real", "°C", Neither;
-    /// Entropy of the real frame, 256 grey levels.
     EntropyRealGrey = "entropy_real_grey", "H real, 256 levels", "bit", Neither;
-    /// Entropy of the simulated frame, 256 grey levels.
     EntropySimulatedGrey = "entropy_simulated_grey", "H simulated, 256 levels", "bit", Neither;
-    /// Joint entropy, 256 grey levels.
     JointEntropyGrey = "joint_entropy_grey", "Joint H, 256 levels", "bit", Neither;
-    /// Mutual information, 256 grey levels (the paper's).
     MutualInformationGrey = "mutual_information_grey", "MI, 256 levels", "bit", Higher;
-    /// The same less its small-sample bias, after Miller and Madow.
     MutualInformationGreyCorrected = "mutual_information_grey_corrected", "MI, 256 levels, bias taken out", "bit", Higher;
-    /// Entropy of the real frame in the chosen bins, by default steps of the sensor.
     EntropyRealBinned = "entropy_real_binned", "H real, chosen bins", "bit", Neither;
-    /// Entropy of the simulated frame in the chosen bins.
     EntropySimulatedBinned = "entropy_simulated_binned", "H simulated, chosen bins", "bit", Neither;
-    /// Joint entropy in the chosen bins.
     JointEntropyBinned = "joint_entropy_binned", "Joint H, chosen bins", "bit", Neither;
-    /// Mutual information in the chosen bins.
     MutualInformationBinned = "mutual_information_binned", "MI, chosen bins", "bit", Higher;
-    /// The same less its small-sample bias, after Miller and Madow.
     MutualInformationBinnedCorrected = "mutual_information_binned_corrected", "MI, chosen bins, bias taken out", "bit", Higher;
-    /// RMSE over the pixels of which the simulated agents cover half or more.
     ForegroundRmse = "foreground_rmse", "Foreground RMSE", "°C", Lower;
-    /// Degrees that the recording rises by where the noise-free claim rises by one.
     ContrastSlope = "contrast_slope", "Contrast, real over claimed", "", Neither;
-    /// Distance between the centroids of the warm blobs of frame and claim.
     CentroidErrorPixels = "centroid_error_pixels", "Centroid error", "px", Lower;
-    /// The same as the angle that the sensor sees between them.
     CentroidErrorDegrees = "centroid_error_degrees", "Centroid error, seen angle", "°", Lower;
-    /// Intersection over union of the warm pixels of frame and claim.
     WarmOverlap = "warm_overlap", "IoU of warm pixels", "", Higher;
-    /// Chi squared of frame less noise-free claim, their mean difference taken out, a degree of freedom.
     ChiSquaredPerDegree = "chi_squared_per_degree", "χ² a degree of freedom", "", Lower;
-    /// Structural similarity.
     StructuralSimilarity = "structural_similarity", "SSIM, structural similarity", "", Higher;
 }
 

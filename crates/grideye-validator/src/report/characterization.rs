@@ -152,7 +152,6 @@ impl Characterization {
     }
 }
 
-/// Left and right end of the plot, its top and its bottom.
 const ACROSS: (f64, f64) = (80.0, 590.0);
 const DOWN: (f64, f64) = (16.0, 324.0);
 

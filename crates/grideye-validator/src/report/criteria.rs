@@ -64,7 +64,6 @@ pub(crate) fn thresholds(context: &Context) -> String {
 
 const WIDTH: f64 = 440.0;
 const HEIGHT: f64 = 46.0;
-/// Room for half a number at either end.
 const EDGE: f64 = 26.0;
 const MIDDLE: f64 = 15.0;
 /// Of the units, this share lies beyond either end of a bar.
@@ -124,7 +123,6 @@ fn bar(svg: &mut Svg, axis: &Axis, class: &str, law: &ScoreDistribution) {
         .end();
 }
 
-/// Two numbers below the line, moved apart where they would touch.
 fn labels(svg: &mut Svg, [mut least, mut value]: [(f64, f64, &str); 2]) {
     const APART: f64 = 36.0;
     let gap = value.0 - least.0;

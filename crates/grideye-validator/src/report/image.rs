@@ -28,9 +28,7 @@ pub(crate) enum Shows {
     },
 }
 
-/// Cells beyond this many columns are too small for numbers.
 const NUMBERED_COLUMNS_MAX: usize = 16;
-/// Side of a cell in the picture's own units.
 const CELL: usize = 40;
 
 /// The one scale of all real and simulated frames of the report, to the half degree outwards.
@@ -117,11 +115,7 @@ pub(crate) fn scale(shows: Shows) -> String {
         .map(|[r, g, b]| format!("rgb({r} {g} {b})"))
         .collect::<Vec<_>>()
         .join(",");
-    let tick = |value| match shows {
-        Shows::Temperatures(_) => fixed(value, 2),
-        Shows::Differences { .. } => signed(value, 1),
-    };
-    let (low, middle, high) = (tick(from), tick(f64::midpoint(from, to)), tick(to));
+    let [low, middle, high] = [from, f64::midpoint(from, to), to].map(|value| shows.label(value));
     format!(
         "<div class=\"scale\"><div class=\"ramp\" style=\"background:linear-gradient(to right,{steps})\"></div>\
          <div class=\"ticks\"><span>{low} °C</span><span>{middle} °C</span><span>{high} °C</span></div></div>"

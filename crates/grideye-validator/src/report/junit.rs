@@ -42,7 +42,6 @@ enum Outcome {
 struct Case {
     name: String,
     outcome: Outcome,
-    /// In one line, and in full.
     message: String,
     details: String,
 }

@@ -9,9 +9,7 @@ use grideye_draw::svg::Svg;
 use grideye_draw::text::{fixed, signed};
 
 const WIDTH: f64 = 720.0;
-/// Left and right end of every plot.
 const ACROSS: (f64, f64) = (80.0, WIDTH - 16.0);
-/// Top and bottom of the evaluation graph.
 const DOWN: (f64, f64) = (16.0, 288.0);
 
 /// Share of pixels over the threshold: the pair, the blank frame and the ceiling, told apart by their strokes.
@@ -74,7 +72,6 @@ fn largest_c(graph: &EvaluationGraph) -> f64 {
 const PANEL: f64 = 116.0;
 const GAP: f64 = 56.0;
 const TOP: f64 = 30.0;
-/// More points than this are drawn as a line alone.
 const DOTS_MAX: usize = 60;
 
 struct Panel {
@@ -83,7 +80,6 @@ struct Panel {
     /// Dashed: the blank frame, or what is allowed.
     floors: Vec<f64>,
     ceiling: Option<f64>,
-    /// What the axis shows at least.
     holds: (f64, f64),
     number: fn(f64, usize) -> String,
 }

@@ -153,7 +153,6 @@ fn papers_figure(measure: Measure, experiment: Option<u8>) -> String {
     }
 }
 
-/// As many digits as the paper prints, no more.
 fn papers_digits(measure: Measure, figure: f64) -> String {
     match measure {
         Measure::ImageSimilarity => format!("{} %", fixed(100.0 * figure, 0)),

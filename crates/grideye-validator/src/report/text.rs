@@ -59,7 +59,6 @@ pub struct Input {
     pub hash: String,
 }
 
-/// A table of names and what belongs to them.
 pub(crate) fn rows_table<N: AsRef<str>>(rows: impl IntoIterator<Item = (N, String)>) -> String {
     let rows: String = rows
         .into_iter()
@@ -71,7 +70,6 @@ pub(crate) fn rows_table<N: AsRef<str>>(rows: impl IntoIterator<Item = (N, Strin
     format!("<table class=\"list\">\n<tbody>\n{rows}</tbody>\n</table>\n")
 }
 
-/// A number, and its standard error if that is known.
 pub(crate) fn with_error(number: String, error: Option<f64>, decimals: usize) -> String {
     let error = error.map(|error| format!(" ± {}", fixed(error, decimals)));
     number + &error.unwrap_or_default()

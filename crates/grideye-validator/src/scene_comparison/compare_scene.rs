@@ -145,7 +145,6 @@ fn timed(
     Ok(read.into_iter().map(timed).collect())
 }
 
-/// Finds out how recording and scene lie to each other, and takes out what may be taken out.
 fn aligned(
     frames: Vec<TimedFrame>,
     scene: &Scene,

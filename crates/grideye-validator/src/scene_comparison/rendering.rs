@@ -21,7 +21,6 @@ use std::time::Duration;
 
 pub(crate) struct Renderer<'a> {
     simulator: &'a Simulator,
-    /// The scene without its people.
     empty: Simulator,
     /// What this specimen shows beside the scene.
     pattern_c: Option<[f64; PIXELS]>,

@@ -67,7 +67,6 @@ impl Default for Options {
     }
 }
 
-/// A frame that was read, at the time that the scene has without alignment.
 pub(crate) struct TimedFrame {
     pub(crate) seq: u64,
     pub(crate) time: Duration,
@@ -123,15 +122,12 @@ impl KnownUnit {
 }
 
 pub(crate) struct People {
-    /// At the times of the simulated frames, without noise.
     pub(crate) nobody: Vec<Vec<f64>>,
     pub(crate) are_in_scene: bool,
-    /// Whether any simulated frame shows them.
     pub(crate) are_shown: bool,
 }
 
 pub(crate) struct LearnedRoom {
-    /// Mean over frames, row by row, °C.
     pub(crate) celsius: Vec<f64>,
     pub(crate) frames: usize,
     /// Standard error of the middle pixel's mean, °C.
@@ -139,7 +135,6 @@ pub(crate) struct LearnedRoom {
 }
 
 impl KnownPattern {
-    /// What a profile says, and leaves.
     pub(crate) fn of(unit: &KnownUnit) -> Self {
         Self {
             from: RoomSource::Profile,
@@ -149,7 +144,6 @@ impl KnownPattern {
     }
 }
 
-/// What is known of how much each pixel shows too much.
 pub(crate) struct KnownPattern {
     pub(crate) from: RoomSource,
     /// What was added to the scene, row by row, °C.

@@ -71,7 +71,6 @@ fn limits_c(evidence: &Evidence<'_>, thresholds: &Thresholds) -> [Option<f64>; 2
     })
 }
 
-/// Rows and columns as they are counted on the page, from 1.
 fn place(evidence: &Evidence<'_>, block: &WarmBlock) -> String {
     let (row, column) = (block.row + 1, block.column + 1);
     let (next_row, next_column) = (row + 1, column + 1);

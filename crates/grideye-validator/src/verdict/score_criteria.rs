@@ -8,7 +8,6 @@ use crate::thresholds::Thresholds;
 use crate::verdict::types::{Asked, Evidence, PROFILE, Question, State, Weighed};
 use grideye_draw::text::fixed;
 
-/// A score that a right scene reaches.
 #[derive(Clone, Copy)]
 struct ScoreCriterion {
     question: Question,

@@ -35,7 +35,6 @@ const QUIETEST: f64 = 0.6;
 const STEPS_MIN: usize = 5;
 
 impl Inspection {
-    /// Looks at the frames of one stream; `None` if there is none.
     pub(crate) fn new(records: &[Record], step_c: f64) -> Option<Self> {
         let frames = distinct(records);
         let (first, last) = (frames.first()?, frames.last()?);
@@ -183,7 +182,6 @@ impl Inspection {
     }
 }
 
-/// Longer runs are not asked for.
 const RUN_MAX: usize = 100_000;
 
 /// The scale of the one in the place of the other is a factor of four.
@@ -206,7 +204,6 @@ struct Distinct {
     follows_seq: u64,
 }
 
-/// The frames, each once, however often it was read.
 fn distinct(records: &[Record]) -> Vec<Distinct> {
     let mut frames: Vec<Distinct> = Vec::new();
     let mut last_seq = 0;

@@ -18,7 +18,6 @@ use std::time::Duration;
 const PROFILE: &str = "a profile of this unit (grideye characterize, then --profile), or a recording that also shows the \
                        room empty";
 
-/// Everything that evidence lends; each test changes what it is about.
 struct Case {
     scores: Scores,
     real_frames: usize,

@@ -12,12 +12,10 @@ use std::time::Duration;
 
 /// What the comparison says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "the names say it")]
 pub enum Verdict {
-    /// The simulated scene explains what the sensor saw.
     Agrees,
-    /// It does not.
     Disagrees,
-    /// The recording does not hold what an answer would need.
     CannotTell,
 }
 
@@ -67,11 +65,9 @@ pub(crate) struct Evidence<'a> {
     pub(crate) warm_above_c: f64,
     pub(crate) lag_frames: usize,
     pub(crate) prior: &'a Prior,
-    /// What the recording scores, and what recordings by drawn units score.
     pub(crate) found: &'a Statistics,
     pub(crate) expected: &'a Expected,
     pub(crate) alike: &'a [Orientation],
-    /// When the frames were recorded that `found` speaks of.
     pub(crate) times: &'a [Duration],
 }
 
@@ -174,7 +170,6 @@ impl State {
     }
 }
 
-/// What a criterion asks.
 #[derive(Clone, Copy)]
 pub(crate) struct Question {
     pub(crate) name: &'static str,
