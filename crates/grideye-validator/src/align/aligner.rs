@@ -52,7 +52,7 @@ pub(crate) struct Aligner {
 }
 
 impl Aligner {
-    /// `times_s` are the frames' times in the scene without alignment; frames that no clock within the bounds brings into it are left out.
+    /// Frames that no clock within the bounds brings into the scene are left out; `times_s` are unaligned.
     pub(crate) fn new(
         simulator: &grideye_scene::Simulator,
         end_s: f64,

@@ -22,7 +22,7 @@ pub(crate) struct Film {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
-    /// A scene's people wait where they set off and stay where they arrive, so that no delay gains by bringing frames beyond.
+    /// People wait where they set off and stay where they arrive: no delay gains by bringing frames beyond.
     Stand,
     /// Frames from elsewhere say nothing of other times.
     Nothing,

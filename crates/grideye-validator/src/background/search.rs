@@ -17,7 +17,7 @@ const GAP: Duration = Duration::from_secs(1);
 const STRETCH_BLOCKS: usize = 5;
 /// A level is the mean of the narrowest cluster of this share of the means.
 const CLUSTER: usize = 8;
-/// The coldest cluster up to so many times as wide as the narrowest is taken: one of few means is wider, although it is the room.
+/// The coldest cluster up to so many times as wide as the narrowest is taken: few means spread wider.
 const WIDTH_SLACK: f64 = 4.0;
 /// So many standard deviations of two by two pixels are somebody: by chance in one mean of 600.
 const SOMEBODY: f64 = 4.0;

@@ -94,7 +94,7 @@ impl Histogram {
         Some(sigma)
     }
 
-    /// The standard deviation of the normal distribution with the same quartiles, steps taken off (Sheppard); `None` of fewer than 10.
+    /// The normal distribution's deviation by the quartiles, steps taken off (Sheppard); `None` of fewer than 10.
     pub(crate) fn quartile_sigma(&self) -> Option<f64> {
         if self.total < 10 {
             return None;

@@ -84,7 +84,7 @@ impl Bin {
 }
 
 impl Times {
-    /// `follows`: right after the last. Gives whether a stall, or a clock that cannot say how long it was, breaks the sequence.
+    /// `follows`: right after the last. Gives whether a stall, or a stepped clock, breaks the sequence.
     pub(crate) fn push(&mut self, seq: u64, stamp: &Stamp, follows: bool) -> bool {
         let begin_ns = *self.first_ns.get_or_insert(stamp.t_boot_ns);
         self.span_s = self

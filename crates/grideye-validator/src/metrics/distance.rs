@@ -70,7 +70,7 @@ pub fn bias(real: &[f64], simulated: &[f64]) -> Option<f64> {
     finite(sum_of(real, simulated, |x, y| y - x) / count(real.len()))
 }
 
-/// Slope of the least-squares line of real over noise-free claimed pixels: 1 where the contrast is right; `None` for a flat claim.
+/// Slope of the least-squares line of real over noise-free claim: 1 if the contrast is right; `None` if flat.
 #[must_use]
 pub fn contrast_slope(real: &[f64], claim: &[f64]) -> Option<f64> {
     comparable(real, claim)?;
